@@ -48,6 +48,7 @@ coverage: $(VENV)/installed-test browser
 
 lint: $(VENV)/installed-test
 	$(BIN)/ruff check .
+	$(BIN)/ruff format --check --quiet .
 
 types: $(VENV)/installed-test
 	$(BIN)/mypy

@@ -1,4 +1,5 @@
-"""Chains of any length: what a step, the build and the compiled model cost, and how that grows with the number of links."""
+"""Chains of any length: what a step, the build and the compiled model cost, and how that grows with the number of
+links."""
 
 from __future__ import annotations
 
@@ -39,19 +40,37 @@ def length_table(sizes: Sequence[Mapping[str, float]]) -> str:
     """Return sizes line by line, with the time of an iteration, and fitted exponents below."""
     lines = []
     for s in sizes:
-        lines.append([
-            f"{s['links']:.0f}", f"{figure(s['microseconds'])} ±{50 * s['spread']:.0f}%", f"{s['newton_iterations']:.2f}",
-            f"{s['factorizations']:.2f}", figure(s["microseconds"] / s["newton_iterations"]), figure(s["build_seconds"]),
-            figure(s["megabytes"]), figure(s["compiler_megabytes"]),
-        ])  # fmt: skip
+        lines.append(
+            [
+                f"{s['links']:.0f}",
+                f"{figure(s['microseconds'])} ±{50 * s['spread']:.0f}%",
+                f"{s['newton_iterations']:.2f}",
+                f"{s['factorizations']:.2f}",
+                figure(s["microseconds"] / s["newton_iterations"]),
+                figure(s["build_seconds"]),
+                figure(s["megabytes"]),
+                figure(s["compiler_megabytes"]),
+            ]
+        )
     per_iteration = [{**s, "iteration": s["microseconds"] / s["newton_iterations"]} for s in sizes]
     slopes = [exponent(per_iteration, what) for what in ("microseconds", "iteration", "build_seconds")]
     lines.append(["exponent", f"{slopes[0]:.2f}", "", "", f"{slopes[1]:.2f}", f"{slopes[2]:.2f}", "", ""])
-    header = ("links", "us per step", "iterations", "factorizations", "us per iteration", "build, CPU s", "MB", "MB of gcc")
+    header = (
+        "links",
+        "us per step",
+        "iterations",
+        "factorizations",
+        "us per iteration",
+        "build, CPU s",
+        "MB",
+        "MB of gcc",
+    )
     return table(header, lines)
 
 
-def lengths(cases: Sequence[tuple[str, str]], links: Sequence[int], seconds: float) -> tuple[list[str], dict[str, object]]:
+def lengths(
+    cases: Sequence[tuple[str, str]], links: Sequence[int], seconds: float
+) -> tuple[list[str], dict[str, object]]:
     """Return texts and data of all chains; longer ones are not tried after one that took too long to build."""
     texts: list[str] = []
     data: dict[str, object] = {}

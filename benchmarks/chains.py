@@ -1,9 +1,10 @@
-"""Chains of rods that start along x and fall: scenes of any length, and what one of them costs, measured in a process of its own.
+"""Chains of rods that start along x and fall: scenes of any length, and what one of them costs, measured in a process
+of its own.
 
     python -m benchmarks.chains {joint,absolute} {hinge,ball,tree} LINKS
 
-prints JSON: CPU and wall seconds of the build, memory, CPU time per step. ``tree`` is a binary tree of LINKS degrees of freedom
-on skew hinges, every fifth joint a ball.
+prints JSON: CPU and wall seconds of the build, memory, CPU time per step. ``tree`` is a binary tree of LINKS degrees of
+freedom on skew hinges, every fifth joint a ball.
 """
 
 from __future__ import annotations
@@ -36,7 +37,8 @@ def tip_at_the_end(links: int) -> Array:
 
 
 def scene(coordinates: str, kind: str, links: int, terms: Sequence[str] = ()) -> eomgen.Scene:
-    """Return a chain of rods on hinges about y, or on ball joints with the first rod spun by 1 rad/s about z, or a tree."""
+    """Return a chain of rods on hinges about y, or on ball joints with the first rod spun by 1 rad/s about z, or a
+    tree."""
     if kind == "tree":
         return _tree(coordinates, links, terms)
     builder = eomgen.SceneBuilder("chain", coordinates=coordinates, terms=terms)
@@ -75,7 +77,8 @@ def size(coordinates: str, kind: str, links: int) -> dict[str, float]:
     """Return what a chain costs: CPU seconds of the build, MB of memory here and in the compiler, us per step."""
     before, began = _seconds(), time.perf_counter()
     method = "generalized_alpha"
-    terms = terms_of(method, constrained=True) if coordinates == "absolute" else None  # all that pays, for trees of this length
+    # all that pays, for trees of this length
+    terms = terms_of(method, constrained=True) if coordinates == "absolute" else None
     model = eomgen.build(scene(coordinates, kind, links), terms=terms, method=method)
     building, waited = _seconds() - before, time.perf_counter() - began
     loop = timed(model, method, STEPS * STEP, STEPS, rho_inf=0.8, repeats=5, at_least=0.05)

@@ -32,7 +32,7 @@ FUNCTIONS = ("inverse_dynamics", "mass", "forward_dynamics", "partials")
 _BOOST = (
     "-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS", "-DBOOST_MPL_LIMIT_LIST_SIZE=30", "-DBOOST_MPL_LIMIT_VECTOR_SIZE=30",
     "-DBOOST_FUSION_INVOKE_MAX_ARITY=12",
-)  # fmt: skip
+)  # fmt: skip  # a table
 _EIGEN = Path(os.environ.get("EIGEN_INCLUDE", "/usr/include/eigen3"))
 
 
@@ -94,10 +94,12 @@ def missing_for_trace() -> str | None:
     return missing_for_cpp() or missing_package("casadi") or missing_compiler("gcc")
 
 
-# -- eomgen ----------------------------------------------------------------------------------------------------------------
+# -- eomgen ------------------------------------------------------------------------------------------------------------
 
 
-def of_eomgen(scene: Scene, peer: PinocchioModel, states: Path, shelf: Path, functions: Sequence[str]) -> Iterator[Contestant]:
+def of_eomgen(
+    scene: Scene, peer: PinocchioModel, states: Path, shelf: Path, functions: Sequence[str]
+) -> Iterator[Contestant]:
     """Yield eomgen's generated functions, each compiled on its own."""
     plain = derive(scene, [name for name in functions if name != "forward_dynamics"])
     pushed = derive(driven(scene), ["forward_dynamics"])
@@ -110,7 +112,9 @@ def of_eomgen(scene: Scene, peer: PinocchioModel, states: Path, shelf: Path, fun
         for label, flags in FLAGS.items():
             built = timing_program(shelf, sources, call, flags)
             command, operations = (str(built.file("run")),), system.counts[name].flops
-            yield Contestant(EOMGEN, name, "", label, command, states, _from_eomgen(peer, name), operations, built.seconds)
+            yield Contestant(
+                EOMGEN, name, "", label, command, states, _from_eomgen(peer, name), operations, built.seconds
+            )
 
 
 def _call_of_eomgen(prefix: str, function: ProgramFunction, nq: int, nv: int) -> str:
@@ -134,7 +138,7 @@ def _from_eomgen(peer: PinocchioModel, function: str) -> Callable[[Array], Array
     return lambda rows: rows.reshape(len(rows), -1, n, n)[:, :, order][:, :, :, order].reshape(len(rows), -1)
 
 
-# -- Pinocchio in C++ --------------------------------------------------------------------------------------------------------
+# -- Pinocchio in C++ --------------------------------------------------------------------------------------------------
 
 _CPP_VARIANTS = {
     "inverse_dynamics": ("rnea",),
@@ -159,15 +163,28 @@ def _cpp_program(shelf: Path, name: str, flags: Sequence[str], libraries: Sequen
     names = [*("-lcasadi" for _ in libraries), "-lpinocchio_default", "-lboost_serialization", "-lboost_filesystem"]
     includes = [prefix / "include", _EIGEN, *(folder / "include" for folder in libraries)]
     command = [
-        "g++", "-std=c++17", "-DNDEBUG", *flags, *_BOOST, *(f"-I{folder}" for folder in includes), f"{name}.cpp", "-o", name,
-        *(f"-L{folder}" for folder in folders), *names, *(f"-Wl,-rpath,{folder}" for folder in folders),
-    ]  # fmt: skip
-    files = {file: (NATIVE / file).read_text(encoding="utf-8") for file in (f"{name}.cpp", "read_model.hpp", "time_batches.h")}
+        "g++",
+        "-std=c++17",
+        "-DNDEBUG",
+        *flags,
+        *_BOOST,
+        *(f"-I{folder}" for folder in includes),
+        f"{name}.cpp",
+        "-o",
+        name,
+        *(f"-L{folder}" for folder in folders),
+        *names,
+        *(f"-Wl,-rpath,{folder}" for folder in folders),
+    ]
+    files = {
+        file: (NATIVE / file).read_text(encoding="utf-8")
+        for file in (f"{name}.cpp", "read_model.hpp", "time_batches.h")
+    }
     note = f"compiling native/{name}.cpp against Pinocchio's headers, which takes a minute or two (once)"
     return build(shelf, files, [command], note=note)
 
 
-# -- Pinocchio traced by CasADi ------------------------------------------------------------------------------------------------
+# -- Pinocchio traced by CasADi ----------------------------------------------------------------------------------------
 
 _TRACES = {
     "inverse_dynamics": ("rnea",),
@@ -178,23 +195,33 @@ _TRACES = {
 
 
 def left_out(peer: PinocchioModel, function: str) -> tuple[str, ...]:
-    """Return the traces of a function that are not compiled: the differentiated trace of a large robot takes gcc many minutes."""
+    """Return the traces of a function that are not compiled: the differentiated trace of a large robot takes gcc many
+    minutes."""
     return ("automatic",) if function == "partials" and peer.model.nv > LARGEST_AUTOMATIC else ()
 
 
-def of_trace(model: Path, peer: PinocchioModel, states: Path, shelf: Path, functions: Sequence[str]) -> Iterator[Contestant]:
+def of_trace(
+    model: Path, peer: PinocchioModel, states: Path, shelf: Path, functions: Sequence[str]
+) -> Iterator[Contestant]:
     """Yield Pinocchio's algorithms traced by CasADi, written as C by CasADi, each compiled on its own."""
     specification = importlib.util.find_spec("casadi")
     casadi = Path(str(specification.origin)).parent if specification else Path()
     tracer = _cpp_program(shelf, "trace_pinocchio", ("-O1",), (casadi,))
-    variants = {name: [variant for variant in _TRACES[name] if variant not in left_out(peer, name)] for name in functions}
+    variants = {
+        name: [variant for variant in _TRACES[name] if variant not in left_out(peer, name)] for name in functions
+    }
     wanted = [variant for name in functions for variant in variants[name]]
     text = model.read_text(encoding="utf-8")
-    folder = shelf / f"traces-{hashlib.sha256((tracer.folder.name + text + ' '.join(wanted)).encode()).hexdigest()[:20]}"
+    folder = (
+        shelf / f"traces-{hashlib.sha256((tracer.folder.name + text + ' '.join(wanted)).encode()).hexdigest()[:20]}"
+    )
     if not (folder / "traces.jsonl").exists():
         folder.mkdir(parents=True, exist_ok=True)
         result = subprocess.run(
-            [str(tracer.file("trace_pinocchio")), str(model), str(folder), *wanted], capture_output=True, text=True, check=True
+            [str(tracer.file("trace_pinocchio")), str(model), str(folder), *wanted],
+            capture_output=True,
+            text=True,
+            check=True,
         )
         (folder / "traces.jsonl").write_text(result.stdout, encoding="utf-8")
     lines = (folder / "traces.jsonl").read_text(encoding="utf-8").splitlines()
@@ -207,7 +234,9 @@ def of_trace(model: Path, peer: PinocchioModel, states: Path, shelf: Path, funct
             for label, flags in FLAGS.items():
                 built = timing_program(shelf, sources, call, flags)
                 command, operations = (str(built.file("run")),), trace["additions"] + trace["multiplications"]
-                yield Contestant(TRACE, name, variant, label, command, states, _from_trace(trace), operations, built.seconds)
+                yield Contestant(
+                    TRACE, name, variant, label, command, states, _from_trace(trace), operations, built.seconds
+                )
 
 
 def _call_of_trace(trace: Mapping[str, Any], nq: int, nv: int) -> str:

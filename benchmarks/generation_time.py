@@ -1,6 +1,7 @@
 """Seconds from a description to a compiled model, stage by stage, and from a cached model to its first step.
 
-    python -m benchmarks.generation_time [--cases panda panda-partials ...] [--repeats 3] [--slow] [--json out.json] [--quick]
+    python -m benchmarks.generation_time [--cases panda panda-partials ...] [--repeats 3] [--slow] [--json out.json]
+    [--quick]
 
 Every repeat is a process of its own. Beside it the same arm by SymPy's KanesMethod, common subexpressions and gcc.
 """
@@ -60,12 +61,21 @@ CACHED_BUDGET = 0.5
 def in_process(what: str, case: Case, cache: Path, **more: str) -> dict[str, float]:
     """Run ``benchmarks.stages`` in a process of its own and return what it measured."""
     robot = ROBOTS[case.robot]
-    task = {"urdf": str(urdf(robot)), "root": robot.root, "lock": robot.locked, "terms": case.terms, "method": case.method}
+    task = {
+        "urdf": str(urdf(robot)),
+        "root": robot.root,
+        "lock": robot.locked,
+        "terms": case.terms,
+        "method": case.method,
+    }
     result = subprocess.run(
         [sys.executable, "-m", "benchmarks.stages", what, json.dumps(task | more)],
-        capture_output=True, text=True, check=False,
-        cwd=Path(__file__).resolve().parent.parent, env={**os.environ, "EOMGEN_CACHE": str(cache)},
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=Path(__file__).resolve().parent.parent,
+        env={**os.environ, "EOMGEN_CACHE": str(cache)},
+    )
     if result.returncode:
         raise RuntimeError(result.stderr)
     return {str(name): float(value) for name, value in json.loads(result.stdout).items()}
@@ -109,7 +119,8 @@ def _totals(runs: Sequence[Mapping[str, float]]) -> list[str]:
 
 
 def kane_rows(joints: Sequence[int], shelf: Path) -> list[list[str]]:
-    """Return table lines of SymPy's road and of eomgen's for the first joints of the Panda, checked against each other."""
+    """Return table lines of SymPy's road and of eomgen's for the first joints of the Panda, checked against each
+    other."""
     from benchmarks.kane import kane  # noqa: PLC0415  # imports SymPy
     from eomgen.mechanics.derive import derive  # noqa: PLC0415  # imports SymPy
     from eomgen.symbolic.evaluate import evaluate  # noqa: PLC0415
@@ -125,7 +136,9 @@ def kane_rows(joints: Sequence[int], shelf: Path) -> list[list[str]]:
         run = kane(short, count, q, v, shelf)
         blocks = {"q": q, "v": v}
         M, h, Q = (evaluate(system.tape, system.functions[name].refs, blocks) for name in ("mass", "coupling", "force"))
-        error = max(float(np.max(np.abs(np.reshape(M, (count, count)) - run.mass))), float(np.max(np.abs(Q - h - run.forcing))))
+        error = max(
+            float(np.max(np.abs(np.reshape(M, (count, count)) - run.mass))), float(np.max(np.abs(Q - h - run.forcing)))
+        )
         operations = sum(system.counts[name].flops for name in ("mass", "coupling", "force"))
         theirs = [figure(seconds) for seconds in (run.derive, run.print_code, run.compile)]
         said = f"{error:.0e}" if error < 1e-9 else f"WRONG {error:.0e}"
@@ -134,7 +147,8 @@ def kane_rows(joints: Sequence[int], shelf: Path) -> list[list[str]]:
 
 
 def quick() -> int:
-    """Go through every stage once, from an empty cache, and through Kane's method for two joints; return the exit status."""
+    """Go through every stage once, from an empty cache, and through Kane's method for two joints; return the exit
+    status."""
     with tempfile.TemporaryDirectory() as folder:
         measured = in_process("stages", CASES["panda"], Path(folder), mark="quick")
         stepped = in_process("first step", CASES["panda"], Path(folder))
@@ -145,7 +159,9 @@ def quick() -> int:
 
 
 def main(words: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.generation_time", description=(__doc__ or "").partition("\n")[0])
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.generation_time", description=(__doc__ or "").partition("\n")[0]
+    )
     parser.add_argument("--cases", nargs="+", choices=list(CASES), default=list(CASES))
     parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("--slow", action="store_true", help="SymPy's road for all seven joints too: half a minute")
@@ -157,13 +173,18 @@ def main(words: Sequence[str] | None = None) -> int:
     cases, repeats = arguments.cases, arguments.repeats
     print(machine())
     lines, stages = stage_rows(cases, repeats)
-    print("\nCPU seconds of each stage, compilers included; all of it in CPU and in wall seconds, median (smallest to largest)\n")
+    print(
+        "\nCPU seconds of each stage, compilers included; all of it in CPU and in wall seconds, median (smallest to"
+        " largest)\n"
+    )
     print(table(["case", *STAGES, "CPU", "wall", "CPU, empty cache", "kB of C", "budget"], lines))
     lines, cached = cached_rows(cases, repeats)
     print("\nCPU seconds from the start of Python through the cache to the state after one step\n")
     print(table(["case", *PARTS, "CPU", "wall", "budget"], lines))
     lines = kane_rows((3, 7) if arguments.slow else (3,), default_folder())
-    print("\nThe first joints of the Panda, CPU seconds of M and the right-hand side: SymPy's KanesMethod, cse, gcc -O2\n")
+    print(
+        "\nThe first joints of the Panda, CPU seconds of M and the right-hand side: SymPy's KanesMethod, cse, gcc -O2\n"
+    )
     header = ["joints", "Kane", "cse and print", "gcc", "operations", "eomgen derives", "its operations", "difference"]
     print(table(header, lines))
     if arguments.json:

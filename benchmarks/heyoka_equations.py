@@ -1,4 +1,5 @@
-"""Equations of motion as heyoka's expressions: eomgen's own forward dynamics, and a chain of rods as its user would write it.
+"""Equations of motion as heyoka's expressions: eomgen's own forward dynamics, and a chain of rods as its user would
+write it.
 
 heyoka finds common subexpressions itself when it takes the equations apart.
 """
@@ -18,13 +19,19 @@ from eomgen.system.system import System
 Array = NDArray[np.float64]
 Equations = list[tuple[Any, Any]]
 _OPERATIONS: dict[Op, Callable[..., Any]] = {
-    Op.ADD: lambda x, y: x + y, Op.SUB: lambda x, y: x - y, Op.MUL: lambda x, y: x * y, Op.DIV: lambda x, y: x / y,
-    Op.SIN: heyoka.sin, Op.COS: heyoka.cos, Op.SQRT: heyoka.sqrt,
-}  # fmt: skip
+    Op.ADD: lambda x, y: x + y,
+    Op.SUB: lambda x, y: x - y,
+    Op.MUL: lambda x, y: x * y,
+    Op.DIV: lambda x, y: x / y,
+    Op.SIN: heyoka.sin,
+    Op.COS: heyoka.cos,
+    Op.SQRT: heyoka.sqrt,
+}
 
 
 def of_system(system: System) -> Equations:
-    """Return dq/dt and dv/dt of a system of hinges and balls without parameters: forward dynamics, operation by operation."""
+    """Return dq/dt and dv/dt of a system of hinges and balls without parameters: forward dynamics, operation by
+    operation."""
     q, v = _variables("q", system.nq), _variables("v", system.nv)
     tape, refs = system.tape, system.functions["forward_dynamics"].refs
     known: dict[int, Any] = {}
@@ -47,14 +54,17 @@ def of_system(system: System) -> Equations:
         w, x, y, z = q[factor.q_start : factor.q_start + 4]
         a, b, c = moving
         rates += [
-            -0.5 * (x * a + y * b + z * c), 0.5 * (w * a + y * c - z * b),
-            0.5 * (w * b + z * a - x * c), 0.5 * (w * c + x * b - y * a),
-        ]  # fmt: skip
+            -0.5 * (x * a + y * b + z * c),
+            0.5 * (w * a + y * c - z * b),
+            0.5 * (w * b + z * a - x * c),
+            0.5 * (w * c + x * b - y * a),
+        ]
     return list(zip([*q, *v], [*rates, *accelerations], strict=True))
 
 
 def rods(links: int, length: float, mass: float, gravity: float) -> Equations:
-    """Return a planar chain of equal rods in absolute angles from the vertical, M eliminated from the tip to the root."""
+    """Return a planar chain of equal rods in absolute angles from the vertical, M eliminated from the tip to the
+    root."""
     angle, rate = _variables("q", links), _variables("v", links)
     beyond = [links - 1 - k for k in range(links)]
 

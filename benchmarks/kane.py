@@ -71,7 +71,9 @@ def kane(scene: Scene, joints: int, q: Array, v: Array, shelf: Path) -> KaneRun:
     shared, results = sympy.cse([method.mass_matrix.xreplace(plain), method.forcing.xreplace(plain)])
     code = _code(joints, shared, results)
     printed = time.process_time()
-    operations = sum(sympy.count_ops(e) for _, e in shared) + sum(sympy.count_ops(e) for matrix in results for e in matrix)
+    operations = sum(sympy.count_ops(e) for _, e in shared) + sum(
+        sympy.count_ops(e) for matrix in results for e in matrix
+    )
     command = ["gcc", "-std=c99", "-O2", "-march=native", "-fPIC", "-shared", "kane.c", "-o", "kane.so", "-lm"]
     built = build(shelf, {"kane.c": code}, [command])
     mass_matrix, forcing = np.empty((joints, joints)), np.empty(joints)

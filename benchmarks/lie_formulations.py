@@ -1,8 +1,10 @@
-"""The fast heavy top in every formulation and at several steps: errors, Newton iterations, factorizations, time per step.
+"""The fast heavy top in every formulation and at several steps: errors, Newton iterations, factorizations, time per
+step.
 
     python -m benchmarks.lie_formulations [--exponents 10 11 12 13] [--variants] [--json out.json] [--quick]
 
-Errors are the largest ones at t = j/16 up to 1 s, against RK4 in joint coordinates at 2^-17 s, which is held against 40 digits.
+Errors are the largest ones at t = j/16 up to 1 s, against RK4 in joint coordinates at 2^-17 s, which is held against 40
+digits.
 """
 
 from __future__ import annotations
@@ -53,11 +55,20 @@ def measured(formulation: Formulation, exponent: int, rho_inf: float, settings: 
     if not solution.success:
         return Row(formulation.name, exponent, failure=solution.message)
     position, orientation, multiplier = errors(of_solution(model, solution), reference(MARKS))
-    loop = timed(model, formulation.method, 1.0, steps, rho_inf=rho_inf, settings=settings, repeats=repeats, at_least=0.02)
+    loop = timed(
+        model, formulation.method, 1.0, steps, rho_inf=rho_inf, settings=settings, repeats=repeats, at_least=0.02
+    )
     return Row(
-        formulation.name, exponent, position, orientation, multiplier, loop.per_step("newton_iterations"),
-        int(loop.statistics["factorizations"]), loop.microseconds, loop.spread,
-    )  # fmt: skip
+        formulation.name,
+        exponent,
+        position,
+        orientation,
+        multiplier,
+        loop.per_step("newton_iterations"),
+        int(loop.statistics["factorizations"]),
+        loop.microseconds,
+        loop.spread,
+    )
 
 
 def order(rows: Sequence[Row], what: str) -> float:
@@ -70,8 +81,15 @@ def order(rows: Sequence[Row], what: str) -> float:
 
 
 HEADER = (
-    "formulation", "step", "position, m", "orientation, rad", "multiplier, N", "iterations", "factorizations", "us per step",
-)  # fmt: skip
+    "formulation",
+    "step",
+    "position, m",
+    "orientation, rad",
+    "multiplier, N",
+    "iterations",
+    "factorizations",
+    "us per step",
+)
 ERRORS = ("position", "orientation", "multiplier")
 
 
@@ -95,9 +113,13 @@ def lines_of(rows: Sequence[Row]) -> list[list[str]]:
 
 
 def main(words: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.lie_formulations", description=(__doc__ or "").partition("\n")[0])
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.lie_formulations", description=(__doc__ or "").partition("\n")[0]
+    )
     parser.add_argument("--exponents", type=int, nargs="+", default=[10, 11, 12, 13], help="steps of 2^-exponent s")
-    parser.add_argument("--variants", action="store_true", help="F1, F2 (increments cut into exponentials) and spatial too")
+    parser.add_argument(
+        "--variants", action="store_true", help="F1, F2 (increments cut into exponentials) and spatial too"
+    )
     parser.add_argument("--rho-inf", type=float, default=0.9)
     parser.add_argument("--rtol", type=float, default=1e-8)
     parser.add_argument("--atol", type=float, default=1e-10)
@@ -115,7 +137,9 @@ def main(words: Sequence[str] | None = None) -> int:
     core = None if arguments.quick else pin_to_core(arguments.core)
     settings = {"rtol": arguments.rtol, "atol": arguments.atol}
     repeats = 1 if arguments.quick else arguments.repeats
-    rows = [measured(one, exponent, arguments.rho_inf, settings, repeats) for one in formulations for exponent in exponents]
+    rows = [
+        measured(one, exponent, arguments.rho_inf, settings, repeats) for one in formulations for exponent in exponents
+    ]
     print(f"{machine()}, core {core}")
     print(f"reference off its 40 digits by {np.linalg.norm(reference(MARKS).center[-1] - CENTER_AT_1):.0e} m at 1 s\n")
     print(table(HEADER, lines_of(rows)))

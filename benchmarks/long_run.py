@@ -1,9 +1,11 @@
-"""Ten million steps of the slow top and of a four-bar: constraints, energy, quaternions, angular momentum about the vertical.
+"""Ten million steps of the slow top and of a four-bar: constraints, energy, quaternions, angular momentum about the
+vertical.
 
     python -m benchmarks.long_run [--steps 10000000] [--cases "four-bar"] [--rho-inf 0.9] [--json out.json]
 
-What generalized-alpha takes from the energy is a matter of its order: over the first tenth the trend is measured with half the
-step too. In joint coordinates an angle that grows from turn to turn loses digits, and the loop of a turning crank with it.
+What generalized-alpha takes from the energy is a matter of its order: over the first tenth the trend is measured with
+half the step too. In joint coordinates an angle that grows from turn to turn loses digits, and the loop of a turning
+crank with it.
 """
 
 from __future__ import annotations
@@ -48,7 +50,8 @@ class LongRun:
     trend : slope of the energy over the run, W.
     trend_of_tenth, trend_of_half : the same over the first tenth, with the step and with half of it.
     quaternion : largest distance of a quaternion's length from 1.
-    momentum : largest change of the angular momentum about the vertical, in units of its first value; nan without meaning.
+    momentum : largest change of the angular momentum about the vertical, in units of its first value; nan without
+        meaning.
     """
 
     case: str
@@ -87,7 +90,9 @@ def four_bar(coordinates: str, rate: float) -> Model:
         initial = {"position": [angle], "velocity": [speed]}
         builder.joint(name, "revolute", parent, child, axis=[0, 1, 0], position=[at, 0, 0], initial=initial)
     pin = {"axis": [0, 1, 0]}
-    ends = [{"body": name, "position": [length, 0, 0], **pin} for name, length in (("coupler", COUPLER), ("rocker", ROCKER))]
+    ends = [
+        {"body": name, "position": [length, 0, 0], **pin} for name, length in (("coupler", COUPLER), ("rocker", ROCKER))
+    ]
     builder.constraint("loop", "revolute", ends[0], ends[1])
     return eomgen.build(builder.build(), terms=(*terms_of(METHOD, constrained=True), "energy"), method=METHOD)
 
@@ -103,10 +108,15 @@ class Case:
 
 def cases() -> list[Case]:
     """Return what is run."""
-    found = [Case(f"slow top, {one.name}", partial(one.model, tops.SLOW), 1e-3) for one in (tops.JOINT, tops.SE3, tops.R3XSO3)]
+    found = [
+        Case(f"slow top, {one.name}", partial(one.model, tops.SLOW), 1e-3)
+        for one in (tops.JOINT, tops.SE3, tops.R3XSO3)
+    ]
     for coordinates in ("joint", "absolute"):
         for name, rate in (("swinging", 0.0), ("turning", TURNING)):
-            found.append(Case(f"four-bar {name}, {coordinates} coordinates", partial(four_bar, coordinates, rate), 2.5e-4))
+            found.append(
+                Case(f"four-bar {name}, {coordinates} coordinates", partial(four_bar, coordinates, rate), 2.5e-4)
+            )
     return found
 
 
@@ -124,10 +134,21 @@ def measured(case: Case, steps: int, rho_inf: float) -> LongRun:
     violation = [float(solution.stats.get(name, 0.0)) for name in ("max_constraint", "max_constraint_velocity")]
     finer = _run(model, steps // 5, step / 2, rho_inf)
     return LongRun(
-        case.name, int(solution.stats["steps"]), step, violation[0], violation[1], float(solution.energy["kinetic"][0]),
-        float(np.max(np.abs(total - total[0]))), trend(solution), trend(solution, 0.1), trend(finer), longest(model, solution.q),
-        momentum, seconds, solution.message,
-    )  # fmt: skip
+        case.name,
+        int(solution.stats["steps"]),
+        step,
+        violation[0],
+        violation[1],
+        float(solution.energy["kinetic"][0]),
+        float(np.max(np.abs(total - total[0]))),
+        trend(solution),
+        trend(solution, 0.1),
+        trend(finer),
+        longest(model, solution.q),
+        momentum,
+        seconds,
+        solution.message,
+    )
 
 
 def _run(model: Model, steps: int, step: float, rho_inf: float) -> Solution:
@@ -151,22 +172,33 @@ def longest(model: Model, q: Array) -> float:
 HEADER = (
     "case", "step, s", "steps", "constraint", "its rate", "kinetic energy, J", "change of energy, J", "trend, W",
     "its order in the step", "quaternion", "vertical momentum", "CPU s",
-)  # fmt: skip
+)  # fmt: skip  # a table
 
 
 def lines_of(runs: Sequence[LongRun]) -> list[list[str]]:
     return [
         [
-            run.case, f"{run.step:g}", f"{run.steps:.4g}", f"{run.constraint:.1e}", f"{run.velocity:.1e}", figure(run.energy),
-            f"{run.drop:.1e}", f"{run.trend:.1e}", f"{run.order:.1f}", f"{run.quaternion:.1e}", f"{run.momentum:.1e}",
+            run.case,
+            f"{run.step:g}",
+            f"{run.steps:.4g}",
+            f"{run.constraint:.1e}",
+            f"{run.velocity:.1e}",
+            figure(run.energy),
+            f"{run.drop:.1e}",
+            f"{run.trend:.1e}",
+            f"{run.order:.1f}",
+            f"{run.quaternion:.1e}",
+            f"{run.momentum:.1e}",
             figure(run.seconds),
         ]
         for run in runs
-    ]  # fmt: skip
+    ]
 
 
 def main(words: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.long_run", description=(__doc__ or "").partition("\n")[0])
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.long_run", description=(__doc__ or "").partition("\n")[0]
+    )
     parser.add_argument("--steps", type=int, default=10_000_000)
     parser.add_argument("--cases", default="", help="only those whose names hold this text")
     parser.add_argument("--rho-inf", type=float, default=0.9)

@@ -48,7 +48,8 @@ class Loop:
 
 
 def stepper_of(model: Model, method: str, step: float, rho_inf: float, settings: Mapping[str, float]) -> Stepper:
-    """Return the stepper of a method; ``settings`` that it does not know (an explicit method's tolerances) are left out."""
+    """Return the stepper of a method; ``settings`` that it does not know (an explicit method's tolerances) are left
+    out."""
     library = model.library if model.library.layout["built_method"] == method else model.stepper(method)
     values = default_settings(library.layout["method"])
     given = {**settings, "step": step, "rho_inf": rho_inf}
@@ -57,9 +58,16 @@ def stepper_of(model: Model, method: str, step: float, rho_inf: float, settings:
 
 
 def timed(
-    model: Model, method: str, duration: float, steps: int, *,
-    rho_inf: float = 0.9, settings: Mapping[str, float] | None = None, repeats: int = 5, at_least: float = 0.0,
-) -> Loop:  # fmt: skip
+    model: Model,
+    method: str,
+    duration: float,
+    steps: int,
+    *,
+    rho_inf: float = 0.9,
+    settings: Mapping[str, float] | None = None,
+    repeats: int = 5,
+    at_least: float = 0.0,
+) -> Loop:
     """Run the loop ``repeats`` times, each of them again and again for ``at_least`` seconds."""
     stepper = stepper_of(model, method, duration / steps, rho_inf, settings or {})
     record = np.empty((2, stepper.sizes["row"]))

@@ -15,7 +15,8 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Timing:
-    """Nanoseconds per call: median of the rounds' medians, smallest batch of all, and how far the rounds' medians lie apart."""
+    """Nanoseconds per call: median of the rounds' medians, smallest batch of all, and how far the rounds' medians lie
+    apart."""
 
     median: float
     smallest: float
@@ -23,7 +24,8 @@ class Timing:
 
 
 def pin_to_core(core: int | None) -> int | None:
-    """Keep this process and its children on one core, the last one by default; return it, or None where that cannot be done."""
+    """Keep this process and its children on one core, the last one by default; return it, or None where that cannot be
+    done."""
     if not hasattr(os, "sched_setaffinity"):
         return None
     chosen = max(os.sched_getaffinity(0)) if core is None else core
@@ -34,8 +36,9 @@ def pin_to_core(core: int | None) -> int | None:
 def interleaved(commands: Sequence[Sequence[str]], rounds: int) -> list[Timing]:
     """Run timing programs in turns, so that all see the same disturbances, and return a Timing for each.
 
-    Each turn runs a copy of its own, and all copies stay until the end: functions larger than the instruction cache take up to
-    twice as long on some pages of memory as on others, for as long as the file stays on them. The median is over that luck too.
+    Each turn runs a copy of its own, and all copies stay until the end: functions larger than the instruction cache
+    take up to twice as long on some pages of memory as on others, for as long as the file stays on them. The median is
+    over that luck too.
     """
     found: list[list[tuple[float, float]]] = [[] for _ in commands]
     with tempfile.TemporaryDirectory() as folder:
@@ -44,7 +47,9 @@ def interleaved(commands: Sequence[Sequence[str]], rounds: int) -> list[Timing]:
                 copy = Path(folder) / f"{turn}_{number}"
                 copy.write_bytes(Path(command[0]).read_bytes())
                 copy.chmod(0o700)
-                words = subprocess.run([str(copy), *command[1:]], capture_output=True, text=True, check=True).stdout.split()
+                words = subprocess.run(
+                    [str(copy), *command[1:]], capture_output=True, text=True, check=True
+                ).stdout.split()
                 kept.append((float(words[0]), float(words[1])))
     return [summary([median for median, _ in kept], min(smallest for _, smallest in kept)) for kept in found]
 

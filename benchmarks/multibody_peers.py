@@ -1,7 +1,9 @@
-"""The fast top and chains of rods in EXUDYN and MuJoCo: each function returns CPU seconds of a run and the error at its end.
+"""The fast top and chains of rods in EXUDYN and MuJoCo: each function returns CPU seconds of a run and the error at its
+end.
 
-Traps of EXUDYN: its generalized-alpha does not converge on the top with the default tolerances of Newton's iteration at common
-steps; bodies that the solver starts from must be set back before each run; sparse factors need their solver chosen by name.
+Traps of EXUDYN: its generalized-alpha does not converge on the top with the default tolerances of Newton's iteration at
+common steps; bodies that the solver starts from must be set back before each run; sparse factors need their solver
+chosen by name.
 """
 
 from __future__ import annotations
@@ -33,7 +35,7 @@ class NotConvergedError(Exception):
     """A peer gave a run up."""
 
 
-# -- EXUDYN ------------------------------------------------------------------------------------------------------------------
+# -- EXUDYN ------------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -59,14 +61,18 @@ _LIE, _PARAMETERS, _ALPHA = "RotationRotationVector", "RotationEulerParameters",
 #: Implicit solvers for the top with its ball joint.
 TOP_METHODS = (
     *(
-        ExudynMethod(f"gen-alpha {radius}, Lie, tolerance {tolerance:g}", _LIE, _ALPHA, _generalized_alpha(radius, tolerance))
+        ExudynMethod(
+            f"gen-alpha {radius}, Lie, tolerance {tolerance:g}", _LIE, _ALPHA, _generalized_alpha(radius, tolerance)
+        )
         for radius, tolerance in ((0.9, 1e-5), (0.8, 1e-5), (0.8, 3e-5), (0.6, 1e-5), (0.6, 1e-6))
     ),
     ExudynMethod("Newmark index 2, Lie", _LIE, _ALPHA, _INDEX2),
     ExudynMethod("trapezoidal index 2, Lie", _LIE, "TrapezoidalIndex2"),
     ExudynMethod("trapezoidal index 2, Lie, tolerance 1e-05", _LIE, "TrapezoidalIndex2", _tolerance(1e-5)),
     ExudynMethod("gen-alpha 0.9, Euler parameters", _PARAMETERS, _ALPHA, _generalized_alpha(0.9)),
-    ExudynMethod("gen-alpha 0.9, Euler parameters, tolerance 1e-05", _PARAMETERS, _ALPHA, _generalized_alpha(0.9, 1e-5)),
+    ExudynMethod(
+        "gen-alpha 0.9, Euler parameters, tolerance 1e-05", _PARAMETERS, _ALPHA, _generalized_alpha(0.9, 1e-5)
+    ),
     ExudynMethod("trapezoidal index 2, Euler parameters", _PARAMETERS, "TrapezoidalIndex2"),
 )
 #: Solvers for chains, in joint coordinates (a kinematic tree).
@@ -83,10 +89,14 @@ def exudyn_top(method: ExudynMethod, steps: int, repeats: int) -> tuple[float, f
     system = exudyn.SystemContainer().AddSystem()
     spin = np.array(FAST)
     top = system.CreateRigidBody(
-        referencePosition=ARM, initialVelocity=np.cross(spin, ARM), initialAngularVelocity=spin, gravity=[0, 0, -GRAVITY],
+        referencePosition=ARM,
+        initialVelocity=np.cross(spin, ARM),
+        initialAngularVelocity=spin,
+        gravity=[0, 0, -GRAVITY],
         inertia=utilities.RigidBodyInertia(mass=MASS_OF_TOP, com=[0, 0, 0], inertiaTensor=np.diag(INERTIA_OF_TOP)),
-        nodeType=getattr(exudyn.NodeType, method.node), returnDict=True,
-    )  # fmt: skip
+        nodeType=getattr(exudyn.NodeType, method.node),
+        returnDict=True,
+    )
     pair = [system.CreateGround(), top["bodyNumber"]]
     system.CreateSphericalJoint(itemNumbers=pair, position=[0, 0, 0], useGlobalFrame=True, show=False)
     system.Assemble()
@@ -107,26 +117,36 @@ def exudyn_chain(method: ExudynMethod, links: int, duration: float, steps: int, 
     zeros = [0.0] * links
     coordinates = system.AddNode(
         items.NodeGenericODE2(
-            referenceCoordinates=zeros, initialCoordinates=zeros, initialCoordinates_t=zeros, numberOfODE2Coordinates=links
+            referenceCoordinates=zeros,
+            initialCoordinates=zeros,
+            initialCoordinates_t=zeros,
+            numberOfODE2Coordinates=links,
         )
     )
     inertia = np.diag(INERTIA[[0, 2, 1]])
     tree = system.AddObject(
         items.ObjectKinematicTree(
-            nodeNumber=coordinates, jointTypes=[exudyn.JointType.RevoluteZ] * links, linkParents=list(range(-1, links - 1)),
+            nodeNumber=coordinates,
+            jointTypes=[exudyn.JointType.RevoluteZ] * links,
+            linkParents=list(range(-1, links - 1)),
             gravity=[0, 0, -GRAVITY],
             jointTransformations=exudyn.Matrix3DList([turn, *[np.eye(3)] * (links - 1)]),
             jointOffsets=exudyn.Vector3DList([[0, 0, 0], *[[LENGTH, 0, 0]] * (links - 1)]),
             linkInertiasCOM=exudyn.Matrix3DList([inertia] * links),
-            linkCOMs=exudyn.Vector3DList([[LENGTH / 2, 0, 0]] * links), linkMasses=[MASS] * links,
+            linkCOMs=exudyn.Vector3DList([[LENGTH / 2, 0, 0]] * links),
+            linkMasses=[MASS] * links,
         )
-    )  # fmt: skip
+    )
     sensor = system.AddSensor(
         items.SensorKinematicTree(
-            objectNumber=tree, linkNumber=links - 1, localPosition=[LENGTH, 0, 0], storeInternal=False, writeToFile=False,
+            objectNumber=tree,
+            linkNumber=links - 1,
+            localPosition=[LENGTH, 0, 0],
+            storeInternal=False,
+            writeToFile=False,
             outputVariableType=exudyn.OutputVariableType.Position,
         )
-    )  # fmt: skip
+    )
     system.Assemble()
 
     def tip() -> Array:
@@ -137,7 +157,13 @@ def exudyn_chain(method: ExudynMethod, links: int, duration: float, steps: int, 
 
 
 def _exudyn_run(
-    exudyn: Any, system: Any, method: ExudynMethod, duration: float, steps: int, repeats: int, result: Callable[[], Array]
+    exudyn: Any,
+    system: Any,
+    method: ExudynMethod,
+    duration: float,
+    steps: int,
+    repeats: int,
+    result: Callable[[], Array],
 ) -> tuple[float, Array]:
     exudyn.config.suppressWarnings = True
     settings = exudyn.SimulationSettings()
@@ -168,7 +194,7 @@ def _exudyn_run(
     return seconds, result()
 
 
-# -- MuJoCo ------------------------------------------------------------------------------------------------------------------
+# -- MuJoCo ------------------------------------------------------------------------------------------------------------
 
 
 def mujoco_chain(integrator: str, links: int, duration: float, steps: int, repeats: int) -> tuple[float, float]:
@@ -180,7 +206,8 @@ def mujoco_chain(integrator: str, links: int, duration: float, steps: int, repea
     bodies = "".join(f'<body pos="{LENGTH if k else 0} 0 0">{one}' for k in range(links))
     text = (
         f'<mujoco><option timestep="{duration / steps!r}" integrator="{integrator}" gravity="0 0 {-GRAVITY}">'
-        f'<flag contact="disable" constraint="disable"/></option><worldbody>{bodies}<site name="tip" pos="{LENGTH} 0 0"/>'
+        f'<flag contact="disable" constraint="disable"/></option><worldbody>{bodies}<site name="tip" pos="{LENGTH} 0'
+        ' 0"/>'
         f"{'</body>' * links}</worldbody></mujoco>"
     )
     model = mujoco.MjModel.from_xml_string(text)

@@ -1,4 +1,5 @@
-"""Stepping of multibody systems beside EXUDYN and MuJoCo: the fast top with its joint, ten hinges, chains of any length.
+"""Stepping of multibody systems beside EXUDYN and MuJoCo: the fast top with its joint, ten hinges, chains of any
+length.
 
     python -m benchmarks.multibody_stepping [--parts top hinges lengths] [--json out.json] [--quick]
 
@@ -34,7 +35,7 @@ TRIED = tuple(round(1000 * 2 ** (k / 8)) for k in range(57))
 PARTS = ("top", "hinges", "lengths")
 
 
-# -- the fast top with its joint ---------------------------------------------------------------------------------------------
+# -- the fast top with its joint ---------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,8 @@ class TopRun:
 
 
 def first_that_meets(run: Callable[[int], float], target: float) -> int:
-    """Return the fewest steps of those tried that meet the target, and so do the next ones tried; 0 when there are none.
+    """Return the fewest steps of those tried that meet the target, and so do the next ones tried; 0 when there are
+    none.
 
     The second condition rejects errors that pass through zero by chance.
     """
@@ -98,7 +100,10 @@ def _own_top(formulation: tops.Formulation, tolerance: str, rho_inf: float, repe
     )
     note = ""
     if loop.statistics["newton_iterations"]:
-        note = f"{loop.per_step('newton_iterations'):.2f} iterations, {loop.per_step('factorizations'):.2g} factorizations a step"
+        note = (
+            f"{loop.per_step('newton_iterations'):.2f} iterations, {loop.per_step('factorizations'):.2g} factorizations"
+            " a step"
+        )
     return TopRun(name, steps, error_of(loop), loop.seconds * 1e3, loop.microseconds, note)
 
 
@@ -131,11 +136,16 @@ def top_table(runs: Sequence[TopRun]) -> str:
     met, unmet = [run for run in runs if run.steps], [run for run in runs if not run.steps]
     lines = [
         [
-            run.contestant, f"{run.steps}", f"{run.error:.1e}", figure(run.milliseconds), figure(run.microseconds),
-            f"{run.milliseconds / best:.3f}", run.note,
+            run.contestant,
+            f"{run.steps}",
+            f"{run.error:.1e}",
+            figure(run.milliseconds),
+            figure(run.microseconds),
+            f"{run.milliseconds / best:.3f}",
+            run.note,
         ]
         for run in sorted(met, key=lambda run: run.milliseconds)
-    ]  # fmt: skip
+    ]
     lines += [[run.contestant, "-", "-", "-", "-", "-", run.note] for run in unmet]
     return table(("contestant", "steps", "error, m", "ms", "us per step", "of EXUDYN's best", "note"), lines)
 
@@ -161,30 +171,45 @@ def top_steps(formulations: Sequence[tops.Formulation], tried: Sequence[int], re
         for steps in tried:
             for tolerance, settings in TOLERANCES.items():
                 loop = timed(
-                    formulation.model(), formulation.method, 1.0, steps, settings=settings, repeats=repeats, at_least=0.02
+                    formulation.model(),
+                    formulation.method,
+                    1.0,
+                    steps,
+                    settings=settings,
+                    repeats=repeats,
+                    at_least=0.02,
                 )
                 found.append(
                     StepRun(
-                        formulation.name, steps, tolerance, loop.microseconds, loop.spread, loop.per_step("newton_iterations"),
-                        loop.per_step("factorizations"), loop.failure,
+                        formulation.name,
+                        steps,
+                        tolerance,
+                        loop.microseconds,
+                        loop.spread,
+                        loop.per_step("newton_iterations"),
+                        loop.per_step("factorizations"),
+                        loop.failure,
                     )
-                )  # fmt: skip
+                )
     return found
 
 
 def step_table(runs: Sequence[StepRun]) -> str:
     lines = [
         [
-            run.formulation, f"{1 / run.steps:g}", run.tolerance,
-            run.failure or f"{figure(run.microseconds)} ±{50 * run.spread:.0f}%", f"{run.newton_iterations:.2f}",
+            run.formulation,
+            f"{1 / run.steps:g}",
+            run.tolerance,
+            run.failure or f"{figure(run.microseconds)} ±{50 * run.spread:.0f}%",
+            f"{run.newton_iterations:.2f}",
             f"{run.factorizations:.3g}",
         ]
         for run in runs
-    ]  # fmt: skip
+    ]
     return table(("formulation", "step, s", "tolerance", "us per step", "iterations", "factorizations"), lines)
 
 
-# -- ten hinges --------------------------------------------------------------------------------------------------------------
+# -- ten hinges --------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -203,7 +228,9 @@ def hinge_runs(repeats: int, peers: Sequence[str]) -> list[HingeRun]:
     for steps in (500, 2000):
         for method, tolerance in (("generalized_alpha", DEFAULT), ("generalized_alpha", LOOSE), ("rk4", DEFAULT)):
             model = eomgen.build(scene, method=method)
-            loop = timed(model, method, 0.5, steps, rho_inf=0.8, settings=TOLERANCES[tolerance], repeats=repeats, at_least=0.02)
+            loop = timed(
+                model, method, 0.5, steps, rho_inf=0.8, settings=TOLERANCES[tolerance], repeats=repeats, at_least=0.02
+            )
             if loop.failure:
                 raise RuntimeError(f"{method}: {loop.failure}")
             tip = model.point("rod9", [chains.LENGTH, 0, 0], loop.state["q"]).position
@@ -228,7 +255,7 @@ def hinge_table(runs: Sequence[HingeRun]) -> str:
     return table(("contestant", "step, s", "error of the tip, m", "us per step", "note"), lines)
 
 
-# -- all of it ---------------------------------------------------------------------------------------------------------------
+# -- all of it ---------------------------------------------------------------------------------------------------------
 
 
 def quick() -> int:

@@ -18,8 +18,8 @@ import platformdirs
 from eomgen.toolchain.compiler import PROFILES
 
 NATIVE = Path(__file__).resolve().parent / "native"
-#: ``O3`` is what one types, with gcc's own dialect, as ISO C would forbid it to fuse multiplications and additions; ``fast`` is
-#: eomgen's profile of that name.
+#: ``O3`` is what one types, with gcc's own dialect, as ISO C would forbid it to fuse multiplications and additions;
+#: ``fast`` is eomgen's profile of that name.
 FLAGS: Mapping[str, tuple[str, ...]] = {
     "O3": ("-std=gnu99", "-O3", "-march=native"),
     "fast": ("-std=c99", *PROFILES["fast"].flags),
@@ -43,7 +43,11 @@ def default_folder() -> Path:
 
 
 def build(
-    shelf: Path, files: Mapping[str, str], counted: Sequence[Sequence[str]], others: Sequence[Sequence[str]] = (), note: str = ""
+    shelf: Path,
+    files: Mapping[str, str],
+    counted: Sequence[Sequence[str]],
+    others: Sequence[Sequence[str]] = (),
+    note: str = "",
 ) -> Program:
     """Write files into a folder named after their content and run commands there, once.
 
@@ -57,7 +61,9 @@ def build(
     RuntimeError
         With what the compiler said.
     """
-    content = json.dumps([sorted(files.items()), [list(command) for command in counted], [list(command) for command in others]])
+    content = json.dumps(
+        [sorted(files.items()), [list(command) for command in counted], [list(command) for command in others]]
+    )
     folder = shelf / hashlib.sha256(content.encode()).hexdigest()[:20]
     stamp = folder / "seconds.json"
     if stamp.exists():

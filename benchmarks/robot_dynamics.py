@@ -1,8 +1,10 @@
-"""Inverse dynamics, mass matrix, forward dynamics and partials of robots: eomgen beside Pinocchio, in one run on one core.
+"""Inverse dynamics, mass matrix, forward dynamics and partials of robots: eomgen beside Pinocchio, in one run on one
+core.
 
     python -m benchmarks.robot_dynamics [--robots panda anymal_b talos] [--rounds 9] [--json out.json] [--quick]
 
-All contestants read the same URDF file, right angles snapped, and are checked against Pinocchio's wheel before any is timed.
+All contestants read the same URDF file, right angles snapped, and are checked against Pinocchio's wheel before any is
+timed.
 """
 
 from __future__ import annotations
@@ -52,15 +54,27 @@ class Row:
     def data(self) -> dict[str, object]:
         c, timing = self.contestant, self.timing
         return {
-            "robot": self.robot, "function": c.function, "peer": c.peer, "variant": c.variant, "flags": c.flags,
-            "error": self.error, "ns": timing.median if timing else None, "ns_smallest": timing.smallest if timing else None,
-            "spread": timing.spread if timing else None, "operations": c.operations, "compile_seconds": c.seconds,
-        }  # fmt: skip
+            "robot": self.robot,
+            "function": c.function,
+            "peer": c.peer,
+            "variant": c.variant,
+            "flags": c.flags,
+            "error": self.error,
+            "ns": timing.median if timing else None,
+            "ns_smallest": timing.smallest if timing else None,
+            "spread": timing.spread if timing else None,
+            "operations": c.operations,
+            "compile_seconds": c.seconds,
+        }
 
 
 def error_of(result: Array, expected: Array) -> float:
     """Return the largest difference, in units of the largest expected number."""
-    return float(np.max(np.abs(result - expected)) / np.max(np.abs(expected))) if result.shape == expected.shape else float("inf")
+    return (
+        float(np.max(np.abs(result - expected)) / np.max(np.abs(expected)))
+        if result.shape == expected.shape
+        else float("inf")
+    )
 
 
 @dataclasses.dataclass(frozen=True)
@@ -121,11 +135,25 @@ def summary_rows(robot: str, rows: Sequence[Row], functions: Sequence[str]) -> l
         own, own_fast = (best(rows, function, EOMGEN, flags) for flags in ("O3", "fast"))
         trace, trace_fast = (best(rows, function, TRACE, flags) for flags in ("O3", "fast"))
         native = best(rows, function, CPP, "O3")
-        lines.append([
-            robot, function, _time(own), _time(own_fast), _time(trace), _time(trace_fast), _time(native),
-            _ratio(own, trace), _ratio(own_fast, trace_fast), _ratio(own, native), _operations(own), _operations(trace),
-            _seconds(own), _seconds(trace), ", ".join(row.contestant.variant for row in (trace, native) if row),
-        ])  # fmt: skip
+        lines.append(
+            [
+                robot,
+                function,
+                _time(own),
+                _time(own_fast),
+                _time(trace),
+                _time(trace_fast),
+                _time(native),
+                _ratio(own, trace),
+                _ratio(own_fast, trace_fast),
+                _ratio(own, native),
+                _operations(own),
+                _operations(trace),
+                _seconds(own),
+                _seconds(trace),
+                ", ".join(row.contestant.variant for row in (trace, native) if row),
+            ]
+        )
     return lines
 
 
@@ -133,7 +161,7 @@ HEADER = (
     "robot", "function", "eomgen O3", "eomgen fast", "CasADi O3", "CasADi fast", "C++ O3",
     "eomgen/CasADi O3", "eomgen/CasADi fast", "eomgen/C++",
     "ops eomgen", "ops CasADi", "gcc s eomgen", "gcc s CasADi", "peers' fastest variants",
-)  # fmt: skip
+)  # fmt: skip  # a table
 
 
 def _time(row: Row | None) -> str:
@@ -155,14 +183,18 @@ def _seconds(row: Row | None) -> str:
 
 
 def parsed(words: Sequence[str] | None) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.robot_dynamics", description=(__doc__ or "").partition("\n")[0])
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.robot_dynamics", description=(__doc__ or "").partition("\n")[0]
+    )
     parser.add_argument("--robots", nargs="+", choices=list(ROBOTS), default=["panda", "anymal_b"])
     parser.add_argument("--functions", nargs="+", choices=FUNCTIONS, default=list(FUNCTIONS))
     parser.add_argument("--rounds", type=int, default=9, help="turns in which every contestant runs once")
     parser.add_argument("--batches", type=int, default=21, help="batches of 2 ms in each turn")
     parser.add_argument("--core", type=int, help="the core to stay on (the last one by default)")
     parser.add_argument("--work", type=Path, default=default_folder(), help="where compiled programs are kept")
-    parser.add_argument("--json", type=Path, help="write everything here as JSON, - for standard output instead of the tables")
+    parser.add_argument(
+        "--json", type=Path, help="write everything here as JSON, - for standard output instead of the tables"
+    )
     parser.add_argument("--quick", action="store_true", help="check eomgen's numbers on the Panda and time nothing")
     return parser.parse_args(words)
 
@@ -178,7 +210,9 @@ def quick(folder: Path, shelf: Path, functions: Sequence[str]) -> int:
     worst = 0.0
     for contestant in of_eomgen(described, peer, states, shelf, functions):
         error = error_of(contestant.results(folder / "results"), expected[contestant.function])
-        print(f"{contestant.function} {contestant.flags}: {'right' if error <= TOLERANCE else 'WRONG'}, error {error:.1e}")
+        print(
+            f"{contestant.function} {contestant.flags}: {'right' if error <= TOLERANCE else 'WRONG'}, error {error:.1e}"
+        )
         worst = max(worst, error)
     return 0 if worst <= TOLERANCE else 1
 
@@ -207,7 +241,10 @@ def main(words: Sequence[str] | None = None) -> int:
         else:
             arguments.json.write_text(text + "\n", encoding="utf-8")
     if str(arguments.json) != "-":
-        print(f"{machine()}, core {core}\nns per call: median of {arguments.rounds} turns, ± half the range of the turns\n")
+        print(
+            f"{machine()}, core {core}\nns per call: median of {arguments.rounds} turns, ± half the range of the"
+            " turns\n"
+        )
         by_robot = zip(arguments.robots, found, strict=True)
         print(table(HEADER, [line for name, own in by_robot for line in summary_rows(name, own, arguments.functions)]))
         print("\n" + detail(rows))
@@ -220,11 +257,19 @@ def detail(rows: Sequence[Row]) -> str:
     header = ("robot", "function", "peer", "variant", "flags", "ns", "smallest", "add+mul", "compile s", "error")
     cells = [
         [
-            row.robot, row.contestant.function, row.contestant.peer, row.contestant.variant, row.contestant.flags, _time(row),
-            figure(row.timing.smallest if row.timing else None), _operations(row), _seconds(row), f"{row.error:.0e}",
+            row.robot,
+            row.contestant.function,
+            row.contestant.peer,
+            row.contestant.variant,
+            row.contestant.flags,
+            _time(row),
+            figure(row.timing.smallest if row.timing else None),
+            _operations(row),
+            _seconds(row),
+            f"{row.error:.0e}",
         ]
         for row in rows
-    ]  # fmt: skip
+    ]
     return table(header, cells)
 
 

@@ -1,4 +1,5 @@
-"""The robots: the same URDF file as a scene of eomgen and as a model of Pinocchio, and how their coordinates correspond."""
+"""The robots: the same URDF file as a scene of eomgen and as a model of Pinocchio, and how their coordinates
+correspond."""
 
 from __future__ import annotations
 
@@ -62,9 +63,12 @@ def driven(undriven: Scene) -> Scene:
     places = [(joint, index) for joint in undriven.joints for index in range(_sizes(joint)[1])]
     names = [f"effort_{number}" for number in range(len(places))]
     efforts = [
-        Effort(name, joint.name, Symbol("input", name), index) for name, (joint, index) in zip(names, places, strict=True)
+        Effort(name, joint.name, Symbol("input", name), index)
+        for name, (joint, index) in zip(names, places, strict=True)
     ]
-    return dataclasses.replace(undriven, inputs=tuple(Input(name) for name in names), elements=(*undriven.elements, *efforts))
+    return dataclasses.replace(
+        undriven, inputs=tuple(Input(name) for name in names), elements=(*undriven.elements, *efforts)
+    )
 
 
 def shortened(whole: Scene, count: int) -> Scene:
@@ -78,7 +82,8 @@ def _sizes(joint: Joint) -> tuple[int, int]:
 
 @dataclass(frozen=True)
 class PinocchioModel:
-    """Pinocchio's reading of the same file, right angles snapped: a model in Python and the text that the programs read."""
+    """Pinocchio's reading of the same file, right angles snapped: a model in Python and the text that the programs
+    read."""
 
     model: Any
     text: str
@@ -101,7 +106,11 @@ def pinocchio_model(robot: Robot, described: Scene) -> PinocchioModel:
     import pinocchio as pin  # type: ignore[import-untyped]  # noqa: PLC0415  # a peer, which may be missing
 
     file = str(urdf(robot))
-    model = pin.buildModelFromUrdf(file, pin.JointModelFreeFlyer()) if robot.root == "free" else pin.buildModelFromUrdf(file)
+    model = (
+        pin.buildModelFromUrdf(file, pin.JointModelFreeFlyer())
+        if robot.root == "free"
+        else pin.buildModelFromUrdf(file)
+    )
     if robot.locked:
         model = pin.buildReducedModel(model, [model.getJointId(name) for name in robot.locked], pin.neutral(model))
     model.gravity.linear = np.array([item.value for item in described.gravity if hasattr(item, "value")])

@@ -1,9 +1,11 @@
-"""The spin-up beam: our two steppers, SciPy on the same generated right-hand side at equal error, and EXUDYN's beam elements.
+"""The spin-up beam: our two steppers, SciPy on the same generated right-hand side at equal error, and EXUDYN's beam
+elements.
 
     python -m benchmarks.spin_up_beam [--repeats 7] [--json out.json] [--quick]
 
-Set A with three bending modes, 20 s. Errors are the largest ones of the tip's deflection at whole tenths of a second: of ours
-and SciPy's against DOP853 at 1e-12 on the same equations, of EXUDYN's 16 elements against its own run with a quarter of the step.
+Set A with three bending modes, 20 s. Errors are the largest ones of the tip's deflection at whole tenths of a second:
+of ours and SciPy's against DOP853 at 1e-12 on the same equations, of EXUDYN's 16 elements against its own run with a
+quarter of the step.
 """
 
 from __future__ import annotations
@@ -91,7 +93,8 @@ def scipy_at(model: Model, end: float, times: Array, method: str, reference: Arr
         values, calls = scipy_tip(model, end, times, method, 10.0**-exponent)
         found = float(np.abs(values - reference).max())
         if found <= error:
-            middle, spread = timed(lambda: scipy_tip(model, end, times, method, 10.0**-exponent), repeats)  # noqa: B023  # called now
+            # called now
+            middle, spread = timed(lambda: scipy_tip(model, end, times, method, 10.0**-exponent), repeats)  # noqa: B023
             return Run(f"SciPy, {method}", calls, middle, spread, found)
     raise RuntimeError(f"{method} does not meet {error:.1e} m")
 
@@ -117,7 +120,9 @@ def measured(end: float, repeats: int) -> list[Run]:
 
 
 def main(words: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.spin_up_beam", description=(__doc__ or "").partition("\n")[0])
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.spin_up_beam", description=(__doc__ or "").partition("\n")[0]
+    )
     parser.add_argument("--repeats", type=int, default=7)
     parser.add_argument("--core", type=int, help="the core to stay on (the last one by default)")
     parser.add_argument("--json", type=Path)
@@ -128,10 +133,15 @@ def main(words: Sequence[str] | None = None) -> int:
     runs = measured(0.5 if arguments.quick else 20.0, 1 if arguments.quick else arguments.repeats)
     first = runs[0].milliseconds
     rows = [
-        [run.name, f"{run.calls}", f"{figure(run.milliseconds)} ±{50 * run.spread:.0f}%", f"{run.milliseconds / first:.3g}",
-         f"{run.error:.1e}"]
+        [
+            run.name,
+            f"{run.calls}",
+            f"{figure(run.milliseconds)} ±{50 * run.spread:.0f}%",
+            f"{run.milliseconds / first:.3g}",
+            f"{run.error:.1e}",
+        ]
         for run in runs
-    ]  # fmt: skip
+    ]
     print(f"{machine()}, core {core}\n")
     print(table(("contestant", "steps or calls", "ms", "in units of the first", "error, m"), rows))
     if arguments.json:

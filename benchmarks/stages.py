@@ -1,6 +1,7 @@
 """What generation_time measures, in a process of its own: imports nothing before its clocks run.
 
-    python -m benchmarks.stages stages '{"urdf": "arm.urdf", "root": "fixed", "lock": [], "terms": [], "method": "rk4", ...}'
+python -m benchmarks.stages stages '{"urdf": "arm.urdf", "root": "fixed", "lock": [], "terms": [], "method": "rk4",
+...}'
 """
 
 # ruff: noqa: PLC0415  # importing is part of what is measured
@@ -62,7 +63,8 @@ def stages(urdf: str, root: str, lock: list[str], terms: list[str], method: str,
 
 
 def first_step(urdf: str, root: str, lock: list[str], terms: list[str], method: str) -> dict[str, float]:
-    """Build (from the cache, where it is there) and take one step; CPU seconds of each part, CPU and wall seconds of all."""
+    """Build (from the cache, where it is there) and take one step; CPU seconds of each part, CPU and wall seconds of
+    all."""
     lap = Lap()
     import eomgen
 

@@ -1,9 +1,10 @@
-"""Time per step of the compiled time loops, with what the stepper counted, beside SciPy's solve_ivp on the same right-hand side.
+"""Time per step of the compiled time loops, with what the stepper counted, beside SciPy's solve_ivp on the same
+right-hand side.
 
     python -m benchmarks.stepping [--repeats 7] [--json out.json] [--quick]
 
-Our loops take fixed steps; solve_ivp (DOP853) is asked for the error that the loop turned out to have. Both are held against a
-reference run of DOP853 at 1e-12.
+Our loops take fixed steps; solve_ivp (DOP853) is asked for the error that the loop turned out to have. Both are held
+against a reference run of DOP853 at 1e-12.
 """
 
 from __future__ import annotations
@@ -60,7 +61,8 @@ CASES = (
 
 @dataclass(frozen=True)
 class Run:
-    """One method on one scene; ``error`` is the largest one in q and v at the end, relative to the largest number there."""
+    """One method on one scene; ``error`` is the largest one in q and v at the end, relative to the largest number
+    there."""
 
     scene: str
     method: str
@@ -137,33 +139,52 @@ def measured(case: Case, repeats: int) -> list[Run]:
         spread = range_of_seconds / middle
         runs.append(
             Run(
-                scene=case.name, method=method, nv=model.nv, steps=steps, microseconds=per_step, spread=spread, **counted,
-                error=error, seconds_of_scipy=of_scipy, evaluations_of_scipy=evaluations,
+                scene=case.name,
+                method=method,
+                nv=model.nv,
+                steps=steps,
+                microseconds=per_step,
+                spread=spread,
+                **counted,
+                error=error,
+                seconds_of_scipy=of_scipy,
+                evaluations_of_scipy=evaluations,
             )
-        )  # fmt: skip
+        )
     return runs
 
 
 HEADER = (
     "scene", "method", "nv", "steps", "us per step", "iterations", "factorizations", "evaluations", "error",
     "SciPy ms", "SciPy calls", "SciPy / ours",
-)  # fmt: skip
+)  # fmt: skip  # a table
 
 
 def lines_of(runs: Sequence[Run]) -> list[list[str]]:
     """Return the table's lines."""
     return [
         [
-            run.scene, run.method, f"{run.nv}", f"{run.steps}", f"{figure(run.microseconds)} ±{50 * run.spread:.0f}%",
-            figure(run.newton_iterations), figure(run.factorizations), figure(run.evaluations), f"{run.error:.1e}",
-            figure(run.seconds_of_scipy * 1e3), f"{run.evaluations_of_scipy}", figure(run.ratio),
+            run.scene,
+            run.method,
+            f"{run.nv}",
+            f"{run.steps}",
+            f"{figure(run.microseconds)} ±{50 * run.spread:.0f}%",
+            figure(run.newton_iterations),
+            figure(run.factorizations),
+            figure(run.evaluations),
+            f"{run.error:.1e}",
+            figure(run.seconds_of_scipy * 1e3),
+            f"{run.evaluations_of_scipy}",
+            figure(run.ratio),
         ]
         for run in runs
-    ]  # fmt: skip
+    ]
 
 
 def main(words: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.stepping", description=(__doc__ or "").partition("\n")[0])
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.stepping", description=(__doc__ or "").partition("\n")[0]
+    )
     parser.add_argument("--repeats", type=int, default=7)
     parser.add_argument("--core", type=int, help="the core to stay on (the last one by default)")
     parser.add_argument("--json", type=Path)

@@ -1,11 +1,13 @@
-"""Taylor steps of eomgen and of heyoka: time per trajectory at the same error, on a fast top and on chains of two and six rods.
+"""Taylor steps of eomgen and of heyoka: time per trajectory at the same error, on a fast top and on chains of two and
+six rods.
 
     python -m benchmarks.taylor_and_heyoka [--quick] [--core N] [--json out.json]
 
-Both choose order and steps by a tolerance. For each error that is asked for, each side gets the tolerance, the equations and, for
-heyoka, the mode of compilation (straight or compact) with which it gets there first. Then both take turns on one core, and
-the median of the rounds is shown. Building and compiling count on neither side. heyoka gets eomgen's forward dynamics as well as
-equations in absolute angles. Errors are the largest in q at the end, against heyoka in long double at 1e-18.
+Both choose order and steps by a tolerance. For each error that is asked for, each side gets the tolerance, the
+equations and, for heyoka, the mode of compilation (straight or compact) with which it gets there first. Then both take
+turns on one core, and the median of the rounds is shown. Building and compiling count on neither side. heyoka gets
+eomgen's forward dynamics as well as equations in absolute angles. Errors are the largest in q at the end, against
+heyoka in long double at 1e-18.
 """
 
 from __future__ import annotations
@@ -134,7 +136,11 @@ def reference(case: Case, model: Model) -> Array:
 
     start = np.concatenate([model.initial_q, model.initial_v]).astype(np.longdouble)
     integrator = heyoka.taylor_adaptive(
-        equations.of_system(derive(case.scene)), start, tol=np.longdouble(1e-18), fp_type=np.longdouble, compact_mode=True
+        equations.of_system(derive(case.scene)),
+        start,
+        tol=np.longdouble(1e-18),
+        fp_type=np.longdouble,
+        compact_mode=True,
     )
     integrator.propagate_until(np.longdouble(case.duration))
     return np.array(integrator.state)
@@ -177,9 +183,12 @@ def compare(case: Case, quick: bool) -> list[dict[str, Any]]:
         if len(pair) == 2:
             seconds = [float("nan")] * 2 if quick else measured(pair, ROUNDS)
             row |= {
-                "eomgen": seconds[0], "heyoka": seconds[1], "ratio": seconds[0] / seconds[1],
-                "errors": [one.error for one in pair], "settings": [one.label for one in pair],
-            }  # fmt: skip
+                "eomgen": seconds[0],
+                "heyoka": seconds[1],
+                "ratio": seconds[0] / seconds[1],
+                "errors": [one.error for one in pair],
+                "settings": [one.label for one in pair],
+            }
         rows.append(row)
     return rows
 
@@ -194,7 +203,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     pin_to_core(options.core)
     print(machine())
-    rows = [row for case in cases() if not options.cases or case.name in options.cases for row in compare(case, options.quick)]
+    rows = [
+        row
+        for case in cases()
+        if not options.cases or case.name in options.cases
+        for row in compare(case, options.quick)
+    ]
     header = ["case", "error", "eomgen us", "heyoka us", "ratio", "errors reached", "eomgen", "heyoka"]
     lines = []
     for row in rows:

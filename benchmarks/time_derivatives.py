@@ -2,7 +2,8 @@
 
     python -m benchmarks.time_derivatives [--robots panda talos] [--rounds 9] [--json out.json] [--quick]
 
-All functions of one robot are timed in turns on one core. Their numbers are held against the closed form on the Lie group.
+All functions of one robot are timed in turns on one core. Their numbers are held against the closed form on the Lie
+group.
 """
 
 from __future__ import annotations
@@ -78,9 +79,7 @@ def make(robot: Scene, name: str, flags: str, shelf: Path, folder: Path) -> Made
     states = folder / f"{program.prefix}.states"
     blocks = random_states(system)
     np.concatenate([blocks[block] for block in BLOCKS], axis=1).tofile(states)
-    return Made(
-        name, system, derived - start, emitted - derived, built.seconds, (str(built.file("run")),), states
-    )  # fmt: skip
+    return Made(name, system, derived - start, emitted - derived, built.seconds, (str(built.file("run")),), states)
 
 
 def _call(prefix: str, function: ProgramFunction, system: System) -> str:
@@ -146,7 +145,9 @@ def main(words: Sequence[str] | None = None) -> int:
                 errors = [error_of(robot, item, folder) for item in made]
                 right &= max(errors) <= TOLERANCE
                 if options.quick:
-                    print("\n".join(f"{item.name} {flags}: {error:.1e}" for item, error in zip(made, errors, strict=True)))
+                    print(
+                        "\n".join(f"{item.name} {flags}: {error:.1e}" for item, error in zip(made, errors, strict=True))
+                    )
                     continue
                 commands = [[*item.command, "time", str(item.states), str(options.batches)] for item in made]
                 timings = interleaved(commands, options.rounds)
@@ -157,18 +158,32 @@ def main(words: Sequence[str] | None = None) -> int:
                     operations = item.system.counts[item.name].flops
                     data.append(
                         {
-                            "robot": name, "function": item.name, "flags": flags, "operations": operations, "error": error,
-                            "derive": item.derive, "emit": item.emit, "compile": item.compile, "ns": timing.median,
-                            "spread": timing.spread, "ratio": timing.median / alone,
+                            "robot": name,
+                            "function": item.name,
+                            "flags": flags,
+                            "operations": operations,
+                            "error": error,
+                            "derive": item.derive,
+                            "emit": item.emit,
+                            "compile": item.compile,
+                            "ns": timing.median,
+                            "spread": timing.spread,
+                            "ratio": timing.median / alone,
                         }
-                    )  # fmt: skip
+                    )
                     lines.append(
                         [
-                            item.name, str(operations), figure(item.derive, 2), figure(item.emit, 2), figure(item.compile, 2),
-                            figure(timing.median), f"{100 * timing.spread / 2:.0f} %", f"{timing.median / alone:.2f}",
+                            item.name,
+                            str(operations),
+                            figure(item.derive, 2),
+                            figure(item.emit, 2),
+                            figure(item.compile, 2),
+                            figure(timing.median),
+                            f"{100 * timing.spread / 2:.0f} %",
+                            f"{timing.median / alone:.2f}",
                             f"{error:.0e}",
                         ]
-                    )  # fmt: skip
+                    )
                 print(f"{name}, {flags}\n")
                 header = ["function", "operations", "derive s", "emit s", "gcc s", "ns", "+-", "x alone", "error"]
                 print(table(header, lines) + "\n")

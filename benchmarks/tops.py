@@ -94,7 +94,8 @@ class Motion:
 
 
 def motion(model: Model, q: Array, v: Array, vdot: Array, multipliers: Array | None = None) -> Motion:
-    """Return the top's motion from the states of any formulation; multipliers that there are none of follow from the motion."""
+    """Return the top's motion from the states of any formulation; multipliers that there are none of follow from the
+    motion."""
     pose = model.pose("top", q)
     R = rotations(pose[..., :4])
     if multipliers is None or not multipliers.shape[-1]:
@@ -127,7 +128,9 @@ def errors(found: Motion, expected: Motion) -> tuple[float, float, float]:
         np.linalg.norm(found.quaternion - expected.quaternion, axis=-1),
         np.linalg.norm(found.quaternion + expected.quaternion, axis=-1),
     )
-    angle = np.where(cosine > 0.9, 4.0 * np.arcsin(np.minimum(1.0, 0.5 * difference)), 2.0 * np.arccos(np.minimum(1.0, cosine)))
+    angle = np.where(
+        cosine > 0.9, 4.0 * np.arcsin(np.minimum(1.0, 0.5 * difference)), 2.0 * np.arccos(np.minimum(1.0, cosine))
+    )
     position = np.linalg.norm(found.center - expected.center, axis=-1)
     multiplier = np.linalg.norm(found.multipliers - expected.multipliers, axis=-1)
     return float(np.max(position)), float(np.max(angle)), float(np.max(multiplier))

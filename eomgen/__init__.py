@@ -38,12 +38,18 @@ _HOMES = {
     "System": "eomgen.system.system",
     **dict.fromkeys(
         (
-            "DescriptionError", "EomgenError", "FileError", "ModelError",
-            "NumericalError", "Problem", "ToolchainError", "UsageError",
+            "DescriptionError",
+            "EomgenError",
+            "FileError",
+            "ModelError",
+            "NumericalError",
+            "Problem",
+            "ToolchainError",
+            "UsageError",
         ),
         "eomgen.errors",
     ),
-}  # fmt: skip
+}
 
 __all__ = [
     "DescriptionError",

@@ -1,7 +1,8 @@
 """Error messages for wrong calls from Python: unknown arguments, names and attributes, with the nearest known ones.
 
-Python's own answers (TypeError, KeyError, AttributeError) name what is wrong and not what to try. What is raised here is
-``UsageError``; for names and attributes also the class that Python would raise, which ``hasattr`` and callers may rely on.
+Python's own answers (TypeError, KeyError, AttributeError) name what is wrong and not what to try. What is raised here
+is ``UsageError``; for names and attributes also the class that Python would raise, which ``hasattr`` and callers may
+rely on.
 """
 
 from __future__ import annotations
@@ -23,10 +24,28 @@ C = TypeVar("C", bound=type)
 #: What a compiled model does, and what is looked for at scenes, at systems and at the package.
 OF_MODELS = frozenset(
     {
-        "simulate", "resume", "equilibrium", "steady_motion", "linearize", "root_locus", "calibrate", "evaluate", "mass", "force",
-        "coupling", "inverse_dynamics", "forward_dynamics", "partials", "energy", "outputs", "pose", "twist", "point", "rhs",
+        "simulate",
+        "resume",
+        "equilibrium",
+        "steady_motion",
+        "linearize",
+        "root_locus",
+        "calibrate",
+        "evaluate",
+        "mass",
+        "force",
+        "coupling",
+        "inverse_dynamics",
+        "forward_dynamics",
+        "partials",
+        "energy",
+        "outputs",
+        "pose",
+        "twist",
+        "point",
+        "rhs",
     }
-)  # fmt: skip
+)
 #: What stands before the arguments that a caller writes.
 _OWNERS = ("self", "cls", "model")
 
@@ -90,7 +109,8 @@ def checked_call(what_to_try: str = "", **meant: str) -> Callable[[Callable[P, R
 
 
 def checked_calls(what_to_try: str = "", **meant: str) -> Callable[[C], C]:
-    """Return a class decorator that puts ``checked_call`` on the constructor and the public methods, inherited ones too."""
+    """Return a class decorator that puts ``checked_call`` on the constructor and the public methods, inherited ones
+    too."""
 
     def decorated(kind: C) -> C:
         for name in dir(kind):
@@ -116,7 +136,9 @@ def unknown_attribute(owner: object, name: str) -> AttributeError:
         except AttributeError as error:
             return error
     article = "an" if kind[0] in "AEIOU" else "a"
-    return UnknownAttribute(Problem("", f"{article} {kind} has no {shown(name)}", attribute_hint(name, dir(owner), kind)))
+    return UnknownAttribute(
+        Problem("", f"{article} {kind} has no {shown(name)}", attribute_hint(name, dir(owner), kind))
+    )
 
 
 def attribute_hint(name: str, known: Iterable[str], kind: str = "") -> str:
@@ -130,7 +152,11 @@ def attribute_hint(name: str, known: Iterable[str], kind: str = "") -> str:
 
 
 def _misfit(
-    function: Callable[..., Any], args: tuple[Any, ...], kwargs: Mapping[str, Any], what_to_try: str, meant: Mapping[str, str]
+    function: Callable[..., Any],
+    args: tuple[Any, ...],
+    kwargs: Mapping[str, Any],
+    what_to_try: str,
+    meant: Mapping[str, str],
 ) -> Problem | None:
     """Return what is wrong with the arguments of a call; None when they fit."""
     signature = inspect.signature(function)
@@ -158,7 +184,9 @@ def _misfit(
         by_name = [name for name in named if name not in in_order]
         what = f"{len(given)} arguments are given without a name, and {len(in_order) or 'none'} can be"
         what += f": {', '.join(in_order)}" if in_order else ""
-        hint = f"{by_name[0]}=..., and likewise for the others" if by_name else "the others by name" if takes_any else ""
+        hint = (
+            f"{by_name[0]}=..., and likewise for the others" if by_name else "the others by name" if takes_any else ""
+        )
         return Problem(where, what, hint or "fewer arguments")
     twice = [name for name in in_order[: len(given)] if name in kwargs]
     if twice:

@@ -18,7 +18,8 @@ def extensions(group: str) -> Iterator[EntryPoint]:
 
 
 def loaded(entry: EntryPoint, kind: type[Row]) -> Row:
-    """Return what an entry point names. Raises UsageError naming its distribution where that fails, or gives something else."""
+    """Return what an entry point names. Raises UsageError naming its distribution where that fails, or gives something
+    else."""
     try:
         row = entry.load()
     except Exception as error:  # whatever a module of others does when it is imported

@@ -32,7 +32,8 @@ def write_arrays(path: Path, arrays: Mapping[str, Array], metadata: Mapping[str,
 def read_arrays(
     path: Path, kind: str = "solution", hint: str = "a .npz file of Solution.save"
 ) -> tuple[dict[str, Array], dict[str, Any]]:
-    """Return the arrays and the metadata of an archive of ours; ``kind`` and ``hint`` are for messages. Raises FileError."""
+    """Return the arrays and the metadata of an archive of ours; ``kind`` and ``hint`` are for messages. Raises
+    FileError."""
     try:
         with path.open("rb") as stream:
             if not zipfile.is_zipfile(stream):
@@ -46,7 +47,9 @@ def read_arrays(
     except OSError as error:
         raise FileError(Problem(str(path), f"cannot be read: {error.strerror or error}", "another path")) from None
     except KeyError as error:
-        raise FileError(Problem(str(path), f"this is not a {kind} written by eomgen: {error.args[0]} is missing")) from None
+        raise FileError(
+            Problem(str(path), f"this is not a {kind} written by eomgen: {error.args[0]} is missing")
+        ) from None
     # zipfile raises NotImplementedError for a compression or encryption that it does not know: such a file is not ours
     except (ValueError, EOFError, NotImplementedError, zlib.error, zipfile.BadZipFile) as error:
         raise FileError(Problem(str(path), f"this is not a {kind} written by eomgen: {error}", hint)) from None
@@ -85,7 +88,9 @@ def make_folder(path: Path) -> Path:
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise FileError(Problem(str(path), f"the folder cannot be made: {error.strerror or error}", "another folder")) from None
+        raise FileError(
+            Problem(str(path), f"the folder cannot be made: {error.strerror or error}", "another folder")
+        ) from None
     return path
 
 

@@ -25,10 +25,10 @@ if TYPE_CHECKING:
 class Model(CompiledModel):
     """A compiled scene.
 
-    All functions take arrays whose last axis holds the components; leading axes are a batch and broadcast. SI units, twists
-    angular first, quaternions (w, x, y, z). ``t`` defaults to 0, ``u`` to the scene's formulas at ``t`` (or 0), ``parameters``
-    (a mapping from names to values, or an array) to the scene's values, ``z`` (likewise) to the internal states' initial
-    values, ``base`` to the scene's prescribed motion at ``t``.
+    All functions take arrays whose last axis holds the components; leading axes are a batch and broadcast. SI units,
+    twists angular first, quaternions (w, x, y, z). ``t`` defaults to 0, ``u`` to the scene's formulas at ``t`` (or 0),
+    ``parameters`` (a mapping from names to values, or an array) to the scene's values, ``z`` (likewise) to the internal
+    states' initial values, ``base`` to the scene's prescribed motion at ``t``.
     A term that the model was built without raises UsageError, and so does an argument of the wrong shape.
     """
 
@@ -39,34 +39,55 @@ class Model(CompiledModel):
         return simulate(self, t_end, step, **options)
 
     def equilibrium(
-        self, initial: Mapping[str, Any] | None = None, parameters: Parameters = None, t: float = 0.0, u: Inputs = None, *,
+        self,
+        initial: Mapping[str, Any] | None = None,
+        parameters: Parameters = None,
+        t: float = 0.0,
+        u: Inputs = None,
+        *,
         any_kind: bool = False,
-    ) -> Equilibrium:  # fmt: skip
+    ) -> Equilibrium:
         """Return a state of rest near the initial one; see ``eomgen.analysis.equilibrium``."""
         from eomgen.analysis.equilibrium import equilibrium  # noqa: PLC0415
 
         return equilibrium(self, initial, parameters, t, u, any_kind=any_kind)
 
     def steady_motion(
-        self, velocities: Mapping[str, float] | None = None, coordinates: Mapping[str, ArrayLike] | None = None,
-        initial: Mapping[str, Any] | None = None, parameters: Parameters = None, t: float = 0.0, u: Inputs = None,
-    ) -> SteadyMotion:  # fmt: skip
+        self,
+        velocities: Mapping[str, float] | None = None,
+        coordinates: Mapping[str, ArrayLike] | None = None,
+        initial: Mapping[str, Any] | None = None,
+        parameters: Parameters = None,
+        t: float = 0.0,
+        u: Inputs = None,
+    ) -> SteadyMotion:
         """Return a motion with constant velocities near the initial state; see ``eomgen.analysis.steady_motion``."""
         from eomgen.analysis.steady_motion import steady_motion  # noqa: PLC0415
 
         return steady_motion(self, velocities, coordinates, initial, parameters, t, u)
 
     def linearize(
-        self, q: ArrayLike | None = None, v: ArrayLike | None = None, a: ArrayLike | None = None, t: float = 0.0,
-        u: Inputs = None, *, z: States = None, multipliers: ArrayLike | None = None, parameters: Parameters = None,
-        base: ArrayLike | None = None, at: str | EquilibriumState | None = None, initial: Mapping[str, Any] | None = None,
-        any_kind: bool = False, independent: Sequence[str] = (),
-    ) -> Linearization:  # fmt: skip
+        self,
+        q: ArrayLike | None = None,
+        v: ArrayLike | None = None,
+        a: ArrayLike | None = None,
+        t: float = 0.0,
+        u: Inputs = None,
+        *,
+        z: States = None,
+        multipliers: ArrayLike | None = None,
+        parameters: Parameters = None,
+        base: ArrayLike | None = None,
+        at: str | EquilibriumState | None = None,
+        initial: Mapping[str, Any] | None = None,
+        any_kind: bool = False,
+        independent: Sequence[str] = (),
+    ) -> Linearization:
         """Return the linear model about a state: second order, state space, modes, frequency responses.
 
-        Without a state: about the static equilibrium near the initial state at ``t``, with the base held; on a base that moves
-        at t about rest relative to it, where that lasts; where there is neither, about the initial state itself. What
-        depends on time is frozen at ``t``.
+        Without a state: about the static equilibrium near the initial state at ``t``, with the base held; on a base
+        that moves at t about rest relative to it, where that lasts; where there is neither, about the initial state
+        itself. What depends on time is frozen at ``t``.
 
         Parameters
         ----------
@@ -76,8 +97,8 @@ class Model(CompiledModel):
         multipliers : (rows,)
             Those of the state where they are not given.
         at : str, or a result of ``equilibrium`` or ``steady_motion``
-            ``equilibrium`` or ``steady`` (an error where there is none), or ``initial``. What was found with other inputs and
-            parameters than the scene's needs them here again.
+            ``equilibrium`` or ``steady`` (an error where there is none), or ``initial``. What was found with other
+            inputs and parameters than the scene's needs them here again.
         initial : mapping
             As of ``simulate``: where to start, or to look for equilibrium.
         any_kind : bool
@@ -98,14 +119,23 @@ class Model(CompiledModel):
 
         given = {"q": q, "v": v, "a": a, "z": z, "multipliers": multipliers}
         return linearize(
-            self, given, t, u, parameters=parameters, base=base, at=at, initial=initial, any_kind=any_kind,
+            self,
+            given,
+            t,
+            u,
+            parameters=parameters,
+            base=base,
+            at=at,
+            initial=initial,
+            any_kind=any_kind,
             independent=independent,
-        )  # fmt: skip
+        )
 
     def root_locus(
         self, parameter: str, values: Sequence[float], *, parameters: Mapping[str, float] | None = None, **options: Any
     ) -> RootLocus:
-        """Return the eigenvalues of linear models over values of a tunable parameter, each root followed from value to value.
+        """Return the eigenvalues of linear models over values of a tunable parameter, each root followed from value to
+        value.
 
         Parameters
         ----------

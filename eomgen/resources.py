@@ -14,5 +14,6 @@ def template_folder() -> Path:
         if (folder / "c").is_dir():
             return folder
     raise FileError(
-        f"the templates are neither in {package / '_templates'} nor in {package.parent / 'templates'}", "reinstall eomgen"
+        f"the templates are neither in {package / '_templates'} nor in {package.parent / 'templates'}",
+        "reinstall eomgen",
     )

@@ -1,4 +1,5 @@
-"""Draw the pictures of the examples into their folders: ``python examples/pictures.py [NAME ...]``, all of them by default."""
+"""Draw the pictures of the examples into their folders: ``python examples/pictures.py [NAME ...]``, all of them by
+default."""
 
 from __future__ import annotations
 
@@ -73,7 +74,9 @@ def elastic_slider_crank() -> None:
     bending.legend(frameon=False, loc="upper left", ncols=2, fontsize=8)
     consistent, published = (1e6 * run.outputs["stretch"][:, 1] for run in runs)
     stretch.plot(time, consistent, color=BLUE, label="consistent inertia")
-    stretch.plot(time, 30.0 * (published - consistent), color=VERMILION, linewidth=0.4, label="published less consistent, × 30")
+    stretch.plot(
+        time, 30.0 * (published - consistent), color=VERMILION, linewidth=0.4, label="published less consistent, × 30"
+    )
     stretch.set(xlabel="time, ms", ylabel="stretch at the end, µm", ylim=(-20, 32))
     stretch.legend(frameon=False, loc="upper right", fontsize=8)
     factors = [10.0**decade for decade in range(9)]
@@ -86,10 +89,15 @@ def elastic_slider_crank() -> None:
 
 
 def off_the_rigid_mechanism(model: eomgen.Model, factor: float) -> tuple[float, float]:
-    """Return the greatest differences of rod angle and slider with a rod that is stiffer by a factor, in steps of 1 ms."""
+    """Return the greatest differences of rod angle and slider with a rod that is stiffer by a factor, in steps of 1
+    ms."""
     bent = {"position": [0.0, 0.0, 1.03339863e-5 / factor, 1.69327969e-5 / factor], "velocity": [0.0] * 4}
     end = 0.3 + 1.69327969e-5 / factor
-    start = {"rod": bent, "cylinder": {"position": 0.15 + end, "velocity": 0.0}, "big_end": {"velocity": -22.5 / end - 150.0}}
+    start = {
+        "rod": bent,
+        "cylinder": {"position": 0.15 + end, "velocity": 0.0},
+        "big_end": {"velocity": -22.5 / end - 150.0},
+    }
     run = model.simulate(step=1e-3, rho_inf=0.6, parameters={"modulus": 0.2e12 * factor}, initial=start)
     crank, rod = run.outputs["angles"].T
     rigid = -np.arcsin(0.5 * np.sin(crank))
@@ -149,7 +157,9 @@ def elastic_full_car() -> None:
             answers = [[linear.frequency_response(omega, road, output) for road in track] for track in car.tracks]
             squares = sum(np.abs((front + rear * late) / omega) ** 2 for front, rear in answers)
             if axes is density or parameters is not stiff:
-                axes.loglog(frequency, factor * np.sqrt(rough * squares), style, color=colour, linewidth=1.0, label=label)
+                axes.loglog(
+                    frequency, factor * np.sqrt(rough * squares), style, color=colour, linewidth=1.0, label=label
+                )
     density.set(ylabel="acceleration of the middle, (m/s²)/√Hz", ylim=(1e-4, 4))
     twist.set(ylabel="twist, first mode, mrad/√Hz", ylim=(1e-5, 0.1))
     for axes in (density, twist):
@@ -159,11 +169,17 @@ def elastic_full_car() -> None:
     places = np.arange(len(car.rows))[::-1]
     passive = script["expected"](model, car, suspensions["passive"])
     for shift, (label, parameters, colour, _) in zip((0.24, 0.0, -0.24), lines[1:], strict=True):
-        theory, run = (found / passive for found in (
-            script["expected"](model, car, parameters), script["simulated"](model, car, parameters, 100.0)
-        ))  # fmt: skip
+        theory, run = (
+            found / passive
+            for found in (
+                script["expected"](model, car, parameters),
+                script["simulated"](model, car, parameters, 100.0),
+            )
+        )
         table.barh(places + shift, theory, color=colour, height=0.22, alpha=0.75, label=f"{label}, stationary")
-        table.plot(run, places + shift, "|", color="black", markersize=6, label="simulated, 100 s" if label == "LQR" else None)
+        table.plot(
+            run, places + shift, "|", color="black", markersize=6, label="simulated, 100 s" if label == "LQR" else None
+        )
     table.set_yticks(places, [title.rsplit(",", 1)[0] for _, _, title, _ in car.rows], fontsize=8)
     table.set(xlabel="root mean square, passive = 1", xlim=(0, 1.9), ylim=(-0.6, len(places) + 1.7))
     table.legend(frameon=False, loc="upper right", fontsize=7, ncols=2)
@@ -186,7 +202,9 @@ def elastic_pendulum() -> None:
     for axis, colour, style in ((0, BLUE, "-"), (1, VERMILION, "--"), (2, GREEN, "-.")):
         paths.plot(run.t, tip[:, axis], style, color=colour, label="xyz"[axis])
         label = "EXUDYN" if axis == 2 else None
-        paths.plot([0.5, 1.0, 1.5, 2.0], exact[:, axis], "o", color="black", markersize=4, fillstyle="none", label=label)
+        paths.plot(
+            [0.5, 1.0, 1.5, 2.0], exact[:, axis], "o", color="black", markersize=4, fillstyle="none", label=label
+        )
     paths.set(xlabel="time, s", ylabel="position of the tip, m", xlim=(0, 2.03), ylim=(-2.2, 3.2))
     paths.legend(frameon=False, ncols=4, loc="upper right", fontsize=8)
     chord = tip / np.linalg.norm(tip, axis=1)[:, np.newaxis]
@@ -199,7 +217,10 @@ def elastic_pendulum() -> None:
 def pi_servo() -> None:
     model = eomgen.build(FOLDER / "pi_servo" / "scene.toml")
     figure, (upper, lower) = plt.subplots(2, 1, figsize=(7, 4.6), layout="constrained", sharex=True)
-    for label, tracking, colour, style in (("integral held back", 0.3, BLUE, "-"), ("integral winds up", 1e6, VERMILION, "--")):
+    for label, tracking, colour, style in (
+        ("integral held back", 0.3, BLUE, "-"),
+        ("integral winds up", 1e6, VERMILION, "--"),
+    ):
         run = model.simulate(parameters={"tracking": tracking})
         upper.plot(run.t, run.outputs["angles"][:, 1], color=colour, linestyle=style, label=label)
         lower.plot(run.t, run.outputs["torques"][:, 0], color=colour, linestyle=style, linewidth=1.0)
@@ -261,7 +282,9 @@ def heavy_top() -> None:
         model = eomgen.build(FOLDER / "heavy_top" / f"{name}.toml")
         ends = [model.simulate(1.0, 2.0**-exponent).outputs["centre_of_mass"][-1] for exponent in exponents]
         steps = [2.0**-exponent for exponent in exponents]
-        right.loglog(steps, np.linalg.norm(np.array(ends) - at_1, axis=1), color=colour, marker=marker, markersize=4, label=label)
+        right.loglog(
+            steps, np.linalg.norm(np.array(ends) - at_1, axis=1), color=colour, marker=marker, markersize=4, label=label
+        )
     right.set(xlabel="step, s", ylabel="error of the position at 1 s, m")
     right.legend(frameon=False)
     save(figure, "heavy_top")
@@ -307,7 +330,14 @@ def four_bar() -> None:
     paths = ((pin, "crank pin", BLUE, "-"), (end, "rocker pin", GREEN, "-"), (tracer, "tracer", VERMILION, "--"))
     for path, label, colour, style in paths:
         left.plot(path[turn, 0], path[turn, 2], color=colour, linestyle=style, linewidth=1.0, label=label)
-    left.plot([0, pin[0, 0], end[0, 0], 0.4], [0, pin[0, 2], end[0, 2], 0], color="black", linewidth=2, marker="o", markersize=4)
+    left.plot(
+        [0, pin[0, 0], end[0, 0], 0.4],
+        [0, pin[0, 2], end[0, 2], 0],
+        color="black",
+        linewidth=2,
+        marker="o",
+        markersize=4,
+    )
     left.set(xlabel="x, m", ylabel="z, m")
     left.set_aspect("equal", adjustable="datalim")
     left.legend(frameon=False, loc="upper left")
@@ -382,8 +412,10 @@ def quarter_car_on_bump() -> None:
     flying = deflection < 0.0
     figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.4), layout="constrained")
     for values, label, colour, style in (
-        (road, "road", "black", "-"), (run.q[:, 0], "wheel", BLUE, "-"), (run.q[:, 1], "body", VERMILION, "--"),
-    ):  # fmt: skip
+        (road, "road", "black", "-"),
+        (run.q[:, 0], "wheel", BLUE, "-"),
+        (run.q[:, 1], "body", VERMILION, "--"),
+    ):
         left.plot(run.t, 1e3 * values, color=colour, linestyle=style, linewidth=1.1, label=label)
     right.plot(run.t, 1e-3 * load, color=BLUE, linewidth=1.1)
     for axes in (left, right):
@@ -407,7 +439,9 @@ def half_car_on_measured_road() -> None:
     top.set(ylabel="height, mm", xlim=(35, 60), ylim=(-25, 95))
     top.legend(frameon=False, ncols=3, loc="upper right")
     bottom.plot(distance, 1e3 * body[:, 0], color=GREEN, linewidth=1.1, label="heave of the body, mm")
-    bottom.plot(distance, 1e3 * body[:, 1], color="#CC79A7", linestyle="--", linewidth=1.1, label="pitch of the body, mrad")
+    bottom.plot(
+        distance, 1e3 * body[:, 1], color="#CC79A7", linestyle="--", linewidth=1.1, label="pitch of the body, mrad"
+    )
     bottom.set(ylim=(-6, 22), ylabel="mm, mrad", xlabel="place of the front wheel on the road, m")
     bottom.legend(frameon=False, ncols=2, loc="upper right")
     save(figure, "half_car_on_measured_road")

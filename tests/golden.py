@@ -1,7 +1,7 @@
 """The golden C code in ``generated/``: written by ``eomgen.generate``, compared byte by byte, accepted by one command.
 
-    python -m tests.golden             show what would change
-    python -m tests.golden --update    accept it (make golden)
+python -m tests.golden             show what would change
+python -m tests.golden --update    accept it (make golden)
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
-"""The picture of the rooms in docs/architecture.md, drawn from the imports: ``python -m tests.rooms docs/rooms.svg`` renews it.
+"""The picture of the rooms in docs/architecture.md, drawn from the imports: ``python -m tests.rooms docs/rooms.svg``
+renews it.
 
-An arrow leads from a room to one that it imports; those that follow from others are left out (transitive reduction), and so are
-the rooms that everybody may import.
+An arrow leads from a room to one that it imports; those that follow from others are left out (transitive reduction),
+and so are the rooms that everybody may import.
 """
 
 from __future__ import annotations
@@ -29,11 +30,15 @@ def arrows() -> dict[str, set[str]]:
         return set().union(*({other} | reached(other) for other in direct[room])) if direct[room] else set()
 
     below = {room: reached(room) for room in direct}
-    return {room: {to for to in targets if not any(to in below[other] for other in targets)} for room, targets in direct.items()}
+    return {
+        room: {to for to in targets if not any(to in below[other] for other in targets)}
+        for room, targets in direct.items()
+    }
 
 
 def levels(graph: dict[str, set[str]]) -> list[list[str]]:
-    """Return the rooms level by level from the bottom; a room stands above all that it imports, near what it imports."""
+    """Return the rooms level by level from the bottom; a room stands above all that it imports, near what it
+    imports."""
 
     def level(room: str) -> int:
         return 1 + max((level(other) for other in graph[room]), default=-1)
@@ -111,8 +116,14 @@ def drawing() -> str:
 def _box(x: float, y: float, width: float, height: float, name: str, lines: list[str]) -> str:
     middle = x + width / 2
     found = [
-        f'<rect x="{x:.0f}" y="{y:.0f}" width="{width:.0f}" height="{height:.0f}" rx="5" fill="#eef3f7" stroke="#2f4858"/>',
-        f'<text x="{middle:.0f}" y="{y + (17 if lines else 24):.0f}" font-size="13" fill="#12202b">{escape(name)}</text>',
+        (
+            f'<rect x="{x:.0f}" y="{y:.0f}" width="{width:.0f}" height="{height:.0f}" rx="5" fill="#eef3f7"'
+            ' stroke="#2f4858"/>'
+        ),
+        (
+            f'<text x="{middle:.0f}" y="{y + (17 if lines else 24):.0f}" font-size="13"'
+            f' fill="#12202b">{escape(name)}</text>'
+        ),
     ]
     found += [
         f'<text x="{middle:.0f}" y="{y + 30 + 12 * number:.0f}" font-size="10" fill="#43596b">{escape(line)}</text>'

@@ -19,7 +19,7 @@ from tests.models.scenes import PENDULUM_TOML, pendulum, pendulum_scene
 CART = {
     "format": 1, "name": "cart", "bodies": {"cart": {"mass": 1}},
     "joints": {"rail": {"type": "prismatic", "parent": "base", "child": "cart", "axis": [1, 0, 0]}},
-}  # fmt: skip
+}  # fmt: skip  # a table
 
 
 def builder() -> eomgen.SceneBuilder:
@@ -31,8 +31,14 @@ def builder() -> eomgen.SceneBuilder:
     [
         (lambda: pendulum().simulate(1.0, u={"torque": 1.0}), "simulate: there is no argument 'u'; try: inputs"),
         (lambda: pendulum().simulate(1.0, dt=1e-3), "simulate: there is no argument 'dt'; try: step"),
-        (lambda: pendulum().simulate(1.0, tolerence=1e-3), "simulate: there is no argument 'tolerence'; try: tolerance"),
-        (lambda: pendulum().simulate(1.0, h=1e-3, params={}), "there is no argument 'h', 'params'; try: step and parameters"),
+        (
+            lambda: pendulum().simulate(1.0, tolerence=1e-3),
+            "simulate: there is no argument 'tolerence'; try: tolerance",
+        ),
+        (
+            lambda: pendulum().simulate(1.0, h=1e-3, params={}),
+            "there is no argument 'h', 'params'; try: step and parameters",
+        ),
         (
             lambda: pendulum().simulate(1.0, 1e-3, "rk4"),
             "simulate: 3 arguments are given without a name, and 2 can be: t_end, step; try: the others by name",
@@ -41,19 +47,34 @@ def builder() -> eomgen.SceneBuilder:
         (lambda: pendulum().force([0.1], [0.2], inputs=[1.0]), "force: there is no argument 'inputs'; try: u"),
         (lambda: pendulum().mass(), "mass: the argument q is missing; try: q=..."),
         (lambda: pendulum().mass([0.1], q=[0.1]), "mass: the argument q is given twice, by its place and by its name"),
-        (lambda: pendulum().linearize(when=0.1), "linearize: there is no argument 'when'; try: one of q, v, a, t, u, z"),
+        (
+            lambda: pendulum().linearize(when=0.1),
+            "linearize: there is no argument 'when'; try: one of q, v, a, t, u, z",
+        ),
         (lambda: eomgen.build(CART, metod="rk4"), "build: there is no argument 'metod'; try: method"),
         (eomgen.build, "build: the argument scene is missing; try: a scene or the path of one"),
-        (lambda: eomgen.build(builder()), "a SceneBuilder collects a scene, which its method build returns; try: builder."),
+        (
+            lambda: eomgen.build(builder()),
+            "a SceneBuilder collects a scene, which its method build returns; try: builder.",
+        ),
         (lambda: eomgen.load(3), "a scene, a path or a mapping like a scene file is needed, not int; try: eomgen.load"),
         (lambda: eomgen.load(CART, lock=["rail"]), "load: lock: for URDF files only; try: the path of a .urdf file"),
         (
             lambda: eomgen.load(pendulum_scene(), coordinates="absolute"),
-            "coordinates: this Scene has joint coordinates, and they are chosen where it is read; try: the path or the mapping",
+            (
+                "coordinates: this Scene has joint coordinates, and they are chosen where it is read; try: the path or"
+                " the mapping"
+            ),
         ),
-        (lambda: eomgen.Model("x.toml"), 'Model: the arguments library, stepper are missing; try: eomgen.build("scene.toml")'),
+        (
+            lambda: eomgen.Model("x.toml"),
+            'Model: the arguments library, stepper are missing; try: eomgen.build("scene.toml")',
+        ),
         (lambda: eomgen.Solution("x.npz"), 'z, multipliers are missing; try: eomgen.Solution.load("run.npz")'),
-        (lambda: eomgen.Scene("x.toml"), 'Scene: the arguments bodies, joints are missing; try: eomgen.load("scene.toml")'),
+        (
+            lambda: eomgen.Scene("x.toml"),
+            'Scene: the arguments bodies, joints are missing; try: eomgen.load("scene.toml")',
+        ),
         (
             lambda: builder().joint("rail", "prismatic", "base", "cart", axes=[1, 0, 0]),
             "joint: there is no argument 'axes'; try: axis or x_axis",
@@ -61,11 +82,16 @@ def builder() -> eomgen.SceneBuilder:
         (lambda: builder().body("other"), "body: the argument mass is missing; try: mass=..."),
         (lambda: pendulum().evaluate("inertia", [0.1]), "energy; try: mass"),
         (lambda: pendulum().evaluate("jacobians", [0.1]), 'energy; try: eomgen.build(scene, terms=[..., "jacobians"])'),
-        (lambda: eomgen.build(CART, terms=["inertia", "h"]), "no term is called 'inertia', 'h'; try: mass and coupling"),
+        (
+            lambda: eomgen.build(CART, terms=["inertia", "h"]),
+            "no term is called 'inertia', 'h'; try: mass and coupling",
+        ),
         (
             lambda: eomgen.derive(CART, terms=["mass"]).sympy("force"),
-            "sympy: the term force is not in this System, which was derived with mass; "
-            'try: eomgen.derive(scene, terms=[..., "force"])',
+            (
+                "sympy: the term force is not in this System, which was derived with mass; "
+                'try: eomgen.derive(scene, terms=[..., "force"])'
+            ),
         ),
         (lambda: eomgen.derive(CART, terms=["mass"]).sympy("Q"), "was derived with mass; try: force"),
     ],
@@ -78,9 +104,17 @@ def test_calls_that_cannot_be_taken(call: Callable[[], object], text: str) -> No
 @pytest.mark.parametrize(
     ("owner", "name", "text"),
     [
-        (pendulum_scene, "simulate", "a Scene has no 'simulate'; try: eomgen.build(scene).simulate(...), of the compiled model"),
+        (
+            pendulum_scene,
+            "simulate",
+            "a Scene has no 'simulate'; try: eomgen.build(scene).simulate(...), of the compiled model",
+        ),
         (builder, "simulate", "a SceneBuilder has no 'simulate'; try: eomgen.build(builder.build()).simulate(...)"),
-        (lambda: eomgen.derive(CART, ["mass"]), "linearize", "a System has no 'linearize'; try: eomgen.build(scene).linearize"),
+        (
+            lambda: eomgen.derive(CART, ["mass"]),
+            "linearize",
+            "a System has no 'linearize'; try: eomgen.build(scene).linearize",
+        ),
         (pendulum, "mass_matrix", "a Model has no 'mass_matrix'; try: mass"),
         (pendulum, "intial_q", "a Model has no 'intial_q'; try: initial_q"),
         (lambda: pendulum().simulate(0.01, 1e-2), "output", "a Solution has no 'output'; try: outputs"),
@@ -95,7 +129,9 @@ def test_attributes_that_there_are_not(owner: Callable[[], object], name: str, t
 
 
 def test_the_package_itself_names_where_runs_are() -> None:
-    with pytest.raises(AttributeError, match=r"no attribute 'simulate'; try: eomgen\.build\(scene\)\.simulate\(\.\.\.\)"):
+    with pytest.raises(
+        AttributeError, match=r"no attribute 'simulate'; try: eomgen\.build\(scene\)\.simulate\(\.\.\.\)"
+    ):
         eomgen.simulate  # noqa: B018
     with pytest.raises(AttributeError, match="no attribute 'SceneBulder'; try: SceneBuilder"):
         eomgen.SceneBulder  # noqa: B018
@@ -152,7 +188,10 @@ def test_numbers_that_numpy_writes_into_formulas_are_named() -> None:
     formula = f"{angle!r} * sin(t)" if "np" in repr(angle) else "np.float64(0.3) * sin(t)"
     made = builder().joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0])
     for text, hint in (
-        (formula, 'the number alone: NumPy writes its own as np.float64(...) into a text; f"{float(x)}" writes a plain one'),
+        (
+            formula,
+            'the number alone: NumPy writes its own as np.float64(...) into a text; f"{float(x)}" writes a plain one',
+        ),
         ("np.sin(t)", "sin(...)"),
         ("foo.bar(t)", "one of abs, acos"),
     ):

@@ -1,4 +1,5 @@
-"""The rooms of the package open downwards only, and SymPy stays out of the way from a cached build to a running model."""
+"""The rooms of the package open downwards only, and SymPy stays out of the way from a cached build to a running
+model."""
 
 from __future__ import annotations
 
@@ -49,25 +50,79 @@ DOORS: dict[str, set[str]] = {
     "results": {"arrays", "calls", "compiled", "errors", "files", "formula", "lie", "linear", "resources", "system"},
     "analysis": {"arrays", "compiled", "errors", "formula", "lie", "linear", "solvers", "system", "text"},
     "simulation": {
-        "analysis", "arrays", "calls", "codegen.metadata", "compiled", "errors", "files", "formula", "integrators", "lie",
-        "linear", "results", "system", "toolchain", "version",
+        "analysis",
+        "arrays",
+        "calls",
+        "codegen.metadata",
+        "compiled",
+        "errors",
+        "files",
+        "formula",
+        "integrators",
+        "lie",
+        "linear",
+        "results",
+        "system",
+        "toolchain",
+        "version",
     },
     "model": {"analysis", "calls", "compiled", "linear", "results", "simulation"},
     # verbs
     "pipeline": {
-        "arrays", "calls", "codegen", "compiled", "control", "errors", "extensions", "formula", "integrators", "linear",
-        "mechanics", "model", "scene", "solvers", "symbolic", "system", "text", "toolchain", "version",
+        "arrays",
+        "calls",
+        "codegen",
+        "compiled",
+        "control",
+        "errors",
+        "extensions",
+        "formula",
+        "integrators",
+        "linear",
+        "mechanics",
+        "model",
+        "scene",
+        "solvers",
+        "symbolic",
+        "system",
+        "text",
+        "toolchain",
+        "version",
     },
     "studies": {
-        "analysis", "compiled", "errors", "files", "formula", "lie", "model", "pipeline", "scene", "symbolic",
-        "system", "text",
+        "analysis",
+        "compiled",
+        "errors",
+        "files",
+        "formula",
+        "lie",
+        "model",
+        "pipeline",
+        "scene",
+        "symbolic",
+        "system",
+        "text",
     },
     "cli": {
-        "analysis", "errors", "files", "linear", "mechanics", "model", "pipeline", "results", "scene", "simulation",
-        "studies", "system", "text", "toolchain", "units", "version",
+        "analysis",
+        "errors",
+        "files",
+        "linear",
+        "mechanics",
+        "model",
+        "pipeline",
+        "results",
+        "scene",
+        "simulation",
+        "studies",
+        "system",
+        "text",
+        "toolchain",
+        "units",
+        "version",
     },
     "__main__": {"cli"},
-}  # fmt: skip
+}
 
 #: For rooms with an inner order: their parts, each of which imports only from parts of lines before its own.
 ORDER: dict[str, tuple[str, ...]] = {
@@ -226,7 +281,11 @@ def test_every_room_is_in_the_table() -> None:
 
 @pytest.mark.parametrize("room", DOORS)
 def test_rooms_import_what_their_doors_allow(room: str) -> None:
-    wrong = [f"{module} imports {name}" for module, name, _ in _own() if module.split(".")[0] == room and not _may(room, name)]
+    wrong = [
+        f"{module} imports {name}"
+        for module, name, _ in _own()
+        if module.split(".")[0] == room and not _may(room, name)
+    ]
     assert wrong == []
 
 
@@ -319,7 +378,11 @@ def _reason(module: str, target: str, table: Mapping[str, Mapping[str, str]]) ->
 
 def test_imports_within_functions_have_a_reason() -> None:
     late = [(module, target) for module, target, kind in _own() if kind is Kind.LATE]
-    wrong = [f"{module} imports {target} within a function" for module, target in late if _reason(module, target, LATE) is None]
+    wrong = [
+        f"{module} imports {target} within a function"
+        for module, target in late
+        if _reason(module, target, LATE) is None
+    ]
     assert wrong == []
     used = {_reason(module, target, LATE) for module, target in late}
     assert {(user, name) for user, targets in LATE.items() for name in targets} - used == set()
@@ -341,7 +404,11 @@ def test_nothing_is_evaluated_or_unpickled() -> None:
     for module, path in _modules():
         wrong += [f"{module} imports {name}" for name, _ in _imports(path) if name.split(".")[0] in NO_PICKLE_NO_EVAL]
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in ("eval", "exec", "compile"):
+            if (
+                isinstance(node, ast.Call)
+                and isinstance(node.func, ast.Name)
+                and node.func.id in ("eval", "exec", "compile")
+            ):
                 wrong.append(f"{module}:{node.lineno} calls {node.func.id}")
             if isinstance(node, ast.Name | ast.Attribute):
                 name = node.id if isinstance(node, ast.Name) else node.attr
@@ -415,7 +482,8 @@ def test_a_cached_model_runs_without_sympy(tmp_path: Path) -> None:
     path.write_text(PENDULUM_TOML, encoding="utf-8")
     cache = {"EOMGEN_CACHE": str(tmp_path / "cache")}
     first = _run(_CACHED.format(path=str(path)), **cache)
-    later = [_run(_CACHED.format(path=str(path)), **cache) for _ in range(3)]  # an edit of the checkout in between builds anew
+    # an edit of the checkout in between builds anew
+    later = [_run(_CACHED.format(path=str(path)), **cache) for _ in range(3)]
     second = next((text for text in later if text.startswith("True []")), later[-1])
     assert first.startswith("True ['sympy', 'jinja2'")
     assert second.startswith("True []")

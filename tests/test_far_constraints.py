@@ -18,32 +18,52 @@ from eomgen.symbolic.evaluate import evaluate
 from eomgen.system.system import System
 
 Data = dict[str, Any]
-TERMS = ("mass", "constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "constraint_size", "residual")
+TERMS = (
+    "mass",
+    "constraint",
+    "constraint_velocity",
+    "constraint_bias",
+    "constraint_jacobian",
+    "constraint_size",
+    "residual",
+)
 COORDINATES = {
     "joint": ({}, {}), "SE3": ({"coordinates": "absolute"}, {"group": "SE3"}),
     "R3xSO3": ({"coordinates": "absolute"}, {"group": "R3xSO3"}),
-}  # fmt: skip
+}  # fmt: skip  # a table
 #: What the constraint lets slide, and how many rows it has.
 SLIDES = {
-    "point_on_line": ([0, 0, 1], 2), "prismatic": ([0, 0, 1], 5), "cylindrical": ([0, 0, 1], 4), "planar": ([1, 0, 0], 3),
+    "point_on_line": ([0, 0, 1], 2),
+    "prismatic": ([0, 0, 1], 5),
+    "cylindrical": ([0, 0, 1], 4),
+    "planar": ([1, 0, 0], 3),
     "distance": ([0, 0, 1], 1),
-}  # fmt: skip
+}
 UTM = (500000.0, 5400000.0)
 
 
 def wheel(
     place: tuple[float, float], coordinates: str = "joint", radius: float = 0.2, tilt: float = 0.1, spin: float = 5.0
-) -> Data:  # fmt: skip
+) -> Data:
     top, group = COORDINATES[coordinates]
     initial = {
-        "position": [*place, radius], "rotation": [{"axis": [1, 0, 0], "angle": tilt}], "velocity": [0, spin, 0, 5 * radius, 0, 0]
-    }  # fmt: skip
-    ground = {"type": "rolling", "first": {"body": "base", "axis": [0, 0, 1]}, "second": {"body": "wheel", "axis": [0, 1, 0]}}
+        "position": [*place, radius],
+        "rotation": [{"axis": [1, 0, 0], "angle": tilt}],
+        "velocity": [0, spin, 0, 5 * radius, 0, 0],
+    }
+    ground = {
+        "type": "rolling",
+        "first": {"body": "base", "axis": [0, 0, 1]},
+        "second": {"body": "wheel", "axis": [0, 1, 0]},
+    }
     return {
-        "format": 1, "name": "wheel", **top, "bodies": {"wheel": {"mass": 3.0, "inertia": [0.02, 0.04, 0.02], **group}},
+        "format": 1,
+        "name": "wheel",
+        **top,
+        "bodies": {"wheel": {"mass": 3.0, "inertia": [0.02, 0.04, 0.02], **group}},
         "joints": {"wheel": {"type": "free", "parent": "base", "child": "wheel", "initial": initial}},
         "constraints": {"ground": {**ground, "radius": radius}},
-    }  # fmt: skip
+    }
 
 
 def sliding(kind: str, far: float, coordinates: str, *, exchanged: bool) -> Data:
@@ -63,9 +83,14 @@ def sliding(kind: str, far: float, coordinates: str, *, exchanged: bool) -> Data
     body = {"mass": 2.0, "center_of_mass": [0.1, 0.2, 0.05], "inertia": [0.1, 0.2, 0.15], **group}
     initial = {"position": place.tolist(), "velocity": [0.0, 0.0, 0.5, 0.1, 0.2, 0.3]}
     return {
-        "format": 1, "name": "sliding", "gravity": [1.0, 2.0, -9.81], **top, "bodies": {"b": body},
-        "joints": {"j": {"type": "free", "parent": "base", "child": "b", "initial": initial}}, "constraints": {"held": item},
-    }  # fmt: skip
+        "format": 1,
+        "name": "sliding",
+        "gravity": [1.0, 2.0, -9.81],
+        **top,
+        "bodies": {"b": body},
+        "joints": {"j": {"type": "free", "parent": "base", "child": "b", "initial": initial}},
+        "constraints": {"held": item},
+    }
 
 
 def assembled(data: Data) -> System:
@@ -113,7 +138,8 @@ def test_run_far_away() -> None:
 @pytest.mark.parametrize("coordinates", COORDINATES)
 @pytest.mark.parametrize("kind", SLIDES)
 def test_sliding_far_away(kind: str, coordinates: str) -> None:
-    """Frames turn with the second body, the line and the plane with the first: where the far frame turns, levers are as long."""
+    """Frames turn with the second body, the line and the plane with the first: where the far frame turns, levers are as
+    long."""
     for exchanged in (False, True):
         turns = kind != "distance" and exchanged == (kind in ("point_on_line", "planar"))
         near = assembled(sliding(kind, 0.0, coordinates, exchanged=exchanged))
@@ -126,8 +152,10 @@ def test_sliding_far_away(kind: str, coordinates: str) -> None:
 
 def test_frame_that_turns_far_away() -> None:
     text = (
-        r"cannot be met together: after 0 corrections still off: .*held: origins meet along y by .*; turning moves held: "
-        r"origins meet along y by 1e\+06 m per rad, where what it joins measures 0.6 m; try: the two frames of the constraint "
+        r"cannot be met together: after 0 corrections still off: .*held: origins meet along y by .*; turning moves"
+        r" held: "
+        r"origins meet along y by 1e\+06 m per rad, where what it joins measures 0.6 m; try: the two frames of the"
+        r" constraint "
         r"near each other, or its first and second exchanged"
     )
     with pytest.raises(ModelError, match=text):
@@ -135,16 +163,21 @@ def test_frame_that_turns_far_away() -> None:
 
 
 def test_rows_that_rounding_hides() -> None:
-    """A lever of 0.03 mm 1e8 m away from the plane's origin is some two thousand units of the last place of the distance."""
+    """A lever of 0.03 mm 1e8 m away from the plane's origin is some two thousand units of the last place of the
+    distance."""
     hinge = {"type": "revolute", "parent": "base", "child": "b", "axis": [0, 1, 0], "position": [1e8, 0, 0]}
     plane = {"body": "base", "axis": [0, 0, 1], "position": [0, 0, 0]}
     tip = {"body": "b", "position": [3e-5, 0, 0]}
     data = {
-        "format": 1, "name": "tip", "bodies": {"b": {"mass": 1.0, "inertia": [1.0, 1.0, 1.0]}}, "joints": {"h": hinge},
+        "format": 1,
+        "name": "tip",
+        "bodies": {"b": {"mass": 1.0, "inertia": [1.0, 1.0, 1.0]}},
+        "joints": {"h": hinge},
         "constraints": {"table": {"type": "rolling", "shape": "sphere", "first": plane, "second": tip, "radius": 1e-9}},
-    }  # fmt: skip
+    }
     text = (
-        r"rounding hides whether these rows follow from others: table: contact.*; places up to 1e\+08 m away are subtracted in "
+        r"rounding hides whether these rows follow from others: table: contact.*; places up to 1e\+08 m away are"
+        r" subtracted in "
         r"them, and what they join measures 3e-05 m; try: frames of constraints and an origin nearer to the machine"
     )
     with pytest.raises(ModelError, match=text):
@@ -153,21 +186,28 @@ def test_rows_that_rounding_hides() -> None:
 
 @pytest.mark.parametrize("kind", ["prismatic", "cylindrical"])
 def test_a_slider_that_has_travelled_far_in_absolute_coordinates_is_refused(kind: str) -> None:
-    """Its rows for places have the travel for a lever, beside which its rows for angles say too little: they were left out."""
+    """Its rows for places have the travel for a lever, beside which its rows for angles say too little: they were left
+    out."""
     for travel in (1e5, 1e6):
         position = travel if kind == "prismatic" else [0.0, travel]
         joint = {"type": kind, "parent": "base", "child": "car", "axis": [1, 0, 0], "initial": {"position": position}}
         scene = {
-            "format": 1, "name": "train", "coordinates": "absolute", "joints": {"road": joint},
-            "bodies": {"car": {"mass": 1500.0, "inertia": [100.0, 200.0, 300.0]}}, "terms": ["mass", "residual"],
-        }  # fmt: skip
+            "format": 1,
+            "name": "train",
+            "coordinates": "absolute",
+            "joints": {"road": joint},
+            "bodies": {"car": {"mass": 1500.0, "inertia": [100.0, 200.0, 300.0]}},
+            "terms": ["mass", "residual"],
+        }
         if travel == 1e5:
             assert len(eomgen.build(scene, profile="quick").multipliers) == (5 if kind == "prismatic" else 4)
             continue
         with pytest.raises(eomgen.ModelError) as refusal:
             eomgen.build(scene, profile="quick")
-        assert str(refusal.value) == (
-            "model error: constraints: turning moves road: origins meet along x by 1e+06 m per rad, so that nothing tells "
-            "whether these rows follow from others: road: z stays perpendicular to x, road: z stays perpendicular to y; try: "
-            'the two frames of the constraint near each other, or its first and second exchanged, or coordinates = "joint"'
+        assert (
+            str(refusal.value)
+            == "model error: constraints: turning moves road: origins meet along x by 1e+06 m per rad, so that nothing"
+            " tells whether these rows follow from others: road: z stays perpendicular to x, road: z stays"
+            " perpendicular to y; try: the two frames of the constraint near each other, or its first and second"
+            ' exchanged, or coordinates = "joint"'
         )

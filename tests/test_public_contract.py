@@ -1,4 +1,5 @@
-"""The public contract, used as a reader of the README would: names, roads from TOML and from Python, and equal results."""
+"""The public contract, used as a reader of the README would: names, roads from TOML and from Python, and equal
+results."""
 
 from __future__ import annotations
 
@@ -26,7 +27,9 @@ def scene_file(tmp_path: Path) -> Path:
 def test_public_names_are_there() -> None:
     for name in eomgen.__all__:
         assert getattr(eomgen, name) is not None
-    assert {"load", "derive", "generate", "build", "SceneBuilder", "Scene", "System", "Model", "Solution"} <= set(dir(eomgen))
+    assert {"load", "derive", "generate", "build", "SceneBuilder", "Scene", "System", "Model", "Solution"} <= set(
+        dir(eomgen)
+    )
     with pytest.raises(AttributeError, match="module 'eomgen' has no attribute 'simulate'"):
         eomgen.simulate  # type: ignore[attr-defined]  # noqa: B018
 
@@ -43,7 +46,12 @@ def test_system_counts_and_shows_its_terms(scene_file: Path) -> None:
     import sympy
 
     system = eomgen.derive(eomgen.load(scene_file), terms=["mass", "force"])
-    assert set(system.functions) == {"mass", "force", "inputs"} or set(system.functions) == {"mass", "force", "base", "inputs"}
+    assert set(system.functions) == {"mass", "force", "inputs"} or set(system.functions) == {
+        "mass",
+        "force",
+        "base",
+        "inputs",
+    }
     assert system.counts["mass"].functions == 0 and 1 <= system.counts["mass"].flops <= 4
     matrix = sympy.Matrix(system.sympy("mass"))
     length = set(matrix.free_symbols)
@@ -72,7 +80,9 @@ def test_the_generated_folder_gives_the_same_bits_as_python(scene_file: Path, tm
 
 def test_a_method_of_the_scene_that_does_not_exist_is_named_with_its_line(scene_file: Path) -> None:
     scene_file.write_text(PENDULUM_TOML + 'method = "newmrk"\n', encoding="utf-8")
-    with pytest.raises(eomgen.DescriptionError, match=r"scene\.toml:\d+ \(simulation\.method\): there is no method 'newmrk'"):
+    with pytest.raises(
+        eomgen.DescriptionError, match=r"scene\.toml:\d+ \(simulation\.method\): there is no method 'newmrk'"
+    ):
         eomgen.build(scene_file)
 
 

@@ -1,4 +1,5 @@
-"""Planar loops closed by joints in space keep their mobility in any plane, anywhere, on the base and in flight, in any units."""
+"""Planar loops closed by joints in space keep their mobility in any plane, anywhere, on the base and in flight, in any
+units."""
 
 from __future__ import annotations
 
@@ -31,10 +32,13 @@ from tests.oracles.similarity import DECIMAL, UnitsOf, in_units
 
 #: Planes in which rows that say nothing vanish exactly, nearly, and not at all.
 NAMED = {
-    "as drawn": np.eye(3), "by a hair": rotation_about((1, 0, 0), 1e-9), "a little": rotation_about((1, 0, 1), 1e-6),
-    "about x": rotation_about((1, 0, 0), 0.3), "to the ground": rotation_about((1, 0, 0), np.pi / 2),
+    "as drawn": np.eye(3),
+    "by a hair": rotation_about((1, 0, 0), 1e-9),
+    "a little": rotation_about((1, 0, 1), 1e-6),
+    "about x": rotation_about((1, 0, 0), 0.3),
+    "to the ground": rotation_about((1, 0, 0), np.pi / 2),
     "in the plane": rotation_about((0, 1, 0), 0.7),
-}  # fmt: skip
+}
 TERMS = ("mass", "constraint", "constraint_velocity", "constraint_jacobian", "constraint_size")
 
 
@@ -53,7 +57,7 @@ def free(system: System) -> int:
     return system.nv - len(system.multipliers)
 
 
-# -- mobility --------------------------------------------------------------------------------------------------------------
+# -- mobility ----------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("plane", NAMED)
@@ -100,11 +104,13 @@ def test_a_million_lengths_away(loop: str, coordinates: str, rng: np.random.Gene
     assert flying.nv - len(flying.multipliers) == 7
 
 
-# -- starts ----------------------------------------------------------------------------------------------------------------
+# -- starts ------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])
-def test_a_start_is_brought_onto_the_constraints_in_every_plane_alike(coordinates: str, rng: np.random.Generator) -> None:
+def test_a_start_is_brought_onto_the_constraints_in_every_plane_alike(
+    coordinates: str, rng: np.random.Generator
+) -> None:
     scene = four_bar("revolute") | {"coordinates": coordinates}
     first = assembled(scene)
     for R in (random_rotation(rng), random_rotation(rng)):
@@ -162,7 +168,7 @@ def test_a_loop_that_opens_by_less_than_is_a_contradiction_says_by_how_much() ->
     assert "closure: origins meet along x stays off by 1e-07" in system.notes
 
 
-# -- nothing can move ------------------------------------------------------------------------------------------------------
+# -- nothing can move --------------------------------------------------------------------------------------------------
 
 
 def truss() -> Data:
@@ -174,8 +180,8 @@ def truss() -> Data:
 
 
 LOCKED = (
-    "nothing can move: 2 velocities are held by as many constraint rows that do not follow from each other; try: a constraint "
-    "less, or one of fewer rows"
+    "nothing can move: 2 velocities are held by as many constraint rows that do not follow from each other; try: a"
+    " constraint less, or one of fewer rows"
 )
 
 
@@ -190,7 +196,12 @@ def test_a_truss_cannot_move_and_every_run_says_so(rng: np.random.Generator) -> 
 def test_a_machine_that_drivers_move_is_prescribed_and_runs_say_nothing(rng: np.random.Generator) -> None:
     scene = four_bar("revolute")
     frames = [{"body": body, "axis": AXIS, "x_axis": [1, 0, 0]} for body in ("base", "crank")]
-    scene["constraints"]["motor"] = {"type": "revolute", "first": frames[0], "second": frames[1], "drive": "0.5 + 30 * t"}
+    scene["constraints"]["motor"] = {
+        "type": "revolute",
+        "first": frames[0],
+        "second": frames[1],
+        "drive": "0.5 + 30 * t",
+    }
     model = eomgen.build(turned(scene, random_rotation(rng)), profile="quick")
     assert "all motion is prescribed: motor: driven angle and the constraints leave no velocity free" in model.notes
     assert model.simulate(0.01, 1e-3).message == "reached t = 0.01 s in 10 steps"
@@ -205,7 +216,8 @@ def test_a_driven_truss_cannot_move_either() -> None:
 
 
 def test_all_rows_may_follow_from_the_joints() -> None:
-    """A plane that holds a chain which its joints keep in that plane: rows of no use, and a model without constraints."""
+    """A plane that holds a chain which its joints keep in that plane: rows of no use, and a model without
+    constraints."""
     scene = slider_crank("revolute")
     scene["constraints"] = {
         "slab": {"type": "planar", "first": {"body": "base", "axis": AXIS}, "second": {"body": "rod", "axis": AXIS}},
@@ -216,7 +228,7 @@ def test_all_rows_may_follow_from_the_joints() -> None:
     assert model.simulate(0.01, 1e-3, method="rk4").success
 
 
-# -- the example, turned -----------------------------------------------------------------------------------------------------
+# -- the example, turned -----------------------------------------------------------------------------------------------
 
 METHODS = ("generalized_alpha", "generalized_alpha_index3", "rk4_partitioned")
 FAR = (1e4, -1e4, 5e3)
@@ -224,25 +236,33 @@ FAR = (1e4, -1e4, 5e3)
 
 @pytest.fixture(scope="module")
 def examples() -> dict[str, eomgen.Model]:
-    """Return the example in one plane and turned to another, on the base and in flight, near the origin and far away."""
+    """Return the example in one plane and turned to another, on the base and in flight, near the origin and far
+    away."""
     drawn, R = four_bar("revolute"), random_rotation(np.random.default_rng(4))
     flying = on_free_body(drawn)
     scenes = {
-        "drawn": drawn, "turned": turned(drawn, R), "far": turned(drawn, R, FAR),
-        "flying": flying, "flying, turned": turned(flying, R), "flying, far": turned(on_free_body(drawn, FAR), R),
-    }  # fmt: skip
+        "drawn": drawn,
+        "turned": turned(drawn, R),
+        "far": turned(drawn, R, FAR),
+        "flying": flying,
+        "flying, turned": turned(flying, R),
+        "flying, far": turned(on_free_body(drawn, FAR), R),
+    }
     return {name: eomgen.build(scene, profile="quick") for name, scene in scenes.items()}
 
 
 def angles_of(model: eomgen.Model, method: str, step: float = 5e-4) -> np.ndarray:
-    """Return the angles of drive, pin and support at 41 times of a run, (41, 3), which do not depend on where the machine is."""
+    """Return the angles of drive, pin and support at 41 times of a run, (41, 3), which do not depend on where the
+    machine is."""
     run = model.simulate(0.2, step, method=method, record_every=round(5e-3 / step))
     assert run.success, run.message
     return run.q[:, -3:]
 
 
 @pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize(("first", "others"), [("drawn", ("turned", "far")), ("flying", ("flying, turned", "flying, far"))])
+@pytest.mark.parametrize(
+    ("first", "others"), [("drawn", ("turned", "far")), ("flying", ("flying, turned", "flying, far"))]
+)
 def test_the_turned_example_moves_as_the_one_that_is_not(
     first: str, others: tuple[str, str], method: str, examples: dict[str, eomgen.Model]
 ) -> None:

@@ -66,7 +66,8 @@ def beams_beyond_linear_range(model: CompiledModel, q: Array, p: Array) -> Seque
 
 
 def linear_range_exceeded(model: CompiledModel, t: Array, q: Array, p: Array) -> str:
-    """Return a clause on beams of order 1 that deform too far in some row of a run, with what to try; empty when none does.
+    """Return a clause on beams of order 1 that deform too far in some row of a run, with what to try; empty when none
+    does.
 
     Looked at are the rows in which each of them deforms most, the last one, and up to 200 between.
     """

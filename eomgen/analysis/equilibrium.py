@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
 _ELSEWHERE = "it is not where a damped motion"
-#: By how much internal states follow a damped motion more slowly, where it does not settle with those that follow at once.
+#: By how much internal states follow a damped motion more slowly, where it does not settle with those that follow at
+#: once.
 _SLOWER = (1.0, 100.0)
 #: Places where a damped motion lingers from which Newton's path is followed, too.
 _LINGERING = 4
@@ -44,7 +45,8 @@ class Equilibrium:
     residual : largest unbalanced generalized force
     acceleration : largest acceleration with which the system would start to move, m/s^2 or rad/s^2
     iterations : steps taken
-    frequencies : (free,) angular frequencies of small motions without damping, rad/s, increasing; of an unstable direction minus
+    frequencies : (free,) angular frequencies of small motions without damping, rad/s, increasing; of an unstable
+        direction minus
         the rate at which it grows
     stable : False where a direction is unstable; None where internal states or forces that follow the motion decide
     undetermined : components of v along which nothing pulls back
@@ -94,12 +96,13 @@ def equilibrium(
 ) -> Equilibrium:
     """Return the nearest state of rest, with the base held where it is at t.
 
-    Without ``any_kind`` that is where a heavily damped motion from the initial state settles: a stable equilibrium, also from an
-    unstable one. With it, it is the nearest of any kind that was found, distances being measured by the kinetic energy that gets
-    there in unit time: candidates are where the damped motion settles, and where Newton's path leads from the initial state and
-    from places where the damped motion lingers. Where no damped motion settles, Newton's equilibrium is returned. ``notes`` say
-    where that differs from where the damped motion settles, and name springs and tyres that are inside out at rest, and ways that
-    are longer than the scene. Dampers and regularised friction do not act at rest.
+    Without ``any_kind`` that is where a heavily damped motion from the initial state settles: a stable equilibrium,
+    also from an unstable one. With it, it is the nearest of any kind that was found, distances being measured by the
+    kinetic energy that gets there in unit time: candidates are where the damped motion settles, and where Newton's path
+    leads from the initial state and from places where the damped motion lingers. Where no damped motion settles,
+    Newton's equilibrium is returned. ``notes`` say where that differs from where the damped motion settles, and name
+    springs and tyres that are inside out at rest, and ways that are longer than the scene. Dampers and regularised
+    friction do not act at rest.
 
     Parameters
     ----------
@@ -116,7 +119,8 @@ def equilibrium(
     NumericalError
         Nothing balances the forces, the search did not end, or forces are not finite; names the coordinates.
     ModelError
-        The inertia matrix is not positive definite; rows that were left out at the default parameters do not follow at these.
+        The inertia matrix is not positive definite; rows that were left out at the default parameters do not follow at
+        these.
     UsageError
         The model was built without the terms that are needed, or arguments cannot be taken.
     """
@@ -124,7 +128,9 @@ def equilibrium(
     needed |= {"internal_rate", "internal_partials"} if model.nz else set()
     if missing := sorted(name for name in needed if name not in model.functions):
         what = f"the terms {', '.join(missing)} are needed, and the model was built without them"
-        raise UsageError(Problem("equilibrium", what, f"eomgen.build(scene, terms=[..., {', '.join(map(repr, missing))}])"))
+        raise UsageError(
+            Problem("equilibrium", what, f"eomgen.build(scene, terms=[..., {', '.join(map(repr, missing))}])")
+        )
     time = number_of("t", t)
     p = model.parameter_array(parameters)
     if p.ndim != 1:
@@ -141,7 +147,9 @@ def equilibrium(
         raise _not_finite(model, first)
     damped = _by_damped_motion(statics, start.q, start.z)
     others = [] if damped.balanced and not any_kind else _by_newton(statics, start.z, damped)
-    found = min((search for search in (damped, *others) if search.balanced), key=partial(_distance, statics), default=None)
+    found = min(
+        (search for search in (damped, *others) if search.balanced), key=partial(_distance, statics), default=None
+    )
     if found is None:
         raise _failure(model, statics, damped)
     deviations = model.check_left_out(found.point.q, np.zeros(model.nv), time, p)
@@ -150,7 +158,8 @@ def equilibrium(
 
 
 def _by_damped_motion(statics: Statics, q: Array, z: Array) -> Search:
-    """Return the equilibrium that a damped motion reaches; if internal states prevent it, with slower internal states."""
+    """Return the equilibrium that a damped motion reaches; if internal states prevent it, with slower internal
+    states."""
     found = Search(examine(statics, q, z), False, 0)
     for slower in _SLOWER if len(z) else (1.0,):
         try:
@@ -189,7 +198,9 @@ def _elsewhere(model: CompiledModel, statics: Statics, found: Search, damped: Se
     if found is damped:
         return []
     if not damped.balanced:
-        return ["whether a motion from the start comes to rest here is not known, for a damped one was not seen to settle"]
+        return [
+            "whether a motion from the start comes to rest here is not known, for a damped one was not seen to settle"
+        ]
     off = difference(statics.factors, found.point.q, damped.point.q)
     k = int(np.argmax(np.abs(off) / statics.sizes)) if len(off) else 0
     if not len(off) or abs(off[k]) <= SAME * statics.sizes[k]:
@@ -200,7 +211,8 @@ def _elsewhere(model: CompiledModel, statics: Statics, found: Search, damped: Se
 
 
 def _statics(model: CompiledModel, places: Places, q: Array, u: Inputs) -> Statics:
-    """Return the model at rest, its base held where it is, with lengths measured by those of the scene and of the start."""
+    """Return the model at rest, its base held where it is, with lengths measured by those of the scene and of the
+    start."""
     rest, rows, p = np.zeros(model.nv), len(model.multipliers), places.p
     given: dict[str, Any] = {"t": places.t, "parameters": p, "base": places.base}
     forces = given | {"u": u}
@@ -268,9 +280,21 @@ def _result(
         message += f"; nothing determines {_few(undetermined)}"
     message = "; ".join((message, *notes))
     return Equilibrium(
-        point.q, np.zeros(model.nv), point.z, point.lam, t, residual, acceleration, found.steps, frequencies, stable,
-        tuple(undetermined), message, base, tuple(notes),
-    )  # fmt: skip
+        point.q,
+        np.zeros(model.nv),
+        point.z,
+        point.lam,
+        t,
+        residual,
+        acceleration,
+        found.steps,
+        frequencies,
+        stable,
+        tuple(undetermined),
+        message,
+        base,
+        tuple(notes),
+    )
 
 
 def _components(model: CompiledModel, directions: Array) -> list[str]:
@@ -287,7 +311,13 @@ def _few(names: Sequence[str]) -> str:
 
 def _not_finite(model: CompiledModel, point: Point) -> NumericalError:
     bad = [name for name, value in zip(model.v_names, point.residual, strict=True) if not np.isfinite(value)]
-    where = f"the force along {_few(bad)}" if bad else "the stiffness" if np.all(np.isfinite(point.rates)) else "a rate of z"
+    where = (
+        f"the force along {_few(bad)}"
+        if bad
+        else "the stiffness"
+        if np.all(np.isfinite(point.rates))
+        else "a rate of z"
+    )
     hint = "another initial state, or formulas that have a value there"
     return NumericalError(Problem("equilibrium", f"{where} is not a finite number at the initial state", hint))
 
@@ -310,11 +340,19 @@ def _failure(model: CompiledModel, statics: Statics, search: Search) -> Numerica
         if np.any(soft) and np.max(np.abs(pull)) > 1e-3 * np.max(np.abs(acceleration)):
             k = int(np.argmax(np.abs(pull)))
             unit = model.v_units[k].replace("/s", "/s^2")
-            what = f"nothing holds {model.v_names[k]}: it accelerates with {-pull[k]:.4g} {unit}, and no stiffness opposes it"
+            what = (
+                f"nothing holds {model.v_names[k]}: it accelerates with {-pull[k]:.4g} {unit}, and no stiffness"
+                " opposes it"
+            )
             return NumericalError(Problem("equilibrium", what, "a spring, a stop, a constraint, or a fixed joint"))
     violation = float(np.max(np.abs(point.violation), initial=0.0))
     if not np.all(np.abs(point.violation) <= 1e-8 * point.row_sizes):
         what = f"the constraints are off by {violation:.3g} after {steps} steps"
         return NumericalError(Problem("equilibrium", what, "an initial state nearer to assembly"))
-    what = f"no equilibrium was found in {steps} steps: {model.v_names[k]} still accelerates with {acceleration[k]:.4g} {unit}"
-    return NumericalError(Problem("equilibrium", what, "an initial state nearer to rest, or any_kind=True for an unstable one"))
+    what = (
+        f"no equilibrium was found in {steps} steps: {model.v_names[k]} still accelerates with {acceleration[k]:.4g}"
+        f" {unit}"
+    )
+    return NumericalError(
+        Problem("equilibrium", what, "an initial state nearer to rest, or any_kind=True for an unstable one")
+    )

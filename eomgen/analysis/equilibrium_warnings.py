@@ -53,7 +53,8 @@ class Places:
         return np.array([self.number(formula) for formula in formulas])
 
     def length(self, q: Array) -> float:
-        """Return the largest length of the scene, m: places on bodies, free lengths, radii, stops, travels in q; 1 m if none."""
+        """Return the largest length of the scene, m: places on bodies, free lengths, radii, stops, travels in q; 1 m if
+        none."""
         lengths = [float(np.linalg.norm(self.vector(vector))) for vector in self.model.description.lengths]
         lengths += [abs(float(value)) for value, unit in zip(q, self.model.q_units, strict=True) if unit == "m"]
         finite = [length for length in lengths if np.isfinite(length)]
@@ -78,7 +79,8 @@ class Places:
 
 
 def equilibrium_notes(places: Places, path: Sequence[Array], u: Inputs) -> list[str]:
-    """Return the warnings about an equilibrium at the end of a path of configurations; none for a model without poses."""
+    """Return the warnings about an equilibrium at the end of a path of configurations; none for a model without
+    poses."""
     if "poses" not in places.model.functions or len(path) < 2:
         return []
     poses = places.poses(np.array(path))
@@ -96,7 +98,8 @@ def _positions(places: Places, poses: Mapping[str, tuple[Array, Array]]) -> dict
 
 
 def _springs(places: Places, poses: Mapping[str, tuple[Array, Array]]) -> list[str]:
-    """Return a note on springs that are inside out, and one on those whose ends have moved farther than they were apart."""
+    """Return a note on springs that are inside out, and one on those whose ends have moved farther than they were
+    apart."""
     points = _positions(places, poses)
     passed: list[str] = []
     moved: list[str] = []
@@ -111,9 +114,13 @@ def _springs(places: Places, poses: Mapping[str, tuple[Array, Array]]) -> list[s
             moved.append(f"{spring.name} ({travel:.4g} m, {apart:.4g} m apart)")
     notes = []
     if passed:
-        notes.append(f"inside out, for their ends have passed one another: spring{'s' * (len(passed) > 1)} {_few(passed)}")
+        notes.append(
+            f"inside out, for their ends have passed one another: spring{'s' * (len(passed) > 1)} {_few(passed)}"
+        )
     if moved:
-        notes.append(f"moved farther than they were apart at the start: the ends of spring{'s' * (len(moved) > 1)} {_few(moved)}")
+        notes.append(
+            f"moved farther than they were apart at the start: the ends of spring{'s' * (len(moved) > 1)} {_few(moved)}"
+        )
     return notes
 
 
@@ -122,7 +129,8 @@ def _few(items: Sequence[str]) -> str:
 
 
 def _passed_one_another(vectors: Array) -> bool:
-    """Return whether a spring, from end to end (rows, 3) along the path, has turned round by way of next to no length."""
+    """Return whether a spring, from end to end (rows, 3) along the path, has turned round by way of next to no
+    length."""
     before, way = vectors[:-1], np.diff(vectors, axis=0)
     square = np.sum(way * way, axis=1)
     share = np.clip(-np.sum(before * way, axis=1) / np.where(square > 0.0, square, 1.0), 0.0, 1.0)
@@ -151,7 +159,9 @@ def _tyres(places: Places, poses: Mapping[str, tuple[Array, Array]], u: Inputs) 
             continue
         if before > 0.0 > after:
             sunk.append(tyre.name)
-    return [f"inside out, for their centres are below the road: tyre{'s' * (len(sunk) > 1)} {_few(sunk)}"] if sunk else []
+    return (
+        [f"inside out, for their centres are below the road: tyre{'s' * (len(sunk) > 1)} {_few(sunk)}"] if sunk else []
+    )
 
 
 def _clearance(places: Places, tyre: Wheel, center: Array, inputs: Mapping[str, float]) -> float:
@@ -176,4 +186,6 @@ def _far(places: Places, poses: Mapping[str, tuple[Array, Array]], length: float
     name = max(ways, key=lambda name: ways[name])
     if not ways[name] > _LONGER * large:
         return []
-    return [f"farther from the start than the whole scene is large, {large:.4g} m: the body {name}, by {ways[name]:.4g} m"]
+    return [
+        f"farther from the start than the whole scene is large, {large:.4g} m: the body {name}, by {ways[name]:.4g} m"
+    ]

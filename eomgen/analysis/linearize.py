@@ -80,10 +80,18 @@ class OperatingPoint:
 
 
 def linearize(
-    model: CompiledModel, given: Mapping[str, Any], t: float, u: Inputs, *, parameters: Parameters = None,
-    base: ArrayLike | None = None, at: str | EquilibriumState | None = None, initial: Mapping[str, Any] | None = None,
-    any_kind: bool = False, independent: Sequence[str] = (),
-) -> Linearization:  # fmt: skip
+    model: CompiledModel,
+    given: Mapping[str, Any],
+    t: float,
+    u: Inputs,
+    *,
+    parameters: Parameters = None,
+    base: ArrayLike | None = None,
+    at: str | EquilibriumState | None = None,
+    initial: Mapping[str, Any] | None = None,
+    any_kind: bool = False,
+    independent: Sequence[str] = (),
+) -> Linearization:
     """Return the linear model about a state; see ``Model.linearize``. ``given``: q, v, a, z and multipliers."""
     p = model.parameter_array(parameters)
     if p.ndim != 1:
@@ -93,7 +101,9 @@ def linearize(
     specified = sorted(name for name, value in given.items() if value is not None)
     if specified:
         if "q" not in specified:
-            raise UsageError(Problem("linearize", f"{', '.join(specified)} need the q of their state", "q=..., or initial=..."))
+            raise UsageError(
+                Problem("linearize", f"{', '.join(specified)} need the q of their state", "q=..., or initial=...")
+            )
         if at is not None or initial is not None:
             raise UsageError(Problem("linearize", "the state is given by q as well as by at or initial", "one of them"))
         state = _given_state(able, given)
@@ -115,7 +125,9 @@ def about_motion(model: CompiledModel, state: RunState, u: Array | None, p: Arra
     return about(able, State("motion", q, v, state.z), OperatingPoint(t, p, u, None))
 
 
-def about(model: CompiledModel, state: State, operating_point: OperatingPoint, independent: Sequence[str] = ()) -> Linearization:
+def about(
+    model: CompiledModel, state: State, operating_point: OperatingPoint, independent: Sequence[str] = ()
+) -> Linearization:
     """Return the linear model about a state of a model that has all terms that are needed.
 
     Raises
@@ -128,7 +140,8 @@ def about(model: CompiledModel, state: State, operating_point: OperatingPoint, i
     a, lam = _dynamics(model, state, operating_point)
     measures, names = _measures(model, state, a, operating_point, independent)
     of_inputs = model.nu or model.nz or names.disturbances
-    whole = "linearization" if "linearization" in model.functions or of_inputs else "partials"  # where nothing else acts
+    # where nothing else acts
+    whole = "linearization" if "linearization" in model.functions or of_inputs else "partials"
     terms = ["velocity_partials", "acceleration_partials", "constraint_jacobian", "output_partials"]
     blocks: dict[str, Array] = {}
     for term in (whole, *(term for term in terms if term in model.functions)):
@@ -144,7 +157,9 @@ def about(model: CompiledModel, state: State, operating_point: OperatingPoint, i
     held = [name for name in independent if names.measured.index(name) not in free.coordinates]
     if held:
         what = f"constraints do not leave {', '.join(held)} free beside the other independent coordinates"
-        raise UsageError(Problem("independent", what, f"up to {len(free.coordinates)} components that can move by themselves"))
+        raise UsageError(
+            Problem("independent", what, f"up to {len(free.coordinates)} components that can move by themselves")
+        )
     u = _inputs(model, operating_point)
     reference = Reference(operating_point.t, state.q, state.v, a, state.z, u, lam, state.what)
     return Linearization(reference, partials, free, names)
@@ -177,7 +192,8 @@ def _dynamics(model: CompiledModel, state: State, operating_point: OperatingPoin
 
 
 def _check_mass(model: CompiledModel, state: State, operating_point: OperatingPoint) -> None:
-    """Raise ModelError where the inertia matrix of a model without constraints is not positive definite, with the component."""
+    """Raise ModelError where the inertia matrix of a model without constraints is not positive definite, with the
+    component."""
     M = model.mass(state.q, parameters=operating_point.parameters)
     sizes = np.sqrt(np.abs(np.diagonal(M)))
     sizes[sizes == 0.0] = 1.0
@@ -188,7 +204,9 @@ def _check_mass(model: CompiledModel, state: State, operating_point: OperatingPo
         return
     along = model.v_names[int(np.argmax(np.abs(vectors[:, 0])))]
     how = "singular" if values[0] == 0.0 else "not positive definite"
-    used = ", ".join(f"{name} = {value:.6g}" for name, value in zip(model.parameters, operating_point.parameters, strict=True))
+    used = ", ".join(
+        f"{name} = {value:.6g}" for name, value in zip(model.parameters, operating_point.parameters, strict=True)
+    )
     what = f"the inertia matrix in this state is {how} along {along}{f', at {used}' if used else ''}"
     raise ModelError(Problem("linearize", what, "masses and inertias that bodies can have"))
 
@@ -230,13 +248,24 @@ def _check_constraints(model: CompiledModel, state: State, operating_point: Oper
     for level, names, values in rows:
         worst = int(np.argmax(np.abs(values)))
         if not abs(values[worst]) <= MET:
-            what = f"the state does not meet the constraints: {names[worst]} is off by {values[worst]:.3g} in its {level}"
-            hint = "a without it, for that of the motion" if level == "acceleration" else "q and v of model.consistent(q, v)"
+            what = (
+                f"the state does not meet the constraints: {names[worst]} is off by {values[worst]:.3g} in its {level}"
+            )
+            hint = (
+                "a without it, for that of the motion"
+                if level == "acceleration"
+                else "q and v of model.consistent(q, v)"
+            )
             raise UsageError(Problem("linearize", what, hint))
 
 
 def _found_state(
-    model: CompiledModel, at: str | None, initial: Mapping[str, Any] | None, operating_point: OperatingPoint, *, any_kind: bool
+    model: CompiledModel,
+    at: str | None,
+    initial: Mapping[str, Any] | None,
+    operating_point: OperatingPoint,
+    *,
+    any_kind: bool,
 ) -> tuple[State, OperatingPoint]:
     """Return the state that ``at`` specifies; by default an equilibrium, else the initial state."""
     if at not in (None, "equilibrium", "steady", "initial"):
@@ -276,11 +305,15 @@ def _state_found(what: str, found: EquilibriumState, operating_point: OperatingP
         hint = "a frame on a free joint that does not spin, with spins as joints of their own"
         warnings.warn(f"linear about a {what}: {how}; try: {hint}", RuntimeWarning, stacklevel=5)
     state = State(what, found.q, found.v, found.z, found.a, found.multipliers)
-    return state, replace(operating_point, t=found.t, base=found.base if operating_point.base is None else operating_point.base)
+    return state, replace(
+        operating_point, t=found.t, base=found.base if operating_point.base is None else operating_point.base
+    )
 
 
 def _base_moves(model: CompiledModel, operating_point: OperatingPoint) -> bool:
-    return "base" in model.functions and bool(np.any(model.base(operating_point.t, parameters=operating_point.parameters)[7:]))
+    return "base" in model.functions and bool(
+        np.any(model.base(operating_point.t, parameters=operating_point.parameters)[7:])
+    )
 
 
 def _zero_velocities(model: CompiledModel) -> dict[str, float]:
@@ -293,8 +326,8 @@ def _measures(
 ) -> tuple[Measures, Names]:
     """Return what neighbouring motions are measured by, and all names.
 
-    Joints between absolute bodies measure them as joint coordinates would. Components of the bodies' velocities do where the
-    caller makes one of them independent.
+    Joints between absolute bodies measure them as joint coordinates would. Components of the bodies' velocities do
+    where the caller makes one of them independent.
     """
     components, joints = [name.removeprefix("v.") for name in model.v_names], model.description.joints or model.factors
     of_joints = [name for factor in joints for name in component_names("", factor.name, factor.v_size)]
@@ -316,7 +349,9 @@ def _measures(
 def _names(model: CompiledModel, components: Sequence[str], measured: Sequence[str]) -> Names:
     description = model.description
     outputs = [
-        name for item in model.library.layout["outputs"] for name in component_names("", str(item["name"]), int(item["size"]))
+        name
+        for item in model.library.layout["outputs"]
+        for name in component_names("", str(item["name"]), int(item["size"]))
     ]
     return Names(
         tuple(components), tuple(measured), model.states, description.driven, description.disturbances, tuple(outputs)

@@ -12,13 +12,19 @@ from eomgen.linear.root_locus import RootLocus, root_locus
 
 
 def roots_over(
-    linearize: Callable[..., Linearization], parameter: str, values: Sequence[float], parameters: Mapping[str, float] | None,
+    linearize: Callable[..., Linearization],
+    parameter: str,
+    values: Sequence[float],
+    parameters: Mapping[str, float] | None,
     **options: Any,
-) -> RootLocus:  # fmt: skip
-    """Return the roots over a parameter; see ``Model.root_locus``. ``linearize`` is that of the model, and takes ``options``."""
+) -> RootLocus:
+    """Return the roots over a parameter; see ``Model.root_locus``. ``linearize`` is that of the model, and takes
+    ``options``."""
     array = numbers("values", values)
     if array.ndim != 1 or not len(array):
-        raise UsageError(Problem("values", f"the shape is {array.shape}, (n,) is needed", "numpy.linspace(100.0, 2000.0, 40)"))
+        raise UsageError(
+            Problem("values", f"the shape is {array.shape}, (n,) is needed", "numpy.linspace(100.0, 2000.0, 40)")
+        )
     check_finite("values", array)
 
     def linearized(value: float, before: Linearization | None) -> Linearization:
@@ -31,7 +37,8 @@ def roots_over(
 
 
 def state_of(lin: Linearization) -> dict[str, Any] | None:
-    """Return the state of a linear model as ``initial`` takes it, to look for the next one near it; None of an initial state."""
+    """Return the state of a linear model as ``initial`` takes it, to look for the next one near it; None of an initial
+    state."""
     r = lin.reference
     if r.what == "initial state":
         return None

@@ -86,7 +86,9 @@ class Conditions:
         """Return a random change of q, (nv,), with elastic coordinates as small as beams are meant to deform."""
         amplitudes = np.array(reaches(self.model.factors, self.model.description.coordinates))
         elastic = np.isfinite(amplitudes)
-        small: Array = np.where(elastic, np.where(elastic, amplitudes, 0.0) * np.clip(change, -1.0, 1.0), change * self.extents)
+        small: Array = np.where(
+            elastic, np.where(elastic, amplitudes, 0.0) * np.clip(change, -1.0, 1.0), change * self.extents
+        )
         return small
 
     def after(self, seconds: float) -> Conditions:
@@ -161,7 +163,8 @@ class Conditions:
         return self._term("constraint_jacobian", q, rest, rest)[0]
 
     def sample(self, q: Array, rng: np.random.Generator) -> tuple[Array, Array, Array, Array] | None:
-        """Return an arbitrary state near q that meets the constraints, any a, and multipliers of their size; None without."""
+        """Return an arbitrary state near q that meets the constraints, any a, and multipliers of their size; None
+        without."""
         model = self.model
         v, a, pushed = (rng.normal(0.0, self.pace**power, model.nv) * self.extents for power in (1, 2, 2))
         eta = rng.normal(0.0, 0.5, model.nv)
@@ -179,9 +182,11 @@ class Conditions:
         return None
 
     def measured(self, at: At, parts: Array) -> tuple[Array, Array]:
-        """Return ``At.values`` (or columns of them), forces as the accelerations that they would give, each by its measure.
+        """Return ``At.values`` (or columns of them), forces as the accelerations that they would give, each by its
+        measure.
 
-        Also what rounding of the terms may leave of each value. Accelerations are measured by the pace, twice, and the extent.
+        Also what rounding of the terms may leave of each value. Accelerations are measured by the pace, twice, and the
+        extent.
         """
         extents, pace = self.extents, self.pace
         speed = pace * extents
@@ -193,9 +198,11 @@ class Conditions:
         terms = np.where(terms > 0.0, terms, np.max(np.abs(at.Fz), axis=1, initial=0.0))
         sizes = np.concatenate([rows[:holonomic], pace * rows, pace * pace * rows, np.where(terms > 0.0, terms, 1.0)])
         left = [
-            rows[:holonomic], np.abs(at.Z) @ extents + np.abs(at.B) @ speed,
-            np.abs(at.Aq) @ extents + np.abs(at.Av) @ speed, terms,
-        ]  # fmt: skip
+            rows[:holonomic],
+            np.abs(at.Z) @ extents + np.abs(at.B) @ speed,
+            np.abs(at.Aq) @ extents + np.abs(at.Av) @ speed,
+            terms,
+        ]
         forces = np.abs(inverse) @ (np.abs(at.K) @ extents + np.abs(at.C) @ speed)
         rounding = np.concatenate([forces / (pace * speed), np.concatenate(left) / sizes])
         scale = np.concatenate([pace * speed, sizes])
@@ -212,7 +219,9 @@ class Conditions:
         for sample in filter(None, (self.sample(q, rng) for _ in range(_SAMPLES))):
             there, v, _, lam = sample
             at = self.at(there, v, np.zeros(model.nv), z, lam)
-            J, _ = self.measured(at, np.concatenate([at.K, at.B[: len(at.position)], at.Z, at.Aq, at.Fq]) * self.extents)
+            J, _ = self.measured(
+                at, np.concatenate([at.K, at.B[: len(at.position)], at.Z, at.Aq, at.Fq]) * self.extents
+            )
             finite = np.all(np.isfinite(J), axis=0)
             sizes = np.max(np.abs(np.where(np.isfinite(J), J, 0.0)), axis=0, initial=0.0)
             nothing &= finite & (sizes <= _NOTHING * max(float(np.max(sizes, initial=0.0)), 1e-300))
@@ -222,7 +231,8 @@ class Conditions:
 def named_values(
     model: CompiledModel, q: Array, velocities: Mapping[str, float] | None, coordinates: Mapping[str, ArrayLike] | None
 ) -> tuple[Array, Mask, Array, Mask]:
-    """Return q with the coordinates given put in, which components are held there, v, and which of its components are given.
+    """Return q with the coordinates given put in, which components are held there, v, and which of its components are
+    given.
 
     Raises
     ------
@@ -234,7 +244,9 @@ def named_values(
     names = [name.removeprefix("v.") for name in model.v_names]
     for what, given in (("velocities", velocities), ("coordinates", coordinates)):
         if given is not None and not isinstance(given, Mapping):
-            raise UsageError(Problem(what, f"a mapping is needed, not {type(given).__name__}", f'{what}={{"{names[0]}": 2.0}}'))
+            raise UsageError(
+                Problem(what, f"a mapping is needed, not {type(given).__name__}", f'{what}={{"{names[0]}": 2.0}}')
+            )
     for name, value in (velocities or {}).items():
         check_name("component", str(name).removeprefix("v."), names)
         k = names.index(name.removeprefix("v."))

@@ -1,14 +1,14 @@
 """Steady motions (relative equilibria), for example a top in steady precession, a governor, a wheel that circles.
 
-A steady motion goes along a symmetry of the equations (``symmetries``): v = X(q) g and vdot = W v. Where these are coordinates on
-which nothing depends, velocities are constant; turns of the whole scene and spins of symmetric bodies are symmetries, too. So the
-search is one for roots of
+A steady motion goes along a symmetry of the equations (``symmetries``): v = X(q) g and vdot = W v. Where these are
+coordinates on which nothing depends, velocities are constant; turns of the whole scene and spins of symmetric bodies
+are symmetries, too. So the search is one for roots of
 
     r(q, v, vdot, lam) = 0,  Phi = 0,  B v + Phi_t = 0,  its rate = 0,  zdot = 0,  and v as given
 
-in q across the symmetries and in g (Meirovitch 1970, section 2.13; Marsden 1992, chapter 4). Where no symmetry is found, constant
-velocities are tried: of single coordinates on which nothing depends, of those given, and of those that the rows force to go with
-them. What is found is followed along the motion before it is called steady.
+in q across the symmetries and in g (Meirovitch 1970, section 2.13; Marsden 1992, chapter 4). Where no symmetry is
+found, constant velocities are tried: of single coordinates on which nothing depends, of those given, and of those that
+the rows force to go with them. What is found is followed along the motion before it is called steady.
 """
 
 from __future__ import annotations
@@ -103,9 +103,9 @@ def steady_motion(
 ) -> SteadyMotion:
     """Return a steady motion near the initial state, with some velocities and coordinates given.
 
-    Velocities that are not given are 0, but for those along symmetries, which are unknown and start from the initial state's, and
-    for those that constraints force. Give as many values as leave the rest determined: of a top its spin and its inclination, of
-    a wheel that rolls in a circle the same.
+    Velocities that are not given are 0, but for those along symmetries, which are unknown and start from the initial
+    state's, and for those that constraints force. Give as many values as leave the rest determined: of a top its spin
+    and its inclination, of a wheel that rolls in a circle the same.
 
     Parameters
     ----------
@@ -120,7 +120,8 @@ def steady_motion(
     UsageError
         Names that there are not, values of a wrong kind.
     NumericalError
-        The search did not end, or what it found does not last; names the component that accelerates and the rows not met.
+        The search did not end, or what it found does not last; names the component that accelerates and the rows not
+        met.
     ModelError
         The inertia matrix is not positive definite where the search starts, or where it came to.
     """
@@ -149,9 +150,19 @@ def steady_motion(
     if undetermined:
         message += f"; one more value could have been given, of {', '.join(undetermined[:6])}"
     return SteadyMotion(
-        state.q, state.v, state.z, state.lam, conditions.t, acceleration, found.steps, tuple(names), tuple(undetermined), message,
-        None, np.where(np.abs(state.a) > _STEADY * conditions.pace**2 * conditions.extents, state.a, 0.0),
-    )  # fmt: skip
+        state.q,
+        state.v,
+        state.z,
+        state.lam,
+        conditions.t,
+        acceleration,
+        found.steps,
+        tuple(names),
+        tuple(undetermined),
+        message,
+        None,
+        np.where(np.abs(state.a) > _STEADY * conditions.pace**2 * conditions.extents, state.a, 0.0),
+    )
 
 
 class _Given(NamedTuple):
@@ -186,7 +197,8 @@ class _Search(NamedTuple):
 
 
 def _conditions(model: CompiledModel, p: Array, t: float, u: Inputs, q: Array, v: Array) -> Conditions:
-    """Return the conditions, measured by the scene's largest length and by the velocities given or a pendulum of that length."""
+    """Return the conditions, measured by the scene's largest length and by the velocities given or a pendulum of that
+    length."""
     places = Places(model, p, t, None)
     length = places.length(q)
     extents = np.where([unit == "rad/s" for unit in model.v_units], 1.0, length)
@@ -195,7 +207,8 @@ def _conditions(model: CompiledModel, p: Array, t: float, u: Inputs, q: Array, v
 
 
 def _found(conditions: Conditions, given: _Given, q: Array, v: Array, z: Array) -> _Search:
-    """Search along symmetries, then with constant velocities; a failure is reported for the first of them that applies."""
+    """Search along symmetries, then with constant velocities; a failure is reported for the first of them that
+    applies."""
     fields = symmetries(conditions, q, z)
     along = _search_around(conditions, fields, given, q, v, z) if len(fields) else None
     if along is not None and along.balanced:
@@ -289,9 +302,12 @@ def _linear(conditions: Conditions, fields: Fields, given: _Given, state: _State
     rows, nz = len(at.velocity), len(at.rates)
     holonomic = len(at.position)
     moved = [
-        at.K @ dq + at.C @ dv + at.M @ da, at.B[:holonomic] @ dq, at.Z @ dq + at.B @ dv, at.Aq @ dq + at.Av @ dv + at.B @ da,
+        at.K @ dq + at.C @ dv + at.M @ da,
+        at.B[:holonomic] @ dq,
+        at.Z @ dq + at.B @ dv,
+        at.Aq @ dq + at.Av @ dv + at.B @ da,
         at.Fq @ dq + at.Fv @ dv,
-    ]  # fmt: skip
+    ]
     by_z = [at.Rz, np.zeros((holonomic, nz)), np.zeros((2 * rows, nz)), at.Fz]
     by_lam = [at.B.T, np.zeros((holonomic + 2 * rows + nz, rows))]
     raw = np.hstack([np.concatenate(moved), np.concatenate(by_z), np.concatenate(by_lam)])
@@ -302,12 +318,19 @@ def _linear(conditions: Conditions, fields: Fields, given: _Given, state: _State
     short = (state.v - given.v)[of_given] / speed
     by_given = np.hstack([dv[of_given] / speed[:, np.newaxis], np.zeros((len(of_given), nz + rows))])
     return _Linear(
-        np.concatenate([values, short]), np.concatenate([rounding, 0.0 * short]), np.concatenate([J, by_given]), across, D, X, at
+        np.concatenate([values, short]),
+        np.concatenate([rounding, 0.0 * short]),
+        np.concatenate([J, by_given]),
+        across,
+        D,
+        X,
+        at,
     )
 
 
 def _across(M: Array, X: Array, held: Mask) -> Array:
-    """Return increments of q, (nv, n), that leave what is held and go across the fields, in the sense of the inertias."""
+    """Return increments of q, (nv, n), that leave what is held and go across the fields, in the sense of the
+    inertias."""
     free = (np.eye(len(M)) / np.sqrt(np.diag(M)))[:, ~held]  # of unit kinetic energy each
     sizes = np.sqrt(np.einsum("ij,ik,kj->j", X, M, X))
     X = X[:, sizes > 0.0] / sizes[sizes > 0.0]
@@ -351,7 +374,8 @@ def _values(conditions: Conditions, given: _Given, at: At, state: _State) -> Arr
 
 
 def _weights(linear: _Linear) -> Array:
-    """Return what makes unknowns comparable: coordinates and velocities by their kinetic energies, the rest by what they do."""
+    """Return what makes unknowns comparable: coordinates and velocities by their kinetic energies, the rest by what
+    they do."""
     M, moving = linear.at.M, linear.across.shape[1] + linear.by_g.shape[1]
     energies = [np.einsum("ij,ik,kj->j", part, M, part) for part in (linear.across, linear.by_g)]
     rest = np.linalg.norm(linear.J[:, moving:], axis=0)
@@ -407,7 +431,10 @@ def _check_lasting(model: CompiledModel, conditions: Conditions, found: _Search,
         worst = np.maximum(worst, np.abs(later.accelerations(*moved.motion)))
     k = int(np.argmax(worst / extents)) if len(worst) else 0
     if len(worst) and not worst[k] <= _STEADY * conditions.pace**2 * extents[k]:
-        what = f"forces balance at this instant only, for they change along the motion or with time: later {model.v_names[k]} "
+        what = (
+            "forces balance at this instant only, for they change along the motion or with time: later"
+            f" {model.v_names[k]} "
+        )
         what += f"accelerates with {worst[k]:.3g} {_per_second(model, k)}"
         raise NumericalError(Problem("steady motion", what, hint))
 
@@ -425,7 +452,9 @@ def _failure(model: CompiledModel, conditions: Conditions, found: _Search, given
     if abs(linear.values[k]) > _STEADY or not len(linear.at.velocity):
         parts.append(f"{model.v_names[k]} still accelerates with {-unbalanced[k]:.4g} {_per_second(model, k)}")
     parts += _rows_not_met(model, linear)
-    for component in np.flatnonzero(given.held_v & (np.abs(state.v - given.v) > _STEADY * conditions.pace * conditions.extents)):
+    for component in np.flatnonzero(
+        given.held_v & (np.abs(state.v - given.v) > _STEADY * conditions.pace * conditions.extents)
+    ):
         unit = model.v_units[component]
         found_v, given_v = distinct(state.v[component], given.v[component])
         parts.append(f"{model.v_names[component]} is {found_v} {unit} and not {given_v} {unit} as given")

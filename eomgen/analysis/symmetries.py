@@ -1,10 +1,11 @@
 """Symmetries of a model's equations: fields of displacements and velocities under which the forces are invariant.
 
 Looked for among the fields X(q) of rigid motions and spins: constant increments e (ignorable coordinates; the spin of a
-symmetric body about its own axis), increments Ad(q^-1) xi of each rotation or pose (motions of the frame that it is seen from),
-and turns of pairs of travels, A q. Velocities and accelerations go along with W = -ad(e) and A, forces with -W^T. All of it is
-linear in what is not known: a null space of partials at arbitrary states.
-A motion along a symmetry, v = X(q) with vdot = W v, that is balanced at one instant is so forever (Marsden 1992, chapter 4).
+symmetric body about its own axis), increments Ad(q^-1) xi of each rotation or pose (motions of the frame that it is
+seen from), and turns of pairs of travels, A q. Velocities and accelerations go along with W = -ad(e) and A, forces with
+-W^T. All of it is linear in what is not known: a null space of partials at arbitrary states.
+A motion along a symmetry, v = X(q) with vdot = W v, that is balanced at one instant is so forever (Marsden 1992,
+chapter 4).
 """
 
 from __future__ import annotations
@@ -56,7 +57,8 @@ class Field:
 
 @dataclass(frozen=True)
 class Fields:
-    """Fields of a model, for motions along combinations of them: v = X(q) g; whether they are symmetries of its equations."""
+    """Fields of a model, for motions along combinations of them: v = X(q) g; whether they are symmetries of its
+    equations."""
 
     model: CompiledModel
     every: Sequence[Field]
@@ -111,7 +113,9 @@ def constant(model: CompiledModel, components: Sequence[int], extents: Array) ->
     """Return the fields along which single components of v stay what they are, each of the size of its measure."""
     nv = model.nv
     none = np.zeros((nv, nv))
-    return Fields(model, [Field(np.eye(nv)[k] * extents[k], none, np.zeros(nv), none) for k in components], symmetric=False)
+    return Fields(
+        model, [Field(np.eye(nv)[k] * extents[k], none, np.zeros(nv), none) for k in components], symmetric=False
+    )
 
 
 def symmetries(conditions: Conditions, q: Array, z: Array) -> Fields:
@@ -150,7 +154,12 @@ def _candidates(model: CompiledModel, extents: Array) -> list[Field]:
             found.append(Field(unit[k], none, rest, W))
             if factor.group != "R":
                 found.append(Field(rest, none, unit[k], none))
-    single = [k for factor in model.factors if factor.group == "R" for k in range(factor.v_start, factor.v_start + factor.v_size)]
+    single = [
+        k
+        for factor in model.factors
+        if factor.group == "R"
+        for k in range(factor.v_start, factor.v_start + factor.v_size)
+    ]
     travels = [k for k in single if model.v_units[k] == "m/s"]
     for i, j in itertools.combinations(travels, 2) if len(travels) <= _MOST_TRAVELS else ():
         A = np.zeros((nv, nv))
@@ -164,8 +173,8 @@ def _equations(
 ) -> Array:
     """Return what a symmetry has to meet at a state, one column for each candidate, each row by its terms.
 
-    Rows of constraints may turn into one another, and multipliers with them: so they have to stay met, no more, and forces to go
-    along but for those that the constraints carry.
+    Rows of constraints may turn into one another, and multipliers with them: so they have to stay met, no more, and
+    forces to go along but for those that the constraints carry.
     """
     at = conditions.at(q, v, a, z, lam)
     holonomic = len(at.position)
@@ -180,15 +189,18 @@ def _equations(
         eta, by_v, by_a = field.e + field.A @ places + frames @ field.xi, field.W @ v, field.W @ a
         forces = at.K @ eta + at.C @ by_v + at.M @ by_a + field.W.T @ at.residual
         columns.append(
-            np.concatenate([free.T @ forces, at.B[:holonomic] @ eta, at.Z @ eta + at.B @ by_v, at.Fq @ eta + at.Fv @ by_v])
+            np.concatenate(
+                [free.T @ forces, at.B[:holonomic] @ eta, at.Z @ eta + at.B @ by_v, at.Fq @ eta + at.Fv @ by_v]
+            )
         )
     size = np.concatenate(
         [
             np.abs(free.T) @ (np.abs(at.K) @ one + np.abs(at.C) @ speed + np.abs(at.M) @ np.abs(a)),
-            np.abs(at.B[:holonomic]) @ one, np.abs(at.Z) @ one + np.abs(at.B) @ speed,
+            np.abs(at.B[:holonomic]) @ one,
+            np.abs(at.Z) @ one + np.abs(at.B) @ speed,
             np.abs(at.Fq) @ one + np.abs(at.Fv) @ speed,
         ]
-    )  # fmt: skip
+    )
     return np.asarray(np.column_stack(columns) / np.where(size > 0.0, size, 1.0)[:, np.newaxis])
 
 

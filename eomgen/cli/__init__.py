@@ -50,7 +50,7 @@ class _Verbs(click.Group):
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
-    ) -> tuple[str | None, click.Command | None, list[str]]:  # fmt: skip
+    ) -> tuple[str | None, click.Command | None, list[str]]:
         if args and args[0] not in VERBS and not args[0].startswith("-"):
             from eomgen.text import nearest, shown  # noqa: PLC0415  # for a mistake only
 
@@ -73,7 +73,8 @@ def commands() -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a command line and return its exit code; messages go to stderr, without a traceback unless ``--debug`` is given."""
+    """Run a command line and return its exit code; messages go to stderr, without a traceback unless ``--debug`` is
+    given."""
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
         _check_streams()
@@ -111,7 +112,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if "--debug" in words:
             traceback.print_exc()
         click.echo(
-            f"internal error: {type(error).__name__}: {error}; this is a fault of eomgen; try: the same with --debug", err=True
+            f"internal error: {type(error).__name__}: {error}; this is a fault of eomgen; try: the same with --debug",
+            err=True,
         )
         return 1
 
@@ -120,7 +122,8 @@ def _check_streams() -> None:
     """Give closed standard streams, as under some daemons, somewhere to go: libraries expect them to be open."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
-            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115  # open as long as the process
+            # open as long as the process
+            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115
 
 
 def _show_warning(

@@ -38,7 +38,8 @@ def check(
     as_json: bool,
     **reading: Any,
 ) -> int:
-    """Check every closed form of a SCENE, as compiled, against finite differences, complex steps and second derivations.
+    """Check every closed form of a SCENE, as compiled, against finite differences, complex steps and second
+    derivations.
 
     Exits with 6 when one fails.
     """
@@ -65,19 +66,29 @@ def check(
 def _why(form: FormReport) -> str:
     if form.worst is not None:
         return f"FAILS: {form.worst}"
-    return "cannot be decided: neither differences nor complex steps are finite" if form.verdict == "undecided" else (
-        "was not checked: no state where it is finite")  # fmt: skip
+    return (
+        "cannot be decided: neither differences nor complex steps are finite"
+        if form.verdict == "undecided"
+        else ("was not checked: no state where it is finite")
+    )
 
 
 def _print(report: CheckReport) -> None:
     header = ("closed form", "is", "differences", "at step", "slope", "complex step", "second", "derivation", "verdict")
     rows = [
         (
-            form.name, form.meaning, _short(form.agreement), _short(form.step), "" if form.slope is None else f"{form.slope:.2f}",
-            _short(form.complex_step), _short(form.second), form.second_name, form.verdict,
+            form.name,
+            form.meaning,
+            _short(form.agreement),
+            _short(form.step),
+            "" if form.slope is None else f"{form.slope:.2f}",
+            _short(form.complex_step),
+            _short(form.second),
+            form.second_name,
+            form.verdict,
         )
         for form in report.forms
-    ]  # fmt: skip
+    ]
     title = f"{report.scene}: {counted(len(report.forms), 'closed form')} at {counted(len(report.states), 'state')}"
     print_table(title, header, rows, numeric=(2, 3, 4, 5, 6), whole=(0, 8))
     for note in (*report.remarks, *report.notes):

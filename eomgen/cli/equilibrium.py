@@ -22,10 +22,14 @@ _SHOWN = 40
 @click.command()
 @scene_options
 @click.option("--out", "path", default=None, metavar="FILE.json", help="Write the result to this file, too.")
-@click.option("--t", "time", type=float, default=0.0, show_default=True, metavar="S", help="Time of inputs and of the base.")
+@click.option(
+    "--t", "time", type=float, default=0.0, show_default=True, metavar="S", help="Time of inputs and of the base."
+)
 @click.option("--any-kind", is_flag=True, help="An unstable equilibrium will do: the nearest.")
 @click.option("--set", "parameters", multiple=True, metavar="NAME=VALUE", help="A tunable parameter; may be repeated.")
-@click.option("--initial", multiple=True, metavar="NAME=VALUE", help="Where a state or a joint starts; may be repeated.")
+@click.option(
+    "--initial", multiple=True, metavar="NAME=VALUE", help="Where a state or a joint starts; may be repeated."
+)
 @click.option("--input", "inputs", multiple=True, metavar="NAME=VALUE", help="A constant input; may be repeated.")
 @json_option
 @debug_option
@@ -45,12 +49,21 @@ def equilibrium(scene: str, path: str | None, time: float, any_kind: bool, as_js
     if as_json:
         print_json(data)
     else:
-        rows = [(name, f"{value:.9g}", unit) for name, value, unit in zip(model.q_names, found.q, model.q_units, strict=True)]
-        rows += [(name, f"{value:.9g}", unit) for name, value, unit in zip(model.z_names, found.z, model.z_units, strict=True)]
+        rows = [
+            (name, f"{value:.9g}", unit)
+            for name, value, unit in zip(model.q_names, found.q, model.q_units, strict=True)
+        ]
+        rows += [
+            (name, f"{value:.9g}", unit)
+            for name, value, unit in zip(model.z_names, found.z, model.z_units, strict=True)
+        ]
         print_table(f"{model.name} at rest", ("coordinate", "value", "unit"), rows[:_SHOWN], numeric=(1,))
         if len(rows) > _SHOWN:
             say(f"{len(rows) - _SHOWN} more with --json")
-        say(f"angular frequencies of small motions, rad/s: {', '.join(f'{value:.5g}' for value in found.frequencies[:12])}")
+        say(
+            "angular frequencies of small motions, rad/s:"
+            f" {', '.join(f'{value:.5g}' for value in found.frequencies[:12])}"
+        )
     say(found.message + (f"\nwritten to {path}" if path is not None else ""))
     return 0
 

@@ -165,7 +165,7 @@ def _print(data: dict[str, Any]) -> None:
     titles = {
         "curves": "Curves, arguments and values in SI units", "jumps": "Known times at which forces jump or bend",
         "dropped": "Left out", "notes": "Notes",
-    }  # fmt: skip
+    }  # fmt: skip  # a table
     for key, title in titles.items():
         if data[key]:
             out.print()

@@ -25,16 +25,28 @@ _POINTS = 600
 @click.command()
 @scene_options
 @click.option("--at", default=None, metavar="STATE", help="equilibrium, steady, initial, or a time of a run in s.")
-@click.option("--t", "time", type=float, default=0.0, show_default=True, metavar="S", help="Time of inputs and of the base.")
+@click.option(
+    "--t", "time", type=float, default=0.0, show_default=True, metavar="S", help="Time of inputs and of the base."
+)
 @click.option("--any-kind", is_flag=True, help="An unstable equilibrium will do: the nearest.")
-@click.option("--velocity", "velocities", multiple=True, metavar="NAME=VALUE", help="Of a steady motion; may be repeated.")
+@click.option(
+    "--velocity", "velocities", multiple=True, metavar="NAME=VALUE", help="Of a steady motion; may be repeated."
+)
 @click.option("--coordinate", "held", multiple=True, metavar="NAME=VALUE", help="Of a steady motion; may be repeated.")
 @click.option("--set", "parameters", multiple=True, metavar="NAME=VALUE", help="A tunable parameter; may be repeated.")
-@click.option("--initial", multiple=True, metavar="NAME=VALUE", help="Where a state or a joint starts; may be repeated.")
+@click.option(
+    "--initial", multiple=True, metavar="NAME=VALUE", help="Where a state or a joint starts; may be repeated."
+)
 @click.option("--input", "inputs", multiple=True, metavar="NAME=VALUE", help="A constant input; may be repeated.")
-@click.option("--out", "folder", default=None, metavar="DIR", help="Write modes, matrices and figures to this folder, too.")
-@click.option("--root-locus", default=None, metavar="NAME=FROM:TO:N", help="Roots over a parameter; N:log for equal ratios.")
-@click.option("--response", "responses", multiple=True, metavar="INPUT:OUTPUT", help="A frequency response; may be repeated.")
+@click.option(
+    "--out", "folder", default=None, metavar="DIR", help="Write modes, matrices and figures to this folder, too."
+)
+@click.option(
+    "--root-locus", default=None, metavar="NAME=FROM:TO:N", help="Roots over a parameter; N:log for equal ratios."
+)
+@click.option(
+    "--response", "responses", multiple=True, metavar="INPUT:OUTPUT", help="A frequency response; may be repeated."
+)
 @click.option("--band", default=None, metavar="FROM:TO", help="Of frequency responses, in Hz.")
 @json_option
 @debug_option
@@ -50,7 +62,8 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
         lin.frequency_response([], *pair)
     if folder is None and (sweep or pairs):
         raise UsageError(Problem("eomgen linearize", "there is no folder to draw roots or responses to", "--out DIR"))
-    from eomgen.results.linear_files import described  # noqa: PLC0415  # imported when the arguments are known to be fine
+    # imported when the arguments are known to be fine
+    from eomgen.results.linear_files import described  # noqa: PLC0415
 
     data = described(lin, request.model.name)
     files = request.written(lin, data, Path(folder), sweep, pairs, band) if folder is not None else []
@@ -93,14 +106,20 @@ class _Request:
             initial = state_of(before) or initial
         given: dict[str, Any] = {"parameters": parameters, "t": self.time, "u": self.inputs or None}
         if self.velocities or self.held:
-            found = self.model.steady_motion(self.velocities, self.held, initial, **given)  # type: ignore[arg-type]  # checked there
+            # checked there
+            found = self.model.steady_motion(self.velocities, self.held, initial, **given)  # type: ignore[arg-type]
             return self.model.linearize(at=found, parameters=parameters, u=given["u"])
         return self.model.linearize(at=self.at, initial=initial, any_kind=self.any_kind, **given)
 
     def written(
-        self, lin: Linearization, data: dict[str, Any], folder: Path, sweep: tuple[str, list[float]] | None,
-        pairs: Sequence[tuple[str, str]], band: tuple[float, float] | None,
-    ) -> list[Path]:  # fmt: skip
+        self,
+        lin: Linearization,
+        data: dict[str, Any],
+        folder: Path,
+        sweep: tuple[str, list[float]] | None,
+        pairs: Sequence[tuple[str, str]],
+        band: tuple[float, float] | None,
+    ) -> list[Path]:
         """Write everything that is wanted; computed before the first file is made."""
         import json  # noqa: PLC0415
 
@@ -114,7 +133,11 @@ class _Request:
         low, high = band or _span(lin)
         frequencies = np.geomspace(low, high, _POINTS)
         responses = {pair: lin.frequency_response(2.0 * math.pi * frequencies, *pair) for pair in pairs}
-        locus = root_locus(sweep[0], sweep[1], lambda value, last: self.linearized({sweep[0]: value}, last)) if sweep else None
+        locus = (
+            root_locus(sweep[0], sweep[1], lambda value, last: self.linearized({sweep[0]: value}, last))
+            if sweep
+            else None
+        )
         make_folder(folder)
         write_text(folder / "modes.json", json.dumps(finite(data), indent=2) + "\n")
         files = [folder / "modes.json", linear_files.write_modes(modes, folder / "modes.csv")]
@@ -124,10 +147,14 @@ class _Request:
         if locus is not None:
             units = {item.name: item.unit for item in self.model.scene.parameters}
             files.append(linear_files.write_root_locus(locus, folder / "root_locus.csv"))
-            files.append(linear_plots.draw_root_locus(locus, units.get(locus.parameter, ""), name, folder / "root_locus.png"))
+            files.append(
+                linear_plots.draw_root_locus(locus, units.get(locus.parameter, ""), name, folder / "root_locus.png")
+            )
         if responses:
             files.append(linear_files.write_responses(frequencies, responses, folder / "responses.csv"))
-            files.append(linear_plots.draw_responses(frequencies, responses, self._units(), name, folder / "responses.png"))
+            files.append(
+                linear_plots.draw_responses(frequencies, responses, self._units(), name, folder / "responses.png")
+            )
         return files
 
     def _units(self) -> dict[str, str]:
@@ -160,12 +187,18 @@ def _print(lin: Linearization, name: str) -> None:
                 k + 1,
                 f"{modes.frequency[k]:.9g}" if oscillating else "0" if zero else "",
                 "" if zero else _small(float(modes.damping_ratio[k])),
-                "0" if zero else _real(value.real, modes.uncertainty[k]) + (f" ± {value.imag:.9g}j" if oscillating else ""),
+                (
+                    "0"
+                    if zero
+                    else _real(value.real, modes.uncertainty[k]) + (f" ± {value.imag:.9g}j" if oscillating else "")
+                ),
                 shape,
             )
         )
     about = f"{name} about the {lin.reference.what} at t = {lin.reference.t:.6g} s"
-    print_table(about, ("mode", "frequency, Hz", "damping ratio", "eigenvalue, 1/s", "moves"), rows, numeric=(0, 1, 2, 3))
+    print_table(
+        about, ("mode", "frequency, Hz", "damping ratio", "eigenvalue, 1/s", "moves"), rows, numeric=(0, 1, 2, 3)
+    )
     if len(modes) > _SHOWN:
         say(f"{len(modes) - _SHOWN} more with --json")
 
@@ -199,7 +232,9 @@ def _said(lin: Linearization) -> str:
 def _span(lin: Linearization) -> tuple[float, float]:
     """Return the band in Hz around the frequencies of all modes."""
     modes = lin.modes()
-    found = [float(f) for f, v, d in zip(modes.frequency, modes.eigenvalues, modes.uncertainty, strict=True) if abs(v) > d]
+    found = [
+        float(f) for f, v, d in zip(modes.frequency, modes.eigenvalues, modes.uncertainty, strict=True) if abs(v) > d
+    ]
     return (0.1 * min(found), 10.0 * max(found)) if found else (0.01, 100.0)
 
 
@@ -213,7 +248,9 @@ def _state(text: str | None) -> str | float | None:
         hint = "--at equilibrium, --at steady, --at initial, or --at 2.5"
         raise UsageError(Problem(f"--at {text}", "this is neither a state nor a time", hint)) from None
     if not (math.isfinite(time) and time > 0.0):
-        raise UsageError(Problem(f"--at {text}", "a run that leads there needs a positive time", "--at initial, or --at 2.5"))
+        raise UsageError(
+            Problem(f"--at {text}", "a run that leads there needs a positive time", "--at initial, or --at 2.5")
+        )
     return time
 
 
@@ -235,7 +272,9 @@ def _sweep(text: str | None) -> tuple[str, list[float]] | None:
     if not (math.isfinite(first) and math.isfinite(last)) or not 2 <= count <= 10_000:
         raise UsageError(Problem(f"--root-locus {text}", "finite values, and 2 to 10000 of them, are needed", hint))
     if logarithmic and not (first > 0.0 and last > 0.0):
-        raise UsageError(Problem(f"--root-locus {text}", "values in equal ratios must be positive", "values without :log"))
+        raise UsageError(
+            Problem(f"--root-locus {text}", "values in equal ratios must be positive", "values without :log")
+        )
     steps = [k / (count - 1) for k in range(count)]
     if logarithmic:
         return name.strip(), [first * (last / first) ** s for s in steps]
@@ -245,7 +284,9 @@ def _sweep(text: str | None) -> tuple[str, list[float]] | None:
 def _pair(text: str) -> tuple[str, str]:
     of_input, colon, output = text.partition(":")
     if not colon or not of_input.strip() or not output.strip():
-        raise UsageError(Problem(f"--response {text}", "an input and an output are needed", "--response road:body_acceleration"))
+        raise UsageError(
+            Problem(f"--response {text}", "an input and an output are needed", "--response road:body_acceleration")
+        )
     return of_input.strip(), output.strip()
 
 
@@ -257,5 +298,7 @@ def _band(text: str | None) -> tuple[float, float] | None:
     except ValueError:
         low = high = math.nan
     if not 0.0 < low < high < math.inf:
-        raise UsageError(Problem(f"--band {text}", "two positive frequencies in Hz are needed, the lower first", "--band 0.1:50"))
+        raise UsageError(
+            Problem(f"--band {text}", "two positive frequencies in Hz are needed, the lower first", "--band 0.1:50")
+        )
     return low, high

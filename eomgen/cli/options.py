@@ -52,20 +52,35 @@ def _source_option(source: Source, option: Option) -> Callable[[Command], Comman
 def run_options(command: Command) -> Command:
     """Add what a run may be told besides its scene."""
     for decorate in (
-        click.option("--input", "inputs", multiple=True, metavar="NAME=VALUE", help="A constant input; may be repeated."),
-        click.option("--set", "parameters", multiple=True, metavar="NAME=VALUE", help="A tunable parameter; may be repeated."),
+        click.option(
+            "--input", "inputs", multiple=True, metavar="NAME=VALUE", help="A constant input; may be repeated."
+        ),
+        click.option(
+            "--set", "parameters", multiple=True, metavar="NAME=VALUE", help="A tunable parameter; may be repeated."
+        ),
         click.option(
             "--initial", multiple=True, metavar="NAME=VALUE", help="Where a state or a joint starts; may be repeated."
         ),
-        click.option("--start", type=click.Choice(["initial", "equilibrium"]), default=None, help="The scene's by default."),
+        click.option(
+            "--start", type=click.Choice(["initial", "equilibrium"]), default=None, help="The scene's by default."
+        ),
         click.option("--record-every", type=int, default=None, metavar="N", help="Steps between recorded rows."),
         click.option("--gamma", type=float, default=None, help="Of newmark; 1/2 by default, above it order 1."),
         click.option("--beta", type=float, default=None, help="Of newmark; 1/4 by default."),
-        click.option("--order", type=int, default=None, metavar="P", help="Of taylor; what suits the tolerance by default."),
-        click.option("--tolerance", type=float, default=None, help="Of taylor's local errors; 1e-12 by default, 0: fixed steps."),
-        click.option("--alpha", type=float, default=None, help="Numerical damping of hht (0 to 1/3), wbz or newmark (0 to 1)."),
         click.option(
-            "--rho-inf", type=float, default=None, help="Spectral radius of generalized-alpha at infinite frequency, 0 to 1."
+            "--order", type=int, default=None, metavar="P", help="Of taylor; what suits the tolerance by default."
+        ),
+        click.option(
+            "--tolerance", type=float, default=None, help="Of taylor's local errors; 1e-12 by default, 0: fixed steps."
+        ),
+        click.option(
+            "--alpha", type=float, default=None, help="Numerical damping of hht (0 to 1/3), wbz or newmark (0 to 1)."
+        ),
+        click.option(
+            "--rho-inf",
+            type=float,
+            default=None,
+            help="Spectral radius of generalized-alpha at infinite frequency, 0 to 1.",
         ),
         click.option("--method", default=None, help="generalized_alpha, hht, rk4, taylor ...; the scene's by default."),
         click.option("--step", type=float, default=None, metavar="S", help="Step size; the scene's by default."),
@@ -115,7 +130,9 @@ def assignments(option: str, texts: Sequence[str]) -> dict[str, float | str]:
     return values
 
 
-def in_units(option: str, values: Mapping[str, float | str], owners: Iterable[Parameter | Input | State]) -> dict[str, float]:
+def in_units(
+    option: str, values: Mapping[str, float | str], owners: Iterable[Parameter | Input | State]
+) -> dict[str, float]:
     """Return numbers, those with a unit converted to the unit of what they are given for. Raises UsageError."""
     labels = {owner.name: owner.unit for owner in owners}
     return {

@@ -42,19 +42,33 @@ def progress_bar(title: str) -> Iterator[Callable[[int, int], None] | None]:
     if not sys.stderr.isatty():
         yield None
         return
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn  # noqa: PLC0415  # only for a terminal
+    # only for a terminal
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn  # noqa: PLC0415
 
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:>5.1f} %"), TimeRemainingColumn())
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.percentage:>5.1f} %"),
+        TimeRemainingColumn(),
+    )
     with Progress(*columns, console=console(stderr=True), transient=True) as bar:
         task = bar.add_task(title, total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
 def print_table(
-    title: str, header: Sequence[str], rows: Iterable[Sequence[object]], *, numeric: Sequence[int] = (), whole: Sequence[int] = ()
+    title: str,
+    header: Sequence[str],
+    rows: Iterable[Sequence[object]],
+    *,
+    numeric: Sequence[int] = (),
+    whole: Sequence[int] = (),
 ) -> None:
-    """Print a table to stdout; columns in ``numeric`` are aligned to the right, and neither these nor ``whole`` ones fold."""
-    table = Table(title=title, title_justify="left", box=None, pad_edge=False, header_style="bold", show_header=any(header))
+    """Print a table to stdout; columns in ``numeric`` are aligned to the right, and neither these nor ``whole`` ones
+    fold."""
+    table = Table(
+        title=title, title_justify="left", box=None, pad_edge=False, header_style="bold", show_header=any(header)
+    )
     for index, name in enumerate(header):
         unfolded = index in numeric or index in whole
         table.add_column(name, justify="right" if index in numeric else "left", no_wrap=unfolded, overflow="fold")

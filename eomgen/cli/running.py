@@ -41,7 +41,8 @@ def read_scene(path: str, options: dict[str, Any]) -> Scene:
 
 
 def run(scene: Scene, options: dict[str, Any]) -> tuple[Model, Solution]:
-    """Build and simulate a scene with the options that ``read_scene`` has left, or go on with the run of a checkpoint."""
+    """Build and simulate a scene with the options that ``read_scene`` has left, or go on with the run of a
+    checkpoint."""
     from eomgen.pipeline import pipeline  # noqa: PLC0415
 
     resumed, t_end = options.get("resume"), options["t_end"]

@@ -20,8 +20,12 @@ if TYPE_CHECKING:
 @scene_options
 @folder_option
 @run_options
-@click.option("--checkpoint", default=None, metavar="FILE", help="Keep what is needed to go on with the run in this file.")
-@click.option("--checkpoint-every", type=int, default=None, metavar="N", help="Steps between checkpoints; else one a minute.")
+@click.option(
+    "--checkpoint", default=None, metavar="FILE", help="Keep what is needed to go on with the run in this file."
+)
+@click.option(
+    "--checkpoint-every", type=int, default=None, metavar="N", help="Steps between checkpoints; else one a minute."
+)
 @click.option("--resume", default=None, metavar="FILE", help="Go on from a checkpoint, to the same bits.")
 @click.option("--plots/--no-plots", default=True, show_default=True, help="Draw the solution.")
 @json_option
@@ -88,10 +92,14 @@ def _print(solution: Solution, model: Model, inputs: dict[str, float]) -> None:
     rows: list[tuple[str, str]] = [("method", method), ("start", solution.metadata["start"])]
     rows += [("", sentence) for sentence in solution.metadata["corrections"] if sentence.startswith("corrected onto ")]
     rows.append(("end", end))
-    units = {item.name: item.unit for item in model.scene.parameters} | {item.name: item.unit for item in model.scene.inputs}
+    units = {item.name: item.unit for item in model.scene.parameters} | {
+        item.name: item.unit for item in model.scene.inputs
+    }
     for name, value in solution.metadata["parameters"].items():
         if value != model.parameters[name]:
-            rows.append((f"parameter {name}", f"{_with_unit(value, units[name])}, in the scene {model.parameters[name]:.9g}"))
+            rows.append(
+                (f"parameter {name}", f"{_with_unit(value, units[name])}, in the scene {model.parameters[name]:.9g}")
+            )
     rows += [(f"input {name}", f"{_with_unit(value, units[name])}, constant") for name, value in inputs.items()]
     for key, label in (
         ("steps", "steps"),
@@ -108,7 +116,9 @@ def _print(solution: Solution, model: Model, inputs: dict[str, float]) -> None:
     if total is not None:
         rows.append(("total energy", f"{total[0]:.9g} J at the start, {total[-1]:.9g} J at the end"))
     rows.append(("energy balance", str(solution.metadata["energy_balance"])))
-    for name, unit, value in list(zip(model.q_names, solution.metadata["units"]["q"], solution.q[-1], strict=True))[:12]:
+    for name, unit, value in list(zip(model.q_names, solution.metadata["units"]["q"], solution.q[-1], strict=True))[
+        :12
+    ]:
         rows.append((f"{name} at the end", _with_unit(value, unit)))
     if model.nq > 12:
         rows.append(("...", f"{model.nq - 12} more in solution.csv"))

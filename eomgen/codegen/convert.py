@@ -164,17 +164,26 @@ def _functions(
             continue
         outputs = tuple(
             dataclasses.replace(  # the same numbers may be another shape here: packed nonzeros of a full matrix
-                output, name=block.name, argument=names.output(block.name, first.inputs), shape=block.shape,
+                output,
+                name=block.name,
+                argument=names.output(block.name, first.inputs),
+                shape=block.shape,
                 description=block.description,
             )
             for output, block in zip(first.outputs, (b for b in function.outputs if b.refs), strict=True)
         )
         made.append(
             dataclasses.replace(
-                first, name=names.function(name, "the function"), description=function.description, outputs=outputs,
-                parts=(Part((), (), (), False, 0),), workspace=0, operations=0, same_as=first.name,
+                first,
+                name=names.function(name, "the function"),
+                description=function.description,
+                outputs=outputs,
+                parts=(Part((), (), (), False, 0),),
+                workspace=0,
+                operations=0,
+                same_as=first.name,
             )
-        )  # fmt: skip
+        )
     return tuple(made)
 
 

@@ -59,7 +59,8 @@ def write_folder(files: Mapping[str, str], folder: Path | str) -> Path:
     try:
         old = _earlier_files(target)
         target.mkdir(parents=True, exist_ok=True)
-        for name, text in sorted(files.items(), key=lambda item: item[0] != MANIFEST):  # first, so that a broken folder is ours
+        # first, so that a broken folder is ours
+        for name, text in sorted(files.items(), key=lambda item: item[0] != MANIFEST):
             with tempfile.NamedTemporaryFile(
                 "w", encoding="utf-8", newline="\n", dir=target, prefix=f".{name}.", delete=False
             ) as stream:
@@ -97,6 +98,7 @@ def _earlier_files(target: Path) -> set[str]:
         return {Path(str(name)).name for name in manifest["files"]}
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise FileError(
-            f"{target} is not empty and was not written by eomgen (it has no {MANIFEST} of eomgen's); nothing was overwritten",
+            f"{target} is not empty and was not written by eomgen (it has no {MANIFEST} of eomgen's); nothing was"
+            " overwritten",
             "a new or empty folder",
         ) from error

@@ -20,8 +20,9 @@ LARGEST_ANGLE = 1e10
 def interface_layout(program: Program) -> dict[str, Any]:
     """Return sizes, names, factors, functions (their position is their number), initial state, defaults and method.
 
-    Each function has ``name, description, inputs, input_sizes, outputs (name, shape, size, description), operations, counts``;
-    each of ``parameters, inputs, states, outputs`` is a list of ``name, member, value, size, unit, description``.
+    Each function has ``name, description, inputs, input_sizes, outputs (name, shape, size, description), operations,
+    counts``; each of ``parameters, inputs, states, outputs`` is a list of ``name, member, value, size, unit,
+    description``.
     """
     layout: dict[str, Any] = {
         field.name: getattr(program, field.name)

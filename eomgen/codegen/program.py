@@ -1,8 +1,8 @@
 """Program: the complete model in one target-independent form, plain data that can be dumped to JSON.
 
 Expressions are nested tuples over leaves: an integer ``n`` is local value n of the function (``-n`` its negative),
-``("K", number)`` a constant, ``("in", block, index)`` an input component, ``("w", slot)`` a value that an earlier part left in
-the workspace, ``("neg", x)`` a negative; every other tuple is an operation named as in ``symbolic.tape.Op``.
+``("K", number)`` a constant, ``("in", block, index)`` an input component, ``("w", slot)`` a value that an earlier part
+left in the workspace, ``("neg", x)`` a negative; every other tuple is an operation named as in ``symbolic.tape.Op``.
 Nothing here knows C, and nothing in the templates knows mechanics.
 """
 
@@ -21,18 +21,19 @@ Expression = Union[int, tuple[Any, ...]]  # noqa: UP007  # evaluated at run time
 class Statement:
     """One statement of a part.
 
-    ``kind`` and ``data``: ``label`` (text); ``let`` (local number, expression); ``sincos`` (sine's and cosine's local number,
-    expression); ``angles`` (a tuple of such triples, taken together); ``out`` (output number, component, expression);
-    ``fill`` (output number, size): zeros everywhere; ``save`` (slot, expression): into the workspace; ``loop`` (number in
-    ``Program.loops``, slot of the first gathered value, slot of the first result); ``gather`` (slot, step, block or "w",
-    index, step, length): equally spaced places into the workspace; ``spread`` (output number, component, step, slot, step,
-    length, sign): equally spaced slots into an output; ``circular`` (slot of the first sine, slot of the first cosine, block,
-    index, step, length): sines and cosines of equally spaced inputs into the workspace; ``repeat`` (number of iterations,
-    statements, read, given): a loop over k whose statements read components of block ``read`` and fill output 0.
+    ``kind`` and ``data``: ``label`` (text); ``let`` (local number, expression); ``sincos`` (sine's and cosine's local
+    number, expression); ``angles`` (a tuple of such triples, taken together); ``out`` (output number, component,
+    expression); ``fill`` (output number, size): zeros everywhere; ``save`` (slot, expression): into the workspace;
+    ``loop`` (number in ``Program.loops``, slot of the first gathered value, slot of the first result); ``gather``
+    (slot, step, block or "w", index, step, length): equally spaced places into the workspace; ``spread`` (output
+    number, component, step, slot, step, length, sign): equally spaced slots into an output; ``circular`` (slot of the
+    first sine, slot of the first cosine, block, index, step, length): sines and cosines of equally spaced inputs into
+    the workspace; ``repeat`` (number of iterations, statements, read, given): a loop over k whose statements read
+    components of block ``read`` and fill output 0.
 
-    ``read`` and ``given`` are expressions of k: ``("row", block, start, step)`` is component start + step k of a block, of the
-    workspace ``"w"``, or, by number, of an output, ``("row", block, places)`` component places[k], ``("numbers", values)``
-    constant values[k]; others do not change.
+    ``read`` and ``given`` are expressions of k: ``("row", block, start, step)`` is component start + step k of a block,
+    of the workspace ``"w"``, or, by number, of an output, ``("row", block, places)`` component places[k], ``("numbers",
+    values)`` constant values[k]; others do not change.
     """
 
     kind: str
@@ -93,7 +94,8 @@ class ProgramLoop:
         Values it reads from, and leaves in, the workspace.
     constants : (count, columns) numbers; ``index`` : (count, slots) places among the gathered values.
     shared, initial : places among the gathered values, of values that all elements share and of the first carries.
-    statements : outputs 0, 1 and 2 are the terms of the sums, the next carries and the element's rows; ``reads`` names the
+    statements : outputs 0, 1 and 2 are the terms of the sums, the next carries and the element's rows; ``reads`` names
+        the
         blocks among ``element, shared, gather, carry`` that they read.
     """
 
@@ -118,7 +120,8 @@ class ProgramCurve:
     Attributes
     ----------
     rows : (pieces + 1, degree + 2)
-        Where a piece begins, then its coefficients in powers of the distance from there, lowest first; the last row is the end.
+        Where a piece begins, then its coefficients in powers of the distance from there, lowest first; the last row is
+        the end.
     outside : ``error``, ``hold`` or ``periodic``; ``first`` and ``last`` are what is held.
     """
 

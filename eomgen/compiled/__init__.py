@@ -1,3 +1,13 @@
 """A compiled library as a model of functions on NumPy arrays: arguments, coordinates, terms, consistent states."""
 
-__all__ = ["arguments", "constraints", "coordinates", "corrected_start", "initial_state", "model", "prescribed", "state", "terms"]
+__all__ = [
+    "arguments",
+    "constraints",
+    "coordinates",
+    "corrected_start",
+    "initial_state",
+    "model",
+    "prescribed",
+    "state",
+    "terms",
+]

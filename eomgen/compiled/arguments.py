@@ -27,7 +27,9 @@ def numbers(name: str, value: ArrayLike) -> Array:
             raise TypeError(f"{array.dtype} is not real numbers")
         return np.ascontiguousarray(array, dtype=np.float64).reshape(array.shape)
     except (TypeError, ValueError) as error:
-        raise UsageError(Problem(name, f"an array of real numbers is needed, not {type(value).__name__}: {error}")) from None
+        raise UsageError(
+            Problem(name, f"an array of real numbers is needed, not {type(value).__name__}: {error}")
+        ) from None
 
 
 def read_only(values: ArrayLike) -> Array:
@@ -72,10 +74,13 @@ def check_quaternions(name: str, q: Array, factors: Sequence[FactorLike], tolera
 
 
 def check_name(what: str, name: object, known: Sequence[str], fixed: Sequence[str] = ()) -> None:
-    """Raise UsageError with the nearest names for a name that is not known, and what to do about one that is ``fixed``."""
+    """Raise UsageError with the nearest names for a name that is not known, and what to do about one that is
+    ``fixed``."""
     if name in fixed and name not in known:
         problem = f"the {what} {name} exists, but its value is fixed in the code"
-        raise UsageError(Problem("", problem, f"{name} = {{ value = ..., tunable = true }} in the scene's [parameters]"))
+        raise UsageError(
+            Problem("", problem, f"{name} = {{ value = ..., tunable = true }} in the scene's [parameters]")
+        )
     if name not in known:
         hint = nearest(str(name), known) if known else f"a tunable {what} in the scene" if what == "parameter" else ""
         none = "" if known else f": the scene has no {'tunable ' if what == 'parameter' else ''}{what}s"
@@ -92,7 +97,8 @@ def by_name(
 ) -> Array:
     """Return ``start`` (..., n) with the components that are given by name put in; scalars and batches broadcast.
 
-    ``fixed`` are names that exist but cannot be given; with ``units``, texts such as "300 mm" are brought to the unit of a name.
+    ``fixed`` are names that exist but cannot be given; with ``units``, texts such as "300 mm" are brought to the unit
+    of a name.
     """
     given: dict[int, Array] = {}
     for name, text_or_numbers in values.items():
@@ -105,7 +111,9 @@ def by_name(
         shape = np.broadcast_shapes(start.shape[:-1], *(array.shape for array in given.values()))
     except ValueError:
         shapes = ", ".join(f"{names[index]} {array.shape}" for index, array in given.items())
-        raise UsageError(Problem(f"{what}s", f"the shapes do not broadcast: {shapes}", "batches of equal shape")) from None
+        raise UsageError(
+            Problem(f"{what}s", f"the shapes do not broadcast: {shapes}", "batches of equal shape")
+        ) from None
     result = np.array(np.broadcast_to(start, (*shape, len(names))))
     for index, array in given.items():
         result[..., index] = array

@@ -15,7 +15,8 @@ from eomgen.errors import Problem, UsageError
 
 
 class PointMotion(NamedTuple):
-    """Motion of a point in world axes, each (..., 3); the velocity is None without v, the acceleration without v and a."""
+    """Motion of a point in world axes, each (..., 3); the velocity is None without v, the acceleration without v and
+    a."""
 
     position: Array
     velocity: Array | None
@@ -23,32 +24,54 @@ class PointMotion(NamedTuple):
 
 
 class Bodies:
-    """The part of a model that is about its bodies. World axes are inertial; ``base`` is the prescribed motion by default."""
+    """The part of a model that is about its bodies. World axes are inertial; ``base`` is the prescribed motion by
+    default."""
 
     bodies: tuple[str, ...]
     beams: frozenset[str]
     evaluator: Terms
 
     def pose(
-        self, body: str, q: ArrayLike, t: ArrayLike = 0.0, *, parameters: Parameters = None, base: ArrayLike | None = None
+        self,
+        body: str,
+        q: ArrayLike,
+        t: ArrayLike = 0.0,
+        *,
+        parameters: Parameters = None,
+        base: ArrayLike | None = None,
     ) -> Array:
         """Return quaternion (body to world axes) and position of a body's frame, (..., 7)."""
         return self._of(body, "poses", q=q, t=t, parameters=parameters, base=base)
 
     def twist(
-        self, body: str, q: ArrayLike, v: ArrayLike, t: ArrayLike = 0.0, *,
-        parameters: Parameters = None, base: ArrayLike | None = None,
-    ) -> Array:  # fmt: skip
+        self,
+        body: str,
+        q: ArrayLike,
+        v: ArrayLike,
+        t: ArrayLike = 0.0,
+        *,
+        parameters: Parameters = None,
+        base: ArrayLike | None = None,
+    ) -> Array:
         """Return the inertial twist of a body's frame in body axes, angular first, (..., 6)."""
         return self._of(body, "twists", q=q, v=v, t=t, parameters=parameters, base=base)
 
     def point(
-        self, body: str, r: ArrayLike, q: ArrayLike, v: ArrayLike | None = None, t: ArrayLike = 0.0, *,
-        a: ArrayLike | None = None, parameters: Parameters = None, base: ArrayLike | None = None,
-    ) -> PointMotion:  # fmt: skip
+        self,
+        body: str,
+        r: ArrayLike,
+        q: ArrayLike,
+        v: ArrayLike | None = None,
+        t: ArrayLike = 0.0,
+        *,
+        a: ArrayLike | None = None,
+        parameters: Parameters = None,
+        base: ArrayLike | None = None,
+    ) -> PointMotion:
         """Return position, velocity and acceleration in world axes of the point at ``r`` (..., 3) in a body's frame.
 
-        The velocity needs ``v``; the acceleration needs ``v``, ``a``, and a model built with the term ``accelerations``.
+        The velocity needs ``v``; the acceleration needs ``v``, ``a``, and a model built with the term
+        ``accelerations``.
         """
         r = self._fixed_in(body, r)
         given: dict[str, Any] = {"q": q, "t": t, "parameters": parameters, "base": base}
@@ -69,20 +92,27 @@ class Bodies:
     def body_jacobian(self, body: str, q: ArrayLike, *, parameters: Parameters = None) -> Array:
         """Return the Jacobian of a body's frame in body axes, angular first, (..., 6, nv).
 
-        The inertial twist is ``body_jacobian(body, q) @ v``, plus that of the moving base carried along. Columns belong to the
-        components of v, so they are left-trivialised. The model must have been built with the term ``jacobians``.
+        The inertial twist is ``body_jacobian(body, q) @ v``, plus that of the moving base carried along. Columns belong
+        to the components of v, so they are left-trivialised. The model must have been built with the term
+        ``jacobians``.
         """
         return self._of(body, "jacobians", q=q, parameters=parameters)
 
     def point_jacobian(
-        self, body: str, r: ArrayLike, q: ArrayLike, t: ArrayLike = 0.0, *,
-        parameters: Parameters = None, base: ArrayLike | None = None,
-    ) -> Array:  # fmt: skip
+        self,
+        body: str,
+        r: ArrayLike,
+        q: ArrayLike,
+        t: ArrayLike = 0.0,
+        *,
+        parameters: Parameters = None,
+        base: ArrayLike | None = None,
+    ) -> Array:
         """Return the Jacobian of the point at ``r`` (..., 3) in a body's frame, in world axes, (..., 3, nv).
 
-        The point's velocity in world axes is ``point_jacobian(body, r, q, t) @ v``, plus what the moving base gives to it where
-        it is; a force f on the point adds ``point_jacobian(...).T @ f`` to Q. The model must have been built with the terms
-        ``poses`` and ``jacobians``.
+        The point's velocity in world axes is ``point_jacobian(body, r, q, t) @ v``, plus what the moving base gives to
+        it where it is; a force f on the point adds ``point_jacobian(...).T @ f`` to Q. The model must have been built
+        with the terms ``poses`` and ``jacobians``.
         """
         r = self._fixed_in(body, r)[..., np.newaxis, :]
         turn = self._of(body, "poses", q=q, t=t, parameters=parameters, base=base)[..., np.newaxis, :4]
@@ -94,7 +124,9 @@ class Bodies:
         place = components("r", r, 3)
         if body in self.beams and np.any(place != 0.0):
             what = "the beam deforms, and the compiled model knows its shapes at the points of the scene only"
-            raise UsageError(Problem(f"point of {body}", what, "an entry of [points] with an output of it; r = 0 for the frame"))
+            raise UsageError(
+                Problem(f"point of {body}", what, "an entry of [points] with an output of it; r = 0 for the frame")
+            )
         return place
 
     def _of(self, body: str, term: str, **given: Any) -> Array:

@@ -1,7 +1,7 @@
 """Accelerations and multipliers of constrained models, and consistent states from guesses, on the compiled functions.
 
-    [ M  B^T ] [ vdot ]   [ -r(a = 0, lam = 0) ]
-    [ B   0  ] [ lam  ] = [ -g                 ]     g: what the rows' rates change by at vdot = 0
+[ M  B^T ] [ vdot ]   [ -r(a = 0, lam = 0) ]
+[ B   0  ] [ lam  ] = [ -g                 ]     g: what the rows' rates change by at vdot = 0
 """
 
 from __future__ import annotations
@@ -51,6 +51,9 @@ def accelerations(functions: Functions, values: Mapping[str, Array]) -> tuple[Ar
     try:
         solution = np.linalg.solve(system, right[..., np.newaxis])[..., 0]
     except np.linalg.LinAlgError:
-        what = "accelerations and multipliers are not unique: rows depend on each other in this state, or no inertia resists"
+        what = (
+            "accelerations and multipliers are not unique: rows depend on each other in this state, or no inertia"
+            " resists"
+        )
         raise NumericalError(Problem("constraints", what, "a state next to it")) from None
     return solution[..., :nv], solution[..., nv:]

@@ -30,10 +30,13 @@ def coordinate_names(factors: Sequence[Factor]) -> tuple[list[str], list[str]]:
 
 def coordinate_units(factors: Sequence[Factor], coordinates: Iterable[Coordinates]) -> tuple[list[str], list[str]]:
     """Return the SI units of all components of q and of v; ``coordinates`` has those of group R."""
-    described = {item.name: (item.units, tuple(f"{unit}/s" if unit else "" for unit in item.units)) for item in coordinates}
+    described = {
+        item.name: (item.units, tuple(f"{unit}/s" if unit else "" for unit in item.units)) for item in coordinates
+    }
     q_units: list[str] = []
     v_units: list[str] = []
-    for factor in sorted(factors, key=lambda factor: factor.q_start):  # one order: no factor overtakes another in v only
+    # one order: no factor overtakes another in v only
+    for factor in sorted(factors, key=lambda factor: factor.q_start):
         q, v = _UNITS.get(factor.group) or described.get(factor.name, (("",) * factor.q_size, ("",) * factor.v_size))
         q_units += q
         v_units += v
@@ -41,7 +44,8 @@ def coordinate_units(factors: Sequence[Factor], coordinates: Iterable[Coordinate
 
 
 def reaches(factors: Sequence[Factor], coordinates: Iterable[Coordinates]) -> list[float]:
-    """Return for each component of v how far its coordinate may be drawn at random, in its own unit; infinity for any value."""
+    """Return for each component of v how far its coordinate may be drawn at random, in its own unit; infinity for any
+    value."""
     known = {item.name: item.reach for item in coordinates if item.reach}
     found = [math.inf] * sum(factor.v_size for factor in factors)
     for factor in factors:

@@ -12,14 +12,17 @@ from eomgen.text import distinct
 
 #: What the sentence begins with.
 CORRECTED = "corrected onto the constraints: "
-#: Parts of the machine, of 1 rad, or of the largest velocity of the unit, from which on a change is told; how many are listed.
+#: Parts of the machine, of 1 rad, or of the largest velocity of the unit, from which on a change is told; how many are
+#: listed.
 _TOLD, _LISTED = 1e-6, 6
 
 
 def corrected_start(
-    found: Assembly, guess: tuple[Array, Array], names: tuple[Sequence[str], Sequence[str]],
+    found: Assembly,
+    guess: tuple[Array, Array],
+    names: tuple[Sequence[str], Sequence[str]],
     units: tuple[Sequence[str], Sequence[str]],
-) -> list[str]:  # fmt: skip
+) -> list[str]:
     """Return one sentence with what changed most from a guess to a consistent state; none where nothing changed much.
 
     Parameters

@@ -1,4 +1,5 @@
-"""The compiled functions on NumPy arrays: leading axes of all inputs broadcast, and one C call evaluates the whole batch."""
+"""The compiled functions on NumPy arrays: leading axes of all inputs broadcast, and one C call evaluates the whole
+batch."""
 
 from __future__ import annotations
 
@@ -11,7 +12,8 @@ from eomgen.errors import Problem, UsageError
 from eomgen.system.terms import TERMS, nearest_term
 from eomgen.toolchain.library import Library
 
-#: Functions that fill arguments of the others: those of time alone, and the angles that the configuration's references follow.
+#: Functions that fill arguments of the others: those of time alone, and the angles that the configuration's references
+#: follow.
 DRIVERS = ("base", "inputs", "base_rates", "input_rates", "joint_angles")
 
 
@@ -74,14 +76,18 @@ class Functions:
             Leading axes that do not broadcast.
         """
         names = self.inputs(name)
-        arrays = [blocks[block].reshape((*blocks[block].shape, 1)) if block == "t" else blocks[block] for block in names]
+        arrays = [
+            blocks[block].reshape((*blocks[block].shape, 1)) if block == "t" else blocks[block] for block in names
+        ]
         if all(array.ndim == 1 and array.flags.c_contiguous for array in arrays):
             return self._single(name, arrays)
         try:
             shape = np.broadcast_shapes(*(array.shape[:-1] for array in arrays))
         except ValueError:
             shapes = ", ".join(f"{block} {blocks[block].shape}" for block in names)
-            raise UsageError(Problem(name, f"the leading axes do not broadcast: {shapes}", "batches of equal shape")) from None
+            raise UsageError(
+                Problem(name, f"the leading axes do not broadcast: {shapes}", "batches of equal shape")
+            ) from None
         count = int(np.prod(shape))
         flat = [_samples(array, shape, count) for array in arrays]
         results = [np.empty((count, *output)) for output in self._shapes[name]]

@@ -27,7 +27,9 @@ class InitialState:
     z: Array
 
 
-def initial_state(model: CompiledModel, initial: Mapping[str, Any] | None, parameters: Array | None = None) -> InitialState:
+def initial_state(
+    model: CompiledModel, initial: Mapping[str, Any] | None, parameters: Array | None = None
+) -> InitialState:
     """Return the scene's initial state with what is given put in.
 
     Parameters

@@ -53,16 +53,23 @@ class CompiledModel(Bodies, InternalStates, Prescribed, Rates):
     gains : callable, optional
         Finds the parameters that calibrations fill, at values of the others.
     every_row : callable, optional
-        Derives the constraints with the rows that were left out as redundant, and gives what evaluates them at parameters (np,).
+        Derives the constraints with the rows that were left out as redundant, and gives what evaluates them at
+        parameters (np,).
     scene : optional
         What a front end read, and made all of this from.
     """
 
     def __init__(
-        self, description: Description, library: Library, stepper: Callable[[str], Library], start: Start | None = None,
-        built: Callable[[Sequence[str]], Self] | None = None, gains: Gains | None = None,
-        every_row: Callable[[], EveryRow] | None = None, scene: Any = None,
-    ) -> None:  # fmt: skip
+        self,
+        description: Description,
+        library: Library,
+        stepper: Callable[[str], Library],
+        start: Start | None = None,
+        built: Callable[[Sequence[str]], Self] | None = None,
+        gains: Gains | None = None,
+        every_row: Callable[[], EveryRow] | None = None,
+        scene: Any = None,
+    ) -> None:
         layout = library.layout
         self.description = description
         self.scene = scene
@@ -75,7 +82,11 @@ class CompiledModel(Bodies, InternalStates, Prescribed, Rates):
         self._others: dict[tuple[str, ...], Self] = {}
         self._parameters = MappingProxyType({item["name"]: float(item["value"]) for item in layout["parameters"]})
         self.evaluator = Terms(library, list(description.fixed), Requirements(description, tuple(self._parameters)))
-        self.functions, self.factors, self.inputs = self.evaluator.functions, self.evaluator.factors, self.evaluator.input_names
+        self.functions, self.factors, self.inputs = (
+            self.evaluator.functions,
+            self.evaluator.factors,
+            self.evaluator.input_names,
+        )
         self.q_names, self.v_names = coordinate_names(self.factors)
         self.q_units, self.v_units = coordinate_units(self.factors, description.coordinates)
         self.angles = self.evaluator.angles
@@ -170,8 +181,8 @@ class CompiledModel(Bodies, InternalStates, Prescribed, Rates):
     def calibrate(self, *, parameters: Mapping[str, float] | None = None) -> dict[str, float]:
         """Return gains and references of the scene's calibrated controllers, at other values of its tunable parameters.
 
-        They are parameters themselves: ``simulate(parameters={**parameters, **model.calibrate(parameters=parameters)})``. Without
-        calibrated controllers nothing is returned.
+        They are parameters themselves: ``simulate(parameters={**parameters,
+        **model.calibrate(parameters=parameters)})``. Without calibrated controllers nothing is returned.
 
         Raises
         ------
@@ -194,61 +205,100 @@ class CompiledModel(Bodies, InternalStates, Prescribed, Rates):
         return self._one("coupling", q=q, v=v, parameters=parameters)
 
     def force(
-        self, q: ArrayLike, v: ArrayLike, t: ArrayLike = 0.0, u: Inputs = None, *,
-        z: States = None, parameters: Parameters = None, base: ArrayLike | None = None,
-    ) -> Array:  # fmt: skip
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        t: ArrayLike = 0.0,
+        u: Inputs = None,
+        *,
+        z: States = None,
+        parameters: Parameters = None,
+        base: ArrayLike | None = None,
+    ) -> Array:
         """Return the generalized force Q, (..., nv): gravity, springs, dampers, actuators, formulas."""
         return self._one("force", q=q, v=v, t=t, u=u, z=z, parameters=parameters, base=base)
 
     def base_motion(
-        self, q: ArrayLike, v: ArrayLike, t: ArrayLike = 0.0, *, parameters: Parameters = None, base: ArrayLike | None = None
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        t: ArrayLike = 0.0,
+        *,
+        parameters: Parameters = None,
+        base: ArrayLike | None = None,
     ) -> Array:
         """Return the base-motion terms b, (..., nv): inertia terms that vanish when the base is at rest."""
         if not self.evaluator.moving_base and base is None:
-            q, v, p = self.evaluator.configuration(q), self.evaluator.velocity("v", v), self.evaluator.parameters(parameters)
+            q, v, p = (
+                self.evaluator.configuration(q),
+                self.evaluator.velocity("v", v),
+                self.evaluator.parameters(parameters),
+            )
             shapes = (q.shape[:-1], v.shape[:-1], p.shape[:-1], numbers("t", t).shape)
             return np.zeros((*np.broadcast_shapes(*shapes), self.nv))
         return self._one("base_motion", q=q, v=v, t=t, parameters=parameters, base=base)
 
     def inverse_dynamics(
-        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, t: ArrayLike = 0.0, u: Inputs = None, *,
-        z: States = None, parameters: Parameters = None, base: ArrayLike | None = None,
-    ) -> Array:  # fmt: skip
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        a: ArrayLike,
+        t: ArrayLike = 0.0,
+        u: Inputs = None,
+        *,
+        z: States = None,
+        parameters: Parameters = None,
+        base: ArrayLike | None = None,
+    ) -> Array:
         """Return tau = M a + h + b - Q, (..., nv): what is missing to the motion a."""
         return self._one("inverse_dynamics", q=q, v=v, a=a, t=t, u=u, z=z, parameters=parameters, base=base)
 
     def forward_dynamics(
-        self, q: ArrayLike, v: ArrayLike, t: ArrayLike = 0.0, u: Inputs = None, *,
-        z: States = None, parameters: Parameters = None, base: ArrayLike | None = None,
-    ) -> Array:  # fmt: skip
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        t: ArrayLike = 0.0,
+        u: Inputs = None,
+        *,
+        z: States = None,
+        parameters: Parameters = None,
+        base: ArrayLike | None = None,
+    ) -> Array:
         """Return the acceleration vdot, (..., nv): M^-1 (Q - h - b), held to the constraints where there are any."""
         if self.multipliers:
             return self.constrained_dynamics(q, v, t, u, z=z, parameters=parameters, base=base)[0]
         return self._one("forward_dynamics", q=q, v=v, t=t, u=u, z=z, parameters=parameters, base=base)
 
     def constrained_dynamics(
-        self, q: ArrayLike, v: ArrayLike, t: ArrayLike = 0.0, u: Inputs = None, *,
-        z: States = None, parameters: Parameters = None, base: ArrayLike | None = None,
-    ) -> tuple[Array, Array]:  # fmt: skip
-        """Return vdot, (..., nv), and the multipliers, (..., rows), of M vdot + h + b + B^T lam = Q with B vdot = -g."""
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        t: ArrayLike = 0.0,
+        u: Inputs = None,
+        *,
+        z: States = None,
+        parameters: Parameters = None,
+        base: ArrayLike | None = None,
+    ) -> tuple[Array, Array]:
+        """Return vdot, (..., nv), and the multipliers, (..., rows), of M vdot + h + b + B^T lam = Q with B vdot =
+        -g."""
         return self.evaluator.accelerations(q=q, v=v, t=t, u=u, z=z, parameters=parameters, base=base)
 
-    def consistent(
-        self, q: ArrayLike, v: ArrayLike, t: float = 0.0, *, parameters: Parameters = None
-    ) -> Assembly:
+    def consistent(self, q: ArrayLike, v: ArrayLike, t: float = 0.0, *, parameters: Parameters = None) -> Assembly:
         """Return the state nearest to a guess that meets the constraints, and how far each row was off.
 
         Raises
         ------
         ModelError
-            The constraints contradict each other from there, or rows that were left out because they follow from others at
-            the default parameters do not follow at these; names the rows.
+            The constraints contradict each other from there, or rows that were left out because they follow from others
+            at the default parameters do not follow at these; names the rows.
         """
         p = self.parameter_array(parameters)
         return consistent(self, self.evaluator.configuration(q), self.evaluator.velocity("v", v), t, p)
 
     def check_left_out(self, q: Array, v: Array, t: float, p: Array) -> list[str]:
-        """Raise ModelError where rows that were left out at the default parameters do not follow from the others at p (np,).
+        """Raise ModelError where rows that were left out at the default parameters do not follow from the others at p
+        (np,).
 
         Returns a sentence for each that does so all but for a little.
         """
@@ -260,10 +310,18 @@ class CompiledModel(Bodies, InternalStates, Prescribed, Rates):
         return []
 
     def partials(
-        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, t: ArrayLike = 0.0, u: Inputs = None, *,
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        a: ArrayLike,
+        t: ArrayLike = 0.0,
+        u: Inputs = None,
+        *,
         z: States = None,
-        multipliers: ArrayLike | None = None, parameters: Parameters = None, base: ArrayLike | None = None,
-    ) -> tuple[Array, Array, Array]:  # fmt: skip
+        multipliers: ArrayLike | None = None,
+        parameters: Parameters = None,
+        base: ArrayLike | None = None,
+    ) -> tuple[Array, Array, Array]:
         """Return K, C, M, each (..., nv, nv): exact partials of the residual in q (left-trivialised), v and a.
 
         The residual is that of inverse dynamics, with the constraints' B^T lam where there are any.
@@ -273,11 +331,22 @@ class CompiledModel(Bodies, InternalStates, Prescribed, Rates):
         return K, C, M
 
     def evaluate(
-        self, term: str, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None, t: ArrayLike = 0.0,
-        u: Inputs = None, *, z: States = None,
-        multipliers: ArrayLike | None = None, parameters: Parameters = None, base: ArrayLike | None = None, **rates: ArrayLike,
-    ) -> dict[str, Array]:  # fmt: skip
-        """Return the outputs of any term that the model was built with (``model.terms``), by the names that the C code uses.
+        self,
+        term: str,
+        q: ArrayLike,
+        v: ArrayLike | None = None,
+        a: ArrayLike | None = None,
+        t: ArrayLike = 0.0,
+        u: Inputs = None,
+        *,
+        z: States = None,
+        multipliers: ArrayLike | None = None,
+        parameters: Parameters = None,
+        base: ArrayLike | None = None,
+        **rates: ArrayLike,
+    ) -> dict[str, Array]:
+        """Return the outputs of any term that the model was built with (``model.terms``), by the names that the C code
+        uses.
 
         ``rates`` are the time derivatives that some terms take: j, s, a_higher, u_dot, u_ddot, u_higher and base_rates.
         """
@@ -289,14 +358,23 @@ class CompiledModel(Bodies, InternalStates, Prescribed, Rates):
     # -- outputs, energies ---------------------------------------------------------------------------------------------
 
     def energy(
-        self, q: ArrayLike, v: ArrayLike, a: ArrayLike | None = None, t: ArrayLike = 0.0,
-        u: Inputs = None, *, z: States = None,
-        multipliers: ArrayLike | None = None, parameters: Parameters = None, base: ArrayLike | None = None,
-    ) -> dict[str, Array]:  # fmt: skip
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        a: ArrayLike | None = None,
+        t: ArrayLike = 0.0,
+        u: Inputs = None,
+        *,
+        z: States = None,
+        multipliers: ArrayLike | None = None,
+        parameters: Parameters = None,
+        base: ArrayLike | None = None,
+    ) -> dict[str, Array]:
         """Return inertial energies and powers, each (...).
 
-        ``kinetic``, ``potential`` and ``total`` in J; ``power`` of all non-conservative forces and ``base_power`` of the
-        reaction at the base in W. Accelerations come from forward dynamics where they are needed and ``a`` is not given.
+        ``kinetic``, ``potential`` and ``total`` in J; ``power`` of all non-conservative forces and ``base_power`` of
+        the reaction at the base in W. Accelerations come from forward dynamics where they are needed and ``a`` is not
+        given.
         """
         given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base}
         values = self._one("energy", **given, multipliers=multipliers, parameters=parameters)
@@ -305,9 +383,17 @@ class CompiledModel(Bodies, InternalStates, Prescribed, Rates):
             return {**result, "total": result["kinetic"] + result["potential"]}
 
     def outputs(
-        self, q: ArrayLike, v: ArrayLike, a: ArrayLike | None = None, t: ArrayLike = 0.0,
-        u: Inputs = None, *, z: States = None, parameters: Parameters = None, base: ArrayLike | None = None,
-    ) -> dict[str, Array]:  # fmt: skip
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        a: ArrayLike | None = None,
+        t: ArrayLike = 0.0,
+        u: Inputs = None,
+        *,
+        z: States = None,
+        parameters: Parameters = None,
+        base: ArrayLike | None = None,
+    ) -> dict[str, Array]:
         """Return the scene's outputs by name, (...) for one component and (..., size) for several."""
         if not self.library.layout["outputs"]:
             self.evaluator.parameters(parameters)
@@ -325,7 +411,8 @@ class CompiledModel(Bodies, InternalStates, Prescribed, Rates):
     def rhs(self, t: ArrayLike, y: ArrayLike, u: Inputs = None, *, parameters: Parameters = None) -> Array:
         """Return dy/dt for y = [q, v], and z behind, as ``scipy.integrate.solve_ivp(model.rhs, ...)`` calls it.
 
-        Quaternions are brought to unit length before the dynamics are evaluated; their rates keep the length that they have.
+        Quaternions are brought to unit length before the dynamics are evaluated; their rates keep the length that they
+        have.
         """
         y = components("y", y, self.nq + self.nv + self.nz)
         q, v, z = np.split(y, [self.nq, self.nq + self.nv], axis=-1)
@@ -369,7 +456,9 @@ def consistent(model: CompiledModel, q: Array, v: Array, t: float, parameters: A
     able = model.having(needed)
     missing = [name for name in needed if name not in able.functions]
     if missing:
-        raise UsageError(f"the terms {', '.join(missing)} are needed to make an initial state consistent", "build with them")
+        raise UsageError(
+            f"the terms {', '.join(missing)} are needed to make an initial state consistent", "build with them"
+        )
 
     def at(name: str, **state: Array | float) -> Array:
         return next(iter(able.evaluate(name, t=t, parameters=parameters, **state).values()))

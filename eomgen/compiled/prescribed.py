@@ -27,12 +27,14 @@ class Prescribed:
     def base(self, t: ArrayLike = 0.0, *, parameters: Parameters = None) -> Array:
         """Return the prescribed state of the base at t, (..., 19).
 
-        Quaternion (4) and position (3) in the world; omega, velocity, and the time derivatives of their components, in base
-        axes (3 each). An array of this kind can be handed in as ``base`` in place of the scene's law.
+        Quaternion (4) and position (3) in the world; omega, velocity, and the time derivatives of their components, in
+        base axes (3 each). An array of this kind can be handed in as ``base`` in place of the scene's law.
         """
         p = self.evaluator.parameters(parameters)
         if "base" not in self.evaluator.functions:
-            rest = np.zeros((*np.broadcast_shapes(numbers("t", t).shape, p.shape[:-1]), self.evaluator.functions.sizes["base"]))
+            rest = np.zeros(
+                (*np.broadcast_shapes(numbers("t", t).shape, p.shape[:-1]), self.evaluator.functions.sizes["base"])
+            )
             rest[..., 0] = 1.0
             return rest
         return self.evaluator.functions("base", {"t": numbers("t", t), "p": p})[0]
@@ -44,8 +46,8 @@ class Prescribed:
     def discontinuity_times(self, start: float, end: float, *, order: int = 2) -> Array:
         """Return the times from start to end, (n,), at which a derivative of forces up to an order is known to jump.
 
-        0: forces themselves, 1: their rates, 2: their second derivatives. The steppers end their steps there by themselves; for
-        solvers of others these are the times between which the motion is smooth.
+        0: forces themselves, 1: their rates, 2: their second derivatives. The steppers end their steps there by
+        themselves; for solvers of others these are the times between which the motion is smooth.
 
         Raises
         ------
@@ -70,7 +72,8 @@ class Prescribed:
         return np.unique(np.concatenate(found)) + 0.0  # no minus zero
 
     def jumps_between(self, t: Array, near: float) -> Array:
-        """Return times (n,) at which forces jump: of each wave one in every interval of times t (m,), widened by ``near`` (s)."""
+        """Return times (n,) at which forces jump: of each wave one in every interval of times t (m,), widened by
+        ``near`` (s)."""
         found: list[Array] = [np.zeros(0)]
         for time, period in self._jumps(0):
             if period == 0.0:
@@ -84,8 +87,9 @@ class Prescribed:
         """Return time and period (s, 0 where it comes once) of what is known to jump up to an order."""
         return [
             (float(item["time"]), float(item["period"]))
-            for item in self.library.layout["discontinuities"] if item["order"] <= order
-        ]  # fmt: skip
+            for item in self.library.layout["discontinuities"]
+            if item["order"] <= order
+        ]
 
 
 def jumps_per_second(waves: Iterable[tuple[float, float]]) -> float:

@@ -14,31 +14,58 @@ from eomgen.compiled.terms import Inputs, Parameters, States, Terms
 class Rates:
     """The part of a model that is about time derivatives; each needs a term that only its name brings in.
 
-    j and s are the first and second time derivatives of a. u_dot and u_ddot default to the scene's own derivatives for inputs
-    that the scene gives, and to zero for those that the caller gives. Internal states follow their own law. A caller who gives
-    ``base`` gives ``base_rates`` as well, (..., order, 6): derivatives of the base's twist from the second on, in base axes.
+    j and s are the first and second time derivatives of a. u_dot and u_ddot default to the scene's own derivatives for
+    inputs that the scene gives, and to zero for those that the caller gives. Internal states follow their own law. A
+    caller who gives ``base`` gives ``base_rates`` as well, (..., order, 6): derivatives of the base's twist from the
+    second on, in base axes.
     """
 
     functions: Functions
     evaluator: Terms
 
     def rates(
-        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, j: ArrayLike | None = None, s: ArrayLike | None = None,
-        t: ArrayLike = 0.0, u: Inputs = None, u_dot: Inputs = None, u_ddot: Inputs = None, *, order: int | None = None,
-        a_higher: ArrayLike | None = None, u_higher: ArrayLike | None = None, z: States = None, parameters: Parameters = None,
-        base: ArrayLike | None = None, base_rates: ArrayLike | None = None,
-    ) -> tuple[Array, ...]:  # fmt: skip
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        a: ArrayLike,
+        j: ArrayLike | None = None,
+        s: ArrayLike | None = None,
+        t: ArrayLike = 0.0,
+        u: Inputs = None,
+        u_dot: Inputs = None,
+        u_ddot: Inputs = None,
+        *,
+        order: int | None = None,
+        a_higher: ArrayLike | None = None,
+        u_higher: ArrayLike | None = None,
+        z: States = None,
+        parameters: Parameters = None,
+        base: ArrayLike | None = None,
+        base_rates: ArrayLike | None = None,
+    ) -> tuple[Array, ...]:
         """Return tau = M a + h + b - Q and its time derivatives up to an order, each (..., nv).
 
         Parameters
         ----------
         order : int, optional
-            2 needs the term ``rates``, others ``rates_1``, ``rates_3``, ...; by default 2, or the lowest built where that is not.
+            2 needs the term ``rates``, others ``rates_1``, ``rates_3``, ...; by default 2, or the lowest built where
+            that is not.
         a_higher, u_higher : (..., order - 2, nv or nu)
-            Time derivatives of a and u from the third on, for orders above 2; those of u are zero by default, or the scene's.
+            Time derivatives of a and u from the third on, for orders above 2; those of u are zero by default, or the
+            scene's.
         """
         term = self._term_of(order)
-        given: dict[str, Any] = {"q": q, "v": v, "a": a, "j": j, "s": s, "t": t, "u": u, "u_dot": u_dot, "u_ddot": u_ddot}
+        given: dict[str, Any] = {
+            "q": q,
+            "v": v,
+            "a": a,
+            "j": j,
+            "s": s,
+            "t": t,
+            "u": u,
+            "u_dot": u_dot,
+            "u_ddot": u_ddot,
+        }
         given |= {"a_higher": a_higher, "u_higher": u_higher, "z": z, "base": base, "base_rates": base_rates}
         return self.evaluator.call(term, **given, parameters=parameters)
 
@@ -49,10 +76,21 @@ class Rates:
         return "rates" if order == 2 else f"rates_{order}"
 
     def forward_rates(
-        self, q: ArrayLike, v: ArrayLike, t: ArrayLike = 0.0, u: Inputs = None, u_dot: Inputs = None, u_ddot: Inputs = None, *,
-        z: States = None, parameters: Parameters = None, base: ArrayLike | None = None, base_rates: ArrayLike | None = None,
-    ) -> tuple[Array, Array, Array]:  # fmt: skip
-        """Return vdot, its rate (the jerk) and the rate of that, each (..., nv), along the motion that the forces cause.
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        t: ArrayLike = 0.0,
+        u: Inputs = None,
+        u_dot: Inputs = None,
+        u_ddot: Inputs = None,
+        *,
+        z: States = None,
+        parameters: Parameters = None,
+        base: ArrayLike | None = None,
+        base_rates: ArrayLike | None = None,
+    ) -> tuple[Array, Array, Array]:
+        """Return vdot, its rate (the jerk) and the rate of that, each (..., nv), along the motion that the forces
+        cause.
 
         The term is ``forward_rates``; scenes with constraints have none.
         """
@@ -61,9 +99,7 @@ class Rates:
         a, j, s = self.evaluator.call("forward_rates", **given, parameters=parameters)
         return a, j, s
 
-    def coriolis(
-        self, q: ArrayLike, v: ArrayLike, *, skew: bool = False, parameters: Parameters = None
-    ) -> Array:
+    def coriolis(self, q: ArrayLike, v: ArrayLike, *, skew: bool = False, parameters: Parameters = None) -> Array:
         """Return a matrix C with C v = h, (..., nv, nv), base at rest.
 
         Parameters
@@ -89,10 +125,21 @@ class Rates:
         return first, second
 
     def force_rates(
-        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, j: ArrayLike, t: ArrayLike = 0.0, u: Inputs = None,
-        u_dot: Inputs = None, u_ddot: Inputs = None, *, z: States = None, parameters: Parameters = None,
-        base: ArrayLike | None = None, base_rates: ArrayLike | None = None,
-    ) -> tuple[Array, Array]:  # fmt: skip
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        a: ArrayLike,
+        j: ArrayLike,
+        t: ArrayLike = 0.0,
+        u: Inputs = None,
+        u_dot: Inputs = None,
+        u_ddot: Inputs = None,
+        *,
+        z: States = None,
+        parameters: Parameters = None,
+        base: ArrayLike | None = None,
+        base_rates: ArrayLike | None = None,
+    ) -> tuple[Array, Array]:
         """Return the first and second time derivative of Q, each (..., nv). The term is ``force_rates``."""
         given: dict[str, Any] = {"q": q, "v": v, "a": a, "j": j, "t": t, "u": u, "u_dot": u_dot, "u_ddot": u_ddot}
         given |= {"z": z, "base": base, "base_rates": base_rates}
@@ -100,9 +147,17 @@ class Rates:
         return first, second
 
     def base_motion_rates(
-        self, q: ArrayLike, v: ArrayLike, a: ArrayLike, j: ArrayLike, t: ArrayLike = 0.0, *, parameters: Parameters = None,
-        base: ArrayLike | None = None, base_rates: ArrayLike | None = None,
-    ) -> tuple[Array, Array]:  # fmt: skip
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        a: ArrayLike,
+        j: ArrayLike,
+        t: ArrayLike = 0.0,
+        *,
+        parameters: Parameters = None,
+        base: ArrayLike | None = None,
+        base_rates: ArrayLike | None = None,
+    ) -> tuple[Array, Array]:
         """Return the first and second time derivative of b, each (..., nv). The term is ``base_motion_rates``."""
         given: dict[str, Any] = {"q": q, "v": v, "a": a, "j": j, "t": t, "base": base, "base_rates": base_rates}
         first, second = self.evaluator.call("base_motion_rates", **given, parameters=parameters)

@@ -54,7 +54,8 @@ class Requirements:
         for start in range(0, len(rows), _BATCH):
             part = rows[start : start + _BATCH]
             for row in np.flatnonzero(self._broken(part)).tolist():
-                self._check_one(part[row].tolist())  # raises, unless the last digit of a function differs between the two
+                # raises, unless the last digit of a function differs between the two
+                self._check_one(part[row].tolist())
 
     def _check_one(self, row: Sequence[float]) -> None:
         values = self._fixed | dict(zip(self.names, row, strict=True))

@@ -85,19 +85,29 @@ class Terms:
         array = numbers(name, q)
         if array.ndim == 0 or array.shape[-1] != self.functions.sizes["q"] - len(self.angles):
             return array
-        return np.concatenate([array, np.broadcast_to(self._first_angles, (*array.shape[:-1], len(self.angles)))], axis=-1)
+        return np.concatenate(
+            [array, np.broadcast_to(self._first_angles, (*array.shape[:-1], len(self.angles)))], axis=-1
+        )
 
     def followed(self, q: Array, t: float, parameters: Array, base: Array | None = None) -> Array:
-        """Return q (..., nq) with its references of angles put to the angles themselves, each within half a turn of them."""
+        """Return q (..., nq) with its references of angles put to the angles themselves, each within half a turn of
+        them."""
         if not self.angles:
             return q
-        return np.concatenate([q[..., : -len(self.angles)], self.angle_motion(q, None, t, parameters, base)[0]], axis=-1)
+        return np.concatenate(
+            [q[..., : -len(self.angles)], self.angle_motion(q, None, t, parameters, base)[0]], axis=-1
+        )
 
     def angle_motion(
         self, q: Array, v: Array | None, t: ArrayLike, parameters: Array, base: Array | None = None
     ) -> tuple[Array, Array]:
         """Return the angles that are counted over turns and their rates, (..., number of angles) each."""
-        values = {"q": q, "v": np.zeros(self.functions.sizes["v"]) if v is None else v, "t": numbers("t", t), "p": parameters}
+        values = {
+            "q": q,
+            "v": np.zeros(self.functions.sizes["v"]) if v is None else v,
+            "t": numbers("t", t),
+            "p": parameters,
+        }
         if "base" in self.functions.inputs("joint_angles"):
             values["base"] = self.functions("base", values)[0] if base is None else base
         angle, rate = self.functions("joint_angles", values)
@@ -120,9 +130,10 @@ class Terms:
 
         Parameters
         ----------
-        given : q and parameters; v, a, t, u, z, multipliers, base and time derivatives where the term may depend on them
-            What is missing or None: accelerations by forward dynamics, multipliers 0, inputs and base by the scene's formulas,
-            internal states at their initial values.
+        given : q and parameters; v, a, t, u, z, multipliers, base and time derivatives where the term may depend on
+            them
+            What is missing or None: accelerations by forward dynamics, multipliers 0, inputs and base by the scene's
+            formulas, internal states at their initial values.
         """
         blocks = set(self.functions.inputs(term))
         if "v" in blocks and given.get("v") is None:
@@ -210,21 +221,27 @@ def check_derivatives(names: Iterable[str]) -> None:
     """Raise UsageError for what is no block of derivatives."""
     for name in names:
         if name not in DERIVATIVES:
-            raise UsageError(Problem(name, "no term takes an argument of this name", f"one of {', '.join(sorted(DERIVATIVES))}"))
+            raise UsageError(
+                Problem(name, "no term takes an argument of this name", f"one of {', '.join(sorted(DERIVATIVES))}")
+            )
 
 
-def derivative_values(terms: Terms, term: str, given: Mapping[str, Any], values: Mapping[str, Array]) -> dict[str, Array]:
+def derivative_values(
+    terms: Terms, term: str, given: Mapping[str, Any], values: Mapping[str, Array]
+) -> dict[str, Array]:
     """Return the blocks of derivatives that a term takes.
 
     Parameters
     ----------
-    given : what the caller says; missing derivatives of inputs are the scene's, or zero for inputs that the caller gives
+    given : what the caller says; missing derivatives of inputs are the scene's, or zero for inputs that the caller
+        gives
     values : the other blocks
 
     Raises
     ------
     UsageError
-        For derivatives of a that are missing, arrays of the wrong shape, names that are not there, and a base without its rates.
+        For derivatives of a that are missing, arrays of the wrong shape, names that are not there, and a base without
+        its rates.
     """
     blocks = terms.functions.inputs(term)
     found: dict[str, Array] = {}
@@ -232,7 +249,9 @@ def derivative_values(terms: Terms, term: str, given: Mapping[str, Any], values:
         if block in blocks:
             if given.get(block) is None:
                 raise UsageError(Problem(block, f"the term {term} needs {_MEANING[block]}", f"{block}=..."))
-            found[block] = _rows(terms, term, block, given[block]) if block == "a_higher" else terms.velocity(block, given[block])
+            found[block] = (
+                _rows(terms, term, block, given[block]) if block == "a_higher" else terms.velocity(block, given[block])
+            )
     if any(block in blocks for block in ("u_dot", "u_ddot", "u_higher")):
         found |= _of_inputs(terms, term, blocks, given, values)
     if "base_rates" in blocks:
@@ -246,10 +265,14 @@ def _of_inputs(
     """Return derivatives of inputs: given, the scene's own, or zero for inputs that the caller gives."""
     of_scene: dict[str, Array] = {}
     if "input_rates" in terms.functions:
-        of_scene = dict(zip(terms.functions.output_names("input_rates"), terms.functions("input_rates", values), strict=True))
+        of_scene = dict(
+            zip(terms.functions.output_names("input_rates"), terms.functions("input_rates", values), strict=True)
+        )
     driven = given.get("u")
     names = terms.input_names
-    by_caller = np.array([driven is not None and (not isinstance(driven, Mapping) or name in driven) for name in names], bool)
+    by_caller = np.array(
+        [driven is not None and (not isinstance(driven, Mapping) or name in driven) for name in names], bool
+    )
     found: dict[str, Array] = {}
     for block in ("u_dot", "u_ddot"):
         if block not in blocks:
@@ -275,18 +298,23 @@ def _of_inputs(
 def _of_base(terms: Terms, given: Mapping[str, Any], values: Mapping[str, Array]) -> Array:
     if given.get("base_rates") is not None:
         if not terms.moving_base:
-            raise UsageError(Problem("base_rates", "the base of this scene is at rest", "a [base] section in the scene"))
+            raise UsageError(
+                Problem("base_rates", "the base of this scene is at rest", "a [base] section in the scene")
+            )
         size = terms.functions.sizes["base_rates"]
         return _flat("base_rates", given["base_rates"], (size // 6, 6), size)
     if given.get("base") is not None:
         what = "a base that is given needs the further derivatives of its twist as well"
-        raise UsageError(Problem("base_rates", what, "base_rates=..., or neither of the two for the scene's own motion"))
+        raise UsageError(
+            Problem("base_rates", what, "base_rates=..., or neither of the two for the scene's own motion")
+        )
     (rates,) = terms.functions("base_rates", values)
     return rates.reshape(*rates.shape[:-2], -1)
 
 
 def _rows(terms: Terms, term: str, block: str, value: ArrayLike) -> Array:
-    """Return derivatives from the third on, (..., rows of this term, n), as (..., size), zeros beyond the rows of this term."""
+    """Return derivatives from the third on, (..., rows of this term, n), as (..., size), zeros beyond the rows of this
+    term."""
     size = terms.functions.sizes[block]
     width = terms.functions.sizes["v" if block == "a_higher" else "u"]
     return _flat(block, value, (int(term.rsplit("_", 1)[1]) - 2, width), size)

@@ -1,7 +1,8 @@
 """Independent modal space control: one feedback law per mode, in closed form.
 
-A mode xi'' + 2 zeta w xi' + w^2 xi = f with f = -g xi - h xi'. Optimal for int xi'^2 + w^2 xi^2 + R f^2 dt are (L. Meirovitch and
-H. Baruh, Control of self-adjoint distributed-parameter systems, Journal of Guidance and Control 5, 1982; there without damping)
+A mode xi'' + 2 zeta w xi' + w^2 xi = f with f = -g xi - h xi'. Optimal for int xi'^2 + w^2 xi^2 + R f^2 dt are (L.
+Meirovitch and H. Baruh, Control of self-adjoint distributed-parameter systems, Journal of Guidance and Control 5, 1982;
+there without damping)
 
     g = w sqrt(w^2 + 1/R) - w^2,  h = sqrt(c^2 + 2 g + 1/R) - c,  c = 2 zeta w,
 
@@ -51,7 +52,8 @@ class ModalFeedback:
     modes : of the plant.
     controlled : numbers of the modes that are fed back, from 0.
     g, h : modal gains that were asked for, one of each controlled mode.
-    crosstalk : largest modal force that reaches another controlled mode, or is missing in its own, per force that is asked for;
+    crosstalk : largest modal force that reaches another controlled mode, or is missing in its own, per force that is
+        asked for;
         0 where there are as many independent actuators as controlled modes.
     spillover : largest modal force that reaches a mode that is not controlled, per force that is asked for.
     eigenvalues : (2n,) of the closed loop with all modes, 1/s.
@@ -69,7 +71,8 @@ class ModalFeedback:
 
 
 def modes_of(plant: Plant) -> Modes:
-    """Return the undamped modes. Raises ModelError where there are none: K is not symmetric, or an equilibrium unstable."""
+    """Return the undamped modes. Raises ModelError where there are none: K is not symmetric, or an equilibrium
+    unstable."""
     if not np.allclose(plant.K, plant.K.T, rtol=0.0, atol=_ASYMMETRY * np.abs(plant.K).max(initial=0.0)):
         raise ModelError("the stiffness matrix is not symmetric, so there are no modes that keep their shape", "lqr")
     squares, shapes = eigh((plant.K + plant.K.T) / 2.0, (plant.M + plant.M.T) / 2.0)
@@ -114,8 +117,8 @@ def placed_modal_gains(
 def modal_feedback(plant: Plant, modes: Modes, controlled: Sequence[int], g: ArrayLike, h: ArrayLike) -> ModalFeedback:
     """Return gains that give the ``controlled`` modes the modal forces -g xi - h xi', as far as the actuators can.
 
-    With fewer independent actuators than controlled modes the forces are those of the pseudo-inverse, and modes talk to each
-    other (``crosstalk``); on modes that are not controlled they act all the same (``spillover``).
+    With fewer independent actuators than controlled modes the forces are those of the pseudo-inverse, and modes talk to
+    each other (``crosstalk``); on modes that are not controlled they act all the same (``spillover``).
 
     Raises
     ------
@@ -127,7 +130,9 @@ def modal_feedback(plant: Plant, modes: Modes, controlled: Sequence[int], g: Arr
     chosen = [int(k) for k in controlled]
     for k in chosen:
         if not 0 <= k < plant.n:
-            raise UsageError(f"there is no mode {k + 1}: the model has {plant.n}", f"1 to {plant.n}" if plant.n > 1 else "1")
+            raise UsageError(
+                f"there is no mode {k + 1}: the model has {plant.n}", f"1 to {plant.n}" if plant.n > 1 else "1"
+            )
     if not chosen or len(set(chosen)) < len(chosen):
         raise UsageError("the modes to control are none, or one of them is named twice", "[1, 2]")
     gains = [np.broadcast_to(np.asarray(values, dtype=float), (len(chosen),)) for values in (g, h)]
@@ -137,7 +142,9 @@ def modal_feedback(plant: Plant, modes: Modes, controlled: Sequence[int], g: Arr
     for place, k in enumerate(chosen):
         if not sizes[place] > _RANK * largest:
             frequency = modes.frequencies[k] / (2.0 * np.pi)
-            raise ModelError(f"no actuator reaches mode {k + 1} at {frequency:.4g} Hz", "another place for one, or other modes")
+            raise ModelError(
+                f"no actuator reaches mode {k + 1} at {frequency:.4g} Hz", "another place for one, or other modes"
+            )
     efforts = np.linalg.pinv(reach, rcond=_RANK)
     of_coordinates = modes.shapes[:, chosen].T @ plant.M
     G_p, G_v = (efforts @ (values[:, np.newaxis] * of_coordinates) for values in gains)

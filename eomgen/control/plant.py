@@ -89,7 +89,9 @@ class Plant:
         try:
             self._factor: Array = cholesky((self.M + self.M.T) / 2.0, lower=True)
         except np.linalg.LinAlgError:
-            raise UsageError("the mass matrix M is not positive definite", "the inertia matrix of a mechanism") from None
+            raise UsageError(
+                "the mass matrix M is not positive definite", "the inertia matrix of a mechanism"
+            ) from None
 
     @property
     def n(self) -> int:
@@ -113,7 +115,8 @@ class Plant:
 
     @cached_property
     def scaled(self) -> tuple[Array, Array, Array]:
-        """Stiffness k, damping c (n, n) and actuation b (n, m) of q^'' + c q^' + k q^ = b u in the units of ``scales``."""
+        """Stiffness k, damping c (n, n) and actuation b (n, m) of q^'' + c q^' + k q^ = b u in the units of
+        ``scales``."""
         rate = self.scales.rate
 
         def congruent(matrix: Array) -> Array:
@@ -124,7 +127,8 @@ class Plant:
         return congruent(self.K) / rate**2, congruent(self.C) / rate, np.asarray(b)
 
     def state_space(self, G_p: ArrayLike | None = None, G_v: ArrayLike | None = None) -> tuple[Array, Array]:
-        """Return A (2n, 2n) and B (2n, m) of x' = A x + B u, x = [q, v], with u = -G_p q - G_v v closed where it is given."""
+        """Return A (2n, 2n) and B (2n, m) of x' = A x + B u, x = [q, v], with u = -G_p q - G_v v closed where it is
+        given."""
         n, m = self.n, self.m
         K = self.K if G_p is None else self.K + self.B @ real_matrix("G_p", G_p, m, n)
         C = self.C if G_v is None else self.C + self.B @ real_matrix("G_v", G_v, m, n)

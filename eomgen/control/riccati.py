@@ -1,14 +1,16 @@
 """The linear-quadratic regulator of a second-order model: the Riccati equation in blocks of the model's own size.
 
-With S = M^-1 B R^-1 B^T M^-T and P = [[P11, P12], [P12^T, P22]] (cross terms of the cost taken into C, K and the weights before):
+With S = M^-1 B R^-1 B^T M^-T and P = [[P11, P12], [P12^T, P22]] (cross terms of the cost taken into C, K and the
+weights before):
 
     -P12 M^-1 K - K^T M^-T P12^T - P12 S P12^T + Q1 = 0
     P12 + P12^T - P22 M^-1 C - C^T M^-T P22 - P22 S P22 + Q2 = 0
     P11 = P12 M^-1 C + K^T M^-T P22 + P12 S P22 - Q12
     G_p = R^-1 B^T M^-T P12^T,  G_v = R^-1 B^T M^-T P22
 
-SciPy solves the equation of first order in scaled units; Newton's iteration of D. L. Kleinman (On an iterative technique for
-Riccati equation computations, IEEE Transactions on Automatic Control 13, 1968) takes off what rounding left.
+SciPy solves the equation of first order in scaled units; Newton's iteration of D. L. Kleinman (On an iterative
+technique for Riccati equation computations, IEEE Transactions on Automatic Control 13, 1968) takes off what rounding
+left.
 """
 
 from __future__ import annotations
@@ -75,7 +77,8 @@ def lqr(plant: Plant, weights: Weights) -> Regulator:
     P, residual = _solution(A, B, cost)
     there = plant.scales.state
     G = half @ (B.T @ P + cross.T) @ there
-    with np.errstate(over="ignore", invalid="ignore"):  # of extreme plants the cost is beyond doubles before the gains are
+    # of extreme plants the cost is beyond doubles before the gains are
+    with np.errstate(over="ignore", invalid="ignore"):
         P = there.T @ P @ there / rate
     eigenvalues = plant.eigenvalues(G[:, :n], G[:, n:])
     return Regulator(G[:, :n], G[:, n:], P[:n, :n], P[:n, n:], P[n:, n:], residual, eigenvalues)
@@ -128,7 +131,9 @@ def _solution(A: Array, B: Array, cost: Array) -> tuple[Array, float]:
             break
         P, residual = better, reached
     if not residual <= TOLERANCE or np.linalg.eigvals(A - weight * b @ (b.T @ P)).real.max() >= 0.0:
-        what = f"the Riccati equation is solved with a relative residual of {residual:.1e} only, {TOLERANCE:g} is needed"
+        what = (
+            f"the Riccati equation is solved with a relative residual of {residual:.1e} only, {TOLERANCE:g} is needed"
+        )
         raise NumericalError(what, "weights that differ less in size")
     return P * size, residual
 

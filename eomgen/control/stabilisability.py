@@ -1,7 +1,8 @@
 """Uncontrollable modes and modes without cost: the Popov-Belevitch-Hautus test in second-order form.
 
-A mode with eigenvalue s is out of reach where [s^2 M + s C + K, B] loses rank (A. J. Laub and W. F. Arnold, Controllability and
-observability criteria for multivariable linear second-order models, IEEE Transactions on Automatic Control 29, 1984).
+A mode with eigenvalue s is out of reach where [s^2 M + s C + K, B] loses rank (A. J. Laub and W. F. Arnold,
+Controllability and observability criteria for multivariable linear second-order models, IEEE Transactions on Automatic
+Control 29, 1984).
 """
 
 from __future__ import annotations
@@ -16,15 +17,16 @@ from eomgen.arrays import Array
 from eomgen.control.plant import Complex, Plant, first_order
 from eomgen.errors import ModelError
 
-#: Eigenvalues this close to the imaginary axis, as a share of the plant's rate, count as on it: a double one at zero is known
-#: to half of the digits only.
+#: Eigenvalues this close to the imaginary axis, as a share of the plant's rate, count as on it: a double one at zero is
+#: known to half of the digits only.
 _ON_AXIS = 1e-7
 #: A singular value below this share of the largest is none.
 _RANK = 1e-9
 
 
 def check_stabilisable(plant: Plant) -> None:
-    """Raise ModelError where a mode that does not decay is out of the actuators' reach; of several the fastest is named."""
+    """Raise ModelError where a mode that does not decay is out of the actuators' reach; of several the fastest is
+    named."""
     lost = [(value, shape) for value, shape, reach in _reached(plant) if reach < _RANK]
     lost = [(value, shape) for value, shape in lost if value.real > -_ON_AXIS * plant.scales.rate]
     if lost:

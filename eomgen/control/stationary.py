@@ -1,7 +1,8 @@
 """Stationary covariances under a road whose velocity is white noise, by Lyapunov's equation.
 
-An ISO 8608 road of roughness G_d(n0) at the reference wavenumber n0 has, at the speed V, the one-sided spectral density of its
-vertical velocity 4 pi^2 n0^2 G_d(n0) V, at all frequencies the same; half of it is the intensity in Lyapunov's equation.
+An ISO 8608 road of roughness G_d(n0) at the reference wavenumber n0 has, at the speed V, the one-sided spectral density
+of its vertical velocity 4 pi^2 n0^2 G_d(n0) V, at all frequencies the same; half of it is the intensity in Lyapunov's
+equation.
 """
 
 from __future__ import annotations
@@ -61,7 +62,8 @@ def stationary(
     Parameters
     ----------
     road : (n, roads) E, force per displacement of the road (a tyre's stiffness).
-    intensity : of w', (roads, roads), E[w'(t) w'(s)] = intensity delta(t - s); or one number for roads that are independent.
+    intensity : of w', (roads, roads), E[w'(t) w'(s)] = intensity delta(t - s); or one number for roads that are
+        independent.
     G_p, G_v : (m, n), optional
         u = -G_p (q - r w) - G_v v: gains on what the road does not move with it.
 
@@ -77,9 +79,13 @@ def stationary(
     A, _ = plant.state_space(G_p, G_v)
     growth = float(np.linalg.eigvals(A).real.max())
     if growth >= -1e-12 * plant.scales.rate:
-        raise ModelError(f"there is no stationary motion: a mode does not decay ({growth:.4g} 1/s)", "a damper, or other gains")
+        raise ModelError(
+            f"there is no stationary motion: a mode does not decay ({growth:.4g} 1/s)", "a damper, or other gains"
+        )
     if np.linalg.matrix_rank(plant.K) < plant.n:
-        raise ModelError("a constant road does not hold the plant anywhere: its stiffness matrix is singular", "springs that do")
+        raise ModelError(
+            "a constant road does not hold the plant anywhere: its stiffness matrix is singular", "springs that do"
+        )
     r = np.linalg.solve(plant.K, E)
     entering = np.vstack([-r, np.zeros_like(r)])
     covariance = solve_continuous_lyapunov(A, -entering @ W @ entering.T)

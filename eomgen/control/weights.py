@@ -30,9 +30,7 @@ class Weights:
     cross: Array
 
     @classmethod
-    def of(
-        cls, plant: Plant, position: ArrayLike = 0.0, velocity: ArrayLike = 0.0, effort: ArrayLike = 0.0
-    ) -> Weights:
+    def of(cls, plant: Plant, position: ArrayLike = 0.0, velocity: ArrayLike = 0.0, effort: ArrayLike = 0.0) -> Weights:
         """Return J = int q^T Q1 q + v^T Q2 v + u^T R u dt.
 
         Parameters
@@ -57,7 +55,9 @@ class Weights:
         """
         rows = len(np.atleast_2d(np.asarray(of_state, dtype=float)))
         F = real_matrix("the output's part of the state", np.atleast_2d(np.asarray(of_state)), rows, len(self.state))
-        D = real_matrix("the output's part of the efforts", np.atleast_2d(np.asarray(of_effort)), rows, len(self.effort))
+        D = real_matrix(
+            "the output's part of the efforts", np.atleast_2d(np.asarray(of_effort)), rows, len(self.effort)
+        )
         W = weight("the weight of an output", cost, rows)
         return replace(
             self,

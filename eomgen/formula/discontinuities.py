@@ -19,7 +19,8 @@ def applications(formula: Formula) -> Sequence[Application]:
 
 
 def affine(formula: Formula, value_of: Callable[[Symbol], float | None]) -> tuple[float, float] | None:
-    """Return a and b where a formula is a t + b; ``value_of`` gives the number of a fixed parameter, None for others."""
+    """Return a and b where a formula is a t + b; ``value_of`` gives the number of a fixed parameter, None for
+    others."""
     if isinstance(formula, Number):
         return 0.0, formula.value
     if isinstance(formula, Symbol):
@@ -70,8 +71,8 @@ def reaches(formula: Formula, value_of: Callable[[Symbol], float | None]) -> Ite
 class Breakpoint:
     """A time at which something is not smooth: from ``time`` on every ``period`` where that is not 0.
 
-    ``order`` is the lowest derivative that jumps of what forces depend on, 0 for themselves. ``blur`` is how many times the
-    precision of its numbers the time is uncertain by, in s.
+    ``order`` is the lowest derivative that jumps of what forces depend on, 0 for themselves. ``blur`` is how many times
+    the precision of its numbers the time is uncertain by, in s.
     """
 
     time: float
@@ -80,7 +81,9 @@ class Breakpoint:
     blur: float
 
 
-def breakpoints(formula: Formula, value_of: Callable[[Symbol], float | None], derivatives: int = 0) -> Iterator[Breakpoint]:
+def breakpoints(
+    formula: Formula, value_of: Callable[[Symbol], float | None], derivatives: int = 0
+) -> Iterator[Breakpoint]:
     """Yield the breakpoints of a formula: those of curves and comparisons whose arguments are linear in time.
 
     Parameters

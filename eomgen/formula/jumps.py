@@ -1,9 +1,9 @@
 """Jumps of prescribed motions, which no finite force can follow: of positions and of their rates.
 
-A law is evaluated with its rate (complex step) on a grid of times, and on both sides of its known breakpoints. Where it is not
-linear between two times the interval is bisected: the deviation from the chord falls to a quarter for a smooth law,
-and stays at a jump. A narrow pulse between two times of the grid is found where its breakpoints are comparisons of t,
-or points of curves. Angles are compared modulo full revolutions, as in the equations.
+A law is evaluated with its rate (complex step) on a grid of times, and on both sides of its known breakpoints. Where it
+is not linear between two times the interval is bisected: the deviation from the chord falls to a quarter for a smooth
+law, and stays at a jump. A narrow pulse between two times of the grid is found where its breakpoints are comparisons of
+t, or points of curves. Angles are compared modulo full revolutions, as in the equations.
 """
 
 from __future__ import annotations
@@ -40,7 +40,8 @@ _STEP = 1e-30  # of the complex step
 _EPSILON = float(np.finfo(float).eps)
 
 
-#: What a step may leave out of a law, in parts of how far the law leaves a straight line: from here on it is said, and refused.
+#: What a step may leave out of a law, in parts of how far the law leaves a straight line: from here on it is said, and
+#: refused.
 REPORTED, REFUSED = 0.01, 0.05
 #: How many steps a law is measured over at least: in a few, everything is straight or steep.
 _LEAST_STEPS = 256
@@ -49,7 +50,8 @@ _RESOLVED = 0.003
 
 
 class Steepness(NamedTuple):
-    """Where a law is steepest for a step: time, by how much a step misses it, in parts of its range, and a step that does not."""
+    """Where a law is steepest for a step: time, by how much a step misses it, in parts of its range, and a step that
+    does not."""
 
     time: float
     missed: float
@@ -88,8 +90,11 @@ def jumps(laws: Iterable[Law], values: Mapping[str, float], start: float, end: f
 
 
 @functools.lru_cache(maxsize=256)
-def first_jump(formula: Formula, values: tuple[tuple[str, float], ...], start: float, end: float, angle: bool) -> Jump | None:
-    """Return the first jump of a law from start to end, of the law itself before one of its rate; None where there is none.
+def first_jump(
+    formula: Formula, values: tuple[tuple[str, float], ...], start: float, end: float, angle: bool
+) -> Jump | None:
+    """Return the first jump of a law from start to end, of the law itself before one of its rate; None where there is
+    none.
 
     Parameters
     ----------
@@ -136,8 +141,13 @@ def steep(
         found = steepest(law.formula, known, start, end, step, law.unit == "rad")
         if found is None:
             continue
-        what = f"the {law.what} is too steep for a step of {step:.3g} s near t = {found.time:.6g} s: over one step it changes by "
-        what += f"{found.missed:.3g} {law.unit} more or less than its rates tell, {100.0 * found.part:.2g} % of its range"
+        what = (
+            f"the {law.what} is too steep for a step of {step:.3g} s near t = {found.time:.6g} s: over one step it"
+            " changes by "
+        )
+        what += (
+            f"{found.missed:.3g} {law.unit} more or less than its rates tell, {100.0 * found.part:.2g} % of its range"
+        )
         hint = f"a step of {found.enough:.2g} s"
         if found.part > REFUSED:
             refused.append(Problem(law.where, what, hint))
@@ -152,8 +162,9 @@ def steepest(
 ) -> Steepness | None:
     """Return where a step misses most of a law, None where all steps follow it.
 
-    Steppers take positions of a law at the ends of steps, and its rates and accelerations there; a law that moves between
-    otherwise than they say is not followed. Measured is the trapezoidal rule for the rate against the change of the law.
+    Steppers take positions of a law at the ends of steps, and its rates and accelerations there; a law that moves
+    between otherwise than they say is not followed. Measured is the trapezoidal rule for the rate against the change of
+    the law.
 
     Parameters
     ----------
@@ -288,4 +299,7 @@ def _described(law: Law, jump: Jump) -> tuple[str, str]:
     of = f"the {law.what}" if jump.order == 0 else f"the rate of the {law.what}"
     what = f"{of} jumps from {jump.before:.6g} to {jump.after:.6g} {unit} at t = {jump.time:.9g} s"
     what += ", and no motion can follow that" if jump.order == 0 else ", which takes an impulse that no step gives"
-    return what, 'a law that is smooth there, such as a curve with interpolation = "quintic", or a force or an effort instead'
+    return (
+        what,
+        'a law that is smooth there, such as a curve with interpolation = "quintic", or a force or an effort instead',
+    )

@@ -1,6 +1,7 @@
 """The syntax tree of a user's formula: a small closed set of nodes, data only.
 
-Whoever walks a formula needs to know these classes and nothing else; no text of the user goes further than ``parser.py``.
+Whoever walks a formula needs to know these classes and nothing else; no text of the user goes further than
+``parser.py``.
 """
 
 from __future__ import annotations
@@ -45,7 +46,8 @@ class Number(Node):
 
 @dataclass(frozen=True)
 class Symbol(Node):
-    """A name: ``t``, a parameter, an input, a state, a controller, or a quantity such as ``q.hinge`` or ``velocity.tip[2]``.
+    """A name: ``t``, a parameter, an input, a state, a controller, or a quantity such as ``q.hinge`` or
+    ``velocity.tip[2]``.
 
     Attributes
     ----------
@@ -83,7 +85,8 @@ class Operation(Node):
 
 @dataclass(frozen=True)
 class Application(Node):
-    """A curve of the scene at an argument, ``road(20 * t)``, or a derivative of it there, ``derivative.road(20 * t)``."""
+    """A curve of the scene at an argument, ``road(20 * t)``, or a derivative of it there, ``derivative.road(20 *
+    t)``."""
 
     curve: AnyCurve
     argument: Formula

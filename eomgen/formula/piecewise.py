@@ -1,6 +1,7 @@
 """Curves: piecewise polynomial functions of one number with derivatives; the form of tables, points and waves.
 
-The quintic spline through points is the one of least integral of the third derivative squared (natural ends), or of given ends.
+The quintic spline through points is the one of least integral of the third derivative squared (natural ends), or of
+given ends.
 """
 
 from __future__ import annotations
@@ -26,7 +27,8 @@ _EPSILON = float(np.finfo(float).eps)
 
 @dataclass(frozen=True)
 class Bump:
-    """A haversine bump: height/2 (1 - cos(2 pi (x - position)/length)) from ``position`` over ``length``, zero elsewhere."""
+    """A haversine bump: height/2 (1 - cos(2 pi (x - position)/length)) from ``position`` over ``length``, zero
+    elsewhere."""
 
     name: str
     position: float
@@ -63,14 +65,14 @@ class Curve:
     Attributes
     ----------
     x, y : (n,) arrays
-        Points, x in increasing order; ``linear`` may hold an x twice, where the curve jumps. A periodic curve of steps ends
-        with the x at which it begins anew.
+        Points, x in increasing order; ``linear`` may hold an x twice, where the curve jumps. A periodic curve of steps
+        ends with the x at which it begins anew.
     interpolation : str
         ``quintic``: four times continuously differentiable. ``linear``. ``steps``: each value until the next point.
     outside : str
-        ``error``: not a number beyond the points, and natural ends (third and fourth derivative zero). ``hold``: the values at
-        the ends, and a spline that comes to rest there (first and second derivative zero). ``periodic``: the last point is the
-        first of the next period, and a spline is as smooth there as elsewhere.
+        ``error``: not a number beyond the points, and natural ends (third and fourth derivative zero). ``hold``: the
+        values at the ends, and a spline that comes to rest there (first and second derivative zero). ``periodic``: the
+        last point is the first of the next period, and a spline is as smooth there as elsewhere.
     """
 
     name: str
@@ -80,7 +82,10 @@ class Curve:
     outside: Outside = "error"
 
     def __str__(self) -> str:
-        return f"{len(self.x)} points from {self.start:.6g} to {self.end:.6g}, {self.interpolation}, outside {self.outside}"
+        return (
+            f"{len(self.x)} points from {self.start:.6g} to {self.end:.6g}, {self.interpolation}, outside"
+            f" {self.outside}"
+        )
 
     @property
     def start(self) -> float:
@@ -119,8 +124,8 @@ class Curve:
     def kinks(self) -> list[tuple[float, int]]:
         """Return where the curve is not smooth: (x, lowest derivative that jumps); 0 for the value itself.
 
-        A periodic curve has those of one period, its start included. The ends of a curve of ``error`` are none: there is
-        nothing beyond them. Derivatives of a spline jump from the third on, where methods do not notice.
+        A periodic curve has those of one period, its start included. The ends of a curve of ``error`` are none: there
+        is nothing beyond them. Derivatives of a spline jump from the third on, where methods do not notice.
         """
         if self.interpolation == "quintic":
             return []
@@ -143,7 +148,8 @@ class Curve:
         slope_jumps = np.abs(right[1] - left[1]) > 1e-12 * steepest
         return [
             (float(place), 0 if jump else 1)
-            for place, jump, kink in zip(places, jumps, slope_jumps, strict=True) if jump or kink
+            for place, jump, kink in zip(places, jumps, slope_jumps, strict=True)
+            if jump or kink
         ]
 
     def __call__(self, x: ArrayLike, derivative: int = 0) -> NDArray[Any]:
@@ -176,7 +182,8 @@ class Curve:
 
 
 def _quintic(x: Array, y: Array, outside: Outside) -> Array:
-    from scipy.interpolate import PPoly, make_interp_spline  # noqa: PLC0415  # slow to import, and needed only when deriving
+    # slow to import, and needed only when deriving
+    from scipy.interpolate import PPoly, make_interp_spline  # noqa: PLC0415
 
     ends: Any = "periodic"
     if outside == "hold":

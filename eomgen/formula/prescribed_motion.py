@@ -21,7 +21,8 @@ class Law(NamedTuple):
 
 
 def smooth(formula: Formula) -> bool:
-    """Tell whether a formula of time and its rate can have no jump, by the operations and curves that it is made of alone."""
+    """Tell whether a formula of time and its rate can have no jump, by the operations and curves that it is made of
+    alone."""
     if constant(formula) or not isinstance(formula, Operation | Application):
         return True
     if isinstance(formula, Application):  # a spline's third derivative jumps at its ends

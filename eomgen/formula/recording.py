@@ -17,8 +17,12 @@ from eomgen.symbolic.tape import Tape
 Resolver = Callable[[Symbol], Scalar]
 #: What scalars write as operators; all other operations of formulas are the tape's, by the same names.
 _OPERATORS: Mapping[str, Callable[..., Scalar]] = {
-    "add": operator.add, "sub": operator.sub, "mul": operator.mul, "div": operator.truediv, "neg": operator.neg,
-}  # fmt: skip
+    "add": operator.add,
+    "sub": operator.sub,
+    "mul": operator.mul,
+    "div": operator.truediv,
+    "neg": operator.neg,
+}
 
 
 def record(algebra: Algebra, formula: Formula, resolve: Resolver) -> Scalar:
@@ -52,7 +56,9 @@ def record(algebra: Algebra, formula: Formula, resolve: Resolver) -> Scalar:
         numbers = (algebra.tape.value(argument.ref) for argument in arguments)
         values = ", ".join("..." if number is None else f"{number:.6g}" for number in numbers)
         what = f"{formula.name}({values}) in a formula has no finite value whatever the state"
-        raise ModelError(Problem("", what, "other values of the fixed parameters there, or tunable = true for them")) from None
+        raise ModelError(
+            Problem("", what, "other values of the fixed parameters there, or tunable = true for them")
+        ) from None
 
 
 def _operation(algebra: Algebra, name: str, arguments: Sequence[Scalar]) -> Scalar:
@@ -73,16 +79,21 @@ def curve_at(algebra: Algebra, curve: AnyCurve, argument: Scalar, derivative: in
 
 
 def waves(algebra: Algebra, curve: Waves, argument: Scalar, derivative: int = 0) -> Scalar:
-    """Return a sum of harmonics as one loop over a table; derivatives are harmonics again, a quarter turn ahead each."""
+    """Return a sum of harmonics as one loop over a table; derivatives are harmonics again, a quarter turn ahead
+    each."""
     kernel = Tape()
     inner = Algebra(kernel)
     amplitude, frequency, phase = inner.block("element", 3)
     wave = amplitude * inner.call(Op.COS, frequency * inner.block("shared", 1)[0] + phase)
     rows = [(a * w**derivative, w, p + derivative * math.pi / 2) for a, w, p in curve.harmonics]
     loop = Map(
-        kernel, len(rows), elements=tuple(zip(*rows, strict=True)), shared=(argument.ref,), sums=(wave.ref,),
+        kernel,
+        len(rows),
+        elements=tuple(zip(*rows, strict=True)),
+        shared=(argument.ref,),
+        sums=(wave.ref,),
         label=f"harmonics of {curve.name}",
-    )  # fmt: skip
+    )
     return Scalar(algebra.tape, add_map(algebra.tape, loop).sums[0])
 
 

@@ -25,7 +25,8 @@ def check_needs(method: Method, facts: Facts) -> None:
     problems = [
         Problem(
             "method",
-            f"{method.family} needs a system {'with' if need.value else 'without'} {need.fact.replace('_', ' ')}: {need.reason}",
+            f"{method.family} needs a system {'with' if need.value else 'without'} {need.fact.replace('_', ' ')}:"
+            f" {need.reason}",
             need.alternative,
         )
         for need in method.needs

@@ -1,8 +1,8 @@
 """Discontinuities at which a stepper splits its steps, as data for the templates.
 
-A derivative of order k that jumps within a step costs an error of order k + 1 there, once; what is at least the order of the
-method does no harm. Times have a margin: a step ends so much before one and goes on so much after it, so that rounding never
-puts an evaluation on the wrong side.
+A derivative of order k that jumps within a step costs an error of order k + 1 there, once; what is at least the order
+of the method does no harm. Times have a margin: a step ends so much before one and goes on so much after it, so that
+rounding never puts an evaluation on the wrong side.
 """
 
 from __future__ import annotations
@@ -27,7 +27,8 @@ class DiscontinuityLike(Protocol):
 
 
 def jump_data(discontinuities: tuple[DiscontinuityLike, ...], order: int) -> dict[str, Any]:
-    """Return the times that matter to a method of an order: ``once``, and ``first`` and ``period`` of those that come again.
+    """Return the times that matter to a method of an order: ``once``, and ``first`` and ``period`` of those that come
+    again.
 
     Empty where there are none.
     """
@@ -36,7 +37,9 @@ def jump_data(discontinuities: tuple[DiscontinuityLike, ...], order: int) -> dic
         return {}
     return {
         "once": sorted({item.time for item in those if item.period == 0.0}),
-        "periodic": [list(pair) for pair in dict.fromkeys((item.time, item.period) for item in those if item.period > 0.0)],
+        "periodic": [
+            list(pair) for pair in dict.fromkeys((item.time, item.period) for item in those if item.period > 0.0)
+        ],
         "margin": MARGIN,
         "blur": max(MARGIN * item.blur for item in those),
     }

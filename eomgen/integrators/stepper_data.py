@@ -38,7 +38,8 @@ def method_data(method: Family, system: System, step: float = 1e-3, samples: Any
     system : System
         Its facts are held against the method's needs first.
     step : float
-        Default step in s; like rho_inf and the tolerances it is a setting of the compiled stepper, not part of its code.
+        Default step in s; like rho_inf and the tolerances it is a setting of the compiled stepper, not part of its
+        code.
     samples : newton.samples.Samples, optional
         Numbers by which the pivots are chosen; the system's tape at a few states by default.
 
@@ -54,9 +55,14 @@ def method_data(method: Family, system: System, step: float = 1e-3, samples: Any
         raise UsageError(Problem("method.step", f"the step must be a positive number of seconds, not {step!r}", "1e-3"))
     _check_functions(method, system)
     sizes = Sizes(
-        sum(factor.q_size for factor in system.factors) + len(system.angles), velocities(system.factors), len(system.initial_z),
-        sum(item.size for item in system.inputs), len(system.parameters), len(system.multipliers), system.holonomic,
-    )  # fmt: skip
+        sum(factor.q_size for factor in system.factors) + len(system.angles),
+        velocities(system.factors),
+        len(system.initial_z),
+        sum(item.size for item in system.inputs),
+        len(system.parameters),
+        len(system.multipliers),
+        system.holonomic,
+    )
     own = method.data(system, step, samples)
     state = _state(method, system, sizes)
     bound = ["step", *(item.name for item in state if item.name in method.parameters)]
@@ -91,7 +97,8 @@ def method_data(method: Family, system: System, step: float = 1e-3, samples: Any
         "hooks": {"row": "", "recorded": "", "end": "", **own.get("hooks", {})},
         "row": [[name, size] for name, size in rows.items() if size],
         "settings": [
-            dataclasses.asdict(item) | {"whole": list(item.whole or ())} for item in (*settings, *method.settings(sizes))
+            dataclasses.asdict(item) | {"whole": list(item.whole or ())}
+            for item in (*settings, *method.settings(sizes))
         ],
         "state": [dataclasses.asdict(item) for item in state],
         "bound": " or ".join(filter(None, [", ".join(bound[:-1]), bound[-1]])),
@@ -159,9 +166,10 @@ def _lie_data(factors: Sequence[FactorLike], called: Sequence[GroupFunction]) ->
     for factor in factors:
         last = runs[-1] if runs else None
         if (
-            last is not None and factor.group == last["group"] == "R"
+            last is not None
+            and factor.group == last["group"] == "R"
             and (last["q"] + last["size"], last["v"] + last["size"]) == (factor.q_start, factor.v_start)
-        ):  # fmt: skip
+        ):
             last["size"] += factor.v_size
         else:
             runs.append({"group": factor.group, "q": factor.q_start, "v": factor.v_start, "size": factor.v_size})

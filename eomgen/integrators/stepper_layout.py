@@ -36,7 +36,8 @@ def row_layout(data: Mapping[str, Any]) -> dict[str, slice]:
 def state_layout(data: Mapping[str, Any]) -> dict[str, slice]:
     """Return the slice of each quantity in the flat state: ``t, q, v, vdot, ...``, then the statistics by name.
 
-    ``u`` and ``p`` are the inputs and parameters with which ``vdot`` was evaluated; steps by series have theirs in the workspace.
+    ``u`` and ``p`` are the inputs and parameters with which ``vdot`` was evaluated; steps by series have theirs in the
+    workspace.
     """
     return _layout((item["name"], max(item["size"], 1)) for item in data["state"])
 

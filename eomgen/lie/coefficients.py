@@ -1,7 +1,7 @@
 """Coefficient functions of y = |theta|^2 in exp, T and T^-1, accurate to round-off and free of branches on values.
 
-Each is smooth in y, so both sides of a selection are finite, also for a derivative taken through it: the side that is not
-selected works on a harmless argument.
+Each is smooth in y, so both sides of a selection are finite, also for a derivative taken through it: the side that is
+not selected works on a harmless argument.
 """
 
 from __future__ import annotations
@@ -50,7 +50,8 @@ def f2_to_f5(algebra: Algebra, y: Value, up_to: int = 5) -> tuple[Value, ...]:
 
 
 def f6_f8(y: Value, up_to: int = 8) -> tuple[Value, ...]:
-    """Return f6 = (1 - (x/2) cot(x/2))/x^2 and, with ``up_to = 8``, f8 = 2 df6/dy; good for |x| < 2 pi, infinite there."""
+    """Return f6 = (1 - (x/2) cot(x/2))/x^2 and, with ``up_to = 8``, f8 = 2 df6/dy; good for |x| < 2 pi, infinite
+    there."""
     first, second = (((y * (-1.0)) + pole) for pole in series.POLES)
     scaled = y * (1.0 / series.POLES[0])
     by_first, by_second = _inverse(first), _inverse(second)

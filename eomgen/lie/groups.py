@@ -1,9 +1,11 @@
 """The groups: R^n, SO(3), SE(3) and R^3 x SO(3), each defined once over an algebra of values.
 
-Elements and increments are sequences of values. Rotations are unit quaternions (w, x, y, z), whose sign is never flipped;
-poses are quaternion, then position; velocities and increments have their angular part first. Everything is left-trivialised:
+Elements and increments are sequences of values. Rotations are unit quaternions (w, x, y, z), whose sign is never
+flipped; poses are quaternion, then position; velocities and increments have their angular part first. Everything is
+left-trivialised:
 q_dot = q * tilde(v), ad(v) w is the bracket [v, w], and exp(theta)^-1 d exp(theta) = (T(theta) d theta)~.
-Iserles, Munthe-Kaas, Norsett and Zanna, Acta Numerica 9 (2000) 215; Bruls, Cardona and Arnold, Mech. Mach. Theory 48 (2012) 121.
+Iserles, Munthe-Kaas, Norsett and Zanna, Acta Numerica 9 (2000) 215; Bruls, Cardona and Arnold, Mech. Mach. Theory 48
+(2012) 121.
 """
 
 from __future__ import annotations
@@ -152,7 +154,8 @@ class Rotations(Group):
 
 
 class Poses(Group):
-    """SE(3) stored as quaternion and position; v = (omega, R^T x_dot), the body twist. S^3 semidirect R^3 is this group."""
+    """SE(3) stored as quaternion and position; v = (omega, R^T x_dot), the body twist. S^3 semidirect R^3 is this
+    group."""
 
     def exp(self, algebra: Algebra, theta: Values) -> list[Value]:
         tangent = rotations.tangent(algebra, theta[:3])
@@ -183,9 +186,11 @@ class Poses(Group):
         square, inner = skew_square(omega), dot(omega, shift)
         diagonal = total(IDENTITY, times(f2, skew(omega)), times(f3, square))
         coupling = total(
-            times(f2, skew(shift)), times(f3 * 2.0, skew_product(omega, shift)),
-            times(f4 * inner, skew(omega)), times(f5 * inner * (-1.0), square),
-        )  # fmt: skip
+            times(f2, skew(shift)),
+            times(f3 * 2.0, skew_product(omega, shift)),
+            times(f4 * inner, skew(omega)),
+            times(f5 * inner * (-1.0), square),
+        )
         return blocks(diagonal, ZERO, coupling, diagonal)
 
     def tangent_inverse(self, algebra: Algebra, theta: Values) -> Rows:
@@ -194,13 +199,16 @@ class Poses(Group):
         square = skew_square(omega)
         diagonal = total(IDENTITY, times(0.5, skew(omega)), times(f6, square))
         coupling = total(
-            times(0.5, skew(shift)), times(f6 * 2.0, skew_product(omega, shift)), times(f8 * dot(omega, shift), square),
+            times(0.5, skew(shift)),
+            times(f6 * 2.0, skew_product(omega, shift)),
+            times(f8 * dot(omega, shift), square),
         )
         return blocks(diagonal, ZERO, coupling, diagonal)
 
 
 class RotationsAndTranslations(Group):
-    """R^3 x SO(3), a direct product, stored as quaternion and position; v = (omega in body axes, x_dot in reference axes)."""
+    """R^3 x SO(3), a direct product, stored as quaternion and position; v = (omega in body axes, x_dot in reference
+    axes)."""
 
     def exp(self, algebra: Algebra, theta: Values) -> list[Value]:
         return [*rotations.exponential(algebra, theta[:3]), *theta[3:]]
@@ -209,7 +217,10 @@ class RotationsAndTranslations(Group):
         return [*rotations.logarithm(algebra, q[:4]), *q[4:]]
 
     def compose(self, first: Values, second: Values) -> list[Value]:
-        return [*quaternion_product(first[:4], second[:4]), *(x + y for x, y in zip(first[4:], second[4:], strict=True))]
+        return [
+            *quaternion_product(first[:4], second[:4]),
+            *(x + y for x, y in zip(first[4:], second[4:], strict=True)),
+        ]
 
     def inverse(self, q: Values) -> list[Value]:
         return [*conjugate(q[:4]), *(x * (-1.0) for x in q[4:])]
@@ -240,5 +251,6 @@ _NAMED = {group.name: group for group in (SO3, SE3, R3xSO3)}
 
 
 def group_named(name: str, size: int = 1) -> Group:
-    """Return a group by the name that a Factor carries; ``size`` is that of R^n. Raises KeyError for an unknown name."""
+    """Return a group by the name that a Factor carries; ``size`` is that of R^n. Raises KeyError for an unknown
+    name."""
     return real_space(size) if name == "R" else _NAMED[name]

@@ -1,8 +1,8 @@
 """Quintic Hermite interpolation in the Lie algebra between two states with velocities and accelerations.
 
 q(s) = q_0 o exp(theta(s)) and v = T(theta) theta', so theta'(0) = v_0, theta''(0) = a_0, theta'(1) = T^-1 v_1 and
-theta''(1) = T^-1 (a_1 - T' theta'). Hermite, J. reine angew. Math. 84 (1878) 64; charts of a group by exp and T: Iserles,
-Munthe-Kaas, Norsett and Zanna, Acta Numerica 9 (2000) 215.
+theta''(1) = T^-1 (a_1 - T' theta'). Hermite, J. reine angew. Math. 84 (1878) 64; charts of a group by exp and T:
+Iserles, Munthe-Kaas, Norsett and Zanna, Acta Numerica 9 (2000) 215.
 """
 
 from __future__ import annotations
@@ -21,7 +21,8 @@ from eomgen.lie.product import FactorLike
 Array = NDArray[Any]
 Curve = tuple[Array, Array, Array]
 
-#: Weights over [0, 1] of the value at 1, of the first and of the second derivatives at 0 and at 1; the value at 0 is zero.
+#: Weights over [0, 1] of the value at 1, of the first and of the second derivatives at 0 and at 1; the value at 0 is
+#: zero.
 _VALUE = (0.0, 0.0, 0.0, 10.0, -15.0, 6.0)
 _FIRST = ((0.0, 1.0, 0.0, -6.0, 8.0, -3.0), (0.0, 0.0, 0.0, -4.0, 7.0, -3.0))
 _SECOND = ((0.0, 0.0, 0.5, -1.5, 1.5, -0.5), (0.0, 0.0, 0.0, 0.5, -1.0, 0.5))

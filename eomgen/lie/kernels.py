@@ -1,4 +1,5 @@
-"""Lie group functions called in a time step (update, tangent, bracket, transport), as tapes and as printable statements."""
+"""Lie group functions called in a time step (update, tangent, bracket, transport), as tapes and as printable
+statements."""
 
 from __future__ import annotations
 
@@ -39,7 +40,8 @@ class Kernel:
     refs: tuple[Ref, ...]
 
     def statements(self) -> list[list[Any]]:
-        """Return the statements in order: the number of each, and its expression as in ``codegen.program``, lists for tuples."""
+        """Return the statements in order: the number of each, and its expression as in ``codegen.program``, lists for
+        tuples."""
         numbers = self._numbers()
         return [[number, self._operation(node, numbers)] for node, number in numbers.items()]
 
@@ -49,7 +51,8 @@ class Kernel:
         return [self._operand(ref, numbers) for ref in self.refs]
 
     def _numbers(self) -> dict[int, int]:
-        """Number the nodes that are statements: those that are used more than once, and those that would nest too deep."""
+        """Number the nodes that are statements: those that are used more than once, and those that would nest too
+        deep."""
         tape = self.tape
         nodes = [node for node in tape.live(self.refs) if tape.op[node] not in LEAVES]
         uses = Counter(abs(ref) for node in nodes for ref in tape.operands(node))

@@ -35,7 +35,9 @@ def update(factors: Sequence[FactorLike], q: Array, theta: Array) -> Array:
     for factor in factors:
         group = group_named(factor.group, factor.v_size)
         part = slice(factor.q_start, factor.q_start + factor.q_size)
-        result[..., part] = numeric.update(group, q[..., part], theta[..., factor.v_start : factor.v_start + factor.v_size])
+        result[..., part] = numeric.update(
+            group, q[..., part], theta[..., factor.v_start : factor.v_start + factor.v_size]
+        )
     return result
 
 

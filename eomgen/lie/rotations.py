@@ -1,4 +1,5 @@
-"""Rotations by unit quaternions (w, x, y, z): product, matrix, exp, log and the tangent of exp, on values of any algebra."""
+"""Rotations by unit quaternions (w, x, y, z): product, matrix, exp, log and the tangent of exp, on values of any
+algebra."""
 
 from __future__ import annotations
 
@@ -11,7 +12,8 @@ from eomgen.symbolic.scalar import cross, dot, matrix_plus, plus, scaled
 
 Values = Sequence[Value]
 Rows = list[list[Value]]
-Matrix3 = Any  # rows of three values; the small matrices of symbolic.scalar do not care whether values are arrays or scalars
+# rows of three values; the small matrices of symbolic.scalar do not care whether values are arrays or scalars
+Matrix3 = Any
 
 
 def quaternion_product(p: Values, r: Values) -> list[Value]:

@@ -2,11 +2,11 @@
 
     dq = R x,   dv = S y + T x,   da = S ydot + U y + V x,   xdot = N y + W x
 
-x and y are changes of coordinates and velocities that motions are measured by: components of dq and dv themselves, or those of
-joints between absolute bodies, whose velocities w(q, v) have changes P dv + Z dq. Which are independent is chosen by pivots among
-the columns of the constraint Jacobian (Wehage and Haug 1982). Neighbouring motions meet the constraints at all levels, which
-gives T, U and V without differentiating R in time; with W = 0 they are R', 2 R' and R''. On groups measured coordinates change
-with dw - ad(w) x. Constraints at velocity level leave fewer y than x.
+x and y are changes of coordinates and velocities that motions are measured by: components of dq and dv themselves, or
+those of joints between absolute bodies, whose velocities w(q, v) have changes P dv + Z dq. Which are independent is
+chosen by pivots among the columns of the constraint Jacobian (Wehage and Haug 1982). Neighbouring motions meet the
+constraints at all levels, which gives T, U and V without differentiating R in time; with W = 0 they are R', 2 R' and
+R''. On groups measured coordinates change with dw - ad(w) x. Constraints at velocity level leave fewer y than x.
 """
 
 from __future__ import annotations
@@ -62,7 +62,8 @@ class Measures:
     ----------
     factors : the groups that they are velocities of
     v, a : (n,) w and its time derivative
-    P, Z : (n, nv) partials of w in v and in q; the constraint rows before the last n - (nv - rows) ones and P are all there is
+    P, Z : (n, nv) partials of w in v and in q; the constraint rows before the last n - (nv - rows) ones and P are all
+        there is
     Av, Aq : (n, nv) partials of the time derivative in v and in q
     """
 
@@ -145,7 +146,8 @@ def singular_mechanism() -> ModelError:
 
 
 def _pivots(matrix: Array, favour: Array) -> list[int]:
-    """Return as many columns as there are rows, each the largest of what is left. Raises ModelError where rows are dependent."""
+    """Return as many columns as there are rows, each the largest of what is left. Raises ModelError where rows are
+    dependent."""
     rows = len(matrix)
     if not rows:
         return []

@@ -2,8 +2,8 @@
 
     M0 x'' + C0 x' + K0 x + Z0 z = B0 u + E0 w
 
-x are small changes of independent coordinates, left-trivialised; constraints are projected out (Lieh 1994; on groups and about
-moving references see ``linear.freedom``). What depends on time is frozen.
+x are small changes of independent coordinates, left-trivialised; constraints are projected out (Lieh 1994; on groups
+and about moving references see ``linear.freedom``). What depends on time is frozen.
 """
 
 from __future__ import annotations
@@ -46,8 +46,8 @@ class Reference:
 class Names:
     """Names of the components of v (without their letter), and of internal states, inputs, disturbances and outputs.
 
-    ``measured`` are the coordinates of which the independent ones are chosen: the components, or those of joints between absolute
-    bodies.
+    ``measured`` are the coordinates of which the independent ones are chosen: the components, or those of joints
+    between absolute bodies.
     """
 
     components: tuple[str, ...]
@@ -76,9 +76,12 @@ class Linearization:
     names: Names
 
     def __repr__(self) -> str:
-        return f"<Linearization about the {self.reference.what} at t = {self.reference.t:.6g} s: {', '.join(self.coordinates)}>"
+        return (
+            f"<Linearization about the {self.reference.what} at t = {self.reference.t:.6g} s:"
+            f" {', '.join(self.coordinates)}>"
+        )
 
-    # -- second order ---------------------------------------------------------------------------------------------------
+    # -- second order --------------------------------------------------------------------------------------------------
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -148,15 +151,15 @@ class Linearization:
     def undamped_frequencies(self) -> Array:
         """(n,) angular frequencies of M0 x'' + K0 x = 0, rad/s, increasing.
 
-        Of a direction that is unstable without damping minus the rate at which it grows; not a number where eigenvalues are
-        complex, as forces that follow the motion can make them.
+        Of a direction that is unstable without damping minus the rate at which it grows; not a number where eigenvalues
+        are complex, as forces that follow the motion can make them.
         """
         values = np.asarray(scipy.linalg.eigvals(self.K0, self.M0)) if len(self.M0) else np.zeros(0, complex)
         scale = float(np.max(np.abs(values), initial=0.0))
         real = np.abs(values.imag) <= 1e-9 * scale
         return np.sort(np.where(real, np.sign(values.real) * np.sqrt(np.abs(values.real)), np.nan))
 
-    # -- first order ----------------------------------------------------------------------------------------------------
+    # -- first order ---------------------------------------------------------------------------------------------------
 
     @cached_property
     def _first_order(self) -> FirstOrder:
@@ -181,5 +184,6 @@ class Linearization:
         return modes(m.A, m.R_all, self.names.components, np.diag(self.partials.M))
 
     def frequency_response(self, omega: ArrayLike, input: str, output: str) -> Complex:
-        """Return the complex response of an output to an input at angular frequencies; see ``StateSpace.frequency_response``."""
+        """Return the complex response of an output to an input at angular frequencies; see
+        ``StateSpace.frequency_response``."""
         return self.state_space().frequency_response(omega, input, output)

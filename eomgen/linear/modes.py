@@ -1,7 +1,7 @@
 """Modes of a state-space matrix: frequency, damping ratio and complex shape, with bounds of their rounding errors.
 
-An eigenvalue is known to machine precision times the norm of the balanced matrix times its condition 1 / |y^H x| (Wilkinson
-1965). For the double zero of a motion that nothing opposes that is the square root of the precision.
+An eigenvalue is known to machine precision times the norm of the balanced matrix times its condition 1 / |y^H x|
+(Wilkinson 1965). For the double zero of a motion that nothing opposes that is the square root of the precision.
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ class Modes:
     eigenvalues : (n,) complex, 1/s, imaginary parts not negative
     angular_frequency : (n,) |eigenvalue|, rad/s; of an oscillation that without damping
     frequency : (n,) the same in Hz
-    damping_ratio : (n,) -Re / |eigenvalue|: 1 where it decays without oscillation, -1 where it grows so, 0 of a zero eigenvalue
+    damping_ratio : (n,) -Re / |eigenvalue|: 1 where it decays without oscillation, -1 where it grows so, 0 of a zero
+        eigenvalue
     uncertainty : (n,) of the eigenvalues by rounding; those below it are zero
     shapes : (nv, n) complex changes of all coordinates, left-trivialised; the largest is 1
     state_shapes : (ns, n) complex, with velocities and internal states, in the same scale
@@ -87,9 +88,16 @@ def modes(A: Array, of_coordinates: Array, coordinates: Sequence[str], inertias:
         nothing = np.zeros(0)
         empty = np.zeros((len(coordinates), 0), complex)
         return Modes(
-            nothing.astype(complex), nothing, nothing, nothing, nothing, empty, np.zeros((0, 0), complex), tuple(coordinates),
+            nothing.astype(complex),
+            nothing,
+            nothing,
+            nothing,
+            nothing,
+            empty,
+            np.zeros((0, 0), complex),
+            tuple(coordinates),
             np.sqrt(np.abs(inertias)),
-        )  # fmt: skip
+        )
     balanced, back = scipy.linalg.matrix_balance(A, separate=False)
     found: Any = scipy.linalg.eig(balanced, left=True, right=True)  # the stubs know of one kind of vectors only
     values, left, right = found
@@ -99,17 +107,27 @@ def modes(A: Array, of_coordinates: Array, coordinates: Sequence[str], inertias:
     uncertainty = _MARGIN * _EPSILON * np.linalg.norm(balanced) * condition
     original = back @ right
     kept = [int(k) for k in np.argsort(np.abs(values), kind="stable") if values[k].imag >= 0.0]
-    kept.sort(key=lambda k: (0.0 if abs(values[k]) <= uncertainty[k] else round(float(abs(values[k])), 12), values[k].real))
+    kept.sort(
+        key=lambda k: (0.0 if abs(values[k]) <= uncertainty[k] else round(float(abs(values[k])), 12), values[k].real)
+    )
     values, original, uncertainty = values[kept], original[:, kept], uncertainty[kept]
     shapes = of_coordinates @ original
     largest = np.argmax(np.abs(shapes), axis=0)
     of_largest = shapes[largest, np.arange(len(kept))]
     states = original[np.argmax(np.abs(original), axis=0), np.arange(len(kept))]
-    unit = np.where(np.abs(of_largest) > 1e-9 * np.abs(states), of_largest, states)  # modes of internal states move nothing
+    # modes of internal states move nothing
+    unit = np.where(np.abs(of_largest) > 1e-9 * np.abs(states), of_largest, states)
     size = np.abs(values)
     zero = size <= uncertainty
     ratio = np.where(zero, 0.0, -values.real / np.where(zero, 1.0, size))
     return Modes(
-        values, size, size / (2.0 * np.pi), ratio, uncertainty, shapes / unit, original / unit, tuple(coordinates),
+        values,
+        size,
+        size / (2.0 * np.pi),
+        ratio,
+        uncertainty,
+        shapes / unit,
+        original / unit,
+        tuple(coordinates),
         np.sqrt(np.abs(inertias)),
-    )  # fmt: skip
+    )

@@ -1,7 +1,8 @@
 """All partials of a constrained mechanical system with internal states at one state; absent blocks are empty.
 
-    M da + C dv + K dq + Rz dz + J^T dlam = B du + E dw            dzdot = Fq dq + Fv dv + Fz dz + Fu du + Fw dw
-    J dv + Z dq = 0,  J da + Av dv + Aq dq = 0                      dy = Yq dq + Yv dv + Ya da + Yz dz + Ylam dlam + Yu du + Yw dw
+M da + C dv + K dq + Rz dz + J^T dlam = B du + E dw            dzdot = Fq dq + Fv dv + Fz dz + Fu du + Fw dw
+J dv + Z dq = 0,  J da + Av dv + Aq dq = 0                      dy = Yq dq + Yv dv + Ya da + Yz dz + Ylam dlam + Yu
+du + Yw dw
 """
 
 from __future__ import annotations
@@ -55,15 +56,27 @@ class Partials:
     holonomic: int = 0
 
     @staticmethod
-    def of(blocks: Mapping[str, Array], inputs: int, disturbances: int, outputs: int = 0, holonomic: int = 0) -> Partials:
+    def of(
+        blocks: Mapping[str, Array], inputs: int, disturbances: int, outputs: int = 0, holonomic: int = 0
+    ) -> Partials:
         """Return partials from those that there are, by name; M, C and K must be among them."""
         nv = len(blocks["M"])
         rows = len(blocks["J"]) if "J" in blocks else 0
         nz = blocks["Rz"].shape[1] if "Rz" in blocks else 0
         columns = {"q": nv, "v": nv, "a": nv, "z": nz, "u": inputs, "w": disturbances, "lam": rows}
-        shapes = {"M": (nv, nv), "C": (nv, nv), "K": (nv, nv), "B": (nv, inputs), "E": (nv, disturbances), "Rz": (nv, nz)}
+        shapes = {
+            "M": (nv, nv),
+            "C": (nv, nv),
+            "K": (nv, nv),
+            "B": (nv, inputs),
+            "E": (nv, disturbances),
+            "Rz": (nv, nz),
+        }
         shapes |= {f"F{letter}": (nz, columns[letter]) for letter in "qvzuw"}
         shapes |= {f"Y{letter}": (outputs, size) for letter, size in columns.items()}
         shapes |= dict.fromkeys(("J", "Z", "Aq", "Av"), (rows, nv))
-        found = {name: np.array(blocks.get(name, np.zeros(shape)), dtype=float).reshape(shape) for name, shape in shapes.items()}
+        found = {
+            name: np.array(blocks.get(name, np.zeros(shape)), dtype=float).reshape(shape)
+            for name, shape in shapes.items()
+        }
         return Partials(**found, holonomic=holonomic)

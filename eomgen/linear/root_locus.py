@@ -58,7 +58,9 @@ def root_locus(
             roots = np.linalg.eigvals(before.state_space().A).astype(complex)
             stability.append(before.modes().stability)
         except EomgenError as error:
-            problems = [Problem(f"at {parameter} = {value:.6g}: {p.where}".rstrip(": "), p.what, p.hint) for p in error.problems]
+            problems = [
+                Problem(f"at {parameter} = {value:.6g}: {p.where}".rstrip(": "), p.what, p.hint) for p in error.problems
+            ]
             raise type(error)(problems) from None
         rows.append(_followed(rows[-1], roots) if rows else roots[np.lexsort((roots.real, np.abs(roots)))])
     return RootLocus(parameter, np.array(values, dtype=float), np.array(rows), tuple(stability))

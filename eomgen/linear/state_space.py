@@ -1,6 +1,6 @@
 """State space of a linearised mechanical system with constraints and internal states.
 
-    sdot = A s + B u + E w,   y = C s + D u + F w,   s = (x, y, z): independent coordinates, velocities, internal states
+sdot = A s + B u + E w,   y = C s + D u + F w,   s = (x, y, z): independent coordinates, velocities, internal states
 """
 
 from __future__ import annotations

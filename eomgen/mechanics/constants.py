@@ -33,10 +33,14 @@ def named_constants(tree: Tree, quantities: Quantities) -> tuple[Quantity, ...]:
     found: dict[str, Quantity] = {}
     for link in tree.links:
         if link.elastic is not None:
-            places = [x for (body, x), place in tree.stations.items() if body == link.name and tree.links[place].station]
+            places = [
+                x for (body, x), place in tree.stations.items() if body == link.name and tree.links[place].station
+            ]
             for suffix, value, unit, meaning in _numbers(link.elastic, places, quantities.formula):
                 if len(repr(abs(value)).replace(".", "")) > _DIGITS:
-                    found.setdefault(f"{link.name}_{suffix}", Quantity(f"{link.name}_{suffix}", abs(value), 1, unit, meaning))
+                    found.setdefault(
+                        f"{link.name}_{suffix}", Quantity(f"{link.name}_{suffix}", abs(value), 1, unit, meaning)
+                    )
     return tuple(found.values())
 
 
@@ -47,7 +51,9 @@ def described(tree: Tree) -> tuple[str, ...]:
 
 def _described(name: str, beam: Beam) -> str:
     parts = [f"{item.modes} of {item.kind} ({item.shapes})" for item in beam.deformations]
-    kept = "kinetic energy to second order in them and their rates" if beam.order == 1 else "all that the kinematics has"
+    kept = (
+        "kinetic energy to second order in them and their rates" if beam.order == 1 else "all that the kinematics has"
+    )
     bends = any(item.kind.startswith("bending") for item in beam.deformations)
     shortening = ", the shortening of the bent axis " + ("kept" if beam.stiffening else "left out") if bends else ""
     return f"{name}: elastic coordinates {', '.join(parts)}; order {beam.order}, {kept}{shortening}"

@@ -36,15 +36,17 @@ from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import ONE, ZERO, Tape
 from eomgen.system.system import Block
 
-#: Trees with a larger sum of squared depths are not even tried with a factored mass matrix: articulated bodies have long won.
+#: Trees with a larger sum of squared depths are not even tried with a factored mass matrix: articulated bodies have
+#: long won.
 LONG_TREE = 20_000
-#: Trees of more velocity components are stepped with the sparse extended system, however short their branches are: from here on
-#: forming and factoring whole matrices costs more.
+#: Trees of more velocity components are stepped with the sparse extended system, however short their branches are: from
+#: here on forming and factoring whole matrices costs more.
 MANY = 64
 
 
 class Derivation:
-    """Trees, loads and constraints of one scene on one tape; methods named as terms return their blocks (``terms.recorders``)."""
+    """Trees, loads and constraints of one scene on one tape; methods named as terms return their blocks
+    (``terms.recorders``)."""
 
     def __init__(self, scene: Scene, without_rows: Sequence[int] = ()) -> None:
         self.scene = scene
@@ -57,7 +59,9 @@ class Derivation:
         else:
             self.tree = build_tree(self.algebra, scene)
         if not self.tree.links:
-            raise ModelError(f"scene {scene.name!r} has no moving joint", "add a revolute, prismatic, spherical or free joint")
+            raise ModelError(
+                f"scene {scene.name!r} has no moving joint", "add a revolute, prismatic, spherical or free joint"
+            )
         self.grouped: Tree = grouped(self.tree)
         gravity = self.algebra.vector([self.constant(item) for item in scene.gravity])
         prescribed = base_state(self.algebra, scene, gravity)
@@ -181,7 +185,9 @@ class Derivation:
 
     def poses(self) -> list[Block]:
         values = poses(self.scene, self.tree, self.kinematics)
-        return [self.block("pose", (len(self.scene.bodies), 7), values, "quaternion (w, x, y, z) and position of each body")]
+        return [
+            self.block("pose", (len(self.scene.bodies), 7), values, "quaternion (w, x, y, z) and position of each body")
+        ]
 
     def twists(self) -> list[Block]:
         values = twists(self.scene, self.tree, self.kinematics)
@@ -229,7 +235,9 @@ class Derivation:
 
     def joint_angles(self) -> list[Block]:
         """Return the angles counted over revolutions, rad, and their rates."""
-        angles, rates = ([self.quantities(Symbol(kind, *angle)) for angle in counted_angles(self.scene)] for kind in "qv")
+        angles, rates = (
+            [self.quantities(Symbol(kind, *angle)) for angle in counted_angles(self.scene)] for kind in "qv"
+        )
         return [
             self._vector("turned", angles, "over turns, within half a turn of the references in q, rad"),
             self._vector("turned_rate", rates, "rad/s"),
@@ -271,7 +279,9 @@ class Derivation:
         rows = self._calculus().rows.all
         sizes, extents = [row.size for row in rows], self._extents(rows)
         return [
-            self._vector("size", sizes, "what the magnitudes of the summands of each row add up to, in its unit; m of m/s"),
+            self._vector(
+                "size", sizes, "what the magnitudes of the summands of each row add up to, in its unit; m of m/s"
+            ),
             self._vector("extent", extents, "what turning what each row joins may move it by, m"),
         ]
 

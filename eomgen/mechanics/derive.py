@@ -49,7 +49,10 @@ def derive(scene: Scene, terms: Sequence[str] | None = None, without_rows: Seque
         if cause := next((note for note in scene.notes if note.startswith(UNRESISTED)), None):
             what, hint = cause.split("; try: ")
             raise ModelError(Problem(scene.name, what, hint)) from None
-        what = "numbers of the scene combine to an infinite one: they are too small or too large, or cancel to zero in a divisor"
+        what = (
+            "numbers of the scene combine to an infinite one: they are too small or too large, or cancel to zero in a"
+            " divisor"
+        )
         raise ModelError(Problem(scene.name, what, "masses, inertias and lengths between 1e-100 and 1e100")) from None
 
 
@@ -109,22 +112,38 @@ def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
     else:
         initial_q, initial_v = joint_start(derivation)
     return System(
-        name=scene.name, tape=tape, factors=tree.factors, functions=functions,
+        name=scene.name,
+        tape=tape,
+        factors=tree.factors,
+        functions=functions,
         parameters=tuple(Quantity(p.name, p.value, 1, p.unit, p.description) for p in scene.parameters if p.tunable),
         inputs=tuple(Quantity(i.name, 0.0, 1, i.unit, i.description) for i in scene.inputs),
         states=tuple(Quantity(s.name, s.initial, 1, s.unit, s.description) for s in scene.states),
         outputs=tuple(Quantity(o.name, 0.0, len(o.values), o.unit, o.description) for o in scene.outputs),
-        bodies=tuple(body.name for body in scene.bodies), initial_q=initial_q, initial_v=initial_v, angles=angles,
+        bodies=tuple(body.name for body in scene.bodies),
+        initial_q=initial_q,
+        initial_v=initial_v,
+        angles=angles,
         multipliers=tuple(row.name for row in rows.all) if rows is not None else (),
         row_units=tuple(row.unit for row in rows.all) if rows is not None else (),
         holonomic=len(rows.holonomic) if rows is not None else 0,
-        patterns=dict(derivation.patterns), inner_owners=derivation.inner_owners,
-        extent=tuple(size.ref for size in sizes), angular=tree.angular(),
-        dof_parent=tree.dof_parents(), facts=facts, kept=kept, dropped=dropped,
-        notes=scene.notes, discontinuities=discontinuities(scene), validity=validity(scene),
-        constants=named_constants(tree, derivation.quantities), beams=described(tree),
-        description=scene.description, defaults=dict(vars(scene.simulation)), order=order,
-    )  # fmt: skip
+        patterns=dict(derivation.patterns),
+        inner_owners=derivation.inner_owners,
+        extent=tuple(size.ref for size in sizes),
+        angular=tree.angular(),
+        dof_parent=tree.dof_parents(),
+        facts=facts,
+        kept=kept,
+        dropped=dropped,
+        notes=scene.notes,
+        discontinuities=discontinuities(scene),
+        validity=validity(scene),
+        constants=named_constants(tree, derivation.quantities),
+        beams=described(tree),
+        description=scene.description,
+        defaults=dict(vars(scene.simulation)),
+        order=order,
+    )
 
 
 def _blocks(derivation: Derivation, name: str) -> Sequence[Block]:
@@ -134,7 +153,8 @@ def _blocks(derivation: Derivation, name: str) -> Sequence[Block]:
 
 
 def _drivers(derivation: Derivation, order: int, taken: set[str]) -> dict[str, Function]:
-    """Return the functions of time alone: motion of the base, inputs that the scene gives, and derivatives that are taken."""
+    """Return the functions of time alone: motion of the base, inputs that the scene gives, and derivatives that are
+    taken."""
     scene = derivation.scene
     tunable = any(parameter.tunable for parameter in scene.parameters)
     inputs = ("p", "t") if tunable else ("t",)
@@ -162,7 +182,8 @@ def _facts(derivation: Derivation, made: Mapping[str, Function]) -> Facts:
     tape = derivation.tape
     loads = [value.ref for value in derivation.applied()]
     return Facts(
-        constant_mass=not derivation.deep and "q" not in {symbol.block for symbol in tape.depends_on(_refs(derivation.mass()))},
+        constant_mass=not derivation.deep
+        and "q" not in {symbol.block for symbol in tape.depends_on(_refs(derivation.mass()))},
         velocity_forces=any(symbol.block == "v" for symbol in tape.depends_on(loads)),
         smooth=not any(_non_smooth(tape, node) for node in tape.live(loads)),
         moving_base=derivation.scene.base is not None,
@@ -187,10 +208,16 @@ def _pruned(derivation: Derivation, function: Function, timed: bool) -> Function
     of_motion = function.name in TERMS and TERMS[function.name].of_motion
     absent = {
         "p": not any(parameter.tunable for parameter in scene.parameters),
-        "t": not timed, "z": not scene.states, "u": not scene.inputs, "base": scene.base is None,
+        "t": not timed,
+        "z": not scene.states,
+        "u": not scene.inputs,
+        "base": scene.base is None,
         "lam": derivation.constraints is None or (of_motion and "lam" not in used),
         "a": of_motion and "a" not in used,
-        "u_dot": not scene.inputs, "u_ddot": not scene.inputs, "u_higher": not scene.inputs, "base_rates": scene.base is None,
-    }  # fmt: skip
+        "u_dot": not scene.inputs,
+        "u_ddot": not scene.inputs,
+        "u_higher": not scene.inputs,
+        "base_rates": scene.base is None,
+    }
     inputs = tuple(block for block in INPUT_BLOCKS if block in function.inputs and not absent.get(block, False))
     return Function(function.name, function.description, inputs, function.outputs)

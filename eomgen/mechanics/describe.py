@@ -117,10 +117,11 @@ def _coordinates(scene: Scene) -> Iterator[Coordinates]:
 
 
 def _elastic(name: str, beam: Beam) -> Coordinates:
-    """Return what elastic coordinates are; nodal ones are deflections and slopes in turn, so those have no unit of their own.
+    """Return what elastic coordinates are; nodal ones are deflections and slopes in turn, so those have no unit of
+    their own.
 
-    A beam of order 1 is right, and its inertia positive definite, for deformations that are small against its length. Higher
-    modes have steeper slopes at the same deflection, so they get less.
+    A beam of order 1 is right, and its inertia positive definite, for deformations that are small against its length.
+    Higher modes have steeper slopes at the same deflection, so they get less.
     """
     units: list[str] = []
     reach: list[float] = []
@@ -161,7 +162,13 @@ def _drawing(scene: Scene) -> Drawing:
         solids=tuple(_solid(body, carried[body.name]) for body in scene.bodies),
         hinges=tuple(
             Hinge(
-                joint.name, joint.type, joint.parent, joint.child, joint.position, joint.axis, *joint.kind.drawn,
+                joint.name,
+                joint.type,
+                joint.parent,
+                joint.child,
+                joint.position,
+                joint.axis,
+                *joint.kind.drawn,
                 tied=joint.kind.group != "SE3",
             )
             for joint in scene.joints
@@ -170,13 +177,15 @@ def _drawing(scene: Scene) -> Drawing:
         lines=tuple(item for item in drawn if isinstance(item, Line)),
         links=tuple(
             Link(
-                item.name, Point("", item.first.body, item.first.position), Point("", item.second.body, item.second.position),
+                item.name,
+                Point("", item.first.body, item.first.position),
+                Point("", item.second.body, item.second.position),
                 visible=item.kind.rod,
             )
             for item in scene.constraints
         ),
         wheels=tuple(item for item in drawn if isinstance(item, Wheel)),
-    )  # fmt: skip
+    )
 
 
 def _solid(body: Body, joint: Joint) -> Solid:

@@ -46,7 +46,9 @@ def absolute_start(derivation: Derivation) -> tuple[tuple[float, ...], tuple[flo
     for link, factor in zip(derivation.tree.links, derivation.tree.factors, strict=True):
         mount = derivation.tree.mounts[link.name]
         pose, twist = poses[names.index(link.name)], twists[names.index(link.name)]
-        offset = -np.array(evaluate(derivation.tape, [part.ref for part in mount.position], _defaults(derivation.scene)))
+        offset = -np.array(
+            evaluate(derivation.tape, [part.ref for part in mount.position], _defaults(derivation.scene))
+        )
         R = _matrix(pose[:4])
         velocity = twist[3:] + np.cross(twist[:3], offset)
         place, speed = slice(factor.q_start, None), slice(factor.v_start, None)

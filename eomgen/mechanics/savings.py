@@ -17,7 +17,8 @@ from eomgen.system.signals import Parameter
 
 #: Terms that are compared; each is derived with and without.
 COMPARED = ("mass", "inverse_dynamics", "forward_dynamics")
-#: Scenes with more elastic coordinates than this, were their beams to deform in every way, are not derived only to be compared.
+#: Scenes with more elastic coordinates than this, were their beams to deform in every way, are not derived only to be
+#: compared.
 MOST_ELASTIC = 40
 
 
@@ -64,7 +65,8 @@ def _variants(scene: Scene) -> list[tuple[str, Scene]]:
 
 
 def _along_beams(scene: Scene) -> set[str]:
-    """Return the parameters that say where on a beam something is: shape functions are evaluated there, so they stay fixed."""
+    """Return the parameters that say where on a beam something is: shape functions are evaluated there, so they stay
+    fixed."""
     beams = (body.name for body in scene.bodies if body.beam is not None)
     return {symbol.name for beam in beams for _, x in attached_along(scene, beam) for symbol in symbols(x)}
 
@@ -90,5 +92,7 @@ def _with_tunable_inertia(scene: Scene) -> Scene:
     for number, body in enumerate(scene.bodies):
         symbols = [tunable(f"inertial {number} {k}") for k in range(10)]
         tensor = (symbols[4], symbols[5], symbols[6], symbols[7], symbols[8], symbols[9])
-        bodies.append(replace(body, mass=symbols[0], center_of_mass=(symbols[1], symbols[2], symbols[3]), inertia=tensor))
+        bodies.append(
+            replace(body, mass=symbols[0], center_of_mass=(symbols[1], symbols[2], symbols[3]), inertia=tensor)
+        )
     return replace(scene, parameters=tuple(parameters), bodies=tuple(bodies))

@@ -40,8 +40,16 @@ def kept_and_dropped(
     note(bool(scene.forces or scene.efforts), "forces and efforts by formula", "the scene has none")
     note(bool(scene.inputs), "inputs", "the scene has none")
     note(bool(scene.states), "internal states", "the scene has none")
-    note(any(parameter.tunable for parameter in scene.parameters), "parameter struct", "all parameters are fixed and folded")
-    note(any(not rotor.is_zero for link in tree.links for rotor in link.rotor_inertias), "rotor inertia", "no joint has any")
+    note(
+        any(parameter.tunable for parameter in scene.parameters),
+        "parameter struct",
+        "all parameters are fixed and folded",
+    )
+    note(
+        any(not rotor.is_zero for link in tree.links for rotor in link.rotor_inertias),
+        "rotor inertia",
+        "no joint has any",
+    )
     note(facts.velocity_forces, "damping in the iteration matrix", "no applied force depends on velocity")
     note("outputs" in functions, "outputs", "not asked for" if scene.outputs else "the scene names none")
     for term in ("partials", "energy"):

@@ -1,8 +1,8 @@
 """Gains of state feedback from the linear model of the same scene, with these gains at zero: the calibration stage.
 
-The scene is opened where a controller acts: what it gives becomes an input beside its formula. The linear model of that scene is
-the plant, signals and weighted quantities are its outputs. Controllers are calibrated in their order, each with those before it
-at work. Gains are parameters, so the code of a model knows nothing of all this but their defaults.
+The scene is opened where a controller acts: what it gives becomes an input beside its formula. The linear model of that
+scene is the plant, signals and weighted quantities are its outputs. Controllers are calibrated in their order, each
+with those before it at work. Gains are parameters, so the code of a model knows nothing of all this but their defaults.
 """
 
 from __future__ import annotations
@@ -65,7 +65,8 @@ def gains(
     """Return calibrated gains and references by name of parameter, at other values of tunable parameters, and notes."""
     opened = _opened(scene)
     model = build(opened.scene, [*PURPOSES["linearization"], "outputs"])
-    values = {name: value for name, value in parameters.items() if name not in opened.calibrated}  # these are zero by default
+    # these are zero by default
+    values = {name: value for name, value in parameters.items() if name not in opened.calibrated}
     notes = []
     for item in scene.feedback:
         if item.calibration is None:
@@ -75,7 +76,8 @@ def gains(
             found, note = _one(opened, item, item.calibration, model, values)
         except EomgenError as error:
             place = f"{scene.source.get(key, scene.name)} ({key})"
-            kind = DescriptionError if isinstance(error, UsageError) else type(error)  # what was called for stands in the scene
+            # what was called for stands in the scene
+            kind = DescriptionError if isinstance(error, UsageError) else type(error)
             raise kind([Problem(place, problem.what, problem.hint) for problem in error.problems]) from None
         values |= found
         notes.append(note)
@@ -101,16 +103,16 @@ def _opened(scene: Scene) -> _Opened:
     fed_back = [item for item in scene.feedback if item.calibration is not None]
     acting = [output for item in fed_back for output in item.outputs]
     controllers = tuple(
-        replace(item, output=item.output + Symbol("input", _input_of(item.name)))
-        if item.name in acting
-        else item
+        replace(item, output=item.output + Symbol("input", _input_of(item.name))) if item.name in acting else item
         for item in scene.controllers
     )
     outputs = list(scene.outputs)
     for item in fed_back:
         outputs.append(Output(f"{item.name}.signals", item.signals))
         calibration = item.calibration
-        for kind, weights in (("q", calibration.position_weights), ("v", calibration.velocity_weights)) if calibration else ():
+        for kind, weights in (
+            (("q", calibration.position_weights), ("v", calibration.velocity_weights)) if calibration else ()
+        ):
             outputs += [Output(f"{item.name}.{kind}.{joint}", (Symbol(kind, joint),)) for joint in weights]
     rows, start = {}, 0
     for output in outputs:
@@ -119,9 +121,15 @@ def _opened(scene: Scene) -> _Opened:
     inputs = (*scene.inputs, *(Input(_input_of(name)) for name in acting))
     legal = tuple(replace(output, name=f"output_{place}") for place, output in enumerate(outputs))
     opened = replace(
-        scene, controllers=controllers, inputs=inputs, outputs=legal, feedback=(), terms=(), notes=(),
+        scene,
+        controllers=controllers,
+        inputs=inputs,
+        outputs=legal,
+        feedback=(),
+        terms=(),
+        notes=(),
         content=scene.content + b"\0opened" if scene.content else b"",
-    )  # fmt: skip
+    )
     return _Opened(opened, tuple(name for item in fed_back for name in item.calibrated), rows)
 
 
@@ -153,7 +161,9 @@ def _one(
     if any(item.references):
         there = linear.reference
         base = None if rest is None else rest.base
-        outputs = model.evaluate("outputs", there.q, there.v, there.a, there.t, there.u, z=there.z, parameters=values, base=base)
+        outputs = model.evaluate(
+            "outputs", there.q, there.v, there.a, there.t, there.u, z=there.z, parameters=values, base=base
+        )
         signals = next(iter(outputs.values()))[rows]
         found |= {name: _rounded(value) for name, value in zip(item.references, signals, strict=True) if name}
     cautions = [] if rest is None else rest.warnings(any_kind=True)
@@ -211,7 +221,9 @@ def _each(numbers: Sequence[float], count: int) -> Array:
     return np.resize(np.array(numbers, dtype=float), count) if len(numbers) != count else np.array(numbers, dtype=float)
 
 
-def _weights(plant: Plant, opened: _Opened, item: StateFeedback, calibration: Calibration, C: Array, D: Array) -> Weights:
+def _weights(
+    plant: Plant, opened: _Opened, item: StateFeedback, calibration: Calibration, C: Array, D: Array
+) -> Weights:
     """Return the cost of efforts, coordinates, velocities, signals and outputs."""
     efforts = calibration.effort_weights or (0.0,)
     weights = Weights.of(plant, effort=_each(efforts, plant.m))
@@ -239,7 +251,9 @@ def _by_signals(plant: Plant, item: StateFeedback, G: Array, Y: Array, Y_u: Arra
     """
     if np.any(Y_u):
         signal = item.labels[int(np.argwhere(np.any(Y_u, axis=1))[0, 0])]
-        raise ModelError(f"the signal {signal} depends on what the controller gives at the same instant", "another signal")
+        raise ModelError(
+            f"the signal {signal} depends on what the controller gives at the same instant", "another signal"
+        )
     there, back = plant.scales.state, plant.scales.state_back
     scaled, wanted = Y @ back, G @ back
     sizes = np.linalg.norm(scaled, axis=1)
@@ -261,4 +275,3 @@ def _by_signals(plant: Plant, item: StateFeedback, G: Array, Y: Array, Y_u: Arra
 
 def _rounded(value: float) -> float:
     return float(f"{value:.{_DIGITS}g}") + 0.0
-

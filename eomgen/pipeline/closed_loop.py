@@ -18,7 +18,8 @@ _OFF = 1e-3
 
 
 def slowest_motion(plant: Plant, G: Array) -> str:
-    """Return how fast the slowest motion of the plant decays under the gains G of [q, v], (m, 2n), or what does not decay."""
+    """Return how fast the slowest motion of the plant decays under the gains G of [q, v], (m, 2n), or what does not
+    decay."""
     n = plant.n
     A, _ = plant.state_space(G[:, :n], G[:, n:])
     found = modes(A, np.eye(n, 2 * n), plant.names, np.diag(plant.M))

@@ -40,14 +40,19 @@ def with_equilibrium_start(program: Program, build: Callable[[Sequence[str]], Mo
         problem = error.problems[0]
         reason = f"{problem.where}: {problem.what}" if problem.where else problem.what
         start = (
-            "The scene asks for a start at static equilibrium, which was not found when this code was made, so it starts at the "
-            f"initial state of the joints. The reason: {reason}"
+            "The scene asks for a start at static equilibrium, which was not found when this code was made, so it"
+            f" starts at the initial state of the joints. The reason: {reason}"
         )
         warnings.warn(f"{program.prefix}: {start}", RuntimeWarning, stacklevel=3)
         return replace(program, start=f"{start}.")
     left = f"below 1e{math.ceil(math.log10(found.acceleration))}" if found.acceleration else "zero"
-    start = f"It starts at static equilibrium, found when this code was made, {_at(program.parameters, program.inputs)}."
-    start += f" The accelerations left unbalanced there, in m/s^2 or rad/s^2, are {left}; velocities are those of the joints."
+    start = (
+        f"It starts at static equilibrium, found when this code was made, {_at(program.parameters, program.inputs)}."
+    )
+    start += (
+        f" The accelerations left unbalanced there, in m/s^2 or rad/s^2, are {left}; velocities are those of the"
+        " joints."
+    )
     for note in found.message.split("; ")[1:]:
         start += f" Note: {note}."
     if program.parameters or program.inputs:
@@ -58,7 +63,9 @@ def with_equilibrium_start(program: Program, build: Callable[[Sequence[str]], Mo
 
 def _at(parameters: tuple[Named, ...], inputs: tuple[Named, ...]) -> str:
     """Return at which values the equilibrium was found."""
-    listed = ", ".join(f"{item.name} = {item.value:.9g}{f' {item.unit}' if item.unit else ''}" for item in parameters[:_LISTED])
+    listed = ", ".join(
+        f"{item.name} = {item.value:.9g}{f' {item.unit}' if item.unit else ''}" for item in parameters[:_LISTED]
+    )
     listed += f" and {len(parameters) - _LISTED} more" if len(parameters) > _LISTED else ""
     at = f"at the default parameters ({listed})" if listed else "for the scene as it is"
     return f"{at} and the inputs of the scene at t = 0" if inputs else at

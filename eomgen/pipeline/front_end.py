@@ -1,7 +1,7 @@
 """Front ends: interface to what derives a System and a Description from documents of one class.
 
-Nothing behind a front end knows its documents. Mechanics is one, for Scenes; other distributions name theirs as entry points of
-the group ``eomgen.front_ends``.
+Nothing behind a front end knows its documents. Mechanics is one, for Scenes; other distributions name theirs as entry
+points of the group ``eomgen.front_ends``.
 """
 
 from __future__ import annotations
@@ -38,8 +38,10 @@ class FrontEnd:
     ----------
     name : of the front end, part of the key of the cache
     document : class of its documents, each a ``Document``
-    describe : what a document is about; asked for at every build, also of a cached model, so it should import nothing slow
-    derive : the System with the terms wanted, all that a run may need where that is None; those that it cannot give are left out
+    describe : what a document is about; asked for at every build, also of a cached model, so it should import nothing
+        slow
+    derive : the System with the terms wanted, all that a run may need where that is None; those that it cannot give are
+        left out
     prepared : the document with what has to be found with a compiled model of it, before it is derived
     start : what gives q and v of the initial state at other values of tunable parameters, where they depend on them
     gains : what finds parameters that ``prepared`` fills at other values of the others, where there are any

@@ -36,9 +36,10 @@ _NEIGHBOURS, _NEARBY = 2, 1e-3
 
 
 def with_initial_assembly(
-    derive: Callable[[Sequence[str] | None, Sequence[int]], System], terms: Sequence[str] | None = None,
+    derive: Callable[[Sequence[str] | None, Sequence[int]], System],
+    terms: Sequence[str] | None = None,
     coordinates: Iterable[Coordinates] = (),
-) -> System:  # fmt: skip
+) -> System:
     """Return a System without redundant rows and with a consistent initial state, notes saying what was done.
 
     Parameters
@@ -71,13 +72,18 @@ def with_initial_assembly(
     notes = [*_left_out(system, equations, found.q, rows), *prescribed, *locked, *corrections, *found.deviations]
     system = derive(terms, rows.dependent)
     return replace(
-        system, initial_q=tuple(map(float, found.q)), initial_v=tuple(map(float, found.v)), notes=(*system.notes, *notes),
-        warnings=(*system.warnings, *locked), left_out=sensitive,
-    )  # fmt: skip
+        system,
+        initial_q=tuple(map(float, found.q)),
+        initial_v=tuple(map(float, found.v)),
+        notes=(*system.notes, *notes),
+        warnings=(*system.warnings, *locked),
+        left_out=sensitive,
+    )
 
 
 def _left_out(system: System, equations: Constrained, q: Array, found: Redundancy) -> list[str]:
-    """Return a sentence for each row that follows from others, and by how much it does not where lengths or axes hardly fit."""
+    """Return a sentence for each row that follows from others, and by how much it does not where lengths or axes hardly
+    fit."""
     off = left_over(equations, q, found.dependent)
     by = {row: f", though it is off by {abs(value):.3g}" for row, value in off.items()}
     return [
@@ -86,7 +92,9 @@ def _left_out(system: System, equations: Constrained, q: Array, found: Redundanc
     ]
 
 
-def _without_freedom(system: System, equations: Constrained, q: Array, found: Redundancy) -> tuple[list[str], list[str]]:
+def _without_freedom(
+    system: System, equations: Constrained, q: Array, found: Redundancy
+) -> tuple[list[str], list[str]]:
     """Return a note if the constraints leave no velocity free: the motion is prescribed, or there is none."""
     kept = [row for row in range(len(system.multipliers)) if row not in found.dependent]
     if len(kept) < system.nv:
@@ -96,13 +104,17 @@ def _without_freedom(system: System, equations: Constrained, q: Array, found: Re
         drivers = ", ".join(system.multipliers[row] for row in kept if _driven(system, row))
         return [f"all motion is prescribed: {drivers} and the constraints leave no velocity free"], []
     almost = "; ".join(f"of {system.multipliers[row]} only {part:.1g} is new" for row, part in found.hardly.items())
-    what = f"nothing can move: {system.nv} velocities are held by as many constraint rows that do not follow from each other"
+    what = (
+        f"nothing can move: {system.nv} velocities are held by as many constraint rows that do not follow from each"
+        " other"
+    )
     hint = "axes and lengths that fit" if almost else "a constraint less, or one of fewer rows"
     return [], [f"{what}{f' ({almost})' if almost else ''}; try: {hint}"]
 
 
 def _sensitive(system: System, equations: Constrained, q: Array, v: Array, left_out: Sequence[int]) -> tuple[str, ...]:
-    """Return the rows that were left out if they follow from others at the default parameters only, as far as is seen nearby.
+    """Return the rows that were left out if they follow from others at the default parameters only, as far as is seen
+    nearby.
 
     Rows are analytic in the parameters that enter them: what follows at arbitrary values nearby does so at all.
     """

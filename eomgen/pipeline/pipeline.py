@@ -27,7 +27,6 @@ from eomgen.text import shown
 from eomgen.version import __version__
 
 if TYPE_CHECKING:
-
     from eomgen.codegen.program import Program
     from eomgen.codegen.targets.target import Target
     from eomgen.integrators.methods import Method
@@ -56,9 +55,9 @@ def load(
     coordinates : str, optional
         ``joint`` or ``absolute``, in place of what the file says (a URDF says joint).
     options
-        For URDF: ``root``, whether the root link is ``fixed`` to the base or ``free``; ``lock``, moving joints to be fixed at
-        zero; ``limits``, to turn limits of position into compliant stops, as hard as the joints' largest efforts ask for;
-        ``friction``, to take the dry friction of joints, regularised at 0.01 rad/s and 1 mm/s.
+        For URDF: ``root``, whether the root link is ``fixed`` to the base or ``free``; ``lock``, moving joints to be
+        fixed at zero; ``limits``, to turn limits of position into compliant stops, as hard as the joints' largest
+        efforts ask for; ``friction``, to take the dry friction of joints, regularised at 0.01 rad/s and 1 mm/s.
 
     Raises
     ------
@@ -108,7 +107,8 @@ def generate(
 ) -> list[Path]:
     """Write a scene's model and stepper as a folder of C that stands alone, and return the files' paths.
 
-    Where the scene starts at static equilibrium so does the C; a RuntimeWarning and its README say where none was found.
+    Where the scene starts at static equilibrium so does the C; a RuntimeWarning and its README say where none was
+    found.
 
     Parameters
     ----------
@@ -245,7 +245,8 @@ def _check_terms(terms: Sequence[str] | None) -> None:
 
 
 def _method_name(described: Description, method: str | None) -> str:
-    """Return the method asked for, or the described one. Raises UsageError or DescriptionError when there is none of its name."""
+    """Return the method asked for, or the described one. Raises UsageError or DescriptionError when there is none of
+    its name."""
     from eomgen.integrators.methods import canonical_name  # noqa: PLC0415
 
     if method is not None:
@@ -254,11 +255,14 @@ def _method_name(described: Description, method: str | None) -> str:
         return canonical_name(described.simulation.method)
     except UsageError as error:
         place = described.places.get("simulation.method", described.name)
-        raise DescriptionError([Problem(f"{place} (simulation.method)", p.what, p.hint) for p in error.problems]) from None
+        raise DescriptionError(
+            [Problem(f"{place} (simulation.method)", p.what, p.hint) for p in error.problems]
+        ) from None
 
 
 def _method(described: Description, method: str | None) -> Method:
-    """Return a method with the parameters described, as far as it can bear them: those of the run are settings of the stepper.
+    """Return a method with the parameters described, as far as it can bear them: those of the run are settings of the
+    stepper.
 
     Raises DescriptionError when the described method cannot.
     """
@@ -293,7 +297,9 @@ def _program(
     try:
         return to_program(system, method_data(chosen, system, described.simulation.step), names=target.names), ""
     except ModelError as error:
-        return to_program(system, names=target.names), "; ".join(dict.fromkeys(problem.what for problem in error.problems))
+        return to_program(system, names=target.names), "; ".join(
+            dict.fromkeys(problem.what for problem in error.problems)
+        )
 
 
 def _library(
@@ -334,7 +340,9 @@ def _content(document: Document, front_end: FrontEnd, terms: Sequence[str] | Non
 
     if not document.content:
         kind = type(document).__name__
-        raise UsageError(f"this {kind} was made by hand and says nothing of its content", "eomgen.SceneBuilder or eomgen.load")
+        raise UsageError(
+            f"this {kind} was made by hand and says nothing of its content", "eomgen.SceneBuilder or eomgen.load"
+        )
     options = {
         "terms": list(terms) if terms is not None else None,
         "method": method,
@@ -354,7 +362,8 @@ def _stamp(front_end: FrontEnd) -> str:
 
 
 def _code_stamp() -> str:
-    """Return a digest of eomgen's own files in a checkout, where code changes under one version; nothing when installed."""
+    """Return a digest of eomgen's own files in a checkout, where code changes under one version; nothing when
+    installed."""
     package = Path(__file__).resolve().parents[1]
     templates = package.parent / "templates"
     if not templates.is_dir():

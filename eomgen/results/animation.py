@@ -1,6 +1,7 @@
 """Animations: motion and scenery of a solution in one self-contained HTML file without network access.
 
-Everything that the user named reaches the page as JSON in a block of data, where no text can end the block or become code.
+Everything that the user named reaches the page as JSON in a block of data, where no text can end the block or become
+code.
 """
 
 from __future__ import annotations
@@ -23,9 +24,16 @@ from eomgen.resources import template_folder
 from eomgen.results.scenery import PosesAndScenery
 from eomgen.system.description import BASE, WORLD
 
-#: Stored pictures per second of motion; those of short runs are at least FEWEST, and a page holds at most LARGEST bytes of them.
+#: Stored pictures per second of motion; those of short runs are at least FEWEST, and a page holds at most LARGEST bytes
+#: of them.
 RATE, FEWEST, LARGEST = 60.0, 600, 24_000_000
-_SCRIPTS = {"style": "animation.css", "geometry": "geometry.js", "stage": "stage.js", "drawing": "drawing.js", "page": "page.js"}
+_SCRIPTS = {
+    "style": "animation.css",
+    "geometry": "geometry.js",
+    "stage": "stage.js",
+    "drawing": "drawing.js",
+    "page": "page.js",
+}
 
 
 class Animated(Protocol):
@@ -46,7 +54,8 @@ class Animated(Protocol):
 def write_animation(solution: Animated, path: str | Path) -> Path:
     """Write a solution's motion as one HTML file: all in it, nothing fetched; return its path.
 
-    Poses are thinned to 60 a second (short runs: up to 600 in all) and stored as single precision; the page interpolates.
+    Poses are thinned to 60 a second (short runs: up to 600 in all) and stored as single precision; the page
+    interpolates.
 
     Raises
     ------
@@ -64,7 +73,9 @@ def check_name(path: Path) -> Path:
     """Return the path of a page as it is. Raises UsageError where it does not end in ``.html``."""
     if path.suffix.lower() not in (".html", ".htm"):
         kind = path.suffix or "a file without a suffix"
-        raise UsageError(Problem(str(path), f"an animation cannot be saved as {kind}", f"{path.stem or 'animation'}.html"))
+        raise UsageError(
+            Problem(str(path), f"an animation cannot be saved as {kind}", f"{path.stem or 'animation'}.html")
+        )
     return path
 
 
@@ -109,11 +120,14 @@ def _packed(solution: Animated, poses: Mapping[str, Array], scenery: Mapping[str
 
     points = {
         item["name"]: {
-            "name": item["name"], **at(item), "body": order.index(item["body"]) if item["body"] in order else -1,
-            "trace": item["trace"], "drawn": item["trace"] or item["name"] in used,
+            "name": item["name"],
+            **at(item),
+            "body": order.index(item["body"]) if item["body"] in order else -1,
+            "trace": item["trace"],
+            "drawn": item["trace"] or item["name"] in used,
         }
         for item in scenery["points"]
-    }  # fmt: skip
+    }
     if not points:
         last = scenery["bodies"][-1]
         name = f"centre of {last['name']}"
@@ -131,10 +145,13 @@ def _packed(solution: Animated, poses: Mapping[str, Array], scenery: Mapping[str
         "poses": _base64(stacked[rows].astype("<f4")),
         "bodies": [{**body, "carrier": carrier(body["name"])} for body in scenery["bodies"]],
         "joints": [
-            {**joint, "parent": carrier(joint["parent"]), "child": carrier(joint["child"])} for joint in scenery["joints"]
+            {**joint, "parent": carrier(joint["parent"]), "child": carrier(joint["child"])}
+            for joint in scenery["joints"]
         ],
         "points": list(points.values()),
-        "springs": [{**item, "first": points[item["first"]], "second": points[item["second"]]} for item in scenery["springs"]],
+        "springs": [
+            {**item, "first": points[item["first"]], "second": points[item["second"]]} for item in scenery["springs"]
+        ],
         "rods": [{"name": rod["name"], "ends": [at(end) for end in rod["ends"]]} for rod in scenery["rods"]],
         "tyres": [{**tyre, "center": points[tyre["center"]]} for tyre in scenery["tyres"]],
     }

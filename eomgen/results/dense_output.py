@@ -1,10 +1,11 @@
 """Dense output: states between the samples of a solution, on the manifold and to the order of the method.
 
-The family of the method says which (``dense_output`` of ``integrators.families.family``). ``steps``, with the model at hand:
-states of the method itself, a step from the row before. Otherwise a quintic in the algebra gives q, and with ``hermite_5`` v.
-Each derivative of a curve between values that agree to order p only loses an order, so accelerations are not its second
-derivative: they go through the recorded ones, by the cubic through four rows, and with ``hermite_3`` as the derivative of v, a
-cubic through v and a.
+The family of the method says which (``dense_output`` of ``integrators.families.family``). ``steps``, with the model at
+hand:
+states of the method itself, a step from the row before. Otherwise a quintic in the algebra gives q, and with
+``hermite_5`` v. Each derivative of a curve between values that agree to order p only loses an order, so accelerations
+are not its second derivative: they go through the recorded ones, by the cubic through four rows, and with ``hermite_3``
+as the derivative of v, a cubic through v and a.
 """
 
 from __future__ import annotations
@@ -44,7 +45,9 @@ Between = Callable[[Rows, Array, Index], tuple[Array, Array, Array, Array]]
 def factors_of(metadata: Mapping[str, Any]) -> list[Factor]:
     """Return the factors that a solution's metadata hold. Raises UsageError where they do not."""
     if "factors" not in metadata:
-        what = "this solution does not say which groups its coordinates are of: it was made by hand or by an older eomgen"
+        what = (
+            "this solution does not say which groups its coordinates are of: it was made by hand or by an older eomgen"
+        )
         raise UsageError(Problem("at", what, "a solution of simulate"))
     return [Factor(group, "", *places) for group, *places in metadata["factors"]]
 
@@ -55,7 +58,8 @@ def state_at(rows: Rows, metadata: Mapping[str, Any], t: ArrayLike, between: Bet
     Raises
     ------
     UsageError
-        Times outside, values that are not finite, a single row, or rows so far apart that a body may turn by half a turn between.
+        Times outside, values that are not finite, a single row, or rows so far apart that a body may turn by half a
+        turn between.
     """
     times = numbers("t", t)
     check_finite("t", times)
@@ -100,7 +104,8 @@ def _between(
     else:
         a = _through_neighbours(rows.t, rows.a, t, index)
     poses = sum(factor.q_size for factor in factors)
-    q[:, poses:] = _through_neighbours(rows.t, rows.q[:, poses:], t, index)  # references of angles, near enough to tell turns
+    # references of angles, near enough to tell turns
+    q[:, poses:] = _through_neighbours(rows.t, rows.q[:, poses:], t, index)
     return q, v, a, _through_neighbours(rows.t, rows.z, t, index)
 
 
@@ -126,7 +131,9 @@ def _check_turns(rows: Rows, factors: Sequence[Factor], index: Index) -> None:
         if factor.group == "R":
             continue
         part = slice(factor.v_start, factor.v_start + 3)
-        speed = np.maximum(np.linalg.norm(rows.v[index][:, part], axis=1), np.linalg.norm(rows.v[index + 1][:, part], axis=1))
+        speed = np.maximum(
+            np.linalg.norm(rows.v[index][:, part], axis=1), np.linalg.norm(rows.v[index + 1][:, part], axis=1)
+        )
         if np.any(turns := speed * duration > np.pi):
             k = int(np.argmax(turns))
             what = f"a body turns by {speed[k] * duration[k]:.3g} rad between two rows at t = {rows.t[index[k]]:.9g} s"
@@ -134,7 +141,8 @@ def _check_turns(rows: Rows, factors: Sequence[Factor], index: Index) -> None:
 
 
 def largest_errors(rows: Rows, metadata: Mapping[str, Any]) -> dict[str, float]:
-    """Return by how much ``state_at`` through every third row misses the rows between: q in the algebra, v, a, and z if any.
+    """Return by how much ``state_at`` through every third row misses the rows between: q in the algebra, v, a, and z if
+    any.
 
     Halfway between two rows the velocities of a quintic are better than elsewhere, so every second row would not do.
     """

@@ -21,7 +21,9 @@ Complex = NDArray[np.complex128]
 def described(lin: Linearization, scene: str) -> dict[str, Any]:
     """Return a linear model as JSON data: what it is about, its names, modes and matrices."""
     reference, modes, space = lin.reference, lin.modes(), lin.state_space()
-    second = {name: getattr(lin, name).tolist() for name in ("M0", "C0", "K0", "B0", "E0")} if lin.free.holonomic else None
+    second = (
+        {name: getattr(lin, name).tolist() for name in ("M0", "C0", "K0", "B0", "E0")} if lin.free.holonomic else None
+    )
     return {
         "scene": scene,
         "about": reference.what,
@@ -50,7 +52,9 @@ def _mode(modes: Modes, k: int) -> dict[str, Any]:
         "damping_ratio": float(modes.damping_ratio[k]),
         "oscillating": bool(modes.oscillating[k]),
         "uncertainty": float(modes.uncertainty[k]),
-        "shape": {name: [x.real, x.imag] for name, x in zip(modes.coordinates, modes.shapes[:, k].tolist(), strict=True)},
+        "shape": {
+            name: [x.real, x.imag] for name, x in zip(modes.coordinates, modes.shapes[:, k].tolist(), strict=True)
+        },
     }
 
 
@@ -60,17 +64,27 @@ def write_modes(modes: Modes, path: Path) -> Path:
     names += [f"{name} {part}" for name in modes.coordinates for part in ("real", "imaginary")]
     shapes = np.stack([modes.shapes.real, modes.shapes.imag], axis=1).reshape(2 * len(modes.coordinates), len(modes))
     values = modes.eigenvalues
-    write_table(path, names, np.stack([modes.frequency, modes.damping_ratio, values.real, values.imag, *shapes], axis=1))
+    write_table(
+        path, names, np.stack([modes.frequency, modes.damping_ratio, values.real, values.imag, *shapes], axis=1)
+    )
     return path
 
 
 def write_matrices(lin: Linearization, scene: str, path: Path) -> Path:
-    """Write all matrices and their names: M0, C0, K0, B0, E0 where there are any, then A, B, E, C, D, F, and the state."""
+    """Write all matrices and their names: M0, C0, K0, B0, E0 where there are any, then A, B, E, C, D, F, and the
+    state."""
     space, reference = lin.state_space(), lin.reference
     arrays = {name: getattr(space, name) for name in "ABECDF"}
     if lin.free.holonomic:
         arrays |= {name: getattr(lin, name) for name in ("M0", "C0", "K0", "B0", "E0", "Z0")}
-    arrays |= {"basis": lin.free.R, "q": reference.q, "v": reference.v, "a": reference.a, "z": reference.z, "u": reference.u}
+    arrays |= {
+        "basis": lin.free.R,
+        "q": reference.q,
+        "v": reference.v,
+        "a": reference.a,
+        "z": reference.z,
+        "u": reference.u,
+    }
     names = {name: list(getattr(space, name)) for name in ("states", "inputs", "disturbances", "outputs")}
     names["coordinates"], names["components"] = list(lin.coordinates), list(lin.names.components)
     write_arrays(path, arrays, {"scene": scene, "about": reference.what, "t": reference.t, "names": names})
@@ -80,7 +94,9 @@ def write_matrices(lin: Linearization, scene: str, path: Path) -> Path:
 def write_root_locus(locus: RootLocus, path: Path) -> Path:
     """Write roots over a parameter as a table: its values, then real and imaginary parts of each root."""
     names = [locus.parameter]
-    names += [f"root{k} {part}" for k in range(locus.eigenvalues.shape[1]) for part in ("real [1/s]", "imaginary [rad/s]")]
+    names += [
+        f"root{k} {part}" for k in range(locus.eigenvalues.shape[1]) for part in ("real [1/s]", "imaginary [rad/s]")
+    ]
     parts = np.stack([locus.eigenvalues.real, locus.eigenvalues.imag], axis=2).reshape(len(locus.values), -1)
     write_table(path, names, np.concatenate([locus.values[:, np.newaxis], parts], axis=1))
     return path

@@ -39,7 +39,9 @@ def draw_modes(modes: Modes, title: str, path: Path) -> Path:
     for axis in axes[len(shown) :]:
         axis.set_visible(False)
     left_out = len(modes) - len(shown)
-    figure.suptitle(f"{title}: shapes of modes" + (f" ({left_out} more are not drawn)" if left_out else ""), fontsize=11)
+    figure.suptitle(
+        f"{title}: shapes of modes" + (f" ({left_out} more are not drawn)" if left_out else ""), fontsize=11
+    )
     return _saved(figure, path)
 
 
@@ -81,7 +83,8 @@ def _rounded(ratio: float) -> str:
 
 
 def draw_root_locus(locus: RootLocus, unit: str, title: str, path: Path) -> Path:
-    """Draw the upper half of the plane of roots, coloured by the parameter; crosses at the first value, rings at the last."""
+    """Draw the upper half of the plane of roots, coloured by the parameter; crosses at the first value, rings at the
+    last."""
     from matplotlib.colors import LogNorm, Normalize  # noqa: PLC0415  # slow to import, and only drawing needs it
 
     low, high = float(np.min(locus.values)), float(np.max(locus.values))
@@ -97,7 +100,8 @@ def draw_root_locus(locus: RootLocus, unit: str, title: str, path: Path) -> Path
     drawn = None
     for root in eigenvalues.T:
         upper = root.imag >= -tolerance
-        near = np.abs(np.diff(root)) <= _JUMP * extent  # where roots meet and part, a long line would show what is not there
+        # where roots meet and part, a long line would show what is not there
+        near = np.abs(np.diff(root)) <= _JUMP * extent
         for k in np.flatnonzero(near & upper[1:] & upper[:-1]):
             axis.plot(root.real[k : k + 2], root.imag[k : k + 2], color="#bbbbbb", linewidth=0.8, zorder=1)
         colours = locus.values[upper]
@@ -106,7 +110,9 @@ def draw_root_locus(locus: RootLocus, unit: str, title: str, path: Path) -> Path
             if upper[end]:
                 faces = {"facecolors": "none"} if marker == "o" else {}
                 colour = {"edgecolors": "#C8102E"} if marker == "o" else {"color": "#C8102E"}
-                axis.scatter([root[end].real], [root[end].imag], marker=marker, s=46, linewidths=1.3, zorder=3, **faces, **colour)
+                axis.scatter(
+                    [root[end].real], [root[end].imag], marker=marker, s=46, linewidths=1.3, zorder=3, **faces, **colour
+                )
     axis.axvline(0.0, color="#222222", linewidth=1.0, zorder=1)
     axis.set_xlabel("real part, 1/s")
     axis.set_ylabel("imaginary part, rad/s")
@@ -165,7 +171,8 @@ def _ratio(over: str, under: str) -> str:
 
 
 def _figure(size: tuple[float, float]) -> Any:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415  # slow to import, and only drawing needs it
+    # slow to import, and only drawing needs it
+    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
     from matplotlib.figure import Figure  # noqa: PLC0415
 
     figure = Figure(figsize=size, layout="constrained", dpi=110)
@@ -177,5 +184,7 @@ def _saved(figure: Any, path: Path) -> Path:
     try:
         figure.savefig(path)
     except OSError as error:
-        raise FileError(Problem(str(path), f"cannot be written ({error.strerror or error})", "another folder")) from None
+        raise FileError(
+            Problem(str(path), f"cannot be written ({error.strerror or error})", "another folder")
+        ) from None
     return path

@@ -25,12 +25,13 @@ _FLAT = 1e-12
 _QUANTITIES = {
     "rad": "angle", "m": "length", "rad/s": "angular velocity", "m/s": "velocity", "rad/s^2": "angular acceleration",
     "m/s^2": "acceleration", "N": "force", "N m": "torque", "J": "energy", "W": "power",
-}  # fmt: skip
+}  # fmt: skip  # a table
 _COORDINATES = {"m": "position", "1": "quaternion"}
 #: Colours of clearly different hue; the later three are dashed as well, for colour-blind eyes and grey paper.
 _COLOURS = ("#0B62C4", "#F08C00", "#1A9850", "#C8102E", "#E052C8", "#222222")
 _DASHED = 3
-#: Energies are drawn as changes where the largest change is less than this part of the values or of the gaps between them.
+#: Energies are drawn as changes where the largest change is less than this part of the values or of the gaps between
+#: them.
 _OFFSET = 0.2
 #: Letters in one line of a legend.
 _LEGEND = 34
@@ -49,7 +50,8 @@ class Curve:
 
 
 def draw(solution: Solution, folder: Path) -> list[Path]:
-    """Draw ``coordinates.png``, ``velocities.png``, and ``states.png``, ``outputs.png`` and ``energy.png`` where there are any.
+    """Draw ``coordinates.png``, ``velocities.png``, and ``states.png``, ``outputs.png`` and ``energy.png`` where there
+    are any.
 
     Raises
     ------
@@ -65,7 +67,11 @@ def draw(solution: Solution, folder: Path) -> list[Path]:
         "energy": _energies(solution),
     }
     title = str(solution.metadata.get("scene", ""))
-    return [_figure(solution.t, curves, f"{title}: {name}", folder / f"{name}.png") for name, curves in figures.items() if curves]
+    return [
+        _figure(solution.t, curves, f"{title}: {name}", folder / f"{name}.png")
+        for name, curves in figures.items()
+        if curves
+    ]
 
 
 def _curves(
@@ -78,14 +84,18 @@ def _curves(
 
 def _energies(solution: Solution) -> list[Curve]:
     """Return energies and powers; energies as changes from the start where an offset would press them flat."""
-    powers = [Curve(name, "W", values) for name, values in solution.energy.items() if "power" in name and np.any(values)]
+    powers = [
+        Curve(name, "W", values) for name, values in solution.energy.items() if "power" in name and np.any(values)
+    ]
     energies = {name: values for name, values in solution.energy.items() if "power" not in name}
     if not energies:
         return powers
     table = np.stack(list(energies.values()))
     change, size = np.ptp(table, axis=1).max(initial=0.0), max(np.abs(table).max(initial=0.0), np.ptp(table))
     if 1e-9 * size < change < _OFFSET * size:
-        drawn = [Curve(name, "J", values - values[0], "change of energy from the start") for name, values in energies.items()]
+        drawn = [
+            Curve(name, "J", values - values[0], "change of energy from the start") for name, values in energies.items()
+        ]
     else:
         drawn = [Curve(name, "J", values) for name, values in energies.items()]
     return drawn + powers
@@ -99,8 +109,12 @@ def _outputs(solution: Solution, units: dict[str, str]) -> list[Curve]:
         several = table.shape[1] > 1
         curves += [
             Curve(
-                f"{name}[{index}]" if several else name, units.get(name, ""), table[:, index],
-                meaning.get(name, {}).get("quantity", ""), name, meaning.get(name, {}).get("description", ""),
+                f"{name}[{index}]" if several else name,
+                units.get(name, ""),
+                table[:, index],
+                meaning.get(name, {}).get("quantity", ""),
+                name,
+                meaning.get(name, {}).get("description", ""),
             )
             for index in range(table.shape[1])
         ]
@@ -108,7 +122,8 @@ def _outputs(solution: Solution, units: dict[str, str]) -> list[Curve]:
 
 
 def _panels(curves: Sequence[Curve]) -> list[list[Curve]]:
-    """Group curves of one unit and quantity, in order, as evenly as a panel's limit allows; outputs that fit are not cut."""
+    """Group curves of one unit and quantity, in order, as evenly as a panel's limit allows; outputs that fit are not
+    cut."""
     alike: dict[tuple[str, str], list[Curve]] = {}
     for curve in curves:
         alike.setdefault((curve.unit, curve.quantity or _QUANTITIES.get(curve.unit, "")), []).append(curve)
@@ -131,7 +146,8 @@ def _panels(curves: Sequence[Curve]) -> list[list[Curve]]:
 
 
 def _figure(t: Array, curves: Sequence[Curve], title: str, path: Path) -> Path:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415  # slow to import, and only drawing needs it
+    # slow to import, and only drawing needs it
+    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
     from matplotlib.figure import Figure  # noqa: PLC0415
 
     panels = _panels(curves)

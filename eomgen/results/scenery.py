@@ -42,8 +42,8 @@ def poses_and_scenery(model: CompiledModel, t: Array, q: Array, p: Array) -> Pos
 def scenery(description: Description, parameters: Mapping[str, float]) -> dict[str, Any]:
     """Return the scenery at these values of the tunable parameters, as JSON types.
 
-    Positions are in the frames of the bodies that are named beside them; ``base`` and ``world`` count as bodies. ``links`` are
-    the places of a body that its drawing ties to its frame: joints, ends of springs, constraints.
+    Positions are in the frames of the bodies that are named beside them; ``base`` and ``world`` count as bodies.
+    ``links`` are the places of a body that its drawing ties to its frame: joints, ends of springs, constraints.
 
     Raises
     ------
@@ -65,22 +65,34 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
         return [number(where, formula) for formula in formulas]
 
     points: dict[str, dict[str, Any]] = {
-        item.name: {"body": item.body, "position": place(f"points.{item.name}", item.position)} for item in drawing.points
-    }  # fmt: skip
-    links: dict[str, list[list[float]]] = {name: [] for name in (WORLD, BASE, *(solid.name for solid in drawing.solids))}
+        item.name: {"body": item.body, "position": place(f"points.{item.name}", item.position)}
+        for item in drawing.points
+    }
+    links: dict[str, list[list[float]]] = {
+        name: [] for name in (WORLD, BASE, *(solid.name for solid in drawing.solids))
+    }
     joints = []
     for hinge in drawing.hinges:
         position = place(f"joints.{hinge.name}.position", hinge.position)
         joints.append(
-            {"name": hinge.name, "type": hinge.type, "parent": hinge.parent, "child": hinge.child, "position": position,
-             "axis": list(hinge.axis), "turns": hinge.turns, "slides": hinge.slides}
-        )  # fmt: skip
+            {
+                "name": hinge.name,
+                "type": hinge.type,
+                "parent": hinge.parent,
+                "child": hinge.child,
+                "position": position,
+                "axis": list(hinge.axis),
+                "turns": hinge.turns,
+                "slides": hinge.slides,
+            }
+        )
         if hinge.tied:
             links[hinge.parent].append(position)
     rods = []
     for link in drawing.links:
         ends: list[dict[str, Any]] = [
-            {"body": end.body, "position": place(f"constraints.{link.name}", end.position)} for end in (link.first, link.second)
+            {"body": end.body, "position": place(f"constraints.{link.name}", end.position)}
+            for end in (link.first, link.second)
         ]
         for end in ends:
             links[end["body"]].append(end["position"])
@@ -110,7 +122,8 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
         "joints": joints,
         "points": [{"name": name, **point, "trace": name in shown} for name, point in points.items()],
         "springs": [
-            {"name": item.name, "first": item.first, "second": item.second, "elastic": item.elastic} for item in drawing.lines
+            {"name": item.name, "first": item.first, "second": item.second, "elastic": item.elastic}
+            for item in drawing.lines
         ],
         "rods": rods,
         "tyres": tyres,

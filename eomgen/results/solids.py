@@ -17,9 +17,9 @@ THINNEST = 0.02
 def equivalent_solid(mass: float, center: Array, inertia: Array) -> dict[str, Any]:
     """Return kind, sizes (m), centre and axes of the solid with this mass and inertia (3, 3) about the centre of mass.
 
-    ``sphere`` with its radius, ``cylinder`` with radius and height along its z axis, or ``box`` with three sides, as the
-    principal moments are all equal, two of them, or none; ``point`` for a mass without inertia; ``none`` without mass.
-    The rows of ``axes`` are the solid's axes in the body.
+    ``sphere`` with its radius, ``cylinder`` with radius and height along its z axis, or ``box`` with three sides, as
+    the principal moments are all equal, two of them, or none; ``point`` for a mass without inertia; ``none`` without
+    mass. The rows of ``axes`` are the solid's axes in the body.
     """
     shape: dict[str, Any] = {"kind": "none", "size": [], "center": center.tolist(), "axes": np.eye(3).tolist()}
     if not mass > 0.0:

@@ -39,12 +39,14 @@ class Solution:
     multipliers : (nt, number of constraints)
     outputs : name -> (nt,) or (nt, size)
     energy : ``kinetic``, ``potential``, ``total`` (J), ``power``, ``base_power`` (W) -> (nt,); empty without the term
-    stats : counts of the stepper, wall time in s, ``energy_error``: how far energies are out of balance, where it is known
+    stats : counts of the stepper, wall time in s, ``energy_error``: how far energies are out of balance, where it is
+        known
     success : False when the run ended before its time; ``message`` says why, where, and what to try
     metadata : scene, version, method, step, parameters, names and units of components
     evaluate_poses : gives poses and scenery on first use; None where they are not known
     between : gives states between rows by the method itself; None where they are interpolated
-    evaluate : gives the outputs of a ``State`` with the run's inputs and parameters; None where the model is not at hand
+    evaluate : gives the outputs of a ``State`` with the run's inputs and parameters; None where the model is not at
+        hand
     linear : likewise the linear model about a ``State``
     """
 
@@ -79,7 +81,8 @@ class Solution:
         return f"<Solution of {self.metadata.get('scene', 'a scene')}: {len(self.t)} rows; {self.message}>"
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return what goes to another process: all that ``save`` keeps, poses among it, but not the way to the model."""
+        """Return what goes to another process: all that ``save`` keeps, poses among it, but not the way to the
+        model."""
         self._poses_or_none()
         return {**vars(self), "evaluate_poses": None, "evaluate": None, "linear": None, "between": None}
 
@@ -106,13 +109,15 @@ class Solution:
         return self.poses_and_scenery.poses
 
     def animate(self, path: str | Path) -> Path:
-        """Write the motion as one HTML file that needs nothing but a browser; see ``results.animation.write_animation``."""
+        """Write the motion as one HTML file that needs nothing but a browser; see
+        ``results.animation.write_animation``."""
         from eomgen.results.animation import write_animation  # noqa: PLC0415  # solutions are used without it too
 
         return write_animation(self, path)
 
     def save(self, path: str | Path) -> Path:
-        """Write the solution: all of it as ``.npz``, or a table as ``.csv``. A file of that name is replaced as a whole.
+        """Write the solution: all of it as ``.npz``, or a table as ``.csv``. A file of that name is replaced as a
+        whole.
 
         An ``.npz`` holds the poses of the bodies too, where the model can give them; a table does not.
 
@@ -160,10 +165,16 @@ class Solution:
             outcome = {name: metadata.pop(name) for name in ("stats", "message", "success", "interrupted")}
             states: dict[str, Any] = {name: plain[name] for name in ("t", "q", "v", "a", "z", "multipliers")}
         except KeyError as error:
-            raise FileError(Problem(str(path), f"this is not a solution written by eomgen: {error.args[0]} is missing")) from None
+            raise FileError(
+                Problem(str(path), f"this is not a solution written by eomgen: {error.args[0]} is missing")
+            ) from None
         rows = np.shape(states["t"])
-        if any(np.ndim(array) != (1 if name == "t" else 2) or array.shape[:1] != rows for name, array in states.items()):
-            raise FileError(Problem(str(path), "this is not a solution written by eomgen: its arrays do not fit together"))
+        if any(
+            np.ndim(array) != (1 if name == "t" else 2) or array.shape[:1] != rows for name, array in states.items()
+        ):
+            raise FileError(
+                Problem(str(path), "this is not a solution written by eomgen: its arrays do not fit together")
+            )
         wrong = [name for name, array in groups["poses"].items() if array.shape != (*rows, 7)]
         if wrong:
             what = f"this is not a solution written by eomgen: the poses of {wrong[0]} do not fit to its times"
@@ -171,17 +182,21 @@ class Solution:
         scenery = metadata.pop("scenery", None)
         evaluate_poses = None if scenery is None else lambda: PosesAndScenery(groups["poses"], scenery)
         return cls(
-            **states, outputs=groups["outputs"], energy=groups["energy"], **outcome, metadata=metadata,
+            **states,
+            outputs=groups["outputs"],
+            energy=groups["energy"],
+            **outcome,
+            metadata=metadata,
             evaluate_poses=evaluate_poses,
-        )  # fmt: skip
+        )
 
     def at(self, t: ArrayLike) -> State:
         """Return the state at any time within the solution: t (...), q (..., nq), v and a (..., nv), z (..., nz).
 
-        q lies on the manifold and is smooth, with v and a at the rows those recorded. Between rows ``rk4`` keeps its order 4 and
-        generalized-alpha its order 2, in the step where every step is recorded, else in the spacing of the rows; ``taylor`` takes
-        a step from the row before, to its tolerance, unless the solution comes from a file or from another process;
-        ``interpolation_error`` measures it, ``outputs_at`` gives the outputs there.
+        q lies on the manifold and is smooth, with v and a at the rows those recorded. Between rows ``rk4`` keeps its
+        order 4 and generalized-alpha its order 2, in the step where every step is recorded, else in the spacing of the
+        rows; ``taylor`` takes a step from the row before, to its tolerance, unless the solution comes from a file or
+        from another process; ``interpolation_error`` measures it, ``outputs_at`` gives the outputs there.
 
         Raises
         ------
@@ -201,16 +216,22 @@ class Solution:
             As of ``at``; or the solution comes from a file or from another process, so that the model is not at hand.
         """
         if self.evaluate is None:
-            what = "the outputs between rows need the model and the inputs of the run, which a stored solution does not hold"
-            hint = "s = solution.at(t), then model.outputs(s.q, s.v, s.a, s.t, u, z=s.z, parameters=...) with those of the run"
+            what = (
+                "the outputs between rows need the model and the inputs of the run, which a stored solution does not"
+                " hold"
+            )
+            hint = (
+                "s = solution.at(t), then model.outputs(s.q, s.v, s.a, s.t, u, z=s.z, parameters=...) with those of"
+                " the run"
+            )
             raise UsageError(Problem("outputs_at", what, hint))
         return self.evaluate(self.at(t))
 
     def linearize(self, t: float) -> Linearization:
         """Return the linear model about the motion at a time within the solution; see ``Model.linearize``.
 
-        Accelerations and multipliers are those of the dynamics in the state of ``at``, brought onto the constraints where there
-        are any. Inputs and parameters are those of the run.
+        Accelerations and multipliers are those of the dynamics in the state of ``at``, brought onto the constraints
+        where there are any. Inputs and parameters are those of the run.
 
         Raises
         ------
@@ -219,12 +240,16 @@ class Solution:
         """
         if self.linear is None:
             what = "a linear model needs the model and the inputs of the run, which a stored solution does not hold"
-            hint = "s = solution.at(t), then model.linearize(s.q, s.v, t=s.t, u=..., z=s.z, parameters=...) with those of the run"
+            hint = (
+                "s = solution.at(t), then model.linearize(s.q, s.v, t=s.t, u=..., z=s.z, parameters=...) with those of"
+                " the run"
+            )
             raise UsageError(Problem("linearize", what, hint))
         return self.linear(self.at(number_of("t", t)))
 
     def interpolation_error(self) -> dict[str, float]:
-        """Return how far ``at`` is off, at most, where it bridges three spacings of rows: q (an increment), ``v``, ``a``, ``z``.
+        """Return how far ``at`` is off, at most, where it bridges three spacings of rows: q (an increment), ``v``,
+        ``a``, ``z``.
 
         That is more than it is off between rows, by 3^3 to 3^6 where rows follow the motion.
         """
@@ -235,7 +260,8 @@ class Solution:
         return Rows(self.t, self.q, self.v, self.a, self.z)
 
     def followed_by(self, later: Solution) -> Solution:
-        """Return both parts of a run as one: this one up to where ``later``, from ``model.resume``, begins, and ``later``.
+        """Return both parts of a run as one: this one up to where ``later``, from ``model.resume``, begins, and
+        ``later``.
 
         The rows are those of a run in one piece. Raises UsageError where the parts are not of one run.
         """
@@ -254,31 +280,46 @@ class Solution:
             return np.concatenate([first[head], second[tail]])
 
         wall = float(self.stats.get("wall_time", 0.0)) + float(later.stats.get("wall_time", 0.0))
+
         def poses_and_scenery() -> PosesAndScenery:
             poses = {name: joined(self.poses[name], array) for name, array in later.poses.items()}
             return PosesAndScenery(poses, later.poses_and_scenery.scenery)
 
         return replace(
-            later, evaluate_poses=poses_and_scenery, t=joined(self.t, later.t),
-            q=joined(self.q, later.q), v=joined(self.v, later.v), a=joined(self.a, later.a),
-            z=joined(self.z, later.z), multipliers=joined(self.multipliers, later.multipliers),
+            later,
+            evaluate_poses=poses_and_scenery,
+            t=joined(self.t, later.t),
+            q=joined(self.q, later.q),
+            v=joined(self.v, later.v),
+            a=joined(self.a, later.a),
+            z=joined(self.z, later.z),
+            multipliers=joined(self.multipliers, later.multipliers),
             stats={**later.stats, "wall_time": wall},
             outputs={name: joined(self.outputs[name], array) for name, array in later.outputs.items()},
             energy={name: joined(self.energy[name], array) for name, array in later.energy.items()},
-        )  # fmt: skip
+        )
 
     def columns(self) -> dict[str, Array]:
-        """Return everything as columns (nt,) by name: ``t``, ``q.hinge``, ``v.ball[2]``, ``output.tip[0]``, ``energy.total``."""
+        """Return everything as columns (nt,) by name: ``t``, ``q.hinge``, ``v.ball[2]``, ``output.tip[0]``,
+        ``energy.total``."""
         names: Mapping[str, list[str]] = self.metadata.get("names", {})
         columns = {"t": self.t}
-        for letter, array in (("q", self.q), ("v", self.v), ("a", self.a), ("z", self.z), ("multipliers", self.multipliers)):
+        for letter, array in (
+            ("q", self.q),
+            ("v", self.v),
+            ("a", self.a),
+            ("z", self.z),
+            ("multipliers", self.multipliers),
+        ):
             labels = names.get(letter) or component_names("", letter, array.shape[1])
             if len(labels) != array.shape[1]:
                 labels = [f"{letter}[{index}]" for index in range(array.shape[1])]
             columns |= {label: array[:, index] for index, label in enumerate(labels)}
         for name, array in self.outputs.items():
             table = array[:, np.newaxis] if array.ndim == 1 else array
-            columns |= {label: table[:, index] for index, label in enumerate(component_names("output", name, table.shape[1]))}
+            columns |= {
+                label: table[:, index] for index, label in enumerate(component_names("output", name, table.shape[1]))
+            }
         return columns | {f"energy.{name}": array for name, array in self.energy.items()}
 
     def _poses_or_none(self) -> PosesAndScenery | None:
@@ -293,4 +334,9 @@ class Solution:
         return arrays | {f"energy.{name}": array for name, array in self.energy.items()}
 
     def _outcome(self) -> dict[str, Any]:
-        return {"stats": dict(self.stats), "message": self.message, "success": self.success, "interrupted": self.interrupted}
+        return {
+            "stats": dict(self.stats),
+            "message": self.message,
+            "success": self.success,
+            "interrupted": self.interrupted,
+        }

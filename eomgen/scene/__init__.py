@@ -3,4 +3,4 @@
 __all__ = [
     "bodies", "builder", "control", "document", "forces", "geometry", "joint_types",
     "joints", "load", "reading", "scene", "sources",
-]  # fmt: skip
+]  # fmt: skip  # a table

@@ -18,12 +18,14 @@ _PACKAGE = __name__.partition(".")[0]
 Rotations = Sequence[tuple[Sequence[Value], Value]]
 
 
-@checked_calls('a name, eomgen.SceneBuilder("pendulum")', com="center_of_mass", mass_center="center_of_mass", origin="position")
+@checked_calls(
+    'a name, eomgen.SceneBuilder("pendulum")', com="center_of_mass", mass_center="center_of_mass", origin="position"
+)
 class SceneBuilder:
     """Collects the entries of a scene; ``build`` checks them all at once.
 
-    Every method returns the builder. Numbers may be formulas, or texts with a unit such as "250 mm", wherever a scene file takes
-    them; plain numbers are in SI, and the meaning of each key is that of the scene file.
+    Every method returns the builder. Numbers may be formulas, or texts with a unit such as "250 mm", wherever a scene
+    file takes them; plain numbers are in SI, and the meaning of each key is that of the scene file.
 
     Parameters
     ----------
@@ -53,7 +55,13 @@ class SceneBuilder:
         terms: Sequence[str] = (),
         coordinates: str = "joint",
     ) -> None:
-        settings = {"name": name, "description": description, "gravity": gravity, "terms": terms, "coordinates": coordinates}
+        settings = {
+            "name": name,
+            "description": description,
+            "gravity": gravity,
+            "terms": terms,
+            "coordinates": coordinates,
+        }
         self._data: dict[str, Any] = {"format": 1, **{key: _plain(value) for key, value in settings.items()}}
         self._lines: dict[str, str] = dict.fromkeys(("name", "gravity", "terms", "coordinates"), _caller())
         self._problems: list[Problem] = []
@@ -113,12 +121,24 @@ class SceneBuilder:
     ) -> Self:
         """Set the defaults of ``simulate`` (steps and durations in seconds)."""
         return self._enter(
-            "simulation", "", method=method, step=step, duration=duration, rho_inf=rho_inf, alpha=alpha, beta=beta, gamma=gamma,
-            tolerance=tolerance, order=order, record_every=record_every, start=start,
-        )  # fmt: skip
+            "simulation",
+            "",
+            method=method,
+            step=step,
+            duration=duration,
+            rho_inf=rho_inf,
+            alpha=alpha,
+            beta=beta,
+            gamma=gamma,
+            tolerance=tolerance,
+            order=order,
+            record_every=record_every,
+            start=start,
+        )
 
     def base(self, position: Sequence[Value] = (0.0, 0.0, 0.0), rotation: Rotations = ()) -> Self:
-        """Prescribe the motion of the base: position in world axes, intrinsic rotations (axis, angle); of time and parameters."""
+        """Prescribe the motion of the base: position in world axes, intrinsic rotations (axis, angle); of time and
+        parameters."""
         return self._enter("base", "", position=position, rotation=rotation)
 
     def body(
@@ -132,8 +152,8 @@ class SceneBuilder:
     ) -> Self:
         """Add a rigid body: mass (kg), centre of mass in its frame (m), inertia about it (kg m^2; 3, 6, table or 3x3).
 
-        ``group`` is for absolute coordinates: SE3 (the default) suits bodies jointed to the ground or to slow bodies, R3xSO3
-        those that spin fast and freely.
+        ``group`` is for absolute coordinates: SE3 (the default) suits bodies jointed to the ground or to slow bodies,
+        R3xSO3 those that spin fast and freely.
         """
         return self._enter("bodies", name, mass=mass, center_of_mass=center_of_mass, inertia=inertia, group=group)
 
@@ -157,8 +177,9 @@ class SceneBuilder:
     ) -> Self:
         """Add an elastic beam along x of its frame, from ``start`` on (m), with mass_per_length (kg/m) or a section.
 
-        Each way to deform is a table with the keys modes, stiffness and where wanted shapes, ends, elements, damping_ratio,
-        initial and others, as in a scene file; those that are not given do not happen. Joints carry a beam as any body.
+        Each way to deform is a table with the keys modes, stiffness and where wanted shapes, ends, elements,
+        damping_ratio, initial and others, as in a scene file; those that are not given do not happen. Joints carry a
+        beam as any body.
         """
         return self._enter(
             "beams",
@@ -205,9 +226,9 @@ class SceneBuilder:
 
         Its placement is in the parent's frame; what joints of several coordinates have in each is a list, angles first.
 
-        ``limits`` are compliant stops, with the keys lower, upper, stiffness and where wanted damping and onset; ``friction``
-        is dry friction with coulomb, velocity and where wanted static and stribeck. ``mimic`` makes the coordinate follow
-        another, with the keys joint and where wanted multiplier and offset.
+        ``limits`` are compliant stops, with the keys lower, upper, stiffness and where wanted damping and onset;
+        ``friction`` is dry friction with coulomb, velocity and where wanted static and stribeck. ``mimic`` makes the
+        coordinate follow another, with the keys joint and where wanted multiplier and offset.
         """
         return self._enter(
             "joints",
@@ -248,10 +269,10 @@ class SceneBuilder:
         """Add a constraint that closes a loop between two frames.
 
         A frame is a point's name, or a table with body and position (or point) and with axis, the frame's z (x_axis
-        too where the angle about it matters), or rotation. Types: spherical, revolute, universal, cylindrical, helical (with
-        pitch), prismatic, planar, fixed, distance (with length), point_on_line, rolling (with radius, and shape disc or
-        sphere). ``drive``, a formula of time and parameters, prescribes the angle of revolute, or the travel of prismatic
-        and cylindrical.
+        too where the angle about it matters), or rotation. Types: spherical, revolute, universal, cylindrical, helical
+        (with pitch), prismatic, planar, fixed, distance (with length), point_on_line, rolling (with radius, and shape
+        disc or sphere). ``drive``, a formula of time and parameters, prescribes the angle of revolute, or the travel of
+        prismatic and cylindrical.
         """
         return self._enter(
             "constraints",
@@ -270,7 +291,9 @@ class SceneBuilder:
         """Add a point fixed in a body, in the ``base``, or in the ``world`` (what rests while the base moves)."""
         return self._enter("points", name, body=body, position=position)
 
-    def parameter(self, name: str, value: Value, *, tunable: bool = False, unit: str = "", description: str = "") -> Self:
+    def parameter(
+        self, name: str, value: Value, *, tunable: bool = False, unit: str = "", description: str = ""
+    ) -> Self:
         """Add a named number, or a text of a number and its unit; a tunable one can be changed without recompiling."""
         return self._enter("parameters", name, value=value, tunable=tunable, unit=unit, description=description)
 
@@ -286,18 +309,18 @@ class SceneBuilder:
     ) -> Self:
         """Add an input; the given formula is its value unless the caller specifies another.
 
-        ``formula`` is of time and parameters; ``road`` has the keys speed (m/s), where needed offset (m), and one of class (A to
-        H, ISO 8608), table, points and bump; ``shape`` is one of table, points and wave, with interpolation and outside.
+        ``formula`` is of time and parameters; ``road`` has the keys speed (m/s), where needed offset (m), and one of
+        class (A to H, ISO 8608), table, points and bump; ``shape`` is one of table, points and wave, with interpolation
+        and outside.
         """
         return self._enter("inputs", name, formula=formula, road=road, unit=unit, description=description, **shape)
 
     def curve(self, name: str, **shape: Any) -> Self:
-        """Add a function of one number: table, points, wave, bump or road as in a scene file, interpolation and outside."""
+        """Add a function of one number: table, points, wave, bump or road as in a scene file, interpolation and
+        outside."""
         return self._enter("curves", name, **shape)
 
-    def state(
-        self, name: str, rate: Value, *, initial: Value = 0.0, unit: str = "", description: str = ""
-    ) -> Self:
+    def state(self, name: str, rate: Value, *, initial: Value = 0.0, unit: str = "", description: str = "") -> Self:
         """Add an internal state: ``rate``, a formula of everything but accelerations, is its time derivative."""
         return self._enter("states", name, rate=rate, initial=initial, unit=unit, description=description)
 
@@ -328,10 +351,25 @@ class SceneBuilder:
         coordinates, signals, gains, calibration, ...; spring, damping, clipped, ....
         """
         return self._enter(
-            "controllers", name, type=type, signal=signal, proportional=proportional, integral=integral, derivative=derivative,
-            gain=gain, time_constant=time_constant, lead=lead, minimum=minimum, maximum=maximum, tracking=tracking,
-            initial=initial, initial_filtered=initial_filtered, unit=unit, description=description, **feedback,
-        )  # fmt: skip
+            "controllers",
+            name,
+            type=type,
+            signal=signal,
+            proportional=proportional,
+            integral=integral,
+            derivative=derivative,
+            gain=gain,
+            time_constant=time_constant,
+            lead=lead,
+            minimum=minimum,
+            maximum=maximum,
+            tracking=tracking,
+            initial=initial,
+            initial_filtered=initial_filtered,
+            unit=unit,
+            description=description,
+            **feedback,
+        )
 
     def output(
         self,
@@ -371,7 +409,14 @@ class SceneBuilder:
     ) -> Self:
         """Add a spring, damper or actuator along the line between two points; ``force`` is a tension."""
         return self._enter(
-            "springs", name, first=first, second=second, stiffness=stiffness, damping=damping, length=length, force=force
+            "springs",
+            name,
+            first=first,
+            second=second,
+            stiffness=stiffness,
+            damping=damping,
+            length=length,
+            force=force,
         )
 
     def torsion_spring(
@@ -418,8 +463,8 @@ class SceneBuilder:
     ) -> Self:
         """Add a spring and damper in six directions between two frames (as of constraints), in the first one's axes.
 
-        Stiffnesses and dampings are given along and about x, y, z, or as 6 x 6 matrices, rotations first. At ``rest`` and
-        ``rest_rotation``, the second frame's place in the first, only the preload acts on the second frame.
+        Stiffnesses and dampings are given along and about x, y, z, or as 6 x 6 matrices, rotations first. At ``rest``
+        and ``rest_rotation``, the second frame's place in the first, only the preload acts on the second frame.
         """
         return self._enter(
             "bushings",
@@ -453,8 +498,8 @@ class SceneBuilder:
     ) -> Self:
         """Add a tyre, a point contact below a wheel's centre that can lift off.
 
-        ``road`` is the height of the road, a formula of time, inputs and the centre's x and y. ``slip`` has the keys stiffness
-        (per load, one value or longitudinal and lateral) and where wanted axis, friction and velocity.
+        ``road`` is the height of the road, a formula of time, inputs and the centre's x and y. ``slip`` has the keys
+        stiffness (per load, one value or longitudinal and lateral) and where wanted axis, friction and velocity.
         """
         return self._enter(
             "tyres",
@@ -494,7 +539,9 @@ class SceneBuilder:
         DescriptionError
             With everything that is wrong, and the lines of the calls.
         """
-        return from_data(self._data, file=f"scene {key_of(str(self._data['name']))}", lines=self._lines, problems=self._problems)
+        return from_data(
+            self._data, file=f"scene {key_of(str(self._data['name']))}", lines=self._lines, problems=self._problems
+        )
 
     def _enter(self, section: str, name: str, /, **values: Any) -> Self:
         """Store an entry of a section (or the section itself, where it has no named entries), and the caller's line."""
@@ -526,7 +573,12 @@ def _plain(value: Any) -> Any:
         value = value.tolist()
     if isinstance(value, Mapping):
         return {key: _plain(entry) for key, entry in value.items()}
-    if isinstance(value, tuple) and len(value) == 2 and isinstance(value[0], Sequence) and not isinstance(value[0], str):
+    if (
+        isinstance(value, tuple)
+        and len(value) == 2
+        and isinstance(value[0], Sequence)
+        and not isinstance(value[0], str)
+    ):
         return {"axis": _plain(value[0]), "angle": _plain(value[1])}
     if isinstance(value, list | tuple):
         return [_plain(entry) for entry in value]

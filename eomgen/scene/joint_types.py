@@ -1,8 +1,8 @@
 """The register of joint and constraint types: each is a chain of elementary motions with further properties.
 
-All that the package knows of a type follows from its row: sizes, group and units of coordinates, limits, initial states, keys,
-rows and frames as a constraint, drawing. A new type is a row here and its name in ``JointType``, and in ``ConstraintType`` unless
-it has no equations.
+All that the package knows of a type follows from its row: sizes, group and units of coordinates, limits, initial
+states, keys, rows and frames as a constraint, drawing. A new type is a row here and its name in ``JointType``, and in
+``ConstraintType`` unless it has no equations.
 """
 
 from __future__ import annotations
@@ -12,11 +12,22 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, get_args
 
-JointType = Literal["fixed", "revolute", "prismatic", "helical", "cylindrical", "universal", "planar", "spherical", "free"]
+JointType = Literal[
+    "fixed", "revolute", "prismatic", "helical", "cylindrical", "universal", "planar", "spherical", "free"
+]
 ConstraintType = Literal[
-    "spherical", "revolute", "universal", "cylindrical", "helical", "prismatic", "planar", "fixed", "distance", "point_on_line",
+    "spherical",
+    "revolute",
+    "universal",
+    "cylindrical",
+    "helical",
+    "prismatic",
+    "planar",
+    "fixed",
+    "distance",
+    "point_on_line",
     "rolling",
-]  # fmt: skip
+]
 MotionKind = Literal["turn", "travel", "screw", "ball", "free"]
 #: What is used of a constraint's frame besides its origin; "any" takes the body's own axes where nothing is said.
 Need = Literal["nothing", "z", "x and z", "any"]
@@ -49,7 +60,11 @@ class ElementaryMotion:
     def units(self) -> tuple[str, ...]:
         """Unit of what each component is the rate of."""
         count = len(self.components)
-        return ("rad", "rad", "rad", "m", "m", "m") if self.kind == "free" else ("m" if self.kind == "travel" else "rad",) * count
+        return (
+            ("rad", "rad", "rad", "m", "m", "m")
+            if self.kind == "free"
+            else ("m" if self.kind == "travel" else "rad",) * count
+        )
 
 
 def _turn(component: int = 0, axis: int = AXIS) -> ElementaryMotion:
@@ -69,7 +84,8 @@ class Connection:
 
     Attributes
     ----------
-    chain : elementary motions from the parent to the child, travels first; components of the velocity are angular ones first
+    chain : elementary motions from the parent to the child, travels first; components of the velocity are angular ones
+        first
     meanings : of coordinates that are plain numbers, where "angle" and "travel" do not tell them apart
     drive : the coordinate that a constraint of the type may prescribe
     urdf : names of the type in URDF
@@ -121,7 +137,8 @@ class Connection:
 
     @cached_property
     def coordinates(self) -> Mapping[str, str]:
-        """Unit of each coordinate by its meaning, where coordinates are plain numbers: these may have springs and limits."""
+        """Unit of each coordinate by its meaning, where coordinates are plain numbers: these may have springs and
+        limits."""
         if self.group != "R":
             return {}
         meanings = self.meanings or tuple("angle" if unit == "rad" else "travel" for unit in self.units)
@@ -163,7 +180,8 @@ class Connection:
 
     @property
     def second_key(self) -> str:
-        """Key of the second axis: one that is turned about has to be written, one that is only travelled along may be."""
+        """Key of the second axis: one that is turned about has to be written, one that is only travelled along may
+        be."""
         return "second_axis" if SECOND_AXIS in self.turned_about else "x_axis" if SECOND_AXIS in self.travels else ""
 
     @property
@@ -184,7 +202,8 @@ class Connection:
 
     @property
     def frame_axes(self) -> tuple[int, int, int]:
-        """Axes of a constraint's frames (0 for x) along each direction: z along the axis, but x and y along two turned about."""
+        """Axes of a constraint's frames (0 for x) along each direction: z along the axis, but x and y along two turned
+        about."""
         return (0, 1, 2) if len(self.turned_about) > 1 else (2, 0, 1)
 
     @property
@@ -223,7 +242,9 @@ _ROWS = (
     Connection("cylindrical", (_travel(1), _turn()), drive="travel"),
     Connection("universal", (_turn(), _turn(1, SECOND_AXIS)), meanings=("first angle", "second angle")),
     Connection(
-        "spherical", (_BALL,), light="inertia = [xx, yy, zz] for the body {}, or two revolute joints for what has no size"
+        "spherical",
+        (_BALL,),
+        light="inertia = [xx, yy, zz] for the body {}, or two revolute joints for what has no size",
     ),
     Connection("distance", equations=(1, 0), needs=("nothing", "nothing"), keys=("length",), rod=True),
     Connection("point_on_line", (_travel(3), _BALL)),

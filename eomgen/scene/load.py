@@ -90,9 +90,7 @@ def load_urdf(
     return _from_read(read, file, coordinates, None)
 
 
-def _from_read(
-    read: Read, file: str, coordinates: Literal["joint", "absolute"] | None, folder: Path | None
-) -> Scene:
+def _from_read(read: Read, file: str, coordinates: Literal["joint", "absolute"] | None, folder: Path | None) -> Scene:
     return from_data(
         read.data,
         file=file,
@@ -154,6 +152,11 @@ def from_data(
         part = with_included(data, report, folder or Path())
         report.lines = part.lines
     return assemble(
-        part, report, notes=notes, metadata=metadata or {}, inertias_checked=inertias_checked, coordinates=coordinates,
+        part,
+        report,
+        notes=notes,
+        metadata=metadata or {},
+        inertias_checked=inertias_checked,
+        coordinates=coordinates,
         folder=folder or Path(),
-    )  # fmt: skip
+    )

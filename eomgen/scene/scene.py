@@ -1,8 +1,8 @@
 """The Scene: a validated description in SI units, the input of mechanics.
 
-All vectors are tuples of formulas; a plain number is a ``Number``. Where a field may hold a formula, its comment says of what.
-Frames: the *world* is inertial; the *base* is the frame that carries the tree and moves as prescribed (it is the world when
-``Scene.base`` is None). A body's frame coincides with its joint's frame at q = 0.
+All vectors are tuples of formulas; a plain number is a ``Number``. Where a field may hold a formula, its comment says
+of what. Frames: the *world* is inertial; the *base* is the frame that carries the tree and moves as prescribed (it is
+the world when ``Scene.base`` is None). A body's frame coincides with its joint's frame at q = 0.
 """
 
 from __future__ import annotations
@@ -40,7 +40,8 @@ class _Kind(Generic[Element]):
         self.section = section
 
     def __get__(self, scene: Scene, owner: type[Scene]) -> tuple[Element, ...]:
-        return tuple(element for element in scene.elements if element.section == self.section)  # type: ignore[misc]  # of that kind
+        # of that kind
+        return tuple(element for element in scene.elements if element.section == self.section)  # type: ignore[misc]
 
 
 @checked_calls('eomgen.load("scene.toml"), or eomgen.SceneBuilder("pendulum")...build()')
@@ -56,9 +57,10 @@ class Scene:
     feedback : the state feedbacks among the controllers, whose gains a calibration may fill.
     constraints : what closes loops, besides the joints of the tree.
     coordinates : ``joint``, or ``absolute`` where every body moves on its own and joints are constraints.
-    groups : by body, ``SE3`` or ``R3xSO3``; for absolute coordinates, unused in joint coordinates. ``SE3`` where nothing
-        is said: a lower-pair joint to ground or to slow bodies then holds exactly along a step. ``R3xSO3`` is for bodies that
-        spin fast and freely.
+    groups : by body, ``SE3`` or ``R3xSO3``; for absolute coordinates, unused in joint coordinates. ``SE3`` where
+        nothing
+        is said: a lower-pair joint to ground or to slow bodies then holds exactly along a step. ``R3xSO3`` is for
+        bodies that spin fast and freely.
     requirements : what its values must be that tunable parameters decide; checked where these are given.
     terms : the terms the scene asks for; empty means all that its users may need.
     source : mapping from a dotted key (``bodies.arm.mass``) to ``file:line`` for messages.

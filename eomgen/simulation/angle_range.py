@@ -1,4 +1,5 @@
-"""Sines and cosines beyond the argument range of the compiled code, where they are NaN: in formulas and joint angles."""
+"""Sines and cosines beyond the argument range of the compiled code, where they are NaN: in formulas and joint
+angles."""
 
 from __future__ import annotations
 
@@ -13,7 +14,9 @@ from eomgen.system.description import Description
 
 Values = Mapping[tuple[str, str, int], float]
 #: Why there is no value, and what to try.
-REASON = f"sines and cosines are computed up to {LARGEST_ANGLE:g} rad, beyond which numbers are 2e-06 rad and more apart"
+REASON = (
+    f"sines and cosines are computed up to {LARGEST_ANGLE:g} rad, beyond which numbers are 2e-06 rad and more apart"
+)
 HINT = "an origin of time near the run, with the phase there in the formula"
 
 
@@ -47,7 +50,8 @@ def large_angles(description: Description, values: Values, given: Collection[str
 
 
 def _too_large(formula: Formula, value_of: Callable[[Symbol], float]) -> Iterator[str]:
-    """Yield the sines and cosines of too large arguments in a formula, those that a ``select`` leaves aside excepted."""
+    """Yield the sines and cosines of too large arguments in a formula, those that a ``select`` leaves aside
+    excepted."""
     if isinstance(formula, Application):
         yield from _too_large(formula.argument, value_of)
     if not isinstance(formula, Operation):
@@ -68,16 +72,18 @@ def _too_large(formula: Formula, value_of: Callable[[Symbol], float]) -> Iterato
 def large_joint_angles(names: list[str], units: list[str], q: Array) -> str:
     """Return which joints' angles are too large for their sines; empty where none is."""
     found = [
-        f"{name} is {value:.6g} rad" for name, unit, value in zip(names, units, q, strict=True)
+        f"{name} is {value:.6g} rad"
+        for name, unit, value in zip(names, units, q, strict=True)
         if unit == "rad" and abs(value) > LARGEST_ANGLE
-    ]  # fmt: skip
+    ]
     return " and ".join(found[:3])
 
 
 def check_angles(
     description: Description, parameters: Mapping[str, float], given: Collection[str], start: float, end: float
 ) -> None:
-    """Raise UsageError where formulas of time take sines of too large arguments at the start or at the end (s) of a run."""
+    """Raise UsageError where formulas of time take sines of too large arguments at the start or at the end (s) of a
+    run."""
     fixed = {("parameter", name, 0): value for name, value in description.values(parameters).items()}
     for key, t in (("t_start", start), ("t_end", end)):
         if found := large_angles(description, {**fixed, ("time", "", 0): t}, given):

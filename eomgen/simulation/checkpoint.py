@@ -1,7 +1,8 @@
 """Checkpoints: the complete state of a stepper on disk, from which a run continues bit-identically.
 
-State and workspace are kept as they are in memory: the state alone determines the motion up to Newton's tolerance, the factors
-and the habits of the iteration in the workspace determine the last bits. So a checkpoint belongs to one compiled library.
+State and workspace are kept as they are in memory: the state alone determines the motion up to Newton's tolerance, the
+factors and the habits of the iteration in the workspace determine the last bits. So a checkpoint belongs to one
+compiled library.
 """
 
 from __future__ import annotations
@@ -27,9 +28,18 @@ _KIND = "checkpoint"
 #: Seconds of computing between two checkpoints where the caller does not say how many steps.
 SECONDS_BETWEEN = 60.0
 _NEEDED = {
-    "scene": str, "method": str, "method_parameters": dict, "settings": dict, "parameters": dict, "record_every": int,
-    "t_start": float, "t_end": float, "inputs": dict, "fingerprint": str, "build": str,
-}  # fmt: skip
+    "scene": str,
+    "method": str,
+    "method_parameters": dict,
+    "settings": dict,
+    "parameters": dict,
+    "record_every": int,
+    "t_start": float,
+    "t_end": float,
+    "inputs": dict,
+    "fingerprint": str,
+    "build": str,
+}
 
 
 @dataclass(frozen=True)
@@ -38,7 +48,8 @@ class Checkpoint:
 
     Attributes
     ----------
-    run : JSON data: scene, method and its parameters, settings, tunable parameters, record_every, t_start and t_end in s, kinds
+    run : JSON data: scene, method and its parameters, settings, tunable parameters, record_every, t_start and t_end in
+        s, kinds
         of the inputs given by the caller (``number``, ``table`` or ``function``), fingerprint and build of the library
     state, workspace : the stepper's memory, as doubles and as bytes
     inputs : values of the inputs that are numbers or tables
@@ -63,9 +74,14 @@ class Checkpoint:
         """Read a checkpoint. Raises FileError for anything else."""
         arrays, run = read_arrays(path, _KIND, "a file that simulate(checkpoint=...) wrote")
         if run.pop("kind", None) != _KIND:
-            raise FileError(Problem(str(path), f"this is not a {_KIND} written by eomgen", "a file of simulate(checkpoint=...)"))
+            raise FileError(
+                Problem(str(path), f"this is not a {_KIND} written by eomgen", "a file of simulate(checkpoint=...)")
+            )
         if run["format"] != FORMAT:
-            what = f"a {_KIND} of format {run['format']!r}, written by eomgen {run.get('version')}; this one reads {FORMAT}"
+            what = (
+                f"a {_KIND} of format {run['format']!r}, written by eomgen {run.get('version')}; this one reads"
+                f" {FORMAT}"
+            )
             raise FileError(Problem(str(path), what, "the eomgen that wrote it"))
         wrong = [name for name, kind in _NEEDED.items() if not isinstance(run.get(name), kind)]
         if wrong or not {"state", "workspace"} <= set(arrays):
@@ -81,7 +97,10 @@ class Checkpoint:
 
     def check(self, path: Path, scene: str, library: Library) -> None:
         """Raise ModelError where the checkpoint belongs to another model or to another compilation of it."""
-        hint = f"the model that wrote it, or a new run from its state: np.load({path.name!r}) holds start.t, start.q and start.v"
+        hint = (
+            f"the model that wrote it, or a new run from its state: np.load({path.name!r}) holds start.t, start.q and"
+            " start.v"
+        )
         if self.run["scene"] != scene:
             what = f"this checkpoint is one of the scene {self.run['scene']!r}, the model is {scene!r}"
             raise ModelError(Problem(str(path), what, hint))

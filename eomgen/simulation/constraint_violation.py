@@ -20,14 +20,16 @@ _MOST_ROWS = 1000
 
 
 class Violation(NamedTuple):
-    """A violation of a holonomic row: its share of the size of the machine, or rad, and a sentence with row, size and time."""
+    """A violation of a holonomic row: its share of the size of the machine, or rad, and a sentence with row, size and
+    time."""
 
     share: float
     what: str
 
 
 def largest_violation(model: CompiledModel, t: Array, q: Array, p: Array, largest: float = 0.0) -> Violation | None:
-    """Return the worst violation of the holonomic constraints in a run; None where all are kept, or the model cannot tell.
+    """Return the worst violation of the holonomic constraints in a run; None where all are kept, or the model cannot
+    tell.
 
     Parameters
     ----------

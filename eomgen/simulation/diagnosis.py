@@ -31,17 +31,25 @@ ROUNDED = 0.01
 #: Largest turn of a joint within a step that steppers count, rad.
 COUNTED = 0.9 * 2.0 * np.pi
 _ORDER = (
-    ("mass", "M (the inertia matrix)"), ("coupling", "h (the coupling terms)"), ("base_motion", "b (the base-motion terms)"),
-    ("force", "Q (the generalized force)"), ("internal_rate", "zdot (the rates of the internal states)"),
+    ("mass", "M (the inertia matrix)"),
+    ("coupling", "h (the coupling terms)"),
+    ("base_motion", "b (the base-motion terms)"),
+    ("force", "Q (the generalized force)"),
+    ("internal_rate", "zdot (the rates of the internal states)"),
     ("forward_dynamics", "vdot (the acceleration)"),
-)  # fmt: skip
+)
 
 
 def first_non_finite(
-    model: CompiledModel, t: float, state: tuple[Array, Array, Array, Array], step: float, p: Array, signals: InputSignals
+    model: CompiledModel,
+    t: float,
+    state: tuple[Array, Array, Array, Array],
+    step: float,
+    p: Array,
+    signals: InputSignals,
 ) -> tuple[str, bool, tuple[str, str]]:
-    """Return the first block that is not finite, whether it is so at the last good state or only where the next step leads, and
-    the cause that formulas and angles show there, with what to try.
+    """Return the first block that is not finite, whether it is so at the last good state or only where the next step
+    leads, and the cause that formulas and angles show there, with what to try.
 
     ``state`` is (q, v, a, z).
 
@@ -54,7 +62,11 @@ def first_non_finite(
             if ahead:
                 u, known = signals.rows(np.array([t]))[0], "internal_rate" in model.functions
                 rate = model.internal_rates(q, v, z, t, u, parameters=p) if known else np.zeros_like(z)
-                q, v, z = product.update(model.factors, q, step * v + 0.5 * step * (step * a)), v + step * a, z + step * rate
+                q, v, z = (
+                    product.update(model.factors, q, step * v + 0.5 * step * (step * a)),
+                    v + step * a,
+                    z + step * rate,
+                )
             time = t + step if ahead else t
             block = _at(model, time, q, v, z, p, signals)
             if block:
@@ -64,7 +76,8 @@ def first_non_finite(
 
 
 def _cause(model: CompiledModel, q: Array, values: Mapping[tuple[str, str, int], float]) -> tuple[str, str]:
-    """Return why a state has blocks that are not finite, as far as curves, formulas and angles tell, and what to try."""
+    """Return why a state has blocks that are not finite, as far as curves, formulas and angles tell, and what to
+    try."""
     if left := curves_outside_range(model.description, values):
         return f", where the curve {left}", 'points that reach further, or outside = "hold" or "periodic"'
     if taken := large_angles(model.description, values):
@@ -87,7 +100,9 @@ def _values(
     for number, label in enumerate(model.angles, model.nq - len(model.angles)):
         joint, _, index = label.partition(".angle")
         values["q", joint, int(index.strip("[]") or 0)] = float(q[number])
-    values |= {("state", item["name"], 0): float(value) for item, value in zip(model.library.layout["states"], z, strict=True)}
+    values |= {
+        ("state", item["name"], 0): float(value) for item, value in zip(model.library.layout["states"], z, strict=True)
+    }
     try:
         u = signals.rows(np.array([t]))[0]
     except UsageError:
@@ -123,18 +138,26 @@ def _at(model: CompiledModel, t: float, q: Array, v: Array, z: Array, p: Array, 
             value = calls[term]()
             if not np.all(np.isfinite(value)):
                 place = [int(index) for index in np.argwhere(~np.isfinite(value))[0]]
-                names = [item["name"] for item in model.library.layout["states"]] if term == "internal_rate" else model.v_names
+                names = (
+                    [item["name"] for item in model.library.layout["states"]]
+                    if term == "internal_rate"
+                    else model.v_names
+                )
                 return f"{label}, component {' and '.join(dict.fromkeys(names[index] for index in place))}"
     return ""
 
 
 def run_warnings(
-    statistics: Mapping[str, float], balance: Balance, step: float, cause: Callable[[], str] = str,
+    statistics: Mapping[str, float],
+    balance: Balance,
+    step: float,
+    cause: Callable[[], str] = str,
     violation: Violation | None = None,
-) -> str:  # fmt: skip
+) -> str:
     """Return the warnings about a run that reached its end, with what to try; empty without any.
 
-    ``cause`` looks for a cause other than too large a step, called only if there are warnings; its text says what to try.
+    ``cause`` looks for a cause other than too large a step, called only if there are warnings; its text says what to
+    try.
     """
     found = []
     halvings = int(statistics.get("halvings", 0))
@@ -158,9 +181,14 @@ def instability(growth: Growth, method: Method) -> tuple[str, str]:
 
 
 def failure(
-    growth: Growth | None, balance: Balance, energy: Mapping[str, Array], method: Method, violation: Violation | None = None
-) -> str:  # fmt: skip
-    """Return why a run that came to its end is none that follows the equations, with what to try; empty when it may be one.
+    growth: Growth | None,
+    balance: Balance,
+    energy: Mapping[str, Array],
+    method: Method,
+    violation: Violation | None = None,
+) -> str:
+    """Return why a run that came to its end is none that follows the equations, with what to try; empty when it may be
+    one.
 
     Parameters
     ----------
@@ -187,7 +215,11 @@ def fast_joint(model: CompiledModel, t: float, q: Array, v: Array, p: Array, ste
         return ""
     turns = step * np.abs(model.evaluator.angle_motion(q, v, t, p)[1])
     k = int(np.argmax(turns))
-    return f"the joint {model.angles[k].partition('.')[0]} turns by {turns[k]:.3g} rad in a step" if turns[k] > COUNTED else ""
+    return (
+        f"the joint {model.angles[k].partition('.')[0]} turns by {turns[k]:.3g} rad in a step"
+        if turns[k] > COUNTED
+        else ""
+    )
 
 
 def advice(method: Method, status: int, settings: Mapping[str, float]) -> str:

@@ -1,7 +1,7 @@
 """The energy balance over the samples of a run: d(kinetic + potential)/dt = power + base power.
 
-Where no force has power the total energy is constant, and two rows tell. Elsewhere the work between rows is the integral of the
-power at the rows; every second row left out shows how well they tell it.
+Where no force has power the total energy is constant, and two rows tell. Elsewhere the work between rows is the
+integral of the power at the rows; every second row left out shows how well they tell it.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.arrays import Array
 
-#: Share of the energies at work beyond which a run says that its balance is off, and share beyond which a run has failed that
-#: gained them from nothing. Without power, a total energy that grows fiftyfold gains 49 % at least.
+#: Share of the energies at work beyond which a run says that its balance is off, and share beyond which a run has
+#: failed that gained them from nothing. Without power, a total energy that grows fiftyfold gains 49 % at least.
 REPORTED, FAILED = 0.01, 0.49
 #: Rows that the integral of a power needs.
 _ROWS = 5
@@ -48,9 +48,14 @@ class Balance(NamedTuple):
 
 
 def energy_balance(
-    t: Array, energy: Mapping[str, Array], jumps: ArrayLike = (), *, conservative: bool = False, sparse: bool = False,
+    t: Array,
+    energy: Mapping[str, Array],
+    jumps: ArrayLike = (),
+    *,
+    conservative: bool = False,
+    sparse: bool = False,
     epsilon: float = 0.0,
-) -> Balance:  # fmt: skip
+) -> Balance:
     """Return the balance of energy over rows.
 
     Parameters
@@ -110,7 +115,8 @@ def _smooth_intervals(t: Array, jumps: ArrayLike) -> NDArray[np.bool_]:
 
 
 def _integral(t: Array, rate: Array, known: NDArray[Any]) -> Array:
-    """Return the integral of a rate from the first time on, by the trapezoidal rule over the intervals that are known."""
+    """Return the integral of a rate from the first time on, by the trapezoidal rule over the intervals that are
+    known."""
     pieces: Array = np.append(0.0, np.where(known, 0.5 * np.diff(t) * (rate[1:] + rate[:-1]), 0.0))
     total: Array = np.cumsum(pieces)
     return total

@@ -1,10 +1,11 @@
 """Whether the motion of a run grows by its own equations, or by instability of the method.
 
-Every step of two windows at the end of a run is kept, and of one in its middle. Where a velocity and its acceleration have grown
-much from window to window, the last window is taken again in smaller steps, from the state in which it began. Steps that follow
-the equations agree on how large the motion becomes, whatever it does: a pendulum that falls, negative damping, a controller that
-diverges. An explicit method beyond its limit of stability grows otherwise, or not at all, in smaller steps. What is compared are
-sizes and not states, so a phase that lags is no matter; and nothing of it needs energies, or rows that were recorded.
+Every step of two windows at the end of a run is kept, and of one in its middle. Where a velocity and its acceleration
+have grown much from window to window, the last window is taken again in smaller steps, from the state in which it
+began. Steps that follow the equations agree on how large the motion becomes, whatever it does: a pendulum that falls,
+negative damping, a controller that diverges. An explicit method beyond its limit of stability grows otherwise, or not
+at all, in smaller steps. What is compared are sizes and not states, so a phase that lags is no matter; and nothing of
+it needs energies, or rows that were recorded.
 """
 
 from __future__ import annotations
@@ -30,12 +31,14 @@ _SUDDEN, _SLOW = 10.0, 1e3
 _FINER, _FINER_OF_SLOW = (2, 4, 16, 64, 512), (2, 4)
 #: Most steps that slow growth, or the growth before a run stops, is followed over again.
 _LONGEST = 4096
-#: Velocities below this part of the largest of their unit, and travels below this part of the coordinates, are rounding.
+#: Velocities below this part of the largest of their unit, and travels below this part of the coordinates, are
+#: rounding.
 _ROUNDING = 1e-6
 _REST = 1e-12
 #: How many times smaller than the last one the sizes are that are looked at when a run has stopped.
 _BEHIND = (3.0, 1e2, 1e4, 1e8, 1e16, 1e32)
-#: Differences of logarithms, in parts of that of the growth, within which two sizes are equal, and beyond which they are not.
+#: Differences of logarithms, in parts of that of the growth, within which two sizes are equal, and beyond which they
+#: are not.
 _EQUAL, _UNEQUAL = 0.1, 0.5
 _LARGEST = 1e300
 
@@ -102,7 +105,8 @@ def unstable_growth(run: Run, library: Library, trajectory: Trajectory) -> Growt
 
 
 def _last_steps(run: Run, library: Library, rows: Array) -> Array | None:
-    """Return every row of the last steps before a run stopped, from a recorded row on; None where none is near enough."""
+    """Return every row of the last steps before a run stopped, from a recorded row on; None where none is near
+    enough."""
     steps = np.rint((rows[-1, 0] - rows[:, 0]) / run.settings["step"]).astype(int)
     first = int(np.flatnonzero(steps >= min(2 * WINDOW, steps[0]))[-1])
     if steps[first] > _LONGEST:
@@ -114,7 +118,8 @@ def _last_steps(run: Run, library: Library, rows: Array) -> Array | None:
 def own_growth(run: Run, library: Library, rows: Array) -> Growth | None:
     """Return what grew, by the equations of motion, shortly before a run stopped; None where it is not known to have.
 
-    Steps that go wrong near an infinity grow too: so sizes are looked at that are smaller and smaller than the last one.
+    Steps that go wrong near an infinity grow too: so sizes are looked at that are smaller and smaller than the last
+    one.
 
     Parameters
     ----------
@@ -124,7 +129,8 @@ def own_growth(run: Run, library: Library, rows: Array) -> Growth | None:
     rows = rows[-_LONGEST:]
     sizes = np.array([_sizes(run, row[np.newaxis])[0] for row in rows])
     largest = np.maximum.accumulate(sizes)  # so far: what passes through zero does not grow after it
-    behind = np.divide(sizes[-1], largest, out=np.zeros_like(sizes), where=largest > 0.0)  # what was at rest has no ratio
+    # what was at rest has no ratio
+    behind = np.divide(sizes[-1], largest, out=np.zeros_like(sizes), where=largest > 0.0)
     component = int(np.argmax(np.max(behind, axis=0)))
     step, near = run.settings["step"], max(2 * WINDOW, len(rows) // 10)
     for least in _BEHIND:
@@ -151,7 +157,8 @@ def at_rest(run: Run, rows: Array) -> bool:
 def _by_method(
     run: Run, library: Library, window: Array, before: Array, components: Components, finer: Sequence[int]
 ) -> Growth | None:
-    """Return the component that smaller steps from the first row of a window leave much smaller; None where there is none.
+    """Return the component that smaller steps from the first row of a window leave much smaller; None where there is
+    none.
 
     Also where smaller and smaller steps never agree on how large one becomes, that one.
 
@@ -191,8 +198,9 @@ def _by_method(
 
 def _held(
     run: Run, library: Library, window: Array, component: int, finer: Sequence[int], equal: float
-) -> tuple[int, float]:  # fmt: skip
-    """Return into how many parts steps are to be cut for the next finer ones to agree on a component's size, and that size."""
+) -> tuple[int, float]:
+    """Return into how many parts steps are to be cut for the next finer ones to agree on a component's size, and that
+    size."""
     steps, parts, size = len(window) - 1, finer[0], np.float64(np.inf)
     for more in finer:
         again = _again(run, library, window[0], steps, more)
@@ -208,7 +216,9 @@ def _described(
 ) -> Growth:
     names, units = [*run.model.v_names, *run.model.z_names], [*run.model.v_units, *run.model.z_units]
     start, end = map(float, times)
-    return Growth(names[component], units[component], start, end, float(before), float(after), finer, float(finer_after))
+    return Growth(
+        names[component], units[component], start, end, float(before), float(after), finer, float(finer_after)
+    )
 
 
 def _grown(run: Run, growth: Array, size: Array, least: float) -> Components:
@@ -228,7 +238,8 @@ def _grown(run: Run, growth: Array, size: Array, least: float) -> Components:
 
 
 def _growth(before: Array, after: Array) -> Array:
-    """Return by how much velocities and internal states grow, (nv + nz,): the smaller of a velocity's factor and its rate's.
+    """Return by how much velocities and internal states grow, (nv + nz,): the smaller of a velocity's factor and its
+    rate's.
 
     Parameters
     ----------
@@ -241,7 +252,8 @@ def _growth(before: Array, after: Array) -> Array:
 
 
 def _sizes(run: Run, rows: Array) -> Array:
-    """Return the largest absolute velocities, and accelerations, of rows, (2, nv + nz); internal states stand in both."""
+    """Return the largest absolute velocities, and accelerations, of rows, (2, nv + nz); internal states stand in
+    both."""
     nq, nv, nz = run.model.nq, run.model.nv, run.model.nz
     size = np.abs(rows).max(axis=0)
     moving = size[1 + nq : 1 + nq + 2 * nv].reshape(2, nv)
@@ -249,7 +261,8 @@ def _sizes(run: Run, rows: Array) -> Array:
 
 
 def _moved(run: Run, rows: Array, part: float) -> NDArray[np.bool_]:
-    """Return which components of v and z, (nv + nz,), travel more over rows than a part of the coordinates, or of a radian."""
+    """Return which components of v and z, (nv + nz,), travel more over rows than a part of the coordinates, or of a
+    radian."""
     model = run.model
     size = _sizes(run, rows)[0]
     travel = size[: model.nv] * (rows[-1, 0] - rows[0, 0])
@@ -260,7 +273,8 @@ def _moved(run: Run, rows: Array, part: float) -> NDArray[np.bool_]:
 
 
 def _again(run: Run, library: Library, row: Array, steps: int, parts: int) -> Array | None:
-    """Return a row after each of some steps from a row, every step in equal parts; None where they cannot all be taken."""
+    """Return a row after each of some steps from a row, every step in equal parts; None where they cannot all be
+    taken."""
     model = run.model
     stepper = Stepper(library, {**run.settings, "step": run.settings["step"] / parts}, run.parameters)
     t, q, v = float(row[0]), row[1 : 1 + model.nq], row[1 + model.nq : 1 + model.nq + model.nv]

@@ -43,7 +43,8 @@ class InputSignals:
     left_to_stepper: bool = False
 
     def rows(self, times: Array) -> Array:
-        """Return the inputs at times (n,), (n, nu). Raises UsageError when a callable fails or gives no finite number."""
+        """Return the inputs at times (n,), (n, nu). Raises UsageError when a callable fails or gives no finite
+        number."""
         table = np.array(self.formulas(times))
         for name, signal in self.given.items():
             column = self.names.index(name)
@@ -55,7 +56,6 @@ class InputSignals:
             else:
                 table[:, column] = signal
         return table
-
 
     def table(self, times: Array) -> Array:
         """Return what a stepper is handed, (n, nu): ``rows``, or not a number for what it evaluates itself."""
@@ -76,7 +76,8 @@ def jumps_known(library: Library) -> bool:
 
 
 def check_reach(layout: Mapping[str, Any], given: Mapping[str, CheckedSignal], start: float, end: float) -> None:
-    """Raise UsageError where a run, from start to end in s, leaves the points of a curve that no input of the caller replaces."""
+    """Raise UsageError where a run, from start to end in s, leaves the points of a curve that no input of the caller
+    replaces."""
     for item in layout["validity"]:
         first, last = float(item["start"]), float(item["end"])
         rounding = 1e-9 * (last - first)
@@ -93,7 +94,8 @@ def check_reach(layout: Mapping[str, Any], given: Mapping[str, CheckedSignal], s
 
 
 def check_held(method: str, given: Mapping[str, CheckedSignal]) -> None:
-    """Raise UsageError where an input of the caller is not a number, for a method that expands inputs in series of time."""
+    """Raise UsageError where an input of the caller is not a number, for a method that expands inputs in series of
+    time."""
     for name, signal in given.items():
         if not isinstance(signal, float):
             kind = "a function" if callable(signal) else "a table"
@@ -133,7 +135,7 @@ def read_signals(inputs: Mapping[str, Signal] | None, names: tuple[str, ...], st
                     f"the shape is {array.shape}, ({steps + 1},) is needed: one value at every point of the step grid",
                     "a number, a function of t, or a table of that length",
                 )
-            )  # fmt: skip
+            )
     return read
 
 

@@ -95,9 +95,17 @@ def resume(
         model.inputs, given, lambda times: model.input_values(times, parameters=p), step, start, jumps_known(library)
     )
     run = Run(
-        model, saved_run["method"], method, settings, p, signals, grid, every,
-        saved_run.get("corrections", []), saved_run.get("start", SCENE_START),
-    )  # fmt: skip
+        model,
+        saved_run["method"],
+        method,
+        settings,
+        p,
+        signals,
+        grid,
+        every,
+        saved_run.get("corrections", []),
+        saved_run.get("start", SCENE_START),
+    )
     began = time.perf_counter()
     writer = checkpoint_writer(run, library, file if checkpoint is None else checkpoint, checkpoint_every)
     trajectory = run_chunks(stepper, grid, min(every, grid.steps + 1), run.driven, progress, writer)
@@ -108,7 +116,9 @@ def _same_parameters(model: CompiledModel, known: Array, given: Parameters) -> N
     """Raise UsageError where parameters are given that are not those of the first part."""
     if given is None:
         return
-    whole = {**dict(zip(model.parameters, known.tolist(), strict=True)), **given} if isinstance(given, Mapping) else given
+    whole = (
+        {**dict(zip(model.parameters, known.tolist(), strict=True)), **given} if isinstance(given, Mapping) else given
+    )
     asked = model.parameter_array(whole)
     problems = [
         Problem(f"parameter {name}", f"the run has {old:.9g}, not {new:.9g}", "a run of its own for other parameters")
@@ -131,7 +141,9 @@ def _inputs(saved: Checkpoint, given: Mapping[str, Signal] | None) -> dict[str, 
         elif kind != "function" and name in asked and not _goes_on(saved.inputs[name], asked[name]):
             problems.append(Problem(f"input {name}", f"the run has another {kind}", "none: it is in the checkpoint"))
     problems += [
-        Problem(f"input {name}", "the run followed the scene here", "leave it out") for name in asked if name not in kinds
+        Problem(f"input {name}", "the run followed the scene here", "leave it out")
+        for name in asked
+        if name not in kinds
     ]
     if problems:
         raise UsageError(problems)

@@ -107,7 +107,8 @@ def start_description(*, equilibrium_start: bool, given: bool, chosen: str | Non
 def start_of(
     run: Run, initial: Mapping[str, Any] | None, *, equilibrium_start: bool, changed: bool
 ) -> tuple[InitialState, list[str], list[str]]:
-    """Return the state a run starts from, a sentence for each change of the one that was asked for, and what is doubtful of it.
+    """Return the state a run starts from, a sentence for each change of the one that was asked for, and what is
+    doubtful of it.
 
     Parameters
     ----------

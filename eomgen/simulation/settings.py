@@ -38,7 +38,8 @@ def count_of(name: str, value: object) -> int:
 
 
 def chosen_method(name: str, given: Mapping[str, float | None], scene: Mapping[str, Any], constrained: bool) -> Method:
-    """Return the method of the run. Raises UsageError for parameters that it does not take or cannot bear, with the reason."""
+    """Return the method of the run. Raises UsageError for parameters that it does not take or cannot bear, with the
+    reason."""
     for key, value in given.items():
         if value is not None:
             number_of(key, value, "number")
@@ -47,12 +48,17 @@ def chosen_method(name: str, given: Mapping[str, float | None], scene: Mapping[s
     method = method_named(name, **method_parameters(name, given, scene))
     for need in method.needs:
         if need.parameter and need.fact == "constraints" and constrained is not need.value:
-            raise UsageError(Problem(need.parameter, f"{name} cannot run on constraints: {need.reason}", need.alternative))
+            raise UsageError(
+                Problem(need.parameter, f"{name} cannot run on constraints: {need.reason}", need.alternative)
+            )
     return method
 
 
-def stepper_settings(data: Mapping[str, Any], step: float, method: Method, extra: Mapping[str, float]) -> dict[str, float]:
-    """Return the settings of a stepper in their order: the method's parameters, and the caller's own. Raises UsageError."""
+def stepper_settings(
+    data: Mapping[str, Any], step: float, method: Method, extra: Mapping[str, float]
+) -> dict[str, float]:
+    """Return the settings of a stepper in their order: the method's parameters, and the caller's own. Raises
+    UsageError."""
     values = default_settings(data)
     own = {name: float(value) for name, value in method.parameters.items()}
     whole = {item["name"]: item["whole"] for item in data["settings"]}
@@ -75,18 +81,23 @@ def stepper_settings(data: Mapping[str, Any], step: float, method: Method, extra
 
 
 def stepper_library(model: CompiledModel, name: str, method: Method) -> Library:
-    """Return the model's own library where it has this method's stepper, else another one, compiled when first needed."""
+    """Return the model's own library where it has this method's stepper, else another one, compiled when first
+    needed."""
     layout = model.library.layout
     own = name == canonical_name(layout["built_method"])
     if own and layout["method"]:
         return model.library
-    needed = terms_of(name, layout["facts"]["constraints"], layout["facts"]["internal_states"], "mass" in model.functions)
+    needed = terms_of(
+        name, layout["facts"]["constraints"], layout["facts"]["internal_states"], "mass" in model.functions
+    )
     missing = [term for term in needed if term not in model.functions]
     if "iteration" in model.functions and "partials" in missing:
         missing.remove("partials")
     if missing and not layout["facts"]["constraints"]:
         what = f"{name} needs the terms {', '.join(missing)}, which this model was built without"
-        raise UsageError(Problem("simulate", what, f"eomgen.build(scene, terms=[..., {', '.join(map(repr, missing))}])"))
+        raise UsageError(
+            Problem("simulate", what, f"eomgen.build(scene, terms=[..., {', '.join(map(repr, missing))}])")
+        )
     library = model.library if own and not missing else model.stepper(name)
     if not library.layout["method"]:
         raise ModelError(f"{name} cannot run on this scene: {library.layout['stepper_refused']}", method.instead)
@@ -123,8 +134,8 @@ def followed_laws(
 ) -> tuple[list[Problem], list[str]]:
     """Return what is wrong with the drives and the law of the base, and what there is to say about them, in a run.
 
-    They may jump at the parameters of the run, (np,), or be too steep for the step; methods with steps of their own follow
-    what is steep.
+    They may jump at the parameters of the run, (np,), or be too steep for the step; methods with steps of their own
+    follow what is steep.
     """
     laws = [law for law in model.description.laws if not constant(law.formula)]
     if not laws:
@@ -144,5 +155,10 @@ def check_memory(rows: int, width: int) -> None:
     needed = 8.0 * rows * width * 3.0
     available = float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")) if hasattr(os, "sysconf") else math.inf
     if needed > 0.8 * available:
-        what = f"{rows} rows of {width} numbers would take about {needed / 1e9:.3g} GB, this machine has {available / 1e9:.3g}"
-        raise UsageError(Problem("record_every", what, f"record_every = {math.ceil(needed / (0.2 * available))} or more"))
+        what = (
+            f"{rows} rows of {width} numbers would take about {needed / 1e9:.3g} GB, this machine has"
+            f" {available / 1e9:.3g}"
+        )
+        raise UsageError(
+            Problem("record_every", what, f"record_every = {math.ceil(needed / (0.2 * available))} or more")
+        )

@@ -55,10 +55,23 @@ _BATCH = 8192
 
 
 @checked_call(
-    u="inputs", dt="step", h="step", tend="t_end", tf="t_end", duration="t_end", time="t_end", tspan="t_end", t0="t_start",
-    solver="method", integrator="method", p="parameters", rtol="settings", atol="settings", max_iterations="settings",
+    u="inputs",
+    dt="step",
+    h="step",
+    tend="t_end",
+    tf="t_end",
+    duration="t_end",
+    time="t_end",
+    tspan="t_end",
+    t0="t_start",
+    solver="method",
+    integrator="method",
+    p="parameters",
+    rtol="settings",
+    atol="settings",
+    max_iterations="settings",
     **dict.fromkeys(("q", "v", "z", "q0", "v0", "x0", "y0"), "initial"),
-)  # fmt: skip
+)
 def simulate(
     model: CompiledModel,
     t_end: float | None = None,
@@ -84,22 +97,23 @@ def simulate(
 ) -> Solution:
     """Integrate the equations of motion on a grid of equal steps.
 
-    What is not given is the scene's; the method is the one that the model was built with. A numerical failure and Ctrl-C end
-    the run with the last good state: the Solution then has ``success`` False and a message; nothing is raised. So it has where
-    the motion has grown because the method is unstable at this step: see ``simulation.growth``.
+    What is not given is the scene's; the method is the one that the model was built with. A numerical failure and
+    Ctrl-C end the run with the last good state: the Solution then has ``success`` False and a message; nothing is
+    raised. So it has where the motion has grown because the method is unstable at this step: see ``simulation.growth``.
 
     Parameters
     ----------
     t_end : float
-        End of the run, s. A last step that would pass it is shortened to end there; tables of inputs have a point for its whole.
+        End of the run, s. A last step that would pass it is shortened to end there; tables of inputs have a point for
+        its whole.
     step : float
         Step size, s.
     method : str
-        ``generalized_alpha`` (also ``chung_hulbert``), for constraints also ``generalized_alpha_index3``, each with ``_f1`` or
-        ``_f2`` behind it; its named cases ``hht``, ``wbz``, ``newmark`` and ``trapezoidal``, each also with ``_index3``; ``rk4``
-        (also ``rkmk4``, ``runge_kutta``); ``rk4_partitioned`` for constrained scenes; ``taylor``, whose steps are its own and
-        ``step`` the spacing of the time grid on which it gives states; ``hermite``, of order 4 from accelerations and their
-        rates.
+        ``generalized_alpha`` (also ``chung_hulbert``), for constraints also ``generalized_alpha_index3``, each with
+        ``_f1`` or ``_f2`` behind it; its named cases ``hht``, ``wbz``, ``newmark`` and ``trapezoidal``, each also with
+        ``_index3``; ``rk4`` (also ``rkmk4``, ``runge_kutta``); ``rk4_partitioned`` for constrained scenes; ``taylor``,
+        whose steps are its own and ``step`` the spacing of the time grid on which it gives states; ``hermite``, of
+        order 4 from accelerations and their rates.
     rho_inf : float
         Spectral radius of generalized-alpha at infinite frequency, 0 to 1; of ``hht`` 1/2 to 1, of ``wbz`` 0 to 1.
     alpha : float
@@ -109,12 +123,12 @@ def simulate(
     order : int
         Of ``taylor``, 2 to 40; the one that suits its tolerance by default.
     tolerance : float
-        Of the local error of ``taylor``, relative to what lengths and angles move within a step, or to a hundredth of the machine
-        and of 1 rad; of z relative to the largest, or to 1; 1e-12 by default.
+        Of the local error of ``taylor``, relative to what lengths and angles move within a step, or to a hundredth of
+        the machine and of 1 rad; of z relative to the largest, or to 1; 1e-12 by default.
         0: each step of the time grid is one step, of the order that is given.
     initial : mapping
-        ``q`` and ``v`` as arrays, or joints by name: ``{"hinge": 0.3}``, ``{"hinge": {"position": 0.3, "velocity": 1.0}}``.
-        Internal states: all as ``z`` (an array, or a mapping from names), or by name: ``{"filtered": 0.2}``.
+        ``q`` and ``v`` as arrays, or joints by name: ``{"hinge": 0.3}``, ``{"hinge": {"position": 0.3, "velocity":
+        1.0}}``. Internal states: all as ``z`` (an array, or a mapping from names), or by name: ``{"filtered": 0.2}``.
     parameters : mapping or array
     inputs : mapping
         Name -> number, function of t, or array on the step grid (steps + 1 values, linear in between).
@@ -127,12 +141,13 @@ def simulate(
     progress : callable
         Called with (steps done, all steps) some ten times a second.
     checkpoint : path
-        File from which ``model.resume`` goes on with the same bits: written at the start, at the end, at Ctrl-C and meanwhile.
+        File from which ``model.resume`` goes on with the same bits: written at the start, at the end, at Ctrl-C and
+        meanwhile.
     checkpoint_every : int
         Steps between two checkpoints; one a minute where it is not given.
     start : str
-        ``initial``: the initial state; ``equilibrium``: static equilibrium near it, with its velocities. The scene's where
-        neither this nor ``initial`` is given.
+        ``initial``: the initial state; ``equilibrium``: static equilibrium near it, with its velocities. The scene's
+        where neither this nor ``initial`` is given.
 
     Raises
     ------
@@ -154,7 +169,9 @@ def simulate(
     library = stepper_library(model, name, stepped_by)
     extra = {} if settings is None else settings
     if not isinstance(extra, Mapping):
-        raise UsageError(Problem("settings", f"a mapping is needed, not {type(extra).__name__}", 'settings={"rtol": 1e-9}'))
+        raise UsageError(
+            Problem("settings", f"a mapping is needed, not {type(extra).__name__}", 'settings={"rtol": 1e-9}')
+        )
     chosen = stepper_settings(library.layout["method"], step, stepped_by, extra)
     grid = time_grid(t_first, end, step, library.real)
     stepper = Stepper(library, chosen, p)
@@ -164,7 +181,12 @@ def simulate(
     if stepped_by.inputs == "series":
         check_held(name, from_caller)
     signals = InputSignals(
-        model.inputs, from_caller, lambda times: model.input_values(times, parameters=p), step, t_first, jumps_known(library)
+        model.inputs,
+        from_caller,
+        lambda times: model.input_values(times, parameters=p),
+        step,
+        t_first,
+        jumps_known(library),
     )
     run = Run(model, name, stepped_by, chosen, p, signals, grid, every)
     equilibrium_start = _starts_at_equilibrium(start, initial is not None, defaults)
@@ -227,7 +249,8 @@ def _starts_at_equilibrium(start: str | None, given: bool, defaults: Mapping[str
 def solution_of(
     run: Run, stepper: Stepper, trajectory: Trajectory, wall: float, writer: CheckpointWriter | None = None
 ) -> Solution:
-    """Return what a trajectory came to: its rows with outputs and energies, how it ended, and what there is to say about it."""
+    """Return what a trajectory came to: its rows with outputs and energies, how it ended, and what there is to say
+    about it."""
     model, p = run.model, run.parameters
     message = _message(run, stepper, trajectory)
     if writer is not None and not trajectory.status:
@@ -262,21 +285,35 @@ def solution_of(
     message, notes = "; ".join((message, *of_scene, *of_method, *badly_followed)), [*model.notes, *of_method]
     described = _metadata(run)
     return Solution(
-        t=t, q=q, v=v, a=a, z=z, multipliers=multipliers,
-        outputs=outputs, energy=energy, stats={**statistics, "wall_time": wall}, message=message,
-        success=success, interrupted=trajectory.interrupted,
+        t=t,
+        q=q,
+        v=v,
+        a=a,
+        z=z,
+        multipliers=multipliers,
+        outputs=outputs,
+        energy=energy,
+        stats={**statistics, "wall_time": wall},
+        message=message,
+        success=success,
+        interrupted=trajectory.interrupted,
         metadata={
-            **described, "start": run.begun, "corrections": run.corrections, "notes": notes, "energy_balance": str(balance),
+            **described,
+            "start": run.begun,
+            "corrections": run.corrections,
+            "notes": notes,
+            "energy_balance": str(balance),
         },
         evaluate_poses=lambda: poses_and_scenery(model, t, q, p),
         evaluate=lambda state: outputs_of(model, state, run.signals if run.driven else None, p),
         linear=lambda state: linear_of(model, state, run.signals if run.driven else None, p),
         between=between_of(run, stepper),
-    )  # fmt: skip
+    )
 
 
 def _cause_besides_step(run: Run, t: Array, q: Array) -> str:
-    """Return what a doubtful run suffers from besides too large a step, and what to try; empty where nothing is found."""
+    """Return what a doubtful run suffers from besides too large a step, and what to try; empty where nothing is
+    found."""
     if beyond := linear_range_exceeded(run.model, t, q, run.parameters):
         return beyond
     if run.method.chooses_steps:
@@ -293,7 +330,10 @@ def _message(run: Run, stepper: Stepper, trajectory: Trajectory) -> str:
     model, p, settings = run.model, run.parameters, run.settings
     t = trajectory.rows[-1, 0]
     if trajectory.failure is not None:
-        return f"stopped at t = {t:.9g} s, after {trajectory.steps} of {run.grid.steps} steps: {trajectory.failure.problems[0]}"
+        return (
+            f"stopped at t = {t:.9g} s, after {trajectory.steps} of {run.grid.steps} steps:"
+            f" {trajectory.failure.problems[0]}"
+        )
     if trajectory.interrupted:
         return f"interrupted at t = {t:.9g} s, after {trajectory.steps} of {run.grid.steps} steps"
     if trajectory.status == 0:
@@ -319,7 +359,10 @@ def _message(run: Run, stepper: Stepper, trajectory: Trajectory) -> str:
         hint = "other parameters, formulas or coordinates there: no smaller step helps"
     elif not (found or singular) and (growth := own_growth(run, stepper.library, trajectory.rows)):
         details = f"{details}; {growth}"
-        hint = "the signs and sizes of forces, stiffnesses and gains, for it is the equations that diverge: no smaller step helps"
+        hint = (
+            "the signs and sizes of forces, stiffnesses and gains, for it is the equations that diverge: no smaller"
+            " step helps"
+        )
     return f"stopped at t = {t:.9g} s, after {trajectory.steps} of {run.grid.steps} steps: {text}{details}; try: {hint}"
 
 
@@ -330,7 +373,10 @@ def _split(rows: Array, model: CompiledModel) -> tuple[Array, Array, Array, Arra
 
 
 def _evaluate(
-    model: CompiledModel, states: tuple[Array, Array, Array, Array, Array, Array], signals: InputSignals | None, p: Array
+    model: CompiledModel,
+    states: tuple[Array, Array, Array, Array, Array, Array],
+    signals: InputSignals | None,
+    p: Array,
 ) -> tuple[dict[str, Array], dict[str, Array]]:
     """Return outputs and energies at all recorded rows (t, q, v, a, multipliers, z)."""
     t, q, v, a, multipliers, z = states
@@ -392,7 +438,8 @@ def _metadata(run: Run) -> dict[str, Any]:
             "outputs": {o["name"]: o["unit"] for o in layout["outputs"]},
         },
         "outputs": {
-            output.name: {"description": output.description, "quantity": output.quantity} for output in model.description.outputs
+            output.name: {"description": output.description, "quantity": output.quantity}
+            for output in model.description.outputs
         },
         "factors": [[f.group, f.q_start, f.q_size, f.v_start, f.v_size] for f in model.factors],
         "fingerprint": getattr(model.library, "fingerprint", ""),

@@ -1,7 +1,8 @@
 """Samples of a run near singular positions of the constraints, where branches of configurations cross.
 
-A parallelogram that lies flat is one: from there it may go on as a parallelogram or crossed over. What the constraints say in one
-direction vanishes, so multipliers grow without bound and corrections lose their digits as the position comes near.
+A parallelogram that lies flat is one: from there it may go on as a parallelogram or crossed over. What the constraints
+say in one direction vanishes, so multipliers grow without bound and corrections lose their digits as the position comes
+near.
 """
 
 from __future__ import annotations
@@ -19,15 +20,18 @@ from eomgen.lie import product
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
-#: Smallest singular value of the weighed rows, as a part of its largest in the run, below which a position is nearly singular.
-#: Parallelograms and rhombi that fall were stopped by generalized-alpha with 0.04 and less within the steps looked at.
+#: Smallest singular value of the weighed rows, as a part of its largest in the run, below which a position is nearly
+#: singular. Parallelograms and rhombi that fall were stopped by generalized-alpha with 0.04 and less within the steps
+#: looked at.
 NEARLY = 0.05
-#: The same as a part of the largest singular value at the position itself, for a start, which has no others to be held against.
+#: The same as a part of the largest singular value at the position itself, for a start, which has no others to be held
+#: against.
 _SINGULAR_START = 1e-6
-#: Rows of a run that are looked at: at most so many spread over all of it, as long as their products of nv and the square of the
-#: number of rows of B add up to so much, but at least so many; and the last ones.
+#: Rows of a run that are looked at: at most so many spread over all of it, as long as their products of nv and the
+#: square of the number of rows of B add up to so much, but at least so many; and the last ones.
 _SPREAD, _WORK, _LEAST, _LAST = 1000, 10**8, 50, 40
-#: Steps beyond the last row, along its velocity, that are looked at: the step that failed, and the one that it would have led to.
+#: Steps beyond the last row, along its velocity, that are looked at: the step that failed, and the one that it would
+#: have led to.
 _AHEAD = np.linspace(0.0, 2.0, 9)
 _NEEDED = ("mass", "constraint_jacobian")
 
@@ -89,7 +93,9 @@ def way_past(method: Method, step: float, *, at_start: bool) -> str:
 
 def way_through(method: Method, step: float) -> str:
     """Return what to try where a run has passed near a singular position, but not well."""
-    other = "" if method.passes_singularities else ", or rk4_partitioned, which passes such positions along the velocity"
+    other = (
+        "" if method.passes_singularities else ", or rk4_partitioned, which passes such positions along the velocity"
+    )
     return f"a step smaller than {step:.3g} s{other}"
 
 
@@ -98,7 +104,10 @@ def passages(count: int) -> str:
     if not count:
         return ""
     where = "a position" if count == 1 else f"{count} positions"
-    return f"it passed {where} where the constraints are singular, or nearly, and branches cross, each time along its velocity"
+    return (
+        f"it passed {where} where the constraints are singular, or nearly, and branches cross, each time along its"
+        " velocity"
+    )
 
 
 def _looked_at(model: CompiledModel, rows: int) -> NDArray[np.intp]:
@@ -111,7 +120,8 @@ def _looked_at(model: CompiledModel, rows: int) -> NDArray[np.intp]:
 
 
 def _nearest(model: CompiledModel, t: Array, q: Array, p: Array, first: int) -> Singular | None:
-    """Return the most nearly singular position from one on, by the largest smallest singular value of all; a lone one by its own.
+    """Return the most nearly singular position from one on, by the largest smallest singular value of all; a lone one
+    by its own.
 
     Parameters
     ----------
@@ -128,7 +138,8 @@ def _nearest(model: CompiledModel, t: Array, q: Array, p: Array, first: int) -> 
         weighed = np.swapaxes(np.linalg.solve(np.linalg.cholesky(M), np.swapaxes(B, -1, -2)), -1, -2)
     except np.linalg.LinAlgError:  # massless bodies: there is nothing to weigh by
         return None
-    lengths = np.linalg.norm(weighed, axis=-1).max(axis=0)  # of each row, the largest in the run: units and kinds drop out
+    # of each row, the largest in the run: units and kinds drop out
+    lengths = np.linalg.norm(weighed, axis=-1).max(axis=0)
     found = np.linalg.svd(weighed / np.where(lengths > 0.0, lengths, 1.0)[:, np.newaxis], compute_uv=False)
     values, alone = found[:, -1], len(t) == 1
     measure, least = (found[0, 0], _SINGULAR_START) if alone else (values.max(), NEARLY)

@@ -24,7 +24,8 @@ Progress = Callable[[int, int], None]
 
 #: Seconds of work between two looks at progress and interrupts.
 CHUNK_SECONDS = 0.1
-#: Steps of the windows whose every row is kept for a look at how the motion grows, whatever is recorded: see ``growth``.
+#: Steps of the windows whose every row is kept for a look at how the motion grows, whatever is recorded: see
+#: ``growth``.
 WINDOW = 16
 _FIRST_CHUNK = 1
 _LARGEST_CHUNK = 1_000_000
@@ -72,7 +73,8 @@ class Stepper:
 
     @property
     def row(self) -> Array:
-        """The current state as a row of the record: t, q, v, vdot, and multipliers and internal states where there are any."""
+        """The current state as a row of the record: t, q, v, vdot, and multipliers and internal states where there are
+        any."""
         u, record = self.inputs, np.empty((1, self.sizes["row"]))
         table = None if u is None or np.any(np.isnan(u)) else np.tile(u, (self.sizes["rows_per_step"] + 1, 1))
         _, rows = self.run(0, 1, table, record)
@@ -80,7 +82,8 @@ class Stepper:
 
     @property
     def inputs(self) -> Array | None:
-        """Inputs (nu,) with which the accelerations of the state were evaluated; None where the stepper does not say."""
+        """Inputs (nu,) with which the accelerations of the state were evaluated; None where the stepper does not
+        say."""
         return self.state[self.places["u"]].copy() if "u" in self.places else None
 
     @property
@@ -116,19 +119,29 @@ class Stepper:
             self.state[self.places[name]] = value
         return int(
             self._lib.eomgen_initialize(
-                self._pointer(self.parameters), self._pointer(self.settings), self._pointer(u_table),
-                self._pointer(self.state), self._pointer(self.workspace),
+                self._pointer(self.parameters),
+                self._pointer(self.settings),
+                self._pointer(u_table),
+                self._pointer(self.state),
+                self._pointer(self.workspace),
             )
-        )  # fmt: skip
+        )
 
     def run(self, steps: int, record_every: int, u_table: Array | None, record: Array) -> tuple[int, int]:
-        """Take up to ``steps`` steps and fill rows of ``record``; 0: only write the state's row. Returns status and rows."""
+        """Take up to ``steps`` steps and fill rows of ``record``; 0: only write the state's row. Returns status and
+        rows."""
         recorded = self._ffi.new("long *", 0)
         status = self._lib.eomgen_run(
-            self._pointer(self.parameters), self._pointer(self.settings),
-            self._pointer(self.state), self._pointer(self.workspace), steps, record_every,
-            self._pointer(u_table), self._pointer(record), recorded,
-        )  # fmt: skip
+            self._pointer(self.parameters),
+            self._pointer(self.settings),
+            self._pointer(self.state),
+            self._pointer(self.workspace),
+            steps,
+            record_every,
+            self._pointer(u_table),
+            self._pointer(record),
+            recorded,
+        )
         return int(status), int(recorded[0])
 
     def status_text(self, status: int) -> str:
@@ -148,7 +161,8 @@ class Stepper:
 
 
 def _on_cache_lines(size: int) -> Array:
-    """Return zeros that begin at the start of a cache line, so that no vector of the workspace's first member crosses one."""
+    """Return zeros that begin at the start of a cache line, so that no vector of the workspace's first member crosses
+    one."""
     room = np.zeros(size + 8)
     first = -room.ctypes.data % 64 // room.itemsize
     return room[first : first + size]
@@ -158,8 +172,9 @@ def _on_cache_lines(size: int) -> Array:
 class Trajectory:
     """Rows (t, q, v, vdot, multipliers, z) of a run, how it ended (status 0: well), and whether it was interrupted.
 
-    ``middle`` and ``end`` hold every row of a window in the middle of the run and of the two windows at its end, the row before
-    the first step of each included; ``middle`` is empty in short runs, and both are in runs that did not come so far.
+    ``middle`` and ``end`` hold every row of a window in the middle of the run and of the two windows at its end, the
+    row before the first step of each included; ``middle`` is empty in short runs, and both are in runs that did not
+    come so far.
     """
 
     rows: Array
@@ -181,7 +196,8 @@ def run_chunks(
 ) -> Trajectory:
     """Run an initialized stepper to the end of its time grid; the first and the last good state are always recorded.
 
-    What checkpoints hold last is the state after the last whole step, from which a run goes on with the grid of a later end.
+    What checkpoints hold last is the state after the last whole step, from which a run goes on with the grid of a later
+    end.
 
     Parameters
     ----------
@@ -262,7 +278,8 @@ def run_chunks(
 
 
 def _last_step(stepper: Stepper, grid: TimeGrid, inputs: Callable[[Array], Array] | None) -> tuple[int, Array | None]:
-    """Take the step that is shorter than the others. Returns the status and the row at the end, None where the step failed."""
+    """Take the step that is shorter than the others. Returns the status and the row at the end, None where the step
+    failed."""
     table = None if inputs is None else np.ascontiguousarray(inputs(stepper.t + grid.rest * stepper.input_times))
     stepper.settings[0] = grid.rest
     record = np.empty((1, stepper.sizes["row"]))
@@ -273,7 +290,8 @@ def _last_step(stepper: Stepper, grid: TimeGrid, inputs: Callable[[Array], Array
 
 
 def _rows_from(stepper: Stepper, inputs: Callable[[Array], Array], times: Array) -> Array:
-    """Return rows of inputs (n, nu) for a chunk of steps; the first is the one that the stepper's last step ended with."""
+    """Return rows of inputs (n, nu) for a chunk of steps; the first is the one that the stepper's last step ended
+    with."""
     before = stepper.inputs
     if before is None:
         return np.ascontiguousarray(inputs(times))

@@ -1,7 +1,7 @@
 """States between samples by the method itself: a Taylor step from the sample before, to the tolerance of the run.
 
-Rows are all that a solution keeps. A series from a row is the polynomial that a step would have been, and where a row's spacing
-is longer than one series reaches, the stepper goes on to the next one by itself.
+Rows are all that a solution keeps. A series from a row is the polynomial that a step would have been, and where a row's
+spacing is longer than one series reaches, the stepper goes on to the next one by itself.
 """
 
 from __future__ import annotations

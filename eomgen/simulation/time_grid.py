@@ -11,7 +11,8 @@ import numpy as np
 from eomgen.compiled.prescribed import jumps_per_second
 from eomgen.errors import Problem, UsageError
 
-#: Steps have to be so many times as long as neighbouring numbers at their times are apart: rounding of time stays small in them.
+#: Steps have to be so many times as long as neighbouring numbers at their times are apart: rounding of time stays small
+#: in them.
 FINEST = 16.0
 #: A span that is so many parts of its steps off a whole number of steps is taken for whole.
 WHOLE = 1e-9
@@ -67,13 +68,20 @@ def time_grid(start: float, end: float, step: float, real: str = "double") -> Ti
         raise UsageError(Problem("t_end", f"the end {end:.9g} s lies before the start {start:.9g} s", "a later t_end"))
     count = (end - start) / step
     if count > 1e15:
-        raise UsageError(Problem("step", f"{end - start:.3g} s in steps of {step:.3g} s are {count:.3g} steps", "a larger step"))
+        raise UsageError(
+            Problem("step", f"{end - start:.3g} s in steps of {step:.3g} s are {count:.3g} steps", "a larger step")
+        )
     latest = start if abs(start) > abs(end) else end
     apart = float(np.spacing((np.float32 if real == "float" else np.float64)(abs(latest))))
     shortest = min(step, end - start)
     if 0.0 < shortest < FINEST * apart:
-        what = f"at t = {latest:.9g} s neighbouring numbers are {apart:.3g} s apart, too far for a step of {shortest:.3g} s"
-        hint = f"a step of {FINEST * apart:.2g} s or more, or times nearer to 0, with formulas of time shifted by as much"
+        what = (
+            f"at t = {latest:.9g} s neighbouring numbers are {apart:.3g} s apart, too far for a step of"
+            f" {shortest:.3g} s"
+        )
+        hint = (
+            f"a step of {FINEST * apart:.2g} s or more, or times nearer to 0, with formulas of time shifted by as much"
+        )
         raise UsageError(Problem("step", what, hint))
     whole = round(count)
     rest = end - (start + step * whole)
@@ -86,7 +94,8 @@ def time_grid(start: float, end: float, step: float, real: str = "double") -> Ti
 
 
 def check_jumps(method: Mapping[str, Any], step: float) -> None:
-    """Raise UsageError where forces jump too often within a step of a run, for a stepper that ends parts of steps there.
+    """Raise UsageError where forces jump too often within a step of a run, for a stepper that ends parts of steps
+    there.
 
     Parameters
     ----------
@@ -96,6 +105,11 @@ def check_jumps(method: Mapping[str, Any], step: float) -> None:
     waves = [(float(time), float(period)) for time, period in method.get("jumps", {}).get("periodic", ())]
     count = step * jumps_per_second(waves)
     if count > MOST_JUMPS:
-        what = f"forces jump {count:.3g} times within a step of {step:.3g} s, in waves of {min(p for _, p in waves):.3g} s"
-        hint = f"a step of {step * MOST_JUMPS / count:.2g} s or less with a larger record_every, or a longer period of the wave"
+        what = (
+            f"forces jump {count:.3g} times within a step of {step:.3g} s, in waves of {min(p for _, p in waves):.3g} s"
+        )
+        hint = (
+            f"a step of {step * MOST_JUMPS / count:.2g} s or less with a larger record_every, or a longer period of the"
+            " wave"
+        )
         raise UsageError(Problem("step", what, hint))

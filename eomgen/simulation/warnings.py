@@ -55,7 +55,8 @@ def _too_fast(what: str, fastest: float, step: float, limit: float) -> str:
 
 
 def starts_beyond_limits(model: CompiledModel, q: NDArray[np.float64], p: NDArray[np.float64]) -> list[str]:
-    """Return one sentence for each coordinate beyond a limit; of joints between absolute bodies where q has their angles."""
+    """Return one sentence for each coordinate beyond a limit; of joints between absolute bodies where q has their
+    angles."""
     values = model.description.values(dict(zip(model.parameters, p.tolist(), strict=True)))
     places = {name: number for number, name in enumerate(model.q_names)}
 

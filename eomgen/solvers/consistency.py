@@ -3,9 +3,9 @@
 Positions by Gauss-Newton steps of least kinetic size, q <- q exp(-M^-1 B^T (B M^-1 B^T)^+ Phi); velocities by the same
 projection of B v + Phi_t. The pseudo-inverse lets redundant rows be, as long as they do not contradict each other.
 
-Nothing here is measured by an absolute number: a row is held against what its own summands add up to, which rounding is a few
-digits below, and against what it can be, the extent of what it closes. So units of length and of time, and the place of a
-machine, make no difference.
+Nothing here is measured by an absolute number: a row is held against what its own summands add up to, which rounding is
+a few digits below, and against what it can be, the extent of what it closes. So units of length and of time, and the
+place of a machine, make no difference.
 """
 
 from __future__ import annotations
@@ -23,19 +23,21 @@ from eomgen.lie.product import FactorLike, update
 
 MAX_ITERATIONS = 50
 EPSILON = float(np.finfo(float).eps)
-#: Rounding errors of a row, in units of the last place of what the magnitudes of its summands add up to: what they are, and
-#: where they are sought no more because they can be no more.
+#: Rounding errors of a row, in units of the last place of what the magnitudes of its summands add up to: what they are,
+#: and where they are sought no more because they can be no more.
 ROUNDING, WORST_ROUNDING = 4.0, 1e4
-#: Violations above this part of the extent are a contradiction, axes and lengths being given to six digits or more; what a guess
-#: was off by is told above the second.
+#: Violations above this part of the extent are a contradiction, axes and lengths being given to six digits or more;
+#: what a guess was off by is told above the second.
 CONTRADICTION, REPORTED = 1e-6, 1e-10
-#: A row that is new by less than this part of what a row of its kind can be here is redundant: lengths and axes that are meant
-#: to fit are given to so many digits. Below the second, it is redundant by a hair; below the third, others go first.
+#: A row that is new by less than this part of what a row of its kind can be here is redundant: lengths and axes that
+#: are meant to fit are given to so many digits. Below the second, it is redundant by a hair; below the third, others go
+#: first.
 REDUNDANT, ALMOST_REDUNDANT, LITTLE = 1e-6, 1e-4, 1e-3
-#: What is left of a row that vanishes but for rounding, in units of the last place of its summands: at most, and as a rule.
+#: What is left of a row that vanishes but for rounding, in units of the last place of its summands: at most, and as a
+#: rule.
 VANISHING, VANISHED = 4096.0, 64.0
-#: Singular values of B, its rows weighed, below this part of the largest belong to rows that follow from others: corrections
-#: leave such directions alone, which can be moved along but change nothing to first order.
+#: Singular values of B, its rows weighed, below this part of the largest belong to rows that follow from others:
+#: corrections leave such directions alone, which can be moved along but change nothing to first order.
 SINGULAR = 3e-5
 #: How far nearby configurations are: rad, and part of the extent.
 NEARBY = 0.05
@@ -58,8 +60,8 @@ class Constrained:
     angular : (nv,) whether a velocity component turns something
     constraint(q, t) -> (holonomic,), velocity(q, v, t) -> (rows,), jacobian(q, t) -> (rows, nv), mass(q) -> (nv, nv)
     sizes(q, t) -> (rows,), (rows,)
-        What the magnitudes of the summands of each row add up to, in its unit (m at velocity level), and the extent of what it
-        joins, m: what turning may move it by.
+        What the magnitudes of the summands of each row add up to, in its unit (m at velocity level), and the extent of
+        what it joins, m: what turning may move it by.
     """
 
     factors: Sequence[FactorLike]
@@ -83,10 +85,15 @@ class Constrained:
             return size[kept], extent[kept]
 
         return replace(
-            self, names=[self.names[row] for row in kept], units=[self.units[row] for row in kept], holonomic=len(at_position),
-            constraint=lambda q, t: self.constraint(q, t)[at_position], velocity=lambda q, v, t: self.velocity(q, v, t)[kept],
-            jacobian=lambda q, t: self.jacobian(q, t)[kept], sizes=sizes,
-        )  # fmt: skip
+            self,
+            names=[self.names[row] for row in kept],
+            units=[self.units[row] for row in kept],
+            holonomic=len(at_position),
+            constraint=lambda q, t: self.constraint(q, t)[at_position],
+            velocity=lambda q, v, t: self.velocity(q, v, t)[kept],
+            jacobian=lambda q, t: self.jacobian(q, t)[kept],
+            sizes=sizes,
+        )
 
 
 def split_sizes(values: Array) -> tuple[Array, Array]:
@@ -117,9 +124,13 @@ class Assembly:
 
     def corrections(self) -> list[str]:
         """Return one sentence for each row that the guess did not meet."""
-        at_position = [f"initial position corrected: {name} was off by {value:.3g}" for name, value in self.violations.items()]
+        at_position = [
+            f"initial position corrected: {name} was off by {value:.3g}" for name, value in self.violations.items()
+        ]
         rates = self.rate_violations.items()
-        return at_position + [f"initial velocity corrected: {name} changed at {value:.3g} per s" for name, value in rates]
+        return at_position + [
+            f"initial velocity corrected: {name} changed at {value:.3g} per s" for name, value in rates
+        ]
 
 
 def assemble(system: Constrained, q: Array, v: Array, t: float = 0.0) -> Assembly:
@@ -147,7 +158,8 @@ def assemble(system: Constrained, q: Array, v: Array, t: float = 0.0) -> Assembl
 
 
 class _Rows:
-    """The rows of B at one configuration in the metric of the kinetic energy, M = L L^T, and what they are measured by."""
+    """The rows of B at one configuration in the metric of the kinetic energy, M = L L^T, and what they are measured
+    by."""
 
     def __init__(self, system: Constrained, q: Array, t: float) -> None:
         self.holonomic = system.holonomic
@@ -155,7 +167,8 @@ class _Rows:
         self.angular = system.angular
         self.size, extent = system.sizes(q, t)
         self.machine = machine = float(np.max(extent, initial=0.0)) or 1.0
-        # what a row joins may lie at one place but for what is no contradiction; then it is met by motions of the whole machine
+        # what a row joins may lie at one place but for what is no contradiction; then it is met by motions of the whole
+        # machine
         self.extent = np.where(extent > CONTRADICTION * machine, extent, machine)
         self.lengths = np.array([unit != "1" for unit in system.units], dtype=bool)
         self._mass = system.mass(q)
@@ -168,18 +181,24 @@ class _Rows:
     @property
     def limits(self) -> Array:
         """Violations of the holonomic rows beyond which they are not met."""
-        return np.maximum(CONTRADICTION * self.scale[: self.holonomic], WORST_ROUNDING * EPSILON * self.size[: self.holonomic])
+        return np.maximum(
+            CONTRADICTION * self.scale[: self.holonomic], WORST_ROUNDING * EPSILON * self.size[: self.holonomic]
+        )
 
     def rate_limits(self, speeds: Array) -> Array:
-        """Return rates of the rows beyond which they are not met, where components of v are as large as ``speeds``, (rows,)."""
-        return np.maximum(CONTRADICTION * (self.possible @ speeds), WORST_ROUNDING * EPSILON * (self._of_summands @ speeds))
+        """Return rates of the rows beyond which they are not met, where components of v are as large as ``speeds``,
+        (rows,)."""
+        return np.maximum(
+            CONTRADICTION * (self.possible @ speeds), WORST_ROUNDING * EPSILON * (self._of_summands @ speeds)
+        )
 
     def lever(self, row: int) -> float:
         """Return by how much turning moves what a row measures, in m per rad; 0 for rows of angles."""
         return float(np.max(np.abs(self.B[row][self.angular]), initial=0.0)) if self.lengths[row] else 0.0
 
     def at_long_lever(self, row: int) -> bool:
-        """Return whether velocities along a row's direction, which it has in full, are beside its turns too little to be told."""
+        """Return whether velocities along a row's direction, which it has in full, are beside its turns too little to
+        be told."""
         straight = np.where(self.angular, 0.0, self.B[row])
         if not np.max(np.abs(straight), initial=0.0) > 0.1:
             return False
@@ -236,7 +255,8 @@ class _Rows:
 
     @cached_property
     def natural(self) -> Array:
-        """Lengths that weighed rows can have: those with entries as large as their kind allows, where they have any, (rows,)."""
+        """Lengths that weighed rows can have: those with entries as large as their kind allows, where they have any,
+        (rows,)."""
         there = np.abs(self.B) > VANISHING * EPSILON * self._of_summands
         return np.asarray(np.sqrt(np.where(there, self.possible, 0.0) ** 2 @ self._speeds))
 
@@ -263,7 +283,9 @@ def _jacobian(system: Constrained, q: Array, t: float) -> Array:
     B = system.jacobian(q, t)
     undefined = [name for name, finite in zip(system.names, np.all(np.isfinite(B), axis=1), strict=True) if not finite]
     if undefined:
-        listed = ", ".join(undefined[:_LISTED]) + (f" and {len(undefined) - _LISTED} more" if len(undefined) > _LISTED else "")
+        listed = ", ".join(undefined[:_LISTED]) + (
+            f" and {len(undefined) - _LISTED} more" if len(undefined) > _LISTED else ""
+        )
         what = f"these rows have no finite derivative where constraints are to be met: {listed}"
         hint = "a state in which the points of a distance lie apart, and lengths above 0"
         raise ModelError(Problem("constraints", what, hint))
@@ -276,7 +298,7 @@ EveryRow = Callable[[Array], "Constrained"]
 
 def check_left_out(
     system: Constrained, left_out: Sequence[str], q: Array, v: Array, t: float = 0.0, at: str = ""
-) -> list[str]:  # fmt: skip
+) -> list[str]:
     """Check that rows that were left out as redundant still follow from the others, at a state that meets these.
 
     Returns a sentence for each that is off, by so little that it is no contradiction.
@@ -316,7 +338,9 @@ def check_left_out(
         what += ", ".join(new[:_LISTED])
         raise ModelError(Problem("constraints", what, _LEFT_OUT))
     by = left_over(system, q, rows, t)
-    return [f"{system.names[row]}, left out because it follows from others, is off by {by[row]:.3g} at {at}" for row in by]
+    return [
+        f"{system.names[row]}, left out because it follows from others, is off by {by[row]:.3g} at {at}" for row in by
+    ]
 
 
 def _position(system: Constrained, q: Array, t: float) -> tuple[Array, int]:
@@ -339,17 +363,18 @@ def _position(system: Constrained, q: Array, t: float) -> tuple[Array, int]:
 
 
 def _named(names: Sequence[str], values: Array, limits: Array) -> dict[str, float]:
-    return {
-        name: float(value) for name, value, limit in zip(names, values, limits, strict=False) if abs(value) > limit
-    }  # fmt: skip
+    return {name: float(value) for name, value, limit in zip(names, values, limits, strict=False) if abs(value) > limit}
 
 
 def _contradiction(
     rows: _Rows, names: Sequence[str], left: Array, limits: Array, what: str, iterations: int
-) -> ModelError:  # fmt: skip
+) -> ModelError:
     order = np.argsort(-np.abs(left) / np.maximum(limits, np.finfo(float).tiny))
     worst = [f"{names[k]} by {left[k]:.3g}" for k in order[:5] if not abs(left[k]) <= limits[k]]
-    text = f"the {what} of the constraints cannot be met together: after {iterations} corrections still off: {'; '.join(worst)}"
+    text = (
+        f"the {what} of the constraints cannot be met together: after {iterations} corrections still off:"
+        f" {'; '.join(worst)}"
+    )
     first = int(order[0])
     if rows.lever(first) * SINGULAR > rows.extent[first]:
         text += f"; {_long_lever(rows, names, first)}"
@@ -364,7 +389,9 @@ _NEARER_FRAMES = "the two frames of the constraint near each other, or its first
 
 def _long_lever(rows: _Rows, names: Sequence[str], row: int) -> str:
     text = f"turning moves {names[row]} by {rows.lever(row):.3g} m per rad"
-    return f"{text}, where what it joins measures {rows.extent[row]:.3g} m" if rows.lever(row) > rows.extent[row] else text
+    return (
+        f"{text}, where what it joins measures {rows.extent[row]:.3g} m" if rows.lever(row) > rows.extent[row] else text
+    )
 
 
 @dataclass(frozen=True)
@@ -383,13 +410,14 @@ class Redundancy:
 
 def redundancy(
     system: Constrained, q: Array, t: float = 0.0, samples: int = 3, rows: Sequence[int] | None = None
-) -> Redundancy:  # fmt: skip
+) -> Redundancy:
     """Return the rows that follow from others, at the given and at nearby consistent configurations.
 
     Rows are taken in order: the first to say something is kept. Those of which little is new wait until the others are
-    through, and are then taken by how much it is. A row that is dependent at one configuration only (a singular position) is
-    no redundant row. What is left of a row is held against what a row of its kind can be there, and against rounding, never
-    against the row itself: one that vanishes but for rounding says nothing. ``rows``: those looked at, all by default.
+    through, and are then taken by how much it is. A row that is dependent at one configuration only (a singular
+    position) is no redundant row. What is left of a row is held against what a row of its kind can be there, and
+    against rounding, never against the row itself: one that vanishes but for rounding says nothing. ``rows``: those
+    looked at, all by default.
 
     Raises
     ------
@@ -442,7 +470,9 @@ def redundancy(
     far = [row for row in looked_at if here.at_long_lever(row)] if waiting else []
     if far:
         raise _lever_too_long(system, here, far[0], waiting)
-    hidden = [row for row in waiting if all(place.hides(row, rest) for place, rest in zip(places, rests(row), strict=True))]
+    hidden = [
+        row for row in waiting if all(place.hides(row, rest) for place, rest in zip(places, rests(row), strict=True))
+    ]
     if hidden:
         raise _too_far_away(system, here, hidden)
     return Redundancy(tuple(waiting), hardly)
@@ -450,14 +480,19 @@ def redundancy(
 
 def _lever_too_long(system: Constrained, here: _Rows, row: int, dependent: Sequence[int]) -> ModelError:
     listed = ", ".join(system.names[row] for row in dependent[:_LISTED])
-    what = f"{_long_lever(here, system.names, row)}, so that nothing tells whether these rows follow from others: {listed}"
+    what = (
+        f"{_long_lever(here, system.names, row)}, so that nothing tells whether these rows follow from others: {listed}"
+    )
     return ModelError(Problem("constraints", what, f'{_NEARER_FRAMES}, or coordinates = "joint"'))
 
 
 def _too_far_away(system: Constrained, here: _Rows, rows: Sequence[int]) -> ModelError:
     listed = ", ".join(system.names[row] for row in rows[:_LISTED])
     size, extent = max(float(here.size[row]) for row in rows), min(float(here.extent[row]) for row in rows)
-    what = f"rounding hides whether these rows follow from others: {listed}; places up to {size:.3g} m away are subtracted in "
+    what = (
+        f"rounding hides whether these rows follow from others: {listed}; places up to {size:.3g} m away are"
+        " subtracted in "
+    )
     what += f"them, and what they join measures {extent:.3g} m"
     return ModelError(Problem("constraints", what, "frames of constraints and an origin nearer to the machine"))
 
@@ -482,7 +517,9 @@ def _nearby(system: Constrained, q: Array, t: float, count: int) -> list[Array]:
         travel = float(np.max(np.abs(way[~system.angular]), initial=0.0))
         longest = max(turn, travel / extent if extent > 0.0 else 0.0) or 1.0
         try:
-            near, _ = _position(system, update(system.factors, q, way * (NEARBY / longest / 2 ** (attempt // count))), t)
+            near, _ = _position(
+                system, update(system.factors, q, way * (NEARBY / longest / 2 ** (attempt // count))), t
+            )
         except ModelError:
             continue
         found.append(near)

@@ -1,11 +1,11 @@
 """The limit of a heavily damped motion: the stable equilibrium in whose basin of attraction the start lies.
 
-With damping that is large and in proportion to the inertias, a motion follows the accelerations of rest: in coordinates of unit
-kinetic energy q' = -imbalance(q, z), and internal states follow their own equations meanwhile, c times as fast as that time runs,
-c = 2 omega of the stiffest mode. That motion is followed by exponential Rosenbrock steps of order 3 with an embedded one of
-order 2 (Hochbruck and Ostermann 2010), which are exact for linear forces: stiff modes cost nothing, unstable ones are left as
-fast as they grow, and close to rest a step is Newton's. Their error is what forces do over a step that is not linear, and is a
-tenth of the step at most, so the path stays in the basin.
+With damping that is large and in proportion to the inertias, a motion follows the accelerations of rest: in coordinates
+of unit kinetic energy q' = -imbalance(q, z), and internal states follow their own equations meanwhile, c times as fast
+as that time runs, c = 2 omega of the stiffest mode. That motion is followed by exponential Rosenbrock steps of order 3
+with an embedded one of order 2 (Hochbruck and Ostermann 2010), which are exact for linear forces: stiff modes cost
+nothing, unstable ones are left as fast as they grow, and close to rest a step is Newton's. Their error is what forces
+do over a step that is not linear, and is a tenth of the step at most, so the path stays in the basin.
 """
 
 from __future__ import annotations
@@ -16,7 +16,17 @@ import numpy as np
 from scipy.linalg import expm
 
 from eomgen.arrays import Array
-from eomgen.solvers.equilibrium_search import SOFT, Point, Search, Statics, Trail, moved, newton_step, share_of_turn, unbalanced
+from eomgen.solvers.equilibrium_search import (
+    SOFT,
+    Point,
+    Search,
+    Statics,
+    Trail,
+    moved,
+    newton_step,
+    share_of_turn,
+    unbalanced,
+)
 
 MAX_STEPS = 300
 #: Largest error of a step, a part of the step; below the second one it is not worth a correction.
@@ -65,7 +75,8 @@ def follow_damped_motion(statics: Statics, q: Array, z: Array, slower: float = 1
 
 @dataclass
 class _Pace:
-    """How a motion gets on: time of the next step, 0 where nothing is known of it, the way so far in lengths, and kinetic."""
+    """How a motion gets on: time of the next step, 0 where nothing is known of it, the way so far in lengths, and
+    kinetic."""
 
     time: float = 0.0
     way: float = 0.0
@@ -137,7 +148,11 @@ def _step(statics: Statics, point: Point, pace: _Pace, slower: float) -> Point |
     for _ in range(_TRIALS):
         change = linear.step(time)
         gone = _gone(statics, point, change)
-        part = min(share_of_turn(statics, point, change), longest / gone if gone > longest else 1.0) if np.isfinite(gone) else 0.0
+        part = (
+            min(share_of_turn(statics, point, change), longest / gone if gone > longest else 1.0)
+            if np.isfinite(gone)
+            else 0.0
+        )
         reached = moved(statics, point, change) if part == 1.0 else None
         if reached is None:
             time = _LAST / fastest if np.isinf(time) else time * min(0.8, max(0.1, 0.8 * part))

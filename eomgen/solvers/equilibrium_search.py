@@ -1,10 +1,12 @@
 """Static equilibrium on a product of Lie groups: balanced forces, satisfied constraints, constant internal states.
 
-In coordinates scaled by the roots of the inertias and reduced to what the constraints leave free, stiffnesses are squared angular
-frequencies and unbalanced forces are accelerations. Here is what is known at a configuration, and when that is rest; the searches
-are in ``settling`` (where a heavily damped motion comes to) and ``newton_path`` (where Newton's path leads, stable or not).
+In coordinates scaled by the roots of the inertias and reduced to what the constraints leave free, stiffnesses are
+squared angular frequencies and unbalanced forces are accelerations. Here is what is known at a configuration, and when
+that is rest; the searches are in ``settling`` (where a heavily damped motion comes to) and ``newton_path`` (where
+Newton's path leads, stable or not).
 
-No number here has a unit of its own: lengths are measured by the scene's, forces by its weight and by the largest met on the way.
+No number here has a unit of its own: lengths are measured by the scene's, forces by its weight and by the largest met
+on the way.
 """
 
 from __future__ import annotations
@@ -146,7 +148,9 @@ class Point:
     def pushes(self) -> Array:
         """(nz,) how far internal states push along the basis at the largest stiffness; 0 where they do not push."""
         stiffness = self.largest_stiffness
-        result: Array = np.linalg.norm(self.couplings[0], axis=0) / stiffness if stiffness > 0.0 else np.zeros(len(self.z))
+        result: Array = (
+            np.linalg.norm(self.couplings[0], axis=0) / stiffness if stiffness > 0.0 else np.zeros(len(self.z))
+        )
         return result
 
     @property
@@ -183,7 +187,8 @@ class Largest:
 
 @dataclass(frozen=True)
 class Search:
-    """The point a search ended at, whether it is balanced, how many steps it took, and the configurations on the way."""
+    """The point a search ended at, whether it is balanced, how many steps it took, and the configurations on the
+    way."""
 
     point: Point
     balanced: bool
@@ -201,7 +206,8 @@ class Trail:
     """
 
     def __init__(self, statics: Statics, q: Array, z: Array) -> None:
-        """Start at q and z, brought onto the constraints. Raises numpy.linalg.LinAlgError where M is not positive definite."""
+        """Start at q and z, brought onto the constraints. Raises numpy.linalg.LinAlgError where M is not positive
+        definite."""
         self.point = onto_constraints(statics, examine(statics, q, z))
         self.steps = 0
         self._statics, self._path = statics, [self.point.q]
@@ -229,7 +235,8 @@ class Trail:
 
 
 def examine(statics: Statics, q: Array, z: Array) -> Point:
-    """Return forces and stiffness at rest at q and z. Raises numpy.linalg.LinAlgError where M is not positive definite."""
+    """Return forces and stiffness at rest at q and z. Raises numpy.linalg.LinAlgError where M is not positive
+    definite."""
     q = statics.followed(q)
     M, B0, sizes = statics.mass(q), statics.jacobian(q), statics.sizes
     L = np.linalg.cholesky(M)
@@ -253,12 +260,22 @@ def examine(statics: Statics, q: Array, z: Array) -> Point:
     few = 64.0 * _EPSILON
     row_sizes = np.abs(B0[: statics.holonomic]) @ sizes
     return Point(
-        q, z, lam, residual, basis, basis.T @ M, basis.T @ residual, basis.T @ K @ basis, violation,
-        inverse.T @ (spread @ aimed), statics.rates(q, z), (basis.T @ by_z, rate_q @ basis, rate_z),
+        q,
+        z,
+        lam,
+        residual,
+        basis,
+        basis.T @ M,
+        basis.T @ residual,
+        basis.T @ K @ basis,
+        violation,
+        inverse.T @ (spread @ aimed),
+        statics.rates(q, z),
+        (basis.T @ by_z, rate_q @ basis, rate_z),
         few * float(np.linalg.norm(np.abs(inverse) @ (np.abs(K) @ sizes + np.abs(by_z) @ np.abs(z)))),
         few * (np.abs(rate_q) @ sizes + np.abs(rate_z) @ np.abs(z)),
         np.where(row_sizes > 0.0, row_sizes, statics.length),
-    )  # fmt: skip
+    )
 
 
 def newton_step(point: Point, right: Array) -> Array:
@@ -276,7 +293,8 @@ def unbalanced(point: Point) -> Array:
 
 
 def share_of_turn(statics: Statics, point: Point, change: Array) -> float:
-    """Return the part of a change after which something has turned by the largest turn of a step; 1 where nothing does."""
+    """Return the part of a change after which something has turned by the largest turn of a step; 1 where nothing
+    does."""
     increment = point.basis @ change[: len(point.imbalance)]
     turn = float(np.max(np.abs(increment[statics.turning]), initial=0.0))
     return min(1.0, LARGEST_TURN / turn) if turn > 0.0 else 1.0
@@ -313,7 +331,10 @@ def polished(statics: Statics, point: Point) -> Point:
     """Return the point after Newton steps for as long as they halve what is left."""
     left = newton_step(point, unbalanced(point))
     for _ in range(_POLISHES):
-        if not np.any(left) or np.max(np.abs(point.basis @ left[: len(point.imbalance)]) / statics.sizes, initial=0.0) > _POLISH:
+        if (
+            not np.any(left)
+            or np.max(np.abs(point.basis @ left[: len(point.imbalance)]) / statics.sizes, initial=0.0) > _POLISH
+        ):
             break
         nearer = moved(statics, point, left)
         if nearer is None:

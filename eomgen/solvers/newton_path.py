@@ -5,7 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from eomgen.arrays import Array
-from eomgen.solvers.equilibrium_search import Point, Search, Statics, Trail, moved, newton_step, share_of_turn, unbalanced
+from eomgen.solvers.equilibrium_search import (
+    Point,
+    Search,
+    Statics,
+    Trail,
+    moved,
+    newton_step,
+    share_of_turn,
+    unbalanced,
+)
 
 MAX_STEPS = 60
 #: Parts of a step below this are not tried.
@@ -34,7 +43,8 @@ def follow_newton(statics: Statics, q: Array, z: Array) -> Search:
 
 
 def _part(statics: Statics, point: Point, change: Array, share: float) -> tuple[Point | None, float]:
-    """Return the point after a part of Newton's step, from where a step with the same partials is smaller, and the part."""
+    """Return the point after a part of Newton's step, from where a step with the same partials is smaller, and the
+    part."""
     while share > _SHORTEST:
         reached = moved(statics, point, share * change)
         if reached is not None:

@@ -3,4 +3,4 @@
 __all__ = [
     "calculus", "evaluate", "kernel", "map", "operations", "periodic", "reading", "rotation", "scalar", "series",
     "tape",
-]  # fmt: skip
+]  # fmt: skip  # a table

@@ -38,8 +38,8 @@ def run(
 ) -> list[Any]:
     """Return the values of references for any kind of number; ``leaf`` gives the value of an input symbol.
 
-    Only nodes that the references need are visited, in order, without recursion. A Map runs element by element. ``visit`` is
-    given every operation with its value and returns what stands for it from there on.
+    Only nodes that the references need are visited, in order, without recursion. A Map runs element by element.
+    ``visit`` is given every operation with its value and returns what stands for it from there on.
     """
     refs = list(refs)
     values: dict[int, Any] = {}
@@ -133,17 +133,22 @@ def evaluate(tape: Tape, refs: Sequence[Ref], inputs: Mapping[str, ArrayLike]) -
     return output
 
 
-def evaluate_mpmath(tape: Tape, refs: Sequence[Ref], inputs: Mapping[str, Sequence[Any]], digits: int = 50) -> list[Any]:
-    """Evaluate references over mpmath numbers of at least ``digits`` decimal digits (more if mpmath's context asks for more).
+def evaluate_mpmath(
+    tape: Tape, refs: Sequence[Ref], inputs: Mapping[str, Sequence[Any]], digits: int = 50
+) -> list[Any]:
+    """Evaluate references over mpmath numbers of at least ``digits`` decimal digits (more if mpmath's context asks for
+    more).
 
-    Inputs map block names to sequences of numbers; a bare number stands for a block of size 1. Doubles, those of the tape
-    included, enter exactly. Raises ValueError when a block is missing or too short.
+    Inputs map block names to sequences of numbers; a bare number stands for a block of size 1. Doubles, those of the
+    tape included, enter exactly. Raises ValueError when a block is missing or too short.
     """
     import mpmath  # noqa: PLC0415  # an oracle only, never needed by a running model
 
     with mpmath.workdps(max(digits, mpmath.mp.dps)):
         blocks = {
-            name: [mpmath.mpmathify(entry) for entry in (given if isinstance(given, Sequence | np.ndarray) else [given])]
+            name: [
+                mpmath.mpmathify(entry) for entry in (given if isinstance(given, Sequence | np.ndarray) else [given])
+            ]
             for name, given in inputs.items()
         }
 
@@ -208,7 +213,8 @@ def _mpmath_rules() -> dict[Op, Callable[..., Any]]:
         if not (mpmath.im(x) or mpmath.im(y)):
             return angle
         cosine, sine = mpmath.cos(angle), mpmath.sin(angle)
-        return angle + mpmath.atan((cosine * y - sine * x) / (cosine * x + sine * y))  # turned to where arctan is analytic
+        # turned to where arctan is analytic
+        return angle + mpmath.atan((cosine * y - sine * x) / (cosine * x + sine * y))
 
     def polynomial(x: Any, curve: CurveLike, derivative: int) -> Any:
         """Return a curve between its first and last break, without what its doubles round."""

@@ -15,8 +15,10 @@ from eomgen.symbolic.scalar import Algebra, Scalar
 
 _FUNCTIONS: dict[type[sympy.Function], Op] = {
     **{getattr(sympy, name): op for op, name in ELEMENTARY.items()},
-    sympy.atan2: Op.ATAN2, sympy.Abs: Op.ABS, sympy.sign: Op.SIGN,
-}  # fmt: skip
+    sympy.atan2: Op.ATAN2,
+    sympy.Abs: Op.ABS,
+    sympy.sign: Op.SIGN,
+}
 
 
 @dataclass(frozen=True)

@@ -11,11 +11,12 @@ A Map computes, for i = 0 .. count-1 in this order, with e, s, g, c the four inp
 
 Results are numbered: first the sums, then the final carries, then the rows, element after element:
 
-    sum k -> k      final carry k -> S + k      row[i][k] -> S + L + i * R + k      (S, L, R = number of sums, last, stacked)
+    sum k -> k      final carry k -> S + k      row[i][k] -> S + L + i * R + k      (S, L, R = number of sums, last,
+    stacked)
 
-The kernel is a Tape of its own with input blocks ``element``, ``shared``, ``gather`` and ``carry`` only, and without Maps.
-Sums start from zero and are added in the order of the elements. A loop and its unrolled form do the same operations, except that
-unrolling lets the tape fold the constants of the elements, which may round differently.
+The kernel is a Tape of its own with input blocks ``element``, ``shared``, ``gather`` and ``carry`` only, and without
+Maps. Sums start from zero and are added in the order of the elements. A loop and its unrolled form do the same
+operations, except that unrolling lets the tape fold the constants of the elements, which may round differently.
 """
 
 from __future__ import annotations
@@ -88,9 +89,13 @@ class Map:
                 if len(column) != self.count:
                     raise ValueError(f"{kind}[{index}] of a Map has {len(column)} entries for {self.count} elements")
         if len(self.last) != len(self.initial):
-            raise ValueError(f"a Map has {len(self.initial)} initial carries but {len(self.last)} in last; each carry needs both")
+            raise ValueError(
+                f"a Map has {len(self.initial)} initial carries but {len(self.last)} in last; each carry needs both"
+            )
         if self.kernel.maps:
-            raise ValueError("the kernel of a Map holds a Map itself; unroll the inner one or write two Maps one after the other")
+            raise ValueError(
+                "the kernel of a Map holds a Map itself; unroll the inner one or write two Maps one after the other"
+            )
         sizes = dict(zip(KERNEL_BLOCKS, map(len, (self.elements, self.shared, self.gather, self.initial)), strict=True))
         for symbol in self.kernel.depends_on(self.kernel_refs):
             if symbol.index >= sizes.get(symbol.block, 0):
@@ -124,9 +129,13 @@ class Map:
         one = self.kernel.counts(self.kernel_refs)
         n = self.count
         return Counts(
-            n * (one.additions + len(self.sums)), n * one.multiplications, n * one.divisions,
-            n * one.functions, n * one.selections, n * (one.statements + len(self.sums)),
-        )  # fmt: skip
+            n * (one.additions + len(self.sums)),
+            n * one.multiplications,
+            n * one.divisions,
+            n * one.functions,
+            n * one.selections,
+            n * (one.statements + len(self.sums)),
+        )
 
     @cached_property
     def key(self) -> tuple[object, ...]:
@@ -135,9 +144,16 @@ class Map:
         refs = splice(compact, self.kernel, self.kernel_refs, {})
         nodes = tuple(zip(compact.op, compact.a, compact.b, compact.c, strict=True))
         return (
-            nodes, tuple(compact.constants[1:]), tuple(compact.inputs), *map(tuple, self.split_kernel(refs)), self.count,
-            self.elements, self.shared, self.gather, self.initial,
-        )  # fmt: skip
+            nodes,
+            tuple(compact.constants[1:]),
+            tuple(compact.inputs),
+            *map(tuple, self.split_kernel(refs)),
+            self.count,
+            self.elements,
+            self.shared,
+            self.gather,
+            self.initial,
+        )
 
 
 def add_map(tape: Tape, loop: Map) -> MapResults:
@@ -158,7 +174,10 @@ def add_map(tape: Tape, loop: Map) -> MapResults:
     return MapResults(
         tuple(result(k, None if value is None else loop.count * value) for k, value in enumerate(sums)),
         tuple(result(len(sums) + k, value) for k, value in enumerate(last)),
-        tuple(tuple(result(start + i * len(stacked) + k, value) for k, value in enumerate(stacked)) for i in range(loop.count)),
+        tuple(
+            tuple(result(start + i * len(stacked) + k, value) for k, value in enumerate(stacked))
+            for i in range(loop.count)
+        ),
     )
 
 

@@ -10,7 +10,8 @@ from typing import Any, Protocol
 
 
 class Op(IntEnum):
-    """Operation codes. ``LT`` and ``LE`` give 1.0 or 0.0, NaN with a NaN; ``SELECT`` takes condition, then, otherwise."""
+    """Operation codes. ``LT`` and ``LE`` give 1.0 or 0.0, NaN with a NaN; ``SELECT`` takes condition, then,
+    otherwise."""
 
     CONST = auto()
     INPUT = auto()
@@ -54,13 +55,18 @@ UNARY = frozenset({*ELEMENTARY, Op.ABS, Op.SIGN})
 LEAVES = frozenset({Op.CONST, Op.INPUT})
 
 FOLD: dict[Op, Callable[[float], float]] = {
-    **{op: getattr(math, name) for op, name in ELEMENTARY.items()}, Op.ABS: abs, Op.SIGN: lambda x: float((x > 0) - (x < 0)),
-}  # fmt: skip
+    **{op: getattr(math, name) for op, name in ELEMENTARY.items()},
+    Op.ABS: abs,
+    Op.SIGN: lambda x: float((x > 0) - (x < 0)),
+}
 
 FOLD_TWO: dict[Op, Callable[[float, float], float]] = {
-    Op.ATAN2: math.atan2, Op.MIN: min, Op.MAX: max,
-    Op.LT: lambda x, y: float(x < y), Op.LE: lambda x, y: float(x <= y),
-}  # fmt: skip
+    Op.ATAN2: math.atan2,
+    Op.MIN: min,
+    Op.MAX: max,
+    Op.LT: lambda x, y: float(x < y),
+    Op.LE: lambda x, y: float(x <= y),
+}
 
 
 class CurveLike(Protocol):
@@ -119,6 +125,10 @@ class Counts:
 
     def __add__(self, other: Counts) -> Counts:
         return Counts(
-            self.additions + other.additions, self.multiplications + other.multiplications, self.divisions + other.divisions,
-            self.functions + other.functions, self.selections + other.selections, self.statements + other.statements,
-        )  # fmt: skip
+            self.additions + other.additions,
+            self.multiplications + other.multiplications,
+            self.divisions + other.divisions,
+            self.functions + other.functions,
+            self.selections + other.selections,
+            self.statements + other.statements,
+        )

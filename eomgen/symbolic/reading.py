@@ -40,8 +40,8 @@ def block_to_sympy(
     shape : () or (rows,) or (rows, columns)
         One number gives a 1 x 1 matrix, a vector a column.
     named : bool, optional
-        True for named intermediates, False for the whole expressions; by default whole up to 200 operations. Maps are unrolled
-        for reading.
+        True for named intermediates, False for the whole expressions; by default whole up to 200 operations. Maps are
+        unrolled for reading.
     names : mapping, optional
         Of inputs, different for different ones; see ``input_symbol`` for the others.
 
@@ -60,7 +60,8 @@ def block_to_sympy(
     rows, columns = (*shape, 1, 1)[:2]
     if len(shape) > 2 or rows * columns != len(refs):
         raise ValueError(
-            f"{len(refs)} references do not fill a block of shape {tuple(shape)}; it has to be (), (rows,) or (rows, columns)"
+            f"{len(refs)} references do not fill a block of shape {tuple(shape)}; it has to be (), (rows,) or (rows,"
+            " columns)"
         )
     if any(tape.op[node] is Op.MAP for node in tape.live(refs)):
         source, tape = tape, Tape()
@@ -85,7 +86,9 @@ def block_to_sympy(
     return (intermediates, matrix) if named else matrix
 
 
-def to_latex(tape: Tape, refs: Sequence[Ref], shape: Sequence[int], *, name: str = "", named: bool | None = None) -> str:
+def to_latex(
+    tape: Tape, refs: Sequence[Ref], shape: Sequence[int], *, name: str = "", named: bool | None = None
+) -> str:
     """Return a block as display LaTeX: ``name = matrix``, after its intermediates in ``aligned``."""
     import sympy  # noqa: PLC0415  # as in block_to_sympy
 
@@ -100,7 +103,8 @@ def to_latex(tape: Tape, refs: Sequence[Ref], shape: Sequence[int], *, name: str
 
 
 def input_symbol(symbol: InputSymbol) -> sympy.Symbol:
-    """Return the real SymPy symbol of an input: ``q0``, ``v1``, ``t``; parameters and blocks with longer names as ``p_0``."""
+    """Return the real SymPy symbol of an input: ``q0``, ``v1``, ``t``; parameters and blocks with longer names as
+    ``p_0``."""
     import sympy  # noqa: PLC0415  # as in block_to_sympy
 
     if symbol.block == "t":
@@ -131,7 +135,8 @@ def _worth_naming(tape: Tape, refs: Sequence[Ref], live: Sequence[int]) -> set[i
 
 
 def _number(value: float) -> sympy.Expr:
-    """Return integers and their halves, quarters and eighths exactly, as a reader writes them; other doubles as they are."""
+    """Return integers and their halves, quarters and eighths exactly, as a reader writes them; other doubles as they
+    are."""
     import sympy  # noqa: PLC0415  # as in block_to_sympy
 
     exact = (8.0 * value).is_integer() and abs(value) < 1e15
@@ -145,14 +150,29 @@ def _sympy_rules() -> dict[Op, Callable[..., Any]]:
         return sympy.Piecewise((1, condition), (0, True))
 
     def select(condition: Any, then: Any, otherwise: Any) -> Any:
-        comparison = isinstance(condition, sympy.Piecewise) and condition.args[0][0] == 1 and condition.args[1] == (0, True)
-        return sympy.Piecewise((then, condition.args[0][1] if comparison else sympy.Ne(condition, 0)), (otherwise, True))
+        comparison = (
+            isinstance(condition, sympy.Piecewise) and condition.args[0][0] == 1 and condition.args[1] == (0, True)
+        )
+        return sympy.Piecewise(
+            (then, condition.args[0][1] if comparison else sympy.Ne(condition, 0)), (otherwise, True)
+        )
 
     return {
-        Op.ADD: lambda x, y: x + y, Op.SUB: lambda x, y: x - y, Op.MUL: lambda x, y: x * y, Op.DIV: lambda x, y: x / y,
+        Op.ADD: lambda x, y: x + y,
+        Op.SUB: lambda x, y: x - y,
+        Op.MUL: lambda x, y: x * y,
+        Op.DIV: lambda x, y: x / y,
         **{op: getattr(sympy, name) for op, name in ELEMENTARY.items()},
-        Op.ATAN2: sympy.atan2, Op.POW: sympy.Pow, Op.ABS: sympy.Abs, Op.SIGN: sympy.sign,
-        Op.MIN: sympy.Min, Op.MAX: sympy.Max, Op.LT: lambda x, y: indicator(x < y), Op.LE: lambda x, y: indicator(x <= y),
+        Op.ATAN2: sympy.atan2,
+        Op.POW: sympy.Pow,
+        Op.ABS: sympy.Abs,
+        Op.SIGN: sympy.sign,
+        Op.MIN: sympy.Min,
+        Op.MAX: sympy.Max,
+        Op.LT: lambda x, y: indicator(x < y),
+        Op.LE: lambda x, y: indicator(x <= y),
         Op.SELECT: select,
-        Op.CURVE: lambda x, curve, derivative: sympy.Function(f"{curve.name}_{derivative}" if derivative else curve.name)(x),
-    }  # fmt: skip
+        Op.CURVE: lambda x, curve, derivative: sympy.Function(
+            f"{curve.name}_{derivative}" if derivative else curve.name
+        )(x),
+    }

@@ -34,12 +34,14 @@ class MatrixFactor:
         return (B[0], (B[0][1], B[1][1], B[1][2]), (B[0][2], B[1][2], B[2][2]))
 
     def _planar(self) -> PlanarFactor | None:
-        """Return the same turn about a coordinate axis, if it is one by an angle that is no right angle (those are free here)."""
+        """Return the same turn about a coordinate axis, if it is one by an angle that is no right angle (those are free
+        here)."""
         for k in range(3):
             i, j = (k + 1) % 3, (k + 2) % 3
             cosine, sine = self.matrix[i][i], self.matrix[j][i]
             across = (self.matrix[k][i], self.matrix[k][j], self.matrix[i][k], self.matrix[j][k])
-            # a turn by 1e-9 about another axis leaves a 1 on the diagonal in double precision, and is none about this axis
+            # a turn by 1e-9 about another axis leaves a 1 on the diagonal in double precision, and is none about this
+            # axis
             if not all(entry.is_zero for entry in across):
                 continue
             if self.matrix[k][k].constant == 1.0 and not (cosine.is_zero or sine.is_zero):

@@ -1,7 +1,7 @@
 """Scalars of a tape with operators, and vectors (3,) and matrices (3, 3) of them.
 
-Vectors are tuples of three scalars, matrices tuples of three rows. Everything folds on the tape: multiplying by a zero or a one,
-or rotating by a right angle, costs nothing.
+Vectors are tuples of three scalars, matrices tuples of three rows. Everything folds on the tape: multiplying by a zero
+or a one, or rotating by a right angle, costs nothing.
 """
 
 from __future__ import annotations

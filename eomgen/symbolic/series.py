@@ -1,9 +1,9 @@
 """Recurrence of the Taylor coefficients in time of all operations on a tape, order by order.
 
-Unlike ``jets``, which records every order, this records two functions: the values at order 0, and coefficient k from those
-before it. What is not linear makes products whose inner sums, sum_{i=1}^{k-1} left_i right_{k-i}, hold coefficients of lower
-orders only; a driver takes all of them together before coefficient k is asked for. What is left is linear, and the same for every
-k. Recurrences: Griewank and Walther, Evaluating Derivatives (2008), table 13.2.
+Unlike ``jets``, which records every order, this records two functions: the values at order 0, and coefficient k from
+those before it. What is not linear makes products whose inner sums, sum_{i=1}^{k-1} left_i right_{k-i}, hold
+coefficients of lower orders only; a driver takes all of them together before coefficient k is asked for. What is left
+is linear, and the same for every k. Recurrences: Griewank and Walther, Evaluating Derivatives (2008), table 13.2.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from eomgen.symbolic.map import record
 from eomgen.symbolic.operations import CurveLike, InputSymbol, Op
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 
-#: Blocks that coefficient k is made of, besides the coefficients k of what the caller drives: inner sums, order 0 of both factors
-#: of the products, values kept from order 0, and (k, 1/k).
+#: Blocks that coefficient k is made of, besides the coefficients k of what the caller drives: inner sums, order 0 of
+#: both factors of the products, values kept from order 0, and (k, 1/k).
 SUMS, LEFT, RIGHT, KEPT, ORDER = "sums", "left", "right", "kept", "order"
 _PAIRS = {Op.SIN: 0, Op.COS: 1, Op.SINH: 0, Op.COSH: 1}
 
@@ -97,7 +97,9 @@ class Series:
 
     def scale(self, factor: Ref, x: Term) -> Term:
         """Return a value that does not change in time, times x."""
-        return Term(self.tape.mul(factor, x.value), self.tape.mul(self.keep(factor), x.next) if x.next != ZERO else ZERO)
+        return Term(
+            self.tape.mul(factor, x.value), self.tape.mul(self.keep(factor), x.next) if x.next != ZERO else ZERO
+        )
 
     # -- nonlinear operations -----------------------------------------------------------------------------------------
 
@@ -107,7 +109,11 @@ class Series:
         tape, number = self.tape, self.open_product()
         self.close_product(number, x, y)
         rest = tape.mul(self.first(LEFT, number, x), y.next)
-        rest = tape.mul(tape.constant(2.0), rest) if x == y else tape.add(rest, tape.mul(self.first(RIGHT, number, y), x.next))
+        rest = (
+            tape.mul(tape.constant(2.0), rest)
+            if x == y
+            else tape.add(rest, tape.mul(self.first(RIGHT, number, y), x.next))
+        )
         return Term(tape.mul(x.value, y.value), tape.add(self.inner(number), rest))
 
     def divide(self, x: Term, y: Term) -> Term:
@@ -280,9 +286,15 @@ def record_term(series: Series, op: Op, operands: Sequence[Term]) -> Term:
     if all(operand.next == ZERO for operand in operands):
         return Term(record(tape, op, [operand.value for operand in operands]), ZERO)
     simple: dict[Op, Callable[..., Term]] = {
-        Op.ADD: series.add, Op.MUL: series.multiply, Op.DIV: series.divide, Op.SQRT: series.sqrt, Op.EXP: series.exponential,
-        Op.LOG: series.logarithm, Op.POW: series.power, Op.ATAN2: series.angle,
-    }  # fmt: skip
+        Op.ADD: series.add,
+        Op.MUL: series.multiply,
+        Op.DIV: series.divide,
+        Op.SQRT: series.sqrt,
+        Op.EXP: series.exponential,
+        Op.LOG: series.logarithm,
+        Op.POW: series.power,
+        Op.ATAN2: series.angle,
+    }
     if op in simple:
         return simple[op](*operands)
     if op is Op.SUB:

@@ -1,8 +1,9 @@
 """The tape: an append-only, hash-consed list of operations on which all equations are recorded.
 
 A *reference* is a nonzero integer: ``n`` is node n, ``-n`` its negative. Negation therefore costs nothing, commutes
-through products by itself, and reaches the C code only where a sum or an output absorbs it. Rules are local (0, 1, sign,
-constant folding, order of commutative operands), so building is linear in the number of operations and deterministic.
+through products by itself, and reaches the C code only where a sum or an output absorbs it. Rules are local (0, 1,
+sign, constant folding, order of commutative operands), so building is linear in the number of operations and
+deterministic.
 """
 
 from __future__ import annotations
@@ -63,7 +64,8 @@ class Tape:
     # -- leaves ---------------------------------------------------------------------------------------------------
 
     def constant(self, value: float) -> Ref:
-        """Return the reference of a constant. Raises OverflowError when it is infinite, ValueError when it is not a number."""
+        """Return the reference of a constant. Raises OverflowError when it is infinite, ValueError when it is not a
+        number."""
         if math.isinf(value):
             raise OverflowError(f"a constant of a tape must be finite, not {value}")
         if not math.isfinite(value):
@@ -163,7 +165,8 @@ class Tape:
         return self._node(Op.DIV, x, y)
 
     def call(self, op: Op, x: Ref, y: Ref = 0) -> Ref:
-        """Apply a function of one or two arguments. Raises ValueError where a constant argument is outside its domain."""
+        """Apply a function of one or two arguments. Raises ValueError where a constant argument is outside its
+        domain."""
         if op in UNARY:
             number = self.value(x)
             if number is not None:
@@ -200,7 +203,9 @@ class Tape:
         number = self.value(x)
         if number is not None:
             return self.constant(float(curve(number, derivative)))
-        known = next((k for k, (other, order) in enumerate(self.curves) if other is curve and order == derivative), None)
+        known = next(
+            (k for k, (other, order) in enumerate(self.curves) if other is curve and order == derivative), None
+        )
         if known is None:
             known = len(self.curves)
             self.curves.append((curve, derivative))
@@ -241,7 +246,8 @@ class Tape:
         self.blocks.append((len(self.op), previous))
 
     def name(self, ref: Ref, text: str) -> None:
-        """Name the operation behind a reference, ``minus_text`` behind a negative; the first name stays. Leaves have none."""
+        """Name the operation behind a reference, ``minus_text`` behind a negative; the first name stays. Leaves have
+        none."""
         if self.op[abs(ref)] not in LEAVES:
             self.names.setdefault(abs(ref), text if ref > 0 else f"minus_{text}")
 
@@ -253,7 +259,8 @@ class Tape:
         if op is Op.SELECT:
             return (self.a[node], self.b[node], self.c[node])
         if op is Op.MAP:
-            return tuple(self.maps[self.a[node]].gathered)  # type: ignore[attr-defined]  # maps hold Map, which knows Tape
+            # maps hold Map, which knows Tape
+            return tuple(self.maps[self.a[node]].gathered)  # type: ignore[attr-defined]
         if op in UNARY or op is Op.CURVE:
             return (self.a[node],)
         return (self.a[node], self.b[node])
@@ -294,7 +301,9 @@ class Tape:
         functions = sum(tally[op] for op in UNARY) + tally[Op.POW] + tally[Op.ATAN2] + tally[Op.CURVE]
         selections = tally[Op.MIN] + tally[Op.MAX] + tally[Op.LT] + tally[Op.LE] + tally[Op.SELECT]
         statements = sum(count for op, count in tally.items() if op not in LEAVES)
-        return total + Counts(tally[Op.ADD] + tally[Op.SUB], tally[Op.MUL], tally[Op.DIV], functions, selections, statements)
+        return total + Counts(
+            tally[Op.ADD] + tally[Op.SUB], tally[Op.MUL], tally[Op.DIV], functions, selections, statements
+        )
 
     def label(self, node: int) -> str:
         """Return the physical meaning under which a node was recorded."""

@@ -1,7 +1,7 @@
 """Description: what the back end needs besides the equations (names, units, limits, requirements, drawing); data only.
 
-A front end gives a ``Description`` beside a ``System``: names, units and bounds of all numbers, formulas that are evaluated when
-a run starts or fails, and what can be drawn. Nothing behind it knows what the description was made from.
+A front end gives a ``Description`` beside a ``System``: names, units and bounds of all numbers, formulas that are
+evaluated when a run starts or fails, and what can be drawn. Nothing behind it knows what the description was made from.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Vector
 from eomgen.formula.prescribed_motion import Law
 from eomgen.system.signals import Input, Output, Parameter, State
 
-#: The frame that carries everything and moves as prescribed, and the inertial frame; both stand where names of bodies do.
+#: The frame that carries everything and moves as prescribed, and the inertial frame; both stand where names of bodies
+#: do.
 BASE = "base"
 WORLD = "world"
 #: Part of a limit, and of 1 rad or 1 m, that is rounding.
@@ -31,7 +32,8 @@ def component_names(letter: str, name: str, size: int) -> list[str]:
 
 @dataclass(frozen=True)
 class Factor:
-    """One factor of the configuration group, with its slices of q and v. Groups: ``R`` (1), ``SO3`` (4, 3), ``SE3`` (7, 6)."""
+    """One factor of the configuration group, with its slices of q and v. Groups: ``R`` (1), ``SO3`` (4, 3), ``SE3`` (7,
+    6)."""
 
     group: str
     name: str
@@ -88,15 +90,16 @@ class Limit:
     stiffness: Formula
 
     def passed(self, position: float, value: Callable[[Formula], float]) -> str:
-        """Return a sentence on a start beyond the range; empty within it. ``value`` gives what a formula of parameters is."""
+        """Return a sentence on a start beyond the range; empty within it. ``value`` gives what a formula of parameters
+        is."""
         for side, bound, sign in (("lower", self.lower, -1.0), ("upper", self.upper, 1.0)):
             limit = math.inf * sign if bound is None else value(bound)
             depth = sign * (position - limit)
             if depth > _ROUNDING * (1.0 + abs(limit)):
                 effort = f"{value(self.stiffness) * depth:.3g} {'N m' if self.unit == 'rad' else 'N'}"
                 return (
-                    f"{self.what} starts at {position:.4g} {self.unit}, beyond its {side} limit {limit:.4g} {self.unit}: "
-                    f"the stop pushes back with up to {effort}; try an initial position within the limits"
+                    f"{self.what} starts at {position:.4g} {self.unit}, beyond its {side} limit {limit:.4g}"
+                    f" {self.unit}: the stop pushes back with up to {effort}; try an initial position within the limits"
                 )
         return ""
 

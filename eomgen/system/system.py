@@ -3,8 +3,8 @@
     M(q) vdot + h(q, v) + b(q, v, t) + B(q, t)^T lam = Q(q, v, t, u)
     qdot = q * tilde(v),   Phi(q, t) = 0,   zdot = Z(q, v, z, t, u)
 
-A front end fills a System; a back end (C, integrators, linearisation, rates, studies) needs nothing else. The residual comes
-first; M, h, b, Q, B, Phi and Z are projections of it that are present only where they were asked for.
+A front end fills a System; a back end (C, integrators, linearisation, rates, studies) needs nothing else. The residual
+comes first; M, h, b, Q, B, Phi and Z are projections of it that are present only where they were asked for.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 #: Input blocks in the order in which every function takes them.
 INPUT_BLOCKS = (
     "p", "t", "q", "v", "a", "j", "s", "a_higher", "z", "lam", "u", "u_dot", "u_ddot", "u_higher", "base", "base_rates",
-)  # fmt: skip
+)  # fmt: skip  # a table
 
 #: Blocks with the first, the second, and row by row the higher time derivatives of a and u.
 RATE_BLOCKS = {"a": ("j", "s", "a_higher"), "u": ("u_dot", "u_ddot", "u_higher")}
@@ -48,7 +48,8 @@ BASE_LAYOUT: tuple[tuple[str, int, str], ...] = (
 #: Functions of a motion that is known: no stepper calls them.
 _OBSERVED = frozenset({"joint_angles", *(name for name, term in TERMS.items() if term.observed)})
 
-#: How inputs without a name of their own, the time and intermediates are called in SymPy: no name of a scene may look like that.
+#: How inputs without a name of their own, the time and intermediates are called in SymPy: no name of a scene may look
+#: like that.
 _TAKEN = re.compile(r"t|[qvazu][0-9]+|(p|lam|base|w)_[0-9]+")
 
 
@@ -84,7 +85,8 @@ class Function:
 
 @dataclass(frozen=True)
 class Quantity:
-    """A named number of the interface: a tunable parameter or a state (value = default), an input, an output's components."""
+    """A named number of the interface: a tunable parameter or a state (value = default), an input, an output's
+    components."""
 
     name: str
     value: float = 0.0
@@ -97,7 +99,8 @@ class Quantity:
 class Facts:
     """What methods may rely on; checked before any C exists.
 
-    ``conservative``: the term ``energy`` is there, and shows no power in any state, so that the total energy is constant.
+    ``conservative``: the term ``energy`` is there, and shows no power in any state, so that the total energy is
+    constant.
     """
 
     constant_mass: bool
@@ -113,8 +116,8 @@ class Facts:
 class Discontinuity:
     """A time at which forces are not smooth, and again every ``period`` after it where that is not 0.
 
-    ``order``: the lowest derivative of forces that jumps, 0 for themselves. ``blur``: the time is known to this many times the
-    precision of the numbers in use.
+    ``order``: the lowest derivative of forces that jumps, 0 for themselves. ``blur``: the time is known to this many
+    times the precision of the numbers in use.
     """
 
     time: float
@@ -145,12 +148,14 @@ class System:
     factors : tuple of Factor
         The configuration, a product of groups.
     angles : tuple of str
-        Numbers of q behind the factors, by name: references of angles that the factors tell up to whole turns only. Each is
-        within half a turn of its angle, which the function ``joint_angles`` gives; whoever moves q lets it follow.
+        Numbers of q behind the factors, by name: references of angles that the factors tell up to whole turns only.
+        Each is within half a turn of its angle, which the function ``joint_angles`` gives; whoever moves q lets it
+        follow.
     functions : mapping from name to Function
         ``residual`` is always there: r(q, v, a, z, lam, t, u, p), zero along motions.
     dof_parent : (nv,) tuple
-        For each velocity component the nearest one it depends on towards the root, -1 at the root: the block sparsity of M.
+        For each velocity component the nearest one it depends on towards the root, -1 at the root: the block sparsity
+        of M.
     multipliers : tuple of str
         Name of each constraint row: the ``holonomic`` first ones Phi(q, t) = 0, then those at velocity level.
     row_units : tuple of str
@@ -162,7 +167,8 @@ class System:
     patterns : mapping from K, C, M, B, Z, Rz, Fq, Fv, Fz to (row, column) pairs
         Where the nonzeros that ``iteration`` and ``jacobian_values`` give belong, in their order.
     inner_owners : tuple of int
-        For each unknown that ``iteration`` of a long tree keeps besides the velocity, the first velocity component of its link.
+        For each unknown that ``iteration`` of a long tree keeps besides the velocity, the first velocity component of
+        its link.
     extent : tuple of Ref
         Size of the machine, m, and of gravity, m/s^2: functions of the parameters.
     guards : tuple of Ref
@@ -182,7 +188,8 @@ class System:
     kept, dropped : tuples of str
         What the scene made necessary, and what it did not.
     order : int
-        Highest time derivative that a function gives: how many derivatives of inputs and of the base's acceleration it takes.
+        Highest time derivative that a function gives: how many derivatives of inputs and of the base's acceleration it
+        takes.
     """
 
     name: str
@@ -262,15 +269,20 @@ class System:
     def turning(self) -> tuple[int, ...]:
         """Components of q in the holonomic constraints that count there, and in all equations, up to whole turns only.
 
-        What is only evaluated of a motion, for the angle as it is, does not matter: a quaternion has a period of two turns.
+        What is only evaluated of a motion, for the angle as it is, does not matter: a quaternion has a period of two
+        turns.
         """
         if not self.holonomic:
             return ()
         equations = [f for name, f in self.functions.items() if name not in _OBSERVED]
         of_period = periodic_inputs(self.tape, [ref for f in equations for ref in f.refs])
-        held = self.tape.depends_on(ref for f in equations for block in f.outputs if block.name == "Phi" for ref in block.refs)
+        held = self.tape.depends_on(
+            ref for f in equations for block in f.outputs if block.name == "Phi" for ref in block.refs
+        )
         angles = {factor.q_start + k for factor in self.factors if factor.group == "R" for k in range(factor.q_size)}
-        return tuple(sorted(symbol.index for symbol in of_period & held if symbol.block == "q" and symbol.index in angles))
+        return tuple(
+            sorted(symbol.index for symbol in of_period & held if symbol.block == "q" and symbol.index in angles)
+        )
 
     @cached_property
     def positions(self) -> int:
@@ -285,8 +297,8 @@ class System:
         """Names from the scene of components of p, u, z, q, v and a, as ``sympy`` uses them.
 
         Parameters, inputs and states have their own names; coordinates are ``q_hinge``, ``v_hinge``, ``a_hinge``, or
-        ``q_ball_0`` and so on for joints of several. A name that two components would share, or that looks like a component's
-        place in its array (``q0``, ``p_1``), is left out: such a component is called by its place.
+        ``q_ball_0`` and so on for joints of several. A name that two components would share, or that looks like a
+        component's place in its array (``q0``, ``p_1``), is left out: such a component is called by its place.
         """
         names = {InputSymbol("p", index): item.name for index, item in enumerate(self.parameters)}
         names |= {InputSymbol("u", index): item.name for index, item in enumerate(self.inputs)}
@@ -314,7 +326,8 @@ class System:
         UsageError
             The term was not derived, or there is none of that name.
         """
-        from eomgen.symbolic.reading import block_to_sympy  # noqa: PLC0415  # SymPy is imported only when it is asked for
+        # SymPy is imported only when it is asked for
+        from eomgen.symbolic.reading import block_to_sympy  # noqa: PLC0415
 
         if term not in self.functions:
             hint = f'eomgen.derive(scene, terms=[..., "{term}"])' if term in TERMS else nearest_term(str(term))

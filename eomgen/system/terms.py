@@ -162,7 +162,8 @@ _PLAIN = (
     Term(
         "joint_velocities",
         ("p", "t", "q", "v", "a", "base"),
-        "velocities and accelerations of joints between absolute bodies, and their partials in q (left-trivialised) and v",
+        "velocities and accelerations of joints between absolute bodies, and their partials in q (left-trivialised)"
+        " and v",
         exists=("absolute",),
         on_request=True,
     ),
@@ -197,7 +198,9 @@ CLOSED_MATRICES = tuple(_CLOSED)
 _SECOND_WAY = "by the closed matrix form: a second derivation, for checks"
 
 
-def _rate(name: str, source: str, orders: tuple[int, int], accelerations: int, inputs: Inputs, description: str) -> Term:
+def _rate(
+    name: str, source: str, orders: tuple[int, int], accelerations: int, inputs: Inputs, description: str
+) -> Term:
     """Return the row of derivatives of ``source``; ``accelerations``: orders of a that they need, -1 for none."""
     first, order = orders
     blocks = [*inputs, *("a", "j", "s")[: accelerations + 1], *(("a_higher",) if accelerations > 2 else ())]
@@ -211,11 +214,13 @@ def _rate(name: str, source: str, orders: tuple[int, int], accelerations: int, i
 def _rates() -> Iterator[Term]:
     """Yield all terms that are time derivatives along a motion, and the matrices of the closed form.
 
-    A name ending in ``_rates`` gives first and second derivatives, in ``_rates_1`` the first only. ``rates``, of inverse
-    dynamics to any order, and ``forward_rates`` start with the quantity itself.
+    A name ending in ``_rates`` gives first and second derivatives, in ``_rates_1`` the first only. ``rates``, of
+    inverse dynamics to any order, and ``forward_rates`` start with the quantity itself.
     """
     for order in range(1, HIGHEST_RATE + 1):
-        what = {1: "time derivative", 2: "first and second time derivative"}.get(order, f"time derivatives up to order {order}")
+        what = {1: "time derivative", 2: "first and second time derivative"}.get(
+            order, f"time derivatives up to order {order}"
+        )
         text = f"tau and its {what}, tau = M a + h + b - Q along the motion"
         term = _rate("rates" if order == 2 else f"rates_{order}", "inverse_dynamics", (0, order), order, _STATE, text)
         yield term
@@ -286,7 +291,8 @@ def meant_term(name: str) -> str:
 
 
 def nearest_term(name: str) -> str:
-    """Return a hint for a name that is no term: the term that it stands for elsewhere, else those whose names are closest."""
+    """Return a hint for a name that is no term: the term that it stands for elsewhere, else those whose names are
+    closest."""
     if meant := meant_term(name):
         return meant
     plain = [term for term in TERMS if "rates" not in term]  # the others are near to what they are derivatives of

@@ -77,8 +77,12 @@ class Builder:
         """Return the cache key of what the caller's ``content`` bytes determine, on this machine, with these flags."""
         digest = hashlib.sha256()
         for text in (
-            self.compiler.identity, " ".join(self.flags), processor() if self.profile.native else "", self.mode, library_suffix(),
-        ):  # fmt: skip
+            self.compiler.identity,
+            " ".join(self.flags),
+            processor() if self.profile.native else "",
+            self.mode,
+            library_suffix(),
+        ):
             digest.update(text.encode() + b"\0")
         digest.update(content)
         return digest.hexdigest()
@@ -96,7 +100,8 @@ class Builder:
             return None
 
     def claim(self, content: bytes) -> AbstractContextManager[None]:
-        """Return the right to make the library of these content bytes: of many processes one makes it, and others wait."""
+        """Return the right to make the library of these content bytes: of many processes one makes it, and others
+        wait."""
         return self.cache.claim(self.key(content))
 
     def build(self, content: bytes, files: Mapping[str, str], cdef: str, layout: Mapping[str, Any]) -> Library:
@@ -123,7 +128,9 @@ class Builder:
             sources = [folder / name for name in sorted(files) if name.endswith(".c") and name != "main.c"]
             objects = [] if self.headers is None else [self._wrapper(cdef, files["interface.h"], self.headers)]
             output = folder / (_LIBRARY + library_suffix())
-            commands = compile_library(self.compiler, sources, output, self.flags, objects=objects, timeout=self.timeout)
+            commands = compile_library(
+                self.compiler, sources, output, self.flags, objects=objects, timeout=self.timeout
+            )
             for source in sources:
                 source.with_suffix(".o").unlink(missing_ok=True)
             (folder / _COMMANDS).write_text("\n".join([self.compiler.version, *commands, ""]), encoding="utf-8")
@@ -133,7 +140,10 @@ class Builder:
             entry = self.cache.put(key, fill)
         except ToolchainError as error:
             raise ToolchainError(
-                [type(p)(f"C compiler, sources kept in {self.cache.failed_folder(key)}", p.what, p.hint) for p in error.problems]
+                [
+                    type(p)(f"C compiler, sources kept in {self.cache.failed_folder(key)}", p.what, p.hint)
+                    for p in error.problems
+                ]
             ) from error
         return self._load(entry)
 

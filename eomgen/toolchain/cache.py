@@ -1,8 +1,9 @@
 """A content-addressed cache of libraries: atomic renames into place, checksums on reading, bounded size.
 
-Any process may be killed at any moment, and any number may build the same thing: an entry is there as a whole or not at all.
-Beside the entries there are ``claims`` (who builds what), ``failed`` (sources of failed builds), ``quarantine`` (damaged entries)
-and ``tmp-*`` (builds under way, or left by processes that were killed); all of them are cleared away in time.
+Any process may be killed at any moment, and any number may build the same thing: an entry is there as a whole or not at
+all. Beside the entries there are ``claims`` (who builds what), ``failed`` (sources of failed builds), ``quarantine``
+(damaged entries) and ``tmp-*`` (builds under way, or left by processes that were killed); all of them are cleared away
+in time.
 """
 
 from __future__ import annotations
@@ -61,7 +62,8 @@ def default_folder(environ: Mapping[str, str] | None = None) -> Path:
 
 
 class Cache:
-    """The store in one folder; where that cannot be written, what is in it serves, and new entries go to a temporary one.
+    """The store in one folder; where that cannot be written, what is in it serves, and new entries go to a temporary
+    one.
 
     Parameters
     ----------
@@ -73,7 +75,8 @@ class Cache:
 
     def __init__(self, folder: Path | str | None = None, limit: int = DEFAULT_LIMIT) -> None:
         self.limit = limit
-        self.folder = (default_folder() if folder is None else Path(folder)).absolute()  # compilers run in other folders
+        # compilers run in other folders
+        self.folder = (default_folder() if folder is None else Path(folder)).absolute()
         self.read_only: Path | None = None
         self._refusal = refusal(self.folder)
         if self._refusal:
@@ -97,7 +100,8 @@ class Cache:
 
     @contextlib.contextmanager
     def claim(self, key: str) -> Iterator[None]:
-        """Hold the right to build an entry, so that of many processes one builds and the others wait for it, dead or alive."""
+        """Hold the right to build an entry, so that of many processes one builds and the others wait for it, dead or
+        alive."""
         self._substitute_folder()
         claims = self.folder / "claims"
         with contextlib.suppress(OSError):
@@ -108,8 +112,8 @@ class Cache:
     def put(self, key: str, build: Callable[[Path], None]) -> Entry:
         """Let ``build`` fill a private folder, keep it as the entry of the key, and return it.
 
-        The folder survives a failure of ``build`` as ``failed/<key>``, and the exception passes through; an OSError, of a
-        full disk for one, becomes FileError, and what there was is removed.
+        The folder survives a failure of ``build`` as ``failed/<key>``, and the exception passes through; an OSError, of
+        a full disk for one, becomes FileError, and what there was is removed.
         """
         self._substitute_folder()
         private, held = None, None
@@ -128,7 +132,9 @@ class Cache:
             if not isinstance(error, OSError):
                 raise
             what = f"a compiled model cannot be kept: {error.strerror or error}"
-            raise FileError(Problem(f"cache {self.folder}", what, "space there, or EOMGEN_CACHE=<another folder>")) from error
+            raise FileError(
+                Problem(f"cache {self.folder}", what, "space there, or EOMGEN_CACHE=<another folder>")
+            ) from error
         finally:
             if held is not None:
                 os.close(held)

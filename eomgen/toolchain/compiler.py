@@ -43,11 +43,19 @@ class Profile:
     native: bool
 
 
-_FAST = ("-O2", "-march=native", "-ffp-contract=fast", "-fno-math-errno", "-fno-trapping-math", "-fno-tree-slp-vectorize")
+_FAST = (
+    "-O2",
+    "-march=native",
+    "-ffp-contract=fast",
+    "-fno-math-errno",
+    "-fno-trapping-math",
+    "-fno-tree-slp-vectorize",
+)
 
-#: ``fast``: this processor's instructions, fused multiply-add, no errno; all of it keeps NaN, infinities and the order of sums.
-#: No vectors of neighbouring statements: gcc 12.2 makes wrong code of them with 512-bit registers, and they gain nothing here.
-#: ``reproducible``: the same bits on every IEEE machine, and as the command in an emitted manifest gives. ``quick``: for tests.
+#: ``fast``: this processor's instructions, fused multiply-add, no errno; all of it keeps NaN, infinities and the order
+#: of sums. No vectors of neighbouring statements: gcc 12.2 makes wrong code of them with 512-bit registers, and they
+#: gain nothing here. ``reproducible``: the same bits on every IEEE machine, and as the command in an emitted manifest
+#: gives. ``quick``: for tests.
 PROFILES = {
     "fast": Profile("fast", _FAST, True),
     "reproducible": Profile("reproducible", ("-O2", "-ffp-contract=off"), False),
@@ -81,10 +89,17 @@ class Compiler:
         """First line of ``cc --version``."""
         try:
             result = subprocess.run(
-                [*self.command, "--version"], capture_output=True, encoding="utf-8", errors="replace", timeout=20, check=False
-            )  # fmt: skip
+                [*self.command, "--version"],
+                capture_output=True,
+                encoding="utf-8",
+                errors="replace",
+                timeout=20,
+                check=False,
+            )
         except (OSError, subprocess.TimeoutExpired) as error:
-            raise ToolchainError(f"the C compiler {self.path} does not run: {error}", "another one with CC=...") from error
+            raise ToolchainError(
+                f"the C compiler {self.path} does not run: {error}", "another one with CC=..."
+            ) from error
         lines = (result.stdout or result.stderr).splitlines()
         return printable(lines[0]) if lines else "unknown version"
 
@@ -119,7 +134,9 @@ def find_compiler(environ: Mapping[str, str] | None = None) -> Compiler:
         found = shutil.which(candidate, path=path)
         if found is not None:
             return Compiler((found,), Path(found))
-    raise ToolchainError(f"no C compiler found: looked for {', '.join(CANDIDATES)} on the path and in CC", install_hint())
+    raise ToolchainError(
+        f"no C compiler found: looked for {', '.join(CANDIDATES)} on the path and in CC", install_hint()
+    )
 
 
 def install_hint() -> str:
@@ -146,7 +163,9 @@ def processor() -> str:
     try:
         with Path("/proc/cpuinfo").open(encoding="ascii", errors="replace") as stream:
             text += "".join(
-                line for _, line in zip(range(40), stream, strict=False) if line.startswith(("model name", "flags", "Features"))
+                line
+                for _, line in zip(range(40), stream, strict=False)
+                if line.startswith(("model name", "flags", "Features"))
             )
     except OSError:
         text += platform.platform()
@@ -173,17 +192,27 @@ def compile_library(
     deadline = time.monotonic() + timeout
     running = _Running()
     with ThreadPoolExecutor(max_workers=max(1, jobs)) as pool, running.stopped_on_failure():
-        longest_first = sorted(sources, key=lambda source: -source.stat().st_size)  # so that none is left alone at the end
+        # so that none is left alone at the end
+        longest_first = sorted(sources, key=lambda source: -source.stat().st_size)
         made = pool.map(lambda source: compile_object(compiler, source, flags, deadline, running), longest_first)
         result = dict(zip(longest_first, made, strict=True))
         done = [result[source] for source in sources]
-    link = [*compiler.command, *_link_flags(), *(str(item) for item, _ in done), *map(str, objects), "-o", str(output), "-lm"]
+    link = [
+        *compiler.command,
+        *_link_flags(),
+        *(str(item) for item, _ in done),
+        *map(str, objects),
+        "-o",
+        str(output),
+        "-lm",
+    ]
     _run(link, output, deadline)
     return [*(command for _, command in done), shlex.join(link)]
 
 
 class _Running:
-    """The compiler processes of one library, so that Ctrl-C in the main thread need not wait for those of the workers."""
+    """The compiler processes of one library, so that Ctrl-C in the main thread need not wait for those of the
+    workers."""
 
     def __init__(self) -> None:
         self._processes: set[subprocess.Popen[str]] = set()
@@ -215,7 +244,11 @@ class _Running:
 
 
 def compile_object(
-    compiler: Compiler, source: Path, flags: Sequence[str], deadline: float | None = None, running: _Running | None = None
+    compiler: Compiler,
+    source: Path,
+    flags: Sequence[str],
+    deadline: float | None = None,
+    running: _Running | None = None,
 ) -> tuple[Path, str]:
     """Compile one file to an object beside it; return the object and the command."""
     made = source.with_suffix(".o")
@@ -233,7 +266,9 @@ def _link_flags() -> list[str]:
 def printable(text: str) -> str:
     """Return what a program said without colours, and with all other characters that steer a terminal written out."""
     plain = _COLOURS.sub("", text)
-    kept = (c if c in "\n\t" or unicodedata.category(c)[0] != "C" else c.encode("unicode_escape").decode() for c in plain)
+    kept = (
+        c if c in "\n\t" or unicodedata.category(c)[0] != "C" else c.encode("unicode_escape").decode() for c in plain
+    )
     lines = "".join(kept).split("\n")
     return "\n".join(line if len(line) <= _WIDEST else f"{line[:_WIDEST]} ..." for line in lines)
 
@@ -246,10 +281,19 @@ def library_suffix() -> str:
 def _run(command: Sequence[str], made: Path, deadline: float, running: _Running | None = None) -> None:
     where = f"C compiler, sources kept in {made.parent}"
     try:
-        with subprocess.Popen(
-            list(command), cwd=made.parent, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-            encoding="utf-8", errors="replace", env={**os.environ, "LC_ALL": "C"},
-        ) as process, (running or _Running()).watched(process):  # fmt: skip
+        with (
+            subprocess.Popen(
+                list(command),
+                cwd=made.parent,
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                encoding="utf-8",
+                errors="replace",
+                env={**os.environ, "LC_ALL": "C"},
+            ) as process,
+            (running or _Running()).watched(process),
+        ):
             try:
                 output, complaints = process.communicate(timeout=max(0.1, deadline - time.monotonic()))
             except BaseException:
@@ -258,11 +302,15 @@ def _run(command: Sequence[str], made: Path, deadline: float, running: _Running 
     except subprocess.TimeoutExpired as error:
         raise ToolchainError(
             Problem(
-                where, f"{shlex.join(command)} did not finish in time", "a longer timeout, fewer functions, or a smaller scene"
+                where,
+                f"{shlex.join(command)} did not finish in time",
+                "a longer timeout, fewer functions, or a smaller scene",
             )
         ) from error
     except OSError as error:
-        raise ToolchainError(Problem(where, f"{shlex.join(command)} does not run: {error.strerror}", install_hint())) from error
+        raise ToolchainError(
+            Problem(where, f"{shlex.join(command)} does not run: {error.strerror}", install_hint())
+        ) from error
     printed = printable("\n".join((complaints or output).splitlines()[-20:])) or "(it said nothing)"
     if process.returncode != 0 and (full := next((word for word in _FULL if word in complaints), None)):
         what = f"the compiler found no room here, or in {tempfile.gettempdir()} for its own files: {full}"

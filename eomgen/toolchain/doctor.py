@@ -19,7 +19,19 @@ from eomgen.toolchain.cache import default_folder, refusal
 from eomgen.toolchain.cffi_build import python_headers
 from eomgen.toolchain.compiler import as_root, compile_library, find_compiler, install_hint, library_suffix
 
-PACKAGES = ("sympy", "numpy", "scipy", "jinja2", "cffi", "pydantic", "click", "rich", "platformdirs", "matplotlib", "pint")
+PACKAGES = (
+    "sympy",
+    "numpy",
+    "scipy",
+    "jinja2",
+    "cffi",
+    "pydantic",
+    "click",
+    "rich",
+    "platformdirs",
+    "matplotlib",
+    "pint",
+)
 #: Bytes that should be free for compiled models.
 ROOM = 50_000_000
 _PROBE = "#include <math.h>\ndouble eomgen_probe(double x) { return sqrt(x); }\n"
@@ -27,7 +39,8 @@ _PROBE = "#include <math.h>\ndouble eomgen_probe(double x) { return sqrt(x); }\n
 
 @dataclass(frozen=True)
 class Check:
-    """One item: whether it is fine, what was found, the command that mends it, and whether building fails without it."""
+    """One item: whether it is fine, what was found, the command that mends it, and whether building fails without
+    it."""
 
     name: str
     ok: bool

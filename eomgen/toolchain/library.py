@@ -21,7 +21,13 @@ class BoundCall:
     __slots__ = ("_arrays", "_call", "_count", "_function", "_inputs", "_outputs", "_strides")
 
     def __init__(
-        self, library: Library, function: int, count: int, inputs: Sequence[Array], strides: list[int], outputs: Sequence[Array]
+        self,
+        library: Library,
+        function: int,
+        count: int,
+        inputs: Sequence[Array],
+        strides: list[int],
+        outputs: Sequence[Array],
     ) -> None:
         ffi = library.ffi
         doubles, pointers, longs = library.types
@@ -71,7 +77,8 @@ class Library:
         functions = layout["functions"]
         if lib.eomgen_size(0) != len(functions):
             raise ToolchainError(
-                f"the library in {folder} has {lib.eomgen_size(0)} functions, its layout {len(functions)}", "building again"
+                f"the library in {folder} has {lib.eomgen_size(0)} functions, its layout {len(functions)}",
+                "building again",
             )
         self._input_sizes = [tuple(function["input_sizes"]) for function in functions]
         self._output_sizes = [tuple(output["size"] for output in function["outputs"]) for function in functions]
@@ -96,7 +103,8 @@ class Library:
         sizes, results = self._input_sizes[number], self._output_sizes[number]
         if len(inputs) != len(sizes) or len(outputs) != len(results):
             raise UsageError(
-                f"{self._name(number)} takes {len(sizes)} arrays and fills {len(results)}, not {len(inputs)} and {len(outputs)}",
+                f"{self._name(number)} takes {len(sizes)} arrays and fills {len(results)}, not {len(inputs)} and"
+                f" {len(outputs)}",
                 f"inputs {', '.join(self.layout['functions'][number]['inputs'])}",
             )
         count, strides = 0, []
@@ -120,7 +128,8 @@ class Library:
                 raise self._wrong_kind(array, number, "outputs", position)
             if array.size != count * size:
                 raise UsageError(
-                    f"{self._argument(number, 'outputs', position)} has {array.size} numbers for {count} samples of {size}"
+                    f"{self._argument(number, 'outputs', position)} has {array.size} numbers for {count} samples of"
+                    f" {size}"
                 )
         return BoundCall(self, number, count, inputs, strides, outputs)
 

@@ -53,7 +53,8 @@ def to_unit(quantity: Quantity, unit: str) -> float:
     Parameters
     ----------
     unit : str
-        Where it is divided by an angle, as a torsional stiffness is, the angle need not be written: N m is taken for N m/rad.
+        Where it is divided by an angle, as a torsional stiffness is, the angle need not be written: N m is taken for N
+        m/rad.
 
     Raises
     ------
@@ -63,7 +64,10 @@ def to_unit(quantity: Quantity, unit: str) -> float:
     size, dimension = measure(quantity.factors)
     wanted_size, wanted = measure(read_unit(unit))
     if not _matches(dimension, wanted):
-        what = f"{shown(quantity.text)} is {_words(quantity.factors)}, {NAMED.get(unit, 'a quantity')} in {unit} is expected"
+        what = (
+            f"{shown(quantity.text)} is {_words(quantity.factors)}, {NAMED.get(unit, 'a quantity')} in {unit} is"
+            " expected"
+        )
         raise UnitError(what, _hint(quantity, wanted, unit, _finite(quantity, quantity.number * size)))
     return _finite(quantity, quantity.number * size / wanted_size)
 
@@ -131,4 +135,6 @@ def _finite(quantity: Quantity, value: Fraction) -> float:
     try:
         return float(value)
     except OverflowError:
-        raise UnitError(f"{shown(quantity.text)} is beyond what a computer holds in SI", "a number below 1e300") from None
+        raise UnitError(
+            f"{shown(quantity.text)} is beyond what a computer holds in SI", "a number below 1e300"
+        ) from None

@@ -23,7 +23,9 @@ def in_label(where: str, text: str, label: str) -> float:
         For a text that is not a number with a unit, or of another dimension than the label, or a label that is no unit.
     """
     if not is_quantity(text):
-        raise UsageError(Problem(where, f"{shown(text)} is neither a number nor a number with a unit", '0.25 or "250 mm"'))
+        raise UsageError(
+            Problem(where, f"{shown(text)} is neither a number nor a number with a unit", '0.25 or "250 mm"')
+        )
     try:
         return number_in_label(text, label)[0]
     except UnitError as error:
@@ -31,7 +33,8 @@ def in_label(where: str, text: str, label: str) -> float:
 
 
 def number_in_label(text: str, label: str, known: Collection[str] = ()) -> tuple[float, str]:
-    """Return the number that a text with a unit is in the unit of a label, and that unit; in SI where there is no label.
+    """Return the number that a text with a unit is in the unit of a label, and that unit; in SI where there is no
+    label.
 
     Raises
     ------

@@ -35,11 +35,14 @@ _FACTOR = re.compile(r"([A-Za-z_][A-Za-z_0-9]*|%)(?:[ \t]*(?:\^|\*\*)[ \t]*([+-]
 _TIMES = re.compile(r"[ \t]*[*.][ \t]*|[ \t]+(?=[A-Za-z_(])")
 _OVER = re.compile(r"[ \t]*/[ \t]*")
 _ADVICE = {
-    "\u00b0": "deg", "\u00b2": "^2", "\u00b3": "^3", "-": "a blank between units",
+    "\u00b0": "deg",
+    "\u00b2": "^2",
+    "\u00b3": "^3",
+    "-": "a blank between units",
     **dict.fromkeys("\u00b5\u03bc", "u for micro"),
     **dict.fromkeys("\u03a9\u2126", "ohm"),
     **dict.fromkeys("\u00b7\u22c5\u00d7", "a blank between units"),
-}  # fmt: skip
+}
 
 Factors = tuple[tuple[str, int], ...]
 
@@ -105,7 +108,9 @@ def read_quantity(text: str, known: Collection[str] = ()) -> Quantity:
     digits = match[1].replace(" ", "").replace("\t", "")
     number, value = Fraction(digits), float(digits)
     if not math.isfinite(value) or (value == 0.0 and number != 0):
-        raise UnitError(f"the number of {shown(text)} is beyond what a computer holds", "a number between 1e-300 and 1e300")
+        raise UnitError(
+            f"the number of {shown(text)} is beyond what a computer holds", "a number between 1e-300 and 1e300"
+        )
     return Quantity(text, number, _Unit(match[2], text, known).read())
 
 
@@ -140,7 +145,9 @@ class _Unit:
                 result += self.term(-1)
                 divides = True
             elif divides and self.accept(_TIMES):
-                raise UnitError(f"{shown(self.text)} can be read in two ways", "brackets, N/(m s), or the divisor last, N s/m")
+                raise UnitError(
+                    f"{shown(self.text)} can be read in two ways", "brackets, N/(m s), or the divisor last, N s/m"
+                )
             else:
                 raise self.malformed()
         return tuple(result)
@@ -198,14 +205,18 @@ class _Unit:
             return UnitError(f"{shown(rest[0])} is not part of a unit", _ADVICE[rest[0]])
         if rest[:1] in ("+", "*", "<", ">", "["):
             number = self.text[: len(self.text.rstrip(" \t")) - len(self.unit)].strip()
-            what = f"more follows {shown(f'{number} {self.unit[: self.place].strip()}')}, and units are not read within formulas"
+            what = (
+                f"more follows {shown(f'{number} {self.unit[: self.place].strip()}')}, and units are not read within"
+                " formulas"
+            )
             return UnitError(what, _parameter(number, self.unit[: self.place].strip()))
         where = f"at {shown(rest[:20])}" if rest else "at its end"
         return UnitError(f"{shown(self.text)} is not a number with a unit: it is not well formed {where}", '"2.5 kN/m"')
 
 
 def _nearest(name: str) -> str:
-    """Return the units whose names are closest: with an exponent set apart, in other letters, or of similar spelling."""
+    """Return the units whose names are closest: with an exponent set apart, in other letters, or of similar
+    spelling."""
     power = re.fullmatch(r"([A-Za-z_]+)([0-9])", name)
     if power and power[1] in names():
         return f"{power[1]}^{power[2]}"

@@ -1,6 +1,6 @@
 """Passive, skyhook, clipped and optimal suspension: simulated root mean squares beside those of the stationary motion.
 
-    python examples/active_quarter_car/compare.py
+python examples/active_quarter_car/compare.py
 """
 
 from __future__ import annotations
@@ -35,7 +35,9 @@ def simulated(model: eomgen.Model, parameters: dict[str, float], duration: float
     if not run.success:
         raise RuntimeError(run.message)
     late = run.t > 2.0
-    return np.array([scale * np.sqrt(np.mean(run.outputs[name][late] ** 2)) for name, scale in zip(OUTPUTS, SCALES, strict=True)])
+    return np.array(
+        [scale * np.sqrt(np.mean(run.outputs[name][late] ** 2)) for name, scale in zip(OUTPUTS, SCALES, strict=True)]
+    )
 
 
 def expected(model: eomgen.Model, parameters: dict[str, float], road: str = "C") -> np.ndarray:

@@ -1,6 +1,6 @@
 """A car on a rough road, passive and with skyhook suspension: from the scene file to C, two runs, a figure and a table.
 
-    python examples/active_vehicle/demo.py --out out/active_vehicle
+python examples/active_vehicle/demo.py --out out/active_vehicle
 """
 
 from __future__ import annotations
@@ -59,7 +59,8 @@ def rms_table(passive: eomgen.Solution, active: eomgen.Solution) -> Table:
     table = []
     for title, output, component, factor, unit in ROWS:
         first, second = (
-            float(np.sqrt(np.mean(signal(run, output, component, factor)[run.t > SETTLED] ** 2))) for run in (passive, active)
+            float(np.sqrt(np.mean(signal(run, output, component, factor)[run.t > SETTLED] ** 2)))
+            for run in (passive, active)
         )
         table.append((title, unit, first, second, 100.0 * (second / first - 1.0)))
     return table
@@ -79,7 +80,11 @@ def draw(passive: eomgen.Solution, active: eomgen.Solution, table: Table, path: 
     histories, summary = figure.subfigures(2, 1, height_ratios=[2.35, 1.0], hspace=0.03)
     grid = histories.add_gridspec(3, 2)
     runs = (("passive", passive, BLUE), ("active", active, VERMILION))
-    shown = ((1, "Driver's seat\nacceleration"), (4, "Suspension travel\nfront left"), (8, "Dynamic tyre load\nfront left"))
+    shown = (
+        (1, "Driver's seat\nacceleration"),
+        (4, "Suspension travel\nfront left"),
+        (8, "Dynamic tyre load\nfront left"),
+    )
     for row, (number, label) in enumerate(shown):
         _, output, component, factor, unit = ROWS[number]
         bound = 1.12 * max(np.abs(signal(run, output, component, factor)).max() for _, run, _ in runs)
@@ -155,8 +160,14 @@ def run(out: Path) -> None:
     draw(passive, active, table, out / "active_vehicle.png")
 
     gain = model.parameters["skyhook"]
-    print(f"{model.name}: {model.nv} degrees of freedom, {passive.stats['steps']} steps of {passive.metadata['step']:g} s,")
-    print(f"once with skyhook = 0 and once with skyhook = {gain:g} N s/m; root mean squares are those after {SETTLED:g} s.\n")
+    print(
+        f"{model.name}: {model.nv} degrees of freedom, {passive.stats['steps']} steps of"
+        f" {passive.metadata['step']:g} s,"
+    )
+    print(
+        f"once with skyhook = 0 and once with skyhook = {gain:g} N s/m; root mean squares are those after {SETTLED:g}"
+        " s.\n"
+    )
     print_table(table)
     least = min(float(np.min(run.outputs["tyre_load"] + static_loads(scene))) for run in (passive, active))
     print(f"\nleast tyre load {least:.0f} N: no wheel leaves the road, so linear tyres are a fair model here")
@@ -185,7 +196,9 @@ def main() -> int:
         print(f"demo: {error}", file=sys.stderr)
         return error.exit_code
     except OSError as error:
-        print(f"demo: {error.filename}: {error.strerror}; try: --out with a folder that can be written", file=sys.stderr)
+        print(
+            f"demo: {error.filename}: {error.strerror}; try: --out with a folder that can be written", file=sys.stderr
+        )
         return 7
     return 0
 

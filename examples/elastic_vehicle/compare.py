@@ -1,6 +1,6 @@
 """Passive, skyhook and optimal suspension under an elastic body: simulated root mean squares beside stationary ones.
 
-    python examples/elastic_vehicle/compare.py [half_car] [full_car]
+python examples/elastic_vehicle/compare.py [half_car] [full_car]
 """
 
 from __future__ import annotations
@@ -99,22 +99,25 @@ def simulated(model: eomgen.Model, car: Car, parameters: dict[str, float], durat
     if not run.success:
         raise eomgen.NumericalError(run.message)
     late = run.t > 2.0
-    values = (run.outputs[name][late] if part is None else run.outputs[name][late, part] for name, part, _, _ in car.rows)
+    values = (
+        run.outputs[name][late] if part is None else run.outputs[name][late, part] for name, part, _, _ in car.rows
+    )
     return car.factors * np.sqrt([np.mean(value**2) for value in values])
 
 
 def expected(model: eomgen.Model, car: Car, parameters: dict[str, float]) -> np.ndarray:
-    """Return the root mean squares of the stationary motion on white road velocity, from the model's own linear matrices.
+    """Return the root mean squares of the stationary motion on white road velocity, from the model's own linear
+    matrices.
 
-    A road is a sum of small independent steps: with g(s) the answer of an output to a unit step in a track, s after the front
-    wheel has met it, and S the intensity of the road's velocity, the variance is S times the integral of g^2, summed over tracks.
-    With X_f and X_r the states that constant heights under front and rear wheels lead to,
+    A road is a sum of small independent steps: with g(s) the answer of an output to a unit step in a track, s after the
+    front wheel has met it, and S the intensity of the road's velocity, the variance is S times the integral of g^2,
+    summed over tracks. With X_f and X_r the states that constant heights under front and rear wheels lead to,
 
         g = C X_f + F_f - C e^(A s) X_f         until the rear wheel meets the step at s = delay,
         g = -C e^(A (s - delay)) x              from then on, x = e^(A delay) X_f + X_r.
 
-    C X_f + F_f is not zero where a body cannot follow: four wheels on a twisted road. The integral of its square is the delay's
-    length, that of the product is e^(A s) integrated, and the rest is C P C^T by Lyapunov's equation,
+    C X_f + F_f is not zero where a body cannot follow: four wheels on a twisted road. The integral of its square is the
+    delay's length, that of the product is e^(A s) integrated, and the rest is C P C^T by Lyapunov's equation,
 
         A P + P A^T + X_f X_f^T - e^(A delay) X_f X_f^T e^(A^T delay) + x x^T = 0.
     """
@@ -139,7 +142,10 @@ def main() -> int:
     for name in sys.argv[1:] or CARS:
         car = CARS[name]
         model = eomgen.build(car.scene)
-        table = {name: (simulated(model, car, p, 400.0), expected(model, car, p)) for name, p in suspensions(model, car).items()}
+        table = {
+            name: (simulated(model, car, p, 400.0), expected(model, car, p))
+            for name, p in suspensions(model, car).items()
+        }
         print(f"{model.name}\n{'root mean square':36}" + "".join(f"{name:>12}{'stationary':>12}" for name in table))
         for row, (_, _, title, _) in enumerate(car.rows):
             print(f"{title:36}" + "".join(f"{run[row]:12.4g}{theory[row]:12.4g}" for run, theory in table.values()))

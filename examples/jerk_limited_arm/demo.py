@@ -3,7 +3,8 @@
     python examples/jerk_limited_arm/demo.py --out out/jerk_limited_arm
 
 The arm moves from rest to rest along a straight line of joint space, as a cycloid in time. How fast it may go is
-decided by jerk, torque and rate of torque at every instant; the actuators' lag is taken out by command = tau + lag tau_dot.
+decided by jerk, torque and rate of torque at every instant; the actuators' lag is taken out by command = tau + lag
+tau_dot.
 """
 
 from __future__ import annotations
@@ -32,7 +33,8 @@ BLUE, VERMILION, GREEN = "#0072B2", "#D55E00", "#009E73"
 
 
 def profile(x: np.ndarray) -> list[np.ndarray]:
-    """Return the cycloid s(x) from 0 to 1 over 0 <= x <= 1 and its three derivatives; the third is continuous inside."""
+    """Return the cycloid s(x) from 0 to 1 over 0 <= x <= 1 and its three derivatives; the third is continuous
+    inside."""
     turn = 2.0 * np.pi
     angle = turn * np.clip(x, 0.0, 1.0)
     return [(angle - np.sin(angle)) / turn, 1.0 - np.cos(angle), turn * np.sin(angle), turn**2 * np.cos(angle)]
@@ -60,8 +62,11 @@ class Move:
         inside = (np.arange(2000) + 0.5) / 2000
         tau, tau_dot = self.torques(inside * self.duration)
         jerk = np.abs(self.at(inside * self.duration)[3])
-        return {"jerk": float(np.max(jerk / JERK)), "torque": float(np.max(np.abs(tau) / TORQUE)),
-                "rate of torque": float(np.max(np.abs(tau_dot) / rate))}  # fmt: skip
+        return {
+            "jerk": float(np.max(jerk / JERK)),
+            "torque": float(np.max(np.abs(tau) / TORQUE)),
+            "rate of torque": float(np.max(np.abs(tau_dot) / rate)),
+        }
 
 
 def fastest(links: eomgen.Model, rate: np.ndarray, ignored: tuple[str, ...] = ()) -> Move:
@@ -78,14 +83,15 @@ def fastest(links: eomgen.Model, rate: np.ndarray, ignored: tuple[str, ...] = ()
 
 
 def driven(arm: eomgen.Model, move: Move, lag: float, t_end: float) -> tuple[eomgen.Solution, np.ndarray]:
-    """Return a run of the arm under the move's commands, no feedback, and the largest deviation of an angle at each time."""
+    """Return a run of the arm under the move's commands, no feedback, and the largest deviation of an angle at each
+    time."""
 
     @cache
     def command(t: float) -> np.ndarray:
         tau, tau_dot = move.torques(np.array(t))
         return tau + lag * tau_dot
 
-    inputs = {f"command{k + 1}": (lambda t, k=k: float(command(t)[k])) for k in range(7)}
+    inputs = {f"command{k + 1}": lambda t, k=k: float(command(t)[k]) for k in range(7)}
     start = {"q": START, "v": np.zeros(7), "z": move.torques(np.array(0.0))[0]}
     run = arm.simulate(t_end, move.duration / 4000, method="rk4", inputs=inputs, initial=start)
     if not run.success:
@@ -97,9 +103,13 @@ def draw(moves: dict[str, tuple[Move, eomgen.Solution, np.ndarray]], rate: np.nd
     """Draw rates of torque against their limits, and deviations from the plan, for each plan."""
     plt.rcParams.update({"font.size": 9, "axes.titlesize": 10, "axes.spines.top": False, "axes.spines.right": False})
     figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.6), layout="constrained")
-    for (name, (move, run, deviation)), colour, style in zip(moves.items(), (VERMILION, BLUE), ("--", "-"), strict=True):
+    for (name, (move, run, deviation)), colour, style in zip(
+        moves.items(), (VERMILION, BLUE), ("--", "-"), strict=True
+    ):
         t = np.linspace(0.0, move.duration, 1501)[:-1] + 1e-9
-        left.plot(t, np.abs(move.torques(t)[1] / rate).max(axis=1), color=colour, linestyle=style, linewidth=1.0, label=name)
+        left.plot(
+            t, np.abs(move.torques(t)[1] / rate).max(axis=1), color=colour, linestyle=style, linewidth=1.0, label=name
+        )
         right.semilogy(run.t[1:], deviation[1:], color=colour, linestyle=style, label=name)
     left.axhline(1.0, color="black", linewidth=0.8)
     left.text(0.62, 1.08, "limit", fontsize=8)
@@ -143,7 +153,9 @@ def main() -> int:
         print(f"demo: {error}", file=sys.stderr)
         return error.exit_code
     except OSError as error:
-        print(f"demo: {error.filename}: {error.strerror}; try: --out with a folder that can be written", file=sys.stderr)
+        print(
+            f"demo: {error.filename}: {error.strerror}; try: --out with a folder that can be written", file=sys.stderr
+        )
         return 7
     return 0
 

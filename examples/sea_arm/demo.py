@@ -1,9 +1,11 @@
-"""Flatness-based feedforward of a series elastic arm: motor torques from the second time derivative of inverse dynamics.
+"""Flatness-based feedforward of a series elastic arm: motor torques from the second time derivative of inverse
+dynamics.
 
     python examples/sea_arm/demo.py --out out/sea_arm
 
-The springs must carry tau(q, v, a) of the rigid links, so the rotors must be at theta = q + tau / K, and the motors need
-u = tau + B a + B tau_ddot / K: the motion up to its fourth derivative, and no feedback (Spong 1987; De Luca and Book 2016).
+The springs must carry tau(q, v, a) of the rigid links, so the rotors must be at theta = q + tau / K, and the motors
+need u = tau + B a + B tau_ddot / K: the motion up to its fourth derivative, and no feedback (Spong 1987; De Luca and
+Book 2016).
 """
 
 from __future__ import annotations
@@ -27,13 +29,27 @@ STIFFNESS = np.array([1e4, 1e4, 1e4, 1e4, 4e3, 4e3, 4e3])
 ROTORS = np.array([0.6, 0.6, 0.6, 0.6, 0.2, 0.2, 0.2])
 #: The exciting trajectory of Kumar and Mueller's Panda example, q = amplitude cos(frequency t).
 AMPLITUDES = np.array(
-    [-1.2943753211777664, 0.7175341454355011, -0.5691380764966176, 0.5848944158627155, 1.6216297151633214, -0.9187855709752027,
-     0.4217605991935227]
-)  # fmt: skip
+    [
+        -1.2943753211777664,
+        0.7175341454355011,
+        -0.5691380764966176,
+        0.5848944158627155,
+        1.6216297151633214,
+        -0.9187855709752027,
+        0.4217605991935227,
+    ]
+)
 FREQUENCIES = np.array(
-    [1.7073873117335832, 3.079992797637052, 2.1084514453622774, 3.5903916041026207, 1.4183262544423447, 2.285625793808507,
-     5.927533308659986]
-)  # fmt: skip
+    [
+        1.7073873117335832,
+        3.079992797637052,
+        2.1084514453622774,
+        3.5903916041026207,
+        1.4183262544423447,
+        2.285625793808507,
+        5.927533308659986,
+    ]
+)
 BLUE, VERMILION, GREEN = "#0072B2", "#D55E00", "#009E73"
 
 
@@ -68,11 +84,12 @@ class Feedforward:
 
     def inputs(self) -> dict[str, object]:
         """Return the seven motor torques as functions of time."""
-        return {f"torque{k + 1}": (lambda t, k=k: float(self.torques(t)[k])) for k in range(7)}
+        return {f"torque{k + 1}": lambda t, k=k: float(self.torques(t)[k]) for k in range(7)}
 
 
 def tracked(arm: eomgen.Model, feedforward: Feedforward, step: float) -> tuple[eomgen.Solution, np.ndarray]:
-    """Return a run of 1 s without any feedback, and the largest deviation of an angle from the wanted motion at each time."""
+    """Return a run of 1 s without any feedback, and the largest deviation of an angle from the wanted motion at each
+    time."""
     run = arm.simulate(1.0, step, method="rk4", inputs=feedforward.inputs(), initial=feedforward.start())
     if not run.success:
         raise eomgen.NumericalError(run.message)
@@ -92,7 +109,9 @@ def draw(complete: tuple[eomgen.Solution, np.ndarray], without: tuple[eomgen.Sol
     left.set_ylim(low, high + 0.35 * (high - low))
     left.legend(frameon=False, ncols=4, loc="upper center", fontsize=8)
     left.set_title("What the springs do", loc="left")
-    right.semilogy(without[0].t[1:], without[1][1:], color=VERMILION, linestyle="--", label="without the second derivative")
+    right.semilogy(
+        without[0].t[1:], without[1][1:], color=VERMILION, linestyle="--", label="without the second derivative"
+    )
     right.semilogy(run.t[1:], deviation[1:], color=BLUE, label="complete feedforward")
     right.set(xlabel="time, s", ylabel="largest deviation of an angle, rad", xlim=(0, 1))
     right.legend(frameon=False, loc="center right")
@@ -111,7 +130,10 @@ def run(out: Path, step: float) -> None:
     without = tracked(arm, Feedforward(links, complete=False), step)
     draw(complete, without, out / "sea_arm.png")
     complete[0].save(out / "sea_arm.npz")
-    print(f"{arm.name}: {arm.nv} degrees of freedom, seven motors, {complete[0].stats['steps']} steps of {step:g} s, no feedback")
+    print(
+        f"{arm.name}: {arm.nv} degrees of freedom, seven motors, {complete[0].stats['steps']} steps of {step:g} s, no"
+        " feedback"
+    )
     print(f"largest deviation with the complete feedforward         {complete[1].max():.1e} rad")
     print(f"largest deviation without the second derivative of tau  {without[1].max():.1e} rad")
     print(f"figure   {out / 'sea_arm.png'}\nsolution {out / 'sea_arm.npz'}")
@@ -129,7 +151,9 @@ def main() -> int:
         print(f"demo: {error}", file=sys.stderr)
         return error.exit_code
     except OSError as error:
-        print(f"demo: {error.filename}: {error.strerror}; try: --out with a folder that can be written", file=sys.stderr)
+        print(
+            f"demo: {error.filename}: {error.strerror}; try: --out with a folder that can be written", file=sys.stderr
+        )
         return 7
     return 0
 

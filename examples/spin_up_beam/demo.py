@@ -1,6 +1,6 @@
 """A cantilever spun up beyond its first bending frequency: from the scene files to C, four runs, a table and a figure.
 
-    python examples/spin_up_beam/demo.py --out out/spin_up_beam
+python examples/spin_up_beam/demo.py --out out/spin_up_beam
 """
 
 from __future__ import annotations
@@ -72,7 +72,9 @@ def draw(runs: dict[str, eomgen.Solution], path: Path) -> None:
         failure.semilogy(run.t[1:], np.abs(run.outputs["tip_deflection"][1:]), style, color=colour, label=title)
     failure.axhline(10.0, color="#777777", linewidth=0.8)
     failure.annotate("length of the beam", (0.3, 13.0), color="#555555")
-    failure.set(ylabel="|tip deflection|, m", xlabel="time, s", xlim=(0, 12), ylim=(1e-4, 1e6), title="Stiffening left out")
+    failure.set(
+        ylabel="|tip deflection|, m", xlabel="time, s", xlim=(0, 12), ylim=(1e-4, 1e6), title="Stiffening left out"
+    )
     failure.legend(frameon=False, loc="lower right")
     late.set(ylabel="tip deflection, mm", xlabel="time, s", xlim=(RISE, 20), ylim=(-10, 13), title="What is left")
     late.legend(frameon=False, loc="upper right", ncols=2)
@@ -121,7 +123,9 @@ def main() -> int:
         print(f"demo: {error}", file=sys.stderr)
         return error.exit_code
     except OSError as error:
-        print(f"demo: {error.filename}: {error.strerror}; try: --out with a folder that can be written", file=sys.stderr)
+        print(
+            f"demo: {error.filename}: {error.strerror}; try: --out with a folder that can be written", file=sys.stderr
+        )
         return 7
     return 0
 

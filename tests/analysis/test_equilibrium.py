@@ -1,4 +1,5 @@
-"""Static equilibrium against deflections, hanging chains and minima of energy; what has none is refused with the coordinate."""
+"""Static equilibrium against deflections, hanging chains and minima of energy; what has none is refused with the
+coordinate."""
 
 from __future__ import annotations
 
@@ -25,8 +26,12 @@ G = 9.81
 def two_masses() -> eomgen.Model:
     """Return two masses on springs, one on the other, whose springs are slack at zero."""
     builder = eomgen.SceneBuilder("two_masses").parameter("load", 3.0, tunable=True, unit="kg").input("push", unit="N")
-    builder.body("lower", 2.0).joint("lower", "prismatic", "base", "lower", axis=[0, 0, 1], stiffness=500.0, damping=20.0)
-    builder.body("upper", "load").joint("upper", "prismatic", "lower", "upper", axis=[0, 0, 1], stiffness=200.0, damping=20.0)
+    builder.body("lower", 2.0).joint(
+        "lower", "prismatic", "base", "lower", axis=[0, 0, 1], stiffness=500.0, damping=20.0
+    )
+    builder.body("upper", "load").joint(
+        "upper", "prismatic", "lower", "upper", axis=[0, 0, 1], stiffness=200.0, damping=20.0
+    )
     builder.effort("push", "upper", "push").simulation(start="equilibrium", duration=1.0)
     return eomgen.build(builder.build(), profile="quick")
 
@@ -37,7 +42,9 @@ def rods(count: int) -> eomgen.Model:
     builder = eomgen.SceneBuilder(f"rods_{count}")
     length = 1.0 / count
     for k in range(count):
-        builder.body(f"rod{k}", length, center_of_mass=[length / 2, 0, 0], inertia=[1e-6, length**3 / 12, length**3 / 12])
+        builder.body(
+            f"rod{k}", length, center_of_mass=[length / 2, 0, 0], inertia=[1e-6, length**3 / 12, length**3 / 12]
+        )
         angle = 0.9 if k == 0 else -1.8 / (count - 1)
         held = {"axis": [0, 1, 0], "position": [length if k else 0.0, 0, 0], "initial": {"position": angle}}
         builder.joint(f"pin{k}", "revolute", f"rod{k - 1}" if k else "base", f"rod{k}", **held)
@@ -46,7 +53,7 @@ def rods(count: int) -> eomgen.Model:
     return eomgen.build(builder.build(), profile="quick")
 
 
-# -- closed forms --------------------------------------------------------------------------------------------------------------
+# -- closed forms ------------------------------------------------------------------------------------------------------
 
 
 def test_deflections_and_frequencies_of_springs_under_weight() -> None:
@@ -102,7 +109,7 @@ def test_the_base_is_held_where_it_is() -> None:
     assert model.equilibrium(t=2.0, u={"torque": 0.0}).q == pytest.approx([-0.6], abs=1e-12)
 
 
-# -- energy, constraints, groups -----------------------------------------------------------------------------------------------
+# -- energy, constraints, groups ---------------------------------------------------------------------------------------
 
 
 def suspended() -> eomgen.Model:
@@ -156,7 +163,9 @@ def test_a_loop_rests_at_its_least_energy_with_its_multipliers() -> None:
 
 
 def test_joint_and_absolute_coordinates_rest_alike() -> None:
-    model = eomgen.build(tomllib.loads(PENDULUM_TOML) | {"coordinates": "absolute", "name": "on_its_own"}, profile="quick")
+    model = eomgen.build(
+        tomllib.loads(PENDULUM_TOML) | {"coordinates": "absolute", "name": "on_its_own"}, profile="quick"
+    )
     for torque in (0.0, 2.0):
         found, expected = model.equilibrium(u={"torque": torque}), pendulum().equilibrium(u={"torque": torque})
         end = [0.0, 0.0, -2.0 * LENGTH]
@@ -172,7 +181,8 @@ def test_slender_bodies_and_a_bad_start_are_no_trouble() -> None:
     down = [model.pose(f"rod{k}", found.q)[4:] for k in range(1, 11)]
     np.testing.assert_allclose(down, [[0.0, 0.0, -0.5 * k] for k in range(10)], atol=1e-9)
     assert found.iterations < 30 and len(found.undetermined) == 10 and found.undetermined[0] == "v.ball1[0]"
-    # cords swing faster the higher they hang: ten rods of 0.5 m against Daniel Bernoulli's heavy string, J0(2 w sqrt(L/g)) = 0
+    # cords swing faster the higher they hang: ten rods of 0.5 m against Daniel Bernoulli's heavy string, J0(2 w
+    # sqrt(L/g)) = 0
     assert found.frequencies[10] == pytest.approx(2.404825557695773 / 2.0 * np.sqrt(G / 5.0), rel=0.02)
 
 
@@ -191,7 +201,7 @@ def test_internal_states_rest_too() -> None:
     np.testing.assert_allclose(run.q, 0.7, atol=1e-7)
 
 
-# -- runs that start settled -----------------------------------------------------------------------------------------------------
+# -- runs that start settled -------------------------------------------------------------------------------------------
 
 
 def test_a_scene_starts_at_equilibrium() -> None:
@@ -219,7 +229,15 @@ def test_the_command_line_says_what_a_run_started_from(tmp_path: Path, capsys: p
     text = PENDULUM_TOML.replace("[simulation]", '[simulation]\nstart = "equilibrium"')
     assert "equilibrium" in text
     (tmp_path / "scene.toml").write_text(text, encoding="utf-8")
-    command = ["simulate", str(tmp_path / "scene.toml"), "--no-plots", "--t-end", "0.01", "--out", str(tmp_path / "out")]
+    command = [
+        "simulate",
+        str(tmp_path / "scene.toml"),
+        "--no-plots",
+        "--t-end",
+        "0.01",
+        "--out",
+        str(tmp_path / "out"),
+    ]
     for options, start in (
         ([], "the scene's equilibrium"),
         (["--initial", "hinge=0.1"], "initial values given, in place of the scene's equilibrium"),
@@ -237,13 +255,17 @@ def test_a_loop_starts_at_equilibrium() -> None:
     assert run.success and np.ptp(run.q, axis=0).max() < 1e-6
 
 
-# -- what has no equilibrium -----------------------------------------------------------------------------------------------------
+# -- what has no equilibrium -------------------------------------------------------------------------------------------
 
 
 def test_what_nothing_holds_is_named() -> None:
-    with pytest.raises(eomgen.NumericalError, match=r"nothing holds v\.root\[\d\]: it accelerates with .* m/s\^2, and no"):
+    with pytest.raises(
+        eomgen.NumericalError, match=r"nothing holds v\.root\[\d\]: it accelerates with .* m/s\^2, and no"
+    ):
         flyer().equilibrium()
-    with pytest.raises(eomgen.NumericalError, match=r"nothing holds v\.\w+\[\d\]: .* try: a spring, a stop, a constraint"):
+    with pytest.raises(
+        eomgen.NumericalError, match=r"nothing holds v\.\w+\[\d\]: .* try: a spring, a stop, a constraint"
+    ):
         absolute().equilibrium()
     with pytest.raises(eomgen.NumericalError, match=r"nothing holds v\.slide: it accelerates with 0\.707\d* m/s\^2"):
         breaking().equilibrium()
@@ -251,14 +273,20 @@ def test_what_nothing_holds_is_named() -> None:
 
 def test_rigid_modes_are_named() -> None:
     found = eomgen.build(EXAMPLES / "free_spinning_body" / "scene.toml").equilibrium()
-    assert len(found.undetermined) == 6 and found.message.endswith("nothing determines " + ", ".join(found.undetermined))
+    assert len(found.undetermined) == 6 and found.message.endswith(
+        "nothing determines " + ", ".join(found.undetermined)
+    )
     assert found.stable and np.all(found.frequencies == 0.0)
 
 
 def test_forces_without_a_value_and_searches_without_an_end() -> None:
-    with pytest.raises(eomgen.NumericalError, match=r"the force along v\.slide is not a finite number at the initial state"):
+    with pytest.raises(
+        eomgen.NumericalError, match=r"the force along v\.slide is not a finite number at the initial state"
+    ):
         breaking().equilibrium(t=0.6)
-    with pytest.raises(eomgen.NumericalError, match=r"no equilibrium was found in \d+ steps: v\.hinge still accelerates with"):
+    with pytest.raises(
+        eomgen.NumericalError, match=r"no equilibrium was found in \d+ steps: v\.hinge still accelerates with"
+    ):
         pendulum().equilibrium(u={"torque": 50.0})
     with pytest.raises(eomgen.ModelError, match="the inertia matrix at the initial state is not positive definite"):
         unchecked = replace(two_masses().scene, requirements=())  # which would refuse a mass that a URDF may have
@@ -267,15 +295,19 @@ def test_forces_without_a_value_and_searches_without_an_end() -> None:
 
 def test_calls_that_cannot_be_taken() -> None:
     small = eomgen.build(EXAMPLES / "quarter_car" / "scene.toml", terms=["forward_dynamics"])
-    with pytest.raises(eomgen.UsageError, match=r"the terms mass, partials, residual are needed.*terms=\[\.\.\., 'mass'"):
+    with pytest.raises(
+        eomgen.UsageError, match=r"the terms mass, partials, residual are needed.*terms=\[\.\.\., 'mass'"
+    ):
         small.equilibrium()
-    with pytest.raises(eomgen.UsageError, match=r"parameters: one set of parameters is needed, not a batch of shape \(2, 1\)"):
+    with pytest.raises(
+        eomgen.UsageError, match=r"parameters: one set of parameters is needed, not a batch of shape \(2, 1\)"
+    ):
         two_masses().equilibrium(parameters={"load": [1.0, 2.0]})
     with pytest.raises(eomgen.UsageError, match="t: t is nan, not a finite number"):
         two_masses().equilibrium(t=float("nan"))
 
 
-# -- the command line ----------------------------------------------------------------------------------------------------------
+# -- the command line --------------------------------------------------------------------------------------------------
 
 
 def test_the_command_line_finds_where_a_scene_rests(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -283,10 +315,17 @@ def test_the_command_line_finds_where_a_scene_rests(tmp_path: Path, capsys: pyte
     scene.write_text(PENDULUM_TOML.replace("position = [0.4]", "position = [3.0]"), encoding="utf-8")
     assert main(["equilibrium", str(scene), "--input", "torque=2", "--out", str(out)]) == 0
     said = capsys.readouterr()
-    assert "shaken at rest" in said.out and "q.hinge" in said.out and "at rest after" in said.err and str(out) in said.err
+    assert (
+        "shaken at rest" in said.out and "q.hinge" in said.out and "at rest after" in said.err and str(out) in said.err
+    )
     data = json.loads(out.read_text(encoding="utf-8"))
-    assert data["q"]["q.hinge"] % (2 * np.pi) == pytest.approx(np.arcsin(2.0 / (MASS * G * LENGTH))) and data["stable"] is True
-    assert main(["equilibrium", str(scene), "--json", "--any-kind", "--set", "length=0.4", "--initial", "hinge=3.2"]) == 0
+    assert (
+        data["q"]["q.hinge"] % (2 * np.pi) == pytest.approx(np.arcsin(2.0 / (MASS * G * LENGTH)))
+        and data["stable"] is True
+    )
+    assert (
+        main(["equilibrium", str(scene), "--json", "--any-kind", "--set", "length=0.4", "--initial", "hinge=3.2"]) == 0
+    )
     data = json.loads(capsys.readouterr().out)
     assert data["stable"] is False and abs(data["q"]["q.hinge"] - np.pi) < 0.1
     assert main(["equilibrium", str(scene), "--input", "torque=50"]) == 6

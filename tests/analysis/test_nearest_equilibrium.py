@@ -33,7 +33,7 @@ def point_mass(name: str, **joint: Any) -> eomgen.SceneBuilder:
     return builder.point("end", "mass", [0, 0, 0]).point("origin", "base", [0, 0, 0])
 
 
-# -- the half car ---------------------------------------------------------------------------------------------------------------
+# -- the half car ------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("any_kind", [False, True])
@@ -65,7 +65,7 @@ def test_other_starts_come_to_the_rest_of_their_basins() -> None:
     np.testing.assert_allclose(run.q[-1], INSIDE_OUT, atol=1e-7)
 
 
-# -- damped runs as an oracle --------------------------------------------------------------------------------------------------
+# -- damped runs as an oracle ------------------------------------------------------------------------------------------
 
 
 @cache
@@ -110,7 +110,8 @@ def damped_run(model: eomgen.Model, q: np.ndarray, parameters: dict[str, float])
 
 
 def compare_with_damped_runs(seeds: range) -> int:
-    """Return in how many random scenes rest is where the damped run ends; the equilibrium is stable and never far from it."""
+    """Return in how many random scenes rest is where the damped run ends; the equilibrium is stable and never far from
+    it."""
     model, same = wells(), 0
     for seed in seeds:
         parameters, start = sample(seed)
@@ -148,7 +149,7 @@ def test_the_nearest_of_any_kind_is_named_where_motions_settle_elsewhere() -> No
     assert not pendulum().equilibrium({"hinge": 0.4}, u={"torque": 0.0}, any_kind=True).notes
 
 
-# -- forces that begin, end and jump --------------------------------------------------------------------------------------------
+# -- forces that begin, end and jump -----------------------------------------------------------------------------------
 
 
 def test_a_wheel_falls_onto_the_road() -> None:
@@ -171,7 +172,9 @@ def test_springs_that_end_inside_out_are_named() -> None:
         assert "inside out, for their ends have passed one another: spring coil" in found.notes
     run = model.simulate(0.01, 1e-3, start="equilibrium")
     assert "the start at rest: inside out, for their ends have passed one another: spring coil" in run.message
-    with pytest.warns(RuntimeWarning, match=r"pressed: linear about an equilibrium in doubt: inside out, for their ends"):
+    with pytest.warns(
+        RuntimeWarning, match=r"pressed: linear about an equilibrium in doubt: inside out, for their ends"
+    ):
         model.linearize()
     with pytest.raises(eomgen.NumericalError, match=r"the force along v\.lift is not a finite number"):
         model.equilibrium({"lift": 0.0})
@@ -220,7 +223,7 @@ def test_generated_code_carries_the_notes(tmp_path: Path) -> None:
     assert "Note: inside out, for their ends have passed one another: spring coil." in text
 
 
-# -- other units ----------------------------------------------------------------------------------------------------------------
+# -- other units -------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("make", [tree, servo, four_bar])
@@ -250,5 +253,11 @@ def similar_parameters(model: eomgen.Model, units: UnitsOf) -> np.ndarray:
 
 def initial_in(model: eomgen.Model, units: UnitsOf) -> dict[str, np.ndarray]:
     """Return the scene's initial state in other units."""
-    blocks = ((model.initial_q, model.q_units, "q"), (model.initial_v, model.v_units, "v"), (model.initial_z, model.z_units, "z"))
-    return {name: values * np.array([units.size(unit) for unit in names]) for values, names, name in blocks if len(values)}
+    blocks = (
+        (model.initial_q, model.q_units, "q"),
+        (model.initial_v, model.v_units, "v"),
+        (model.initial_z, model.z_units, "z"),
+    )
+    return {
+        name: values * np.array([units.size(unit) for unit in names]) for values, names, name in blocks if len(values)
+    }

@@ -27,7 +27,9 @@ def test_formulations_have_the_published_errors(tmp_path: Path, capsys: pytest.C
     rows = json.loads(file.read_text())["rows"]
     found = {row["formulation"]: row for row in rows if row["exponent"] == 11}
     for name, errors in PUBLISHED.items():
-        assert [found[name][what] for what in ("position", "orientation", "multiplier")] == pytest.approx(errors, rel=0.02), name
+        assert [found[name][what] for what in ("position", "orientation", "multiplier")] == pytest.approx(
+            errors, rel=0.02
+        ), name
     said = capsys.readouterr().out
     assert float(said.partition("40 digits by ")[2].split()[0]) < 5e-12
     slopes = [line.split("|")[3:6] for line in said.splitlines() if "| order |" in line and "RK4" not in line]
@@ -44,7 +46,9 @@ def test_rotations_turn_body_axes_to_world_axes() -> None:
 
 def test_errors_do_not_see_the_sign_of_a_quaternion() -> None:
     still = tops.Motion(np.zeros((1, 3)), np.array([[1.0, 0, 0, 0]]), np.zeros((1, 3)))
-    turned = tops.Motion(np.array([[0.0, 3, 4]]), -np.array([[np.cos(0.1), 0, np.sin(0.1), 0]]), np.array([[2.0, 0, 0]]))
+    turned = tops.Motion(
+        np.array([[0.0, 3, 4]]), -np.array([[np.cos(0.1), 0, np.sin(0.1), 0]]), np.array([[2.0, 0, 0]])
+    )
     assert tops.errors(turned, still) == pytest.approx((5.0, 0.2, 2.0))
 
 

@@ -12,11 +12,15 @@ from benchmarks import generation_time, measure, robot_dynamics, spin_up_beam, s
 
 
 def test_robot_dynamics_finds_its_own_numbers_right(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    status = robot_dynamics.main(["--quick", "--work", str(tmp_path), "--functions", "inverse_dynamics", "forward_dynamics"])
+    status = robot_dynamics.main(
+        ["--quick", "--work", str(tmp_path), "--functions", "inverse_dynamics", "forward_dynamics"]
+    )
     lines = capsys.readouterr().out.splitlines()
     assert status == 0
     assert [line.partition(",")[0] for line in lines] == [
-        f"{function} {flags}: right" for function in ("inverse_dynamics", "forward_dynamics") for flags in ("O3", "fast")
+        f"{function} {flags}: right"
+        for function in ("inverse_dynamics", "forward_dynamics")
+        for flags in ("O3", "fast")
     ]
 
 

@@ -1,4 +1,5 @@
-"""A headless Chromium for tests: opens a page from disk and gives back what it drew, its HTML, and what it complained of."""
+"""A headless Chromium for tests: opens a page from disk and gives back what it drew, its HTML, and what it complained
+of."""
 
 from __future__ import annotations
 
@@ -13,11 +14,23 @@ import numpy as np
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 MAC = Path("/Applications/Google Chrome.app/Contents/MacOS/Google Chrome")
-MISSING = "these tests look at pages in Chromium, and none is installed; try: apt-get install chromium, or CHROMIUM=<its path>"
+MISSING = (
+    "these tests look at pages in Chromium, and none is installed; try: apt-get install chromium, or CHROMIUM=<its"
+    " path>"
+)
 _QUIET = (
-    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
-    "--disable-component-update", "--disable-sync", "--hide-scrollbars", "--enable-logging=stderr", "--log-level=0",
-)  # fmt: skip
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--hide-scrollbars",
+    "--enable-logging=stderr",
+    "--log-level=0",
+)
 
 
 def chromium() -> str | None:
@@ -55,7 +68,14 @@ class Browser:
 
     def _run(self, page: Path, place: str, *options: str) -> str:
         with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
-            words = [self.command, *_QUIET, self.size, f"--user-data-dir={profile}", "--virtual-time-budget=2000", *options]
+            words = [
+                self.command,
+                *_QUIET,
+                self.size,
+                f"--user-data-dir={profile}",
+                "--virtual-time-budget=2000",
+                *options,
+            ]
             words.append(f"{page.as_uri()}#{place}")
             done = subprocess.run(words, capture_output=True, text=True, timeout=120, check=True)
         self.said = re.findall(r'CONSOLE[^\]]*\] "(.*)", source: ', done.stderr)

@@ -1,4 +1,5 @@
-"""The animation as a browser shows it: bodies where the projection says, in their colours, at two times; controls that work."""
+"""The animation as a browser shows it: bodies where the projection says, in their colours, at two times; controls that
+work."""
 
 from __future__ import annotations
 
@@ -28,9 +29,15 @@ def run() -> eomgen.Solution:
     builder.body("lower", 1.0, center_of_mass=[0, 0, -0.4], inertia=[0.06, 0.07, 0.03])
     builder.body("ball", 0.5, inertia=[0.01, 0.01, 0.01])
     builder.joint("shoulder", "revolute", "base", "upper", axis=[0, -1, 0], initial={"position": 1.0})
-    builder.joint("elbow", "revolute", "upper", "lower", axis=[1, -1, 0], position=[0, 0, -0.8], initial={"position": 0.7})
-    builder.joint("rail", "prismatic", "base", "ball", axis=[1, 0, 0], position=[-1.0, 0, 0.3], initial={"velocity": -1.0})
-    builder.point("tip", "lower", [0, 0, -0.8]).point("anchor", "base", [-0.3, 0, 0.3]).point("hook", "ball", [0.23, 0, 0])
+    builder.joint(
+        "elbow", "revolute", "upper", "lower", axis=[1, -1, 0], position=[0, 0, -0.8], initial={"position": 0.7}
+    )
+    builder.joint(
+        "rail", "prismatic", "base", "ball", axis=[1, 0, 0], position=[-1.0, 0, 0.3], initial={"velocity": -1.0}
+    )
+    builder.point("tip", "lower", [0, 0, -0.8]).point("anchor", "base", [-0.3, 0, 0.3]).point(
+        "hook", "ball", [0.23, 0, 0]
+    )
     builder.spring("cord", "anchor", "hook", stiffness=8.0, length=0.5)
     builder.output("tip", position="tip", unit="m")
     solution = eomgen.build(builder.build(), profile="quick").simulate(2.0, 1e-3)
@@ -91,7 +98,7 @@ new MutationObserver(() => console.info(`view ${canvas.dataset.view}`)).observe(
 @pytest.mark.parametrize("theme", ["light", "dark"])
 def test_bodies_are_where_the_projection_says_at_two_times(
     page: Path, browser: Browser, tmp_path: Path, theme: str
-) -> None:  # fmt: skip
+) -> None:
     copy = tmp_path / "watched.html"
     copy.write_text(page.read_text(encoding="utf-8").replace("</body>", WATCH + "</body>"), encoding="utf-8")
     solution, places = run(), {}
@@ -103,7 +110,9 @@ def test_bodies_are_where_the_projection_says_at_two_times(
         for (name, centre), colour in zip(centres(solution, row).items(), palette(), strict=False):
             column, line = places[name, row] = projected(view, centre)
             block = picture[line - 2 : line + 3, column - 2 : column + 3].reshape(-1, 3)
-            assert np.median([likeness(pixel, colour) for pixel in block]) > 0.93, f"{name} is not drawn at {column}, {line}"
+            assert np.median([likeness(pixel, colour) for pixel in block]) > 0.93, (
+                f"{name} is not drawn at {column}, {line}"
+            )
         if row == 1100:  # where the body was before, there is ground now
             column, line = places["lower", 200]
             assert np.hypot(*np.subtract(places["lower", 200], places["lower", 1100])) > 100
@@ -189,7 +198,9 @@ document.body.dataset.told = JSON.stringify({ margins: told, kept: camera.azimut
 """
 
 
-def test_the_first_view_holds_all_that_is_drawn_in_windows_of_every_size(page: Path, browser: Browser, tmp_path: Path) -> None:
+def test_the_first_view_holds_all_that_is_drawn_in_windows_of_every_size(
+    page: Path, browser: Browser, tmp_path: Path
+) -> None:
     copy = tmp_path / "fitting.html"
     copy.write_text(page.read_text(encoding="utf-8").replace("</body>", FITTING + "</body>"), encoding="utf-8")
     told = json.loads(element(browser.document(copy, "t=0"), "body", "data-told"))

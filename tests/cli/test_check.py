@@ -1,4 +1,5 @@
-"""``eomgen check`` on the command line: its table, its JSON, its files and what it says of formulas that are not smooth."""
+"""``eomgen check`` on the command line: its table, its JSON, its files and what it says of formulas that are not
+smooth."""
 
 from __future__ import annotations
 
@@ -18,14 +19,27 @@ def scene_file(tmp_path: Path) -> Path:
     return path
 
 
-def test_check_prints_a_table_and_writes_files(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_check_prints_a_table_and_writes_files(
+    scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main(["check", str(scene_file), "--states", "3", "--only", "partials", "--out", str(tmp_path / "out")]) == 0
     output = capsys.readouterr()
     lines = output.out.splitlines()
     assert lines[0].strip() == "shaken: 3 closed forms at 3 states"
     assert lines[1].split() == [
-        "closed", "form", "is", "differences", "at", "step", "slope", "complex", "step", "second", "derivation", "verdict"
-    ]  # fmt: skip
+        "closed",
+        "form",
+        "is",
+        "differences",
+        "at",
+        "step",
+        "slope",
+        "complex",
+        "step",
+        "second",
+        "derivation",
+        "verdict",
+    ]
     row = next(line.split() for line in lines if line.startswith("partials.K"))
     assert row[1:5] == ["d", "residual", "/", "dq"] and float(row[5]) < 1e-8 and float(row[6]) < 1e-3
     assert 1.9 < float(row[7]) < 2.1 and float(row[8]) < 1e-13 and row[-1] == "agrees"
@@ -65,7 +79,13 @@ up = { type = "prismatic", parent = "base", child = "lift", axis = [0, 0, 1], in
 @pytest.mark.parametrize(
     ("row", "absent"),
     [
-        ('ramp = { type = "point_on_line", first = { body = "cart", axis = [1, 0, 1] }, second = { body = "lift" } }', "KCZ"),
+        (
+            (
+                'ramp = { type = "point_on_line", first = { body = "cart", axis = [1, 0, 1] }, second = { body ='
+                ' "lift" } }'
+            ),
+            "KCZ",
+        ),
         ('rod = { type = "distance", first = { body = "cart" }, second = { body = "lift" }, length = 0.5 }', "C"),
     ],
     ids=["straight rail", "rod"],

@@ -59,18 +59,39 @@ def test_usage(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[s
     fixed.write_text(PENDULUM_TOML.replace(f'{SHAKE}, unit = "m", tunable = true', str(SHAKE)), encoding="utf-8")
     for words, text in (
         (["simulat"], "usage error: eomgen: there is no verb 'simulat'; try: simulate"),
-        (["simulate", str(scene_file)], "usage error: eomgen simulate: missing option '--out'; try: eomgen simulate --help"),
+        (
+            ["simulate", str(scene_file)],
+            "usage error: eomgen simulate: missing option '--out'; try: eomgen simulate --help",
+        ),
         (["simulate", str(scene_file), *out, "--step", "fast"], "'fast' is not a valid float"),
-        (["simulate", str(scene_file), *out, "--set", "length"], "usage error: --set length: a name and a number are needed"),
+        (
+            ["simulate", str(scene_file), *out, "--set", "length"],
+            "usage error: --set length: a name and a number are needed",
+        ),
         (
             ["simulate", str(scene_file), *out, "--set", "length=3 foo"],
             "usage error: --set length=3 foo: there is no unit 'foo'; try: foot",
         ),
-        (["simulate", str(scene_file), *out, "--set", "length=long"], "usage error: --set length=long: 'long' is not a number"),
-        (["simulate", str(scene_file), *out, "--set", "lenght=1"], "usage error: there is no parameter 'lenght'; try: length"),
-        (["simulate", str(fixed), *out, "--set", "shake=1"], "usage error: the parameter shake exists, but its value is fixed"),
-        (["simulate", str(scene_file), *out, "--set", "length=nan"], "usage error: parameters: parameter length is nan"),
-        (["simulate", str(scene_file), *out, "--method", "rk5"], "usage error: method: there is no method 'rk5'; try: rk4"),
+        (
+            ["simulate", str(scene_file), *out, "--set", "length=long"],
+            "usage error: --set length=long: 'long' is not a number",
+        ),
+        (
+            ["simulate", str(scene_file), *out, "--set", "lenght=1"],
+            "usage error: there is no parameter 'lenght'; try: length",
+        ),
+        (
+            ["simulate", str(fixed), *out, "--set", "shake=1"],
+            "usage error: the parameter shake exists, but its value is fixed",
+        ),
+        (
+            ["simulate", str(scene_file), *out, "--set", "length=nan"],
+            "usage error: parameters: parameter length is nan",
+        ),
+        (
+            ["simulate", str(scene_file), *out, "--method", "rk5"],
+            "usage error: method: there is no method 'rk5'; try: rk4",
+        ),
         (["simulate", str(scene_file), *out, "--step", "-1"], "usage error: step: the step must be positive, not -1"),
         (["info", str(tmp_path / "scene.yaml")], "is not a kind of file that can be read"),
         ([], "Usage: eomgen"),
@@ -100,7 +121,9 @@ def test_model(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert message.startswith("model error: rk4 cannot run on this scene: ")
 
 
-def test_toolchain(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_toolchain(
+    scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("CC", "no-such-compiler")
     code, _, message = _run(["simulate", str(scene_file), "--out", str(tmp_path / "out")], capsys)
     assert code == 5
@@ -112,7 +135,11 @@ def test_numerical(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path.write_text(BREAKING, encoding="utf-8")
     code, _, message = _run(["simulate", str(path), "--out", str(out), "--t-end", "1", "--no-plots"], capsys)
     assert code == 6
-    assert "stopped at t = 0." in message and "Q (the generalized force)" in message and "; try: a step smaller than" in message
+    assert (
+        "stopped at t = 0." in message
+        and "Q (the generalized force)" in message
+        and "; try: a step smaller than" in message
+    )
     partial = eomgen.Solution.load(out / "solution.npz")
     assert not partial.success and 400 < len(partial.t) <= 501
     assert json.loads((out / "summary.json").read_text(encoding="utf-8"))["success"] is False
@@ -158,17 +185,28 @@ road = "0.001 * force(speed * t)"
 
 @pytest.mark.parametrize(
     "law",
-    [TYRE, *(SPRING % law for law in ("max(-20, min(20, -force(q.slide)))", "sign(-force(q.slide))", "hump(force(q.slide))"))],
+    [
+        TYRE,
+        *(
+            SPRING % law
+            for law in ("max(-20, min(20, -force(q.slide)))", "sign(-force(q.slide))", "hump(force(q.slide))")
+        ),
+    ],
     ids=["tyre", "limits", "sign", "bump"],
 )
 def test_a_curve_that_is_left_stops_the_run(law: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Beyond its points a curve is not a number: a tyre, a limit, a sign or another curve does not hide that."""
     path = tmp_path / "leaving.toml"
     path.write_text(LEAVING + law, encoding="utf-8")
-    code, _, message = _run(["simulate", str(path), "--out", str(tmp_path / "out"), "--t-end", "1", "--no-plots"], capsys)
+    code, _, message = _run(
+        ["simulate", str(path), "--out", str(tmp_path / "out"), "--t-end", "1", "--no-plots"], capsys
+    )
     assert code == 6 and "a value became infinite or not a number; " in message
     assert message.splitlines()[0].endswith('; try: points that reach further, or outside = "hold" or "periodic"')
-    said = r"Q \(the generalized force\), component v.slide at t = \S+ s, where the curve force has points from -0.1 to 0.1 "
+    said = (
+        r"Q \(the generalized force\), component v.slide at t = \S+ s, where the curve force has points from -0.1 to"
+        r" 0.1 "
+    )
     found = re.search(said + "and is asked at (.*);", message)
     assert found and 0.1 < float(found[1]) < 0.11
 
@@ -244,7 +282,9 @@ def test_a_mistake_in_a_process_of_its_own_shows_no_traceback_but_on_request(sce
     words = [sys.executable, "-m", "eomgen", "info", str(scene_file)]
     plain = subprocess.run(words, capture_output=True, text=True, env=environment, check=False)
     assert (plain.returncode, plain.stdout) == (3, "")
-    assert plain.stderr.startswith("description error: scene.toml:2: this is not TOML") and "Traceback" not in plain.stderr
+    assert (
+        plain.stderr.startswith("description error: scene.toml:2: this is not TOML") and "Traceback" not in plain.stderr
+    )
     loud = subprocess.run([*words, "--debug"], capture_output=True, text=True, env=environment, check=False)
     assert loud.returncode == 3 and "Traceback" in loud.stderr
 

@@ -45,7 +45,9 @@ def test_a_table_of_modes(capsys: pytest.CaptureFixture[str]) -> None:
     lines = [line.rstrip() for line in shown.out.splitlines()]
     assert lines[0] == "quarter_car about the equilibrium at t = 30 s"
     assert re.fullmatch(r" +1 +1\.25065358 +0\.217823 +-1\.71167332 ± 7\.66940185j +body 1", lines[2])
-    assert re.fullmatch(r" +2 +11\.0246889 +0\.201257 +-13\.9411045 ± 67\.8527903j +wheel 1, body 0\.0592 at -112°", lines[3])
+    assert re.fullmatch(
+        r" +2 +11\.0246889 +0\.201257 +-13\.9411045 ± 67\.8527903j +wheel 1, body 0\.0592 at -112°", lines[3]
+    )
     assert shown.err == "stable: every mode decays, the slowest with e^(-1.712 t)\n"
 
 
@@ -53,12 +55,21 @@ def test_everything_is_written(tmp_path: Path, capsys: pytest.CaptureFixture[str
     folder = tmp_path / "out"
     wanted = ["--root-locus", "damper=100:6000:7:log", "--band", "0.5:20"]
     wanted += ["--response", "road:tyre_load", "--response", "road:body"]
-    assert main(["linearize", QUARTER_CAR, "--t", "30", "--set", "skyhook=300", "--json", "--out", str(folder), *wanted]) == 0
+    assert (
+        main(["linearize", QUARTER_CAR, "--t", "30", "--set", "skyhook=300", "--json", "--out", str(folder), *wanted])
+        == 0
+    )
     data = json.loads(capsys.readouterr().out)
     assert data["files"] == [
-        "modes.json", "modes.csv", "matrices.npz", "modes.png",
-        "root_locus.csv", "root_locus.png", "responses.csv", "responses.png",
-    ]  # fmt: skip
+        "modes.json",
+        "modes.csv",
+        "matrices.npz",
+        "modes.png",
+        "root_locus.csv",
+        "root_locus.png",
+        "responses.csv",
+        "responses.png",
+    ]
     for figure in folder.glob("*.png"):
         assert figure.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
     model = eomgen.build(QUARTER_CAR)
@@ -121,7 +132,9 @@ def test_roots_in_python_follow_an_equilibrium() -> None:
     builder.joint("slide", "prismatic", "base", "m", axis=[0, 0, 1], stiffness="stiffness")
     model = eomgen.build(builder.build(), profile="quick")
     locus = model.root_locus("stiffness", [50.0, 100.0, 200.0])
-    np.testing.assert_allclose(np.abs(locus.eigenvalues), np.sqrt(np.array([[25.0], [50.0], [100.0]])) * [[1.0, 1.0]], rtol=1e-12)
+    np.testing.assert_allclose(
+        np.abs(locus.eigenvalues), np.sqrt(np.array([[25.0], [50.0], [100.0]])) * [[1.0, 1.0]], rtol=1e-12
+    )
     assert np.all(np.sign(locus.eigenvalues.imag) == np.sign(locus.eigenvalues.imag[0]))
     assert locus.stability == ("marginal",) * 3
     with pytest.raises(eomgen.UsageError, match=r"values: the shape is \(\), \(n,\) is needed"):

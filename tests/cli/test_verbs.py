@@ -36,15 +36,18 @@ def test_help_lists_every_verb_and_each_has_its_own(capsys: pytest.CaptureFixtur
     assert capsys.readouterr().out == f"eomgen {eomgen.__version__}\n"
 
 
-def test_simulate_says_what_the_constraints_made_of_the_start(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """A link of 1 m from the end of another one to the floor: 0.6 rad up means 0.6 rad down, so -1.2 rad, at twice the rate."""
+def test_simulate_says_what_the_constraints_made_of_the_start(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A link of 1 m from the end of another one to the floor: 0.6 rad up means 0.6 rad down, so -1.2 rad, at twice the
+    rate."""
     scene = tmp_path / "crank.toml"
     scene.write_text(
-        'format = 1\nname = "crank"\n[bodies]\na = { mass = 1, inertia = [1, 1, 1] }\nb = { mass = 1, inertia = [1, 1, 1] }\n'
-        '[joints]\nh = { type = "revolute", parent = "base", child = "a", axis = [0, -1, 0], initial = { position = 0.6, '
-        'velocity = 1 } }\ne = { type = "revolute", parent = "a", child = "b", axis = [0, -1, 0], position = [1, 0, 0] }\n'
-        '[constraints.floor]\ntype = "point_on_line"\nfirst = { body = "base", axis = [1, 0, 0] }\n'
-        'second = { body = "b", position = [1, 0, 0] }\n',
+        'format = 1\nname = "crank"\n[bodies]\na = { mass = 1, inertia = [1, 1, 1] }\nb = { mass = 1, inertia = [1, 1,'
+        ' 1] }\n[joints]\nh = { type = "revolute", parent = "base", child = "a", axis = [0, -1, 0], initial = {'
+        ' position = 0.6, velocity = 1 } }\ne = { type = "revolute", parent = "a", child = "b", axis = [0, -1, 0],'
+        ' position = [1, 0, 0] }\n[constraints.floor]\ntype = "point_on_line"\nfirst = { body = "base", axis = [1, 0,'
+        ' 0] }\nsecond = { body = "b", position = [1, 0, 0] }\n',
         encoding="utf-8",
     )
     run = ["simulate", str(scene), "--step", "1e-3", "--t-end", "0.01", "--out", str(tmp_path / "out"), "--no-plots"]
@@ -52,14 +55,18 @@ def test_simulate_says_what_the_constraints_made_of_the_start(tmp_path: Path, ca
     summary = json.loads(capsys.readouterr().out)
     (told,) = summary["corrections"]
     assert re.fullmatch(
-        r"corrected onto the constraints: (q\.e 0 -> -\S+ rad|q\.h 0\.6 -> \S+ rad|v\.e 0 -> -\S+ rad/s|v\.h 1 -> \S+ rad/s"
-        r"|, ){7}", told,
-    ), told  # fmt: skip
+        r"corrected onto the constraints: (q\.e 0 -> -\S+ rad|q\.h 0\.6 -> \S+ rad|v\.e 0 -> -\S+ rad/s|v\.h 1 -> \S+"
+        r" rad/s"
+        r"|, ){7}",
+        told,
+    ), told
     assert main(run) == 0
     assert " ".join(capsys.readouterr().out.split()).count(told) == 1
     assert main([*run, "--initial", "h=0.7"]) == 0
     said = " ".join(capsys.readouterr().out.split())
-    assert "initial values given corrected onto the constraints: " in said and "q.h 0.7 -> " in said and told not in said
+    assert (
+        "initial values given corrected onto the constraints: " in said and "q.h 0.7 -> " in said and told not in said
+    )
     q, v = (dict(re.findall(rf"{kind}\.(\w) \S+ -> (\S+) rad", told)) for kind in "qv")
     assert float(q["e"]) == pytest.approx(-2.0 * float(q["h"]), rel=1e-3)
     assert float(v["e"]) == pytest.approx(-2.0 * float(v["h"]), rel=1e-3)
@@ -93,7 +100,9 @@ def test_info_lists_curves_and_known_jumps(scene_file: Path, capsys: pytest.Capt
     assert main(["info", str(scene_file)]) == 0
     table = capsys.readouterr().out
     assert "Curves, arguments and values in SI units" in table
-    assert re.search(r"^name +value +unit *$", table, re.MULTILINE) and re.search(r"^length +0\.\d+ +m *$", table, re.MULTILINE)
+    assert re.search(r"^name +value +unit *$", table, re.MULTILINE) and re.search(
+        r"^length +0\.\d+ +m *$", table, re.MULTILINE
+    )
     assert "inputs.push: 3 points from 0.5 to 2.5, steps, outside periodic" in table
     assert "t = 0.5 s and every 2 s: forces jump" in table and "t = 1.75 s: derivatives of order 2 jump" in table
     assert main(["info", str(scene_file), "--json"]) == 0
@@ -115,16 +124,29 @@ def test_info_of_constrained_scenes_counts_rows(scene_file: Path, capsys: pytest
     assert data["degrees_of_freedom"] == 1 and data["constraints"] == list(names)
 
 
-def test_simulate_writes_everything_and_says_where(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_simulate_writes_everything_and_says_where(
+    scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     out = tmp_path / "out"
     words = ["simulate", str(scene_file), "--out", str(out), "--t-end", "0.5", "--step", "0.002", "--rho-inf", "0.9"]
     assert main([*words, "--set", "length=0.7", "--input", "torque=0.1", "--record-every", "5"]) == 0
     captured = capsys.readouterr()
-    assert re.search(r"parameter length +0\.7 m, in the scene 0\.5 *\n", captured.out) and "parameter shake" not in captured.out
+    assert (
+        re.search(r"parameter length +0\.7 m, in the scene 0\.5 *\n", captured.out)
+        and "parameter shake" not in captured.out
+    )
     assert re.search(r"input torque +0\.1 N m, constant *\n", captured.out)
     assert "q.hinge at the end" in captured.out and "reached t = 0.5 s in 250 steps" in captured.err
     assert str(out) in captured.err and str(out) not in captured.out
-    names = {"solution.npz", "solution.csv", "summary.json", "coordinates.png", "velocities.png", "outputs.png", "energy.png"}
+    names = {
+        "solution.npz",
+        "solution.csv",
+        "summary.json",
+        "coordinates.png",
+        "velocities.png",
+        "outputs.png",
+        "energy.png",
+    }
     assert {file.name for file in out.iterdir()} == names
     solution = eomgen.Solution.load(out / "solution.npz")
     direct = eomgen.build(scene_file).simulate(
@@ -186,17 +208,15 @@ def test_a_reader_that_goes_away_is_no_error(scene_file: Path) -> None:
     assert process.returncode == 0
 
 
-def test_info_says_which_parameters_are_calibrated(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_info_says_which_parameters_are_calibrated(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Nothing is compiled for that, so their values are not known."""
     path = tmp_path / "scene.toml"
     path.write_text(
-        'format = 1\nname = "cart"\n[parameters]\nmass = { value = 2, tunable = true }\n[bodies]\ncart = { mass = "mass" }\n'
-        '[joints]\nrail = { type = "prismatic", parent = "base", child = "cart", axis = [1, 0, 0] }\n'
-        '[controllers.hold]\ntype = "state_feedback"\ncoordinates = ["rail"]\n'
-        'calibration = { method = "lqr", position_weights = { rail = 1 }, effort_weights = 1 }\n'
-        '[efforts]\nhold = { joint = "rail", effort = "hold" }\n'
+        'format = 1\nname = "cart"\n[parameters]\nmass = { value = 2, tunable = true }\n[bodies]\ncart = { mass ='
+        ' "mass" }\n[joints]\nrail = { type = "prismatic", parent = "base", child = "cart", axis = [1, 0, 0]'
+        ' }\n[controllers.hold]\ntype = "state_feedback"\ncoordinates = ["rail"]\ncalibration = { method = "lqr",'
+        ' position_weights = { rail = 1 }, effort_weights = 1 }\n[efforts]\nhold = { joint = "rail", effort ='
+        ' "hold" }\n'
     )
     assert main(["info", str(path), "--terms", "force"]) == 0
     printed = capsys.readouterr().out

@@ -56,7 +56,10 @@ def pendulum() -> System:
         off = tape.mul(inertia, c)
         mass = (tape.mul(tape.constant(2.0), inertia), off, off, inertia)
     with tape.block("coupling"):
-        h = (tape.mul(tape.mul(inertia, s), tape.mul(v[1], v[1])), -tape.mul(tape.mul(inertia, s), tape.mul(v[0], v[0])))
+        h = (
+            tape.mul(tape.mul(inertia, s), tape.mul(v[1], v[1])),
+            -tape.mul(tape.mul(inertia, s), tape.mul(v[0], v[0])),
+        )
     functions = [
         Function("mass", "inertia matrix", ("p", "q"), (Block("M", (2, 2), mass),)),
         Function("coupling", "nonlinear inertia terms", ("p", "q", "v"), (Block("h", (2,), h),)),
@@ -64,8 +67,15 @@ def pendulum() -> System:
     return make_system("pendulum", tape, functions)
 
 
-def compile_program(program: Program, folder: Path, *, real: str = "double", profile: str = "quick", mode: str | None = None,
-                    file_limit: int = 10**9) -> Library:  # fmt: skip
+def compile_program(
+    program: Program,
+    folder: Path,
+    *,
+    real: str = "double",
+    profile: str = "quick",
+    mode: str | None = None,
+    file_limit: int = 10**9,
+) -> Library:
     """Return the library of a Program; its text is the cache key."""
     files = generate_files(program, file_limit=file_limit)
     files |= generate_interface(program, files)

@@ -1,4 +1,5 @@
-"""Every operation of the tape, in C, for all four number types, against the evaluation of the tape in NumPy and mpmath."""
+"""Every operation of the tape, in C, for all four number types, against the evaluation of the tape in NumPy and
+mpmath."""
 
 from __future__ import annotations
 
@@ -59,7 +60,9 @@ def expected(system: System, refs: list[Ref], inputs: dict[str, np.ndarray]) -> 
     return np.array(rows)
 
 
-@pytest.mark.parametrize(("real", "tolerance"), [("double", 4e-15), ("float", 4e-6), ("lanes", 4e-15), ("complex", 4e-15)])
+@pytest.mark.parametrize(
+    ("real", "tolerance"), [("double", 4e-15), ("float", 4e-6), ("lanes", 4e-15), ("complex", 4e-15)]
+)
 def test_every_operation_agrees_with_the_tape(real: str, tolerance: float, tmp_path: Path) -> None:
     system, refs, ops = every_operation()
     inputs = samples()
@@ -75,7 +78,9 @@ def test_double_agrees_with_fifty_digits(tmp_path: Path) -> None:
     inputs = samples()
     (found,) = call(compile_system(system, tmp_path), "everything", inputs)
     exact = evaluate_mpmath(system.tape, refs, {name: [float(x) for x in rows[3]] for name, rows in inputs.items()})
-    errors = [abs(float(value - float(y))) / max(1.0, abs(float(value))) for value, y in zip(exact, found[3], strict=True)]
+    errors = [
+        abs(float(value - float(y))) / max(1.0, abs(float(value))) for value, y in zip(exact, found[3], strict=True)
+    ]
     assert {op.name for op, error in zip(ops, errors, strict=True) if not error <= 1e-15} == set()
 
 
@@ -146,14 +151,18 @@ def test_not_a_number_passes_through_min_max_abs_and_sign(real: str, profile: st
     refs += [tape.call(Op.MAX, tape.call(Op.MIN, y, x), zero), tape.call(Op.ABS, y), tape.call(Op.SIGN, y)]
     system = make_system("bounds", tape, [Function("bounds", "", ("q",), (Block("y", (len(refs),), tuple(refs)),))])
     library = compile_system(system, tmp_path, profile=profile, real=real)
-    q = np.array([[0.0, np.nan], [1.0, np.nan], [np.inf, np.nan], [np.nan, np.nan], [np.inf, -np.inf], [-2.0, 3.0], [3.0, -2.0]])
+    q = np.array(
+        [[0.0, np.nan], [1.0, np.nan], [np.inf, np.nan], [np.nan, np.nan], [np.inf, -np.inf], [-2.0, 3.0], [3.0, -2.0]]
+    )
     (found,) = call(library, "bounds", {"q": q})
     in_numpy = evaluate(tape, refs, {"q": q})
     in_mpmath = [[complex(value) for value in evaluate_mpmath(tape, refs, {"q": list(map(float, row))})] for row in q]
     for values in (found, in_numpy, np.array(in_mpmath)):
         assert np.all(np.isnan(values[:4]))
         assert values[4:].real.tolist() == [
-            [-np.inf, -np.inf, np.inf, 0, 0, np.inf, -1], [-2, 0, 3, 3, 0, 3, 1], [-2, -2, 3, 0, 0, 2, -1],
-        ]  # fmt: skip
+            [-np.inf, -np.inf, np.inf, 0, 0, np.inf, -1],
+            [-2, 0, 3, 3, 0, 3, 1],
+            [-2, -2, 3, 0, 0, 2, -1],
+        ]
     (swapped,) = call(library, "bounds", {"q": np.array([[np.nan, 0.0], [np.nan, 1.0]])})
     assert np.all(np.isnan(swapped[:, [0, 2, 4]])) and not np.any(np.isnan(swapped[:, [1, 3, 5, 6]]))

@@ -1,4 +1,5 @@
-"""The committed C of four scenes is, byte by byte, what eomgen writes today; a difference is shown, and how to accept it."""
+"""The committed C of four scenes is, byte by byte, what eomgen writes today; a difference is shown, and how to accept
+it."""
 
 from __future__ import annotations
 
@@ -28,7 +29,9 @@ def test_every_folder_belongs_to_a_scene() -> None:
 @pytest.mark.parametrize("seed", ["1", "20261120"])
 def test_hash_seeds_do_not_change_a_byte(seed: str) -> None:
     text = "from tests.golden import generated_files; import hashlib, json; "
-    text += "print(hashlib.sha256(json.dumps(generated_files('spherical_pendulum'), sort_keys=True).encode()).hexdigest())"
+    text += (
+        "print(hashlib.sha256(json.dumps(generated_files('spherical_pendulum'), sort_keys=True).encode()).hexdigest())"
+    )
     environment = {**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": str(ROOT)}
     command = [sys.executable, "-c", text]
     result = subprocess.run(command, env=environment, capture_output=True, text=True, check=True, timeout=300)

@@ -20,7 +20,8 @@ from tests.codegen.hand_made import call, compile_program, make_system
 
 
 def chain(tape: Tape, count: int, kind: str) -> MapResults:
-    """Return a chain of springs between neighbours: energy (sum), accumulated angle (carry), force and stretch (rows)."""
+    """Return a chain of springs between neighbours: energy (sum), accumulated angle (carry), force and stretch
+    (rows)."""
     kernel = Tape()
     left, right, angle = kernel.input("gather", 0), kernel.input("gather", 1), kernel.input("carry", 0)
     stiffness, scale = kernel.input("element", 0), kernel.input("shared", 0)
@@ -53,7 +54,10 @@ def chain_system(count: int, kind: str) -> System:
         Block("force", (count,), tuple(-row[0] for row in results.rows)),
         Block("rest", (3,), (results.sums[0], -results.last[0], mixed)),
     )
-    functions = [Function("chain", "a chain", ("p", "q"), blocks), Function("again", "the same", ("p", "q"), blocks[2:])]
+    functions = [
+        Function("chain", "a chain", ("p", "q"), blocks),
+        Function("again", "the same", ("p", "q"), blocks[2:]),
+    ]
     return make_system("chain", tape, functions, initial_q=(0.0,) * (count + 1), factors=tuple(_factors(count + 1)))
 
 
@@ -95,7 +99,9 @@ def test_code_does_not_grow_with_the_elements(cache: Path) -> None:
 def test_loops_survive_chunks_and_files(cache: Path) -> None:
     point = {"p": [1.3, 0.0], "q": np.linspace(0, 1, 10)}
     whole = compile_program(to_program(chain_system(9, "loop")), cache, profile="reproducible")
-    cut = compile_program(to_program(chain_system(9, "loop"), part_limit=1), cache, profile="reproducible", file_limit=2)
+    cut = compile_program(
+        to_program(chain_system(9, "loop"), part_limit=1), cache, profile="reproducible", file_limit=2
+    )
     assert [a.tobytes() for a in call(whole, "chain", point)] == [b.tobytes() for b in call(cut, "chain", point)]
 
 

@@ -1,4 +1,5 @@
-"""Shape integrals have names in the C: each is defined once, used, and is the number that the textbook's formulas give."""
+"""Shape integrals have names in the C: each is defined once, used, and is the number that the textbook's formulas
+give."""
 
 from __future__ import annotations
 
@@ -13,7 +14,9 @@ from eomgen.scene.builder import SceneBuilder
 from tests.mechanics.test_shape_integrals import oracle
 
 
-def generated(folder: Path, stiffness: float | str = "flexural", *, order: int = 1, stiffening: bool = True) -> tuple[str, str]:
+def generated(
+    folder: Path, stiffness: float | str = "flexural", *, order: int = 1, stiffening: bool = True
+) -> tuple[str, str]:
     """Return header and functions of a beam that turns."""
     builder = SceneBuilder("spin", gravity=[0, 0, 0], terms=["mass", "coupling", "force", "outputs"])
     builder.parameter("flexural", 1.4e4, tunable=True)
@@ -52,7 +55,9 @@ def test_the_numbers_of_a_beam(tmp_path: Path) -> None:
 
 
 def test_a_stiffness_that_is_fixed_is_folded_in(tmp_path: Path) -> None:
-    tunable, fixed = (constants(generated(tmp_path / str(k), stiffness)[0]) for k, stiffness in enumerate(("flexural", 1.4e4)))
+    tunable, fixed = (
+        constants(generated(tmp_path / str(k), stiffness)[0]) for k, stiffness in enumerate(("flexural", 1.4e4))
+    )
     assert fixed["blade_k_0_0"] == pytest.approx(1.4e4 * tunable["blade_k_0_0"], rel=1e-15)
 
 
@@ -61,7 +66,9 @@ def test_the_header_says_what_is_kept(tmp_path: Path) -> None:
     for order, stiffening in ((1, True), (1, False), (2, True)):
         header, _ = generated(tmp_path / f"{order}{stiffening}", order=order, stiffening=stiffening)
         texts[order, stiffening] = re.sub(r"[\s*]+", " ", header)
-    assert "blade: elastic coordinates 2 of bending_y (clamped_free); order 1, kinetic energy to second" in texts[1, True]
+    assert (
+        "blade: elastic coordinates 2 of bending_y (clamped_free); order 1, kinetic energy to second" in texts[1, True]
+    )
     assert "order 2, all that the kinematics has, the shortening of the bent axis kept" in texts[2, True]
     assert "shortening of the bent axis left out" in texts[1, False]
 

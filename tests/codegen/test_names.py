@@ -42,8 +42,13 @@ def test_long_comments_are_cut() -> None:
 
 def test_outputs_avoid_inputs_locals_and_words() -> None:
     assert [output_name(name, ("q", "p")) for name in ("M", "q", "x12", "w", "double", "K")] == [
-        "M", "q_out", "x12_out", "w_out", "double_out", "K",
-    ]  # fmt: skip
+        "M",
+        "q_out",
+        "x12_out",
+        "w_out",
+        "double_out",
+        "K",
+    ]
 
 
 @pytest.mark.parametrize("name", ["", "1arm", "arm-2", "a b", "é", "main", "EG", "eomgen_real", 'x";system("'])

@@ -1,4 +1,5 @@
-"""The recurrence of a motion: inverse and forward dynamics give the same coefficients, and inverse dynamics fewer products."""
+"""The recurrence of a motion: inverse and forward dynamics give the same coefficients, and inverse dynamics fewer
+products."""
 
 from __future__ import annotations
 
@@ -36,7 +37,9 @@ def coefficients(recurrence: Recurrence, start: Mapping[str, Array]) -> dict[str
         sums = sum((left[i] * right[k - i] for i in range(1, k)), np.zeros(size))
         known = {NEXT[name]: found[name][k] for name in blocks} | {"t_k": np.array([1.0 if k == 1 else 0.0])}
         known |= {SUMS: sums, LEFT: left[0], RIGHT: right[0], KEPT: kept, ORDER: np.array([k, 1 / k])}
-        left[k], right[k] = (evaluate(tape, [term.next for term in side], known) for side in (series.left, series.right))
+        left[k], right[k] = (
+            evaluate(tape, [term.next for term in side], known) for side in (series.left, series.right)
+        )
         for name in blocks:
             found[name].append(evaluate(tape, [term.next for term in rates[name]], known) / (k + 1))
     return {name: np.array(rows) for name, rows in found.items()}
@@ -80,7 +83,10 @@ def test_accelerations_may_be_divided_by_what_moves() -> None:
         functions[name] = replace(functions[name], outputs=(replace(block, refs=refs),))
     divided = replace(system, functions=functions)
     start = start_of(system)
-    same(coefficients(Recurrence(divided, by_inverse=True), start), coefficients(Recurrence(system, by_inverse=False), start))
+    same(
+        coefficients(Recurrence(divided, by_inverse=True), start),
+        coefficients(Recurrence(system, by_inverse=False), start),
+    )
 
 
 def test_a_residual_that_is_not_affine_is_no_way_to_accelerations() -> None:

@@ -1,4 +1,5 @@
-"""The emitted folder: same bytes always, compiles under strict flags, runs without Python, overwrites nothing of others."""
+"""The emitted folder: same bytes always, compiles under strict flags, runs without Python, overwrites nothing of
+others."""
 
 from __future__ import annotations
 
@@ -28,8 +29,21 @@ from tests.codegen.test_schedule import tangled
 
 STRICT = ["-std=c99", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Wstrict-prototypes", "-Werror"]
 HOSTILE = [
-    "*/ int x; /*", 'a"b', "a\\", "double", "??/", "é", "a b", "a_b", "a.b", "p", "K(1)", "#define", "{{ 7*7 }}", "%s\n#error",
-]  # fmt: skip
+    "*/ int x; /*",
+    'a"b',
+    "a\\",
+    "double",
+    "??/",
+    "é",
+    "a b",
+    "a_b",
+    "a.b",
+    "p",
+    "K(1)",
+    "#define",
+    "{{ 7*7 }}",
+    "%s\n#error",
+]
 
 
 def hostile() -> System:
@@ -46,12 +60,21 @@ def hostile() -> System:
 def compile_and_run(folder: Path, *flags: str) -> str:
     cc = shutil.which("cc") or "gcc"
     sources = sorted(str(path) for path in folder.glob("*.c"))
-    subprocess.run([cc, *STRICT, *flags, *sources, "-o", str(folder / "program"), "-lm"], check=True, capture_output=True)
+    subprocess.run(
+        [cc, *STRICT, *flags, *sources, "-o", str(folder / "program"), "-lm"], check=True, capture_output=True
+    )
     return subprocess.run([str(folder / "program")], check=True, capture_output=True, text=True).stdout
 
 
-@pytest.mark.parametrize("flags", [["-fsanitize=address,undefined", "-fno-sanitize-recover"], ["-DEOMGEN_REAL_FLOAT"],
-                                   ["-DEOMGEN_REAL_COMPLEX"], ["-DEOMGEN_REAL_LANES", "-Wno-psabi"]])  # fmt: skip
+@pytest.mark.parametrize(
+    "flags",
+    [
+        ["-fsanitize=address,undefined", "-fno-sanitize-recover"],
+        ["-DEOMGEN_REAL_FLOAT"],
+        ["-DEOMGEN_REAL_COMPLEX"],
+        ["-DEOMGEN_REAL_LANES", "-Wno-psabi"],
+    ],
+)
 @pytest.mark.parametrize("make", [pendulum, hostile])
 def test_folder_stands_alone_under_strict_flags(make, flags: list[str], tmp_path: Path) -> None:
     system = make()
@@ -69,10 +92,13 @@ def test_hostile_names_reach_no_file_unmangled() -> None:
     program = to_program(hostile())
     files = generate_files(program)
     files |= generate_interface(program, files)
-    telling = [word for word in HOSTILE if word not in ("double", "p", "#define", "a_b")]  # those are C anyway, or legal members
+    # those are C anyway, or legal members
+    telling = [word for word in HOSTILE if word not in ("double", "p", "#define", "a_b")]
     for name, text in files.items():
         code = re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL) if name.endswith((".c", ".h")) else text
-        found = [word for word in telling if word in code and (name.endswith((".c", ".h")) or "*/" in word or "{{" in word)]
+        found = [
+            word for word in telling if word in code and (name.endswith((".c", ".h")) or "*/" in word or "{{" in word)
+        ]
         assert not found, name
         assert " 49" not in code, f"{name}: a name was rendered as a template"
     members = [parameter.member for parameter in program.parameters]
@@ -106,7 +132,9 @@ def test_headers_serve_cpp_and_take_no_names_of_the_caller(tmp_path: Path) -> No
     source = tmp_path / "use.cpp"
     source.write_text(CALLER.replace("MASS_ARGUMENTS", arguments), encoding="utf-8")
     strict = ["-Wall", "-Wextra", "-Wpedantic", "-Werror"]
-    subprocess.run(["cc", "-std=c99", *strict, "-c", str(folder / "pendulum.c"), "-o", str(tmp_path / "model.o")], check=True)
+    subprocess.run(
+        ["cc", "-std=c99", *strict, "-c", str(folder / "pendulum.c"), "-o", str(tmp_path / "model.o")], check=True
+    )
     objects = [str(source), str(tmp_path / "model.o"), "-o", str(tmp_path / "use"), "-lm"]
     subprocess.run([compiler, "-std=c++17", *strict, *objects], check=True)
     printed = subprocess.run([str(tmp_path / "use")], capture_output=True, text=True, check=True).stdout.split()
@@ -135,7 +163,9 @@ def test_headers_declare_prefixed_names_only(tmp_path: Path) -> None:
     assert not foreign
 
 
-@pytest.mark.parametrize("header", sorted((Path(__file__).parents[2] / "generated").glob("*/*.h")), ids=lambda path: path.name)
+@pytest.mark.parametrize(
+    "header", sorted((Path(__file__).parents[2] / "generated").glob("*/*.h")), ids=lambda path: path.name
+)
 def test_headers_of_steppers_use_no_short_names(header: Path) -> None:
     code = re.sub(r"/\*.*?\*/", "", header.read_text(encoding="utf-8"), flags=re.DOTALL)
     public = re.sub(r"#if defined\(EOMGEN_SHORT_NAMES\).*?#endif", "", code, flags=re.DOTALL)
@@ -155,7 +185,11 @@ def test_bytes_do_not_depend_on_the_hash_seed() -> None:
     )
     found = {
         subprocess.run(
-            [sys.executable, "-c", script], env={**os.environ, "PYTHONHASHSEED": seed}, check=True, capture_output=True, text=True
+            [sys.executable, "-c", script],
+            env={**os.environ, "PYTHONHASHSEED": seed},
+            check=True,
+            capture_output=True,
+            text=True,
         ).stdout
         for seed in ("1", "4242")
     }
@@ -170,9 +204,16 @@ def test_program_and_layout_are_json_and_agree() -> None:
     assert layout == json.loads(json.dumps(layout))
     assert layout["functions"][1]["input_sizes"] == [2, 2, 2]
     assert layout["functions"][0]["outputs"][0] | {"description": ""} == {
-        "name": "M", "argument": "M", "shape": [2, 2], "size": 4, "description": "",
-    }  # fmt: skip
-    assert [(p["name"], p["value"], p["unit"]) for p in layout["parameters"]] == [("mass", 2.0, "kg"), ("length", 0.5, "m")]
+        "name": "M",
+        "argument": "M",
+        "shape": [2, 2],
+        "size": 4,
+        "description": "",
+    }
+    assert [(p["name"], p["value"], p["unit"]) for p in layout["parameters"]] == [
+        ("mass", 2.0, "kg"),
+        ("length", 0.5, "m"),
+    ]
     assert "parts" not in layout["functions"][0]
 
 
@@ -210,7 +251,9 @@ def test_a_folder_of_someone_else_is_left_alone(tmp_path: Path) -> None:
     thesis = tmp_path / "thesis"
     thesis.mkdir()
     (thesis / "main.c").write_text("precious", encoding="utf-8")
-    with pytest.raises(FileError, match=r"not written by eomgen .* nothing was overwritten; try: a new or empty folder"):
+    with pytest.raises(
+        FileError, match=r"not written by eomgen .* nothing was overwritten; try: a new or empty folder"
+    ):
         write_folder(generate_files(to_program(pendulum())), thesis)
     assert [(path.name, path.read_text(encoding="utf-8")) for path in thesis.iterdir()] == [("main.c", "precious")]
     with pytest.raises(FileError, match="is a file, not a folder"):
@@ -222,7 +265,9 @@ def test_a_manifest_cannot_remove_files_elsewhere(tmp_path: Path) -> None:
     outside.write_text("stay", encoding="utf-8")
     folder = tmp_path / "model"
     folder.mkdir()
-    (folder / "manifest.json").write_text(json.dumps({"generator": "eomgen", "files": ["../outside.txt"]}), encoding="utf-8")
+    (folder / "manifest.json").write_text(
+        json.dumps({"generator": "eomgen", "files": ["../outside.txt"]}), encoding="utf-8"
+    )
     write_folder(generate_files(to_program(pendulum())), folder)
     assert outside.read_text(encoding="utf-8") == "stay"
 
@@ -242,7 +287,9 @@ def test_the_manifest_s_command_gives_the_bits_of_the_library(tmp_path: Path) ->
     files = generate_files(program)
     folder = write_folder(files, tmp_path / "model")
     subprocess.run(shlex.split(json.loads(files["manifest.json"])["compile"]), cwd=folder, check=True)
-    printed = subprocess.run([str(folder / program.prefix)], check=True, capture_output=True, text=True).stdout.splitlines()
+    printed = subprocess.run(
+        [str(folder / program.prefix)], check=True, capture_output=True, text=True
+    ).stdout.splitlines()
     library = compile_program(program, tmp_path / "cache", profile="reproducible")
     point = {"p": [parameter.value for parameter in system.parameters], "q": system.initial_q, "v": system.initial_v}
     for line, name in zip(printed, system.functions, strict=True):

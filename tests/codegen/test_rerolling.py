@@ -1,4 +1,5 @@
-"""What repeats becomes loops: the same numbers, the same bits, and a text that does not grow with the number of bodies."""
+"""What repeats becomes loops: the same numbers, the same bits, and a text that does not grow with the number of
+bodies."""
 
 from __future__ import annotations
 
@@ -24,7 +25,8 @@ BODIES = 90
 
 
 def repetitive(bodies: int = BODIES, seed: int = 1) -> System:
-    """Return a function with all that loops have to get right: recursions to and fro, branches, tables, odd ones out."""
+    """Return a function with all that loops have to get right: recursions to and fro, branches, tables, odd ones
+    out."""
     source = random.Random(seed)
     tape = Tape()
     q = [tape.input("q", k) for k in range(2)]
@@ -44,7 +46,9 @@ def repetitive(bodies: int = BODIES, seed: int = 1) -> System:
         back.append(tape.div(pair, tape.add(tape.mul(state, state), tape.constant(2.0))))
     circular = [tape.call(Op.COS, q[0]), tape.call(Op.SIN, q[1])]
     refs = (*states, *(-ref for ref in back), states[3], -states[3], *circular, back[5], p[0], *first[:3])
-    return make_system("repetitive", tape, [Function("all", "repeats", ("p", "q", "v"), (Block("y", (len(refs),), refs),))])
+    return make_system(
+        "repetitive", tape, [Function("all", "repeats", ("p", "q", "v"), (Block("y", (len(refs),), refs),))]
+    )
 
 
 def signed(bodies: int = BODIES) -> System:
@@ -60,12 +64,16 @@ def signed(bodies: int = BODIES) -> System:
             falling = tape.call(Op.EXP, -states[-3])  # of a turn before, from the workspace
             pushed = tape.call(Op.EXP, -tape.input("v", k))  # an input of its own in each turn
             held = tape.call(Op.MAX, -states[-2], tape.constant(-0.3 - 0.001 * k))
-            mixed = tape.add(tape.mul(falling, tape.constant(0.2 + 0.001 * k)), tape.mul(pushed, tape.constant(0.3 - 0.001 * k)))
+            mixed = tape.add(
+                tape.mul(falling, tape.constant(0.2 + 0.001 * k)), tape.mul(pushed, tape.constant(0.3 - 0.001 * k))
+            )
             states.append(tape.sub(tape.mul(mixed, tape.sub(held, states[-1])), tape.mul(held, p[1])))
     refs = tuple(states)
     factors = (Factor("R", "all", 0, bodies, 0, bodies),)
     function = Function("all", "signs", ("p", "v"), (Block("y", (len(refs),), refs),))
-    return make_system("signed", tape, [function], factors=factors, initial_q=(0.0,) * bodies, initial_v=(0.0,) * bodies)
+    return make_system(
+        "signed", tape, [function], factors=factors, initial_q=(0.0,) * bodies, initial_v=(0.0,) * bodies
+    )
 
 
 POINT = {"p": [0.7, -0.3], "q": [0.4, 1.9], "v": [-1.1, 0.2]}

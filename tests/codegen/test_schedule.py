@@ -63,7 +63,9 @@ def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
 )
 def test_numbers_are_those_of_the_tape(part_limit: int, nest_limit: int, file_limit: int, cache: Path) -> None:
     system = tangled()
-    library = compile_program(to_program(system, part_limit=part_limit, nest_limit=nest_limit), cache, file_limit=file_limit)
+    library = compile_program(
+        to_program(system, part_limit=part_limit, nest_limit=nest_limit), cache, file_limit=file_limit
+    )
     for name, function in system.functions.items():
         (found,) = call(library, name, POINT)
         wanted = evaluate(system.tape, function.refs, POINT)
@@ -73,7 +75,9 @@ def test_numbers_are_those_of_the_tape(part_limit: int, nest_limit: int, file_li
 def test_chunked_and_whole_give_the_same_bits(cache: Path) -> None:
     system = tangled(operations=150, functions=2)
     whole = compile_program(to_program(system), cache, profile="reproducible")
-    chunked = compile_program(to_program(system, part_limit=41, nest_limit=2), cache, profile="reproducible", file_limit=600)
+    chunked = compile_program(
+        to_program(system, part_limit=41, nest_limit=2), cache, profile="reproducible", file_limit=600
+    )
     for name in system.functions:
         assert call(whole, name, POINT)[0].tobytes() == call(chunked, name, POINT)[0].tobytes()
 
@@ -96,8 +100,12 @@ def test_values_used_once_are_nested_up_to_the_limit() -> None:
         return (expression[0] != "neg") + sum(map(operations, expression[1:]))
 
     def longest(program: Program) -> int:
-        statements = [statement for function in program.functions for part in function.parts for statement in part.statements]
-        return max(operations(statement.data[-1]) for statement in statements if statement.kind in ("let", "out", "save"))
+        statements = [
+            statement for function in program.functions for part in function.parts for statement in part.statements
+        ]
+        return max(
+            operations(statement.data[-1]) for statement in statements if statement.kind in ("let", "out", "save")
+        )
 
     assert longest(to_program(tangled(), nest_limit=1)) == 1
     assert longest(to_program(tangled(), nest_limit=6)) == 6
@@ -130,7 +138,13 @@ def test_named_values_keep_their_names_and_others_are_numbered() -> None:
     tape = Tape()
     q, v = tape.input("q"), tape.input("v")
     cosine, sine, speed, other = tape.call(Op.COS, q), tape.call(Op.SIN, q), tape.mul(q, v), tape.add(q, v)
-    for ref, name in ((cosine, "cos_hinge"), (sine, "sin_hinge"), (-speed, "v_tip_x"), (speed, "late"), (q, "an_input")):
+    for ref, name in (
+        (cosine, "cos_hinge"),
+        (sine, "sin_hinge"),
+        (-speed, "v_tip_x"),
+        (speed, "late"),
+        (q, "an_input"),
+    ):
         tape.name(ref, name)
     refs = tuple(tape.mul(x, y) for x in (cosine, sine) for y in (speed, other))
     text = text_of(tape, ("q", "v"), Block("y", (4,), refs))
@@ -139,7 +153,9 @@ def test_named_values_keep_their_names_and_others_are_numbered() -> None:
     assert "y[0] = cos_hinge * minus_v_tip_x;" in text and "late" not in text and "an_input" not in text
 
 
-@pytest.mark.parametrize("name", ["x12", "w", "y_out", "EG_x", "angle", "é_x", "link_" + "a" * 40, "1_a", "taken_twice"])
+@pytest.mark.parametrize(
+    "name", ["x12", "w", "y_out", "EG_x", "angle", "é_x", "link_" + "a" * 40, "1_a", "taken_twice"]
+)
 def test_names_that_are_in_the_way_are_left_out(name: str) -> None:
     tape = Tape()
     first, second = (tape.mul(tape.input("q", k), tape.input("v", k)) for k in range(2))
@@ -184,12 +200,18 @@ def test_a_function_that_reads_more_than_it_declares_is_refused() -> None:
     with pytest.raises(ModelError, match="function f depends on v, which is not among its inputs"):
         to_program(make_system("bad", tape, [bad]))
     with pytest.raises(ModelError, match="output y of function f has shape \\(3,\\) but 1 components"):
-        to_program(make_system("bad", tape, [dataclasses.replace(bad, inputs=("q", "v"), outputs=(Block("y", (3,), bad.refs),))]))
+        to_program(
+            make_system(
+                "bad", tape, [dataclasses.replace(bad, inputs=("q", "v"), outputs=(Block("y", (3,), bad.refs),))]
+            )
+        )
     with pytest.raises(ModelError, match="the model has no function heat; try: one of mass, coupling"):
         to_program(pendulum(), functions=["heat"])
 
 
 def test_a_function_that_would_overflow_the_stack_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(convert, "WORKSPACE_LIMIT", 20)
-    with pytest.raises(ModelError, match=r"function tangle0 keeps \d+ values on the stack, more than 20; try: fewer elements"):
+    with pytest.raises(
+        ModelError, match=r"function tangle0 keeps \d+ values on the stack, more than 20; try: fewer elements"
+    ):
         to_program(tangled(), part_limit=41)

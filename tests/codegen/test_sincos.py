@@ -1,4 +1,5 @@
-"""The sine and cosine of generated code: accuracy against mpmath, the origin of their constants, large and special arguments."""
+"""The sine and cosine of generated code: accuracy against mpmath, the origin of their constants, large and special
+arguments."""
 
 from __future__ import annotations
 
@@ -47,14 +48,25 @@ def test_small_arguments_keep_their_relative_accuracy(sincos) -> None:
     x = np.concatenate([10.0 ** np.arange(-300, -1), -(10.0 ** np.arange(-20, -1, 0.1))])
     found = sincos(x)
     with mpmath.workdps(40):
-        worst = max(abs(mpmath.sin(mpmath.mpf(float(a))) / mpmath.mpf(float(y)) - 1) for a, y in zip(x, found[:, 0], strict=True))
+        worst = max(
+            abs(mpmath.sin(mpmath.mpf(float(a))) / mpmath.mpf(float(y)) - 1)
+            for a, y in zip(x, found[:, 0], strict=True)
+        )
     assert worst < 2.3e-16
 
 
 def test_arguments_beyond_the_range_of_the_reduction_give_nan(sincos, rng: np.random.Generator) -> None:
     assert np.all(np.isfinite(sincos([1e10, -1e10])))
     exponents = rng.uniform(10.01, 308.0, 50)
-    beyond = [np.nextafter(1e10, np.inf), -np.nextafter(1e10, np.inf), 2.0**45, 2.0**51, 1e14, -1e300, np.finfo(float).max]
+    beyond = [
+        np.nextafter(1e10, np.inf),
+        -np.nextafter(1e10, np.inf),
+        2.0**45,
+        2.0**51,
+        1e14,
+        -1e300,
+        np.finfo(float).max,
+    ]
     assert np.all(np.isnan(sincos([*beyond, *(10.0**exponents), *(-(10.0**exponents)), np.nan, np.inf, -np.inf])))
 
 

@@ -1,4 +1,5 @@
-"""The program of an emitted folder: parameters and inputs by name, zero where the scene says nothing, as ``simulate`` does it."""
+"""The program of an emitted folder: parameters and inputs by name, zero where the scene says nothing, as ``simulate``
+does it."""
 
 from __future__ import annotations
 

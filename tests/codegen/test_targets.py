@@ -130,5 +130,7 @@ def test_targets_that_there_are_not_and_those_that_clash_are_named(installed: Pa
     targets.cache_clear()
     (installed / "into_python.py").write_text(TARGET.replace('Target("python"', 'Target("c"'), encoding="utf-8")
     sys.modules.pop("into_python", None)
-    with pytest.raises(eomgen.UsageError, match="of the distribution into-python takes the name 'c', which another target has"):
+    with pytest.raises(
+        eomgen.UsageError, match="of the distribution into-python takes the name 'c', which another target has"
+    ):
         eomgen.generate({"format": 1}, installed / "out", target="fortran")

@@ -33,13 +33,18 @@ def test_code_is_folded_where_the_fewest_brackets_are_open() -> None:
     terms = " + ".join(f"x{k} * (y{k} - z{k})" for k in range(9))
     lines = folded(f"    const real sum = {terms};").split("\n")
     assert len(lines) == 2 and all(len(line) <= WIDTH for line in lines)
-    assert lines[1].startswith("        + x") and " ".join(line.strip() for line in lines) == f"const real sum = {terms};"
+    assert (
+        lines[1].startswith("        + x") and " ".join(line.strip() for line in lines) == f"const real sum = {terms};"
+    )
 
 
 def test_calls_are_folded_behind_commas() -> None:
     arguments = ", ".join(f"const real *restrict argument_{k}" for k in range(5))
     assert folded(f"void a_function({arguments})").split("\n") == [
-        "void a_function(const real *restrict argument_0, const real *restrict argument_1, const real *restrict argument_2,",
+        (
+            "void a_function(const real *restrict argument_0, const real *restrict argument_1, const real *restrict"
+            " argument_2,"
+        ),
         "    const real *restrict argument_3, const real *restrict argument_4)",
     ]
 

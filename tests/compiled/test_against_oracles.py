@@ -58,7 +58,9 @@ def test_compiled_robots_against_pinocchio(name: str, tmp_path: Path, rng) -> No
     assert relative_error(evaluate("mass", state)["M"], oracle.mass(state), 2) <= 1e-12
     assert relative_error(evaluate("coupling", state)["h"], oracle.coupling(state)) <= 1e-12
     assert relative_error(evaluate("force", state)["Q"] + friction, oracle.coupling(state) - drag) <= 1e-12
-    assert relative_error(evaluate("inverse_dynamics", state)["tau"] - friction, oracle.inverse_dynamics(state)) <= 1e-12
+    assert (
+        relative_error(evaluate("inverse_dynamics", state)["tau"] - friction, oracle.inverse_dynamics(state)) <= 1e-12
+    )
     vdot = evaluate("forward_dynamics", state)["vdot"]
     assert relative_error(vdot, oracle.forward_dynamics(state, -friction)) <= 1e-12
 
@@ -74,7 +76,9 @@ def _scene(name: str) -> Scene:
     return load(EXAMPLES / name / "scene.toml")
 
 
-@pytest.mark.parametrize("name", ["robot_arm", "active_vehicle", "double_pendulum_on_shaking_base", "random 1", "random 6"])
+@pytest.mark.parametrize(
+    "name", ["robot_arm", "active_vehicle", "double_pendulum_on_shaking_base", "random 1", "random 6"]
+)
 def test_compiled_partials_against_complex_steps_through_the_compiled_residual(name: str, tmp_path: Path, rng) -> None:
     system = derive(_scene(name), ["residual", "partials"])
     real = compiled_evaluator(system, compile_system(system, tmp_path / "double", real="double"))

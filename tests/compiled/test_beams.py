@@ -22,8 +22,13 @@ def cantilever(**changes: Any) -> dict[str, Any]:
         "format": 1,
         "name": "cantilever",
         "gravity": [0, 0, -9.81],
-        "parameters": {"EI": {"value": STIFFNESS, "tunable": True}, "mass_per_length": {"value": DENSITY, "tunable": True}},
-        "beams": {"beam": {"length": LENGTH, "mass_per_length": "mass_per_length", "bending_z": bending, "stiffening": False}},
+        "parameters": {
+            "EI": {"value": STIFFNESS, "tunable": True},
+            "mass_per_length": {"value": DENSITY, "tunable": True},
+        },
+        "beams": {
+            "beam": {"length": LENGTH, "mass_per_length": "mass_per_length", "bending_z": bending, "stiffening": False}
+        },
         "joints": {"clamp": {"type": "fixed", "parent": "base", "child": "beam"}},
         "points": {"tip": {"body": "beam", "position": [LENGTH, 0, 0]}},
         "forces": {"load": {"body": "beam", "point": [LENGTH, 0, 0], "force": [0, 0, -LOAD]}},
@@ -39,10 +44,13 @@ def model() -> eomgen.Model:
 
 @pytest.mark.parametrize("scale", [1.0, 2.5])
 def test_static_deflection_of_a_cantilever(scale: float) -> None:
-    """Under weight and a load at the tip it sinks by q L^4 / 8 EI + P L^3 / 3 EI, which cubic and quartic shapes hold exactly."""
+    """Under weight and a load at the tip it sinks by q L^4 / 8 EI + P L^3 / 3 EI, which cubic and quartic shapes hold
+    exactly."""
     parameters = {"EI": scale * STIFFNESS, "mass_per_length": DENSITY / scale}
     found = model().equilibrium(parameters=parameters)
-    sinks = DENSITY / scale * 9.81 * LENGTH**4 / (8.0 * scale * STIFFNESS) + LOAD * LENGTH**3 / (3.0 * scale * STIFFNESS)
+    sinks = DENSITY / scale * 9.81 * LENGTH**4 / (8.0 * scale * STIFFNESS) + LOAD * LENGTH**3 / (
+        3.0 * scale * STIFFNESS
+    )
     tip = model().outputs(found.q, np.zeros(3), parameters=parameters)["tip"]
     np.testing.assert_allclose(tip, [LENGTH, 0.0, -sinks], rtol=1e-9)
 
@@ -74,7 +82,8 @@ def test_a_run_beyond_order_1_blames_the_beam_and_not_the_step() -> None:
     run = eomgen.build(scene).simulate(0.2, 1e-3, initial={"c": 0, "b": [0.05, -0.04, 0.04]})
     assert not run.success and "the energy is out of balance" in run.message
     assert run.message.endswith(
-        "the deflection of beam b is beyond what order = 1 is for: the inertia matrix is not positive definite; try: order = 2"
+        "the deflection of beam b is beyond what order = 1 is for: the inertia matrix is not positive definite; try:"
+        " order = 2"
     )
 
 
@@ -83,9 +92,10 @@ def test_points_of_a_beam_are_those_of_the_scene() -> None:
     for ask in (model().point, model().point_jacobian):
         with pytest.raises(UsageError) as caught:
             ask("beam", [1.0, 0, 0], model().initial_q)
-        assert str(caught.value) == (
-            "usage error: point of beam: the beam deforms, and the compiled model knows its shapes at the points of the scene "
-            "only; try: an entry of [points] with an output of it; r = 0 for the frame"
+        assert (
+            str(caught.value)
+            == "usage error: point of beam: the beam deforms, and the compiled model knows its shapes at the points of"
+            " the scene only; try: an entry of [points] with an output of it; r = 0 for the frame"
         )
 
 
@@ -122,11 +132,14 @@ def hinged(modes: int, beams: int = 1) -> dict[str, Any]:
 
 @cache
 def pendulum() -> eomgen.Model:
-    return eomgen.build(hinged(1), terms=["rates_1", "poses", "twists", "accelerations", "outputs", "energy", "mass", "force"])
+    return eomgen.build(
+        hinged(1), terms=["rates_1", "poses", "twists", "accelerations", "outputs", "energy", "mass", "force"]
+    )
 
 
 def test_what_hangs_on_a_beam_moves_as_its_poses_say() -> None:
-    """Velocities and accelerations of a body on a beam, and of a point on it, against differences of poses along a parabola."""
+    """Velocities and accelerations of a body on a beam, and of a point on it, against differences of poses along a
+    parabola."""
     rng = np.random.default_rng(3)
     model, h = pendulum(), 1e-4
     q, v, a = 0.2 * rng.normal(size=3), rng.normal(size=3), rng.normal(size=3)
@@ -173,15 +186,30 @@ def test_a_beam_in_free_flight_keeps_its_momenta(order: int) -> None:
     """Linear and angular momentum in the world, with a mass off its axis; also where kinetic energy is truncated."""
     bending = {"shapes": "free_free", "modes": 2}
     beam = {
-        "start": -0.5 * LENGTH, "length": LENGTH, "mass_per_length": DENSITY, "polar_inertia": 0.02, "order": order,
+        "start": -0.5 * LENGTH,
+        "length": LENGTH,
+        "mass_per_length": DENSITY,
+        "polar_inertia": 0.02,
+        "order": order,
         "bending_y": {**bending, "stiffness": 60.0, "initial": {"position": [0.03, 0.0]}},
         "bending_z": {**bending, "stiffness": 90.0, "initial": {"velocity": [0.0, 0.3]}},
-    }  # fmt: skip
+    }
     joints = {
-        "free": {"type": "free", "parent": "base", "child": "beam", "initial": {"velocity": [0.4, -0.9, 1.5, 0.2, 0.1, 0.0]}},
+        "free": {
+            "type": "free",
+            "parent": "base",
+            "child": "beam",
+            "initial": {"velocity": [0.4, -0.9, 1.5, 0.2, 0.1, 0.0]},
+        },
         "end": {"type": "fixed", "parent": "beam", "child": "ball", "position": [0.5 * LENGTH, 0.0, 0.2]},
     }
-    scene = {"format": 1, "name": "flight", "gravity": [0, 0, 0], "beams": {"beam": beam}, "bodies": {"ball": {"mass": 0.8}}}
+    scene = {
+        "format": 1,
+        "name": "flight",
+        "gravity": [0, 0, 0],
+        "beams": {"beam": beam},
+        "bodies": {"ball": {"mass": 0.8}},
+    }
     model = eomgen.build({**scene, "joints": joints})
     run = model.simulate(1.0, 1e-3, method="rk4")
     found = []
@@ -195,16 +223,21 @@ def test_a_beam_in_free_flight_keeps_its_momenta(order: int) -> None:
 
 
 def test_a_stiff_beam_moves_as_the_rigid_body_that_it_is() -> None:
-    """A pendulum of 1e8 times the stiffness at 1 ms, spectral radius 0.6: the rod of the same mass, to the beam's static sag."""
+    """A pendulum of 1e8 times the stiffness at 1 ms, spectral radius 0.6: the rod of the same mass, to the beam's
+    static sag."""
     joint = {"type": "revolute", "axis": [0, 1, 0], "parent": "base", "child": "rod", "initial": {"position": 0.4}}
     mass, across = DENSITY * LENGTH, DENSITY * LENGTH**3 / 12.0
     rod = {"mass": mass, "center_of_mass": [0.5 * LENGTH, 0, 0], "inertia": [1e-3, across, across]}
     rigid = {"format": 1, "name": "rigid_rod", "bodies": {"rod": rod}, "joints": {"hinge": joint}}
     bending = {"modes": 2, "stiffness": 1e8 * STIFFNESS}
     elastic = {
-        "format": 1, "name": "stiff_rod", "joints": {"hinge": joint},
+        "format": 1,
+        "name": "stiff_rod",
+        "joints": {"hinge": joint},
         "beams": {"rod": {"length": LENGTH, "mass_per_length": DENSITY, "bending_z": bending}},
-    }  # fmt: skip
-    runs = [eomgen.build(scene).simulate(2.0, 1e-3, method="generalized_alpha", rho_inf=0.6) for scene in (rigid, elastic)]
+    }
+    runs = [
+        eomgen.build(scene).simulate(2.0, 1e-3, method="generalized_alpha", rho_inf=0.6) for scene in (rigid, elastic)
+    ]
     np.testing.assert_allclose(runs[1].q[:, 0], runs[0].q[:, 0], atol=2e-8)
     assert np.abs(runs[1].q[:, 1:]).max() < 1e-7

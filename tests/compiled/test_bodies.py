@@ -1,4 +1,5 @@
-"""Points and Jacobians of compiled models: against each other, against differences, in batches, and what is said of mistakes."""
+"""Points and Jacobians of compiled models: against each other, against differences, in batches, and what is said of
+mistakes."""
 
 from __future__ import annotations
 
@@ -27,7 +28,9 @@ def flying() -> eomgen.Model:
     return eomgen.build(flyer_scene(), terms=TERMS, profile="quick")
 
 
-def some_state(model: eomgen.Model, rng: np.random.Generator, count: int = 7) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def some_state(
+    model: eomgen.Model, rng: np.random.Generator, count: int = 7
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     q = np.array([product.update(model.factors, model.initial_q, rng.normal(size=model.nv)) for _ in range(count)])
     v, a = rng.normal(size=(2, count, model.nv))
     return q, v, a
@@ -51,12 +54,15 @@ def test_a_moving_base_adds_its_own_part(rng: np.random.Generator) -> None:
     carried = model.point("link", R, q, np.zeros_like(v), T).velocity
     found = model.point("link", R, q, v, T).velocity
     assert carried is not None and found is not None and np.abs(carried).max() > 0.1
-    np.testing.assert_allclose(np.einsum("nij,nj->ni", model.point_jacobian("link", R, q, T), v) + carried, found, atol=1e-14)
+    np.testing.assert_allclose(
+        np.einsum("nij,nj->ni", model.point_jacobian("link", R, q, T), v) + carried, found, atol=1e-14
+    )
 
 
 @pytest.mark.parametrize(("model", "body"), [(shaken, "link"), (flying, "arm")])
 def test_velocity_and_acceleration_are_differences_of_position(model, body: str, rng: np.random.Generator) -> None:
-    """Central differences along q' = q tilde(v), v' = a and the base's law; their error is of the order of step squared."""
+    """Central differences along q' = q tilde(v), v' = a and the base's law; their error is of the order of step
+    squared."""
     model = model()
     q, v, a = (part[0] for part in some_state(model, rng))
     step = 1e-4
@@ -80,11 +86,14 @@ def test_points_and_states_broadcast(rng: np.random.Generator) -> None:
     L = model.point_jacobian("arm", corners, q)
     assert L.shape == (5, 4, 3, model.nv)
     np.testing.assert_array_equal(L[3, 2], model.point_jacobian("arm", corners[3, 0], q[2]))
-    np.testing.assert_array_equal(motion.acceleration[3, 2], model.point("arm", corners[3, 0], q[2], v[2], a=a[2]).acceleration)
+    np.testing.assert_array_equal(
+        motion.acceleration[3, 2], model.point("arm", corners[3, 0], q[2], v[2], a=a[2]).acceleration
+    )
 
 
 def test_a_force_on_a_point_does_the_work_that_its_jacobian_says(rng: np.random.Generator) -> None:
-    """The generalized force of a force by formula, derived from virtual work, is the transposed Jacobian times the force."""
+    """The generalized force of a force by formula, derived from virtual work, is the transposed Jacobian times the
+    force."""
     builder = eomgen.SceneBuilder("pushed", gravity=[0, 0, 0])
     builder.body("upper", 1.0, inertia=[0.1, 0.2, 0.15]).body("lower", 1.0, inertia=[0.1, 0.2, 0.15])
     builder.joint("ball", "spherical", "base", "upper")
@@ -100,17 +109,20 @@ def test_a_force_on_a_point_does_the_work_that_its_jacobian_says(rng: np.random.
     ("call", "text"),
     [
         (lambda m: m.body_jacobian("amr", m.initial_q), "usage error: there is no body 'amr'; try: arm"),
-        (lambda m: m.point_jacobian("arm", [0, 0], m.initial_q), "usage error: r: the shape is (2,), (..., 3) is needed"),
+        (
+            lambda m: m.point_jacobian("arm", [0, 0], m.initial_q),
+            "usage error: r: the shape is (2,), (..., 3) is needed",
+        ),
         (
             lambda m: m.body_jacobian("arm", m.initial_q),
-            'usage error: the term jacobians is not in this model, which was built with mass, coupling, force, ',
+            "usage error: the term jacobians is not in this model, which was built with mass, coupling, force, ",
         ),
         (
             lambda m: m.point("arm", R, m.initial_q, m.initial_v, a=m.initial_v),
             'try: eomgen.build(scene, terms=[..., "accelerations"])',
         ),
     ],
-)  # fmt: skip
+)
 def test_mistakes_are_named(call, text: str) -> None:
     with pytest.raises(eomgen.UsageError, match=re.escape(text)):
         call(flyer())

@@ -28,7 +28,12 @@ def test_a_run_takes_the_method_that_the_model_was_built_with() -> None:
 def test_the_command_line_takes_the_method_of_its_option(tmp_path: Path) -> None:
     scene = tmp_path / "scene.toml"
     scene.write_text(PENDULUM_TOML, encoding="utf-8")
-    assert main(["simulate", str(scene), "--method", "rk4", "--t-end", "0.1", "--no-plots", "--out", str(tmp_path / "out")]) == 0
+    assert (
+        main(
+            ["simulate", str(scene), "--method", "rk4", "--t-end", "0.1", "--no-plots", "--out", str(tmp_path / "out")]
+        )
+        == 0
+    )
     assert json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))["method"] == "rk4"
 
 

@@ -23,7 +23,9 @@ def test_the_jacobian_is_the_left_trivialised_derivative_of_the_constraints(rng:
     q = product.update(model.factors, model.initial_q, rng.normal(scale=0.3, size=model.nv))
     w = rng.normal(size=model.nv)
     small = 1e-6
-    ahead, behind = (model.evaluate("constraint", product.update(model.factors, q, s * small * w))["Phi"] for s in (1.0, -1.0))
+    ahead, behind = (
+        model.evaluate("constraint", product.update(model.factors, q, s * small * w))["Phi"] for s in (1.0, -1.0)
+    )
     (B,) = model.evaluate("constraint_jacobian", q).values()
     assert B.shape == (8, 18)
     np.testing.assert_allclose(B @ w, (ahead - behind) / (2.0 * small), atol=1e-8)
@@ -79,7 +81,9 @@ def test_a_run_in_absolute_coordinates_is_the_run_in_joint_coordinates() -> None
     expected, found = (model.simulate(0.2, 1e-3, method="generalized_alpha") for model in (free, held))
     assert found.success, found.message
     for body in (body.name for body in free.scene.bodies):
-        ends = [model.pose(body, solution.q[-1], solution.t[-1]) for model, solution in ((free, expected), (held, found))]
+        ends = [
+            model.pose(body, solution.q[-1], solution.t[-1]) for model, solution in ((free, expected), (held, found))
+        ]
         np.testing.assert_allclose(ends[1][4:], ends[0][4:], atol=2e-5)  # both have errors of order step^2
     assert found.multipliers.shape == (len(found.t), 8)
     assert found.stats["max_constraint"] <= 1e-12 and found.stats["max_constraint_velocity"] <= 1e-9
@@ -109,8 +113,12 @@ def test_other_forms_reach_the_same_end(method: str) -> None:
 
 
 def test_the_start_in_absolute_coordinates_follows_the_parameters_of_the_run() -> None:
-    builder = eomgen.SceneBuilder("shaken").parameter("shake", 0.1, tunable=True).base(position=["shake * cos(6 * t)", 0, 0])
-    builder.body("bob", mass=1.0, center_of_mass=[0, 0, -1], inertia=[0.01, 0.01, 0.01]).joint("ball", "spherical", "base", "bob")
+    builder = (
+        eomgen.SceneBuilder("shaken").parameter("shake", 0.1, tunable=True).base(position=["shake * cos(6 * t)", 0, 0])
+    )
+    builder.body("bob", mass=1.0, center_of_mass=[0, 0, -1], inertia=[0.01, 0.01, 0.01]).joint(
+        "ball", "spherical", "base", "bob"
+    )
     builder.point("tip", "bob", [0, 0, -1]).output("tip", position="tip")
     scene = builder.build()
     in_joints = eomgen.build(scene, profile="quick")

@@ -1,4 +1,5 @@
-"""Compiled curves: the numbers of Python in every number type; as input, base motion and force; in the stand-alone program."""
+"""Compiled curves: the numbers of Python in every number type; as input, base motion and force; in the stand-alone
+program."""
 
 from __future__ import annotations
 
@@ -30,7 +31,9 @@ def scene() -> eomgen.Scene:
     builder.curve("spring", points=[[-1, -9], [0, 0], [1, 4]])
     builder.curve("hump", bump={"length": 0.5, "height": 0.1, "position": 1.0})
     builder.curve("road", road={"class": "C", "harmonics": 20})
-    builder.input("table", points=POINTS, outside="hold").input("pulse", points=[[0, 0], [1, 5], [1.2, 0]], interpolation="steps")
+    builder.input("table", points=POINTS, outside="hold").input(
+        "pulse", points=[[0, 0], [1, 5], [1.2, 0]], interpolation="steps"
+    )
     builder.input("square", wave={"shape": "square", "period": 0.3, "low": -1})
     builder.input("triangle", wave={"shape": "triangle", "period": 0.7, "start": 0.1, "duty": 0.2})
     builder.input("saw", wave={"shape": "sawtooth", "period": 0.7, "high": 2})
@@ -134,7 +137,9 @@ def test_a_run_beyond_the_points() -> None:
 def test_a_driver_follows_a_table() -> None:
     """A slider that a constraint drives along a table: place, speed and acceleration are those of the spline."""
     builder = eomgen.SceneBuilder("slider").body("slider", 2.0, inertia=[0.1, 0.1, 0.1])
-    builder.joint("free", "free", "base", "slider").curve("way", points=[[0.2 * k, 0.1 * (k * k % 5)] for k in range(9)])
+    builder.joint("free", "free", "base", "slider").curve(
+        "way", points=[[0.2 * k, 0.1 * (k * k % 5)] for k in range(9)]
+    )
     frame = {"rotation": [{"axis": [0, 1, 0], "angle": "pi / 2"}]}
     builder.constraint(
         "rail", "prismatic", {"body": "base", **frame}, {"body": "slider", **frame}, drive="way(t) - way(0.3) + 0.2"
@@ -159,7 +164,9 @@ def test_the_folder_stands_alone_with_its_tables(tmp_path: Path, model: eomgen.M
     program = str(tmp_path / "program")
     command = [shutil.which("cc") or "gcc", *STRICT, *sources, "-o", program, "-lm"]
     subprocess.run(command, check=True, capture_output=True)
-    printed = subprocess.run([program, "1", "1e-3", "100"], check=True, capture_output=True, text=True).stdout.splitlines()
+    printed = subprocess.run(
+        [program, "1", "1e-3", "100"], check=True, capture_output=True, text=True
+    ).stdout.splitlines()
     rows = np.array([[float(value) for value in line.split(",")] for line in printed[1:]])
     solution = model.simulate(1.0, 1e-3, record_every=100)
     assert solution.success and np.max(np.abs(solution.q)) > 1e-3

@@ -1,4 +1,5 @@
-"""The C of every example: no warning, nothing for sanitizers to find, the same run as from Python, one meaning in four types."""
+"""The C of every example: no warning, nothing for sanitizers to find, the same run as from Python, one meaning in four
+types."""
 
 from __future__ import annotations
 
@@ -37,13 +38,20 @@ def test_the_folder_compiles_strictly_and_runs_under_sanitizers_as_python_does(s
     sources = sorted(str(file) for file in folder.glob("*.c"))
     built = subprocess.run(
         [compiler, *STRICT, *SANITIZERS, *sources, "-o", str(tmp_path / "model"), "-lm"],
-        capture_output=True, text=True, check=False, timeout=300,
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+    )
     assert built.returncode == 0, built.stderr
     loaded = eomgen.load(path)
     step = loaded.simulation.step
     run = subprocess.run(
-        [str(tmp_path / "model"), repr(STEPS * step), repr(step), "1"], capture_output=True, text=True, check=False, timeout=300
+        [str(tmp_path / "model"), repr(STEPS * step), repr(step), "1"],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
     )
     assert run.returncode == 0, run.stderr
     rows = list(csv.reader(io.StringIO(run.stdout)))

@@ -1,4 +1,5 @@
-"""Internal states in runs: exact solutions, orders in q, v and z for every method, stiff states, constraints and long trees."""
+"""Internal states in runs: exact solutions, orders in q, v and z for every method, stiff states, constraints and long
+trees."""
 
 from __future__ import annotations
 
@@ -28,7 +29,7 @@ def orders(errors: list[np.ndarray]) -> np.ndarray:
     return np.log2(errors[-2] / errors[-1])
 
 
-# -- a position servo on R: PI controller, motor with a first-order lag ---------------------------------------------------
+# -- a position servo on R: PI controller, motor with a first-order lag ------------------------------------------------
 
 
 def servo() -> eomgen.Scene:
@@ -38,14 +39,22 @@ def servo() -> eomgen.Scene:
         "pin", "revolute", "base", "arm", axis=[0, 0, 1], damping=0.5, initial={"position": 0.3}
     )
     builder.state("integral", "1 - q.pin", unit="rad s")
-    builder.state("torque", "(60 * (1 - q.pin) + integral_gain * integral - 10 * v.pin - torque) / lag", initial=0.2, unit="N m")
+    builder.state(
+        "torque", "(60 * (1 - q.pin) + integral_gain * integral - 10 * v.pin - torque) / lag", initial=0.2, unit="N m"
+    )
     return builder.effort("motor", "pin", "torque").output("error", formula="1 - q.pin - 0 * torque").build()
 
 
 def servo_at(t: float, lag: float = 0.02, gain: float = 40.0) -> np.ndarray:
     """Return (q, v, integral, torque) of the linear system from q = 0.3, torque = 0.2."""
     A = np.array(
-        [[0, 1, 0, 0, 0], [0, -0.5, 0, 1, 0], [-1, 0, 0, 0, 1], [-60 / lag, -10 / lag, gain / lag, -1 / lag, 60 / lag], [0] * 5]
+        [
+            [0, 1, 0, 0, 0],
+            [0, -0.5, 0, 1, 0],
+            [-1, 0, 0, 0, 1],
+            [-60 / lag, -10 / lag, gain / lag, -1 / lag, 60 / lag],
+            [0] * 5,
+        ]
     )
     return (expm(A * t) @ [0.3, 0.0, 0.0, 0.2, 1.0])[:4]
 
@@ -63,15 +72,18 @@ def servo_end(solution: eomgen.Solution) -> np.ndarray:
 @pytest.mark.parametrize(
     ("method", "rho_inf", "steps", "order", "tolerance"),
     [
-        (ALPHA, 0.8, (500, 1000, 2000), 2.0, 0.1), (ALPHA, 0.0, (500, 1000, 2000), 2.0, 0.1),
-        (ALPHA, 1.0, (500, 1000, 2000), 2.0, 0.1), (RK4, None, (125, 250, 500), 4.0, 0.2),
+        (ALPHA, 0.8, (500, 1000, 2000), 2.0, 0.1),
+        (ALPHA, 0.0, (500, 1000, 2000), 2.0, 0.1),
+        (ALPHA, 1.0, (500, 1000, 2000), 2.0, 0.1),
+        (RK4, None, (125, 250, 500), 4.0, 0.2),
     ],
-)  # fmt: skip
+)
 def test_the_servo_is_that_of_linear_theory(
     motor: eomgen.Model, method: str, rho_inf: float | None, steps: tuple[int, ...], order: float, tolerance: float
 ) -> None:
     errors = [
-        np.abs(servo_end(motor.simulate(0.5, 0.5 / count, method=method, rho_inf=rho_inf)) - servo_at(0.5)) for count in steps
+        np.abs(servo_end(motor.simulate(0.5, 0.5 / count, method=method, rho_inf=rho_inf)) - servo_at(0.5))
+        for count in steps
     ]
     assert np.all(np.abs(orders(errors) - order) <= tolerance), orders(errors)
     assert np.all(errors[-1] <= (1e-4 if order == 2.0 else 1e-9))
@@ -112,7 +124,11 @@ def test_the_right_hand_side_for_other_solvers_has_states(motor: eomgen.Model) -
 
 
 def test_initial_states_by_name_and_array(motor: eomgen.Model) -> None:
-    for initial in ({"z": [0.1, -1.0]}, {"z": {"integral": 0.1, "torque": -1.0}}, {"integral": 0.1, "torque": -1.0, "pin": 0.3}):
+    for initial in (
+        {"z": [0.1, -1.0]},
+        {"z": {"integral": 0.1, "torque": -1.0}},
+        {"integral": 0.1, "torque": -1.0, "pin": 0.3},
+    ):
         assert np.array_equal(motor.simulate(0.0, initial=initial).z[0], [0.1, -1.0])
     for initial, text in (
         ({"z": [0.1]}, r"initial z: the shape is \(1,\), \(2,\) is needed"),
@@ -147,7 +163,7 @@ def test_states_are_recorded_in_all_files(motor: eomgen.Model, tmp_path) -> None
     assert tmp_path / "states.png" in draw(run, tmp_path)
 
 
-# -- a drone on SE(3): thrust that lags, a filter of its height ------------------------------------------------------------
+# -- a drone on SE(3): thrust that lags, a filter of its height --------------------------------------------------------
 
 MASS, INERTIA = 1.2, np.array([0.02, 0.03, 0.05])
 
@@ -157,7 +173,9 @@ def drone() -> eomgen.Scene:
     builder.body("hull", MASS, inertia=INERTIA)
     builder.joint("flight", "free", "base", "hull", initial={"velocity": [1.0, 2.0, 3.0, 0.5, 0, 0]})
     builder.point("top", "hull", [0.1, 0, 0.2])
-    builder.state("thrust", "(12 - 4 * filtered - thrust) / 0.1", initial=10.0).state("spin", "-0.5 * spin + 0.2 * v.flight[1]")
+    builder.state("thrust", "(12 - 4 * filtered - thrust) / 0.1", initial=10.0).state(
+        "spin", "-0.5 * spin + 0.2 * v.flight[1]"
+    )
     builder.state("filtered", "(position.top[2] - filtered) / 0.05")
     builder.force("lift", "hull", force=[0, 0, "thrust"], torque=["0.1 * spin", 0, "-0.02 * v.flight[2]"], axes="body")
     return builder.build()
@@ -173,11 +191,15 @@ def drone_at(t: float) -> np.ndarray:
         torque = np.array([0.1 * spin, 0.0, -0.02 * w[2]])
         force = np.array([0.0, 0.0, thrust]) - MASS * R.T @ [0.0, 0.0, 9.81]
         top = y[4:7] + R @ [0.1, 0.0, 0.2]
-        return np.concatenate([
-            0.5 * quaternion_product(p, np.append(0.0, w)), R @ u, (torque - np.cross(w, INERTIA * w)) / INERTIA,
-            force / MASS - np.cross(w, u),
-            [(12 - 4 * filtered - thrust) / 0.1, -0.5 * spin + 0.2 * w[1], (top[2] - filtered) / 0.05],
-        ])  # fmt: skip
+        return np.concatenate(
+            [
+                0.5 * quaternion_product(p, np.append(0.0, w)),
+                R @ u,
+                (torque - np.cross(w, INERTIA * w)) / INERTIA,
+                force / MASS - np.cross(w, u),
+                [(12 - 4 * filtered - thrust) / 0.1, -0.5 * spin + 0.2 * w[1], (top[2] - filtered) / 0.05],
+            ]
+        )
 
     start = [1, 0, 0, 0, 0, 0, 0, 1, 2, 3, 0.5, 0, 0, 10, 0, 0]
     return solve_ivp(rates, (0.0, t), start, method="DOP853", rtol=1e-13, atol=1e-13).y[:, -1]
@@ -208,23 +230,33 @@ def test_orders_on_rigid_motions(
 def test_compiled_steps_are_those_of_the_slow_stepper(flight: eomgen.Model, method: str) -> None:
     system = eomgen.derive(drone(), ["forward_dynamics", "residual", "partials", "internal_rate", "internal_partials"])
     expected = integrate(
-        equations_of(system), method_named(method), np.array(system.initial_q), np.array(system.initial_v), 0.01, 8,
+        equations_of(system),
+        method_named(method),
+        np.array(system.initial_q),
+        np.array(system.initial_v),
+        0.01,
+        8,
         z=np.array(system.initial_z),
-    )  # fmt: skip
+    )
     run = flight.simulate(0.08, 0.01, method=method)
     for found, wanted in ((run.q, expected.q), (run.v, expected.v), (run.z, expected.z)):
         assert np.max(np.abs(found - wanted)) <= 1e-9
 
 
-# -- constraints ----------------------------------------------------------------------------------------------------------
+# -- constraints -------------------------------------------------------------------------------------------------------
 
 
 def crank(coordinates: str) -> eomgen.Scene:
-    """Return a pendulum whose pin is a constraint in absolute coordinates, driven by a lagging torque that feels the angle."""
+    """Return a pendulum whose pin is a constraint in absolute coordinates, driven by a lagging torque that feels the
+    angle."""
     builder = eomgen.SceneBuilder(f"lagging_pendulum_{coordinates}", coordinates=coordinates)
     builder.body("bob", 1.0, center_of_mass=[0, 0, -0.4], inertia=[0.02, 0.02, 0.01])
-    builder.joint("pin", "revolute", "base", "bob", axis=[0, 1, 0], initial={"position": 0.4}).point("end", "bob", [0, 0, -0.4])
-    builder.state("torque", "(3 * sin(2 * t) - 2 * q.pin - torque) / 0.08").state("seen", "(position.end[0] - seen) / 0.05")
+    builder.joint("pin", "revolute", "base", "bob", axis=[0, 1, 0], initial={"position": 0.4}).point(
+        "end", "bob", [0, 0, -0.4]
+    )
+    builder.state("torque", "(3 * sin(2 * t) - 2 * q.pin - torque) / 0.08").state(
+        "seen", "(position.end[0] - seen) / 0.05"
+    )
     return builder.effort("drive", "pin", "torque - 0.3 * v.pin - seen").build()
 
 
@@ -249,10 +281,11 @@ def pinned() -> eomgen.Model:
 @pytest.mark.parametrize(
     ("method", "steps", "order", "tolerance"),
     [
-        (ALPHA, (200, 400), 2.0, 0.1), ("generalized_alpha_index3", (200, 400), 2.0, 0.1),
+        (ALPHA, (200, 400), 2.0, 0.1),
+        ("generalized_alpha_index3", (200, 400), 2.0, 0.1),
         ("rk4_partitioned", (100, 200), 4.0, 0.2),
     ],
-)  # fmt: skip
+)
 def test_orders_with_constraints(
     pinned: eomgen.Model, method: str, steps: tuple[int, ...], order: float, tolerance: float
 ) -> None:
@@ -279,20 +312,30 @@ def test_constrained_compiled_steps_are_those_of_the_slow_stepper(pinned: eomgen
         assert np.max(np.abs(found - wanted)) <= 1e-9
 
 
-# -- long trees -----------------------------------------------------------------------------------------------------------
+# -- long trees --------------------------------------------------------------------------------------------------------
 
 
 def test_long_trees_carry_states() -> None:
-    """40 links, one lagging torque at a joint, one lagging force that sees the tip: sparse matrix against explicit steps."""
+    """40 links, one lagging torque at a joint, one lagging force that sees the tip: sparse matrix against explicit
+    steps."""
     builder = eomgen.SceneBuilder("long_chain_with_states", terms=STEPPED)
     for k in range(40):
         builder.body(f"link_{k}", 0.5, center_of_mass=[0, 0, -0.1], inertia=[2e-3, 2e-3, 1e-4])
         builder.joint(
-            f"joint_{k}", "revolute", f"link_{k - 1}" if k else "base", f"link_{k}", axis=[0, 1, 0],
-            position=[0, 0, -0.2 if k else 0], damping=0.05, stiffness=0.5, initial={"position": 0.02},
-        )  # fmt: skip
+            f"joint_{k}",
+            "revolute",
+            f"link_{k - 1}" if k else "base",
+            f"link_{k}",
+            axis=[0, 1, 0],
+            position=[0, 0, -0.2 if k else 0],
+            damping=0.05,
+            stiffness=0.5,
+            initial={"position": 0.02},
+        )
     builder.point("tip", "link_39", [0, 0, -0.2])
-    builder.state("torque", "(2 * (0.1 - q.joint_5) - torque) / 0.05").state("pull", "(-3 * position.tip[0] - pull) / 0.1")
+    builder.state("torque", "(2 * (0.1 - q.joint_5) - torque) / 0.05").state(
+        "pull", "(-3 * position.tip[0] - pull) / 0.1"
+    )
     builder.effort("motor", "joint_5", "torque").force("wind", "link_39", point=[0, 0, -0.2], force=["pull", 0, 0])
     model = eomgen.build(builder.build())
     assert "partials" not in model.terms

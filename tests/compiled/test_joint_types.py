@@ -1,4 +1,5 @@
-"""Runs with helical joints: the closed form over several turns, in joint coordinates, in absolute ones, and as a loop."""
+"""Runs with helical joints: the closed form over several turns, in joint coordinates, in absolute ones, and as a
+loop."""
 
 from __future__ import annotations
 
@@ -107,7 +108,8 @@ rack = { formula = ["q.rack", "v.rack", "a.rack"] }
 
 
 def test_a_rack_that_follows_its_pinion() -> None:
-    """(I + (m + rotor) r^2) angle'' = -r (m g + c (r angle + 0.2 - rest)) with r = -0.1: a swing about where both forces meet."""
+    """(I + (m + rotor) r^2) angle'' = -r (m g + c (r angle + 0.2 - rest)) with r = -0.1: a swing about where both
+    forces meet."""
     found = eomgen.build(load_toml(RACK))
     assert (found.nq, found.q_names) == (1, ["q.pinion"])
     solution = found.simulate(3.0, 5e-4)
@@ -117,7 +119,9 @@ def test_a_rack_that_follows_its_pinion() -> None:
     angle = middle + (0.5 - middle) * np.cos(rate * solution.t)
     np.testing.assert_allclose(solution.q[:, 0], angle, atol=1e-4)
     speed = -(0.5 - middle) * rate * np.sin(rate * solution.t)
-    np.testing.assert_allclose(solution.outputs["rack"][:, :2], np.stack([0.2 - 0.1 * angle, -0.1 * speed], axis=1), atol=2e-4)
+    np.testing.assert_allclose(
+        solution.outputs["rack"][:, :2], np.stack([0.2 - 0.1 * angle, -0.1 * speed], axis=1), atol=2e-4
+    )
     assert inertia * rate**2 == pytest.approx(0.5)
     np.testing.assert_allclose(solution.energy["total"], solution.energy["total"][0], atol=1e-3)
     with pytest.raises(eomgen.UsageError, match=r"there is no joint 'rack'"):

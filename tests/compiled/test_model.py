@@ -37,7 +37,12 @@ def test_sizes_and_names() -> None:
     model = pendulum()
     assert (model.nq, model.nv, model.nu, model.nz) == (1, 1, 1, 0)
     assert dict(model.parameters) == {"length": LENGTH, "shake": SHAKE}
-    assert (model.q_names, model.v_names, model.q_units, model.v_units) == (["q.hinge"], ["v.hinge"], ["rad"], ["rad/s"])
+    assert (model.q_names, model.v_names, model.q_units, model.v_units) == (
+        ["q.hinge"],
+        ["v.hinge"],
+        ["rad"],
+        ["rad/s"],
+    )
     assert model.inputs == ("torque",) and model.bodies == ("link",)
 
 
@@ -180,7 +185,8 @@ def test_quaternions_must_be_of_unit_length() -> None:
     q = flyer().initial_q.copy()
     q[7] = 1.1
     with pytest.raises(
-        eomgen.UsageError, match=r"q\[\.\.\., 7:11\]: the quaternion \(w, x, y, z\) of this joint has length 1\.1, not 1"
+        eomgen.UsageError,
+        match=r"q\[\.\.\., 7:11\]: the quaternion \(w, x, y, z\) of this joint has length 1\.1, not 1",
     ):
         flyer().mass(q)
 
@@ -191,7 +197,9 @@ def test_a_term_that_was_not_built_is_named() -> None:
     np.testing.assert_allclose(model.mass(Q), pendulum().mass(Q), rtol=0)
     with pytest.raises(eomgen.UsageError, match=re.escape('try: eomgen.build(scene, terms=[..., "coupling"])')):
         model.coupling(Q, V)
-    with pytest.raises(eomgen.UsageError, match="generalized_alpha needs the terms forward_dynamics, residual, partials"):
+    with pytest.raises(
+        eomgen.UsageError, match="generalized_alpha needs the terms forward_dynamics, residual, partials"
+    ):
         model.simulate(1.0)
 
 

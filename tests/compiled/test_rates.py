@@ -1,4 +1,5 @@
-"""Time derivatives from compiled code: against SymPy along a known motion, defaults of inputs and base, refusals of arguments."""
+"""Time derivatives from compiled code: against SymPy along a known motion, defaults of inputs and base, refusals of
+arguments."""
 
 from __future__ import annotations
 
@@ -41,7 +42,8 @@ def effort(torque: sympy.Expr = TORQUE) -> sympy.Expr:
 def derivatives(expression: sympy.Expr, order: int, times: Array = AT) -> list[Array]:
     """Return the values of an expression of time and of its derivatives, each (times, 1)."""
     return [
-        np.array([[float(expression.diff(TIME, k).subs(TIME, time).evalf(20))] for time in times]) for k in range(order + 1)
+        np.array([[float(expression.diff(TIME, k).subs(TIME, time).evalf(20))] for time in times])
+        for k in range(order + 1)
     ]
 
 
@@ -74,9 +76,7 @@ def test_inputs_of_the_caller_are_constant_unless_their_derivatives_are_given(mo
         for expected, value in zip(derivatives(effort(other), 2), found, strict=True):
             assert relative_error(value, expected) <= 1e-13
     rows = np.stack(u_higher, axis=-2)
-    found = model.rates(
-        q, v, a, j, s, AT, u, u_dot, u_ddot, order=4, a_higher=np.stack(higher, axis=-2), u_higher=rows
-    )
+    found = model.rates(q, v, a, j, s, AT, u, u_dot, u_ddot, order=4, a_higher=np.stack(higher, axis=-2), u_higher=rows)
     assert relative_error(found[4], derivatives(effort(other), 4)[4]) <= 1e-13
 
 
@@ -127,10 +127,11 @@ def test_free_motion_and_coriolis_matrices_in_compiled_code(rng: np.random.Gener
     assert np.max(np.abs(difference + np.swapaxes(difference, -1, -2))) <= 1e-12 * np.max(np.abs(difference))
     step = 1e-3
     ahead = arm.forward_dynamics(
-        q + step * (v + step / 2 * (a + step / 3 * (j + step / 4 * s))), v + step * (a + step / 2 * (j + step / 3 * s)),
+        q + step * (v + step / 2 * (a + step / 3 * (j + step / 4 * s))),
+        v + step * (a + step / 2 * (j + step / 3 * s)),
         0.2 + step,
         u + step * (u_dot + step / 2 * u_ddot),
-    )  # fmt: skip
+    )
     assert relative_error(ahead, a + step * (j + step / 2 * s)) <= 1e-5
 
 
@@ -139,16 +140,25 @@ def test_free_motion_and_coriolis_matrices_in_compiled_code(rng: np.random.Gener
     [
         ({"s": None}, "usage error: s: the term rates needs the second time derivative of a; try: s=..."),
         ({"j": [1.0, 2.0]}, "usage error: j: the shape is (2,), (..., 1) is needed; try: j as a list of 1 number"),
-        ({"order": 3}, "usage error: the term rates_3 is not in this model, which was built with inverse_dynamics, rates"),
+        (
+            {"order": 3},
+            "usage error: the term rates_3 is not in this model, which was built with inverse_dynamics, rates",
+        ),
         ({"order": 4}, "usage error: a_higher: the term rates_4 needs the time derivatives of a from the third on"),
         (
             {"order": 4, "a_higher": [1.0, 2.0]},
-            "usage error: a_higher: the shape is (2,), (..., 2, 1) is needed; try: a_higher row by row, one derivative each",
+            (
+                "usage error: a_higher: the shape is (2,), (..., 2, 1) is needed; try: a_higher row by row, one"
+                " derivative each"
+            ),
         ),
         ({"u_dot": {"force": 1.0}}, "usage error: there is no input 'force'; try: one of torque"),
         (
             {"base": np.zeros(19)},
-            "usage error: base_rates: a base that is given needs the further derivatives of its twist as well; try: base_rates=",
+            (
+                "usage error: base_rates: a base that is given needs the further derivatives of its twist as well; try:"
+                " base_rates="
+            ),
         ),
     ],
 )
@@ -159,7 +169,9 @@ def test_arguments_that_are_missing_or_wrong(model: eomgen.Model, options: dict[
 
 
 def test_an_unknown_argument_of_evaluate_is_named(model: eomgen.Model) -> None:
-    with pytest.raises(eomgen.UsageError, match="jerk: no term takes an argument of this name; try: one of a_higher, base_rates"):
+    with pytest.raises(
+        eomgen.UsageError, match="jerk: no term takes an argument of this name; try: one of a_higher, base_rates"
+    ):
         model.evaluate("rates", [0.1], [0.2], [0.3], jerk=[0.4])
     found = model.evaluate("rates", [0.1], [0.2], [0.3], j=[0.4], s=[0.5])
     assert list(found) == ["tau", "tau_dot", "tau_ddot"]

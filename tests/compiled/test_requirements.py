@@ -1,4 +1,5 @@
-"""Values of parameters that the scene refuses are refused by every call that takes parameters; arrays of a model stay its own."""
+"""Values of parameters that the scene refuses are refused by every call that takes parameters; arrays of a model stay
+its own."""
 
 from __future__ import annotations
 
@@ -15,9 +16,25 @@ from eomgen import UsageError
 
 REFUSED = " (bodies.arm.mass): the mass -1 is negative at mass = -1; try: a positive number of kg"
 TERMS = [
-    "mass", "coupling", "force", "inverse_dynamics", "forward_dynamics", "residual", "partials", "poses", "twists", "outputs",
-    "energy", "rates", "forward_rates", "coriolis", "mass_rates", "coupling_rates", "force_rates", "jacobians",
-]  # fmt: skip
+    "mass",
+    "coupling",
+    "force",
+    "inverse_dynamics",
+    "forward_dynamics",
+    "residual",
+    "partials",
+    "poses",
+    "twists",
+    "outputs",
+    "energy",
+    "rates",
+    "forward_rates",
+    "coriolis",
+    "mass_rates",
+    "coupling_rates",
+    "force_rates",
+    "jacobians",
+]
 
 
 def scene() -> eomgen.Scene:
@@ -34,15 +51,29 @@ def model() -> eomgen.Model:
 
 #: What calls need beside parameters, by the names of their arguments.
 _GIVEN: dict[str, Any] = {
-    "q": [0.1], "v": [0.2], "a": [0.3], "j": [0.0], "s": [0.0], "t": 0.0, "y": [0.1, 0.2], "body": "arm", "r": [0.0, 0.0, 0.0],
-    "term": "mass", "parameter": "mass", "values": [-1.0],
-}  # fmt: skip
+    "q": [0.1],
+    "v": [0.2],
+    "a": [0.3],
+    "j": [0.0],
+    "s": [0.0],
+    "t": 0.0,
+    "y": [0.1, 0.2],
+    "body": "arm",
+    "r": [0.0, 0.0, 0.0],
+    "term": "mass",
+    "parameter": "mass",
+    "values": [-1.0],
+}
 
 
 def calls() -> Iterator[str]:
     """Yield every public method of a model that takes parameters."""
     for name, method in inspect.getmembers(eomgen.Model, inspect.isfunction):
-        if not name.startswith("_") and "parameters" in inspect.signature(method).parameters and name != "parameter_array":
+        if (
+            not name.startswith("_")
+            and "parameters" in inspect.signature(method).parameters
+            and name != "parameter_array"
+        ):
             yield name
 
 

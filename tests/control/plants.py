@@ -22,7 +22,8 @@ def quarter_car() -> Plant:
 
 
 def random_plant(rng: np.random.Generator, n: int, m: int, *, symmetric: bool = True) -> Plant:
-    """Return a plant with masses and stiffnesses over some orders of magnitude; circulatory and gyroscopic unless symmetric."""
+    """Return a plant with masses and stiffnesses over some orders of magnitude; circulatory and gyroscopic unless
+    symmetric."""
 
     def definite(sizes: Array) -> Array:
         turned, _ = np.linalg.qr(rng.normal(size=(n, n)))

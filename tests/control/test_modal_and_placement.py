@@ -108,7 +108,10 @@ def test_spillover_that_destabilises_is_refused() -> None:
     [
         (
             Plant(np.eye(2), np.zeros((2, 2)), np.diag([4.0, -9.0]), np.eye(2), ["cart", "pole"]),
-            "the equilibrium is unstable: the mode of pole grows at 3 1/s, and modal control is for modes that oscillate",
+            (
+                "the equilibrium is unstable: the mode of pole grows at 3 1/s, and modal control is for modes that"
+                " oscillate"
+            ),
         ),
         (
             Plant(np.eye(2), np.zeros((2, 2)), [[4.0, 1.0], [-1.0, 9.0]], np.eye(2)),

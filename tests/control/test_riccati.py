@@ -1,4 +1,5 @@
-"""The regulator in second-order form: its block equations, 40-digit arithmetic, published gains, and plants it refuses."""
+"""The regulator in second-order form: its block equations, 40-digit arithmetic, published gains, and plants it
+refuses."""
 
 from __future__ import annotations
 
@@ -15,7 +16,8 @@ from tests.control.plants import RELATIVE, quarter_car, random_plant
 
 
 def blocks(plant: Plant, weights: Weights, P11: Array, P12: Array, P22: Array) -> list[float]:
-    """Return the residuals of the block equations in the plant's own units, with K, C and weights that hold the cross terms.
+    """Return the residuals of the block equations in the plant's own units, with K, C and weights that hold the cross
+    terms.
 
     In 30 digits: in doubles the inverse of a mass matrix alone costs more than what is tested.
     """
@@ -23,7 +25,18 @@ def blocks(plant: Plant, weights: Weights, P11: Array, P12: Array, P22: Array) -
     with mpmath.workdps(30):
         M, C, K, B, P11, P12, P22, Q, R, S = (  # type: ignore[assignment]  # from here on matrices of mpmath
             mpmath.matrix(matrix.tolist())
-            for matrix in (plant.M, plant.C, plant.K, plant.B, P11, P12, P22, weights.state, weights.effort, weights.cross)
+            for matrix in (
+                plant.M,
+                plant.C,
+                plant.K,
+                plant.B,
+                P11,
+                P12,
+                P22,
+                weights.state,
+                weights.effort,
+                weights.cross,
+            )
         )
         R, M = mpmath.inverse(R), mpmath.inverse(M)
         k, c = M * (K + B * R * S[:n, :].T), M * (C + B * R * S[n:, :].T)
@@ -35,7 +48,8 @@ def blocks(plant: Plant, weights: Weights, P11: Array, P12: Array, P22: Array) -
             (P11, -P12 * c, -k.T * P22, -P12 * reach * P22, Q[:n, n:]),
         )
         return [
-            float(mpmath.norm(sum(terms[1:], terms[0])) / sum(mpmath.norm(term) for term in terms)) for terms in equations
+            float(mpmath.norm(sum(terms[1:], terms[0])) / sum(mpmath.norm(term) for term in terms))
+            for terms in equations
         ]
 
 
@@ -43,7 +57,9 @@ def blocks(plant: Plant, weights: Weights, P11: Array, P12: Array, P22: Array) -
 @pytest.mark.parametrize(("n", "m"), [(1, 1), (2, 1), (4, 2), (6, 6), (12, 3)])
 def test_the_block_equations_hold(n: int, m: int, symmetric: bool, rng: np.random.Generator) -> None:
     plant = random_plant(rng, n, m, symmetric=symmetric)
-    weights = Weights.of(plant, 10.0 ** rng.uniform(0, 4, n), 10.0 ** rng.uniform(-1, 2, n), 10.0 ** rng.uniform(-4, -1, m))
+    weights = Weights.of(
+        plant, 10.0 ** rng.uniform(0, 4, n), 10.0 ** rng.uniform(-1, 2, n), 10.0 ** rng.uniform(-4, -1, m)
+    )
     found = lqr(plant, weights)
     assert max(blocks(plant, weights, found.P11, found.P12, found.P22)) <= 1e-10
     assert found.residual <= 1e-10
@@ -84,7 +100,9 @@ def test_gains_are_those_of_40_digit_arithmetic(rng: np.random.Generator) -> Non
         G = R_inverse * (B.T * P + S.T)
         expected = np.array([[float(mpmath.re(G[i, j])) for j in range(2 * n)] for i in range(plant.m)])
     found = lqr(plant, weights)
-    np.testing.assert_allclose(np.hstack([found.G_p, found.G_v]), expected, rtol=1e-10, atol=1e-10 * np.abs(expected).max())
+    np.testing.assert_allclose(
+        np.hstack([found.G_p, found.G_v]), expected, rtol=1e-10, atol=1e-10 * np.abs(expected).max()
+    )
 
 
 @pytest.mark.parametrize(
@@ -95,7 +113,8 @@ def test_gains_are_those_of_40_digit_arithmetic(rng: np.random.Generator) -> Non
     ],
 )
 def test_published_gains_of_the_quarter_car(travel: float, tyre: float, gains: tuple[str, ...]) -> None:
-    """J = int z_s''^2 + r1 (z_s - z_u)^2 + r2 (z_u - z_r)^2: the body's acceleration makes cross terms and weighs efforts."""
+    """J = int z_s''^2 + r1 (z_s - z_u)^2 + r2 (z_u - z_r)^2: the body's acceleration makes cross terms and weighs
+    efforts."""
     plant = quarter_car()
     A, B = plant.state_space()
     weights = Weights.of(plant).plus_output(A[2], B[2], 1.0)
@@ -147,7 +166,9 @@ def test_an_unstable_equilibrium_is_held() -> None:
 def test_a_plant_at_rest_without_weights_is_left_alone() -> None:
     plant = quarter_car()
     found = lqr(plant, Weights.of(plant, effort=1.0))
-    assert np.abs(found.G_p).max() == pytest.approx(0.0, abs=1e-9) and np.abs(found.G_v).max() == pytest.approx(0.0, abs=1e-9)
+    assert np.abs(found.G_p).max() == pytest.approx(0.0, abs=1e-9) and np.abs(found.G_v).max() == pytest.approx(
+        0.0, abs=1e-9
+    )
 
 
 def pendulums(reach: float, stiffness: float) -> Plant:
@@ -161,7 +182,10 @@ def pendulums(reach: float, stiffness: float) -> Plant:
             pendulums(0.0, -9.0),
             "the mode of upper that grows at 3 1/s without oscillating cannot be stabilised: no actuator moves it",
         ),
-        (pendulums(0.0, 0.0), "the mode of upper at 0 Hz, which nothing holds, cannot be stabilised: no actuator moves it"),
+        (
+            pendulums(0.0, 0.0),
+            "the mode of upper at 0 Hz, which nothing holds, cannot be stabilised: no actuator moves it",
+        ),
         (
             pendulums(0.0, (4 * np.pi) ** 2),
             "the mode of upper at 2 Hz, which is not damped, cannot be stabilised: no actuator moves it",

@@ -61,7 +61,8 @@ def test_covariances_are_integrals_of_spectra(controller: str) -> None:
     r = np.ones((2, 1))  # a raised road raises all
 
     def responses(frequency: float) -> np.ndarray:
-        """Return body acceleration, travel and tyre deflection per velocity of the road; gains work on what is above the road."""
+        """Return body acceleration, travel and tyre deflection per velocity of the road; gains work on what is above
+        the road."""
         s = 2j * np.pi * frequency
         w = 1.0 / s
         z = np.linalg.solve(s**2 * plant.M + s * C + K, (ROAD + plant.B @ G[:, :2] @ r) * w)[:, 0]
@@ -90,12 +91,11 @@ def test_the_invariant_of_every_suspension(rng: np.random.Generator) -> None:
 
 
 def test_two_roads_that_know_of_each_other() -> None:
-    """Both wheels of a rigid axle on one track move as one wheel does: the covariance needs the roads' cross intensity."""
+    """Both wheels of a rigid axle on one track move as one wheel does: the covariance needs the roads' cross
+    intensity."""
     single = quarter_car()
     zero = np.zeros((2, 2))
-    both = Plant(
-        *(np.block([[matrix, zero], [zero, matrix]]) for matrix in (single.M, single.C, single.K)), np.eye(4)
-    )
+    both = Plant(*(np.block([[matrix, zero], [zero, matrix]]) for matrix in (single.M, single.C, single.K)), np.eye(4))
     roads = np.zeros((4, 2))
     roads[1, 0] = roads[3, 1] = TYRE
     one = stationary(single, ROAD, 1.0)
@@ -113,5 +113,7 @@ def test_what_has_no_stationary_motion() -> None:
     loose = Plant(plant.M, plant.C + np.eye(2), plant.K - np.diag([0.0, TYRE]), plant.B)
     with pytest.raises(ModelError, match=r"there is no stationary motion: a mode does not decay \(-?[0-9.e-]+ 1/s\)"):
         stationary(loose, ROAD, 1.0)
-    with pytest.raises(ModelError, match="a constant road does not hold the plant anywhere: its stiffness matrix is singular"):
+    with pytest.raises(
+        ModelError, match="a constant road does not hold the plant anywhere: its stiffness matrix is singular"
+    ):
         stationary(Plant(loose.M, loose.C, loose.K, np.eye(2)), ROAD, 1.0, 1e3 * np.eye(2), np.zeros((2, 2)))

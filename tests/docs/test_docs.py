@@ -1,4 +1,5 @@
-"""The pages say what is so: scenes on them derive, Python on them runs, keys and options are described, links lead somewhere."""
+"""The pages say what is so: scenes on them derive, Python on them runs, keys and options are described, links lead
+somewhere."""
 
 from __future__ import annotations
 
@@ -27,7 +28,9 @@ from tests.models.cache import shared_cache
 __all__ = ["shared_cache"]
 
 ROOT = Path(__file__).parents[2]
-PAGES = {path.name: path.read_text(encoding="utf-8") for path in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]}
+PAGES = {
+    path.name: path.read_text(encoding="utf-8") for path in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+}
 _BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 
 
@@ -53,7 +56,9 @@ def place(block: object) -> str | None:
 
 
 #: Blocks that pieces need as files: their first line names the file.
-FILES = [block for language in ("csv", "toml") for block in blocks(language) if re.match(r"# \w+\.(csv|toml)\n", block.text)]
+FILES = [
+    block for language in ("csv", "toml") for block in blocks(language) if re.match(r"# \w+\.(csv|toml)\n", block.text)
+]
 WHOLE = [block for block in blocks("toml") if "format" in tomllib.loads(block.text) and block not in FILES]
 PIECES = [block for block in blocks("toml") if "format" not in tomllib.loads(block.text)]
 EXAMPLE = next(block.text for block in WHOLE if block.page == "scene.md")
@@ -96,7 +101,9 @@ def test_pieces_fit_into_the_example(block: Block, tmp_path: Path, monkeypatch: 
 
 
 @pytest.mark.parametrize("page", ["README.md", "python.md"])
-def test_python_runs(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_python_runs(
+    page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     monkeypatch.chdir(tmp_path)
     Path("arm.toml").write_text(EXAMPLE, encoding="utf-8")
     Path("pendulum.toml").write_text(next(block.text for block in WHOLE if block.page == "README.md"), encoding="utf-8")
@@ -181,7 +188,12 @@ def command(verb: str) -> click.Command:
 
 
 def options(verb: str) -> set[str]:
-    return {name for parameter in command(verb).params for name in (*parameter.opts, *parameter.secondary_opts) if name[0] == "-"}
+    return {
+        name
+        for parameter in command(verb).params
+        for name in (*parameter.opts, *parameter.secondary_opts)
+        if name[0] == "-"
+    }
 
 
 def command_lines() -> list[tuple[str, str]]:
@@ -236,4 +248,6 @@ def test_links_lead_somewhere(page: str) -> None:
         assert path.exists(), f"{page}: {target} is not there"
         if anchor:
             headings = re.findall(r"^#+ (.+)$", path.read_text(encoding="utf-8"), re.MULTILINE)
-            assert anchor in {heading.lower().replace(" ", "-") for heading in headings}, f"{page}: no heading for {target}"
+            assert anchor in {heading.lower().replace(" ", "-") for heading in headings}, (
+                f"{page}: no heading for {target}"
+            )

@@ -26,7 +26,9 @@ def test_the_tables_on_the_page_are_those_of_the_schema() -> None:
 def test_every_table_of_the_schema_is_on_the_page_once() -> None:
     on_page, known = described(PAGE.read_text(encoding="utf-8")), list(tables())
     missing = sorted(set(known) - set(on_page))
-    assert not missing, f"docs/scene.md: <!-- keys of {' -->, <!-- keys of '.join(missing)} --> and <!-- end --> are not there"
+    assert not missing, (
+        f"docs/scene.md: <!-- keys of {' -->, <!-- keys of '.join(missing)} --> and <!-- end --> are not there"
+    )
     assert sorted(on_page) == sorted(known)
 
 
@@ -35,7 +37,8 @@ def test_every_key_says_what_it_means() -> None:
         f"{name}.{field_name}: key('...', ...) of schema_key"
         for name, model in tables().items()
         for field_name, field in model.model_fields.items()
-        if field.description is None and not (model is Document and field_name in (*SECTIONS, "include", "base", "simulation"))
+        if field.description is None
+        and not (model is Document and field_name in (*SECTIONS, "include", "base", "simulation"))
     ]
     assert silent == []
 

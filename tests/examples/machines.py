@@ -14,7 +14,8 @@ from scipy.integrate import solve_ivp
 TINY = 1e-30
 GRAVITY = 9.81
 
-#: Mass, inertia about the centre of mass in body axes (3,), place (3,) and axes (3, 3); the last two of complex numbers.
+#: Mass, inertia about the centre of mass in body axes (3,), place (3,) and axes (3, 3); the last two of complex
+#: numbers.
 Part = tuple[float, np.ndarray, np.ndarray, np.ndarray]
 Machine = Callable[[complex], Sequence[Part]]
 
@@ -29,7 +30,8 @@ def turned(axis: int, angle: complex) -> np.ndarray:
 
 
 def reduced(machine: Machine, up: int, angle: float) -> tuple[float, float]:
-    """Return the inertia that the angle's rate feels, kg m^2, and the potential energy, J; ``up`` is the axis against gravity."""
+    """Return the inertia that the angle's rate feels, kg m^2, and the potential energy, J; ``up`` is the axis against
+    gravity."""
     inertia = potential = 0.0
     for mass, moments, place, axes in machine(complex(angle, TINY)):
         velocity, R = place.imag / TINY, axes.real

@@ -1,4 +1,5 @@
-"""The active quarter car: published stationary values from the model's own matrices, harmonic responses point by point."""
+"""The active quarter car: published stationary values from the model's own matrices, harmonic responses point by
+point."""
 
 from __future__ import annotations
 

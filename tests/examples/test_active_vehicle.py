@@ -88,8 +88,12 @@ def test_motion_is_the_steady_response_of_linear_theory(model: Model, skyhook: f
     waves = np.exp(1j * np.outer(run.t[settled], frequency))
     heave = np.real(waves @ (-(frequency[:, None] ** 2) * response))[:, 0]
     loads = np.real(waves @ (forces[:, 3:] - TYRE * response[:, 3:]))
-    for found, expected in ((run.outputs["body_acceleration"][settled], heave), (run.outputs["tyre_load"][settled], loads)):
-        # angles reach 0.03 rad: rises of the corners differ from those of linear theory by up to 0.03^2 / 2 of themselves
+    for found, expected in (
+        (run.outputs["body_acceleration"][settled], heave),
+        (run.outputs["tyre_load"][settled], loads),
+    ):
+        # angles reach 0.03 rad: rises of the corners differ from those of linear theory by up to 0.03^2 / 2 of
+        # themselves
         assert np.sqrt(np.mean((found - expected) ** 2)) < 2e-4 * np.sqrt(np.mean(expected**2))
 
 
@@ -111,7 +115,7 @@ def test_equal_tracks_do_not_roll(model: Model) -> None:
 
 def test_exchanged_tracks_mirror_the_motion(model: Model) -> None:
     names = ("left_front", "other_front", "left_rear", "other_rear")
-    bumps = {name: (lambda t, k=k: 0.01 * math.sin(5.0 * t + k)) for k, name in enumerate(names)}
+    bumps = {name: lambda t, k=k: 0.01 * math.sin(5.0 * t + k) for k, name in enumerate(names)}
     swapped = ("other_front", "left_front", "other_rear", "left_rear")
     exchanged = {first: bumps[second] for first, second in zip(names, swapped, strict=True)}
     run, mirrored = (model.simulate(2.0, parameters={"coherence": 0.0}, inputs=given) for given in (bumps, exchanged))
@@ -131,7 +135,8 @@ def test_skyhook_calms_the_body_without_costing_travel_or_grip(model: Model) -> 
     assert np.all(_rms(active, "tyre_load") < _rms(passive, "tyre_load"))
     weight = 9.81 * (BODY * np.array([REAR, REAR, FRONT, FRONT]) / (2 * (FRONT + REAR)) + WHEEL)
     for run in (passive, active):
-        assert np.all(run.outputs["tyre_load"] + weight > 0.0)  # no wheel leaves the road, where a linear tyre would pull
+        # no wheel leaves the road, where a linear tyre would pull
+        assert np.all(run.outputs["tyre_load"] + weight > 0.0)
 
 
 def test_demonstration_writes_code_solutions_table_and_figure(tmp_path: Path) -> None:
@@ -150,7 +155,9 @@ def test_demonstration_writes_code_solutions_table_and_figure(tmp_path: Path) ->
     for column, solution in zip(("passive_rms", "active_rms"), solutions, strict=True):
         shown = float(rows["Body acceleration, centre of mass"][column])
         assert shown == pytest.approx(float(_rms(solution, "body_acceleration")))
-        assert float(rows["Suspension travel, rear left"][column]) == pytest.approx(1e3 * _rms(solution, "suspension_travel")[2])
+        assert float(rows["Suspension travel, rear left"][column]) == pytest.approx(
+            1e3 * _rms(solution, "suspension_travel")[2]
+        )
 
 
 def test_demonstration_says_what_to_do_about_a_folder_it_cannot_make(tmp_path: Path) -> None:

@@ -1,4 +1,5 @@
-"""What rates are for: a series elastic arm that follows a motion without feedback, and a motion that respects rates of torque."""
+"""What rates are for: a series elastic arm that follows a motion without feedback, and a motion that respects rates of
+torque."""
 
 from __future__ import annotations
 
@@ -59,7 +60,9 @@ def test_feedforward_tracks_under_another_solver(links: eomgen.Model, elastic_ar
     def rhs(t: float, y: np.ndarray) -> np.ndarray:
         return np.concatenate([y[14:], elastic_arm.forward_dynamics(y[:14], y[14:], t, feedforward.torques(t))])
 
-    found = solve_ivp(rhs, (0.0, 0.3), np.concatenate([start["q"], start["v"]]), method="DOP853", rtol=1e-12, atol=1e-13)
+    found = solve_ivp(
+        rhs, (0.0, 0.3), np.concatenate([start["q"], start["v"]]), method="DOP853", rtol=1e-12, atol=1e-13
+    )
     assert np.abs(found.y[7:14, -1] - demo.motion(0.3)[0]).max() < 1e-12
 
 

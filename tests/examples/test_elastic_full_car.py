@@ -1,4 +1,5 @@
-"""The elastic full car: matrices from first principles, rigid limit, runs against harmonic responses, covariances two ways."""
+"""The elastic full car: matrices from first principles, rigid limit, runs against harmonic responses, covariances two
+ways."""
 
 from __future__ import annotations
 
@@ -23,7 +24,9 @@ SUSPENSIONS = ("passive", "skyhook", "LQR")
 COHERENCE, SPEED, DELAY = 0.7, 20.0, 3.1 / 20.0
 REST = np.sqrt(1.0 - COHERENCE**2)
 #: Road under each wheel by the inputs left_front, left_rear, other_front, other_rear.
-TRACKS = np.array([[1.0, 0.0, 0.0, 0.0], [COHERENCE, 0.0, REST, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, COHERENCE, 0.0, REST]])
+TRACKS = np.array(
+    [[1.0, 0.0, 0.0, 0.0], [COHERENCE, 0.0, REST, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, COHERENCE, 0.0, REST]]
+)
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +48,9 @@ def oracle(suspension: str) -> FullCar:
     car = full_car()
     if suspension == "skyhook":
         return car.with_skyhook(3000.0)
-    return car if suspension == "passive" else car.regulated(middle=1.0, corner=0.25, travel=1e3, load=1e-6, effort=1e-7)
+    return (
+        car if suspension == "passive" else car.regulated(middle=1.0, corner=0.25, travel=1e3, load=1e-6, effort=1e-7)
+    )
 
 
 def responses(car: FullCar, omega: np.ndarray) -> dict[str, np.ndarray]:
@@ -66,10 +71,18 @@ def responses(car: FullCar, omega: np.ndarray) -> dict[str, np.ndarray]:
 
 
 @pytest.mark.parametrize("suspension", SUSPENSIONS)
-def test_linear_model_is_the_one_of_first_principles(model: eomgen.Model, script: dict[str, Any], suspension: str) -> None:
+def test_linear_model_is_the_one_of_first_principles(
+    model: eomgen.Model, script: dict[str, Any], suspension: str
+) -> None:
     linear = model.linearize(t=100.0, at="initial", parameters=parameters_of(model, script, suspension))
-    car, close = oracle(suspension), 1e-7 if suspension == "LQR" else 1e-11  # Riccati's equation of first order is less exact
-    pairs = ((linear.M0, car.mass), (linear.C0, car.damping), (linear.K0, car.stiffness), (linear.E0, car.wheels @ TRACKS))
+    # Riccati's equation of first order is less exact
+    car, close = oracle(suspension), 1e-7 if suspension == "LQR" else 1e-11
+    pairs = (
+        (linear.M0, car.mass),
+        (linear.C0, car.damping),
+        (linear.K0, car.stiffness),
+        (linear.E0, car.wheels @ TRACKS),
+    )
     for ours, theirs in pairs:
         np.testing.assert_allclose(ours, theirs, atol=close * np.abs(theirs).max())
     if suspension == "passive":
@@ -102,15 +115,20 @@ def test_runs_are_sums_of_harmonic_responses(model: eomgen.Model, script: dict[s
         values = np.zeros(int(late.sum()))
         for track, (amplitude, frequency, phase) in enumerate(waves):
             assert np.array_equal(frequency, waves[0][1])
-            values += np.real(np.exp(1j * (np.outer(run.t[late], frequency) + phase)) @ (amplitude * wanted[name][:, track]))
+            values += np.real(
+                np.exp(1j * (np.outer(run.t[late], frequency) + phase)) @ (amplitude * wanted[name][:, track])
+            )
         found = run.outputs[name.split("[")[0]][late]
         found = found[:, 3] if "[" in name else found
         assert np.abs(found - values).max() < 5e-3 * np.abs(values).max(), name
 
 
 @pytest.mark.parametrize("suspension", SUSPENSIONS)
-def test_covariance_is_the_integral_of_the_spectrum(model: eomgen.Model, script: dict[str, Any], suspension: str) -> None:
-    """Of |H_front + H_rear e^(-i w delay)|^2 over all frequencies and both tracks, matrices and responses being the oracle's."""
+def test_covariance_is_the_integral_of_the_spectrum(
+    model: eomgen.Model, script: dict[str, Any], suspension: str
+) -> None:
+    """Of |H_front + H_rear e^(-i w delay)|^2 over all frequencies and both tracks, matrices and responses being the
+    oracle's."""
     car = script["FULL_CAR"]
     omega = np.geomspace(1e-3, 1e5, 80001)
     answers = responses(oracle(suspension), omega)
@@ -135,7 +153,9 @@ def test_simulated_values_are_near_the_stationary_ones(model: eomgen.Model, scri
         assert found["LQR"][row] < found["skyhook"][row] < found["passive"][row]
 
 
-@pytest.mark.parametrize(("scene", "absent"), [("scene", "bending_y, stretch, torsion"), ("full_car", "bending_y, stretch")])
+@pytest.mark.parametrize(
+    ("scene", "absent"), [("scene", "bending_y, stretch, torsion"), ("full_car", "bending_y, stretch")]
+)
 def test_info_counts_what_the_body_does_not_do(scene: str, absent: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["info", str(FOLDER / f"{scene}.toml"), "--json"]) == 0
     data = json.loads(capsys.readouterr().out)

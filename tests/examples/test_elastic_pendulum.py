@@ -1,4 +1,5 @@
-"""The elastic pendulum against what EXUDYN's geometrically exact beams converge to, and what it loses without stiffening."""
+"""The elastic pendulum against what EXUDYN's geometrically exact beams converge to, and what it loses without
+stiffening."""
 
 from __future__ import annotations
 
@@ -33,7 +34,9 @@ def test_it_swings_as_geometrically_exact_beams_do_and_keeps_its_energy() -> Non
     assert np.ptp(run.outputs["energy"]) < 1e-6 * kinetic
 
 
-@pytest.mark.parametrize(("change", "least", "most"), [("order = 2\n", 0.0, 1.5e-4), ("stiffening = false\n", 1e-3, 1e-2)])
+@pytest.mark.parametrize(
+    ("change", "least", "most"), [("order = 2\n", 0.0, 1.5e-4), ("stiffening = false\n", 1e-3, 1e-2)]
+)
 def test_what_order_and_stiffening_change(tmp_path: Path, change: str, least: float, most: float) -> None:
     """Two modes do for this, and compile faster with order 2."""
     path = tmp_path / "scene.toml"

@@ -1,4 +1,5 @@
-"""The elastic slider-crank: published digits in both variants, two ways to close the loop, order, and a ladder of stiffness."""
+"""The elastic slider-crank: published digits in both variants, two ways to close the loop, order, and a ladder of
+stiffness."""
 
 from __future__ import annotations
 
@@ -77,7 +78,9 @@ def end_states(method: str, steps: tuple[float, ...]) -> list[Solution]:
     """Return runs of 8 ms with a rod a hundred times softer, which steps of microseconds resolve."""
     model = eomgen.build(FOLDER / "scene.toml")
     softer = {"modulus": 0.2e10}
-    return [model.simulate(8e-3, step, method=method, parameters=softer, record_every=round(8e-3 / step)) for step in steps]
+    return [
+        model.simulate(8e-3, step, method=method, parameters=softer, record_every=round(8e-3 / step)) for step in steps
+    ]
 
 
 def test_multipliers_and_partitioned_coordinates_agree_to_the_order_of_the_first() -> None:
@@ -101,13 +104,18 @@ def test_order_is_two_in_everything(block: str, part: slice | list[int]) -> None
 
 @pytest.mark.parametrize("method", ["generalized_alpha", "generalized_alpha_index3"])
 def test_ladder_of_stiffness_ends_at_the_rigid_mechanism(model: Model, method: str) -> None:
-    """From a start on the slow motion, the rod stretched as its forces say, in steps in which the crank turns 8.6 degrees."""
+    """From a start on the slow motion, the rod stretched as its forces say, in steps in which the crank turns 8.6
+    degrees."""
     away = []
     for decade in range(9):
         factor = 10.0**decade
         end = 0.3 + 1.69327969e-5 / factor
         rod = {"position": [0.0, 0.0, 1.03339863e-5 / factor, 1.69327969e-5 / factor], "velocity": [0.0] * 4}
-        start = {"rod": rod, "cylinder": {"position": 0.15 + end, "velocity": 0.0}, "big_end": {"velocity": -22.5 / end - 150.0}}
+        start = {
+            "rod": rod,
+            "cylinder": {"position": 0.15 + end, "velocity": 0.0},
+            "big_end": {"velocity": -22.5 / end - 150.0},
+        }
         changed = {"modulus": 0.2e12 * factor}
         run = model.simulate(step=1e-3, rho_inf=0.6, method=method, parameters=changed, initial=start)
         assert run.success and run.stats["halvings"] == 0, (decade, run.message)
@@ -121,12 +129,14 @@ def test_ladder_of_stiffness_ends_at_the_rigid_mechanism(model: Model, method: s
 
 @pytest.mark.parametrize("method", ["generalized_alpha", "generalized_alpha_index3"])
 def test_a_stiff_rod_may_start_unstretched(model: Model, method: str) -> None:
-    """Motions too fast for the step must not enter the algorithmic acceleration at the start, which they would by their jerk."""
+    """Motions too fast for the step must not enter the algorithmic acceleration at the start, which they would by their
+    jerk."""
     rod = {"position": [0.0] * 4, "velocity": [0.0] * 4}
     start = {"rod": rod, "cylinder": {"position": 0.45, "velocity": 0.0}, "big_end": {"velocity": -225.0}}
     for decade in range(2, 9):
         changed = {"modulus": 0.2e12 * 10.0**decade}
         run = model.simulate(step=1e-3, rho_inf=0.6, method=method, parameters=changed, initial=start)
         assert run.success and run.stats["halvings"] == 0, (decade, run.message)
-        assert np.abs(run.outputs["stretch"]).max() < 4e-5 / 10.0**decade + 2e-13  # iterations end at 1e-12 of the motion
+        # iterations end at 1e-12 of the motion
+        assert np.abs(run.outputs["stretch"]).max() < 4e-5 / 10.0**decade + 2e-13
         assert np.abs(run.multipliers).max() < 800.0

@@ -1,4 +1,5 @@
-"""The elastic half car: frequencies and matrices from first principles, runs against harmonic responses, covariances two ways."""
+"""The elastic half car: frequencies and matrices from first principles, runs against harmonic responses, covariances
+two ways."""
 
 from __future__ import annotations
 
@@ -70,7 +71,9 @@ def test_runs_are_sums_of_harmonic_responses(model: eomgen.Model, script: dict[s
 
 
 @pytest.mark.parametrize("suspension", SUSPENSIONS)
-def test_covariance_is_the_integral_of_the_spectrum(model: eomgen.Model, script: dict[str, Any], suspension: str) -> None:
+def test_covariance_is_the_integral_of_the_spectrum(
+    model: eomgen.Model, script: dict[str, Any], suspension: str
+) -> None:
     """Of |H_front + H_rear e^(-i w delay)|^2 over all frequencies, the road's velocity being white."""
     parameters = script["suspensions"](model, script["HALF_CAR"])[suspension]
     linear = model.linearize(t=100.0, at="initial", parameters=parameters).state_space()

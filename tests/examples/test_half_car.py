@@ -1,4 +1,5 @@
-"""The half car on a road from a CSV file: against its equations written by hand, SciPy's own spline of the file and DOP853."""
+"""The half car on a road from a CSV file: against its equations written by hand, SciPy's own spline of the file and
+DOP853."""
 
 from __future__ import annotations
 

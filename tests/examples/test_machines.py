@@ -31,7 +31,12 @@ def engine(angle: complex) -> list[Part]:
     return [
         (1.2, np.array([0.002, 0.002, 0.003]), -0.2 * pin, turned(2, angle)),
         (0.4, np.array([0.00002, 0.0008, 0.0008]), pin + 0.35 * rod * along, turned(2, swing)),
-        (0.5, np.array([0.0002, 0.0002, 0.0002]), pin + rod * along - np.array([0.0, 1.0, 0.0]) * (pin + rod * along)[1], level),
+        (
+            0.5,
+            np.array([0.0002, 0.0002, 0.0002]),
+            pin + rod * along - np.array([0.0, 1.0, 0.0]) * (pin + rod * along)[1],
+            level,
+        ),
     ]
 
 
@@ -144,7 +149,9 @@ def test_absolute_coordinates_give_the_same_motion(name: str) -> None:
     for part in (1, 2):
         runs = [model.simulate(end / 4.0, step / part, settings=SETTINGS) for model in models]
         gaps.append(float(np.abs(runs[0].outputs["crank_pin"] - runs[1].outputs["crank_pin"]).max()))
-        assert runs[1].outputs["energy"][0] == pytest.approx(energy_of(machine, up, 0.0, float(runs[0].v[0, 0])), rel=1e-12)
+        assert runs[1].outputs["energy"][0] == pytest.approx(
+            energy_of(machine, up, 0.0, float(runs[0].v[0, 0])), rel=1e-12
+        )
     assert gaps[0] < 2e-4
     assert gaps[0] / gaps[1] == pytest.approx(4.0, rel=0.1)  # both are of second order
 

@@ -1,4 +1,5 @@
-"""The position servo of the examples: without limits against linear theory, with limits against its equations by hand."""
+"""The position servo of the examples: without limits against linear theory, with limits against its equations by
+hand."""
 
 from __future__ import annotations
 
@@ -26,10 +27,16 @@ def rates(y: np.ndarray, limit: float, tracking: float) -> np.ndarray:
     free = 6.0 * e + integral
     asked = max(-limit, min(limit, free))
     shaft = STIFFNESS * (motor - load) + SHAFT * (w - u)
-    return np.array([
-        w, u, (torque - shaft - 0.01 * w) / ROTOR, (shaft - 0.02 * u) / LOAD,
-        12.0 * e + (asked - free) / tracking, (asked - torque) / LAG,
-    ])  # fmt: skip
+    return np.array(
+        [
+            w,
+            u,
+            (torque - shaft - 0.01 * w) / ROTOR,
+            (shaft - 0.02 * u) / LOAD,
+            12.0 * e + (asked - free) / tracking,
+            (asked - torque) / LAG,
+        ]
+    )
 
 
 def linear(t: float) -> np.ndarray:
@@ -52,7 +59,8 @@ def state(run: eomgen.Solution) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    ("method", "steps", "order", "tolerance"), [("generalized_alpha", (600, 1200), 2.0, 0.1), ("rk4", (300, 600), 4.0, 0.2)]
+    ("method", "steps", "order", "tolerance"),
+    [("generalized_alpha", (600, 1200), 2.0, 0.1), ("rk4", (300, 600), 4.0, 0.2)],
 )
 def test_without_limits_it_is_linear(
     model: eomgen.Model, method: str, steps: tuple[int, int], order: float, tolerance: float
@@ -68,8 +76,15 @@ def test_without_limits_it_is_linear(
 
 @pytest.mark.parametrize("tracking", [0.3, 1e6])
 def test_with_limits_it_is_what_its_equations_say(model: eomgen.Model, tracking: float) -> None:
-    exact = solve_ivp(lambda _, y: rates(y, 1.2, tracking), (0, 1.5), np.zeros(6), method="DOP853", rtol=1e-11, atol=1e-12,
-                      max_step=2e-4).y[:, -1]  # fmt: skip
+    exact = solve_ivp(
+        lambda _, y: rates(y, 1.2, tracking),
+        (0, 1.5),
+        np.zeros(6),
+        method="DOP853",
+        rtol=1e-11,
+        atol=1e-12,
+        max_step=2e-4,
+    ).y[:, -1]
     run = model.simulate(1.5, 2e-4, method="rk4", parameters={"tracking": tracking})
     assert np.max(np.abs(state(run) - exact) / (1.0 + np.abs(exact))) <= 2e-5
     assert np.abs(run.outputs["torques"][:, 0]).max() == 1.2

@@ -33,7 +33,9 @@ def _responses(frequency: np.ndarray, skyhook: float) -> dict[str, np.ndarray]:
     """Return complex amplitudes of the outputs per metre of road, at angular frequencies."""
     M, C, K = _matrices(skyhook=skyhook)
     s = 1j * frequency[:, None, None]
-    wheel, body = np.linalg.solve(s * s * M + s * C + K, np.broadcast_to([[TYRE], [0.0]], (len(frequency), 2, 1)))[..., 0].T
+    wheel, body = np.linalg.solve(s * s * M + s * C + K, np.broadcast_to([[TYRE], [0.0]], (len(frequency), 2, 1)))[
+        ..., 0
+    ].T
     return {
         "body_acceleration": -(frequency**2) * body,
         "suspension_travel": body - wheel,
@@ -72,13 +74,15 @@ def test_rests_on_a_flat_road(model: Model) -> None:
 @pytest.mark.parametrize("skyhook", [0.0, 2000.0])
 def test_steady_motion_is_the_sum_of_harmonic_responses(model: Model, skyhook: float) -> None:
     run = model.simulate(16.0, 5e-4, method="rk4", parameters={"skyhook": skyhook})
-    settled = run.t > 14.0  # the slower mode has decayed by exp(-1.71 * 14) = 4e-11, the road has faded in by 1 - exp(-784)
+    # the slower mode has decayed by exp(-1.71 * 14) = 4e-11, the road has faded in by 1 - exp(-784)
+    settled = run.t > 14.0
     amplitude, frequency, phase = np.array(road_harmonics("C", 20.0, seed=1, harmonics=200)).T
     waves = np.exp(1j * (np.outer(run.t[settled], frequency) + phase))
     for name, response in _responses(frequency, skyhook).items():
         expected = np.real(waves @ (amplitude * response))
         error = np.sqrt(np.mean((run.outputs[name][settled] - expected) ** 2)) / np.sqrt(np.mean(expected**2))
-        # Runge and Kutta's method: (frequency step)^4 / 120 is 1e-5 at the highest frequency, 355 rad/s, which carries little
+        # Runge and Kutta's method: (frequency step)^4 / 120 is 1e-5 at the highest frequency, 355 rad/s, which carries
+        # little
         assert error < 1e-5, name
 
 
@@ -92,8 +96,8 @@ def test_root_mean_squares_of_a_long_run(model: Model, skyhook: float) -> None:
     assert run.success, run.message
     amplitude, frequency, _ = np.array(road_harmonics("C", 20.0, seed=1, harmonics=200)).T
     slow = sorted((v for v in _eigenvalues(model, skyhook=skyhook) if v.imag > 0), key=abs)[0]
-    # The mean square of a process of noise bandwidth B = -Re(eigenvalue) / 2 (in Hz) over a time T has the relative standard
-    # deviation 1 / sqrt(B T), its root half of that; three of them, and 0.5 % for the stepper at 1 ms.
+    # The mean square of a process of noise bandwidth B = -Re(eigenvalue) / 2 (in Hz) over a time T has the relative
+    # standard deviation 1 / sqrt(B T), its root half of that; three of them, and 0.5 % for the stepper at 1 ms.
     tolerance = 3.0 * 0.5 / math.sqrt(-slow.real / 2.0 * 790.0) + 0.005
     assert tolerance < 0.065
     for name, response in _responses(frequency, skyhook).items():

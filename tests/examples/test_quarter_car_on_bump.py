@@ -75,7 +75,8 @@ def _event(crossing: Callable[[float, Array], float]) -> Callable[[float, Array]
 
 @pytest.fixture(scope="module")
 def reference() -> Reference:
-    """Integrate piece by piece: every piece ends where the law of the tyre changes its formula, or the bump begins or ends."""
+    """Integrate piece by piece: every piece ends where the law of the tyre changes its formula, or the bump begins or
+    ends."""
     events = [
         _event(lambda t, y: deflection(t, y)[0]),
         _event(lambda t, y: deflection(t, y)[0] - ONSET),
@@ -107,7 +108,8 @@ def instants(run: Solution) -> list[float]:
     rate = np.array([road(t)[1] for t in run.t]) - run.v[:, 0]
     places = np.nonzero(np.diff(np.sign(d)))[0]
     return [
-        float(CubicHermiteSpline(run.t[k : k + 2], d[k : k + 2], rate[k : k + 2]).roots(extrapolate=False)[0]) for k in places
+        float(CubicHermiteSpline(run.t[k : k + 2], d[k : k + 2], rate[k : k + 2]).roots(extrapolate=False)[0])
+        for k in places
     ]
 
 

@@ -59,7 +59,9 @@ def test_free_body_flips_after_the_time_of_the_elliptic_integral(group: str) -> 
         scene["coordinates"], scene["bodies"]["nut"]["group"] = "absolute", group
         del scene["outputs"]["omega"]  # joints have no velocities there
     model = eomgen.build(scene)
-    assert [factor.group for factor in model.factors] == {"joint": ["SE3"], "SE3": ["SE3"], "R3xSO3": ["R", "SO3"]}[group]
+    assert [factor.group for factor in model.factors] == {"joint": ["SE3"], "SE3": ["SE3"], "R3xSO3": ["R", "SO3"]}[
+        group
+    ]
     gaps = []
     for step in (1e-3, 5e-4):
         run = model.simulate(10.0, step)
@@ -93,7 +95,9 @@ def test_hanging_chain_on_its_moving_base_is_the_same_in_both_coordinates() -> N
     for step in (2e-3, 1e-3):
         one, other = joint.simulate(1.0, step), absolute.simulate(1.0, step)
         assert other.success and other.stats["max_constraint"] < 1e-12
-        gaps.append(max(float(np.abs(one.outputs[name] - other.outputs[name]).max()) for name in ("end1", "end5", "tip")))
+        gaps.append(
+            max(float(np.abs(one.outputs[name] - other.outputs[name]).max()) for name in ("end1", "end5", "tip"))
+        )
     assert gaps[0] < 3e-4
     assert gaps[0] / gaps[1] == pytest.approx(4.0, rel=0.2)
     exact = joint.simulate(1.0, 1e-3, method="rk4")

@@ -1,4 +1,5 @@
-"""The small examples against what is known of them: textbook equations, closed forms, published positions, invariants."""
+"""The small examples against what is known of them: textbook equations, closed forms, published positions,
+invariants."""
 
 from __future__ import annotations
 
@@ -85,7 +86,9 @@ def _double_pendulum(t: float, y: np.ndarray) -> list[float]:
 def test_double_pendulum_follows_the_textbook() -> None:
     model, end = _model("double_pendulum_on_shaking_base"), 5.0
     first, second, *_ = _reference(_double_pendulum, [0.8, 0.5, 0.0, 0.0], end)
-    coarse, fine = _errors_of_halved_steps(model, end, 1e-3, lambda q: float(np.hypot(q[0] - first, q[0] + q[1] - second)))
+    coarse, fine = _errors_of_halved_steps(
+        model, end, 1e-3, lambda q: float(np.hypot(q[0] - first, q[0] + q[1] - second))
+    )
     assert coarse < 2e-4
     assert coarse / fine == pytest.approx(4.0, rel=0.05)  # second order
     exact = model.simulate(end, 1e-3, method="rk4").q[-1]
@@ -113,18 +116,21 @@ def test_pendulum_on_shaking_base_sways_at_kapitza_s_frequency() -> None:
     lean = np.convolve(run.outputs["lean"], np.ones(period) / period, mode="same")[300:-300]
     crossings = np.flatnonzero(np.diff(np.sign(lean)) > 0) * 2e-4
     slow = 2.0 * math.pi / np.mean(np.diff(crossings))
-    # averaging: slow^2 = (amplitude frequency)^2 / (2 length^2) - g / length; its error is of order (slow / 150)^2 and the
-    # squared amplitude of the sway, 0.2^2
+    # averaging: slow^2 = (amplitude frequency)^2 / (2 length^2) - g / length; its error is of order (slow / 150)^2 and
+    # the squared amplitude of the sway, 0.2^2
     assert slow == pytest.approx(math.sqrt((0.02 * 150.0) ** 2 / (2.0 * 0.25**2) - G / 0.25), rel=0.03)
 
 
 def test_spherical_pendulum_sweeps_its_cone() -> None:
     mass, length, across, along, tilt, end = 2.0, 0.7, 0.03, 0.008, 0.6, 4.0
     rate = math.sqrt(mass * G * length / ((across + mass * length**2 - along) * math.cos(tilt)))
-    bob = length * np.array([math.sin(tilt) * math.cos(rate * end), math.sin(tilt) * math.sin(rate * end), -math.cos(tilt)])
+    bob = length * np.array(
+        [math.sin(tilt) * math.cos(rate * end), math.sin(tilt) * math.sin(rate * end), -math.cos(tilt)]
+    )
     model = _model("spherical_pendulum")
     for method in ("generalized_alpha", "rk4"):
-        # the angular velocity in body axes is constant, and both methods move by the group's exponential: exact at any step
+        # the angular velocity in body axes is constant, and both methods move by the group's exponential: exact at any
+        # step
         for step in (1e-2, 1e-3):
             run = model.simulate(end, step, method=method)
             np.testing.assert_allclose(run.outputs["bob"][-1], bob, atol=1e-13)
@@ -132,7 +138,8 @@ def test_spherical_pendulum_sweeps_its_cone() -> None:
 
 
 def _torque_free(t: np.ndarray) -> np.ndarray:
-    """Angular velocity by Jacobi's elliptic functions, for a start without rotation about the axis of smallest inertia."""
+    """Angular velocity by Jacobi's elliptic functions, for a start without rotation about the axis of smallest
+    inertia."""
     first, second, third = 0.01, 0.02, 0.03
     spin, tumble = 6.0, 0.01
     energy, momentum = second * spin**2 + third * tumble**2, (second * spin) ** 2 + (third * tumble) ** 2
@@ -161,8 +168,11 @@ def test_free_body_keeps_energy_and_momentum() -> None:
     inertia = np.array([0.01, 0.02, 0.03])
     spatial = Rotation.from_quat(run.q[::50, [1, 2, 3, 0]]).apply(inertia * run.v[::50, :3])
     np.testing.assert_allclose(spatial, np.broadcast_to([0.0, 0.12, 0.0003], spatial.shape), atol=1e-10)
-    assert run.outputs["energy"] == pytest.approx(np.full(len(run.t), 0.5 * (0.02 * 36.0 + 0.03 * 1e-4 + 0.4 * 0.04)), rel=1e-10)
-    np.testing.assert_allclose(run.q[:, 4:], np.outer(run.t, [0.2, 0.0, 0.0]), atol=2e-9)  # the centre of mass goes straight on
+    assert run.outputs["energy"] == pytest.approx(
+        np.full(len(run.t), 0.5 * (0.02 * 36.0 + 0.03 * 1e-4 + 0.4 * 0.04)), rel=1e-10
+    )
+    # the centre of mass goes straight on
+    np.testing.assert_allclose(run.q[:, 4:], np.outer(run.t, [0.2, 0.0, 0.0]), atol=2e-9)
 
 
 def _arm_motion(model: Model, samples: int) -> tuple[np.ndarray, ...]:
@@ -179,12 +189,16 @@ def test_robot_arm_agrees_with_pinocchio() -> None:
     other = pin.Model()
     other.gravity.linear = np.array([0.0, 0.0, -9.80665])
     for index, (joint, body) in enumerate(zip(scene.joints, scene.bodies, strict=True)):
-        numbers = [[entry.value for entry in entries] for entries in (joint.position, body.center_of_mass, body.inertia)]
-        (xx, yy, zz, xy, xz, yz) = numbers[2]
+        numbers = [
+            [entry.value for entry in entries] for entries in (joint.position, body.center_of_mass, body.inertia)
+        ]
+        xx, yy, zz, xy, xz, yz = numbers[2]
         placement = pin.SE3(np.array(joint.orientation), np.array(numbers[0]))
         other.addJoint(index, pin.JointModelRZ(), placement, joint.name)
         tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        other.appendBodyToJoint(index + 1, pin.Inertia(body.mass.value, np.array(numbers[1]), tensor), pin.SE3.Identity())
+        other.appendBodyToJoint(
+            index + 1, pin.Inertia(body.mass.value, np.array(numbers[1]), tensor), pin.SE3.Identity()
+        )
     data, model = other.createData(), eomgen.build(scene)
     q, v, a = _arm_motion(model, 21)
     torque = np.stack([pin.rnea(other, data, *state) for state in zip(q, v, a, strict=True)])
@@ -197,7 +211,8 @@ def test_robot_arm_agrees_with_pinocchio() -> None:
 
 
 def test_a_robot_arm_with_axes_beside_z_moves_as_one_with_axes_along_z() -> None:
-    """Axes as a CAD program writes them. In the C they once turned about x: M off by 1, torques by 13 N m, poses by 0.3 m."""
+    """Axes as a CAD program writes them. In the C they once turned about x: M off by 1, torques by 13 N m, poses by 0.3
+    m."""
     arm = tomllib.loads((EXAMPLES / "robot_arm" / "scene.toml").read_text(encoding="utf-8"))
     arm["terms"] = ["mass", "inverse_dynamics", "forward_dynamics", "poses"]
     slanted = copy.deepcopy(arm)

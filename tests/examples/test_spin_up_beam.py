@@ -1,4 +1,5 @@
-"""The spin-up beam: published digits, its linear equation by other means, EXUDYN's beams, and what is not in its code."""
+"""The spin-up beam: published digits, its linear equation by other means, EXUDYN's beams, and what is not in its
+code."""
 
 from __future__ import annotations
 
@@ -100,7 +101,9 @@ def test_planar_scene_holds_nothing_of_the_spatial_beam(tmp_path: Path) -> None:
     path = tmp_path / "spatial.toml"
     lines = text.splitlines(keepends=True)
     place = next(number for number, line in enumerate(lines) if line.startswith("bending_y"))
-    path.write_text("".join([*lines[: place + 1], *more.splitlines(keepends=True), *lines[place + 1 :]]), encoding="utf-8")
+    path.write_text(
+        "".join([*lines[: place + 1], *more.splitlines(keepends=True), *lines[place + 1 :]]), encoding="utf-8"
+    )
     planar, spatial = eomgen.derive(FOLDER / "scene.toml"), eomgen.derive(path)
     assert [planar.nv, spatial.nv] == [3, 8]
     assert planar.counts["coupling"].flops == 0  # along the beam nothing moves, so nothing quadratic is left
@@ -110,7 +113,9 @@ def test_planar_scene_holds_nothing_of_the_spatial_beam(tmp_path: Path) -> None:
 
 def test_demonstration_writes_code_solutions_table_and_figure(tmp_path: Path) -> None:
     out = tmp_path / "demo out"
-    result = subprocess.run([*DEMO, "--out", str(out)], env=ENVIRONMENT, capture_output=True, text=True, timeout=300, check=False)
+    result = subprocess.run(
+        [*DEMO, "--out", str(out)], env=ENVIRONMENT, capture_output=True, text=True, timeout=300, check=False
+    )
     assert result.returncode == 0, result.stderr
     assert "set A, no stiffening" in result.stdout and "ran away" in result.stdout
     assert (out / "spin_up_beam.png").read_bytes().startswith(b"\x89PNG")

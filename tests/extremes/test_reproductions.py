@@ -1,7 +1,8 @@
-"""Every silent fault that ladders of extremes and tasks of new users found, from scratch: none runs on and says success.
+"""Every silent fault that ladders of extremes and tasks of new users found, from scratch: none runs on and says
+success.
 
-One test for each, by the number it was found under, through the public interface only. Where a class of inputs is behind a fault,
-the property test over the class is beside the code it is about.
+One test for each, by the number it was found under, through the public interface only. Where a class of inputs is
+behind a fault, the property test over the class is beside the code it is about.
 """
 
 from __future__ import annotations
@@ -20,9 +21,13 @@ SLIDER = {"type": "prismatic", "axis": [1, 0, 0]}
 def one(joint: dict[str, Any], *, gravity: Any = (0, 0, 0), body: Any = ARM, **sections: Any) -> dict[str, Any]:
     """Return a scene of one body on one joint `h`."""
     return {
-        "format": 1, "name": "one", "gravity": list(gravity), "bodies": {"b": body},
-        "joints": {"h": {"parent": "base", "child": "b", **joint}}, **sections,
-    }  # fmt: skip
+        "format": 1,
+        "name": "one",
+        "gravity": list(gravity),
+        "bodies": {"b": body},
+        "joints": {"h": {"parent": "base", "child": "b", **joint}},
+        **sections,
+    }
 
 
 def tunable(**values: float) -> dict[str, Any]:
@@ -62,9 +67,7 @@ def test_3_values_that_a_scene_refuses_are_refused_at_the_run() -> None:
         model.simulate(1.0, 1e-3, parameters={"T": -0.01})
 
 
-@pytest.mark.parametrize(
-    ("place", "step"), [(0.0, 1e-3), (0.0, 1e-7), (1e4, 1e-5), (1e6, 1e-4)]
-)
+@pytest.mark.parametrize(("place", "step"), [(0.0, 1e-3), (0.0, 1e-7), (1e4, 1e-5), (1e6, 1e-4)])
 def test_4_multipliers_of_index_3_are_those_of_the_equations_or_doubted(place: float, step: float) -> None:
     joint = {"type": "spherical", "position": ["X", 0, 0], "initial": {"velocity": [1, 2, 3]}}
     model = eomgen.build(one(joint, gravity=(0, 0, -9.81), coordinates="absolute", parameters=tunable(X=0.0)))
@@ -78,14 +81,19 @@ def test_4_multipliers_of_index_3_are_those_of_the_equations_or_doubted(place: f
 
 @pytest.mark.parametrize("slower", [1e6, 1e8, 1e10])
 def test_5_slow_motions_are_iterated_as_fast_ones_are(slower: float) -> None:
-    model = eomgen.build({
-        "format": 1, "name": "slow", "gravity": [0, 0, "-9.81 / T**2"], "parameters": tunable(T=1.0),
-        "bodies": {"a": ARM, "b": ARM},
-        "joints": {
-            "h": {"type": "spherical", "parent": "base", "child": "a"},
-            "k": {"type": "revolute", "parent": "a", "child": "b", "axis": [0, 1, 0.2], "position": [0, 0, -0.5]},
-        },
-    })  # fmt: skip
+    model = eomgen.build(
+        {
+            "format": 1,
+            "name": "slow",
+            "gravity": [0, 0, "-9.81 / T**2"],
+            "parameters": tunable(T=1.0),
+            "bodies": {"a": ARM, "b": ARM},
+            "joints": {
+                "h": {"type": "spherical", "parent": "base", "child": "a"},
+                "k": {"type": "revolute", "parent": "a", "child": "b", "axis": [0, 1, 0.2], "position": [0, 0, -0.5]},
+            },
+        }
+    )
     v = np.array([0.5, 1.0, 2.0, 1.0])
     reference = model.simulate(1.0, 1e-3, initial={"v": v})
     run = model.simulate(slower, 1e-3 * slower, parameters={"T": slower}, initial={"v": v / slower})
@@ -95,21 +103,28 @@ def test_5_slow_motions_are_iterated_as_fast_ones_are(slower: float) -> None:
 
 @pytest.mark.parametrize("length", [1e-3, 1e-6, 1e-9, 1e-12])
 def test_6_taylors_tolerance_is_relative_to_the_motion(length: float) -> None:
-    model = eomgen.build({
-        "format": 1, "name": "crossed", "gravity": [0, 0, 0], "parameters": tunable(L=1.0),
-        "bodies": {"a": {"mass": 1.0}, "b": {"mass": 0.5}},
-        "joints": {
-            "x": {"type": "prismatic", "parent": "base", "child": "a", "axis": [1, 0, 0]},
-            "y": {"type": "prismatic", "parent": "a", "child": "b", "axis": [0, 1, 0]},
-        },
-        "points": {"o": {"body": "base", "position": [0, 0, "0.3 * L"]}, "r": {"body": "b"}, "p": {"body": "a"}},
-        "springs": {
-            "s": {"first": "o", "second": "p", "stiffness": 3.0, "length": "L"},
-            "u": {"first": "o", "second": "r", "stiffness": 2.0, "length": "0.4 * L"},
-        },
-    })  # fmt: skip
+    model = eomgen.build(
+        {
+            "format": 1,
+            "name": "crossed",
+            "gravity": [0, 0, 0],
+            "parameters": tunable(L=1.0),
+            "bodies": {"a": {"mass": 1.0}, "b": {"mass": 0.5}},
+            "joints": {
+                "x": {"type": "prismatic", "parent": "base", "child": "a", "axis": [1, 0, 0]},
+                "y": {"type": "prismatic", "parent": "a", "child": "b", "axis": [0, 1, 0]},
+            },
+            "points": {"o": {"body": "base", "position": [0, 0, "0.3 * L"]}, "r": {"body": "b"}, "p": {"body": "a"}},
+            "springs": {
+                "s": {"first": "o", "second": "p", "stiffness": 3.0, "length": "L"},
+                "u": {"first": "o", "second": "r", "stiffness": 2.0, "length": "0.4 * L"},
+            },
+        }
+    )
     runs = [
-        model.simulate(10.0, 0.5, method="taylor", tolerance=1e-12, parameters={"L": L}, initial={"q": [L, 0.5 * L], "v": [0, 0]})
+        model.simulate(
+            10.0, 0.5, method="taylor", tolerance=1e-12, parameters={"L": L}, initial={"q": [L, 0.5 * L], "v": [0, 0]}
+        )
         for L in (1.0, length)
     ]
     assert runs[1].success
@@ -156,11 +171,15 @@ def test_12_a_length_of_zero_at_the_run_is_refused() -> None:
 @pytest.mark.parametrize("length", [1e-6, 1e-3, 1e3, 1e5])
 def test_17_the_stabilised_form_does_not_depend_on_the_unit_of_length(length: float) -> None:
     top = {
-        "mass": 15.0, "center_of_mass": [0, "L", 0], "inertia": ["0.234375 * L**2", "0.46875 * L**2", "0.234375 * L**2"],
+        "mass": 15.0,
+        "center_of_mass": [0, "L", 0],
+        "inertia": ["0.234375 * L**2", "0.46875 * L**2", "0.234375 * L**2"],
         "group": "R3xSO3",
-    }  # fmt: skip
+    }
     pivot = {"type": "spherical", "initial": {"velocity": [0, 150, -4.61538]}}
-    model = eomgen.build(one(pivot, gravity=(0, 0, "-9.81 * L"), body=top, coordinates="absolute", parameters=tunable(L=1.0)))
+    model = eomgen.build(
+        one(pivot, gravity=(0, 0, "-9.81 * L"), body=top, coordinates="absolute", parameters=tunable(L=1.0))
+    )
     runs = [model.simulate(0.2, 1e-3, parameters={"L": L}) for L in (1.0, length)]
     assert runs[1].success
     assert runs[1].q[:, :4] == pytest.approx(runs[0].q[:, :4], abs=1e-9)

@@ -1,6 +1,6 @@
 """The page docs/errors.md, made of the failure catalogue.
 
-    python -m tests.failures.errors_page      writes it anew
+python -m tests.failures.errors_page      writes it anew
 """
 
 from __future__ import annotations
@@ -52,7 +52,8 @@ def _entry(entry: Failure) -> str:
 
 
 def _visible(line: str) -> str:
-    """Return a line with characters that cannot be seen, or that would turn the page around, written out, and not too long."""
+    """Return a line with characters that cannot be seen, or that would turn the page around, written out, and not too
+    long."""
     text = "".join(c if unicodedata.category(c)[0] != "C" else c.encode("unicode_escape").decode() for c in line)
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]} ..."
 

@@ -96,7 +96,11 @@ class Failure:
         else:
             parts = [f"# {name}\n{text}" for name, text in texts.items()]
         settings = [
-            f"unset {name}" if value is None else f"export {name}={shlex.quote(value.replace('{folder}', '/an/empty/folder'))}"
+            (
+                f"unset {name}"
+                if value is None
+                else f"export {name}={shlex.quote(value.replace('{folder}', '/an/empty/folder'))}"
+            )
             for name, value in self.environment.items()
         ]
         return "\n\n".join(part.rstrip() for part in [*parts, self.preparation, "\n".join(settings)] if part.rstrip())

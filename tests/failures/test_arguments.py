@@ -21,8 +21,9 @@ def model(tmp_path_factory: pytest.TempPathFactory) -> eomgen.Model:
 def test_parameters_that_do_not_broadcast_are_named(model: eomgen.Model) -> None:
     with pytest.raises(eomgen.UsageError) as caught:
         model.mass([0.1], parameters={"length": [1, 2, 3], "shake": [1, 2]})
-    assert str(caught.value) == (
-        "usage error: parameters: the shapes do not broadcast: length (3,), shake (2,); try: batches of equal shape"
+    assert (
+        str(caught.value)
+        == "usage error: parameters: the shapes do not broadcast: length (3,), shake (2,); try: batches of equal shape"
     )
 
 

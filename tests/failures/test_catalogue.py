@@ -1,4 +1,5 @@
-"""Every entry of the failure catalogue gets its answer, to the letter, and loses nothing; the page is that of the catalogue."""
+"""Every entry of the failure catalogue gets its answer, to the letter, and loses nothing; the page is that of the
+catalogue."""
 
 from __future__ import annotations
 
@@ -25,7 +26,9 @@ def matches(found: str, expected: str) -> bool:
     return re.fullmatch(r"[^\n]*?".join(map(re.escape, expected.split("{any}"))), found) is not None
 
 
-@pytest.mark.parametrize("entry", [entry for _, entry in ENTRIES], ids=[f"{title}-{entry.title}" for title, entry in ENTRIES])
+@pytest.mark.parametrize(
+    "entry", [entry for _, entry in ENTRIES], ids=[f"{title}-{entry.title}" for title, entry in ENTRIES]
+)
 def test_the_answer(
     entry: Failure, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

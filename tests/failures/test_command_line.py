@@ -25,19 +25,26 @@ def scene(tmp_path: Path) -> Path:
 @pytest.mark.parametrize("verb", ["simulate", "generate"])
 def test_an_empty_folder_name_is_refused(scene: Path, capsys: pytest.CaptureFixture[str], verb: str) -> None:
     assert main([verb, str(scene), "--out", ""]) == 2
-    assert capsys.readouterr().err == "usage error: --out: the name of the folder is empty; try: --out . for this folder\n"
+    assert (
+        capsys.readouterr().err == "usage error: --out: the name of the folder is empty; try: --out . for this folder\n"
+    )
 
 
 def test_a_folder_that_cannot_be_written_is_named(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["generate", str(scene), "--out", str(scene / "c")]) == 7
-    assert capsys.readouterr().err == (f"input/output error: cannot write {scene / 'c'}: Not a directory; try: another folder\n")
+    assert (
+        capsys.readouterr().err
+        == f"input/output error: cannot write {scene / 'c'}: Not a directory; try: another folder\n"
+    )
 
 
 @pytest.mark.parametrize("words", [["schema"], ["info", "SCENE", "--json"], ["info", "SCENE"]])
 def test_a_full_disk_behind_stdout_is_an_error_of_output(scene: Path, words: list[str]) -> None:
     command = [sys.executable, "-m", "eomgen", *(str(scene) if word == "SCENE" else word for word in words)]
     with Path("/dev/full").open("w") as full:
-        result = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, cwd=ROOT, check=False, timeout=60)
+        result = subprocess.run(
+            command, stdout=full, stderr=subprocess.PIPE, text=True, cwd=ROOT, check=False, timeout=60
+        )
     assert (result.returncode, result.stderr) == (
         7,
         "input/output error: No space left on device; try: space on the disk, and where the output goes\n",

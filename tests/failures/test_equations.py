@@ -40,9 +40,10 @@ def test_a_spring_between_points_that_never_part_is_named(tmp_path: Path) -> Non
     tail = '[springs.coil]\nfirst = "mark"\nsecond = "anchor"\nstiffness = 10\nlength = 0.2\n'
     with pytest.raises(eomgen.ModelError) as caught:
         eomgen.derive(odd(tmp_path, tail))
-    assert str(caught.value) == (
-        "model error: spring coil: the points mark and anchor coincide whatever the coordinates, so it has no direction; "
-        "try: points that can move apart, or a torsion spring"
+    assert (
+        str(caught.value)
+        == "model error: spring coil: the points mark and anchor coincide whatever the coordinates, so it has no"
+        " direction; try: points that can move apart, or a torsion spring"
     )
 
 
@@ -59,8 +60,8 @@ def test_a_spring_between_points_that_never_part_is_named(tmp_path: Path) -> Non
 def test_an_operation_without_a_finite_value_is_shown(tmp_path: Path, formula: str, operation: str) -> None:
     with pytest.raises(eomgen.ModelError) as caught:
         eomgen.derive(odd(tmp_path, f'[efforts.motor]\njoint = "hinge"\neffort = "{formula}"\n'))
-    assert str(caught.value) == (
-        f"model error: {operation} in a formula has no finite value whatever the state; "
+    assert (
+        str(caught.value) == f"model error: {operation} in a formula has no finite value whatever the state; "
         "try: other values of the fixed parameters there, or tunable = true for them"
     )
 
@@ -74,8 +75,9 @@ def test_a_fixed_condition_guards_its_division(tmp_path: Path) -> None:
 def test_a_mass_whose_inverse_is_infinite_is_refused(tmp_path: Path) -> None:
     with pytest.raises(eomgen.ModelError) as caught:
         eomgen.derive(odd(tmp_path, mass="1e-320"))
-    assert str(caught.value) == (
-        "model error: odd: numbers of the scene combine to an infinite one: they are too small or too large, "
+    assert (
+        str(caught.value)
+        == "model error: odd: numbers of the scene combine to an infinite one: they are too small or too large, "
         "or cancel to zero in a divisor; try: masses, inertias and lengths between 1e-100 and 1e100"
     )
 
@@ -86,8 +88,9 @@ def test_a_model_named_like_a_header_of_c_is_refused(tmp_path: Path, name: str) 
     file.write_text(file.read_text().replace('"odd"', f'"{name}"'))
     with pytest.raises(eomgen.ModelError) as caught:
         eomgen.generate(file, tmp_path / "c")
-    assert str(caught.value) == (
-        f"model error: the model's name {name!r} would let {name}.h hide a header of C itself; try: {name}_model"
+    assert (
+        str(caught.value)
+        == f"model error: the model's name {name!r} would let {name}.h hide a header of C itself; try: {name}_model"
     )
 
 

@@ -47,7 +47,11 @@ def test_a_single_array_is_no_solution(file: Path) -> None:
         ({"metadata": "[1]"}, "its metadata are no mapping; try: a .npz file of Solution.save"),
         ({"metadata": json.dumps(OUTCOME)}, "t is missing"),
         (
-            {"metadata": json.dumps(OUTCOME), "t": [0.0, 1.0], **{name: [[0.0]] for name in ("q", "v", "a", "z", "multipliers")}},
+            {
+                "metadata": json.dumps(OUTCOME),
+                "t": [0.0, 1.0],
+                **{name: [[0.0]] for name in ("q", "v", "a", "z", "multipliers")},
+            },
             "its arrays do not fit together",
         ),
     ],

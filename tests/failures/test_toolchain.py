@@ -31,8 +31,9 @@ def script(file: Path, text: str) -> Path:
 def test_a_command_of_cc_that_cannot_be_split_is_shown() -> None:
     with pytest.raises(eomgen.ToolchainError) as caught:
         find_compiler({"PATH": os.environ["PATH"], "CC": "gcc 'x"})
-    assert str(caught.value) == (
-        'toolchain error: environment variable CC: "gcc \'x" cannot be read: No closing quotation; try: CC=gcc'
+    assert (
+        str(caught.value)
+        == 'toolchain error: environment variable CC: "gcc \'x" cannot be read: No closing quotation; try: CC=gcc'
     )
 
 
@@ -40,7 +41,9 @@ def test_a_compiler_that_only_says_it_worked_is_caught(tmp_path: Path) -> None:
     source = tmp_path / "probe.c"
     source.write_text("int probe;\n")
     idle = script(tmp_path / "idle", "echo nothing to do")
-    with pytest.raises(eomgen.ToolchainError, match=r"reported success but wrote no probe\.o, and said:\nnothing to do"):
+    with pytest.raises(
+        eomgen.ToolchainError, match=r"reported success but wrote no probe\.o, and said:\nnothing to do"
+    ):
         compile_object(Compiler((str(idle),), idle), source, ())
 
 
@@ -54,7 +57,9 @@ def test_a_relative_cache_is_a_cache(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 
 def test_a_cache_of_nobody_is_named() -> None:
-    with pytest.raises(eomgen.FileError, match="environment variable EOMGEN_CACHE: the folder '~no_such_user/x' cannot be found"):
+    with pytest.raises(
+        eomgen.FileError, match="environment variable EOMGEN_CACHE: the folder '~no_such_user/x' cannot be found"
+    ):
         default_folder({"EOMGEN_CACHE": "~no_such_user/x"})
 
 
@@ -64,8 +69,9 @@ def test_a_full_disk_under_the_cache_is_named(tmp_path: Path) -> None:
 
     with pytest.raises(eomgen.FileError) as caught:
         Cache(tmp_path).put("key", fill)
-    assert str(caught.value) == (
-        f"input/output error: cache {tmp_path}: a compiled model cannot be kept: No space left on device; "
+    assert (
+        str(caught.value)
+        == f"input/output error: cache {tmp_path}: a compiled model cannot be kept: No space left on device; "
         "try: space there, or EOMGEN_CACHE=<another folder>"
     )
 
@@ -101,8 +107,8 @@ os.execv(sys.executable, [sys.executable, *sys.argv[1:]])
 
 
 def _interrupted(process: subprocess.Popen[str]) -> str:
-    """Send Ctrl-C to Python alone (a terminal would tell the compiler too) and return what it says, long before the compiler
-    would end.
+    """Send Ctrl-C to Python alone (a terminal would tell the compiler too) and return what it says, long before the
+    compiler would end.
 
     Python loses an interrupt that arrives inside a finalizer, as any user's Ctrl-C may be lost; then comes another.
     """

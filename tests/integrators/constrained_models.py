@@ -29,7 +29,7 @@ from tests.integrators.stepper_models import Stepper, rotation, skew
 TERMS = (
     "residual", "partials", "forward_dynamics", "equations", "iteration", "jacobian_values", "mass",
     "constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "constraint_size",
-)  # fmt: skip
+)  # fmt: skip  # a table
 
 FAST, SLOW = (0.0, 150.0, -4.61538), (0.0, 1.5, -0.0461538)
 
@@ -48,7 +48,12 @@ def heavy_top(group: str = "R3xSO3", omega: Sequence[float] = FAST, coordinates:
 @cache
 def top_solution(omega: Sequence[float] = FAST, duration: float = 1.0):
     """Return t -> (R, x, Omega, lam) by DOP853 on SO(3)."""
-    J, X, mass, gravity = np.diag([15.234375, 0.46875, 15.234375]), np.array([0.0, 1, 0]), 15.0, np.array([0.0, 0, -9.81])
+    J, X, mass, gravity = (
+        np.diag([15.234375, 0.46875, 15.234375]),
+        np.array([0.0, 1, 0]),
+        15.0,
+        np.array([0.0, 0, -9.81]),
+    )
 
     def omega_dot(R, w):
         return np.linalg.solve(J, mass * np.cross(X, R.T @ gravity) - np.cross(w, J @ w))
@@ -70,7 +75,8 @@ def top_solution(omega: Sequence[float] = FAST, duration: float = 1.0):
 
 
 def top_errors(rows: np.ndarray, omega: Sequence[float] = FAST) -> np.ndarray:
-    """Return the largest errors of rotation angle, position, Omega and lam over rows (t, q, v, vdot, lam) of an absolute top."""
+    """Return the largest errors of rotation angle, position, Omega and lam over rows (t, q, v, vdot, lam) of an
+    absolute top."""
     exact, worst = top_solution(tuple(omega), 1.0), np.zeros(4)
     for row in rows:
         R, x, w, lam = exact(row[0])
@@ -91,10 +97,16 @@ def chain(count: int, coordinates: str = "joint", group: str = "SE3") -> Scene:
         axis = (0.0, 1.0, 0.0) if k % 2 == 0 else (1.0, 0.0, 0.0)
         joints.append(
             Joint(
-                f"j{k}", "revolute", parent, f"b{k}", axis=axis, position=numbers(place), initial_position=(0.3,),
+                f"j{k}",
+                "revolute",
+                parent,
+                f"b{k}",
+                axis=axis,
+                position=numbers(place),
+                initial_position=(0.3,),
                 initial_velocity=(0.5,),
             )
-        )  # fmt: skip
+        )
     groups = {body.name: group for body in bodies}
     return Scene("chain", tuple(bodies), tuple(joints), coordinates=coordinates, groups=groups, content=b"chain")
 
@@ -105,11 +117,25 @@ def two_links(coordinates: str = "absolute", base: Base | None = None) -> Scene:
     second = Body("b2", Number(2.0), numbers((0.3, 0.1, 0)), numbers((0.02, 0.05, 0.04, 0.001, 0, 0)))
     ball = Joint("j1", "spherical", "base", "b1", initial_position=(1.0, 0, 0, 0), initial_velocity=(0.5, 3.0, -1.0))
     hinge = Joint(
-        "j2", "revolute", "b1", "b2", axis=(0.6, 0, 0.8), position=numbers((0.1, 1.5, 0.2)), initial_position=(0.3,),
-        initial_velocity=(2.0,), stiffness=Number(20.0), damping=Number(0.3),
-    )  # fmt: skip
+        "j2",
+        "revolute",
+        "b1",
+        "b2",
+        axis=(0.6, 0, 0.8),
+        position=numbers((0.1, 1.5, 0.2)),
+        initial_position=(0.3,),
+        initial_velocity=(2.0,),
+        stiffness=Number(20.0),
+        damping=Number(0.3),
+    )
     return Scene(
-        "links", (first, second), (ball, hinge), coordinates=coordinates, groups={"b1": "R3xSO3"}, base=base, content=b"links"
+        "links",
+        (first, second),
+        (ball, hinge),
+        coordinates=coordinates,
+        groups={"b1": "R3xSO3"},
+        base=base,
+        content=b"links",
     )
 
 
@@ -126,9 +152,13 @@ def rolling_disc() -> Scene:
     tilted = (np.cos(np.pi / 4 + 0.1), np.sin(np.pi / 4 + 0.1), 0.0, 0.0)
     height = 0.1 * np.sin(np.pi / 2 + 0.2)
     free = Joint(
-        "free", "free", "base", "disc", initial_position=(*map(float, tilted), 0.0, 0.0, float(height)),
+        "free",
+        "free",
+        "base",
+        "disc",
+        initial_position=(*map(float, tilted), 0.0, 0.0, float(height)),
         initial_velocity=(0.0, 0.3, 8.0, 0.0, 0.0, 0.0),
-    )  # fmt: skip
+    )
     ground = Constraint("ground", "rolling", Frame("base"), Frame("disc"), radius=Number(0.1))
     return Scene("disc", (disc,), (free,), constraints=(ground,), content=b"disc")
 
@@ -167,9 +197,10 @@ def compile_scene(
         (folder / name).write_text(text)
     library = folder / "model.so"
     sources = [str(folder / name) for name in files if name.endswith(".c") and name != "main.c"]
-    finished = subprocess.run(["gcc", *flags, *sources, "-o", str(library), "-lm"], capture_output=True, text=True, check=False)
+    finished = subprocess.run(
+        ["gcc", *flags, *sources, "-o", str(library), "-lm"], capture_output=True, text=True, check=False
+    )
     assert finished.returncode == 0, finished.stderr[:4000]
     stepper = SceneStepper(ctypes.CDLL(str(library)), program, [parameter.value for parameter in system.parameters])
     stepper.system = system
     return stepper
-

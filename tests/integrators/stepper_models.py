@@ -86,7 +86,7 @@ class Model:
         return Samples(dense(dict.fromkeys(names, every), nv), numbers[np.newaxis], self.v[np.newaxis])
 
 
-# -- heavy top, unconstrained on SO(3): Bruls and Cardona 2010 -----------------------------------------------------------
+# -- heavy top, unconstrained on SO(3): Bruls and Cardona 2010 ---------------------------------------------------------
 
 _TOP_INERTIA = np.diag([15.234375, 0.46875, 15.234375])
 _TOP_CENTER, _GRAVITY, _TOP_MASS = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, -9.81]), 15.0
@@ -139,7 +139,9 @@ void top_forward_dynamics(const real *q, const real *v, real *vdot)
 
 
 def _top_residual(t, q, v, a):
-    return _TOP_INERTIA @ a + np.cross(v, _TOP_INERTIA @ v) - _TOP_MASS * np.cross(_TOP_CENTER, rotation(q).T @ _GRAVITY)
+    return (
+        _TOP_INERTIA @ a + np.cross(v, _TOP_INERTIA @ v) - _TOP_MASS * np.cross(_TOP_CENTER, rotation(q).T @ _GRAVITY)
+    )
 
 
 def _top_partials(t, q, v, a):
@@ -151,7 +153,10 @@ def heavy_top(velocity=(0.0, 150.0, -4.61538)) -> Model:
     """Return the heavy top with its pivot fixed; position of the centre is R e2."""
     factors = [Factor("SO3", "top", 0, 4, 0, 3)]
     equations = Equations(
-        factors, lambda t, q, v: np.linalg.solve(_TOP_INERTIA, -_top_residual(t, q, v, np.zeros(3))), _top_residual, _top_partials
+        factors,
+        lambda t, q, v: np.linalg.solve(_TOP_INERTIA, -_top_residual(t, q, v, np.zeros(3))),
+        _top_residual,
+        _top_partials,
     )
     functions = {
         "residual": (("q", "v", "a"), ("r",)),
@@ -161,7 +166,7 @@ def heavy_top(velocity=(0.0, 150.0, -4.61538)) -> Model:
     return Model("top", factors, functions, _TOP_C, equations, np.array([1.0, 0, 0, 0]), np.array(velocity))
 
 
-# -- a rigid body on SE(3), tied by a spring to a slider on a line that an input pushes -----------------------------------
+# -- a rigid body on SE(3), tied by a spring to a slider on a line that an input pushes --------------------------------
 
 _BODY_INERTIA, _BODY_MASS, _SLIDER_MASS = np.diag([1.0, 2.0, 3.0]), 2.0, 0.5
 _STIFFNESS, _DAMPING = 40.0, 0.3
@@ -275,10 +280,12 @@ def tied_body(u=formula_inputs) -> Model:
     }
     q = np.array([0.5, -0.5, 0.5, 0.5, 0.1, 0.2, -0.3, 0.4])
     v = np.array([2.0, -3.0, 1.0, 0.5, -0.2, 0.3, -1.0])
-    return Model("tied", factors, functions, _TIED_C, Equations(factors, forward_dynamics, residual, _tied_partials), q, v, 2)
+    return Model(
+        "tied", factors, functions, _TIED_C, Equations(factors, forward_dynamics, residual, _tied_partials), q, v, 2
+    )
 
 
-# -- a particle on any product of groups: vdot = 0 --------------------------------------------------------------------------
+# -- a particle on any product of groups: vdot = 0 ---------------------------------------------------------------------
 
 
 def free_motion(groups: Sequence[str]) -> Model:
@@ -299,12 +306,14 @@ void free_partials(real *dq, real *dv, real *M)
 void free_forward_dynamics(real *vdot) {{ int i; for (i = 0; i < {v_start}; ++i) vdot[i] = K(0.0); }}
 """
     functions = {"residual": (("a",), ("r",)), "partials": ((), ("K", "C", "M")), "forward_dynamics": ((), ("vdot",))}
-    q = np.concatenate([[1.0, *np.zeros(size - 1)] if size > 1 else [0.0] for size in (factor.q_size for factor in factors)])
+    q = np.concatenate(
+        [[1.0, *np.zeros(size - 1)] if size > 1 else [0.0] for size in (factor.q_size for factor in factors)]
+    )
     equations = Equations(factors, lambda t, q, v: np.zeros_like(v))
     return Model("free", factors, functions, text, equations, q, np.zeros(v_start))
 
 
-# -- one coordinate that can be made to misbehave ------------------------------------------------------------------------
+# -- one coordinate that can be made to misbehave ----------------------------------------------------------------------
 
 _EDGE_C = """
 void edge_residual(const edge_parameters *p, real t, const real *q, const real *a, real *r)
@@ -337,7 +346,7 @@ def edge() -> Model:
 EDGE_PARAMETERS = {"p_mass": 1.0, "p_last_time": 1e9, "p_stiffness": 400.0}
 
 
-# -- a spring on a base that shakes --------------------------------------------------------------------------------------
+# -- a spring on a base that shakes ------------------------------------------------------------------------------------
 
 _SHAKEN_C = """
 void shaken_base(real t, shaken_base_state *base)
@@ -379,13 +388,17 @@ def shaken() -> Model:
         "residual": (("t", "q", "a", "base"), ("r",)),
         "partials": ((), ("K", "M")),
     }
-    return Model("shaken", equations.factors, functions, _SHAKEN_C, equations, np.array([0.3, -0.2]), np.array([1.0, 0.5]))
+    return Model(
+        "shaken", equations.factors, functions, _SHAKEN_C, equations, np.array([0.3, -0.2]), np.array([1.0, 0.5])
+    )
 
 
 # -- from a model to a running stepper ---------------------------------------------------------------------------------
 
 
-BAD_ARGUMENT = "a setting is out of its range, a step does not move time on, or an input has neither a formula nor a table"
+BAD_ARGUMENT = (
+    "a setting is out of its range, a step does not move time on, or an input has neither a formula nor a table"
+)
 
 
 @dataclass
@@ -415,7 +428,11 @@ class Stepper:
         self.state[:] = 0.0
         self.state[self.layout["t"]], self.state[self.layout["q"]], self.state[self.layout["v"]] = t, q, v
         status = self.library.eomgen_initialize(
-            _pointer(self.parameters), _pointer(self._settings()), _pointer(table), _pointer(self.state), _pointer(self.workspace)
+            _pointer(self.parameters),
+            _pointer(self._settings()),
+            _pointer(table),
+            _pointer(self.state),
+            _pointer(self.workspace),
         )
         return self._outcome(status, np.zeros((0, 0)))
 
@@ -470,7 +487,8 @@ class StepperContext:
 
 
 def context_of(model: Model, method: Method, parameters: Sequence[str]) -> StepperContext:
-    """Return what a Program would say of a model; its functions have no statements, because their C is written by hand."""
+    """Return what a Program would say of a model; its functions have no statements, because their C is written by
+    hand."""
     functions = tuple(
         Function(name, inputs, tuple(SimpleNamespace(name=output) for output in outputs))
         for name, (inputs, outputs) in model.functions.items()
@@ -510,12 +528,17 @@ void {P}_initial_state(real *q, real *v, real *z);
 {render("c/integrators/common/header.h.jinja")}
 #endif
 """
-    initial = f"void {P}_initial_state(real *q, real *v, real *z)\n{{\n    (void)z;\n    q[0] = K(1.0);\n    v[0] = K(0.0);\n}}\n"
+    initial = (
+        f"void {P}_initial_state(real *q, real *v, real *z)\n{{\n    (void)z;\n    q[0] = K(1.0);\n    v[0] ="
+        " K(0.0);\n}\n"
+    )
     return {
         f"{P}.h": header,
         f"{P}.c": f'#include "{P}.h"\n{initial}{model.c_text}',
         f"{P}_step.c": render(stepper_template(program.method["family"])),
-        "interface.c": f'#include <stddef.h>\n#include "{P}.h"\n{STEPPER_CDEF}\n' + render("c/interface/stepper.c.jinja"),
+        "interface.c": (
+            f'#include <stddef.h>\n#include "{P}.h"\n{STEPPER_CDEF}\n' + render("c/interface/stepper.c.jinja")
+        ),
         "eomgen_real.h": environment().get_template("c/model/eomgen_real.h.jinja").render(),
     }
 
@@ -540,7 +563,15 @@ def build(
     for name, text in texts.items():
         (folder / name).write_text(text)
     library = folder / "model.so"
-    command = ["gcc", *_FLAGS, *flags, *(str(folder / name) for name in texts if name.endswith(".c")), "-o", str(library), "-lm"]
+    command = [
+        "gcc",
+        *_FLAGS,
+        *flags,
+        *(str(folder / name) for name in texts if name.endswith(".c")),
+        "-o",
+        str(library),
+        "-lm",
+    ]
     finished = subprocess.run(command, capture_output=True, text=True, check=False)
     assert finished.returncode == 0, finished.stderr[:4000]
     return Stepper(ctypes.CDLL(str(library)), program, list(named.values()))

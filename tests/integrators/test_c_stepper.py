@@ -102,7 +102,9 @@ def test_published_state_of_the_heavy_top(built, method):
         stepper.initialize(model.q, model.v, step=2.0**-count)
         q = stepper.run(2**count, every=2**count).rows[-1, 1:5]
         errors.append(np.linalg.norm(rotation(q)[:, 1] - TOP_AT_1))
-    assert -np.polyfit(counts, np.log2(errors), 1)[0] == pytest.approx(method.order, abs=0.1 if method.order == 2 else 0.2)
+    assert -np.polyfit(counts, np.log2(errors), 1)[0] == pytest.approx(
+        method.order, abs=0.1 if method.order == 2 else 0.2
+    )
     assert errors[-1] < finest
 
 
@@ -261,7 +263,9 @@ def test_steady_motion_is_followed_exactly_on_every_group(built, method, rng):
     q = product.update(model.equations.factors, model.q, rng.normal(size=len(v)))
     stepper.initialize(q, v, step=0.05)
     end = stepper.run(20).rows[-1]
-    back = product.difference(model.equations.factors, product.update(model.equations.factors, q, v), end[1 : 1 + len(q)])
+    back = product.difference(
+        model.equations.factors, product.update(model.equations.factors, q, v), end[1 : 1 + len(q)]
+    )
     assert back == pytest.approx(0.0, abs=3e-14)
 
 

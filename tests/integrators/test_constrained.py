@@ -1,4 +1,5 @@
-"""Constrained steppers: C against the NumPy oracle, and the numbers of the fast heavy top that codes and papers agree on."""
+"""Constrained steppers: C against the NumPy oracle, and the numbers of the fast heavy top that codes and papers agree
+on."""
 
 from __future__ import annotations
 
@@ -54,7 +55,7 @@ def slope(steps, errors):
     return np.polyfit(np.log(steps), np.log(errors), 1)[0]
 
 
-# -- C against NumPy -------------------------------------------------------------------------------------------------------
+# -- C against NumPy ---------------------------------------------------------------------------------------------------
 
 SCENES = {
     "links": two_links,
@@ -80,7 +81,9 @@ SCENES = {
         ("disc", INDEX_3),
         ("chain", STABILISED),
     ],
-    ids=lambda value: value if isinstance(value, str) else f"{value.case.name if value.case else value.form}-{value.variant}",
+    ids=lambda value: (
+        value if isinstance(value, str) else f"{value.case.name if value.case else value.form}-{value.variant}"
+    ),
 )
 def test_c_gives_what_numpy_gives(compiled, name, method):
     stepper = compiled(name, SCENES[name], method)
@@ -96,7 +99,9 @@ def test_c_gives_what_numpy_gives(compiled, name, method):
     for key in ("t", "q", "v", "vdot", "lam"):
         expected = getattr(path, key)[1:].reshape(4, -1)
         scale = max(1.0, np.abs(expected).max())
-        assert rows[:, layout[key]] == pytest.approx(expected, abs=1e-8 * scale if key in ("vdot", "lam") else 1e-10 * scale), key
+        assert rows[:, layout[key]] == pytest.approx(
+            expected, abs=1e-8 * scale if key in ("vdot", "lam") else 1e-10 * scale
+        ), key
 
 
 @pytest.mark.parametrize("case", [trapezoidal(), wbz(alpha=0.3)], ids=lambda case: case.name)
@@ -119,7 +124,7 @@ def test_every_solver_is_held_against_numpy(compiled):
     assert kinds == {"disc": "unrolled", "chain": "tables"}
 
 
-# -- initialisation ----------------------------------------------------------------------------------------------------------
+# -- initialisation ----------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -134,7 +139,12 @@ def test_consistent_start_of_the_heavy_top(compiled, group, linear):
 def test_algorithmic_acceleration_starts_with_the_right_derivative(compiled):
     # J w' = m X x f - w x J w with f = R^T gravity, f' = -w x f
     stepper, errors = top(compiled, "SE3"), []
-    J, X, f, w = np.array([15.234375, 0.46875, 15.234375]), np.array([0.0, 15.0, 0.0]), np.array([0.0, 0, -9.81]), np.array(FAST)
+    J, X, f, w = (
+        np.array([15.234375, 0.46875, 15.234375]),
+        np.array([0.0, 15.0, 0.0]),
+        np.array([0.0, 0, -9.81]),
+        np.array(FAST),
+    )
     w_dot = (np.cross(X, f) - np.cross(w, J * w)) / J
     vddot = (np.cross(X, -np.cross(w, f)) - np.cross(w_dot, J * w) - np.cross(w, J * w_dot)) / J
     for step in (1e-4, 5e-5):
@@ -159,11 +169,11 @@ def test_a_state_off_the_constraints_is_brought_onto_them(compiled):
     assert np.array_equal(stepper.state[stepper.layout["v"]], stepper.system.initial_v)
 
 
-# -- published errors, orders ------------------------------------------------------------------------------------------------
+# -- published errors, orders ------------------------------------------------------------------------------------------
 
-#: Largest errors over t = j/16 of angle, position, Omega and lam at some steps 2^-k; index 3 with perturbed start. Those of the
-#: stabilised form on R^3 x SO(3) depend on the metric in which eta moves positions: that of M's diagonal. In the plain one, whose
-#: errors depend on the unit of length, they are 1.59e-3, 1.11e-3, 3.26e-3, 4.68e-1 in metres.
+#: Largest errors over t = j/16 of angle, position, Omega and lam at some steps 2^-k; index 3 with perturbed start.
+#: Those of the stabilised form on R^3 x SO(3) depend on the metric in which eta moves positions: that of M's diagonal.
+#: In the plain one, whose errors depend on the unit of length, they are 1.59e-3, 1.11e-3, 3.26e-3, 4.68e-1 in metres.
 TABLE = {
     ("SE3", "stabilised"): {11: (3.21e-2, 1.97e-2, 3.00e-1, 21.4), 13: (2.01e-3, 1.23e-3, 1.87e-2, 1.34)},
     ("SE3", "index3"): {11: (3.21e-2, 1.97e-2, 3.00e-1, 21.4), 13: (2.01e-3, 1.23e-3, 1.87e-2, 1.34)},
@@ -183,7 +193,9 @@ def test_errors_and_orders_of_the_heavy_top(compiled, group, form):
     for k, published in TABLE[group, form].items():
         assert errors[k] == pytest.approx(published, rel=0.05)
     for column in range(4):
-        assert slope(2.0 ** -np.array([*errors]), [error[column] for error in errors.values()]) == pytest.approx(2.0, abs=0.1)
+        assert slope(2.0 ** -np.array([*errors]), [error[column] for error in errors.values()]) == pytest.approx(
+            2.0, abs=0.1
+        )
 
 
 @pytest.mark.parametrize("variant", ["F1", "F2"])
@@ -203,7 +215,12 @@ def test_other_groupings_of_the_increment_are_of_second_order_too(compiled, vari
 
 
 #: Of the spatial variant, position errors in units of those of F0, at most.
-SPATIAL = {("R3xSO3", "stabilised"): 0.11, ("R3xSO3", "index3"): 0.02, ("SE3", "stabilised"): 0.08, ("SE3", "index3"): 0.08}
+SPATIAL = {
+    ("R3xSO3", "stabilised"): 0.11,
+    ("R3xSO3", "index3"): 0.02,
+    ("SE3", "stabilised"): 0.08,
+    ("SE3", "index3"): 0.08,
+}
 
 
 @pytest.mark.parametrize(("group", "form"), SPATIAL)
@@ -231,7 +248,8 @@ def test_the_spatial_variant_bears_turns_of_a_third_of_a_radian_per_step(compile
 
 def test_without_rotations_the_spatial_variant_is_the_plain_one(compiled):
     plain, spatial = (
-        compiled("hinges", lambda: chain(2), GeneralizedAlpha(0.9, "stabilised", variant)) for variant in ("F0", "spatial")
+        compiled("hinges", lambda: chain(2), GeneralizedAlpha(0.9, "stabilised", variant))
+        for variant in ("F0", "spatial")
     )
     rows = []
     for stepper in (plain, spatial):
@@ -265,7 +283,7 @@ def test_published_position_after_two_seconds(compiled, group, finest):
     assert np.linalg.norm((4.0 * ends[1] - ends[0]) / 3.0 - published) < 2e-6
 
 
-# -- transients of multipliers ------------------------------------------------------------------------------------------------
+# -- transients of multipliers -----------------------------------------------------------------------------------------
 
 
 def multiplier_errors(stepper, steps, **settings):
@@ -299,7 +317,7 @@ def test_the_stabilised_form_has_no_transient(compiled, group, published):
     assert slope(TRANSIENT_STEPS, errors) == pytest.approx(2.0, abs=0.1)
 
 
-# -- constraints, damping, economy ---------------------------------------------------------------------------------------------
+# -- constraints, damping, economy -------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("rho", [0.0, 0.5, 0.8, 0.9, 1.0])
@@ -317,7 +335,9 @@ def test_the_stabilised_form_takes_every_spectral_radius(compiled, group, rho):
 
 
 def test_index_3_refuses_spectral_radii_near_one(compiled):
-    with pytest.raises(UsageError, match=r"does not bear a spectral radius of 0\.99: .* after 351 steps .* form stabilised"):
+    with pytest.raises(
+        UsageError, match=r"does not bear a spectral radius of 0\.99: .* after 351 steps .* form stabilised"
+    ):
         GeneralizedAlpha(0.99, "index3")
     assert "damps multipliers too little" in GeneralizedAlpha(0.95, "index3").warnings(True)[0]
     assert INDEX_3.warnings(True) == GeneralizedAlpha(1.0).warnings(True) == ()
@@ -398,7 +418,10 @@ def test_a_step_that_turns_too_far_is_refused(compiled):
     outcome = stepper.run(3)
     assert stepper.start(step=0.038).status == 0
     outcome = stepper.run(1)
-    assert (outcome.status, outcome.text) == (5, "a body turns by more than 0.9 of a full turn within one step; reduce the step")
+    assert (outcome.status, outcome.text) == (
+        5,
+        "a body turns by more than 0.9 of a full turn within one step; reduce the step",
+    )
     assert outcome.state["halvings"] == 0
 
 

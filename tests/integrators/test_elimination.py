@@ -15,8 +15,11 @@ from eomgen.integrators.newton.elimination import eliminate
         (True, "constraints repeat each other, or a mass is missing; try: remove constraints that say the same twice"),
         (
             False,
-            "a mass is missing, or masses and stiffnesses differ by more orders of magnitude than numbers have digits (entries "
-            "from 1e-12 to 1e+30); try: give every moving part a mass, and stiffnesses and lengths that differ less",
+            (
+                "a mass is missing, or masses and stiffnesses differ by more orders of magnitude than numbers have"
+                " digits (entries from 1e-12 to 1e+30); try: give every moving part a mass, and stiffnesses and lengths"
+                " that differ less"
+            ),
         ),
     ],
 )

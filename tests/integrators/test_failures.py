@@ -45,7 +45,9 @@ def set_parameter(stepper, name, value):
 
 def pendulum_at(t):
     """Return angle and velocity by SciPy."""
-    rates = solve_ivp(lambda _, y: [y[1], -400.0 * np.sin(y[0])], (0, t), [1.0, 0.0], method="DOP853", rtol=1e-13, atol=1e-13)
+    rates = solve_ivp(
+        lambda _, y: [y[1], -400.0 * np.sin(y[0])], (0, t), [1.0, 0.0], method="DOP853", rtol=1e-13, atol=1e-13
+    )
     return rates.y[:, -1]
 
 
@@ -57,7 +59,9 @@ def test_not_a_number_stops_with_the_last_good_state(stepper, method):
     assert (outcome.status, outcome.text) == (3, "a value became infinite or not a number")
     assert outcome.state["t"] == 50 * 1e-3
     assert len(outcome.rows) == 50
-    assert np.array_equal(outcome.rows[-1], [outcome.state["t"][0], *(outcome.state[name][0] for name in ("q", "v", "vdot"))])
+    assert np.array_equal(
+        outcome.rows[-1], [outcome.state["t"][0], *(outcome.state[name][0] for name in ("q", "v", "vdot"))]
+    )
     assert outcome.rows[-1, 1:3] == pytest.approx(pendulum_at(0.05), rel=1e-2 if method is ALPHA else 1e-6)
 
 
@@ -73,7 +77,10 @@ def test_initial_values_that_are_not_finite_are_refused(stepper, method, bad):
 def test_a_singular_mass_is_named(stepper, method):
     set_parameter(stepper, "p_mass", 0.0)
     outcome = stepper.initialize([1.0], [0.0])
-    assert (outcome.status, outcome.text) == (2, f"the {'mass or iteration' if method.implicit else 'mass'} matrix is singular")
+    assert (outcome.status, outcome.text) == (
+        2,
+        f"the {'mass or iteration' if method.implicit else 'mass'} matrix is singular",
+    )
 
 
 @pytest.mark.parametrize("method", [ALPHA])
@@ -133,12 +140,21 @@ def test_without_halvings_an_attempt_with_a_fresh_matrix_is_the_last(stepper, me
 @pytest.mark.parametrize(
     "change",
     [
-        {"step": 0.0}, {"step": -1e-3}, {"step": np.nan}, {"step": np.inf},
-        {"rho_inf": 1.1}, {"rho_inf": -0.1}, {"rho_inf": np.nan},
-        {"rtol": -1.0}, {"atol": np.nan}, {"rtol": 0.0, "atol": 0.0}, {"max_iterations": 0.0}, {"max_halvings": 31.0},
+        {"step": 0.0},
+        {"step": -1e-3},
+        {"step": np.nan},
+        {"step": np.inf},
+        {"rho_inf": 1.1},
+        {"rho_inf": -0.1},
+        {"rho_inf": np.nan},
+        {"rtol": -1.0},
+        {"atol": np.nan},
+        {"rtol": 0.0, "atol": 0.0},
+        {"max_iterations": 0.0},
+        {"max_halvings": 31.0},
     ],
     ids=str,
-)  # fmt: skip
+)
 def test_settings_out_of_range_are_refused(stepper, method, change):
     stepper.settings |= change
     outcome = stepper.initialize([1.0], [0.0])
@@ -159,7 +175,9 @@ def test_what_a_model_lacks_is_named_before_any_code_exists():
         method_data(RKMK, model)
     with pytest.raises(ModelError, match=r"nothing to integrate: every joint is fixed"):
         method_data(ALPHA, replace(free_motion(["R"]), factors=()))
-    with pytest.raises(UsageError, match=r"method\.step: the step must be a positive number of seconds, not 0; try: 1e-3"):
+    with pytest.raises(
+        UsageError, match=r"method\.step: the step must be a positive number of seconds, not 0; try: 1e-3"
+    ):
         method_data(ALPHA, tied_body(), 0)
 
 
@@ -169,7 +187,9 @@ def test_needs_are_checked_before_any_code_exists():
         factors, functions = tied_body().factors, tied_body().functions
         multipliers, holonomic = ("row",), 1
 
-    with pytest.raises(ModelError, match=r"runge_kutta needs a system without constraints: .*try: generalized_alpha, which"):
+    with pytest.raises(
+        ModelError, match=r"runge_kutta needs a system without constraints: .*try: generalized_alpha, which"
+    ):
         method_data(RKMK, Constrained())
     calls = "constraint_bias, constraint_size, equations, iteration, jacobian_values"
     with pytest.raises(ModelError, match=f"calls {calls}, which the model"):

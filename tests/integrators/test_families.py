@@ -37,7 +37,12 @@ def test_a_family_has_its_templates(family) -> None:
 
 @pytest.mark.parametrize(
     ("name", "sizes"),
-    [(name, sizes) for name, method in INSTANCES.items() for sizes in SIZES if not sizes.lam or method.holds_constraints],
+    [
+        (name, sizes)
+        for name, method in INSTANCES.items()
+        for sizes in SIZES
+        if not sizes.lam or method.holds_constraints
+    ],
 )
 def test_rows_of_a_method_fit_together(name: str, sizes: Sizes) -> None:
     method = INSTANCES[name]
@@ -62,8 +67,11 @@ def test_rows_of_a_method_fit_together(name: str, sizes: Sizes) -> None:
 
 def test_nobody_asks_which_family_it_is() -> None:
     asked = re.compile(
-        r"\.family ?[=!]= ?[\"']|\[[\"']family[\"']\] ?[=!]=|\.family (not )?in |startswith\(\(?\"(rk4|taylor|generalized)"
+        r"\.family ?[=!]= ?[\"']|\[[\"']family[\"']\] ?[=!]=|\.family (not )?in"
+        r" |startswith\(\(?\"(rk4|taylor|generalized)"
         r"|isinstance\([a-z_.]+, ?\(?(GeneralizedAlpha|RungeKutta|Taylor|Hermite|Partitioned)"
     )
     files = [*PACKAGE.rglob("*.py"), *template_folder().rglob("*.jinja")]
-    assert [f"{file.name}: {line}" for file in files for line in file.read_text("utf-8").splitlines() if asked.search(line)] == []
+    assert [
+        f"{file.name}: {line}" for file in files for line in file.read_text("utf-8").splitlines() if asked.search(line)
+    ] == []

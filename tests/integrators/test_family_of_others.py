@@ -18,7 +18,8 @@ METHOD, STEP = "adams_bashforth", 1e-3
 
 
 def distribution(folder: Path, name: str, entry: str) -> Path:
-    """Write what an installed distribution leaves of itself, with one entry point, and return the folder for ``sys.path``."""
+    """Write what an installed distribution leaves of itself, with one entry point, and return the folder for
+    ``sys.path``."""
     info = folder / f"{name}-1.0.dist-info"
     info.mkdir(parents=True)
     (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n", encoding="utf-8")
@@ -50,14 +51,19 @@ def test_without_the_distribution_there_is_no_such_method() -> None:
 @pytest.mark.parametrize("model", [pendulum, flyer])
 def test_it_converges_with_its_order(model, order: int) -> None:
     exact = model().simulate(0.4, 1e-3, method="rk4").v[-1]
-    errors = [np.abs(model().simulate(0.4, step, method=METHOD, order=order).v[-1] - exact).max() for step in (1e-3, 5e-4)]
+    errors = [
+        np.abs(model().simulate(0.4, step, method=METHOD, order=order).v[-1] - exact).max() for step in (1e-3, 5e-4)
+    ]
     assert np.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.1)
 
 
 @pytest.mark.usefixtures("installed")
 def test_names_settings_statistics_and_statuses_are_its_own() -> None:
     run = pendulum().simulate(0.1, STEP, method="ab2", settings={"largest_speed": 50.0})
-    assert (run.metadata["method"], run.metadata["settings"]) == (METHOD, {"step": STEP, "order": 2.0, "largest_speed": 50.0})
+    assert (run.metadata["method"], run.metadata["settings"]) == (
+        METHOD,
+        {"step": STEP, "order": 2.0, "largest_speed": 50.0},
+    )
     assert (run.stats["steps"], run.stats["starts"]) == (100, 1) and isinstance(run.stats["starts"], int)
     assert run.stats["max_speed"] == pytest.approx(np.abs(run.v).max())
     stopped = pendulum().simulate(1.0, STEP, method=METHOD, settings={"largest_speed": 0.2})

@@ -15,7 +15,9 @@ Entries = dict[tuple[int, int], np.ndarray]
 SIZE = 3
 
 
-def tree_matrix(parents: list[int], rng: np.random.Generator, coupled: tuple[int, ...] = ()) -> tuple[Entries, list[Any]]:
+def tree_matrix(
+    parents: list[int], rng: np.random.Generator, coupled: tuple[int, ...] = ()
+) -> tuple[Entries, list[Any]]:
     """Return blocks on the diagonal and between neighbours of a tree, and the stages from its tips to its root.
 
     ``coupled`` pairs of blocks are neighbours besides, which closes a loop.
@@ -92,7 +94,9 @@ def test_fronts_solve_what_numpy_solves(
     for place, value in entries.items():
         A[place] = value[0]
     right = rng.normal(size=size) * (np.arange(size) < (sided or size))
-    np.testing.assert_allclose(solved(fronts, elimination, entries, right), np.linalg.solve(A, right), rtol=1e-10, atol=1e-12)
+    np.testing.assert_allclose(
+        solved(fronts, elimination, entries, right), np.linalg.solve(A, right), rtol=1e-10, atol=1e-12
+    )
 
 
 def test_a_chain_has_a_handful_of_kinds_of_fronts_however_long(rng: np.random.Generator) -> None:

@@ -44,7 +44,9 @@ def test_energy_of_an_oscillation_does_not_drift() -> None:
 def test_order_across_a_known_jump() -> None:
     made = eomgen.build(pushed("3 if t > late else 0"), method="hermite")
     exact = made.simulate(1.2, 0.1, method="taylor", tolerance=1e-14)
-    errors = [abs(made.simulate(1.2, 1.2 / count, method="hermite").q[-1, 0] - exact.q[-1, 0]) for count in (40, 80, 160)]
+    errors = [
+        abs(made.simulate(1.2, 1.2 / count, method="hermite").q[-1, 0] - exact.q[-1, 0]) for count in (40, 80, 160)
+    ]
     assert np.log2(np.array(errors[:-1]) / errors[1:]) == pytest.approx(4.0, abs=0.2)
 
 
@@ -53,9 +55,10 @@ def test_corrections_that_do_not_settle_stop_the_run() -> None:
     builder.joint("rail", "prismatic", "base", "mass", axis=[1, 0, 0], stiffness=1e6, initial={"position": 0.1})
     solution = eomgen.build(builder.build(), method="hermite").simulate(1.0, 0.01, method="hermite")
     assert not solution.success
-    assert solution.message == (
-        "stopped at t = 0 s, after 0 of 100 steps: the corrections of a step do not settle: it is too large for the highest "
-        "frequency; try: a step smaller than 0.01 s"
+    assert (
+        solution.message
+        == "stopped at t = 0 s, after 0 of 100 steps: the corrections of a step do not settle: it is too large for the"
+        " highest frequency; try: a step smaller than 0.01 s"
     )
 
 

@@ -32,7 +32,9 @@ def test_coefficients_are_the_published_fractions(rho, alpha_m, alpha_f, beta, g
 
 @pytest.mark.parametrize("rho", [-0.1, 1.01, float("nan"), float("inf"), "0.9"])
 def test_a_spectral_radius_outside_its_range_is_refused(rho):
-    with pytest.raises(UsageError, match=r"method\.rho_inf: the spectral radius .* must lie in 0\.\.1, not .*try: 0\.9"):
+    with pytest.raises(
+        UsageError, match=r"method\.rho_inf: the spectral radius .* must lie in 0\.\.1, not .*try: 0\.9"
+    ):
         GeneralizedAlpha(rho)
 
 

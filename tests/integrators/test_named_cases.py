@@ -1,4 +1,5 @@
-"""Named cases of generalized-alpha: published coefficients and spectra, orders on every group, refusals with the reason."""
+"""Named cases of generalized-alpha: published coefficients and spectra, orders on every group, refusals with the
+reason."""
 
 from __future__ import annotations
 
@@ -28,9 +29,11 @@ def oscillator(frequency=1.0):
 
 
 def eigenvalues(method, phase):
-    """Return those of the stepper's own amplification matrix at w step = phase, from runs of the NumPy stepper with step 1.
+    """Return those of the stepper's own amplification matrix at w step = phase, from runs of the NumPy stepper with
+    step 1.
 
-    Three steps in a row of a linear method obey one recurrence of order three; two runs from independent states determine it.
+    Three steps in a row of a linear method obey one recurrence of order three; two runs from independent states
+    determine it.
     """
     starts = [(np.array([1.0]), np.array([0.0])), (np.array([0.3]), np.array([1.0]))]
     paths = [integrate(oscillator(phase), method, q, v, 1.0, 5).q[:, 0] for q, v in starts]
@@ -41,7 +44,7 @@ def eigenvalues(method, phase):
     return np.roots([1.0, -c[2], -c[1], -c[0]])
 
 
-# -- coefficients ------------------------------------------------------------------------------------------------------------
+# -- coefficients ------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -63,7 +66,7 @@ def test_coefficients_are_the_published_fractions(case, alpha_m, alpha_f, beta, 
     assert case.unconditionally_stable
 
 
-# -- spectra -----------------------------------------------------------------------------------------------------------------
+# -- spectra -----------------------------------------------------------------------------------------------------------
 
 FAR = 1e3
 
@@ -121,7 +124,7 @@ def test_linear_acceleration_is_stable_up_to_its_published_phase():
     )
 
 
-# -- orders ------------------------------------------------------------------------------------------------------------------
+# -- orders ------------------------------------------------------------------------------------------------------------
 
 SECOND = [hht(alpha=0.1), wbz(alpha=0.2), trapezoidal(), newmark(0.3, 0.5)]
 
@@ -150,15 +153,21 @@ def test_damped_newmark_has_order_one():
     assert -np.polyfit(np.log([200, 400, 800]), np.log(errors), 1)[0] == pytest.approx(1.0, abs=0.1)
 
 
-# -- refusals ----------------------------------------------------------------------------------------------------------------
+# -- refusals ----------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
     ("make", "text"),
     [
         (lambda: hht(alpha=-0.05), r"alpha of hht must lie in 0\.\.1/3, not -0\.05: the opposite sign .*try: 0\.05"),
-        (lambda: hht(alpha=0.4), r"alpha of hht must lie in 0\.\.1/3, not 0\.4: at high frequencies it damps less again"),
-        (lambda: hht(rho_inf=0.3), r"hht has spectral radii at infinite frequency of 1/2 to 1, not 0\.3; try: generalized_alpha"),
+        (
+            lambda: hht(alpha=0.4),
+            r"alpha of hht must lie in 0\.\.1/3, not 0\.4: at high frequencies it damps less again",
+        ),
+        (
+            lambda: hht(rho_inf=0.3),
+            r"hht has spectral radii at infinite frequency of 1/2 to 1, not 0\.3; try: generalized_alpha",
+        ),
         (lambda: wbz(alpha=1.1), r"alpha of wbz must lie in 0\.\.1, not 1\.1"),
         (lambda: wbz(rho_inf=1.1), r"wbz has spectral radii at infinite frequency of 0 to 1, not 1\.1; try: 0\.9"),
         (lambda: newmark(beta=0.0), r"method\.beta: beta must be positive, not 0\.0: with zero the step is explicit"),
@@ -166,11 +175,23 @@ def test_damped_newmark_has_order_one():
         (lambda: newmark(0.25, alpha=0.1), "newmark takes alpha, or beta and gamma, not both"),
         (lambda: newmark(beta=float("nan")), r"method\.beta: a finite number is needed, not nan"),
         (lambda: method_named("trapezoidal_index3"), "has a spectral radius of 1 here, and index 3 is weakly unstable"),
-        (lambda: method_named("newmark_index3"), r"newmark has a spectral radius of 1 here.*try: newmark without _index3"),
-        (lambda: method_parameters("trapezoidal", {"rho_inf": 0.5}, {}), "rho_inf: trapezoidal takes no rho_inf; try: leave"),
-        (lambda: method_parameters("newmark", {"rho_inf": 0.5}, {}), "newmark takes no rho_inf; try: only alpha, beta, gamma"),
+        (
+            lambda: method_named("newmark_index3"),
+            r"newmark has a spectral radius of 1 here.*try: newmark without _index3",
+        ),
+        (
+            lambda: method_parameters("trapezoidal", {"rho_inf": 0.5}, {}),
+            "rho_inf: trapezoidal takes no rho_inf; try: leave",
+        ),
+        (
+            lambda: method_parameters("newmark", {"rho_inf": 0.5}, {}),
+            "newmark takes no rho_inf; try: only alpha, beta, gamma",
+        ),
         (lambda: method_parameters("hht", {"rho_inf": 0.5, "alpha": 0.3}, {}), "alpha and rho_inf say the same"),
-        (lambda: method_parameters("generalized_alpha", {"alpha": 0.3}, {}), "generalized_alpha takes no alpha; try: only rho"),
+        (
+            lambda: method_parameters("generalized_alpha", {"alpha": 0.3}, {}),
+            "generalized_alpha takes no alpha; try: only rho",
+        ),
         (lambda: method_parameters("rk4", {"beta": 0.3}, {}), "rk4 takes no beta"),
     ],
 )
@@ -190,7 +211,8 @@ def test_every_name_is_a_method_with_parameters_it_can_bear():
     for name in METHOD_NAMES:
         alpha = 0.1 if name == "newmark_index3" else None
         if name != "trapezoidal_index3":
-            assert method_named(name, alpha=alpha).order in ((21,) if name == "taylor" else (1, 2, 4))  # by its default tolerance
+            # by its default tolerance
+            assert method_named(name, alpha=alpha).order in ((21,) if name == "taylor" else (1, 2, 4))
     assert method_parameters("hht", {}, {"rho_inf": 0.8, "alpha": None}) == {"rho_inf": 0.8}
     assert method_parameters("hht", {"rho_inf": 0.9}, {"rho_inf": 0.8, "alpha": 0.1}) == {"rho_inf": 0.9}
     assert method_named("hht", 0.8, alpha=0.1).case == hht(alpha=0.1)

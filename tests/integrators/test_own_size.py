@@ -1,4 +1,5 @@
-"""Taylor and Hermite steps measure errors by the motion and its machine: small machines, far places, rest, spins too fast."""
+"""Taylor and Hermite steps measure errors by the motion and its machine: small machines, far places, rest, spins too
+fast."""
 
 from __future__ import annotations
 
@@ -13,21 +14,36 @@ from eomgen.model import Model
 
 @cache
 def crossed() -> Model:
-    """Return two sliders across each other on springs, all lengths in units of L, standing at a place along the first one."""
-    return eomgen.build({
-        "format": 1, "name": "crossed", "gravity": [0, 0, 0],
-        "parameters": {"L": {"value": 1.0, "tunable": True}, "place": {"value": 0.0, "tunable": True}},
-        "bodies": {"a": {"mass": 1.0}, "b": {"mass": 0.5}},
-        "joints": {
-            "x": {"type": "prismatic", "parent": "base", "child": "a", "axis": [1, 0, 0], "position": ["place", 0, 0]},
-            "y": {"type": "prismatic", "parent": "a", "child": "b", "axis": [0, 1, 0]},
-        },
-        "points": {"o": {"body": "base", "position": ["place", 0, "0.3 * L"]}, "r": {"body": "b"}, "p": {"body": "a"}},
-        "springs": {
-            "s": {"first": "o", "second": "p", "stiffness": 3.0, "length": "L"},
-            "u": {"first": "o", "second": "r", "stiffness": 2.0, "length": "0.4 * L"},
-        },
-    })  # fmt: skip
+    """Return two sliders across each other on springs, all lengths in units of L, standing at a place along the first
+    one."""
+    return eomgen.build(
+        {
+            "format": 1,
+            "name": "crossed",
+            "gravity": [0, 0, 0],
+            "parameters": {"L": {"value": 1.0, "tunable": True}, "place": {"value": 0.0, "tunable": True}},
+            "bodies": {"a": {"mass": 1.0}, "b": {"mass": 0.5}},
+            "joints": {
+                "x": {
+                    "type": "prismatic",
+                    "parent": "base",
+                    "child": "a",
+                    "axis": [1, 0, 0],
+                    "position": ["place", 0, 0],
+                },
+                "y": {"type": "prismatic", "parent": "a", "child": "b", "axis": [0, 1, 0]},
+            },
+            "points": {
+                "o": {"body": "base", "position": ["place", 0, "0.3 * L"]},
+                "r": {"body": "b"},
+                "p": {"body": "a"},
+            },
+            "springs": {
+                "s": {"first": "o", "second": "p", "stiffness": 3.0, "length": "L"},
+                "u": {"first": "o", "second": "r", "stiffness": 2.0, "length": "0.4 * L"},
+            },
+        }
+    )
 
 
 @pytest.mark.parametrize("method", ["taylor", "hermite"])
@@ -47,7 +63,8 @@ def test_a_small_machine_moves_as_a_large_one(method: str, size: float) -> None:
 def test_a_place_far_away_costs_only_the_rounding_of_places() -> None:
     start = {"q": [1.0, 0.5], "v": [0, 0]}
     near, far = (
-        crossed().simulate(5.0, 0.5, method="taylor", parameters={"place": place}, initial=start) for place in (0.0, 1e6)
+        crossed().simulate(5.0, 0.5, method="taylor", parameters={"place": place}, initial=start)
+        for place in (0.0, 1e6)
     )
     assert near.success and far.success
     assert np.abs(far.q - near.q).max() < 1e6 * 1e-13

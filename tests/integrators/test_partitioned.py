@@ -1,4 +1,5 @@
-"""Coordinate partitioning: against multipliers, closed forms and published tops; order, constraints, switches and failures."""
+"""Coordinate partitioning: against multipliers, closed forms and published tops; order, constraints, switches and
+failures."""
 
 from __future__ import annotations
 
@@ -48,19 +49,41 @@ def linkage(crank, coupler, rocker, ground, angles, speed, drive=""):
     """Return three uniform rods in a plane that a hinge closes to a loop; guesses of the angles need not close it."""
 
     def rod(length):
-        return {"mass": 2 * length, "center_of_mass": [length / 2, 0, 0], "inertia": [1e-4, length**3 / 6, length**3 / 6]}
+        return {
+            "mass": 2 * length,
+            "center_of_mass": [length / 2, 0, 0],
+            "inertia": [1e-4, length**3 / 6, length**3 / 6],
+        }
 
     def hinge(parent, child, place, **initial):
         axis = [0, -1, 0]
-        return {"type": "revolute", "parent": parent, "child": child, "axis": axis, "position": [place, 0, 0], "initial": initial}
+        return {
+            "type": "revolute",
+            "parent": parent,
+            "child": child,
+            "axis": axis,
+            "position": [place, 0, 0],
+            "initial": initial,
+        }
 
     def frame(body, place, axis):
         return {"body": body, "position": [place, 0, 0], "axis": axis, "x_axis": [1, 0, 0]}
 
-    loop = {"type": "revolute", "first": frame("coupler", coupler, [0, 1, 0]), "second": frame("rocker", rocker, [0, 1, 0])}
-    motor = {"type": "revolute", "first": frame("base", 0, [0, -1, 0]), "second": frame("crank", 0, [0, -1, 0]), "drive": drive}
+    loop = {
+        "type": "revolute",
+        "first": frame("coupler", coupler, [0, 1, 0]),
+        "second": frame("rocker", rocker, [0, 1, 0]),
+    }
+    motor = {
+        "type": "revolute",
+        "first": frame("base", 0, [0, -1, 0]),
+        "second": frame("crank", 0, [0, -1, 0]),
+        "drive": drive,
+    }
     return {
-        "format": 1, "name": "linkage", "gravity": [0, 0, -9.81],
+        "format": 1,
+        "name": "linkage",
+        "gravity": [0, 0, -9.81],
         "bodies": {"crank": rod(crank), "coupler": rod(coupler), "rocker": rod(rocker)},
         "joints": {
             "drive": hinge("base", "crank", 0, position=angles[0], velocity=speed),
@@ -69,7 +92,7 @@ def linkage(crank, coupler, rocker, ground, angles, speed, drive=""):
         },
         "constraints": {"loop": loop} | ({"motor": motor} if drive else {}),
         "outputs": {"energy": {"energy": "total"}},
-    }  # fmt: skip
+    }
 
 
 def double_rocker():
@@ -82,7 +105,8 @@ def rocker_model():
 
 
 def by_multipliers(model, times):
-    """Return q and v at times from M vdot + B^T lam = ..., B vdot = -g in an integrator of its own; all coordinates are R."""
+    """Return q and v at times from M vdot + B^T lam = ..., B vdot = -g in an integrator of its own; all coordinates are
+    R."""
 
     def rate(t, y):
         return np.concatenate([y[model.nv :], model.constrained_dynamics(y[: model.nv], y[model.nv :], t)[0]])
@@ -96,7 +120,7 @@ def slopes(steps, errors):
     return np.polyfit(np.log(steps), np.log(errors), 1)[0]
 
 
-# -- motion ----------------------------------------------------------------------------------------------------------------
+# -- motion ------------------------------------------------------------------------------------------------------------
 
 
 def test_a_double_rocker_switches_and_moves_as_by_multipliers():
@@ -164,14 +188,16 @@ def test_order_4_in_positions_and_velocities_of_a_spatial_slider_crank():
 def test_both_coordinates_of_a_spatial_slider_crank_move_alike():
     runs = []
     for coordinates in ("joint", "absolute"):
-        model = eomgen.build(eomgen.load("examples/slider_crank_spatial/scene.toml", coordinates=coordinates), method=NAME)
+        model = eomgen.build(
+            eomgen.load("examples/slider_crank_spatial/scene.toml", coordinates=coordinates), method=NAME
+        )
         runs.append(model.simulate(0.1, 5e-5, method=NAME))
         assert runs[-1].success, runs[-1].message
     assert runs[1].stats["partitions"] > 3
     np.testing.assert_allclose(runs[1].outputs["slider"], runs[0].outputs["slider"], atol=1e-7)
 
 
-# -- drivers, moving base, rows at velocity level ------------------------------------------------------------------------------
+# -- drivers, moving base, rows at velocity level ----------------------------------------------------------------------
 
 
 def test_a_driven_linkage_has_nothing_left_to_integrate():
@@ -213,7 +239,10 @@ def test_every_kind_of_constraint_meets_what_generalized_alpha_tends_to(compiled
 
 def test_inputs_by_formula_by_function_and_by_table_are_one():
     scene = double_rocker()
-    scene |= {"inputs": {"torque": {"formula": "2*sin(30*t)"}}, "efforts": {"motor": {"joint": "drive", "effort": "torque"}}}
+    scene |= {
+        "inputs": {"torque": {"formula": "2*sin(30*t)"}},
+        "efforts": {"motor": {"joint": "drive", "effort": "torque"}},
+    }
     model = eomgen.build(scene, method=NAME)
     expected = by_multipliers(model, np.linspace(0.0, 0.2, 3))[-1]
     for inputs in (None, {"torque": lambda t: 2.0 * np.sin(30.0 * t)}):
@@ -236,7 +265,7 @@ def test_a_rolling_disc_keeps_its_order(compiled):
     assert np.log2(ratio) == pytest.approx(4.0, abs=0.2)
 
 
-# -- states, steps, failures ---------------------------------------------------------------------------------------------------
+# -- states, steps, failures -------------------------------------------------------------------------------------------
 
 
 def test_a_run_can_be_cut_anywhere(compiled):
@@ -264,14 +293,22 @@ def test_a_start_off_the_constraints_is_corrected_along_the_dependent_components
 
 
 def flat_rhombus(speed):
-    """Return four equal rods, one of them the ground, that fall from upright; where all lie on one line, two branches cross."""
+    """Return four equal rods, one of them the ground, that fall from upright; where all lie on one line, two branches
+    cross."""
     return linkage(1.0, 1.0, 1.0, 1.0, (np.pi / 2, -np.pi / 2, np.pi / 2), speed)
 
 
 def rods_that_stay_parallel(speed, times):
     """Return angle and rate of theta'' = -(3 g / 2) (4 / 5) cos(theta), the branch that goes on along the velocity."""
-    found = solve_ivp(lambda t, y: [y[1], -1.2 * 9.81 * np.cos(y[0])], (0.0, times[-1]), [np.pi / 2, speed],
-                      method="DOP853", rtol=1e-12, atol=1e-12, t_eval=times)  # fmt: skip
+    found = solve_ivp(
+        lambda t, y: [y[1], -1.2 * 9.81 * np.cos(y[0])],
+        (0.0, times[-1]),
+        [np.pi / 2, speed],
+        method="DOP853",
+        rtol=1e-12,
+        atol=1e-12,
+        t_eval=times,
+    )
     return found.y
 
 
@@ -327,12 +364,16 @@ def test_a_start_that_no_correction_reaches_is_refused(compiled):
 
 def test_needs_are_said():
     free = derive(chain(2))
-    with pytest.raises(ModelError, match=r"partitioned needs a system with constraints: .* rk4 does the same work .*try: rk4"):
+    with pytest.raises(
+        ModelError, match=r"partitioned needs a system with constraints: .* rk4 does the same work .*try: rk4"
+    ):
         method_data(PARTITIONED_RUNGE_KUTTA_4, free)
     lacking = derive(heavy_top(), ("residual", "constraint"))
     with pytest.raises(ModelError, match="calls constraint_bias, constraint_jacobian, constraint_size, constraint_vel"):
         method_data(PARTITIONED_RUNGE_KUTTA_4, lacking)
-    with pytest.raises(ModelError, match=f"{NAME} cannot run on this scene: partitioned needs a system with constraints"):
+    with pytest.raises(
+        ModelError, match=f"{NAME} cannot run on this scene: partitioned needs a system with constraints"
+    ):
         eomgen.build("examples/spherical_pendulum/scene.toml").simulate(0.1, method=NAME)
 
 
@@ -342,7 +383,7 @@ def test_an_alias_and_a_scene_may_name_the_method():
     assert run.metadata["method"] == NAME and run.stats["partitions"] >= 1
 
 
-# -- anywhere, in any plane ------------------------------------------------------------------------------------------------
+# -- anywhere, in any plane --------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])

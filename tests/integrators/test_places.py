@@ -13,10 +13,18 @@ LENGTH = 0.1  # of the crank, m
 STEPS_OF_RUN = 200
 NEWTON = 1e-9  # what iterations may leave, of the largest velocity
 METHODS = (
-    "generalized_alpha", "generalized_alpha_f1", "generalized_alpha_f2", "generalized_alpha_spatial", "generalized_alpha_index3",
-    "generalized_alpha_index3_f1", "generalized_alpha_index3_f2", "generalized_alpha_index3_spatial", "hht", "hht_index3",
+    "generalized_alpha",
+    "generalized_alpha_f1",
+    "generalized_alpha_f2",
+    "generalized_alpha_spatial",
+    "generalized_alpha_index3",
+    "generalized_alpha_index3_f1",
+    "generalized_alpha_index3_f2",
+    "generalized_alpha_index3_spatial",
+    "hht",
+    "hht_index3",
     "rk4_partitioned",
-)  # fmt: skip
+)
 
 
 def motion(method: str, place: float) -> Motion:
@@ -39,25 +47,47 @@ def test_a_loop_moves_far_away_as_near_by(method: str) -> None:
 
 def rod_on_free_body(place: float) -> eomgen.Model:
     """Return a pendulum and a body on a ball joint, tied by a rod; the free joint has its place in q."""
-    return eomgen.build({
-        "format": 1, "name": "rod",
-        "bodies": {
-            "a": {"mass": 1.0, "inertia": [0.1] * 3, "center_of_mass": [0, 0, -0.5]}, "f": {"mass": 1.0, "inertia": [0.1] * 3},
+    return eomgen.build(
+        {
+            "format": 1,
+            "name": "rod",
+            "bodies": {
+                "a": {"mass": 1.0, "inertia": [0.1] * 3, "center_of_mass": [0, 0, -0.5]},
+                "f": {"mass": 1.0, "inertia": [0.1] * 3},
+            },
+            "joints": {
+                "A": {
+                    "type": "revolute",
+                    "parent": "base",
+                    "child": "a",
+                    "axis": [0, 1, 0],
+                    "position": [place, 0, 0],
+                    "initial": {"position": 0.3, "velocity": 1.0},
+                },
+                "F": {
+                    "type": "free",
+                    "parent": "base",
+                    "child": "f",
+                    "initial": {"position": [place + 1, 0.3, -1], "rotation": [{"axis": [1, 0.3, 0], "angle": 0.5}]},
+                },
+            },
+            "constraints": {
+                "rod": {
+                    "type": "distance",
+                    "first": {"body": "a", "position": [0, 0, -1]},
+                    "second": {"body": "f", "position": [0, 0.1, 0.2]},
+                    "length": 1.3,
+                },
+                "ball": {
+                    "type": "spherical",
+                    "first": {"body": "base", "position": [place + 1, 0.3, -0.7]},
+                    "second": {"body": "f", "position": [0, 0, 0.3]},
+                },
+            },
+            "terms": ["residual", "partials", "forward_dynamics", "mass"],
         },
-        "joints": {
-            "A": {"type": "revolute", "parent": "base", "child": "a", "axis": [0, 1, 0], "position": [place, 0, 0],
-                  "initial": {"position": 0.3, "velocity": 1.0}},
-            "F": {"type": "free", "parent": "base", "child": "f", "initial": {
-                "position": [place + 1, 0.3, -1], "rotation": [{"axis": [1, 0.3, 0], "angle": 0.5}]}},
-        },
-        "constraints": {
-            "rod": {"type": "distance", "first": {"body": "a", "position": [0, 0, -1]},
-                    "second": {"body": "f", "position": [0, 0.1, 0.2]}, "length": 1.3},
-            "ball": {"type": "spherical", "first": {"body": "base", "position": [place + 1, 0.3, -0.7]},
-                     "second": {"body": "f", "position": [0, 0, 0.3]}},
-        },
-        "terms": ["residual", "partials", "forward_dynamics", "mass"],
-    }, profile="quick")  # fmt: skip
+        profile="quick",
+    )
 
 
 def test_places_in_q_whose_spacing_iterations_come_down_to_stop_no_run() -> None:

@@ -1,4 +1,5 @@
-"""Inputs that jump and parameters that change between steps: the next step begins with them, in emitted C and in Python."""
+"""Inputs that jump and parameters that change between steps: the next step begins with them, in emitted C and in
+Python."""
 
 from __future__ import annotations
 
@@ -23,7 +24,8 @@ __all__ = ["shared_cache"]
 TREE_METHODS = ("generalized_alpha", "rk4", "taylor", "hermite")
 LOOP_METHODS = ("generalized_alpha", "generalized_alpha_f1", "generalized_alpha_index3", "rk4_partitioned")
 
-#: 2000 samples of a random force, the mass ten times as large from the thousandth on; prints the largest errors of q and v.
+#: 2000 samples of a random force, the mass ten times as large from the thousandth on; prints the largest errors of q
+#: and v.
 SAMPLED = """
 #include <math.h>
 #include <stdio.h>
@@ -68,36 +70,61 @@ int main(void)
 @pytest.mark.parametrize("method", TREE_METHODS)
 def test_a_free_mass_moves_exactly_under_a_random_held_force(method: str, tmp_path: Path) -> None:
     scene = (
-        eomgen.SceneBuilder("free_mass").parameter("m", 1.0, tunable=True).input("f", unit="N").body("b", "m")
-        .joint("x", "prismatic", "base", "b", axis=[1, 0, 0]).effort("e", "x", "f").build()
-    )  # fmt: skip
+        eomgen.SceneBuilder("free_mass")
+        .parameter("m", 1.0, tunable=True)
+        .input("f", unit="N")
+        .body("b", "m")
+        .joint("x", "prismatic", "base", "b", axis=[1, 0, 0])
+        .effort("e", "x", "f")
+        .build()
+    )
     eomgen.generate(scene, tmp_path / "c", method=method)
     (tmp_path / "c" / "main.c").write_text(SAMPLED, encoding="utf-8")
     result = run(compiled(tmp_path / "c"))
     assert result.returncode == 0, result.stderr
     wrong_q, wrong_v, *grid = map(float, result.stdout.split())
-    rounding = 1e-13 if method == "taylor" else 1e-14  # Taylor's step is the difference of two rounded times, times 100 m/s^2
+    # Taylor's step is the difference of two rounded times, times 100 m/s^2
+    rounding = 1e-13 if method == "taylor" else 1e-14
     assert (wrong_q, wrong_v) <= (rounding, rounding)
     assert grid == [2000, 2000, 2.0]
 
 
 def arm(name: str = "sampled_arm", **sections: object) -> dict[str, object]:
-    """Return an arm of a slider, a ball and a hinge with stiffness and damping, driven by a force and by a torque with a lag."""
+    """Return an arm of a slider, a ball and a hinge with stiffness and damping, driven by a force and by a torque with
+    a lag."""
     body = {"mass": 1.5, "center_of_mass": [0.05, 0.02, 0.2], "inertia": [0.02, 0.03, 0.04]}
     return {
-        "format": 1, "name": name, "gravity": [0, 0, -9.81],
+        "format": 1,
+        "name": name,
+        "gravity": [0, 0, -9.81],
         "parameters": {"load": {"value": 0.5, "tunable": True}},
         "bodies": {"cart": {"mass": 2.0}, "upper": body, "lower": {**body, "mass": "load"}},
         "joints": {
-            "rail": {"type": "prismatic", "parent": "base", "child": "cart", "axis": [1, 0, 0], "stiffness": 30, "damping": 1.5},
+            "rail": {
+                "type": "prismatic",
+                "parent": "base",
+                "child": "cart",
+                "axis": [1, 0, 0],
+                "stiffness": 30,
+                "damping": 1.5,
+            },
             "ball": {"type": "spherical", "parent": "cart", "child": "upper", "initial": {"velocity": [0.5, 1.0, 2.0]}},
-            "hinge": {"type": "revolute", "parent": "upper", "child": "lower", "axis": [0, 1, 0.2], "position": [0, 0, -0.5]},
+            "hinge": {
+                "type": "revolute",
+                "parent": "upper",
+                "child": "lower",
+                "axis": [0, 1, 0.2],
+                "position": [0, 0, -0.5],
+            },
         },
         "inputs": {"force": {}, "torque": {}},
         "states": {"lagged": {"rate": "(torque - lagged) / 0.03"}},
-        "efforts": {"push": {"joint": "rail", "effort": "force"}, "turn": {"joint": "hinge", "effort": "lagged + 0.3 * torque"}},
+        "efforts": {
+            "push": {"joint": "rail", "effort": "force"},
+            "turn": {"joint": "hinge", "effort": "lagged + 0.3 * torque"},
+        },
         **sections,
-    }  # fmt: skip
+    }
 
 
 def four_bar() -> dict[str, object]:
@@ -105,31 +132,53 @@ def four_bar() -> dict[str, object]:
     bar = {"mass": 1.0, "center_of_mass": [0.4, 0, 0], "inertia": [0.001, 0.05, 0.05]}
     revolute = {"type": "revolute", "axis": [0, 1, 0]}
     return {
-        "format": 1, "name": "sampled_loop", "gravity": [0, 0, -9.81],
+        "format": 1,
+        "name": "sampled_loop",
+        "gravity": [0, 0, -9.81],
         "parameters": {"length": {"value": 1.0, "tunable": True}},
         "bodies": {"crank": bar, "coupler": bar, "rocker": {**bar, "mass": 2.0}},
         "joints": {
             "a": {**revolute, "parent": "base", "child": "crank", "initial": {"position": -1.2, "velocity": 0.5}},
-            "b": {**revolute, "parent": "crank", "child": "coupler", "position": [0.6, 0, 0], "initial": {"position": 1.0}},
-            "c": {**revolute, "parent": "base", "child": "rocker", "position": [1.2, 0, 0], "initial": {"position": -1.5}},
+            "b": {
+                **revolute,
+                "parent": "crank",
+                "child": "coupler",
+                "position": [0.6, 0, 0],
+                "initial": {"position": 1.0},
+            },
+            "c": {
+                **revolute,
+                "parent": "base",
+                "child": "rocker",
+                "position": [1.2, 0, 0],
+                "initial": {"position": -1.5},
+            },
         },
-        "constraints": {"tie": {
-            "type": "point_on_line", "first": {"body": "rocker", "position": ["length", 0, 0], "axis": [0, 1, 0]},
-            "second": {"body": "coupler", "position": [1.0, 0, 0]},
-        }},
+        "constraints": {
+            "tie": {
+                "type": "point_on_line",
+                "first": {"body": "rocker", "position": ["length", 0, 0], "axis": [0, 1, 0]},
+                "second": {"body": "coupler", "position": [1.0, 0, 0]},
+            }
+        },
         "inputs": {"torque": {}},
         "efforts": {"drive": {"joint": "a", "effort": "torque"}},
-    }  # fmt: skip
+    }
 
 
 @cache
 def model_of(name: str) -> Model:
     waves = {"bump": {"wave": {"shape": "square", "period": 0.0371, "low": -2.0, "high": 2.0}}}
     inputs = {"force": {}, "torque": {}, **waves}
-    efforts = {"push": {"joint": "rail", "effort": "force + bump"}, "turn": {"joint": "hinge", "effort": "lagged + 0.3 * torque"}}
+    efforts = {
+        "push": {"joint": "rail", "effort": "force + bump"},
+        "turn": {"joint": "hinge", "effort": "lagged + 0.3 * torque"},
+    }
     made = {
-        "arm": arm, "loop": four_bar, "jumps": lambda: arm("sampled_arm_with_jumps", inputs=inputs, efforts=efforts),
-    }  # fmt: skip
+        "arm": arm,
+        "loop": four_bar,
+        "jumps": lambda: arm("sampled_arm_with_jumps", inputs=inputs, efforts=efforts),
+    }
     return eomgen.build(made[name]())
 
 
@@ -144,7 +193,9 @@ def rows_of(stepper: Stepper, u: np.ndarray, jumps: int = 0) -> np.ndarray:
     return np.tile(np.concatenate([u, np.full(jumps, np.nan)]), (stepper.sizes["rows_per_step"] + 1, 1))
 
 
-def sampled(stepper: Stepper, start: tuple[np.ndarray, ...], samples: np.ndarray, each: int, jumps: int = 0) -> np.ndarray:
+def sampled(
+    stepper: Stepper, start: tuple[np.ndarray, ...], samples: np.ndarray, each: int, jumps: int = 0
+) -> np.ndarray:
     """Return q and v after samples of inputs (n, nu), each held over so many steps."""
     q, v, z = start
     assert stepper.initialize(0.0, q, v, rows_of(stepper, samples[0], jumps), z) == 0
@@ -198,7 +249,10 @@ def test_a_loop_keeps_the_order_of_its_method_under_a_sampled_torque(method: str
 def test_inputs_may_jump_beside_forces_that_jump(method: str, rng: np.random.Generator) -> None:
     model, step = model_of("jumps"), 2e-3
     samples = rng.normal(size=(30, 2)) * [20.0, 2.0]
-    stepper, start = stepper_of(model, method, step), (np.array(model.initial_q), np.array(model.initial_v), np.array([0.1]))
+    stepper, start = (
+        stepper_of(model, method, step),
+        (np.array(model.initial_q), np.array(model.initial_v), np.array([0.1])),
+    )
     found = sampled(stepper, start, samples, 1, jumps=1)
     fine = sampled(stepper_of(model, "taylor", step / 4), start, samples, 4, jumps=1)
     assert found == pytest.approx(fine, abs=2e-3 if method == "generalized_alpha" else 1e-6)

@@ -1,4 +1,5 @@
-"""The same motion in other units: the same bits where units are powers of two, the same but for rounding in powers of ten.
+"""The same motion in other units: the same bits where units are powers of two, the same but for rounding in powers of
+ten.
 
 Every method has its rows here. What a method compares with a number that has a unit, or with 1, shows at once.
 """

@@ -7,18 +7,30 @@ import re
 import eomgen
 
 RODS = {
-    "format": 1, "name": "rods", "coordinates": "absolute",
+    "format": 1,
+    "name": "rods",
+    "coordinates": "absolute",
     "bodies": {
         "upper": {"mass": 1.0, "center_of_mass": [0, 0, -0.25], "inertia": [0.02, 0.021, 0.002]},
         "lower": {"mass": 0.6, "center_of_mass": [0.02, 0, -0.2], "inertia": [0.01, 0.011, 0.001]},
     },
     "joints": {
-        "ball": {"type": "spherical", "parent": "base", "child": "upper",
-                 "initial": {"rotation": [{"axis": [1, 0, 0], "angle": 0.5}], "velocity": [0.5, 1.0, 2.0]}},
-        "hinge": {"type": "revolute", "parent": "upper", "child": "lower", "axis": [0, 1, 0.2], "position": [0, 0, -0.5],
-                  "initial": {"position": 0.4, "velocity": 1.0}},
+        "ball": {
+            "type": "spherical",
+            "parent": "base",
+            "child": "upper",
+            "initial": {"rotation": [{"axis": [1, 0, 0], "angle": 0.5}], "velocity": [0.5, 1.0, 2.0]},
+        },
+        "hinge": {
+            "type": "revolute",
+            "parent": "upper",
+            "child": "lower",
+            "axis": [0, 1, 0.2],
+            "position": [0, 0, -0.5],
+            "initial": {"position": 0.4, "velocity": 1.0},
+        },
     },
-}  # fmt: skip
+}
 
 
 def test_multipliers_that_are_rounding_are_said() -> None:
@@ -33,7 +45,9 @@ def test_multipliers_that_are_rounding_are_said() -> None:
 
 
 def test_a_machine_at_rest_has_no_impulses_to_be_rounded() -> None:
-    still = {name: {**joint, "initial": {**joint["initial"], "velocity": 0.0}} for name, joint in RODS["joints"].items()}
+    still = {
+        name: {**joint, "initial": {**joint["initial"], "velocity": 0.0}} for name, joint in RODS["joints"].items()
+    }
     still["ball"]["initial"]["velocity"] = [0.0, 0.0, 0.0]
     run = eomgen.build({**RODS, "joints": still, "gravity": [0, 0, 0]}).simulate(
         0.1, 1e-3, method="generalized_alpha_index3"

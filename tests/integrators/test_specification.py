@@ -15,7 +15,6 @@ from tests.integrators.stepper_models import free_motion, heavy_top, tied_body
 ALPHA, RKMK = GeneralizedAlpha(0.8), RUNGE_KUTTA_MUNTHE_KAAS_4
 
 
-
 def data_of(method, model, step=1e-3):
     return method_data(method, model, step, model.samples())
 

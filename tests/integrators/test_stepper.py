@@ -115,7 +115,9 @@ def test_order_on_the_fast_heavy_top(method):
     def error(q, v):
         return np.linalg.norm(rotation(q) - end[:9].reshape(3, 3)) + np.linalg.norm(v - end[9:]) / 150.0
 
-    check_order(model.equations, method, model.q, model.v, 0.1, error, [100, 200, 400] if method.order == 4 else [200, 400])
+    check_order(
+        model.equations, method, model.q, model.v, 0.1, error, [100, 200, 400] if method.order == 4 else [200, 400]
+    )
 
 
 @pytest.mark.parametrize("method", [*METHODS, SPATIAL], ids=label)
@@ -138,7 +140,9 @@ def test_order_on_a_body_on_se3_with_a_slider(method):
     def error(q, v):
         return np.linalg.norm(np.concatenate([rotation(q[:4]).ravel(), q[4:], v]) - end)
 
-    check_order(model.equations, method, model.q, model.v, 0.5, error, [50, 100, 200] if method.order == 4 else [100, 200, 400])
+    check_order(
+        model.equations, method, model.q, model.v, 0.5, error, [50, 100, 200] if method.order == 4 else [100, 200, 400]
+    )
 
 
 @pytest.mark.parametrize("method", [METHODS[0], METHODS[3], SPATIAL], ids=label)
@@ -158,13 +162,18 @@ def test_order_on_a_body_on_r3xso3(method):
     def partials(t, q, v, a):
         R = rotation(q[:4])
         f = R.T @ (-k * (q[4:] + R @ X))
-        K = np.block([[-skew(X) @ skew(f) - k * skew(X) @ skew(X), k * skew(X) @ R.T], [-k * R @ skew(X), k * np.eye(3)]])
+        K = np.block(
+            [[-skew(X) @ skew(f) - k * skew(X) @ skew(X), k * skew(X) @ R.T], [-k * R @ skew(X), k * np.eye(3)]]
+        )
         C = np.zeros((6, 6))
         C[:3, :3] = skew(v[:3]) @ J - skew(J @ v[:3])
         return K, C, M
 
     equations = Equations(
-        [Factor("R3xSO3", "body", 0, 7, 0, 6)], forward_dynamics, lambda t, q, v, a: M @ (a - forward_dynamics(t, q, v)), partials
+        [Factor("R3xSO3", "body", 0, 7, 0, 6)],
+        forward_dynamics,
+        lambda t, q, v, a: M @ (a - forward_dynamics(t, q, v)),
+        partials,
     )
 
     def rates(t, y):

@@ -1,4 +1,5 @@
-"""Taylor steps: orders on every group, closed forms, energies, corners at known times, refusals, and what stops a run."""
+"""Taylor steps: orders on every group, closed forms, energies, corners at known times, refusals, and what stops a
+run."""
 
 from __future__ import annotations
 
@@ -28,8 +29,11 @@ Array = NDArray[np.float64]
 
 
 def controlled_scene() -> eomgen.Scene:
-    """Return a cart that a filtered force drives: internal states, functions of time, a force that is no polynomial in v."""
-    builder = eomgen.SceneBuilder("controlled").parameter("drag", 0.4, tunable=True).input("wish", "sin(2 * t) + 0.3 * t")
+    """Return a cart that a filtered force drives: internal states, functions of time, a force that is no polynomial in
+    v."""
+    builder = (
+        eomgen.SceneBuilder("controlled").parameter("drag", 0.4, tunable=True).input("wish", "sin(2 * t) + 0.3 * t")
+    )
     builder.body("cart", 2.0).joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0], stiffness=5.0)
     builder.body("pole", 1.0, center_of_mass=[0, 0, -0.6], inertia=[0.1, 0.1, 0.01])
     builder.joint("hinge", "revolute", "cart", "pole", axis=[0, 1, 0], initial={"position": 0.5})
@@ -58,7 +62,9 @@ def kinematics(made: eomgen.Model, q: Array, v: Array) -> Array:
         rate[factor.q_start : factor.q_start + 4] = turning
         if factor.group == "SE3":
             u = np.array([x, y, z])
-            rate[factor.q_start + 4 : factor.q_start + 7] = moves[3:] + 2 * np.cross(u, np.cross(u, moves[3:]) + w * moves[3:])
+            rate[factor.q_start + 4 : factor.q_start + 7] = moves[3:] + 2 * np.cross(
+                u, np.cross(u, moves[3:]) + w * moves[3:]
+            )
     return rate
 
 
@@ -92,7 +98,10 @@ def error(made: eomgen.Model, solution: eomgen.Solution, exact: tuple[Array, Arr
 def test_order_of_fixed_steps(name: str, order: int) -> None:
     made, exact = model(name), reference(name, 0.8)
     steps = {2: (400, 800), 3: (200, 400), 4: (80, 160), 6: (32, 64)}[order]
-    errors = [error(made, made.simulate(0.8, 0.8 / count, method="taylor", order=order, tolerance=0), exact) for count in steps]
+    errors = [
+        error(made, made.simulate(0.8, 0.8 / count, method="taylor", order=order, tolerance=0), exact)
+        for count in steps
+    ]
     slope = np.log(errors[0] / errors[1]) / np.log(steps[1] / steps[0])
     assert errors[1] > 1e-12, "round-off would hide the order"
     assert slope == pytest.approx(order, abs=0.2)
@@ -103,7 +112,8 @@ def test_order_of_fixed_steps(name: str, order: int) -> None:
 def test_local_error_of_high_orders(name: str, order: int, short: float, long: float) -> None:
     made = model(name)
     errors = [
-        error(made, made.simulate(h, h, method="taylor", order=order, tolerance=0), reference(name, h)) for h in (short, long)
+        error(made, made.simulate(h, h, method="taylor", order=order, tolerance=0), reference(name, h))
+        for h in (short, long)
     ]
     assert errors[0] > 5e-14, "round-off would hide the order"
     assert np.log(errors[1] / errors[0]) / np.log(long / short) == pytest.approx(order + 1, abs=0.2)
@@ -180,7 +190,9 @@ LATE = 0.503
 
 
 def pushed(formula: str, **curve: Any) -> eomgen.Scene:
-    builder = eomgen.SceneBuilder("pushed", gravity=[0, 0, 0]).parameter("late", LATE).parameter("soft", 0.2, tunable=True)
+    builder = (
+        eomgen.SceneBuilder("pushed", gravity=[0, 0, 0]).parameter("late", LATE).parameter("soft", 0.2, tunable=True)
+    )
     builder.body("mass", 1.0)
     builder.joint("rail", "prismatic", "base", "mass", axis=[1, 0, 0], stiffness=25.0, initial={"position": 0.1})
     if curve:
@@ -239,8 +251,14 @@ def test_curves_that_repeat_or_hold(formula: str, curve: dict[str, Any]) -> None
 
 REFUSED = {
     "the motion": ("abs(v.rail)", "abs(), decided by the motion"),
-    "a parameter": ("1 if t > soft else 0", "lt(), decided by a tunable parameter or a formula that is not linear in time"),
-    "a formula of time": ("max(0, sin(t))", "max(), decided by a tunable parameter or a formula that is not linear in time"),
+    "a parameter": (
+        "1 if t > soft else 0",
+        "lt(), decided by a tunable parameter or a formula that is not linear in time",
+    ),
+    "a formula of time": (
+        "max(0, sin(t))",
+        "max(), decided by a tunable parameter or a formula that is not linear in time",
+    ),
     "a curve of a coordinate": ("told(q.rail)", "the pieces of curve 'told', decided by the motion"),
 }
 
@@ -254,9 +272,10 @@ def test_corners_at_unknown_times_are_refused(said: str) -> None:
     made = eomgen.build(builder.effort("push", "rail", formula).build())
     with pytest.raises(EomgenError) as caught:
         made.simulate(1.0, 0.1, method="taylor")
-    assert str(caught.value) == (
-        "model error: taylor cannot run on this scene: a Taylor series needs smooth equations, or discontinuities at known "
-        f"times; here are {text}; try: generalized_alpha"
+    assert (
+        str(caught.value)
+        == "model error: taylor cannot run on this scene: a Taylor series needs smooth equations, or discontinuities"
+        f" at known times; here are {text}; try: generalized_alpha"
     )
 
 
@@ -269,17 +288,24 @@ BAD = [
     ),
     (
         {"tolerance": 1e-300},
-        "tolerance: the tolerance 1e-300 is far below what double precision can tell; try: 1e-16 or more, or 0 for steps of the "
-        "time grid",
+        (
+            "tolerance: the tolerance 1e-300 is far below what double precision can tell; try: 1e-16 or more, or 0 for"
+            " steps of the time grid"
+        ),
     ),
     (
         {"tolerance": 0},
-        "order: without a tolerance, the series needs an order; try: order = 12, or a tolerance, from which the order follows",
+        (
+            "order: without a tolerance, the series needs an order; try: order = 12, or a tolerance, from which the"
+            " order follows"
+        ),
     ),
     (
         {"inputs": {"torque": np.sin}},
-        "input torque: taylor needs the time derivatives of inputs, which a function from outside does not have; try: a number "
-        "here; a formula or a curve of the scene for the input torque; or another method",
+        (
+            "input torque: taylor needs the time derivatives of inputs, which a function from outside does not have;"
+            " try: a number here; a formula or a curve of the scene for the input torque; or another method"
+        ),
     ),
     ({"rho_inf": 0.5}, "rho_inf: taylor takes no rho_inf; try: only order, tolerance"),
 ]
@@ -305,7 +331,9 @@ def test_a_run_stops_before_a_singularity_with_the_last_good_state() -> None:
     assert not solution.success
     assert 0.4 < solution.t[-1] <= 0.5
     assert np.all(np.isfinite(solution.q))
-    assert solution.message.startswith(f"stopped at t = {solution.t[-1]:.9g} s, after {len(solution.t) - 1} of 100 steps")
+    assert solution.message.startswith(
+        f"stopped at t = {solution.t[-1]:.9g} s, after {len(solution.t) - 1} of 100 steps"
+    )
 
 
 def test_a_motion_that_reaches_infinity_stops_where_no_step_is_left() -> None:
@@ -316,10 +344,11 @@ def test_a_motion_that_reaches_infinity_stops_where_no_step_is_left() -> None:
     assert not solution.success
     assert 0.99 <= solution.t[-1] <= 1.0
     assert solution.q[99, 0] == pytest.approx(100.0, rel=1e-6)
-    assert solution.message == (
-        f"stopped at t = {solution.t[-1]:.9g} s, after {len(solution.t) - 1} of 200 steps: the step became too small for the "
-        "time to move on: the motion has a singularity near, or a corner; try: the forces and formulas near that time, or "
-        "another method"
+    assert (
+        solution.message
+        == f"stopped at t = {solution.t[-1]:.9g} s, after {len(solution.t) - 1} of 200 steps: the step became too small"
+        " for the time to move on: the motion has a singularity near, or a corner; try: the forces and formulas"
+        " near that time, or another method"
     )
 
 
@@ -327,7 +356,8 @@ def test_a_false_small_coefficient_is_found_out() -> None:
     builder = eomgen.SceneBuilder("late", gravity=[0, 0, 0]).body("mass", 1.0)
     builder.joint("rail", "prismatic", "base", "mass", axis=[1, 0, 0])
     made = eomgen.build(builder.effort("push", "rail", "t**24").build(), method="taylor")
-    solution = made.simulate(1.5, 1.5, method="taylor", order=8, tolerance=1e-10)  # all coefficients kept are zero at first
+    # all coefficients kept are zero at first
+    solution = made.simulate(1.5, 1.5, method="taylor", order=8, tolerance=1e-10)
     assert solution.success, solution.message
     assert solution.q[-1, 0] == pytest.approx(1.5**26 / (25 * 26), rel=1e-6)
 
@@ -358,7 +388,9 @@ def test_forces_that_are_not_felt_at_first(said: str, spacing: float) -> None:
 @pytest.mark.parametrize("place", [0.8, 0.837, 0.861])
 @pytest.mark.parametrize("width", [0.02, 0.03, 0.05, 0.08, 0.2])
 def test_pulses_a_fifth_of_a_row_wide(width: float, place: float, tolerance: float) -> None:
-    solution = pulsed().simulate(1.6, 0.1, method="taylor", tolerance=tolerance, parameters={"width": width, "place": place})
+    solution = pulsed().simulate(
+        1.6, 0.1, method="taylor", tolerance=tolerance, parameters={"width": width, "place": place}
+    )
     assert solution.success, solution.message
     push = [erf((t - place) / width) / 2 + erf(place / width) / 2 for t in solution.t]
     assert np.abs(solution.v[:, 0] - push).max() < 1e3 * tolerance
@@ -382,9 +414,10 @@ ENDLESS: list[dict[str, Any]] = [{"order": 2, "tolerance": 1e-16}, {"order": 3, 
 def test_a_row_that_would_not_end_stops_the_run(options: dict[str, Any]) -> None:
     solution = model("pendulum").simulate(1.0, 0.1, method="taylor", **options)
     assert not solution.success
-    assert solution.message == (
-        "stopped at t = 0 s, after 0 of 10 steps: 100000 series were not enough for one row: the motion is stiff, or the "
-        "tolerance cannot be met at this order; try: generalized_alpha, a larger tolerance, or shorter rows"
+    assert (
+        solution.message
+        == "stopped at t = 0 s, after 0 of 10 steps: 100000 series were not enough for one row: the motion is stiff, or"
+        " the tolerance cannot be met at this order; try: generalized_alpha, a larger tolerance, or shorter rows"
     )
 
 

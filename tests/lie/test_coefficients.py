@@ -37,7 +37,9 @@ def around(limit):
 def relative_errors(name, y):
     with mpmath.workdps(130):
         exact = [CLOSED[name](mpmath.sqrt(mpmath.mpf(float(one)))) for one in y]
-        return np.array([float(abs(mpmath.mpf(float(g)) / e - 1)) for g, e in zip(computed(y)[name], exact, strict=True)])
+        return np.array(
+            [float(abs(mpmath.mpf(float(g)) / e - 1)) for g, e in zip(computed(y)[name], exact, strict=True)]
+        )
 
 
 @pytest.mark.parametrize("name", CLOSED)

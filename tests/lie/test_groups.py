@@ -118,7 +118,9 @@ def test_bracket_is_alternating_and_jacobi(group, rng):
         return numeric.bracket_matrix(group, u) @ w
 
     assert bracket(x, y) == pytest.approx(-bracket(y, x), abs=1e-15)
-    assert bracket(x, bracket(y, z)) + bracket(y, bracket(z, x)) + bracket(z, bracket(x, y)) == pytest.approx(0, abs=1e-14)
+    assert bracket(x, bracket(y, z)) + bracket(y, bracket(z, x)) + bracket(z, bracket(x, y)) == pytest.approx(
+        0, abs=1e-14
+    )
 
 
 @pytest.mark.parametrize("angle", ANGLES)

@@ -22,7 +22,9 @@ def motion(group):
 
     def turn(t):
         z, x = (0.5 * angle for angle in angles(t))
-        return np.stack([np.cos(z) * np.cos(x), np.cos(z) * np.sin(x), np.sin(z) * np.sin(x), np.sin(z) * np.cos(x)], axis=-1)
+        return np.stack(
+            [np.cos(z) * np.cos(x), np.cos(z) * np.sin(x), np.sin(z) * np.sin(x), np.sin(z) * np.cos(x)], axis=-1
+        )
 
     def place(t):
         return np.stack([np.sin(t), t**2 / 3.0, np.cos(2.0 * t)], axis=-1)

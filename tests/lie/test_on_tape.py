@@ -47,7 +47,9 @@ def test_functions_of_elements(group, rng):
     blocks = {"q": first, "z": second}
     product = numeric.compose(group, first, second)
     assert evaluate(tape, on_tape.compose(tape, group, a, b), blocks) == pytest.approx(product, abs=1e-15)
-    assert evaluate(tape, on_tape.inverse(tape, group, a), blocks) == pytest.approx(numeric.inverse(group, first), abs=1e-15)
+    assert evaluate(tape, on_tape.inverse(tape, group, a), blocks) == pytest.approx(
+        numeric.inverse(group, first), abs=1e-15
+    )
     assert evaluate(tape, on_tape.log(tape, group, a), blocks) == pytest.approx(numeric.log(group, first), abs=3e-15)
     adjoint = numeric.adjoint(group, first).reshape(len(first), -1)
     assert evaluate(tape, on_tape.adjoint(tape, group, a), blocks) == pytest.approx(adjoint, abs=1e-15)

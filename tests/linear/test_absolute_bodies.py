@@ -1,4 +1,5 @@
-"""Linear models of absolute bodies about any motion are those of the same scene in joint coordinates, in all matrices."""
+"""Linear models of absolute bodies about any motion are those of the same scene in joint coordinates, in all
+matrices."""
 
 from __future__ import annotations
 
@@ -93,7 +94,8 @@ SEEDS = [0, 5, 8, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 3
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_any_tree_about_any_motion(seed: int, rng: np.random.Generator) -> None:
-    """All joint types, forces, springs, formulas of joint coordinates and outputs, about states that move and accelerate."""
+    """All joint types, forces, springs, formulas of joint coordinates and outputs, about states that move and
+    accelerate."""
     scene = loaded(seed)
     check_equal(*both(with_base(scene, seed) if seed % 2 else scene, rng))
 

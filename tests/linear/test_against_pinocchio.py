@@ -20,9 +20,12 @@ ROBOTS = {
 def test_state_matrix(name: str, rng: np.random.Generator) -> None:
     path, root, lock = ROBOTS[name]
     scene = eomgen.load(robot_file(path), root=root, lock=lock)
-    model = eomgen.build(scene, terms=["linearization", "forward_dynamics", "mass", "residual", "partials"], profile="quick")
+    model = eomgen.build(
+        scene, terms=["linearization", "forward_dynamics", "mass", "residual", "partials"], profile="quick"
+    )
     oracle = oracle_from_urdf(robot_file(path), scene, root, lock)
-    damping = {joint.name: joint.damping.value for joint in scene.joints}  # type: ignore[union-attr]  # numbers in a URDF
+    # numbers in a URDF
+    damping = {joint.name: joint.damping.value for joint in scene.joints}  # type: ignore[union-attr]
     by_component = np.array([damping[factor.name] for factor in model.factors for _ in range(factor.v_size)])
     q = update(model.factors, model.initial_q, rng.uniform(-0.8, 0.8, model.nv))
     v = rng.uniform(-1.0, 1.0, model.nv)

@@ -37,7 +37,13 @@ def test_a_driven_pendulum_hanging_and_upright() -> None:
     hanging = model.linearize()
     assert hanging.reference.what == "equilibrium"
     assert abs(hanging.reference.q[0]) <= 1e-9
-    for found, expected in ((hanging.M0, inertia), (hanging.C0, 0.3), (hanging.K0, weight), (hanging.B0, 1.0), (hanging.E0, 0.5)):
+    for found, expected in (
+        (hanging.M0, inertia),
+        (hanging.C0, 0.3),
+        (hanging.K0, weight),
+        (hanging.B0, 1.0),
+        (hanging.E0, 0.5),
+    ):
         np.testing.assert_allclose(found, [[expected]], rtol=1e-12)
     upright = model.linearize([math.pi], u={"torque": 0.0})
     np.testing.assert_allclose(upright.K0, [[-weight]], rtol=1e-12)
@@ -52,7 +58,9 @@ def test_a_driven_pendulum_hanging_and_upright() -> None:
     omega = np.array([0.5, 4.0, 30.0])
     expected = 0.5 / (weight - inertia * omega**2 + 0.3j * omega)
     np.testing.assert_allclose(hanging.frequency_response(omega, "wind", "angle"), expected, rtol=1e-12)
-    np.testing.assert_allclose(hanging.frequency_response(omega, "torque", "v.hinge"), 2j * omega * expected, rtol=1e-12)
+    np.testing.assert_allclose(
+        hanging.frequency_response(omega, "torque", "v.hinge"), 2j * omega * expected, rtol=1e-12
+    )
     moving = model.linearize([0.3], [2.0], u={"torque": 5.0})
     space = moving.state_space()
     np.testing.assert_allclose(space.C, [[math.cos(0.3), 0.0], [0.0, 5.0]], rtol=1e-15)
@@ -80,7 +88,9 @@ def test_quarter_car() -> None:
     lin = model.linearize(t=30.0)  # the road has faded in
     eigenvalues = [-1.7116733175 + 7.6694018453j, -13.9411044603 + 67.8527902572j]
     np.testing.assert_allclose(lin.modes().eigenvalues, eigenvalues, rtol=0, atol=1e-10)
-    np.testing.assert_allclose(lin.undamped_frequencies / (2.0 * math.pi), [1.2382426677, 11.1351894335], rtol=0, atol=1e-10)
+    np.testing.assert_allclose(
+        lin.undamped_frequencies / (2.0 * math.pi), [1.2382426677, 11.1351894335], rtol=0, atol=1e-10
+    )
     invariant = math.sqrt(160000.0 / 36.0)
     for skyhook in (0.0, 2000.0):
         with_skyhook = model.linearize(t=30.0, parameters={"skyhook": skyhook})
@@ -89,7 +99,8 @@ def test_quarter_car() -> None:
 
 
 def half_car() -> eomgen.Scene:
-    """Return the half car HC of the dossier: heave and pitch of the body, two wheels, linear springs between coordinates."""
+    """Return the half car HC of the dossier: heave and pitch of the body, two wheels, linear springs between
+    coordinates."""
     mass, inertia, wheels, springs = 730.0, 1230.0, (40.0, 35.5), (19960.0, 17500.0)
     dampers, tyre, ahead = (1290.0, 1620.0), 175500.0, (1.011, -1.803)
     builder = eomgen.SceneBuilder("half_car", gravity=[0, 0, 0])
@@ -110,9 +121,11 @@ def half_car() -> eomgen.Scene:
 def test_half_car() -> None:
     lin = eomgen.build(half_car(), profile="quick").linearize()
     expected = [
-        -1.1556481667 + 6.2097535556j, -2.8033555443 + 7.7010564334j,
-        -16.3873787217 + 67.4240293752j, -23.2654365997 + 68.1011971004j,
-    ]  # fmt: skip
+        -1.1556481667 + 6.2097535556j,
+        -2.8033555443 + 7.7010564334j,
+        -16.3873787217 + 67.4240293752j,
+        -23.2654365997 + 68.1011971004j,
+    ]
     np.testing.assert_allclose(lin.modes().eigenvalues, expected, rtol=0, atol=1e-10)
     undamped = [0.9972426559, 1.2725072378, 11.1306354504, 11.7419927652]
     np.testing.assert_allclose(lin.undamped_frequencies / (2.0 * math.pi), undamped, rtol=0, atol=1e-10)
@@ -130,7 +143,9 @@ def slider_crank(coordinates: str) -> eomgen.Scene:
     pin = {"position": bend - 0.9}
     builder.joint("pin", "revolute", "crank", "rod", axis=[0, 0, 1], position=[0.25, 0, 0], initial=pin)
     travel = 0.25 * math.cos(0.9) + 0.7 * math.cos(bend)
-    builder.joint("slide", "prismatic", "base", "piston", axis=[1, 0, 0], initial={"position": travel}, stiffness=150, rest=0.8)
+    builder.joint(
+        "slide", "prismatic", "base", "piston", axis=[1, 0, 0], initial={"position": travel}, stiffness=150, rest=0.8
+    )
     builder.point("small_end", "rod", [0.7, 0, 0])
     line = {"body": "piston", "axis": [0, 0, 1], "x_axis": [1, 0, 0]}
     return builder.constraint("wrist", "point_on_line", line, "small_end").build()
@@ -142,7 +157,15 @@ def _potential_and_inertia(theta: complex) -> tuple[complex, complex]:
     def places(angle: complex) -> tuple[complex, ...]:
         bend = -np.arcsin(0.25 * np.sin(angle) / 0.7)
         rod_x, rod_y = 0.25 * np.cos(angle) + 0.35 * np.cos(bend), 0.25 * np.sin(angle) + 0.35 * np.sin(bend)
-        return 0.1 * np.cos(angle), 0.1 * np.sin(angle), angle, rod_x, rod_y, bend, 0.25 * np.cos(angle) + 0.7 * np.cos(bend)
+        return (
+            0.1 * np.cos(angle),
+            0.1 * np.sin(angle),
+            angle,
+            rod_x,
+            rod_y,
+            bend,
+            0.25 * np.cos(angle) + 0.7 * np.cos(bend),
+        )
 
     h = 1e-30
     rates = [value.imag / h for value in places(theta.real + 1j * h)]
@@ -160,7 +183,9 @@ def skew_arm(coordinates: str) -> eomgen.Scene:
     turning = {"position": 1.0, "velocity": 3.0}
     builder.joint("shoulder", "revolute", "base", "upper", axis=[0, 1, 0], stiffness=0.3, damping=0.1, initial=turning)
     turning = {"position": 0.3, "velocity": 2.0}
-    builder.joint("elbow", "revolute", "upper", "lower", axis=[0, 2, 1], position=[0, 0, -0.5], stiffness=0.3, initial=turning)
+    builder.joint(
+        "elbow", "revolute", "upper", "lower", axis=[0, 2, 1], position=[0, 0, -0.5], stiffness=0.3, initial=turning
+    )
     return builder.build()
 
 

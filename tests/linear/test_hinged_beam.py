@@ -1,4 +1,5 @@
-"""A beam on a flap hinge under a turning base: its steady motion, and what is said where it bends beyond what order 1 is for."""
+"""A beam on a flap hinge under a turning base: its steady motion, and what is said where it bends beyond what order 1
+is for."""
 
 from __future__ import annotations
 

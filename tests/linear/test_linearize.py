@@ -1,4 +1,5 @@
-"""Where linear models are made: about equilibria, initial states, runs; compiled once; and what is said of bad requests."""
+"""Where linear models are made: about equilibria, initial states, runs; compiled once; and what is said of bad
+requests."""
 
 from __future__ import annotations
 
@@ -112,7 +113,8 @@ def test_large_trees_are_linearised_on_request() -> None:
         parent = f"link{k}"
     model = eomgen.build(builder.build(), terms=["forward_dynamics"], profile="quick")
     frequencies = model.linearize(np.zeros(70)).undamped_frequencies
-    # of a hanging chain with length 7: j0 / 2 sqrt(g / l); links of finite length and half a link's mass make the difference
+    # of a hanging chain with length 7: j0 / 2 sqrt(g / l); links of finite length and half a link's mass make the
+    # difference
     np.testing.assert_allclose(frequencies[:2], np.array([2.404826, 5.520078]) / 2.0 * math.sqrt(9.81 / 7.0), rtol=5e-3)
 
 
@@ -129,50 +131,91 @@ def test_internal_states_are_part_of_the_state_space() -> None:
 
 
 CALLS: list[tuple[str, Callable[[eomgen.Model], Any], type[Exception], str]] = [
-    ("driven", lambda m: m.linearize(v=[1.0]), UsageError, "linearize: v need the q of their state; try: q=..., or initial=..."),
-    ("driven", lambda m: m.linearize([0.1], at="initial"), UsageError, "the state is given by q as well as by at or initial"),
-    ("driven", lambda m: m.linearize(at="rest"), UsageError, "at = 'rest' is unknown; try: \"equilibrium\", \"steady\", "),
-    ("driven", lambda m: m.linearize([[0.1], [0.2]]), UsageError, "q: one state is needed, not a batch of shape (2, 1)"),
+    (
+        "driven",
+        lambda m: m.linearize(v=[1.0]),
+        UsageError,
+        "linearize: v need the q of their state; try: q=..., or initial=...",
+    ),
+    (
+        "driven",
+        lambda m: m.linearize([0.1], at="initial"),
+        UsageError,
+        "the state is given by q as well as by at or initial",
+    ),
+    (
+        "driven",
+        lambda m: m.linearize(at="rest"),
+        UsageError,
+        'at = \'rest\' is unknown; try: "equilibrium", "steady", ',
+    ),
+    (
+        "driven",
+        lambda m: m.linearize([[0.1], [0.2]]),
+        UsageError,
+        "q: one state is needed, not a batch of shape (2, 1)",
+    ),
     ("driven", lambda m: m.linearize([0.1, 0.2]), UsageError, "q: the shape is (2,), (..., 1) is needed"),
     ("driven", lambda m: m.linearize([math.nan]), UsageError, "q: q[0] is nan, not a finite number"),
     ("driven", lambda m: m.linearize(parameters={"mass": 1}), UsageError, "there is no parameter 'mass'"),
     ("driven", lambda m: m.linearize(t=math.inf), UsageError, "t is inf, not a finite number"),
     ("driven", lambda m: m.linearize(u={"torqe": 1.0}), UsageError, "there is no input 'torqe'; try: torque"),
     ("driven", lambda m: m.linearize(base=np.zeros(19)), UsageError, "the base of this scene is at rest"),
-    ("driven", lambda m: m.linearize([0.1], independent=["hinj"]), UsageError, "there is no component 'hinj'; try: hinge"),
     (
-        "driven", lambda m: m.linearize().frequency_response([1.0], "force", "angle"), UsageError,
+        "driven",
+        lambda m: m.linearize([0.1], independent=["hinj"]),
+        UsageError,
+        "there is no component 'hinj'; try: hinge",
+    ),
+    (
+        "driven",
+        lambda m: m.linearize().frequency_response([1.0], "force", "angle"),
+        UsageError,
         "there is no input or disturbance 'force'; try: one of torque, wind",
     ),
     (
-        "driven", lambda m: m.linearize().frequency_response([1.0], "wind", "angel"), UsageError,
+        "driven",
+        lambda m: m.linearize().frequency_response([1.0], "wind", "angel"),
+        UsageError,
         "there is no output or state 'angel'; try: angle",
     ),
     (
-        "crank", lambda m: m.linearize().frequency_response([1.0], "force", "main"), UsageError,
+        "crank",
+        lambda m: m.linearize().frequency_response([1.0], "force", "main"),
+        UsageError,
         "there is no input or disturbance 'force': the linear model has no input or disturbance",
     ),
     (
-        "crank", lambda m: m.linearize([0.3, 0.1, 0.9]), UsageError,
+        "crank",
+        lambda m: m.linearize([0.3, 0.1, 0.9]),
+        UsageError,
         "the state does not meet the constraints: wrist: point stays on the line along",
     ),
     (
-        "crank", lambda m: m.linearize(m.initial_q, [1.0, 0.0, 0.0]), UsageError,
+        "crank",
+        lambda m: m.linearize(m.initial_q, [1.0, 0.0, 0.0]),
+        UsageError,
         "in its rate; try: q and v of model.consistent(q, v)",
     ),
     (
-        "crank", lambda m: m.linearize(m.initial_q, a=[1.0, 0.0, 0.0]), UsageError,
+        "crank",
+        lambda m: m.linearize(m.initial_q, a=[1.0, 0.0, 0.0]),
+        UsageError,
         "in its acceleration; try: a without it, for that of the motion",
     ),
     (
-        "crank", lambda m: m.linearize(independent=["main", "slide"]), UsageError,
+        "crank",
+        lambda m: m.linearize(independent=["main", "slide"]),
+        UsageError,
         "constraints do not leave slide free beside the other independent coordinates; try: up to 1 components",
     ),
     (
-        "rolling", lambda m: m.linearize(at="initial").M0, ModelError,
+        "rolling",
+        lambda m: m.linearize(at="initial").M0,
+        ModelError,
         "constraints at velocity level leave 3 velocities free but 5 coordinates, so there is no model of second order",
     ),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize("name, call, kind, text", CALLS, ids=[text[:48] for *_, text in CALLS])
@@ -210,7 +253,8 @@ def test_motion_without_inertia_is_named() -> None:
     builder.body("m", 1.0).body("arm", "load", center_of_mass=[0.1, 0, 0])
     builder.joint("slide", "prismatic", "base", "m", axis=[1, 0, 0])
     builder.joint("hinge", "revolute", "m", "arm", axis=[0, 0, 1], stiffness=1.0)
-    scene = replace(builder.build(), requirements=())  # which would refuse what a URDF may have, and others by their positions
+    # which would refuse what a URDF may have, and others by their positions
+    scene = replace(builder.build(), requirements=())
     model = eomgen.build(scene, profile="quick")
     lin = model.linearize([0.0, 0.0], a=[0.0, 0.0], parameters={"load": 0.0})
     with pytest.raises(ModelError, match=r"the inertia matrix is singular along v\.hinge, so there is no linear model"):

@@ -1,4 +1,5 @@
-"""Linear models about moving references against differences of motions: groups, constraints, internal states, a moving base."""
+"""Linear models about moving references against differences of motions: groups, constraints, internal states, a moving
+base."""
 
 from __future__ import annotations
 
@@ -37,7 +38,9 @@ def disc() -> eomgen.Scene:
     builder.body("disc", 2.0, inertia=[0.02, 0.02, 0.04])
     upright = {"orientation": [math.cos(0.6), math.sin(0.6), 0, 0], "position": [0, 0, 0.2 * math.sin(1.2)]}
     builder.joint("flight", "free", "base", "disc", initial=upright)
-    builder.constraint("rolling", "rolling", {"body": "base", "axis": [0, 0, 1]}, {"body": "disc", "axis": [0, 0, 1]}, radius=0.2)
+    builder.constraint(
+        "rolling", "rolling", {"body": "base", "axis": [0, 0, 1]}, {"body": "disc", "axis": [0, 0, 1]}, radius=0.2
+    )
     return builder.build()
 
 
@@ -53,7 +56,8 @@ def flow(model: eomgen.Model, start: Array, times: Array) -> Array:
 
 
 def neighbour(model: eomgen.Model, lin: Linearization, start: Array, change: Array) -> Array:
-    """Return the state near ``start`` with a change of x, y, z, brought onto the constraints in the dependent components."""
+    """Return the state near ``start`` with a change of x, y, z, brought onto the constraints in the dependent
+    components."""
     nq, nv = model.nq, model.nv
     nx, ny = len(lin.free.coordinates), len(lin.free.velocities)
     x, y, z = change[:nx], change[nx : nx + ny], change[nx + ny :]
@@ -78,7 +82,7 @@ def apart(model: eomgen.Model, lin: Linearization, first: Array, second: Array) 
     before, after = (with_unit_quaternions(model.factors, state[:nq]) for state in (first, second))
     eta = difference(model.factors, before, after)
     change = second[nq:] - first[nq:]
-    return np.concatenate([eta[list(lin.free.coordinates)], change[: nv][list(lin.free.velocities)], change[nv:]])
+    return np.concatenate([eta[list(lin.free.coordinates)], change[:nv][list(lin.free.velocities)], change[nv:]])
 
 
 def at(model: eomgen.Model, row: Array, t: float, independent: tuple[str, ...]) -> Linearization:
@@ -162,12 +166,15 @@ def test_second_order_is_first_order_in_other_variables(name: str, rng: np.rando
     P = np.block([[np.eye(n), np.zeros((n, n))], [lin.free.W, np.eye(n)]])
     P_rate = np.block([[np.zeros((n, 2 * n))], [lin.free.W_rate, np.zeros((n, n))]])
     expected = (P @ A + P_rate) @ np.linalg.inv(P)
-    found = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(lin.M0, np.concatenate([lin.K0, lin.C0], axis=1))]])
+    found = np.block(
+        [[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(lin.M0, np.concatenate([lin.K0, lin.C0], axis=1))]]
+    )
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-11 * np.max(np.abs(expected)))
 
 
 def driven_arm() -> eomgen.Scene:
-    """Return two links whose first is turned by a driver, with an input at the elbow; outputs of power and of acceleration."""
+    """Return two links whose first is turned by a driver, with an input at the elbow; outputs of power and of
+    acceleration."""
     builder = eomgen.SceneBuilder("arm").input("push").input("gust", "0.2 * cos(t)")
     for name, parent, place in (("upper", "base", [0, 0, 0]), ("lower", "upper", [0, 0, -0.5])):
         builder.body(name, 1.5, center_of_mass=[0.02, 0, -0.3], inertia=[0.03, 0.03, 0.01])
@@ -202,11 +209,15 @@ def test_outputs_of_neighbouring_states(name: str, rng: np.random.Generator) -> 
         for d in np.eye(size)
     ]
     np.testing.assert_allclose(space.C, np.transpose(by_state), rtol=0, atol=3e-7 * np.max(np.abs(by_state)))
-    by_input = np.transpose([(outputs(start, u + h * d) - outputs(start, u - h * d)) / (2.0 * h) for d in np.eye(model.nu)])
+    by_input = np.transpose(
+        [(outputs(start, u + h * d) - outputs(start, u - h * d)) / (2.0 * h) for d in np.eye(model.nu)]
+    )
     driven = [model.inputs.index(name) for name in space.inputs]
     given = [model.inputs.index(name) for name in space.disturbances if name in model.inputs]
     np.testing.assert_allclose(space.D, by_input[:, driven], rtol=0, atol=1e-7 * np.max(np.abs(by_input)))
-    np.testing.assert_allclose(space.F[:, : len(given)], by_input[:, given], rtol=0, atol=1e-7 * np.max(np.abs(by_input)))
+    np.testing.assert_allclose(
+        space.F[:, : len(given)], by_input[:, given], rtol=0, atol=1e-7 * np.max(np.abs(by_input))
+    )
     assert np.max(np.abs(by_input)) > 0.1
     if name == "driven arm":
         assert np.max(np.abs(lin.partials.Ylam)) > 0.1

@@ -1,4 +1,5 @@
-"""Frequencies of a cantilever on a base that turns steadily, against the published table (Wright 1982; Yoo and Shin 1998)."""
+"""Frequencies of a cantilever on a base that turns steadily, against the published table (Wright 1982; Yoo and Shin
+1998)."""
 
 from __future__ import annotations
 

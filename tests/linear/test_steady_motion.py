@@ -1,4 +1,5 @@
-"""Steady motions and their stability against closed forms: a top, a governor, a pendulum on a turning base, a spinning body."""
+"""Steady motions and their stability against closed forms: a top, a governor, a pendulum on a turning base, a spinning
+body."""
 
 from __future__ import annotations
 
@@ -31,7 +32,8 @@ def model() -> eomgen.Model:
 
 
 def precessions(theta: float, spin: float) -> list[float]:
-    """Return the roots of (A - C) cos(theta) p^2 - C s p + m g l = 0, from the balance of moments about the line of nodes."""
+    """Return the roots of (A - C) cos(theta) p^2 - C s p + m g l = 0, from the balance of moments about the line of
+    nodes."""
     return sorted(np.roots([(ACROSS - ALONG) * math.cos(theta), -ALONG * spin, MASS * G * REACH]).real)
 
 
@@ -92,7 +94,8 @@ def test_sleeping_top_is_stable_above_the_critical_spin() -> None:
 
 
 def governor(*, looped: bool) -> eomgen.Scene:
-    """Return a spindle with two arms of point masses; by a mirror constraint or by a second joint that follows the first."""
+    """Return a spindle with two arms of point masses; by a mirror constraint or by a second joint that follows the
+    first."""
     builder = eomgen.SceneBuilder("governor").body("spindle", 1.0, inertia=[0.1, 0.1, 0.05])
     builder.joint("spindle", "revolute", "base", "spindle", axis=[0, 0, 1])
     for name, side in (("left", 1), ("right", -1)):
@@ -110,7 +113,8 @@ def governor(*, looped: bool) -> eomgen.Scene:
 
 
 def test_governor_with_closed_loops() -> None:
-    """Rod and arm of one length l: m w^2 (e + l sin(x)) cos(x) = (m + M) g sin(x), the virtual work along the arm's angle x."""
+    """Rod and arm of one length l: m w^2 (e + l sin(x)) cos(x) = (m + M) g sin(x), the virtual work along the arm's
+    angle x."""
     model = eomgen.build(governor(looped=True), profile="quick")
     arm, offset, ball, sleeve = 0.4, 0.05, 0.8, 1.5
     angle = 0.8
@@ -174,20 +178,34 @@ def test_a_search_that_ends_where_coordinates_are_singular(model: eomgen.Model) 
 
 CALLS: list[tuple[Callable[[eomgen.Model], Any], type[Exception], str]] = [
     (
-        lambda m: m.steady_motion({"spin": 20.0}, {"nutation": 0.6}), NumericalError,
+        lambda m: m.steady_motion({"spin": 20.0}, {"nutation": 0.6}),
+        NumericalError,
         "no steady motion was found in",
     ),
     (
-        lambda m: m.steady_motion({"nutation": 2.0}, {"nutation": 0.6, "precession": 0.0}), NumericalError,
+        lambda m: m.steady_motion({"nutation": 2.0}, {"nutation": 0.6, "precession": 0.0}),
+        NumericalError,
         "an initial state nearer to it, or velocities of coordinates on which nothing depends: v.precession, v.spin",
     ),
     (lambda m: m.steady_motion({"spinn": 2.0}), UsageError, "there is no component 'spinn'; try: spin"),
-    (lambda m: m.steady_motion({"spin": math.nan}), UsageError, "velocity spin: velocity spin is nan, not a finite number"),
-    (lambda m: m.steady_motion({"spin": [1.0, 2.0]}), UsageError, "velocity spin: one number is needed, not an array of"),
+    (
+        lambda m: m.steady_motion({"spin": math.nan}),
+        UsageError,
+        "velocity spin: velocity spin is nan, not a finite number",
+    ),
+    (
+        lambda m: m.steady_motion({"spin": [1.0, 2.0]}),
+        UsageError,
+        "velocity spin: one number is needed, not an array of",
+    ),
     (lambda m: m.steady_motion([80.0]), UsageError, 'not list; try: velocities={"precession": 2.0}'),
-    (lambda m: m.steady_motion({}, {"nutatoin": 0.1}), UsageError, "there is no coordinate or joint 'nutatoin'; try: nutation"),
+    (
+        lambda m: m.steady_motion({}, {"nutatoin": 0.1}),
+        UsageError,
+        "there is no coordinate or joint 'nutatoin'; try: nutation",
+    ),
     (lambda m: m.steady_motion({}, t=math.nan), UsageError, "t is nan, not a finite number"),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize("call, kind, text", CALLS, ids=[text[:40] for *_, text in CALLS])
@@ -204,5 +222,7 @@ def test_balance_at_an_instant_is_not_a_steady_motion() -> None:
     with pytest.raises(NumericalError) as caught:
         model.steady_motion({"hinge": 3.0})
     said = str(caught.value)
-    assert "balance at this instant only, for they change along the motion or with time: later v.hinge accelerates" in said
+    assert (
+        "balance at this instant only, for they change along the motion or with time: later v.hinge accelerates" in said
+    )
     assert "try: rest: in this scene forces depend on all coordinates, so none can move steadily" in said

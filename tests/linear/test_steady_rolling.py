@@ -1,4 +1,5 @@
-"""Steady motions of what rolls: wheels straight on and in circles, against the disc's closed form, and carts that steer."""
+"""Steady motions of what rolls: wheels straight on and in circles, against the disc's closed form, and carts that
+steer."""
 
 from __future__ import annotations
 
@@ -23,15 +24,25 @@ TRACK, BASE, WHEEL = 0.5, 1.1, 0.2  # of the carts
 
 def scene(name: str, coordinates: str = "joint") -> dict[str, Any]:
     return {
-        "format": 1, "name": name, "coordinates": coordinates, "gravity": [0, 0, -G],
-        "bodies": {"disc": {"mass": MASS, "inertia": [ACROSS, ALONG, ACROSS]}}, "joints": {},
+        "format": 1,
+        "name": name,
+        "coordinates": coordinates,
+        "gravity": [0, 0, -G],
+        "bodies": {"disc": {"mass": MASS, "inertia": [ACROSS, ALONG, ACROSS]}},
+        "joints": {},
         "constraints": {"ground": rolling("disc", RADIUS)},
-    }  # fmt: skip
+    }
 
 
 def rolling(body: str, radius: float) -> dict[str, Any]:
     first = {"body": "base", "position": [0, 0, 0], "axis": [0, 0, 1]}
-    return {"type": "rolling", "first": first, "second": {"body": body, "axis": [0, 1, 0]}, "radius": radius, "shape": "disc"}
+    return {
+        "type": "rolling",
+        "first": first,
+        "second": {"body": body, "axis": [0, 1, 0]},
+        "radius": radius,
+        "shape": "disc",
+    }
 
 
 def on_axes() -> dict[str, Any]:
@@ -50,7 +61,12 @@ def freely(coordinates: str = "joint", group: str = "SE3") -> dict[str, Any]:
     data = scene(f"disc_{coordinates}_{group}", coordinates)
     if coordinates == "absolute":
         data["bodies"]["disc"]["group"] = group
-    data["joints"]["disc"] = {"type": "free", "parent": "base", "child": "disc", "initial": {"position": [0, 0, RADIUS]}}
+    data["joints"]["disc"] = {
+        "type": "free",
+        "parent": "base",
+        "child": "disc",
+        "initial": {"position": [0, 0, RADIUS]},
+    }
     return data
 
 
@@ -58,7 +74,12 @@ def in_frame() -> dict[str, Any]:
     """Return the disc in a frame that leans with it, with next to no mass, and its spin as a joint of its own."""
     data = scene("disc_in_frame")
     data["bodies"]["frame"] = {"mass": 1e-3, "inertia": [1e-6, 1e-6, 2e-6], "center_of_mass": [0, 0, -0.1]}
-    data["joints"]["frame"] = {"type": "free", "parent": "base", "child": "frame", "initial": {"position": [0, 0, RADIUS]}}
+    data["joints"]["frame"] = {
+        "type": "free",
+        "parent": "base",
+        "child": "frame",
+        "initial": {"position": [0, 0, RADIUS]},
+    }
     data["joints"]["spin"] = {"type": "revolute", "parent": "frame", "child": "disc", "axis": [0, 1, 0]}
     return data
 
@@ -66,9 +87,12 @@ def in_frame() -> dict[str, Any]:
 @cache
 def built(name: str) -> eomgen.Model:
     makers = {
-        "axes": on_axes, "free": freely, "frame": in_frame, "SE3": lambda: freely("absolute"),
+        "axes": on_axes,
+        "free": freely,
+        "frame": in_frame,
+        "SE3": lambda: freely("absolute"),
         "R3xSO3": lambda: freely("absolute", "R3xSO3"),
-    }  # fmt: skip
+    }
     return eomgen.build(makers[name](), profile="quick")
 
 
@@ -94,7 +118,7 @@ def circle_of(model: eomgen.Model, found: SteadyMotion) -> tuple[float, float, f
     return lean, yaw_rate, float(omega @ axis) - yaw_rate * axis[2]
 
 
-# -- a disc --------------------------------------------------------------------------------------------------------------------
+# -- a disc ------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("spin, lean", [(8.0, 0.3), (20.0, 0.2), (12.0, -0.6), (-9.0, 0.4)])
@@ -118,7 +142,8 @@ def test_a_disc_in_a_circle(spin: float, lean: float) -> None:
 
 @pytest.mark.parametrize("name", ["free", "SE3", "R3xSO3", "frame"])
 def test_a_disc_in_a_circle_in_other_coordinates(name: str) -> None:
-    """A free body's own axes spin with it, and its steady motion with them; those of a frame that does not spin stay."""
+    """A free body's own axes spin with it, and its steady motion with them; those of a frame that does not spin
+    stay."""
     model, lean, spin = built(name), 0.3, 9.0
     tilted = [math.cos(lean / 2), math.sin(lean / 2), 0.0, 0.0, 0.0, 0.0, RADIUS * math.cos(lean)]
     about, moving = ("frame", {"spin": {"velocity": spin}}) if name == "frame" else ("disc", {})
@@ -150,7 +175,8 @@ def test_velocities_that_rows_force_are_free() -> None:
 
 
 def test_a_disc_stays_upright_above_its_critical_spin() -> None:
-    """It does for spin^2 > A m g r / (C (C + m r^2)), the moment about a diameter times the tipping one over the axial ones."""
+    """It does for spin^2 > A m g r / (C (C + m r^2)), the moment about a diameter times the tipping one over the axial
+    ones."""
     critical = math.sqrt(ACROSS * MASS * G * RADIUS / (ALONG * (ALONG + MASS * RADIUS**2)))
     model = built("axes")
     for share, stable in ((0.97, False), (1.03, True)):
@@ -161,7 +187,8 @@ def test_a_disc_stays_upright_above_its_critical_spin() -> None:
 
 
 def test_symmetries_of_discs() -> None:
-    """Two travels, a turn about the vertical and the spin, however the disc is described; a frame has its own pitch besides."""
+    """Two travels, a turn about the vertical and the spin, however the disc is described; a frame has its own pitch
+    besides."""
     for name in ("axes", "free", "SE3", "R3xSO3", "frame"):
         model = built(name).having(PURPOSES["linearization"])
         p = model.parameter_array(None)
@@ -172,43 +199,57 @@ def test_symmetries_of_discs() -> None:
 def test_a_linear_model_about_velocities_that_turn_is_warned_of() -> None:
     model = built("axes")
     found = model.steady_motion({"spin": 8.0}, {"lean": 0.3}, {"yaw": {"velocity": -1.0}, "rise": 0.28})
-    with pytest.warns(RuntimeWarning, match="linear about a steady motion: its velocities turn in these coordinates, so the"):
+    with pytest.warns(
+        RuntimeWarning, match="linear about a steady motion: its velocities turn in these coordinates, so the"
+    ):
         model.linearize(at=found)
 
 
 def test_what_is_not_met_is_named() -> None:
     with pytest.raises(NumericalError) as caught:
-        built("axes").steady_motion({"spin": 8.0, "x": 2.0, "y": 0.0, "yaw": 0.0}, {"lean": 0.0, "rise": RADIUS, "yaw": 0.0})
+        built("axes").steady_motion(
+            {"spin": 8.0, "x": 2.0, "y": 0.0, "yaw": 0.0}, {"lean": 0.0, "rise": RADIUS, "yaw": 0.0}
+        )
     said = str(caught.value)
     assert "no steady motion was found" in said and "the rate of ground: no slip along x is off by" in said
     assert "velocities of coordinates on which nothing depends: v.x, v.y" in said
     with pytest.raises(NumericalError) as caught:
-        built("free").steady_motion({"disc[1]": 5.0, "disc[3]": 0.8}, initial={"disc": {"velocity": [0, 5, 0, 1, 0, 0]}})
+        built("free").steady_motion(
+            {"disc[1]": 5.0, "disc[3]": 0.8}, initial={"disc": {"velocity": [0, 5, 0, 1, 0, 0]}}
+        )
     said = str(caught.value)
     assert "v.disc[1] is" in said and "and not 5 rad/s as given" in said
     assert said.endswith("or velocities that go together as 4 symmetries of the scene let them")
 
 
-# -- carts ---------------------------------------------------------------------------------------------------------------------
+# -- carts -------------------------------------------------------------------------------------------------------------
 
 
 def cart(kind: str, *, round_wheels: bool = True) -> dict[str, Any]:
     """Return a cart with two wheels at its back and one that steers, on a plane joint or free."""
     wheel = {"mass": 2.0, "inertia": [0.02, 0.04, 0.02] if round_wheels else [0.015, 0.04, 0.025]}
     data: dict[str, Any] = {
-        "format": 1, "name": f"cart_{kind}_{'round' if round_wheels else 'odd'}",
+        "format": 1,
+        "name": f"cart_{kind}_{'round' if round_wheels else 'odd'}",
         "parameters": {"steering": {"value": 0.0, "tunable": True, "unit": "rad"}},
         "bodies": {
             "chassis": {"mass": 20.0, "center_of_mass": [0.4, 0, 0.1], "inertia": [1.0, 2.0, 2.5]},
             "fork": {"mass": 1.0, "inertia": [0.02, 0.02, 0.02]},
         },
-        "joints": {"body": {"type": kind, "parent": "base", "child": "chassis"}}, "constraints": {},
-    }  # fmt: skip
-    height = {"axis": [0, 0, 1], "position": [0, 0, WHEEL]} if kind == "planar" else {"initial": {"position": [0, 0, WHEEL]}}
+        "joints": {"body": {"type": kind, "parent": "base", "child": "chassis"}},
+        "constraints": {},
+    }
+    height = (
+        {"axis": [0, 0, 1], "position": [0, 0, WHEEL]} if kind == "planar" else {"initial": {"position": [0, 0, WHEEL]}}
+    )
     data["joints"]["body"] |= height
     steer = {"type": "revolute", "parent": "chassis", "child": "fork", "axis": [0, 0, 1], "position": [BASE, 0, 0]}
     data["joints"]["steer"] = steer | {"stiffness": 500.0, "damping": 5.0, "rest": "steering"}
-    for name, (parent, place) in {"left": ("chassis", TRACK), "right": ("chassis", -TRACK), "front": ("fork", 0.0)}.items():
+    for name, (parent, place) in {
+        "left": ("chassis", TRACK),
+        "right": ("chassis", -TRACK),
+        "front": ("fork", 0.0),
+    }.items():
         data["bodies"][name] = dict(wheel)
         hinge = {"type": "revolute", "parent": parent, "child": name, "axis": [0, 1, 0], "position": [0, place, 0]}
         data["joints"][name] = hinge
@@ -239,7 +280,8 @@ def test_a_cart_goes_straight_on_and_in_circles(kind: str) -> None:
 
 
 def test_wheels_of_three_moments_roll_straight_on() -> None:
-    """Their spins are no symmetries, and forced by the rows; in a circle their moments change with the spin: none is steady."""
+    """Their spins are no symmetries, and forced by the rows; in a circle their moments change with the spin: none is
+    steady."""
     model = eomgen.build(cart("planar", round_wheels=False), profile="quick")
     found = model.steady_motion({"body[1]": 2.0})
     np.testing.assert_allclose(found.v, [0, 2.0, 0, 0, 10.0, 10.0, 10.0], atol=1e-9)

@@ -1,4 +1,5 @@
-"""The same scenes in joint and in absolute coordinates: the same motion, from poses that are multiplied out independently."""
+"""The same scenes in joint and in absolute coordinates: the same motion, from poses that are multiplied out
+independently."""
 
 from __future__ import annotations
 
@@ -34,13 +35,18 @@ GROUPS = ["SE3", "R3xSO3", "mixed"]
 
 
 def loaded(seed: int, links: int = 4) -> Scene:
-    """Return a tree with everything that can act on it, points in several bodies observed, and fixed joints in between."""
+    """Return a tree with everything that can act on it, points in several bodies observed, and fixed joints in
+    between."""
     scene = weighty(with_loads(random_scene(seed, links, tunable=0.3 * (seed % 2)), seed), seed)
     single = [(joint.name, k) for joint in scene.joints if joint.type in NUMBERS for k in range(joint.kind.v_size)]
     efforts = tuple(Effort(f"motor_{name}_{k}", name, Symbol("input", "pull"), k) for name, k in single)
     points = tuple(Point(f"in_{body.name}", body.name, vector((0.2, -0.1, 0.3))) for body in scene.bodies)
-    scene = point_outputs(replace(scene, elements=elements_with(scene, efforts=efforts), points=(*scene.points, *points)))
-    measured = tuple(Output(f"{kind}_{name}_{k}", (Symbol(kind, name, k),)) for name, k in single for kind in ("q", "v"))
+    scene = point_outputs(
+        replace(scene, elements=elements_with(scene, efforts=efforts), points=(*scene.points, *points))
+    )
+    measured = tuple(
+        Output(f"{kind}_{name}_{k}", (Symbol(kind, name, k),)) for name, k in single for kind in ("q", "v")
+    )
     return replace(scene, outputs=(*scene.outputs, *measured))
 
 
@@ -49,8 +55,11 @@ def in_absolute(scene: Scene, groups: str) -> Scene:
     return replace(scene, coordinates="absolute", groups=chosen)
 
 
-def both(scene: Scene, groups: str, rng: np.random.Generator) -> tuple[System, System, dict[str, Array], dict[str, Array]]:
-    """Return the systems in joint and in absolute coordinates, and states of both that are the same states of the bodies."""
+def both(
+    scene: Scene, groups: str, rng: np.random.Generator
+) -> tuple[System, System, dict[str, Array], dict[str, Array]]:
+    """Return the systems in joint and in absolute coordinates, and states of both that are the same states of the
+    bodies."""
     joint = derive(scene, [*JOINT, *ROWS])
     absolute = derive(in_absolute(scene, groups), [*JOINT, *ROWS])
     at_joint = tape_evaluator(joint)
@@ -91,7 +100,8 @@ def check_same_motion(joint: System, absolute: System, state: dict[str, Array], 
 @pytest.mark.parametrize("groups", GROUPS)
 @pytest.mark.parametrize("seed", range(6))
 def test_same_accelerations_of_points(seed: int, groups: str, base: str, rng) -> None:
-    """Springs, efforts, joint stiffness, torsion springs, forces by formula; fixed joints, also on a base that moves."""
+    """Springs, efforts, joint stiffness, torsion springs, forces by formula; fixed joints, also on a base that
+    moves."""
     scene = loaded(seed)
     scene = scene if base == "resting" else with_base(scene, seed, turning=base == "turning")
     joint, absolute, state, moved = both(scene, groups, rng)
@@ -114,7 +124,8 @@ def over_turns(absolute: System, moved: dict[str, Array], angles: Array, rng: np
 
 @pytest.mark.parametrize("seed", [0, 1, 5, 8])
 def test_angles_count_turns_wherever_they_are_numbers(seed: int, rng) -> None:
-    """Springs, torsion springs, efforts, formulas and outputs of angles of up to 60 turns, wherever the references are."""
+    """Springs, torsion springs, efforts, formulas and outputs of angles of up to 60 turns, wherever the references
+    are."""
     scene = with_base(loaded(seed), seed)
     joint, absolute = (derive(item, [*JOINT, *ROWS]) for item in (scene, in_absolute(scene, "mixed")))
     at_joint = tape_evaluator(joint)
@@ -146,7 +157,8 @@ def test_loops_mean_the_same_in_both(kind: str, driven: bool, groups: str, rng) 
 
 
 def with_followers(seed: int) -> Scene:
-    """Return a tree of four joints, three of which follow: an angle minus an angle, a travel a travel, an angle a travel."""
+    """Return a tree of four joints, three of which follow: an angle minus an angle, a travel a travel, an angle a
+    travel."""
     rng = np.random.default_rng(seed)
     bodies = tuple(body_of_masses(name, rng.uniform(0.2, 0.6, 6), rng.uniform(-0.2, 0.3, (6, 3))) for name in "abcde")
     places = [vector(rng.uniform(-0.3, 0.3, 3).tolist()) for _ in bodies]
@@ -156,18 +168,28 @@ def with_followers(seed: int) -> Scene:
     parents = {"A": BASE, "B": "a", "C": "a", "D": "b", "E": BASE}
     joints = tuple(
         Joint(
-            name, kind, parents[name], name.lower(), (0.6, 0.0, 0.8), place, pitch=number(0.2), mimic=mimics.get(name),  # type: ignore[arg-type]
-            initial_position=() if name in mimics else (0.0,), initial_velocity=() if name in mimics else (0.0,),
-            stiffness=number(2.0), damping=number(0.3),
+            name,
+            kind,
+            parents[name],
+            name.lower(),
+            (0.6, 0.0, 0.8),
+            place,
+            pitch=number(0.2),
+            mimic=mimics.get(name),  # type: ignore[arg-type]
+            initial_position=() if name in mimics else (0.0,),
+            initial_velocity=() if name in mimics else (0.0,),
+            stiffness=number(2.0),
+            damping=number(0.3),
         )
         for (name, kind), place in zip(kinds.items(), places, strict=True)
-    )  # fmt: skip
+    )
     return point_outputs(Scene("followers", bodies, joints, points=(Point("tip", "d", vector((0.1, 0.2, 0.3))),)))
 
 
 @pytest.mark.parametrize("groups", GROUPS)
 def test_joints_that_follow_others(groups: str, rng) -> None:
-    """Four joints lead or follow; the follower of a follower too. In absolute coordinates each follower is one row more."""
+    """Four joints lead or follow; the follower of a follower too. In absolute coordinates each follower is one row
+    more."""
     scene = with_base(with_followers(2), 2)
     joint, absolute = derive(scene, [*JOINT, *ROWS]), derive(in_absolute(scene, groups), [*JOINT, *ROWS])
     assert (joint.nv, len(absolute.multipliers)) == (2, 28)
@@ -186,7 +208,8 @@ def test_joints_that_follow_others(groups: str, rng) -> None:
 
 @pytest.mark.parametrize(("follower", "multiplier"), [("prismatic", 0.01), ("revolute", 0.37), ("revolute", -2.0)])
 def test_what_follows_an_angle_over_turns(follower: str, multiplier: float, rng) -> None:
-    """A rack, or a gear of any ratio, follows an angle of many turns as the coordinate that it is in joint coordinates."""
+    """A rack, or a gear of any ratio, follows an angle of many turns as the coordinate that it is in joint
+    coordinates."""
     scene = with_followers(1)
     leader, rack = scene.joints[:2]
     rack = replace(rack, type=follower, mimic=Mimic("A", number(multiplier), number(0.2)), stiffness=number(0.0))  # type: ignore[arg-type]
@@ -221,9 +244,13 @@ def test_initial_state_and_its_accelerations(seed: int, groups: str, rng) -> Non
     here["t"] = np.zeros((1, 1))
     start = {item.name: item for item in scene.joints}
     for factor in joint.factors:
-        q, v = (here[name][0, first : first + size] for name, first, size in (
-            ("q", factor.q_start, factor.q_size), ("v", factor.v_start, factor.v_size),
-        ))  # fmt: skip
+        q, v = (
+            here[name][0, first : first + size]
+            for name, first, size in (
+                ("q", factor.q_start, factor.q_size),
+                ("v", factor.v_start, factor.v_size),
+            )
+        )
         start[factor.name] = replace(start[factor.name], initial_position=tuple(q), initial_velocity=tuple(v))
     scene = replace(scene, joints=tuple(start.values()))
     joint, absolute = derive(scene, JOINT), derive(in_absolute(scene, groups), [*JOINT, *ROWS])
@@ -284,7 +311,8 @@ angle = { formula = ["q.first", "v.first"] }
 
 
 def test_one_file_in_both_coordinates() -> None:
-    """A scene file is derived in joint coordinates, and with nothing but the choice of coordinates changed in absolute ones."""
+    """A scene file is derived in joint coordinates, and with nothing but the choice of coordinates changed in absolute
+    ones."""
     terms = [*JOINT, *ROWS]
     found = []
     for coordinates in ("joint", "absolute"):
@@ -296,7 +324,11 @@ def test_one_file_in_both_coordinates() -> None:
         found.append([*evaluate("outputs", state)["y"][0], *state["lam"][0, -2:]])
         assert system.nv == {"joint": 4, "absolute": 12}[coordinates]
         assert system.multipliers[-2:] == tuple(f"guide: point stays on the line along {axis}" for axis in "xy")
-    assert [(f.group, f.name) for f in system.factors] == [("SE3", "crank"), ("R", "rod.position"), ("SO3", "rod.orientation")]
+    assert [(f.group, f.name) for f in system.factors] == [
+        ("SE3", "crank"),
+        ("R", "rod.position"),
+        ("SO3", "rod.orientation"),
+    ]
     assert found[0][3:5] == [0.4, 1.0]
     np.testing.assert_allclose(found[1], found[0], rtol=1e-11)
 
@@ -324,7 +356,9 @@ def test_a_moving_body_in_its_group() -> None:
 
 def pendulum(**joint: object) -> Scene:
     hinge = Joint("hinge", "revolute", BASE, "rod", (0.0, 1.0, 0.0), initial_position=(0.3,), initial_velocity=(0.0,))
-    return Scene("pendulum", (rigid_body("rod", 2.0, (0, 0, -0.5), (0.1, 0.1, 0.01, 0, 0, 0)),), (replace(hinge, **joint),))
+    return Scene(
+        "pendulum", (rigid_body("rod", 2.0, (0, 0, -0.5), (0.1, 0.1, 0.01, 0, 0, 0)),), (replace(hinge, **joint),)
+    )
 
 
 def test_heavy_pendulum_by_hand(rng) -> None:
@@ -348,23 +382,36 @@ def test_heavy_pendulum_by_hand(rng) -> None:
             replace(pendulum(), bodies=(rigid_body("rod", 0.0),)),
             r"bodies\.rod: has no mass, which absolute coordinates cannot carry; try: a mass, or joint",
         ),
-        (pendulum(rotor_inertia=number(0.1)), r"joints\.hinge\.rotor_inertia: has no place in absolute coordinates; try: joint"),
         (
-            replace(pendulum(type="spherical", initial_position=(1.0, 0.0, 0.0, 0.0), initial_velocity=(0.0,) * 3),
-                    elements=(Effort("motor", "hinge", number(1.0)),)),
-            "joint 'hinge' has no single coordinate that absolute coordinates could measure; try: a force or torque on the body",
+            pendulum(rotor_inertia=number(0.1)),
+            r"joints\.hinge\.rotor_inertia: has no place in absolute coordinates; try: joint",
+        ),
+        (
+            replace(
+                pendulum(type="spherical", initial_position=(1.0, 0.0, 0.0, 0.0), initial_velocity=(0.0,) * 3),
+                elements=(Effort("motor", "hinge", number(1.0)),),
+            ),
+            (
+                "joint 'hinge' has no single coordinate that absolute coordinates could measure; try: a force or torque"
+                " on the body"
+            ),
         ),
         (
             replace(pendulum(), outputs=(Output("swing", (Symbol("a", "hinge"),)),)),
-            r"the acceleration a\.hinge of a joint is no quantity of absolute coordinates; try: the acceleration of a point",
+            (
+                r"the acceleration a\.hinge of a joint is no quantity of absolute coordinates; try: the acceleration of"
+                r" a point"
+            ),
         ),
         (
-            replace(pendulum(type="free", initial_position=(1.0, *(0.0,) * 6), initial_velocity=(0.0,) * 6),
-                    elements=(TorsionSpring("t", "hinge", "", number(1.0), number(0.0), number(0.0)),)),
+            replace(
+                pendulum(type="free", initial_position=(1.0, *(0.0,) * 6), initial_velocity=(0.0,) * 6),
+                elements=(TorsionSpring("t", "hinge", "", number(1.0), number(0.0), number(0.0)),),
+            ),
             "joint 'hinge' has no single coordinate",
         ),
     ],
-)  # fmt: skip
+)
 def test_what_absolute_coordinates_refuse(scene: Scene, message: str) -> None:
     with pytest.raises(ModelError, match=message):
         derive(in_absolute(scene, "SE3"))

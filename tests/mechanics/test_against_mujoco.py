@@ -1,4 +1,5 @@
-"""Against MuJoCo: forward and inverse dynamics of five scenes with springs, dampers, armature, a moving base and a loop."""
+"""Against MuJoCo: forward and inverse dynamics of five scenes with springs, dampers, armature, a moving base and a
+loop."""
 
 from __future__ import annotations
 
@@ -31,7 +32,9 @@ def flying_tree() -> SceneBuilder:
     builder.body("trunk", 3.0, center_of_mass=[0.05, -0.02, 0.1], inertia=[0.2, 0.3, 0.25, 0.01, -0.02, 0.03])
     builder.body("arm", 1.2, center_of_mass=[0.2, 0.01, 0.0], inertia=[0.01, 0.05, 0.05, 0.001, 0.002, -0.003])
     builder.body("forearm", 0.8, center_of_mass=[0.0, 0.15, 0.02], inertia=[0.02, 0.004, 0.02])
-    builder.joint("root", "free", "base", "trunk").joint("shoulder", "spherical", "trunk", "arm", position=[0.1, 0.2, 0.3])
+    builder.joint("root", "free", "base", "trunk").joint(
+        "shoulder", "spherical", "trunk", "arm", position=[0.1, 0.2, 0.3]
+    )
     spring = {"stiffness": 9.0, "rest": 0.4, "damping": 0.7, "rotor_inertia": 0.05}
     return builder.joint(
         "elbow", "revolute", "arm", "forearm", axis=[0.2, 1, -0.5], position=[0.4, 0, 0], orientation=SKEW, **spring
@@ -43,7 +46,9 @@ def strut() -> SceneBuilder:
     builder = SceneBuilder("strut").body("boom", 4.0, center_of_mass=[0.5, 0, 0.02], inertia=[0.05, 0.4, 0.4])
     builder.body("carriage", 1.5, center_of_mass=[0, 0.1, 0.05], inertia=[0.02, 0.01, 0.02])
     builder.joint("luff", "revolute", "base", "boom", axis=[0, -1, 0], position=[0, 0, 1], damping=0.3)
-    builder.joint("run", "prismatic", "boom", "carriage", axis=[1, 0.2, 0], position=[0.3, 0, 0], orientation=SKEW, damping=2.0)
+    builder.joint(
+        "run", "prismatic", "boom", "carriage", axis=[1, 0.2, 0], position=[0.3, 0, 0], orientation=SKEW, damping=2.0
+    )
     builder.point("mast", "base", [-0.4, 0.1, 1.8])
     builder.point("tip", "boom", [1.0, 0.05, 0.0]).point("hook", "carriage", [0, 0.1, -0.2])
     builder.spring("stay", "mast", "tip", stiffness=150.0, damping=12.0, length=1.1)
@@ -70,8 +75,12 @@ def excavator() -> SceneBuilder:
     builder.body("stick", 1.0, center_of_mass=[0, 0, -0.2], inertia=[0.04, 0.04, 0.01])
     builder.body("bucket", 0.7, center_of_mass=[0.02, 0.05, -0.1], inertia=[0.01, 0.008, 0.012, 0.001, 0.0, 0.002])
     spring = {"stiffness": 30.0, "rest": 0.2, "damping": 1.5}
-    builder.joint("luff", "revolute", "base", "boom", axis=[0, 1, 0], position=[0.1, 0, 0.5], rotor_inertia=0.2, **spring)
-    builder.joint("reach", "prismatic", "boom", "stick", axis=[1, 0, 0], position=[0.6, 0, 0], orientation=SKEW, damping=3.0)
+    builder.joint(
+        "luff", "revolute", "base", "boom", axis=[0, 1, 0], position=[0.1, 0, 0.5], rotor_inertia=0.2, **spring
+    )
+    builder.joint(
+        "reach", "prismatic", "boom", "stick", axis=[1, 0, 0], position=[0.6, 0, 0], orientation=SKEW, damping=3.0
+    )
     builder.joint("grip", "spherical", "stick", "bucket", position=[0, 0, -0.4])
     builder.point("anchor", "base", [0.2, 0.3, 1.0]).point("ear", "bucket", [0, 0.1, 0])
     return builder.spring("ram", "anchor", "ear", stiffness=60.0, damping=4.0, length=0.5)
@@ -84,7 +93,9 @@ def loop() -> SceneBuilder:
     builder.body("rocker", 1.5, center_of_mass=[0, 0, 0.3], inertia=[0.05, 0.05, 0.01])
     builder.joint("motor", "revolute", "base", "crank", axis=[0, 1, 0.1], damping=0.2, rotor_inertia=0.03)
     builder.joint("knee", "spherical", "crank", "coupler", position=[0.25, 0, 0])
-    builder.joint("pivot", "revolute", "base", "rocker", axis=[0, 1, 0], position=[0.9, 0, -0.2], stiffness=5.0, damping=0.5)
+    builder.joint(
+        "pivot", "revolute", "base", "rocker", axis=[0, 1, 0], position=[0.9, 0, -0.2], stiffness=5.0, damping=0.5
+    )
     builder.point("end", "coupler", [0.8, 0, 0]).point("top", "rocker", [0, 0, 0.6])
     return builder.constraint("pin", "spherical", "end", "top")
 
@@ -108,14 +119,18 @@ def test_forward_and_inverse_dynamics(name: str, rng: np.random.Generator) -> No
 CARRIER = "".join(
     f'<joint name="{name}" type="{kind}" axis="{axis}"/>'
     for name, kind, axis in (
-        ("surge", "slide", "1 0 0"), ("sway", "slide", "0 1 0"), ("heave", "slide", "0 0 1"),
-        ("yaw", "hinge", "0 0 1"), ("roll", "hinge", "1 0 0"),
+        ("surge", "slide", "1 0 0"),
+        ("sway", "slide", "0 1 0"),
+        ("heave", "slide", "0 0 1"),
+        ("yaw", "hinge", "0 0 1"),
+        ("roll", "hinge", "1 0 0"),
     )
-)  # fmt: skip
+)
 
 
 def carrier_motion(t: float) -> dict[str, tuple[float, float, float]]:
-    """Return position, velocity and acceleration of the carrier's joints: the formulas of the base and their derivatives."""
+    """Return position, velocity and acceleration of the carrier's joints: the formulas of the base and their
+    derivatives."""
     s, c = np.sin, np.cos
     return {
         "surge": (0.3 * s(2 * t), 0.6 * c(2 * t), -1.2 * s(2 * t)),
@@ -127,10 +142,13 @@ def carrier_motion(t: float) -> dict[str, tuple[float, float, float]]:
 
 
 def test_on_a_moving_base(rng: np.random.Generator) -> None:
-    """The base is a carrier in MuJoCo, whose motion is prescribed through inverse dynamics; ours needs no mass for it."""
+    """The base is a carrier in MuJoCo, whose motion is prescribed through inverse dynamics; ours needs no mass for
+    it."""
     builder = excavator()
-    builder.base(["0.3 * sin(2 * t)", "0.1 * t**2", "0.2 * cos(3 * t)"],
-                 [([0, 0, 1], "0.5 * t + 0.4 * sin(t)"), ([1, 0, 0], "0.7 * sin(1.5 * t)")])  # fmt: skip
+    builder.base(
+        ["0.3 * sin(2 * t)", "0.1 * t**2", "0.2 * cos(3 * t)"],
+        [([0, 0, 1], "0.5 * t + 0.4 * sin(t)"), ([1, 0, 0], "0.7 * sin(1.5 * t)")],
+    )
     scene = builder.build()
     system = derive(scene, ["forward_dynamics", "inverse_dynamics"])
     evaluate, engine = tape_evaluator(system), Engine.of(scene, system, carrier=CARRIER)
@@ -147,7 +165,8 @@ def test_on_a_moving_base(rng: np.random.Generator) -> None:
 
 
 def test_a_closed_loop(rng: np.random.Generator) -> None:
-    """MuJoCo's own connections are soft, so the equations of the loop are put together of its M, forces and Jacobians."""
+    """MuJoCo's own connections are soft, so the equations of the loop are put together of its M, forces and
+    Jacobians."""
     scene = loop().build()
     terms = ["mass", "coupling", "force", "constraint_jacobian", "constraint_bias"]
     system = derive(scene, [*terms, "constraint"])
@@ -170,7 +189,8 @@ def test_a_closed_loop(rng: np.random.Generator) -> None:
 
 
 def _closed(system: System, evaluate: Evaluate, rng: np.random.Generator) -> dict[str, Array]:
-    """Return states that close the loop, and whose velocities keep it closed: rows differ by factors where it is open."""
+    """Return states that close the loop, and whose velocities keep it closed: rows differ by factors where it is
+    open."""
     states = []
     while len(states) < STATES:
         q = np.concatenate([rng.uniform(-0.6, 0.6, 1), [1.0, 0.0, 0.0, 0.0], rng.uniform(-0.6, 0.6, 1)])

@@ -1,4 +1,5 @@
-"""Robots from URDF files against Pinocchio (Carpentier et al. 2019): two readers, two algorithms, one set of numbers."""
+"""Robots from URDF files against Pinocchio (Carpentier et al. 2019): two readers, two algorithms, one set of
+numbers."""
 
 from __future__ import annotations
 
@@ -30,11 +31,13 @@ STATES = 20
 
 @cache
 def model(name: str) -> tuple[System, Evaluate, PinocchioOracle, Array]:
-    """Return a robot's system, its functions, Pinocchio's model of the same file, and the joints' damping by component."""
+    """Return a robot's system, its functions, Pinocchio's model of the same file, and the joints' damping by
+    component."""
     path, root, lock, _ = ROBOTS[name]
     scene = load(robot_file(path), root=root, lock=lock)
     system = derive(scene, TERMS)
-    damping = {joint.name: joint.damping.value for joint in scene.joints}  # type: ignore[union-attr]  # numbers in a URDF
+    # numbers in a URDF
+    damping = {joint.name: joint.damping.value for joint in scene.joints}  # type: ignore[union-attr]
     by_component = np.array([damping[factor.name] for factor in system.factors for _ in range(factor.v_size)])
     return system, tape_evaluator(system), oracle_from_urdf(robot_file(path), scene, root, lock), by_component
 

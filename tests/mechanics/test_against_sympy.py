@@ -45,7 +45,8 @@ def numeric(
 def compare(
     scene: Scene, equations: Equations, rng: np.random.Generator, from_angles: Callable[[Array], Array] | None = None
 ) -> None:
-    """Compare at random states; ``from_angles`` makes q of the three Euler angles that SymPy's equations use instead."""
+    """Compare at random states; ``from_angles`` makes q of the three Euler angles that SymPy's equations use
+    instead."""
     system = derive(scene, TERMS)
     evaluate = tape_evaluator(system)
     state = random_states(system, STATES, rng)
@@ -101,7 +102,16 @@ def test_double_pendulum_with_springs_and_dampers(rng) -> None:
     axis = (0.0, 1.0, 0.0)
     joints = (
         Joint("hinge", "revolute", "base", "first", axis, stiffness=number(5), damping=number(0.3), rest=number(0.2)),
-        Joint("elbow", "revolute", "first", "second", axis, vector((0, 0, -0.8)), stiffness=number(2), damping=number(0.15)),
+        Joint(
+            "elbow",
+            "revolute",
+            "first",
+            "second",
+            axis,
+            vector((0, 0, -0.8)),
+            stiffness=number(2),
+            damping=number(0.15),
+        ),
     )
     compare(Scene("double", (first, second), joints), double_pendulum_of_kane(), rng)
 
@@ -118,7 +128,9 @@ def shaken_pendulum_of_kane() -> Equations:
     A.set_ang_vel(S, u * S.y)
     fixed = me.Point("fixed")
     fixed.set_vel(N, 0)
-    base = fixed.locatenew("base", 0.2 * sm.sin(3 * t) * N.x + 0.1 * sm.cos(5 * t) * N.y + 0.3 * sm.sin(2 * t) ** 2 * N.z)
+    base = fixed.locatenew(
+        "base", 0.2 * sm.sin(3 * t) * N.x + 0.1 * sm.cos(5 * t) * N.y + 0.3 * sm.sin(2 * t) ** 2 * N.z
+    )
     base.set_vel(N, base.pos_from(fixed).dt(N))
     hinge = base.locatenew("hinge", 0.5 * S.x - 0.2 * S.y + 0.1 * S.z)
     hinge.v2pt_theory(base, N, S)
@@ -144,7 +156,8 @@ def test_pendulum_on_a_shaking_base(rng) -> None:
 
 @cache
 def ball_pendulum_of_kane() -> Equations:
-    """A rigid body on a ball joint in Euler angles, with the body's own angular velocity as speeds, pulled by a spring."""
+    """A rigid body on a ball joint in Euler angles, with the body's own angular velocity as speeds, pulled by a
+    spring."""
     angles, speeds = me.dynamicsymbols("q1:4"), me.dynamicsymbols("u1:4")
     N = me.ReferenceFrame("N")
     A = N.orientnew("A", "Body", angles, "123")
@@ -208,7 +221,9 @@ def cart_pole_of_lagrange() -> Equations:
     pole.potential_energy = 0.5 * 9.81 * center.pos_from(origin).dot(N.z)
     trolley.potential_energy = 6.0 * x**2
     drag = -0.2 * x.diff() * N.x
-    lagrange = me.LagrangesMethod(me.Lagrangian(N, trolley, pole), [x, angle], forcelist=[(cart, force * N.x + drag)], frame=N)
+    lagrange = me.LagrangesMethod(
+        me.Lagrangian(N, trolley, pole), [x, angle], forcelist=[(cart, force * N.x + drag)], frame=N
+    )
     lagrange.form_lagranges_equations()
     return numeric([x, angle], [x.diff(), angle.diff()], lagrange.mass_matrix, lagrange.forcing, [force])
 

@@ -1,4 +1,5 @@
-"""Base-motion terms against a tree on a free-flyer whose pose, twist and acceleration are prescribed, and the base's own law."""
+"""Base-motion terms against a tree on a free-flyer whose pose, twist and acceleration are prescribed, and the base's
+own law."""
 
 from __future__ import annotations
 

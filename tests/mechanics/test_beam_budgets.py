@@ -27,7 +27,8 @@ TIP: dict[str, Any] = {"type": "fixed", "parent": "blade", "child": "tip", "posi
 
 
 def data(name: str) -> dict[str, Any]:
-    """Return the spin-up beam with two modes: in its plane or deforming in every way, on a hinge, with a mass at its tip."""
+    """Return the spin-up beam with two modes: in its plane or deforming in every way, on a hinge, with a mass at its
+    tip."""
     found = tomllib.loads(SCENE.read_text())
     found["beams"]["blade"]["bending_y"] = {"modes": 2, "stiffness": "bending_stiffness"}
     found["outputs"] = {}
@@ -73,7 +74,10 @@ def test_a_planar_beam_knows_its_plane_only() -> None:
     for name in ("inverse_dynamics", "forward_dynamics", "partials"):
         assert system.counts[name].functions == system.counts[name].divisions == 0
     assert "bending_z, stretch, torsion of beam blade: the scene asks for none" in system.dropped
-    said = "beam blade: elastic coordinates 2 of bending_y; kinetic energy to second order in them, with the shortening of the"
+    said = (
+        "beam blade: elastic coordinates 2 of bending_y; kinetic energy to second order in them, with the shortening"
+        " of the"
+    )
     assert any(line.startswith(said) for line in system.kept)
 
 

@@ -1,4 +1,5 @@
-"""Beams with everything that can act on them: energy changes by the powers only, and partials are those of the residual."""
+"""Beams with everything that can act on them: energy changes by the powers only, and partials are those of the
+residual."""
 
 from __future__ import annotations
 
@@ -32,7 +33,8 @@ def damped(body: Body) -> Body:
 
 
 def loaded_chain(order: int) -> Scene:
-    """Return the chain of two beams with a spring from the world to a beam, one between the beams, and a force at a tip."""
+    """Return the chain of two beams with a spring from the world to a beam, one between the beams, and a force at a
+    tip."""
     scene = chain(order)
     bodies = tuple(body if body.beam is None else damped(body) for body in scene.bodies)
     points = (
@@ -45,8 +47,22 @@ def loaded_chain(order: int) -> Scene:
         Spring("across", "quarter", "far", number(20.0), number(0.2), number(1.0)),
     )
     forces = (
-        Force("push", "second", vector((LENGTH, 0, 0)), vector((call("sin", TIME), 0.5, -0.2)), vector((0.1, 0, 0.3)), "body"),
-        Force("wind", "first", vector((0.6 * LENGTH, 0, 0.1)), vector((0.4, call("cos", TIME), 0.0)), vector((0, 0, 0)), "world"),
+        Force(
+            "push",
+            "second",
+            vector((LENGTH, 0, 0)),
+            vector((call("sin", TIME), 0.5, -0.2)),
+            vector((0.1, 0, 0.3)),
+            "body",
+        ),
+        Force(
+            "wind",
+            "first",
+            vector((0.6 * LENGTH, 0, 0.1)),
+            vector((0.4, call("cos", TIME), 0.0)),
+            vector((0, 0, 0)),
+            "world",
+        ),
     )
     return replace(scene, bodies=bodies, points=points, elements=elements_with(scene, springs=springs, forces=forces))
 
@@ -63,7 +79,8 @@ def floating(order: int) -> Scene:
     return Scene("floating", (body, tip), joints, vector(GRAVITY), base=MOVING_BASE)
 
 
-def state_on_base(evaluate: Evaluate, system, count: int) -> dict[str, Array]:  # type: ignore[no-untyped-def]  # a System
+# a System
+def state_on_base(evaluate: Evaluate, system, count: int) -> dict[str, Array]:  # type: ignore[no-untyped-def]
     state = random_states(system, count, np.random.default_rng(5))
     for factor in system.factors:
         if factor.group == "R":
@@ -90,7 +107,8 @@ def test_energy_changes_by_the_powers_only(scene, order: int) -> None:  # type: 
 
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("scene", [loaded_chain, floating])
-def test_partials_are_those_of_the_residual(scene, order: int) -> None:  # type: ignore[no-untyped-def]  # order -> Scene
+# order -> Scene
+def test_partials_are_those_of_the_residual(scene, order: int) -> None:  # type: ignore[no-untyped-def]
     system = derive(scene(order), ["residual", "partials", "mass"])
     evaluate = tape_evaluator(system)
     state = state_on_base(evaluate, system, 2)
@@ -102,7 +120,8 @@ def test_partials_are_those_of_the_residual(scene, order: int) -> None:  # type:
 
 
 def test_a_planar_beam_has_constant_mass_and_linear_rows() -> None:
-    """One plane, nothing attached, a fixed joint: M is diagonal and constant, and the matrices of a Newton step have no q."""
+    """One plane, nothing attached, a fixed joint: M is diagonal and constant, and the matrices of a Newton step have no
+    q."""
     system = derive(Scene("planar", (damped(beam_body("beam", PLANAR, 1)),), (Joint("root", "fixed", "base", "beam"),)))
     assert system.facts.constant_mass
     assert system.facts.velocity_forces

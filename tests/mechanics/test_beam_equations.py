@@ -43,7 +43,8 @@ def beam_body(name: str, modes: Modes, order: int, *, stiffening: bool = True, s
     beam = Beam(0.0, LENGTH, number(DENSITY), deformations, number(POLAR), order=order, stiffening=stiffening)  # type: ignore[arg-type]
     mass, across = DENSITY * LENGTH, DENSITY * LENGTH**3 / 12.0 + 0.5 * POLAR * LENGTH
     inertia = tuple(number(entry) for entry in (POLAR * LENGTH, across, across, 0.0, 0.0, 0.0))
-    return Body(name, number(mass), vector((0.5 * LENGTH, 0.0, 0.0)), inertia, beam)  # type: ignore[arg-type]  # six entries
+    # six entries
+    return Body(name, number(mass), vector((0.5 * LENGTH, 0.0, 0.0)), inertia, beam)  # type: ignore[arg-type]
 
 
 MOVING_BASE = Base(
@@ -62,7 +63,9 @@ def base_frame(t: float) -> Frame:
 def single(modes: Modes, order: int, *, hinged: bool, stiffening: bool = True) -> Scene:
     """Return one beam on a moving base, fixed there or on a hinge."""
     joint = Joint("root", "revolute" if hinged else "fixed", "base", "beam", position=vector((0.3, 0.1, 0.2)))
-    return Scene("single", (beam_body("beam", modes, order, stiffening=stiffening),), (joint,), vector(GRAVITY), base=MOVING_BASE)
+    return Scene(
+        "single", (beam_body("beam", modes, order, stiffening=stiffening),), (joint,), vector(GRAVITY), base=MOVING_BASE
+    )
 
 
 def points_of_single(scene: Scene) -> OnBase:
@@ -83,7 +86,8 @@ def points_of_single(scene: Scene) -> OnBase:
 
 
 def chain(order: int) -> Scene:
-    """Return a spatial beam on a hinge, from beside its middle a hinge to a planar beam, and a mass beside that one's tip."""
+    """Return a spatial beam on a hinge, from beside its middle a hinge to a planar beam, and a mass beside that one's
+    tip."""
     first, second = beam_body("first", ALL, order), beam_body("second", PLANAR, order)
     tip = Body("tip", number(0.7), vector((0.02, 0.03, 0.04)), (number(0.0),) * 6)
     joints = (
@@ -118,8 +122,11 @@ def points_of_chain(scene: Scene) -> OnBase:
 def state_of(nv: int) -> dict[str, Array]:
     rng = np.random.default_rng(nv)
     return {
-        "q": rng.uniform(-0.3, 0.3, nv), "v": rng.normal(size=nv), "a": rng.normal(size=nv), "t": np.array([0.7]),
-    }  # fmt: skip
+        "q": rng.uniform(-0.3, 0.3, nv),
+        "v": rng.normal(size=nv),
+        "a": rng.normal(size=nv),
+        "t": np.array([0.7]),
+    }
 
 
 def terms_of(system: System, state: dict[str, Array]) -> dict[str, Array]:
@@ -157,16 +164,20 @@ CASES += [(single(ALL, 2, hinged=True, stiffening=False), points_of_single), (ch
 
 @pytest.mark.parametrize(("scene", "points"), CASES)
 def test_every_term_is_that_of_many_points(scene: Scene, points: Callable[[Scene], OnBase]) -> None:
-    """With order 2 nothing is left out, so M, h, b, Q and inverse dynamics agree to rounding, on a base that moves every way."""
+    """With order 2 nothing is left out, so M, h, b, Q and inverse dynamics agree to rounding, on a base that moves
+    every way."""
     system = derive(scene, TERMS)
     state = state_of(system.nv)
     found, expected = terms_of(system, state), expected_terms(points(scene), state)
     for name, value in expected.items():
         assert relative_error(found[name], value, axes=value.ndim, floor=1e-3) <= 2e-13, name
-    np.testing.assert_allclose(found["vdot"], np.linalg.solve(found["M"], found["Q"] - found["h"] - found["b"]), rtol=1e-9)
+    np.testing.assert_allclose(
+        found["vdot"], np.linalg.solve(found["M"], found["Q"] - found["h"] - found["b"]), rtol=1e-9
+    )
 
 
-#: Scales of the elastic part of a state from which a polynomial of degree 4 in the scale follows, and the matrix of its powers.
+#: Scales of the elastic part of a state from which a polynomial of degree 4 in the scale follows, and the matrix of its
+#: powers.
 SCALES = np.cos(np.pi * (np.arange(5) + 0.5) / 5)
 POWERS = np.vander(SCALES, increasing=True)
 
@@ -180,10 +191,11 @@ def lowest_weights(values: Array, kept: int) -> Array:
 @pytest.mark.parametrize("hinged", [False, True])
 @pytest.mark.parametrize("modes", [PLANAR, TWO_PLANES, STRETCHING, TWISTING, ALL])
 def test_order_1_is_the_whole_truncated_at_second_order(modes: Modes, hinged: bool) -> None:
-    """Of all terms, what has weight 2 at most in elastic coordinates, their rates, accelerations and variations is kept.
+    """Of all terms, what has weight 2 at most in elastic coordinates, their rates, accelerations and variations is
+    kept.
 
-    That is what Lagrange's equations of a kinetic energy truncated at second order give, so energy is conserved. A variation
-    counts 1, so the rows of elastic coordinates are linear.
+    That is what Lagrange's equations of a kinetic energy truncated at second order give, so energy is conserved. A
+    variation counts 1, so the rows of elastic coordinates are linear.
     """
     scene = single(modes, 1, hinged=hinged)
     system, on_base = derive(scene, TERMS), points_of_single(scene)

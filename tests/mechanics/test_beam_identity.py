@@ -1,4 +1,5 @@
-"""One shape in each plane on a frame that moves in all six components: the difference to Lagrange's equations is exactly zero.
+"""One shape in each plane on a frame that moves in all six components: the difference to Lagrange's equations is
+exactly zero.
 
 Length and mass are chosen so that all integrals are whole numbers, so nothing is rounded on the way.
 """
@@ -36,7 +37,7 @@ from tests.oracles.beam_on_moving_frame import (
     by_lagrange,
     t,
     x,
-)  # fmt: skip
+)
 from tests.oracles.formulas import TIME, number, vector
 
 SPAN = 2
@@ -48,7 +49,8 @@ def over_length(density: sp.Expr) -> sp.Rational:
 
 
 def exact_integrals() -> tuple[dict[str, list[sp.Rational]], int]:
-    """Return integrals of both shapes for a unit of mass per length and of stiffness, and what makes all of them whole."""
+    """Return integrals of both shapes for a unit of mass per length and of stiffness, and what makes all of them
+    whole."""
     xi = sp.Dummy("xi")
     shortening = [sp.integrate(sp.expand(sp.diff(f, x) ** 2).subs(x, xi), (xi, 0, x)) for f in SHAPES]
     found = {
@@ -69,10 +71,23 @@ def generated(monkeypatch: pytest.MonkeyPatch) -> tuple[sp.Matrix, int]:
     square = {name: np.diag(scaled[name]) for name in ("g0", "g1", "k")} | {"m": np.reshape(scaled["m"], (2, 2))}
     nothing = np.zeros(2)
     integrals = ShapeIntegrals(
-        ("bending_y", "bending_z"), lambda _: Station(nothing, nothing, np.zeros((2, 2))), 0.0, 0.0, 0.0,
-        np.array(scaled["d"]), np.array(scaled["e"]), square["m"], square["g0"], square["g1"], np.zeros(0), np.zeros(0),
-        nothing, np.zeros((2, 2)), square["k"], nothing,
-    )  # fmt: skip
+        ("bending_y", "bending_z"),
+        lambda _: Station(nothing, nothing, np.zeros((2, 2))),
+        0.0,
+        0.0,
+        0.0,
+        np.array(scaled["d"]),
+        np.array(scaled["e"]),
+        square["m"],
+        square["g0"],
+        square["g1"],
+        np.zeros(0),
+        np.zeros(0),
+        nothing,
+        np.zeros((2, 2)),
+        square["k"],
+        nothing,
+    )
     monkeypatch.setattr(links, "shape_integrals", lambda _: integrals)
     deformations = tuple(Deformation(kind, "polynomial", 1, number(1.0)) for kind in ("bending_y", "bending_z"))
     beam = Body("beam", number(1.0), vector((0, 0, 0)), (number(0.0),) * 6, Beam(0.0, 2.0, number(1.0), deformations))
@@ -87,10 +102,16 @@ def test_difference_to_lagrange_is_exactly_zero(monkeypatch: pytest.MonkeyPatch)
     rows, whole = generated(monkeypatch)
     symbols = {symbol.name: symbol for symbol in rows.free_symbols}
     components = {f"base_{7 + k}": OMEGA[k] for k in range(3)} | {f"base_{10 + k}": V[k] for k in range(3)}
-    components |= {f"base_{13 + k}": OMEGA[k].diff(t) for k in range(3)} | {f"base_{16 + k}": V[k].diff(t) for k in range(3)}
+    components |= {f"base_{13 + k}": OMEGA[k].diff(t) for k in range(3)} | {
+        f"base_{16 + k}": V[k].diff(t) for k in range(3)
+    }
     for k, coordinate in enumerate((ETA, ZETA)):
-        components |= {f"{letter}_beam_{k}": coordinate.diff(t, n) if n else coordinate for n, letter in enumerate("qva")}
-    ours = rows.subs({symbols[name]: value for name, value in components.items() if name in symbols}).applyfunc(sp.nsimplify)
+        components |= {
+            f"{letter}_beam_{k}": coordinate.diff(t, n) if n else coordinate for n, letter in enumerate("qva")
+        }
+    ours = rows.subs({symbols[name]: value for name, value in components.items() if name in symbols}).applyfunc(
+        sp.nsimplify
+    )
     data = {LENGTH: SPAN, MASS: whole, TIP: 0, AXIAL: 0, EI_Y: whole, EI_Z: whole, **dict.fromkeys(GRAVITY, 0)}
     lagrange = by_lagrange().subs(data)
     assert (ours - lagrange).expand() == sp.zeros(2, 1)

@@ -1,7 +1,9 @@
-"""Inertia factors: all terms gain what the kinetic energy of more mass gives that only moves with the deflection of one kind.
+"""Inertia factors: all terms gain what the kinetic energy of more mass gives that only moves with the deflection of one
+kind.
 
-About the hinge of a beam that turns in its plane with rate w, deflections r of one kind (all along one axis) have the energy
-(1/2) (factor - 1) (r'^T m r' + w^2 r^T m r), where m is the integral of the products of their shape functions over the mass.
+About the hinge of a beam that turns in its plane with rate w, deflections r of one kind (all along one axis) have the
+energy (1/2) (factor - 1) (r'^T m r' + w^2 r^T m r), where m is the integral of the products of their shape functions
+over the mass.
 """
 
 from __future__ import annotations
@@ -29,7 +31,9 @@ def scene_with(kind: DeformationKind, factor: float) -> Scene:
     scene = single(MODES, 1, hinged=True)
     beam = scene.bodies[0].beam
     assert beam is not None
-    changed = tuple(replace(item, inertia_factor=number(factor)) if item.kind == kind else item for item in beam.deformations)
+    changed = tuple(
+        replace(item, inertia_factor=number(factor)) if item.kind == kind else item for item in beam.deformations
+    )
     return replace(scene, base=Base(), bodies=(replace(scene.bodies[0], beam=replace(beam, deformations=changed)),))
 
 

@@ -33,7 +33,8 @@ def scene_with(*, stiffening: bool, tip: bool) -> Scene:
 
 
 def matrices(scene: Scene) -> tuple[dict[str, Array], Array, Array]:
-    """Return the term, and the partials of the residual in q and v where the beam is straight and its coordinates at rest."""
+    """Return the term, and the partials of the residual in q and v where the beam is straight and its coordinates at
+    rest."""
     system = derive(scene, ["elastic", "residual"])
     evaluate = tape_evaluator(system)
     state = state_on_base(evaluate, system, 3)
@@ -46,7 +47,8 @@ def matrices(scene: Scene) -> tuple[dict[str, Array], Array, Array]:
 
 @pytest.mark.parametrize("tip", [False, True])
 def test_geometric_stiffness_is_what_shortening_adds(tip: bool) -> None:
-    """The partials with shortening less those without are K_geo, for a base that moves every way and a hinge that turns."""
+    """The partials with shortening less those without are K_geo, for a base that moves every way and a hinge that
+    turns."""
     found, by_q, _ = matrices(scene_with(stiffening=True, tip=tip))
     without, by_q_without, _ = matrices(scene_with(stiffening=False, tip=tip))
     added = by_q[:, 1:, 1:] - by_q_without[:, 1:, 1:]
@@ -77,10 +79,14 @@ def test_modal_damping_is_the_asked_part_of_critical() -> None:
     body = beam_body("beam", (("bending_y", 3), ("torsion", 1)), 1, stiffness=20.0)
     assert body.beam is not None
     ratios = tuple(replace(item, damping_ratio=0.07) for item in body.beam.deformations)
-    scene = Scene("s", (replace(body, beam=replace(body.beam, deformations=ratios)),), (Joint("root", "fixed", "base", "beam"),))
+    scene = Scene(
+        "s", (replace(body, beam=replace(body.beam, deformations=ratios)),), (Joint("root", "fixed", "base", "beam"),)
+    )
     system = derive(scene, ["elastic", "mass"])
     evaluate = tape_evaluator(system)
     state = {"q": np.zeros(4), "v": np.zeros(4), "a": np.zeros(4), "base": np.zeros(19)}
     K, D, M = evaluate("elastic", state)["K"], evaluate("elastic", state)["D"], evaluate("mass", state)["M"]
-    poles = np.linalg.eigvals(np.block([[np.zeros((4, 4)), np.eye(4)], [-np.linalg.solve(M, K), -np.linalg.solve(M, D)]]))
+    poles = np.linalg.eigvals(
+        np.block([[np.zeros((4, 4)), np.eye(4)], [-np.linalg.solve(M, K), -np.linalg.solve(M, D)]])
+    )
     np.testing.assert_allclose(-poles.real / np.abs(poles), 0.07, rtol=1e-9)

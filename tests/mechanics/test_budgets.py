@@ -1,7 +1,7 @@
 """Exact numbers of operations, committed as budgets, and published numbers of the same robots.
 
-A count that rises is a regression; one that falls is written here with its new value. Counts are additions and multiplications;
-sines, cosines and divisions come on top.
+A count that rises is a regression; one that falls is written here with its new value. Counts are additions and
+multiplications; sines, cosines and divisions come on top.
 """
 
 from __future__ import annotations
@@ -29,9 +29,13 @@ def panda_of_file() -> Scene:
 
 
 SCENES: dict[str, Callable[[], Scene]] = {
-    "panda": robots.panda, "panda.urdf": panda_of_file, "puma": robots.puma, "rx90": robots.rx90,
-    "general 6R": partial(robots.general_arm, 6), "general 7R": partial(robots.general_arm, 7),
-}  # fmt: skip
+    "panda": robots.panda,
+    "panda.urdf": panda_of_file,
+    "puma": robots.puma,
+    "rx90": robots.rx90,
+    "general 6R": partial(robots.general_arm, 6),
+    "general 7R": partial(robots.general_arm, 7),
+}
 #: robot, term, exact count, the published or demanded count that it must not exceed
 COUNTS = [
     ("panda", "inverse_dynamics", 602, 610),
@@ -81,17 +85,38 @@ def test_one_sine_and_one_cosine_per_joint_that_matters() -> None:
 
 PANDA_NUMBERS = {
     1.0: (
-        (3.780598310243, 36.80468181363, -8.418587841962, -9.672100913986, -1.310497838996, 1.575781394459, 0.001708005214512),
         (
-            0.6536279842685, 2.841136569874, 0.3115925100575, 0.6710539368351, 0.03832177484813, 0.03193616749041,
+            3.780598310243,
+            36.80468181363,
+            -8.418587841962,
+            -9.672100913986,
+            -1.310497838996,
+            1.575781394459,
+            0.001708005214512,
+        ),
+        (
+            0.6536279842685,
+            2.841136569874,
+            0.3115925100575,
+            0.6710539368351,
+            0.03832177484813,
+            0.03193616749041,
             0.004909651967361,
         ),
     ),
     2.5: (
-        (4.550037710675, -31.12910696705, 2.41346536709, 14.56063566405, -0.3863529012996, -0.217431385905, 0.0343842387841),
+        (
+            4.550037710675,
+            -31.12910696705,
+            2.41346536709,
+            14.56063566405,
+            -0.3863529012996,
+            -0.217431385905,
+            0.0343842387841,
+        ),
         None,
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("t", PANDA_NUMBERS)
@@ -110,7 +135,9 @@ def test_published_state_of_the_puma() -> None:
         "v": np.array([1.0, -1.0, 0.5, 0.3, -0.2, 0.1]),
         "a": np.array([0.5, 0.4, 0.3, 0.2, 0.1, 0.0]),
     }
-    expected = np.array([2.66645008799, -39.4456081269, -4.44871803297, 0.00428002051613, -0.0230464613534, 4.69905609558e-5])
+    expected = np.array(
+        [2.66645008799, -39.4456081269, -4.44871803297, 0.00428002051613, -0.0230464613534, 4.69905609558e-5]
+    )
     found = tape_evaluator(system_of("puma"))("inverse_dynamics", state)["tau"]
     np.testing.assert_allclose(found, expected, rtol=5e-12)
 
@@ -118,7 +145,8 @@ def test_published_state_of_the_puma() -> None:
 #: robot, term, exact count, the published or demanded count that it must not exceed
 COUNTS_OF_RATES = [
     ("panda", "rates_1", 1321, 1500),
-    ("panda", "rates", 2284, 2779),  # 2872 by repeated differentiation, 2779 by Taylor coefficients of the operations of tau
+    # 2872 by repeated differentiation, 2779 by Taylor coefficients of the operations of tau
+    ("panda", "rates", 2284, 2779),
     ("panda", "rates_3", 3671, 4304),  # 4304: Taylor coefficients of the operations of tau
     ("panda", "forward_rates", 3838, 5856),  # 5856: Taylor coefficients of the operations of vdot along its flow
     ("panda", "mass_rates", 1815, 2276),
@@ -180,7 +208,8 @@ def test_forward_dynamics_of_long_chains_is_linear(chain: str, per_link: int) ->
 
 
 def test_body_of_revolution_at_the_tip_is_seen_as_a_rotor() -> None:
-    """Equal second moments across its axis leave a link its axial inertia only; a slight inequality costs operations."""
+    """Equal second moments across its axis leave a link its axial inertia only; a slight inequality costs
+    operations."""
     round_link, other_link = ((0.02, second, 0.01, 0, 0, 0) for second in (0.02, 0.021))
     counts = []
     for inertia in (round_link, other_link):

@@ -44,7 +44,8 @@ def _rows(rotation: Rotation) -> Any:
 
 
 def scene_of(seed: int) -> Scene:
-    """Return a random tree with bushings between two bodies, on the base and on the world; every second on a moving base."""
+    """Return a random tree with bushings between two bodies, on the base and on the world; every second on a moving
+    base."""
     rng = np.random.default_rng(seed)
     scene = random_scene(seed, 2 + seed % 4)
     scene = with_base(scene, seed, turning=seed % 4 == 1) if seed % 2 else scene
@@ -74,7 +75,8 @@ def test_potential_is_that_of_rotation_vectors(seed: int, rng: np.random.Generat
     scene = scene_of(seed)
     state = random_states(derive(scene, ["energy"]), STATES, rng)
     found, without = (
-        tape_evaluator(derive(item, ["energy"]))("energy", state)["energy"][:, 1] for item in (scene, replace(scene, elements=()))
+        tape_evaluator(derive(item, ["energy"]))("energy", state)["energy"][:, 1]
+        for item in (scene, replace(scene, elements=()))
     )
     poses = direct_kinematics.poses(scene, state["q"], None)
     resting = (np.broadcast_to(np.eye(3), (STATES, 3, 3)), np.zeros((STATES, 3)))
@@ -131,7 +133,8 @@ def test_at_rest_only_the_preload_acts_and_partials_are_finite() -> None:
 
 
 def test_one_bushing_does_what_joint_springs_do(rng: np.random.Generator) -> None:
-    """A rotation about one axis is answered in proportion to its angle up to half a turn, like a spring in the joint."""
+    """A rotation about one axis is answered in proportion to its angle up to half a turn, like a spring in the
+    joint."""
     systems = []
     for in_joint in (True, False):
         builder = SceneBuilder("arm").body("link", 1.0, center_of_mass=[0.3, 0, 0], inertia=[0.01, 0.02, 0.02])
@@ -139,18 +142,26 @@ def test_one_bushing_does_what_joint_springs_do(rng: np.random.Generator) -> Non
         builder.joint("hinge", "revolute", "base", "link", axis=[0, 0, 1], **springs)
         if not in_joint:
             builder.bushing(
-                "hinge", {"body": "base"}, {"body": "link"}, rest_rotation=[([0, 0, 1], 0.4)],
-                rotational_stiffness=[3, 5, 7.0], rotational_damping=[1, 1, 0.3], stiffness=[9, 9, 9],
-            )  # fmt: skip
+                "hinge",
+                {"body": "base"},
+                {"body": "link"},
+                rest_rotation=[([0, 0, 1], 0.4)],
+                rotational_stiffness=[3, 5, 7.0],
+                rotational_damping=[1, 1, 0.3],
+                stiffness=[9, 9, 9],
+            )
         systems.append(derive(builder.build(), ["force", "energy"]))
     state = {"q": rng.uniform(-2.7, 3.5, (50, 1)), "v": rng.normal(size=(50, 1))}
     joint, bushing = (tape_evaluator(system) for system in systems)
     np.testing.assert_allclose(bushing("force", state)["Q"], joint("force", state)["Q"], rtol=1e-12, atol=1e-12)
-    np.testing.assert_allclose(bushing("energy", state)["energy"], joint("energy", state)["energy"], rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(
+        bushing("energy", state)["energy"], joint("energy", state)["energy"], rtol=1e-12, atol=1e-12
+    )
 
 
 def test_absolute_coordinates_have_the_same_forces(rng: np.random.Generator) -> None:
-    """A free body in joint coordinates has the same q and v as in absolute ones, with its frame at its centre of mass."""
+    """A free body in joint coordinates has the same q and v as in absolute ones, with its frame at its centre of
+    mass."""
     found = []
     for coordinates in ("joint", "absolute"):
         builder = SceneBuilder("body", coordinates=coordinates).body("block", 2.0, inertia=[0.1, 0.2, 0.3])
@@ -158,7 +169,9 @@ def test_absolute_coordinates_have_the_same_forces(rng: np.random.Generator) -> 
         builder.base(position=["sin(t)", 0, 0], rotation=[([0, 0, 1], "0.3 * sin(t)")])
         frame = {"body": "block", "position": [0.1, 0, 0.2]}
         builder.point("ceiling", "world", [0, 0, 2])
-        builder.bushing("mount", "ceiling", frame, stiffness=[3, 4, 5], rotational_stiffness=[1, 2, 3], damping=[1, 2, 3])
+        builder.bushing(
+            "mount", "ceiling", frame, stiffness=[3, 4, 5], rotational_stiffness=[1, 2, 3], damping=[1, 2, 3]
+        )
         system = derive(builder.build(), ["force"])
         state = random_states(system, 20, np.random.default_rng(5))
         if coordinates == "joint":  # the base where it rests in the world: same poses
@@ -174,9 +187,15 @@ def test_absolute_coordinates_have_the_same_forces(rng: np.random.Generator) -> 
 
 def test_energy_of_a_tumbling_body_is_kept_to_the_order_of_the_method() -> None:
     builder = SceneBuilder("mount", gravity=[0, 0, -9.81]).body("block", 2.0, inertia=[0.05, 0.08, 0.1])
-    start = {"position": [0.05, 0.02, -0.04], "rotation": [([1, 2, 3], 1.5)], "velocity": [1.0, -2.0, 0.5, 0.1, 0.2, -0.3]}
+    start = {
+        "position": [0.05, 0.02, -0.04],
+        "rotation": [([1, 2, 3], 1.5)],
+        "velocity": [1.0, -2.0, 0.5, 0.1, 0.2, -0.3],
+    }
     builder.joint("free", "free", "base", "block", initial=start)
-    builder.bushing("rubber", {"body": "base"}, {"body": "block"}, stiffness=[900, 500, 700], rotational_stiffness=[4, 6, 9])
+    builder.bushing(
+        "rubber", {"body": "base"}, {"body": "block"}, stiffness=[900, 500, 700], rotational_stiffness=[4, 6, 9]
+    )
     model = eomgen.build(builder.build(), profile="quick")
     drift = []
     for step in (2e-3, 1e-3):

@@ -1,4 +1,5 @@
-"""The closed form on the Lie group against the recursion and against complex steps along motions: trees, and all matrices."""
+"""The closed form on the Lie group against the recursion and against complex steps along motions: trees, and all
+matrices."""
 
 from __future__ import annotations
 
@@ -28,21 +29,26 @@ MATRICES = [f"{name}{suffix}" for name in CLOSED_MATRICES for suffix in ("", "_r
 
 
 def tree(seed: int) -> Scene:
-    """Return a tree of 1 to 12 joints of all types; two of three on a moving base, one of six on one that only translates."""
-    links = 1 + min(seed % 12, seed // 12 % 12)  # all pairs of numbers below 12, so every size up to 12, small ones more often
+    """Return a tree of 1 to 12 joints of all types; two of three on a moving base, one of six on one that only
+    translates."""
+    # all pairs of numbers below 12, so every size up to 12, small ones more often
+    links = 1 + min(seed % 12, seed // 12 % 12)
     scene = random_scene(5000 + seed, links)
     return with_base(scene, seed, turning=seed % 6 != 1) if seed % 3 else scene
 
 
 def both_ways(scene: Scene) -> System:
-    """Return a system of nothing but tau and two derivatives, by recursion and in closed form, and of what drives the base."""
+    """Return a system of nothing but tau and two derivatives, by recursion and in closed form, and of what drives the
+    base."""
     derivation = Derivation(scene)
     paths = {
         "rates": inverse_dynamics_rates(derivation, 2),
         "rates_closed": closed_block(derivation, "closed_inverse_dynamics", 2)[1],
     }
     functions = {
-        name: Function(name, "", INPUT_BLOCKS, tuple(Block(f"tau{k}", (len(of),), tuple(p[k] for p in of)) for k in range(3)))
+        name: Function(
+            name, "", INPUT_BLOCKS, tuple(Block(f"tau{k}", (len(of),), tuple(p[k] for p in of)) for k in range(3))
+        )
         for name, of in paths.items()
     }
     if scene.base is not None:
@@ -51,9 +57,20 @@ def both_ways(scene: Scene) -> System:
         functions["base_rates"] = Function("base_rates", "", ("t",), (base_rates(derivation.tape, law, 2),))
     facts = Facts(False, False, True, scene.base is not None)
     return System(
-        name=scene.name, tape=derivation.tape, factors=derivation.tree.factors, functions=functions, parameters=(), inputs=(),
-        outputs=(), bodies=(), initial_q=(), initial_v=(), dof_parent=(), facts=facts, order=2,
-    )  # fmt: skip
+        name=scene.name,
+        tape=derivation.tape,
+        factors=derivation.tree.factors,
+        functions=functions,
+        parameters=(),
+        inputs=(),
+        outputs=(),
+        bodies=(),
+        initial_q=(),
+        initial_v=(),
+        dof_parent=(),
+        facts=facts,
+        order=2,
+    )
 
 
 @pytest.mark.parametrize("chunk", range(CHUNKS))
@@ -75,9 +92,11 @@ def test_closed_form_recursion_and_complex_step_on_random_trees(chunk: int) -> N
 def matrix_scenes() -> dict[str, Scene]:
     made = {f"random {seed}": random_scene(seed, 1 + seed % 5) for seed in range(200, 209)}
     made |= {
-        "panda": robots.panda(), "following": with_mimics(random_scene(31, 6), 31),
-        "based": with_base(with_loads(random_scene(230, 4), 230), 230), "states": drone(),
-    }  # fmt: skip
+        "panda": robots.panda(),
+        "following": with_mimics(random_scene(31, 6), 31),
+        "based": with_base(with_loads(random_scene(230, 4), 230), 230),
+        "states": drone(),
+    }
     return made
 
 
@@ -91,7 +110,9 @@ def test_matrices_and_their_derivatives(name: str, rng: np.random.Generator) -> 
     run = tape_evaluator(system)
     state = random_motions(system, run, 2, rng)
     values: dict[str, dict[str, Array]] = {
-        term: run(term, state) for term in system.functions if term not in ("base", "inputs", "base_rates", "input_rates")
+        term: run(term, state)
+        for term in system.functions
+        if term not in ("base", "inputs", "base_rates", "input_rates")
     }
     for matrix in CLOSED_MATRICES:
         (block,) = values[matrix]
@@ -162,7 +183,9 @@ def test_system_matrices_are_what_they_are_called(rng: np.random.Generator) -> N
     a = block_diagonal(run("joint_brackets", state)["ad_joints"][0])
     b = run("link_brackets", state)["ad_links"][0]
     twists = (J @ state["v"][0]).reshape(-1, 6)
-    assert np.allclose(b[:, 3:, :3], cross_matrices(twists[:, 3:])) and np.allclose(b[:, :3, :3], cross_matrices(twists[:, :3]))
+    assert np.allclose(b[:, 3:, :3], cross_matrices(twists[:, 3:])) and np.allclose(
+        b[:, :3, :3], cross_matrices(twists[:, :3])
+    )
     assert np.allclose(b[:, 3:, 3:], b[:, :3, :3]) and not b[:, :3, 3:].any()
     J_dot, A_dot = run("system_jacobian_rates", state)["J_dot"][0], run("adjoints_rates", state)["A_dot"][0]
     assert np.allclose(J_dot, A @ a @ (X - J), atol=1e-12)

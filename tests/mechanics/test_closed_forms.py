@@ -31,7 +31,9 @@ def test_physical_pendulum(rng) -> None:
     np.testing.assert_allclose(evaluate("mass", state)["M"], np.full((STATES, 1, 1), 0.25 + 2.0 * 0.36), rtol=1e-15)
     np.testing.assert_array_equal(evaluate("coupling", state)["h"], np.zeros((STATES, 1)))
     np.testing.assert_allclose(evaluate("force", state)["Q"], -2.0 * 9.81 * 0.6 * np.sin(state["q"]), rtol=1e-14)
-    np.testing.assert_allclose(evaluate("partials", state)["K"][..., 0], 2.0 * 9.81 * 0.6 * np.cos(state["q"]), rtol=1e-14)
+    np.testing.assert_allclose(
+        evaluate("partials", state)["K"][..., 0], 2.0 * 9.81 * 0.6 * np.cos(state["q"]), rtol=1e-14
+    )
     assert system.counts["coupling"].flops == 0 and system.facts.constant_mass
 
 
@@ -42,7 +44,9 @@ def test_double_pendulum_of_point_masses(rng) -> None:
         Joint("shoulder", "revolute", "base", "upper", (0, 0, 1)),
         Joint("elbow", "revolute", "upper", "lower", (0, 0, 1), vector((1.0, 0, 0))),
     )
-    system = derive(Scene("double", tuple(masses), joints, gravity=vector((0, -9.81, 0))), ["mass", "coupling", "force"])
+    system = derive(
+        Scene("double", tuple(masses), joints, gravity=vector((0, -9.81, 0))), ["mass", "coupling", "force"]
+    )
     evaluate, state = tape_evaluator(system), random_states(system, STATES, rng)
     (q1, q2), (v1, v2) = state["q"].T, state["v"].T
     c2, s2 = np.cos(q2), np.sin(q2)
@@ -64,7 +68,9 @@ def test_free_rigid_body_obeys_newton_and_euler(rng) -> None:
     expected = np.concatenate([np.cross(omega, omega @ inertia), 1.7 * np.cross(omega, velocity)], axis=1)
     assert relative_error(evaluate("coupling", state)["h"], expected) <= 1e-14
     weight = 1.7 * np.einsum("kji,j->ki", rotation_of(state["q"][:, :4]), [0, 0, -9.81])
-    assert relative_error(evaluate("force", state)["Q"], np.concatenate([np.zeros((STATES, 3)), weight], axis=1)) <= 1e-14
+    assert (
+        relative_error(evaluate("force", state)["Q"], np.concatenate([np.zeros((STATES, 3)), weight], axis=1)) <= 1e-14
+    )
     spin = np.linalg.solve(inertia, -np.cross(omega, omega @ inertia)[..., np.newaxis])[..., 0]
     fall = weight / 1.7 - np.cross(omega, velocity)
     assert relative_error(evaluate("forward_dynamics", state)["vdot"], np.concatenate([spin, fall], axis=1)) <= 1e-13
@@ -72,11 +78,15 @@ def test_free_rigid_body_obeys_newton_and_euler(rng) -> None:
 
 
 def test_gyroscopic_moment_of_a_wheel_on_a_turning_base() -> None:
-    """A wheel that spins at s on a table turning at W needs the moment I s W across both: here it loads a tilt hinge."""
+    """A wheel that spins at s on a table turning at W needs the moment I s W across both: here it loads a tilt
+    hinge."""
     axial, across = 0.04, 0.025
     frame = rigid_body("frame", 0.0)
     wheel = rigid_body("wheel", 1.0, (0, 0, 0), (axial, across, across, 0, 0, 0))
-    joints = (Joint("tilt", "revolute", "base", "frame", (0, 1, 0)), Joint("spin", "revolute", "frame", "wheel", (1, 0, 0)))
+    joints = (
+        Joint("tilt", "revolute", "base", "frame", (0, 1, 0)),
+        Joint("spin", "revolute", "frame", "wheel", (1, 0, 0)),
+    )
     table = Base(rotations=(Rotation((0, 0, 1), times(3.0, TIME)),))
     system = derive(Scene("gyroscope", (frame, wheel), joints, gravity=vector((0, 0, 0)), base=table))
     evaluate = tape_evaluator(system)
@@ -91,7 +101,9 @@ def test_bead_on_a_turning_rod() -> None:
     table = Base(rotations=(Rotation((0, 0, 1), times(5.0, TIME)),))
     system = derive(Scene("bead", (bead,), (joint,), base=table))
     evaluate = tape_evaluator(system)
-    state = on_base(evaluate, {"q": np.array([[0.3]]), "v": np.array([[2.0]]), "a": np.array([[1.0]]), "t": np.array([[0.2]])})
+    state = on_base(
+        evaluate, {"q": np.array([[0.3]]), "v": np.array([[2.0]]), "a": np.array([[1.0]]), "t": np.array([[0.2]])}
+    )
     np.testing.assert_allclose(evaluate("base_motion", state)["b"], [[-0.4 * 25.0 * 0.3]], rtol=1e-14)
     np.testing.assert_allclose(evaluate("partials", state)["K"], [[[-0.4 * 25.0]]], rtol=1e-14)
     np.testing.assert_array_equal(evaluate("coupling", state)["h"], [[0.0]])

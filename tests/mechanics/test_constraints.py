@@ -1,4 +1,5 @@
-"""Constraint rows and their derivatives: against complex step, against motions that each type means to allow, and rolling."""
+"""Constraint rows and their derivatives: against complex step, against motions that each type means to allow, and
+rolling."""
 
 from __future__ import annotations
 
@@ -44,9 +45,17 @@ from tests.oracles.states import (
 
 STATES = 4
 TERMS = [
-    "constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "velocity_partials", "residual", "partials",
-    "equations", "iteration", "jacobian_values",
-]  # fmt: skip
+    "constraint",
+    "constraint_velocity",
+    "constraint_bias",
+    "constraint_jacobian",
+    "velocity_partials",
+    "residual",
+    "partials",
+    "equations",
+    "iteration",
+    "jacobian_values",
+]
 PLACES = ["two bodies", "body and base", "base and body"]
 
 
@@ -76,10 +85,16 @@ def check_derivatives(system: System, state: dict[str, Array]) -> None:
     w = evaluate("constraint_velocity", state)["w"]
     if rows:
         assert relative_error(B[:, :rows], jacobian(evaluate, factors, "constraint", "Phi", state, "q"), 2) <= 1e-12
-        assert relative_error(w[:, :rows], derivative(evaluate, factors, "constraint", state, along)["Phi"], floor=1e-3) <= 1e-11
+        assert (
+            relative_error(w[:, :rows], derivative(evaluate, factors, "constraint", state, along)["Phi"], floor=1e-3)
+            <= 1e-11
+        )
     assert relative_error(B, jacobian(evaluate, factors, "constraint_velocity", "w", state, "v"), 2) <= 1e-11
     bias = evaluate("constraint_bias", state)["g"]
-    assert relative_error(bias, derivative(evaluate, factors, "constraint_velocity", state, along)["w"], floor=1e-3) <= 1e-10
+    assert (
+        relative_error(bias, derivative(evaluate, factors, "constraint_velocity", state, along)["w"], floor=1e-3)
+        <= 1e-10
+    )
     Z = evaluate("velocity_partials", state)["Z"]
     expected = jacobian(evaluate, factors, "constraint_velocity", "w", state, "q")
     assert relative_error(Z, expected, 2, floor=1e-3) <= 1e-10
@@ -102,7 +117,9 @@ def check_derivatives(system: System, state: dict[str, Array]) -> None:
 @pytest.mark.parametrize("place", PLACES)
 @pytest.mark.parametrize("kind, driven, shape", variants())
 def test_derivatives_of_every_type(kind: str, driven: bool, shape: str, place: str, coordinates: str, rng) -> None:
-    first, second = {"two bodies": ("one", "two"), "body and base": ("one", BASE), "base and body": (BASE, "two")}[place]
+    first, second = {"two bodies": ("one", "two"), "body and base": ("one", BASE), "base and body": (BASE, "two")}[
+        place
+    ]
     scene = two_bodies(3, base=place != "two bodies")
     item = constraint(rng, kind, first, second, driven=driven, shape=shape)
     scene = replace(scene, constraints=(item,), coordinates=coordinates, groups={"one": "R3xSO3"})
@@ -138,7 +155,8 @@ def quaternion_of(R: Array) -> Array:
 
 
 def pair_state(scene: Scene, second_in_first: tuple[Array, Array], one: Array) -> Array:
-    """Return q of two free bodies, the first posed by ``one``, the second where its frame has the given pose in the first's."""
+    """Return q of two free bodies, the first posed by ``one``, the second where its frame has the given pose in the
+    first's."""
     item = scene.constraints[0]
     F, G = np.array(item.first.orientation), np.array(item.second.orientation)
     f, g = (np.array([value_of(part, {}) for part in side.position]) for side in (item.first, item.second))
@@ -151,7 +169,9 @@ def pair_state(scene: Scene, second_in_first: tuple[Array, Array], one: Array) -
 @pytest.mark.parametrize("kind, driven, shape", variants())
 def test_what_each_type_allows(kind: str, driven: bool, shape: str, rng) -> None:
     """Rows vanish where the frames are as the type means it, and B leaves exactly the motions that keep them so."""
-    scene = replace(two_bodies(0, base=False), constraints=(constraint(rng, kind, "one", "two", driven=driven, shape=shape),))
+    scene = replace(
+        two_bodies(0, base=False), constraints=(constraint(rng, kind, "one", "two", driven=driven, shape=shape),)
+    )
     system = derive(scene, ["constraint", "constraint_jacobian"])
     evaluate = tape_evaluator(system)
     t, s = rng.uniform(0.2, 1.0), rng.uniform(-0.8, 0.8, FREEDOMS[kind])
@@ -252,5 +272,7 @@ def test_multipliers_enter_where_a_driver_works_only(rng) -> None:
         state = states_of(system, rng)
         evaluate = tape_evaluator(system)
         kinetic, potential, _, base_power = evaluate("energy", state)["energy"].T
-        np.testing.assert_array_equal(evaluate("outputs", state)["y"], np.stack([base_power, kinetic + potential], axis=1))
+        np.testing.assert_array_equal(
+            evaluate("outputs", state)["y"], np.stack([base_power, kinetic + potential], axis=1)
+        )
         assert np.any(base_power != 0.0) == driven

@@ -1,4 +1,5 @@
-"""Each row of the register of force elements in all its uses; what its values must be is in ``tests/scene/test_requirements.py``.
+"""Each row of the register of force elements in all its uses; what its values must be is in
+``tests/scene/test_requirements.py``.
 
 Nothing here names a kind: ``every_value`` holds an entry of each, so a new row is tested as it stands.
 """
@@ -36,7 +37,9 @@ def scene_with(row: Row, formula: str = "t") -> Scene:
     joints = {name: SCENE["joints"][name] for name in BODIES.values()}
     bare = {key: SCENE[key] for key in ("format", "name", "gravity", "points")}
     outputs = {"seen": {"formula": formula}}
-    return from_data({**bare, "bodies": bodies, "joints": joints, "outputs": outputs, row.section: ENTRIES[row.section]})
+    return from_data(
+        {**bare, "bodies": bodies, "joints": joints, "outputs": outputs, row.section: ENTRIES[row.section]}
+    )
 
 
 def test_every_row_has_a_law_that_gives_what_it_offers() -> None:

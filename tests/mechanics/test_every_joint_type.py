@@ -1,7 +1,7 @@
 """Each row of the table of joint types in all its uses: as written, in joint coordinates, and as a constraint.
 
-Nothing here names a type: what is expected follows from the chain of elementary motions by other means (exponentials of twists,
-ranks of matrices), so a new row is tested as it stands.
+Nothing here names a type: what is expected follows from the chain of elementary motions by other means (exponentials of
+twists, ranks of matrices), so a new row is tested as it stands.
 """
 
 from __future__ import annotations
@@ -136,7 +136,10 @@ def test_springs_limits_and_friction(kind: str) -> None:
     limits = f"limits = {{ lower = {lower}, upper = {upper}, stiffness = {stiffness} }}\n"
     more = f"stiffness = {stiffness}\n{limits}friction = {{ coulomb = {level}, velocity = {slow} }}\n"
     if not row.coordinates:
-        assert sum(f"a {kind} joint has no {what}" in found for found in faults(kind, more) for what in ("st", "li", "fr")) == 3
+        assert (
+            sum(f"a {kind} joint has no {what}" in found for found in faults(kind, more) for what in ("st", "li", "fr"))
+            == 3
+        )
         return
     found = joint(kind, more)
     assert [stop.index for stop in found.stops] == [item.index for item in found.friction] == list(range(size))
@@ -147,12 +150,17 @@ def test_springs_limits_and_friction(kind: str) -> None:
 
 @pytest.mark.parametrize("kind", MOVING)
 def test_followers_and_leaders_have_one_coordinate(kind: str) -> None:
-    other = '[joints.next2]\ntype = "prismatic"\nparent = "a"\nchild = "c"\naxis = [1, 0, 0]\nmimic = { joint = "it" }\n'
+    other = (
+        '[joints.next2]\ntype = "prismatic"\nparent = "a"\nchild = "c"\naxis = [1, 0, 0]\nmimic = { joint = "it" }\n'
+    )
     other += "[bodies.c]\nmass = 1.0\n"
     if JOINTS[kind].v_size == 1:
         assert load_toml(text(kind, other)).joints[-1].mimic is not None
     else:
-        assert f"the {kind} joint it cannot be followed: it has {JOINTS[kind].v_size} coordinates" in faults(kind, other)[0]
+        assert (
+            f"the {kind} joint it cannot be followed: it has {JOINTS[kind].v_size} coordinates"
+            in faults(kind, other)[0]
+        )
 
 
 @pytest.mark.parametrize("kind", MOVING)
@@ -176,7 +184,8 @@ def test_urdf(written: str, kind: str) -> None:
 
 
 def exponentials(scene: Scene, q: Array) -> tuple[Array, Array]:
-    """Return the pose (4, 4) of the joint's child by exponentials of twists, and its motion subspace (6, nv) by differences."""
+    """Return the pose (4, 4) of the joint's child by exponentials of twists, and its motion subspace (6, nv) by
+    differences."""
     item = scene.joints[-1]
     directions = np.array([item.axis, item.second_axis, np.cross(item.axis, item.second_axis)])
 
@@ -232,7 +241,9 @@ def test_sizes_units_and_poses_of_the_model(kind: str, rng: np.random.Generator)
     np.testing.assert_allclose(rotation_of(pose[k, :4]), R, rtol=0, atol=1e-12)
     np.testing.assert_allclose(pose[k, 4:], p, rtol=0, atol=1e-12)
     np.testing.assert_allclose(twist[k], S @ state["v"][0], rtol=0, atol=1e-8)
-    rotation, shift, subspace = displaced(row, scene.joints[-1].axis, scene.joints[-1].second_axis, state["q"][0], PITCH)
+    rotation, shift, subspace = displaced(
+        row, scene.joints[-1].axis, scene.joints[-1].second_axis, state["q"][0], PITCH
+    )
     np.testing.assert_allclose(np.column_stack([rotation, shift]), here[:3], rtol=0, atol=1e-12)
     np.testing.assert_allclose(subspace, S, rtol=0, atol=1e-8)
     assert np.linalg.matrix_rank(evaluate("mass", state)["M"][0]) == row.v_size
@@ -253,7 +264,8 @@ MOVED = '[joints.last]\ntype = "prismatic"\nparent = "a"\nchild = "c"\naxis = [1
 
 
 def absolute(kind: str, rng: np.random.Generator) -> tuple[Scene, object, dict[str, Array], Array]:
-    """Return scene, system, a state that meets the joint's rows, and the motions that the joint allows, in body axes."""
+    """Return scene, system, a state that meets the joint's rows, and the motions that the joint allows, in body
+    axes."""
     scene = load_toml(text(kind, coordinates="absolute"))
     terms = ["constraint", "constraint_jacobian", "joint_velocities"] if JOINTS[kind].rows[0] else ["joint_velocities"]
     system, at_joint = derive(scene, terms), derive(load_toml(text(kind)), ["mass"])
@@ -293,7 +305,9 @@ def test_coordinates_of_the_joint_between_absolute_bodies(kind: str, rng: np.ran
     """A formula reads the same q.it and v.it in both coordinates."""
     row = JOINTS[kind]
     names = ["it"] if row.v_size == 1 else [f"it[{k}]" for k in range(row.v_size)]
-    outputs = "[outputs]\n" + "".join(f'o{k}{x} = {{ formula = "{x}.{name}" }}\n' for x in "qv" for k, name in enumerate(names))
+    outputs = "[outputs]\n" + "".join(
+        f'o{k}{x} = {{ formula = "{x}.{name}" }}\n' for x in "qv" for k, name in enumerate(names)
+    )
     scene, at_joint = load_toml(text(kind, outputs, coordinates="absolute")), load_toml(text(kind, outputs))
     system = derive(scene, ["outputs"])
     _, _, state, motions = absolute(kind, np.random.default_rng(3))

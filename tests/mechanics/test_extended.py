@@ -1,4 +1,5 @@
-"""Long trees: the extended system of the recursion, with its unknowns eliminated, is the matrix of the ordinary partials."""
+"""Long trees: the extended system of the recursion, with its unknowns eliminated, is the matrix of the ordinary
+partials."""
 
 from __future__ import annotations
 
@@ -57,7 +58,9 @@ def test_eliminated_unknowns_leave_the_ordinary_partials(seed: int, following: b
     whole = np.zeros((size, size))
     for name, block in blocks.items():
         weight, first = WEIGHTS.get(name, 1.0), nv if name == "X" else 0
-        for (row, column), value in zip(derivation.patterns[name], evaluate(derivation.tape, block.refs, state), strict=True):
+        for (row, column), value in zip(
+            derivation.patterns[name], evaluate(derivation.tape, block.refs, state), strict=True
+        ):
             whole[row, first + column] += weight * value
     found = whole[:nv, :nv] - whole[:nv, nv:] @ np.linalg.solve(whole[nv:, nv:], whole[nv:, :nv])
     assert relative_error(found, expected, 2) <= 1e-11

@@ -1,4 +1,5 @@
-"""Joints that follow others, against the same tree without: the reduced terms are G^T (..) G with q = G q_reduced + c."""
+"""Joints that follow others, against the same tree without: the reduced terms are G^T (..) G with q = G q_reduced +
+c."""
 
 from __future__ import annotations
 
@@ -44,7 +45,8 @@ def reduction(scene: Scene, full: System, reduced: System) -> tuple[Array, Array
 
 
 def check_reduced(scene: Scene, rng: np.random.Generator) -> tuple[System, Mapping[str, Array]]:
-    """Compare every term of a scene whose joints follow others with the projection of the same scene's in which none does."""
+    """Compare every term of a scene whose joints follow others with the projection of the same scene's in which none
+    does."""
     independent = replace(scene, joints=tuple(_independent(joint) for joint in scene.joints))
     full, reduced = derive(independent, TERMS), derive(scene, TERMS)
     assert reduced.nv < full.nv
@@ -67,14 +69,21 @@ def check_reduced(scene: Scene, rng: np.random.Generator) -> tuple[System, Mappi
     (found_J,), (full_J,) = at_reduced("jacobians", state).values(), at_full("jacobians", other).values()
     assert relative_error(found_J, full_J @ G_v, 3) <= 1e-12
     vdot = at_reduced("forward_dynamics", state)["vdot"]
-    assert np.abs(at_reduced("residual", {**state, "a": vdot})["r"]).max() <= 1e-9 * np.abs(M).max() * (1 + np.abs(vdot).max())
+    assert np.abs(at_reduced("residual", {**state, "a": vdot})["r"]).max() <= 1e-9 * np.abs(M).max() * (
+        1 + np.abs(vdot).max()
+    )
     for block, name in (("q", "K"), ("v", "C"), ("a", "M")):
-        assert relative_error(found[name], jacobian(at_reduced, reduced.factors, "residual", "r", state, block), 2) <= 1e-11, name
+        assert (
+            relative_error(found[name], jacobian(at_reduced, reduced.factors, "residual", "r", state, block), 2)
+            <= 1e-11
+        ), name
     return reduced, state
 
 
 def _independent(joint: Joint) -> Joint:
-    return joint if joint.mimic is None else replace(joint, mimic=None, initial_position=(0.0,), initial_velocity=(0.0,))
+    return (
+        joint if joint.mimic is None else replace(joint, mimic=None, initial_position=(0.0,), initial_velocity=(0.0,))
+    )
 
 
 @pytest.mark.parametrize("seed", [1, 3, 4, 5, 10, 11])
@@ -93,12 +102,21 @@ def gripper(multiplier: float, offset: float = 0.0) -> Scene:
     still = {"initial_position": (0.0,), "initial_velocity": (0.0,)}
     joints = (
         Joint("shoulder", "revolute", "base", "arm", (0.0, 1.0, 0.0), **still),
-        Joint("first", "revolute", "arm", "left", (0.6, 0.0, 0.8), vector((0.1, 0.2, 0.3)), damping=number(0.3), **still),
         Joint(
-            "second", "prismatic", "arm", "right", (0.0, 1.0, 0.0), stiffness=number(4.0), rest=number(0.1),
-            rotor_inertia=number(0.3), mimic=Mimic("first", number(multiplier), number(offset)),
+            "first", "revolute", "arm", "left", (0.6, 0.0, 0.8), vector((0.1, 0.2, 0.3)), damping=number(0.3), **still
         ),
-    )  # fmt: skip
+        Joint(
+            "second",
+            "prismatic",
+            "arm",
+            "right",
+            (0.0, 1.0, 0.0),
+            stiffness=number(4.0),
+            rest=number(0.1),
+            rotor_inertia=number(0.3),
+            mimic=Mimic("first", number(multiplier), number(offset)),
+        ),
+    )
     return Scene("gripper", bodies, joints)
 
 
@@ -115,9 +133,11 @@ def test_parents_tell_which_components_are_coupled(rng) -> None:
     revolute = [joint.name for joint in scene.joints if joint.type in ("revolute", "prismatic")]
     assert len(revolute) >= 3, [joint.type for joint in scene.joints]
     follower = replace(
-        next(joint for joint in scene.joints if joint.name == revolute[0]), mimic=Mimic(revolute[-1], number(0.7)),
-        initial_position=(), initial_velocity=(),
-    )  # fmt: skip
+        next(joint for joint in scene.joints if joint.name == revolute[0]),
+        mimic=Mimic(revolute[-1], number(0.7)),
+        initial_position=(),
+        initial_velocity=(),
+    )
     scene = replace(scene, joints=tuple(follower if joint.name == follower.name else joint for joint in scene.joints))
     reduced, state = check_reduced(scene, rng)
     M = tape_evaluator(reduced)("mass", state)["M"]
@@ -135,7 +155,9 @@ def test_loops_feel_followers(kind: str, rng) -> None:
     """B and the bias of a constraint between moving bodies, by complex step along velocities of the leaders."""
     scene = with_base(with_mimics(random_scene(5, 6), 5), 5)
     scene = replace(scene, constraints=(constraint(rng, kind, scene.bodies[1].name, scene.bodies[-1].name),))
-    system = derive(scene, ["constraint", "constraint_jacobian", "constraint_velocity", "constraint_bias", "velocity_partials"])
+    system = derive(
+        scene, ["constraint", "constraint_jacobian", "constraint_velocity", "constraint_bias", "velocity_partials"]
+    )
     evaluate = tape_evaluator(system)
     state = on_base(evaluate, random_states(system, STATES, rng))
     rows = system.holonomic

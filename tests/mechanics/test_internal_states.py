@@ -17,7 +17,8 @@ STATES = 4
 
 
 def scene(coordinates: str = "joint") -> Scene:
-    """Return a drone that carries a pendulum on a moving base: a lagging thrust, a filter of positions, a memory of energy."""
+    """Return a drone that carries a pendulum on a moving base: a lagging thrust, a filter of positions, a memory of
+    energy."""
     builder = eomgen.SceneBuilder("drone", coordinates=coordinates)
     builder.parameter("lag", 0.05, tunable=True).input("command", "3 + sin(t)")
     builder.base(position=["0.1 * sin(3 * t)", 0, "0.2 * t"], rotation=[([0, 0, 1], "0.3 * t")])
@@ -30,7 +31,9 @@ def scene(coordinates: str = "joint") -> Scene:
     builder.state("height", "position.tip[2] - height + 0.1 * thrust * velocity.tip[0]")
     wound = "sin(q.hinge) * length.cord - wound ** 3 + 0.1 * rate.cord + 1e-3 * energy.kinetic + 0.01 * tension.cord"
     builder.state("wound", wound)
-    builder.force("lift", "hull", force=[0, "0.1 * height", "thrust * (1 + 0.2 * wound)"], torque=["height", 0, 0], axes="body")
+    builder.force(
+        "lift", "hull", force=[0, "0.1 * height", "thrust * (1 + 0.2 * wound)"], torque=["height", 0, 0], axes="body"
+    )
     builder.effort("trim", "hinge", "0.3 * thrust * v.hinge - wound * q.hinge")
     return builder.output("thrust", formula=["thrust", "height * q.hinge"]).build()
 

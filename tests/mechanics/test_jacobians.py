@@ -1,4 +1,5 @@
-"""Body Jacobians against Pinocchio's frames and complex steps of the poses; accelerations against complex steps of the twists."""
+"""Body Jacobians against Pinocchio's frames and complex steps of the poses; accelerations against complex steps of the
+twists."""
 
 from __future__ import annotations
 
@@ -30,7 +31,8 @@ def in_absolute_coordinates(scene: Scene) -> Scene:
     groups = {body.name: ("SE3", "R3xSO3")[k % 2] for k, body in enumerate(scene.bodies)}
     joints = tuple(replace(joint, rotor_inertia=ZERO) for joint in scene.joints)
     massive = (Number(1.0),) * 3 + (ZERO,) * 3
-    bodies = tuple(replace(body, mass=Number(1.0), inertia=massive) for body in scene.bodies)  # it takes no massless ones
+    # it takes no massless ones
+    bodies = tuple(replace(body, mass=Number(1.0), inertia=massive) for body in scene.bodies)
     return replace(scene, coordinates="absolute", groups=groups, joints=joints, bodies=bodies)
 
 

@@ -58,14 +58,18 @@ def test_stops_follow_their_law_and_never_pull() -> None:
     q, v = (grid.ravel() for grid in np.meshgrid(np.linspace(-0.6, 0.9, 301), [-20.0, -1.0, -0.1, 0.0, 0.5, 3.0]))
     found = evaluated(system, "force", q, v)["Q"][:, 0]
     np.testing.assert_allclose(found, [stop_effort(*state) for state in zip(q, v, strict=True)], rtol=1e-12, atol=1e-12)
-    assert np.all(found[q > 0.7] <= 0.0) and np.all(found[q < -0.4] >= 0.0) and not np.any(found[np.abs(q - 0.15) < 0.55])
+    assert (
+        np.all(found[q > 0.7] <= 0.0) and np.all(found[q < -0.4] >= 0.0) and not np.any(found[np.abs(q - 0.15) < 0.55])
+    )
     assert np.any((found == 0.0) & (q > 0.75))  # where the damper alone would pull
 
 
 def test_stops_store_the_work_of_their_elastic_force() -> None:
     system = derive(slider(limits=LIMITS).build(), ["energy"])
     q = np.array([-0.55, -0.43, -0.1, 0.69, 0.705, 0.73, 0.75, 0.9])
-    work = [-quad(lambda x: stop_effort(x, 0.0), 0.0, end, points=[-0.45, -0.4, 0.7, 0.75], epsabs=1e-13)[0] for end in q]
+    work = [
+        -quad(lambda x: stop_effort(x, 0.0), 0.0, end, points=[-0.45, -0.4, 0.7, 0.75], epsabs=1e-13)[0] for end in q
+    ]
     np.testing.assert_allclose(evaluated(system, "energy", q, 0.0)["energy"][:, 1], work, rtol=1e-11, atol=1e-13)
     for v in (-9.0, -0.5, 0.7):
         power = evaluated(system, "energy", q, v)["energy"][:, 2]
@@ -77,7 +81,9 @@ def test_stops_store_the_work_of_their_elastic_force() -> None:
 def test_stop_forces_are_smooth_where_contact_begins_and_where_the_onset_ends() -> None:
     system = derive(slider(limits=LIMITS).build(), ["partials"])
     for place in (0.7, 0.75, -0.4, -0.45):
-        left, right = (evaluated(system, "partials", place + side, 1.0 if place > 0 else -1.0) for side in (-1e-9, 1e-9))
+        left, right = (
+            evaluated(system, "partials", place + side, 1.0 if place > 0 else -1.0) for side in (-1e-9, 1e-9)
+        )
         for name, jump in (("K", 2e-3), ("C", 1e-6)):  # second derivatives over a step of 2e-9
             assert abs(left[name] - right[name]).max() < jump
 
@@ -86,8 +92,12 @@ def test_friction_follows_its_law() -> None:
     system = derive(slider(friction=FRICTION).build(), ["force", "energy"])
     v = np.linspace(-2.0, 2.0, 401)
     level = 1.5 + np.exp(-((v / 0.3) ** 2))
-    np.testing.assert_allclose(evaluated(system, "force", 0.0, v)["Q"][:, 0], -level * np.tanh(v / 0.02), rtol=1e-13, atol=1e-15)
-    np.testing.assert_allclose(evaluated(system, "energy", 0.0, v)["energy"][:, 2], -level * np.tanh(v / 0.02) * v, rtol=1e-13)
+    np.testing.assert_allclose(
+        evaluated(system, "force", 0.0, v)["Q"][:, 0], -level * np.tanh(v / 0.02), rtol=1e-13, atol=1e-15
+    )
+    np.testing.assert_allclose(
+        evaluated(system, "energy", 0.0, v)["energy"][:, 2], -level * np.tanh(v / 0.02) * v, rtol=1e-13
+    )
 
 
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])
@@ -112,10 +122,15 @@ def test_partials_and_balance_of_energy(coordinates: str, rng: np.random.Generat
 
 @pytest.mark.parametrize("kind", ["cylindrical", "universal", "planar"])
 def test_stops_and_friction_in_each_coordinate_of_a_joint(kind: str, rng: np.random.Generator) -> None:
-    """A joint of several coordinates has the forces of as many joints with one each: they act on their own coordinates only."""
+    """A joint of several coordinates has the forces of as many joints with one each: they act on their own coordinates
+    only."""
     count = 3 if kind == "planar" else 2
     limits = {"lower": [-0.5, -np.inf, -0.2][:count], "upper": [np.inf, 0.3, 0.4][:count]}
-    limits |= {"stiffness": [200.0, 300.0, 400.0][:count], "damping": [3.0, 2.0, 0.0][:count], "onset": [0.05, 0.1, 0.2][:count]}
+    limits |= {
+        "stiffness": [200.0, 300.0, 400.0][:count],
+        "damping": [3.0, 2.0, 0.0][:count],
+        "onset": [0.05, 0.1, 0.2][:count],
+    }
     friction = {"coulomb": [1.0, 0.0, 2.0][:count], "velocity": [0.3, 1.0, 0.2][:count]}
     builder = SceneBuilder("joint", gravity=[0, 0, 0]).body("body", 1.0, inertia=[0.1, 0.2, 0.3])
     second: dict[str, Any] = {"second_axis": [0, 1, 0]} if kind == "universal" else {}
@@ -124,7 +139,10 @@ def test_stops_and_friction_in_each_coordinate_of_a_joint(kind: str, rng: np.ran
     q, v = rng.uniform(-1, 1, (60, count)), rng.uniform(-2, 2, (60, count))
     expected = np.zeros((60, count))
     for k in range(count):
-        for depth, rate, sign in ((q[:, k] - limits["upper"][k], v[:, k], -1.0), (limits["lower"][k] - q[:, k], -v[:, k], 1.0)):
+        for depth, rate, sign in (
+            (q[:, k] - limits["upper"][k], v[:, k], -1.0),
+            (limits["lower"][k] - q[:, k], -v[:, k], 1.0),
+        ):
             u = np.clip(depth / limits["onset"][k], 0.0, 1.0)
             linear = limits["stiffness"][k] * np.maximum(depth, 0.0) + limits["damping"][k] * rate
             expected[:, k] += sign * u * u * (3 - 2 * u) * np.maximum(0.0, linear)
@@ -133,11 +151,14 @@ def test_stops_and_friction_in_each_coordinate_of_a_joint(kind: str, rng: np.ran
 
 
 def test_absolute_coordinates_give_the_same_generalized_forces(rng: np.random.Generator) -> None:
-    """Stops and friction of a hinge in absolute coordinates: a torque about the axis, the same effort on joint coordinates."""
+    """Stops and friction of a hinge in absolute coordinates: a torque about the axis, the same effort on joint
+    coordinates."""
     limits = {**LIMITS, "lower": -2.0, "upper": -1.0}
     scenes = []
     for coordinates in ("joint", "absolute"):
-        builder = SceneBuilder("disc", gravity=[0, 0, 0], coordinates=coordinates).body("disc", 1.0, inertia=[0.1, 0.1, 0.1])
+        builder = SceneBuilder("disc", gravity=[0, 0, 0], coordinates=coordinates).body(
+            "disc", 1.0, inertia=[0.1, 0.1, 0.1]
+        )
         builder.joint("hinge", "revolute", "base", "disc", axis=[0, 0, 1], limits=limits, friction=FRICTION)
         scenes.append(derive(builder.build(), ["force"]))
     angles, rates = rng.uniform(-1.5, 3.0, 30), rng.normal(size=30)
@@ -184,7 +205,8 @@ def test_an_explicit_method_says_when_its_step_cannot_resolve_friction() -> None
 
 @pytest.mark.parametrize("damping", [0.0, 3.0])
 def test_generalized_alpha_keeps_order_two_between_stops(damping: float) -> None:
-    """The cut that keeps dampers from pulling is a kink: errors scatter about order 2 there, where they else follow it."""
+    """The cut that keeps dampers from pulling is a kink: errors scatter about order 2 there, where they else follow
+    it."""
     limits = {"lower": -0.3, "upper": 0.5, "stiffness": 400.0, "damping": "damping", "onset": 0.05}
     builder = slider(1.0, limits=limits, stiffness=5.0, initial={"velocity": 2.0})
     model = eomgen.build(builder.parameter("damping", 0.0, tunable=True).build(), profile="quick")
@@ -199,7 +221,9 @@ def test_generalized_alpha_keeps_order_two_between_stops(damping: float) -> None
         return [v, effort]
 
     grid = np.linspace(0.0, 2.0, 2001)
-    exact = solve_ivp(rates, (0.0, 2.0), [0.0, 2.0], method="DOP853", t_eval=grid, rtol=1e-12, atol=1e-13, max_step=1e-3).y
+    exact = solve_ivp(
+        rates, (0.0, 2.0), [0.0, 2.0], method="DOP853", t_eval=grid, rtol=1e-12, atol=1e-13, max_step=1e-3
+    ).y
     errors = []
     for every in (1, 2, 4, 8):
         run = model.simulate(2.0, 1e-3 / every, rho_inf=0.9, record_every=every, parameters={"damping": damping})

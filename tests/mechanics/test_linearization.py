@@ -1,4 +1,5 @@
-"""The linear model's matrices against complex step on the residual, the rates, the outputs and the constraints' accelerations."""
+"""The linear model's matrices against complex step on the residual, the rates, the outputs and the constraints'
+accelerations."""
 
 from __future__ import annotations
 
@@ -24,11 +25,14 @@ OF_BASE = [*range(13, 19)]  # omega_dot and velocity_dot in the base struct
 
 
 def drone(coordinates: str = "joint", *, looped: bool = False) -> Scene:
-    """Return a hull with a pendulum: driven and given inputs, states, outputs of everything, and a cord that keeps its length."""
+    """Return a hull with a pendulum: driven and given inputs, states, outputs of everything, and a cord that keeps its
+    length."""
     builder = eomgen.SceneBuilder("drone", coordinates=coordinates)
     builder.parameter("lag", 0.05, tunable=True)
     builder.input("thrust_command").input("gust", "3 + sin(t)").input("trim")
-    builder.base(position=["0.1 * sin(3 * t)", 0, "0.2 * t"], rotation=[([0, 0, 1], "0.3 * t"), ([0, 1, 0], "0.2 * t**2")])
+    builder.base(
+        position=["0.1 * sin(3 * t)", 0, "0.2 * t"], rotation=[([0, 0, 1], "0.3 * t"), ([0, 1, 0], "0.2 * t**2")]
+    )
     builder.body("hull", 1.5, inertia=[0.02, 0.03, 0.04]).joint("flight", "free", "base", "hull")
     builder.body("rod", 0.4, center_of_mass=[0, 0, -0.3], inertia=[0.01, 0.01, 0.001])
     builder.joint("hinge", "revolute", "hull", "rod", axis=[0, 1, 0], position=[0.1, 0, 0], damping=0.01)
@@ -44,7 +48,9 @@ def drone(coordinates: str = "joint", *, looped: bool = False) -> Scene:
     return builder.build()
 
 
-def state_of(scene: Scene, terms: list[str], rng: np.random.Generator) -> tuple[eomgen.System, Evaluate, dict[str, Array]]:
+def state_of(
+    scene: Scene, terms: list[str], rng: np.random.Generator
+) -> tuple[eomgen.System, Evaluate, dict[str, Array]]:
     system = derive(scene, terms)
     evaluate = tape_evaluator(system)
     state = random_states(system, STATES, rng)
@@ -55,7 +61,9 @@ def state_of(scene: Scene, terms: list[str], rng: np.random.Generator) -> tuple[
     return system, evaluate, on_base(evaluate, state) if scene.base is not None else state
 
 
-def columns(evaluate: Evaluate, function: str, output: str, state: dict[str, Array], block: str, numbers: list[int]) -> Array:
+def columns(
+    evaluate: Evaluate, function: str, output: str, state: dict[str, Array], block: str, numbers: list[int]
+) -> Array:
     """Return partials in some numbers of a block that is a vector of free numbers, by complex step."""
     found = []
     for number in numbers:
@@ -129,10 +137,14 @@ def test_random_trees(seed: int, rng: np.random.Generator) -> None:
     scene = replace(scene, inputs=(*scene.inputs, Input("wind")))
     if seed % 2:
         scene = replace(scene, base=shaking_base(np.random.default_rng(seed), turning=seed % 4 == 1))
-    system, evaluate, state = state_of(point_outputs(scene), ["residual", "outputs", "linearization", "output_partials"], rng)
+    system, evaluate, state = state_of(
+        point_outputs(scene), ["residual", "outputs", "linearization", "output_partials"], rng
+    )
     found, outputs = evaluate("linearization", state), evaluate("output_partials", state)
     for name, block in (("M0", "a"), ("C0", "v"), ("K0", "q")):
-        assert relative_error(found[name], jacobian(evaluate, system.factors, "residual", "r", state, block), 2) <= 1e-12, name
+        assert (
+            relative_error(found[name], jacobian(evaluate, system.factors, "residual", "r", state, block), 2) <= 1e-12
+        ), name
     for block in "qva":
         expected = jacobian(evaluate, system.factors, "outputs", "y", state, block)
         assert relative_error(outputs[f"Y{block}"], expected, 2) <= 1e-12
@@ -157,18 +169,27 @@ def test_terms_are_made_only_when_asked_for_and_where_they_mean_something() -> N
 
 
 def test_names_of_columns_stand_in_the_generated_code() -> None:
-    outputs = {block.name: block.description for block in derive(drone(), ["linearization"]).functions["linearization"].outputs}
+    outputs = {
+        block.name: block.description for block in derive(drone(), ["linearization"]).functions["linearization"].outputs
+    }
     assert outputs["B0"] == "d(Q - b)/du, u: thrust_command, trim"
-    angular, linear = (", ".join(f"base.{kind}[{k}]" for k in range(3)) for kind in ("angular_acceleration", "acceleration"))
+    angular, linear = (
+        ", ".join(f"base.{kind}[{k}]" for k in range(3)) for kind in ("angular_acceleration", "acceleration")
+    )
     assert outputs["E0"] == f"d(Q - b)/dw, w: gust, {angular}, {linear}"
 
 
 def test_what_it_costs() -> None:
-    """Of a robot whose joints are driven: the partials and nothing more, for inputs that are efforts have constant columns."""
+    """Of a robot whose joints are driven: the partials and nothing more, for inputs that are efforts have constant
+    columns."""
     arm = panda()
-    efforts = tuple(Effort(f"motor{k}", joint.name, Symbol("input", f"tau{k}"), 0) for k, joint in enumerate(arm.joints))
+    efforts = tuple(
+        Effort(f"motor{k}", joint.name, Symbol("input", f"tau{k}"), 0) for k, joint in enumerate(arm.joints)
+    )
     inputs = tuple(Input(f"tau{k}") for k in range(len(arm.joints)))
-    system = derive(replace(arm, elements=elements_with(arm, efforts=efforts), inputs=inputs), ["partials", "linearization"])
+    system = derive(
+        replace(arm, elements=elements_with(arm, efforts=efforts), inputs=inputs), ["partials", "linearization"]
+    )
     (B0,) = (block for block in system.functions["linearization"].outputs if block.name == "B0")
     assert B0.shape == (7, 7)
     assert system.counts["linearization"].flops == system.counts["partials"].flops == 3067

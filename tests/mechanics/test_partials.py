@@ -1,4 +1,5 @@
-"""Exact partials of the residual against complex step and the tape's own differentiation, with everything that can act."""
+"""Exact partials of the residual against complex step and the tape's own differentiation, with everything that can
+act."""
 
 from __future__ import annotations
 

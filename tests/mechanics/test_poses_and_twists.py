@@ -1,4 +1,5 @@
-"""Poses, twists, points and the base's law: against matrices multiplied along the tree, and against their own derivatives."""
+"""Poses, twists, points and the base's law: against matrices multiplied along the tree, and against their own
+derivatives."""
 
 from __future__ import annotations
 
@@ -76,7 +77,8 @@ def test_twists_are_derivatives_of_poses(seed: int, rng) -> None:
 @pytest.mark.parametrize("seed", range(9))
 def test_points_and_their_velocities_and_accelerations(seed: int, rng) -> None:
     scene, system, evaluate, state = prepared(seed, rng)
-    y = evaluate("outputs", state)["y"].reshape(STATES, -1, 3, 3)  # state, point, (position, velocity, acceleration), axis
+    # state, point, (position, velocity, acceleration), axis
+    y = evaluate("outputs", state)["y"].reshape(STATES, -1, 3, 3)
     along = {"q": state["v"], "v": state["a"], "t": np.ones((STATES, 1))}
     rates = derivative(evaluate, system.factors, "outputs", state, along)["y"].reshape(y.shape)
     expected, parameters = placed(scene, state), direct_kinematics.parameter_values(scene)
@@ -140,7 +142,8 @@ def test_sign_of_quaternions_never_jumps() -> None:
 
 
 def test_the_pose_of_a_beam_is_its_frames_whatever_is_attached_at_the_origin() -> None:
-    """The axis of a beam with its frame in its middle bends away from the frame's origin, and a point there with the axis."""
+    """The axis of a beam with its frame in its middle bends away from the frame's origin, and a point there with the
+    axis."""
     body = beam_body("beam", (("bending_y", 2),), 1)
     assert body.beam is not None
     deformations = tuple(replace(item, shapes="free_free") for item in body.beam.deformations)

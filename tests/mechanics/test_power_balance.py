@@ -1,4 +1,5 @@
-"""Energy: d(kinetic + potential)/dt = power + base power along the motion that forward dynamics gives, by complex step."""
+"""Energy: d(kinetic + potential)/dt = power + base power along the motion that forward dynamics gives, by complex
+step."""
 
 from __future__ import annotations
 
@@ -62,7 +63,9 @@ def energies_of_bodies(scene, system, state: dict[str, Array], base_at) -> tuple
         velocity = (p + R @ center).imag / step
         kinetic += 0.5 * (mass * np.sum(velocity**2, axis=1) + np.einsum("ki,ij,kj->k", omega, inertia, omega))
         potential -= mass * (p + R @ center).real @ gravity
-    rotors = {joint.name: np.array([value_of(item, {}) for item in joint.each(joint.rotor_inertia)]) for joint in scene.joints}
+    rotors = {
+        joint.name: np.array([value_of(item, {}) for item in joint.each(joint.rotor_inertia)]) for joint in scene.joints
+    }
     for factor in system.factors:
         kinetic += 0.5 * state["v"][:, factor.v_start : factor.v_start + factor.v_size] ** 2 @ rotors[factor.name]
     return kinetic, potential

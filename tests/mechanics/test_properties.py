@@ -28,7 +28,8 @@ few = settings(max_examples=12, deadline=None, derandomize=True)
 
 
 def loaded_scene(seed: int) -> Scene:
-    """Return a tree of 1 to 8 links with everything acting on it, on a moving base for odd seeds, partly with parameters."""
+    """Return a tree of 1 to 8 links with everything acting on it, on a moving base for odd seeds, partly with
+    parameters."""
     scene = with_loads(random_scene(seed, 1 + seed % 8, tunable=0.4 * (seed % 3 == 0)), seed)
     return with_base(scene, seed) if seed % 2 else scene
 
@@ -69,7 +70,9 @@ def test_coupling_is_what_kinetic_energy_demands(seed: int) -> None:
             expected[:, here] += np.cross(v[:, here], momentum[:, here])
         elif factor.group == "SE3":
             angular, linear = slice(here.start, here.start + 3), slice(here.start + 3, here.stop)
-            expected[:, angular] += np.cross(v[:, angular], momentum[:, angular]) + np.cross(v[:, linear], momentum[:, linear])
+            expected[:, angular] += np.cross(v[:, angular], momentum[:, angular]) + np.cross(
+                v[:, linear], momentum[:, linear]
+            )
             expected[:, linear] += np.cross(v[:, angular], momentum[:, linear])
     assert relative_error(evaluate("coupling", state)["h"], expected, floor=1e-3) <= 1e-12
 
@@ -86,7 +89,8 @@ def test_random_trees_against_pinocchio(seed: int) -> None:
     assert relative_error(evaluate("force", state)["Q"], oracle.weight(state), floor=1e-2) <= 1e-12
     assert relative_error(evaluate("inverse_dynamics", state)["tau"], oracle.inverse_dynamics(state)) <= 1e-12
     if {"cylindrical", "universal", "planar"} & {joint.type for joint in scene.joints}:
-        return  # Pinocchio's partials leave out that motion subspaces change; test_partials has an oracle for all joints
+        # Pinocchio's partials leave out that motion subspaces change; test_partials has an oracle for all joints
+        return
     by_q, by_v = oracle.partials(state)
     found = evaluate("partials", state)
     assert relative_error(found["K"], by_q, 2, floor=1e-2) <= 1e-12
@@ -119,7 +123,9 @@ def test_forward_dynamics_inverts_inverse_dynamics(seed: int) -> None:
     vdot = evaluate("forward_dynamics", state)["vdot"]
     M = evaluate("mass", state)["M"]
     remaining = evaluate("inverse_dynamics", {**state, "a": vdot})["tau"]
-    scale = np.linalg.norm(M, axis=(1, 2)) * np.linalg.norm(vdot, axis=1) + np.linalg.norm(evaluate("force", state)["Q"], axis=1)
+    scale = np.linalg.norm(M, axis=(1, 2)) * np.linalg.norm(vdot, axis=1) + np.linalg.norm(
+        evaluate("force", state)["Q"], axis=1
+    )
     assert np.max(np.linalg.norm(remaining, axis=1) / scale) <= 1e-12
 
 
@@ -135,7 +141,8 @@ def test_power_of_coupling_is_that_of_the_changing_mass(seed: int) -> None:
     changed = np.einsum("kij,kj->ki", M_dot, v)
     balance = np.sum(v * (changed - 2.0 * h), axis=1)
     scale = np.linalg.norm(v, axis=1) * (np.linalg.norm(changed, axis=1) + 2.0 * np.linalg.norm(h, axis=1))
-    assert np.max(np.abs(balance) / np.maximum(scale, 1e-3)) <= 1e-13  # where h vanishes by symmetry, round-off remains of both
+    # where h vanishes by symmetry, round-off remains of both
+    assert np.max(np.abs(balance) / np.maximum(scale, 1e-3)) <= 1e-13
 
 
 def with_inertias_as_parameters(scene: Scene) -> Scene:
@@ -172,8 +179,11 @@ def test_grouping_changes_no_generalized_force(seed: int) -> None:
 def test_derivation_is_deterministic() -> None:
     first, second = (derive(loaded_scene(7)) for _ in range(2))
     assert (first.tape.op, first.tape.a, first.tape.b, first.tape.constants) == (
-        second.tape.op, second.tape.a, second.tape.b, second.tape.constants,
-    )  # fmt: skip
+        second.tape.op,
+        second.tape.a,
+        second.tape.b,
+        second.tape.constants,
+    )
     assert [item.refs for item in first.functions.values()] == [item.refs for item in second.functions.values()]
 
 

@@ -1,4 +1,5 @@
-"""Polynomial and finite-element shape functions: fractions, known frequencies, orders of convergence, tapers, tip masses."""
+"""Polynomial and finite-element shape functions: fractions, known frequencies, orders of convergence, tapers, tip
+masses."""
 
 from __future__ import annotations
 
@@ -83,8 +84,10 @@ def test_modes_of_a_mesh_have_all_their_digits() -> None:
 
 
 def ritz(mass: list[int], stiffness: list[int], size: int = 14) -> list[float]:
-    """Return the squared frequencies of a tapered cantilever by monomials s^2, s^3, ... in 60 digits; fourths of coefficients."""
+    """Return the squared frequencies of a tapered cantilever by monomials s^2, s^3, ... in 60 digits; fourths of
+    coefficients."""
     with mpmath.workdps(60):
+
         def moment(profile: list[int], power: int) -> Any:
             return sum(mpmath.mpf(entry) / 8 / (power + place + 1) for place, entry in enumerate(profile))
 
@@ -171,7 +174,8 @@ def test_nodal_coordinates_of_cubic_elements() -> None:
 
 @pytest.mark.parametrize("shapes", ["free_free", "polynomial", "finite_elements"])
 def test_free_shapes_have_mean_axes(shapes: Any) -> None:
-    """They move neither the centre of mass nor, in bending, the axis of inertia: the floating frame is the mean of the motion."""
+    """They move neither the centre of mass nor, in bending, the axis of inertia: the floating frame is the mean of the
+    motion."""
     more = {"elements": 30} if shapes == "finite_elements" else {}
     bending = deformation("bending_y", 4, shapes, ends="free_free", **more)
     stretch = deformation("stretch", 3, shapes, ends="free_free", **more)
@@ -185,7 +189,11 @@ def test_free_shapes_have_mean_axes(shapes: Any) -> None:
 @pytest.mark.parametrize(
     ("shapes", "ends"),
     [(shapes, ends) for shapes in ("clamped_free", "free_free", "pinned_pinned") for ends in ("clamped_free",)]
-    + [(shapes, ends) for shapes in ("polynomial", "finite_elements") for ends in ("clamped_free", "free_free", "pinned_pinned")],
+    + [
+        (shapes, ends)
+        for shapes in ("polynomial", "finite_elements")
+        for ends in ("clamped_free", "free_free", "pinned_pinned")
+    ],
 )
 def test_normalisations(shapes: Any, ends: Ends) -> None:
     more = {"elements": 12} if shapes == "finite_elements" else {}
@@ -237,7 +245,8 @@ def test_different_directions_share_mass_but_no_shortening() -> None:
     assert not found.g0[:2, 2:].any() and not found.g0[4].any() and not found.k[:2, 2:].any()
     assert found.at(0.7).slope[4] == 0.0
     assert found.m[0, 4] == pytest.approx(
-        float(mpmath.quad(lambda s: found.at(float(s)).value[0] * mpmath.sin(mpmath.pi * s / 2), [0, 0.5, 1])), rel=1e-12
+        float(mpmath.quad(lambda s: found.at(float(s)).value[0] * mpmath.sin(mpmath.pi * s / 2), [0, 0.5, 1])),
+        rel=1e-12,
     )
 
 
@@ -245,7 +254,9 @@ def test_units_of_length() -> None:
     """Dossier 1.10.0: m = L, d = L, e = L^2, K = 1 / L^3, G0 = 1 and G1 = L times the numbers of a beam of length 1."""
     one, long = (integrals(deformation("bending_y", 3), length=length) for length in (1.0, 4.0))
     for name, power in (("m", 1), ("d", 1), ("e", 2), ("k", -3), ("g0", 0), ("g1", 1), ("load", 1)):
-        np.testing.assert_allclose(getattr(long, name), getattr(one, name) * 4.0**power, rtol=1e-13, atol=1e-14, err_msg=name)
+        np.testing.assert_allclose(
+            getattr(long, name), getattr(one, name) * 4.0**power, rtol=1e-13, atol=1e-14, err_msg=name
+        )
     assert (long.mass, long.first, long.second) == pytest.approx((4.0, 8.0, 64.0 / 3.0), rel=1e-15)
 
 

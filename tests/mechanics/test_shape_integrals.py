@@ -1,4 +1,5 @@
-"""Shape functions of beams and their integrals, held against mpmath's quadrature of the textbook's formulas with 30 digits."""
+"""Shape functions of beams and their integrals, held against mpmath's quadrature of the textbook's formulas with 30
+digits."""
 
 from __future__ import annotations
 

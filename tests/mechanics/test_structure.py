@@ -1,7 +1,7 @@
 """Numbers that are almost structure: what is computed of a scene does not change by more than they do.
 
-Zeros, ones and coordinate axes make operations cheap, so code asks for them; a number that is beside one of them by 1e-13 to 1e-7
-(a CAD export, sin(1.57079633)) must pass neither for it nor for another.
+Zeros, ones and coordinate axes make operations cheap, so code asks for them; a number that is beside one of them by
+1e-13 to 1e-7 (a CAD export, sin(1.57079633)) must pass neither for it nor for another.
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ SOME = ("mass", "coupling", "inverse_dynamics", "poses", "twists", "partials")
 
 
 def worst_of(number: int, shifts: int) -> str:
-    """Return what goes wrong most when the numbers of a random scene are shifted so many times; empty where nothing does."""
+    """Return what goes wrong most when the numbers of a random scene are shifted so many times; empty where nothing
+    does."""
     compared = Compared(structured_scene(number), number)
     for _ in range(shifts):
         amounts = compared.amounts()
@@ -63,7 +64,14 @@ def pendulum(**joint: Any) -> Data:
 
 @pytest.mark.parametrize(
     ("kind", "shift"),
-    [("revolute", 1.1e-10), ("revolute", 1e-8), ("helical", 3e-9), ("cylindrical", 3e-9), ("planar", 3e-9), ("universal", 3e-9)],
+    [
+        ("revolute", 1.1e-10),
+        ("revolute", 1e-8),
+        ("helical", 3e-9),
+        ("cylindrical", 3e-9),
+        ("planar", 3e-9),
+        ("universal", 3e-9),
+    ],
 )
 def test_a_joint_axis_beside_a_coordinate_axis_is_an_axis_of_its_own(kind: JointType, shift: float) -> None:
     """The small component comes before the large one for half of the axes, and behind it for the others."""
@@ -110,7 +118,9 @@ def test_only_coordinate_axes_are_coordinate_axes() -> None:
 @pytest.mark.parametrize(
     "axis", [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (1.0, 1.0, 0.0), (1.0, 1.0, 1.0), (-1.0, 1.0, -1.0)]
 )
-def test_the_frame_about_an_axis_is_the_same_for_axes_nearby(axis: tuple[float, float, float], rng: np.random.Generator) -> None:
+def test_the_frame_about_an_axis_is_the_same_for_axes_nearby(
+    axis: tuple[float, float, float], rng: np.random.Generator
+) -> None:
     frame = frame_about(unit_axis(axis))
     for shift in SHIFTS:
         for sign in itertools.product((-1.0, 0.0, 1.0), repeat=3):
@@ -132,7 +142,8 @@ def test_quaternions_of_rotations_near_half_a_turn_keep_their_sign(rng: np.rando
 
 
 def test_the_sign_of_a_pose_does_not_depend_on_the_frames_of_links() -> None:
-    """A skew axis turns the frame of its link, by half a turn near -z, and its product with an orientation may change sign."""
+    """A skew axis turns the frame of its link, by half a turn near -z, and its product with an orientation may change
+    sign."""
     for axis in ([0.0, 0.0, -1.0], [3e-9, 0.0, -1.0], [0.3, -0.5, -0.7], [0.0, -1.0, 1e-8], [-1.0, -1.0, -1.0]):
         half = pendulum(type="revolute", axis=axis, orientation=[[-1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])
         system = derive(from_data(half), ["poses"])
@@ -164,7 +175,8 @@ ROBOT = """<robot name="r"><link name="base_link"/>
 @pytest.mark.parametrize("shift", SHIFTS)
 def test_a_urdf_beside_right_angles_and_coordinate_axes(shift: float) -> None:
     system, moved = (
-        derive(load_urdf(ROBOT.format(shift=f"{by:.3e}", right=repr(math.pi / 2 + by))), TERMS[:6]) for by in (0.0, shift)
+        derive(load_urdf(ROBOT.format(shift=f"{by:.3e}", right=repr(math.pi / 2 + by))), TERMS[:6])
+        for by in (0.0, shift)
     )
     state = random_states(system, 3, np.random.default_rng(1))
     before, after = (
@@ -177,7 +189,13 @@ def test_a_urdf_beside_right_angles_and_coordinate_axes(shift: float) -> None:
 
 def blade(start: float, place: float) -> Data:
     """Return a beam whose frame is at its first end, with a body fixed to its second end."""
-    bending = {"shapes": "finite_elements", "elements": 2, "modes": 1, "stiffness": 20.0, "masses": [{"at": place, "mass": 0.2}]}
+    bending = {
+        "shapes": "finite_elements",
+        "elements": 2,
+        "modes": 1,
+        "stiffness": 20.0,
+        "masses": [{"at": place, "mass": 0.2}],
+    }
     beam = {"start": start, "length": 0.1, "mass_per_length": 1.0, "polar_inertia": 0.01, "bending_y": bending}
     body = {"mass": 0.2, "inertia": [1e-4, 1e-4, 1e-4]}
     joints = {
@@ -189,7 +207,8 @@ def blade(start: float, place: float) -> Data:
 
 @pytest.mark.parametrize("shift", [-5e-8, -1e-9, 1e-15, 3e-10, 5e-8])
 def test_what_is_a_little_beyond_the_end_of_a_beam_is_at_its_end(shift: float) -> None:
-    """The beam's frame a little before or behind its first end; a body, and the mass that modes are found with, at the second."""
+    """The beam's frame a little before or behind its first end; a body, and the mass that modes are found with, at the
+    second."""
     before = computed(blade(0.0, 0.1), 1)
     for moved in (blade(0.0, 0.1 + shift), blade(shift, 0.1 + shift)):
         for name, size in change(before, computed(moved, 1)).items():

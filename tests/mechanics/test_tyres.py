@@ -93,7 +93,9 @@ def test_normal_forces_follow_their_law_and_are_normal_to_the_road(rng: np.rando
     outputs = evaluate("outputs", state)["y"]
     np.testing.assert_allclose(outputs[:, 1], d, rtol=0, atol=1e-14)
     np.testing.assert_allclose(outputs[:, 0], size * np.sqrt(1 + along_x**2 + along_y**2), rtol=1e-12, atol=1e-11)
-    np.testing.assert_allclose(np.einsum("kij,kj->ki", R, evaluate("force", state)["Q"][:, 3:]), force, rtol=1e-12, atol=1e-10)
+    np.testing.assert_allclose(
+        np.einsum("kij,kj->ki", R, evaluate("force", state)["Q"][:, 3:]), force, rtol=1e-12, atol=1e-10
+    )
     assert 10 < np.count_nonzero(size) < 70
 
 
@@ -121,12 +123,16 @@ def test_slip_forces_follow_their_law(rng: np.random.Generator) -> None:
         grip = -loads[k] * asked / np.sqrt(1 + asked @ asked / 0.8**2)
         force = grip[0] * ahead + grip[1] * side
         np.testing.assert_allclose(R @ (forces[0][k, 3:] - forces[1][k, 3:]), force, rtol=1e-10, atol=1e-9)
-        np.testing.assert_allclose(R @ (forces[0][k, :3] - forces[1][k, :3]), np.cross(contact, force), rtol=1e-10, atol=1e-9)
+        np.testing.assert_allclose(
+            R @ (forces[0][k, :3] - forces[1][k, :3]), np.cross(contact, force), rtol=1e-10, atol=1e-9
+        )
         assert np.linalg.norm(force) <= 0.8 * loads[k] + 1e-12
 
 
 def test_absolute_coordinates_give_the_same_forces(rng: np.random.Generator) -> None:
-    systems = [derive(wheel(kind, tyre={**ROADS["hilly"], "slip": SLIP}).build(), ["force"]) for kind in ("joint", "absolute")]
+    systems = [
+        derive(wheel(kind, tyre={**ROADS["hilly"], "slip": SLIP}).build(), ["force"]) for kind in ("joint", "absolute")
+    ]
     state = near_the_road(random_states(systems[0], 40, rng), rng)
     joint, absolute = (tape_evaluator(system)("force", state)["Q"] for system in systems)
     np.testing.assert_allclose(absolute, joint, rtol=1e-12, atol=1e-11)
@@ -149,7 +155,12 @@ def test_a_wheel_that_moves_along_a_diagonal_has_the_slope_along_it(rng: np.rand
 
 
 def test_a_tyre_on_a_body_that_is_fixed_to_the_base_does_nothing() -> None:
-    builder = SceneBuilder("stand").body("stand", 1.0).joint("bolt", "fixed", "base", "stand").point("foot", "stand", [0, 0, 0.1])
+    builder = (
+        SceneBuilder("stand")
+        .body("stand", 1.0)
+        .joint("bolt", "fixed", "base", "stand")
+        .point("foot", "stand", [0, 0, 0.1])
+    )
     builder.body("flap", 1.0, inertia=[0.1, 0.1, 0.1]).joint("hinge", "revolute", "stand", "flap", axis=[1, 0, 0])
     without = derive(builder.build(), ["force", "energy"])
     with_tyre = derive(builder.tyre("tyre", "foot", radius=0.3, stiffness=900.0).build(), ["force", "energy"])
@@ -167,7 +178,9 @@ def test_a_locked_wheel_brakes_with_friction_times_load_and_a_free_one_rolls_on(
     builder.body("wheel", 10.0, inertia=[0.2, 0.4, 0.2])
     builder.joint("ahead", "prismatic", "base", "slider", axis=[1, 0, 0], initial={"velocity": 6.0})
     builder.body("hub", 2.0).joint("up", "prismatic", "slider", "hub", axis=[0, 0, 1], position=[0, 0, loaded])
-    builder.joint("spin", "revolute", "hub", "wheel", axis=[0, 1, 0], damping="locked", initial={"velocity": 6.0 / loaded})
+    builder.joint(
+        "spin", "revolute", "hub", "wheel", axis=[0, 1, 0], damping="locked", initial={"velocity": 6.0 / loaded}
+    )
     builder.point("center", "wheel").tyre("tyre", "center", radius=0.3, stiffness=1e5, slip=slip)
     model = eomgen.build(builder.build(), profile="quick")
     free = model.simulate(1.0, 1e-3)

@@ -16,7 +16,9 @@ def found() -> dict[str, Found]:
 
 
 def test_the_page_says_what_is_found() -> None:
-    assert page(found()) == PAGE.read_text(encoding="utf-8"), f"docs/urdf_robots.md is not what is found; run: {COMMAND}"
+    assert page(found()) == PAGE.read_text(encoding="utf-8"), (
+        f"docs/urdf_robots.md is not what is found; run: {COMMAND}"
+    )
 
 
 def test_every_robot_agrees_or_is_refused() -> None:

@@ -40,7 +40,9 @@ class Lattice:
 def describe(lattice: Lattice) -> Description:
     cells = [f"cell{k}" for k in range(len(lattice.displacements))]
     solids = tuple(Solid(cell, Number(1.0), inertia=(Number(0.01),) * 3 + (Number(0.0),) * 3) for cell in cells)
-    return Description(lattice.name, coordinates=tuple(Coordinates(cell, ("m",)) for cell in cells), drawing=Drawing(solids))
+    return Description(
+        lattice.name, coordinates=tuple(Coordinates(cell, ("m",)) for cell in cells), drawing=Drawing(solids)
+    )
 
 
 def derive(lattice: Lattice, terms: Sequence[str] | None) -> System:
@@ -66,16 +68,28 @@ def derive(lattice: Lattice, terms: Sequence[str] | None) -> System:
         "energy": [Block("energy", (4,), (kinetic.ref, potential.ref, ZERO, ZERO))],
     }
     functions = {
-        name: Function(name, TERMS[name].description, tuple(x for x in TERMS[name].inputs if x in ("q", "v", "a")), tuple(blocks))
+        name: Function(
+            name, TERMS[name].description, tuple(x for x in TERMS[name].inputs if x in ("q", "v", "a")), tuple(blocks)
+        )
         for name, blocks in outputs.items()
         if terms is None or name in terms
     }
     names = tuple(f"cell{k}" for k in cells)
     return System(
-        lattice.name, tape, tuple(Factor("R", name, k, 1, k, 1) for k, name in enumerate(names)), functions, (), (), (), names,
-        lattice.displacements, (0.0,) * n, tuple(range(-1, n - 1)), angular=(False,) * n,
+        lattice.name,
+        tape,
+        tuple(Factor("R", name, k, 1, k, 1) for k, name in enumerate(names)),
+        functions,
+        (),
+        (),
+        (),
+        names,
+        lattice.displacements,
+        (0.0,) * n,
+        tuple(range(-1, n - 1)),
+        angular=(False,) * n,
         facts=Facts(constant_mass=True, velocity_forces=False, smooth=True, moving_base=False, conservative=True),
-    )  # fmt: skip
+    )
 
 
 LATTICES = FrontEnd("lattices", Lattice, describe, derive)

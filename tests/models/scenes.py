@@ -115,7 +115,9 @@ def absolute() -> eomgen.Model:
     """Return the flyer with every body free and the joints as constraints."""
     scene = flyer_scene()
     groups = {body.name: "SE3" for body in scene.bodies}
-    changed = replace(scene, name="absolute", coordinates="absolute", groups=groups, content=scene.content + b"absolute")
+    changed = replace(
+        scene, name="absolute", coordinates="absolute", groups=groups, content=scene.content + b"absolute"
+    )
     return eomgen.build(changed, profile="quick")
 
 

@@ -1,4 +1,5 @@
-"""A scene beside one whose numbers are moved by a little: all that is computed of both, and by how much it may differ."""
+"""A scene beside one whose numbers are moved by a little: all that is computed of both, and by how much it may
+differ."""
 
 from __future__ import annotations
 
@@ -15,10 +16,26 @@ from tests.oracles.states import random_states
 from tests.oracles.written_scenes import Data, Place, shifted, structure
 
 TERMS = (
-    "mass", "coupling", "force", "base_motion", "inverse_dynamics", "forward_dynamics", "residual", "partials", "constraint",
-    "constraint_velocity", "constraint_bias", "constraint_jacobian", "poses", "twists", "accelerations", "jacobians", "elastic",
-    "outputs", "energy",
-)  # fmt: skip
+    "mass",
+    "coupling",
+    "force",
+    "base_motion",
+    "inverse_dynamics",
+    "forward_dynamics",
+    "residual",
+    "partials",
+    "constraint",
+    "constraint_velocity",
+    "constraint_bias",
+    "constraint_jacobian",
+    "poses",
+    "twists",
+    "accelerations",
+    "jacobians",
+    "elastic",
+    "outputs",
+    "energy",
+)
 
 SHIFTS = (1e-13, 1e-11, 9e-11, 1.1e-10, 3e-10, 1e-9, 3e-9, 1e-8, 1.5e-8, 3e-8, 1e-7)
 AXES = ("axis", "x_axis", "second_axis", "orientation")
@@ -26,11 +43,14 @@ BLUR, STEP, SAFETY, ROUNDING, LEAST = 1e-3, 1e-6, 100.0, 1e-14, 0.01
 
 
 def computed(data: Data, seed: int, terms: Sequence[str] = TERMS) -> dict[str, Array]:
-    """Return all that the equations of a scene give at two random states, and its initial state, by function and block."""
+    """Return all that the equations of a scene give at two random states, and its initial state, by function and
+    block."""
     system = derive(from_data(data), terms)
     rng = np.random.default_rng(seed)
     state = random_states(system, 2, rng)
-    state |= {name: rng.normal(size=(2, size)) for name, size in (("lam", len(system.multipliers)), ("z", system.nz)) if size}
+    state |= {
+        name: rng.normal(size=(2, size)) for name, size in (("lam", len(system.multipliers)), ("z", system.nz)) if size
+    }
     if "base" in system.functions:
         state["base"] = evaluate(system.tape, system.functions["base"].refs, state)
     found: dict[str, Array] = {"initial state": np.array([*system.initial_q, *system.initial_v])}
@@ -55,13 +75,13 @@ def change(before: dict[str, Array], after: dict[str, Array]) -> dict[str, float
 class Compared:
     """One scene, and how much each of its functions may change.
 
-    The *condition* of a function is the change of its largest entry by the change of the scene's numbers, measured at a scene
-    nearby where nothing is structure any more: all numbers moved at random by 1e-3. So nothing that the code does about zeros,
-    ones and coordinate axes enters it. Where that is less than the function's own size, the size is taken, and 0.01 at least, for
-    what cancels: the numbers of the scenes are of order one. A shift of eps may change a function by 100 times eps times its
-    condition: 100 for what the condition differs between the two scenes and along directions that were not tried. Rounding counts
-    as a shift of 1e-14. What mistakes structure, by contrast, changes a function by its own size, 1e5 times the bound at 1e-7 and
-    1e9 times at 1e-11.
+    The *condition* of a function is the change of its largest entry by the change of the scene's numbers, measured at a
+    scene nearby where nothing is structure any more: all numbers moved at random by 1e-3. So nothing that the code does
+    about zeros, ones and coordinate axes enters it. Where that is less than the function's own size, the size is taken,
+    and 0.01 at least, for what cancels: the numbers of the scenes are of order one. A shift of eps may change a
+    function by 100 times eps times its condition: 100 for what the condition differs between the two scenes and along
+    directions that were not tried. Rounding counts as a shift of 1e-14. What mistakes structure, by contrast, changes a
+    function by its own size, 1e5 times the bound at 1e-7 and 1e9 times at 1e-11.
     """
 
     def __init__(self, data: Data, seed: int) -> None:
@@ -106,5 +126,7 @@ class Compared:
         allowed = SAFETY * (max(map(abs, amounts.values())) + ROUNDING)
         moved = change(self.values, computed(shifted(self.data, amounts), self.seed))
         return {
-            name: size / (allowed * self.condition[name]) for name, size in moved.items() if size > allowed * self.condition[name]
+            name: size / (allowed * self.condition[name])
+            for name, size in moved.items()
+            if size > allowed * self.condition[name]
         }

@@ -1,12 +1,13 @@
-"""A beam on a frame that moves in all six components: Lagrange's equations with the shortening, by SymPy, linear in deflections.
+"""A beam on a frame that moves in all six components: Lagrange's equations with the shortening, by SymPy, linear in
+deflections.
 
 The frame of the beam (x along it) has velocity v(t) and angular velocity omega(t), both in its own axes. A point is at
 
     (x - (1/2) int_0^x (y'^2 + z'^2),  phi eta,  chi zeta)
 
-with one shape phi in y and one shape chi in z; the tip carries a point mass and an axial force that turns with the frame.
-Lagrange's equations of eta and zeta are what a generator must produce, whatever way it goes. `by_stiffening` is the same from the
-formula with geometric stiffness (dossier 1.5, equations 10 and 11).
+with one shape phi in y and one shape chi in z; the tip carries a point mass and an axial force that turns with the
+frame. Lagrange's equations of eta and zeta are what a generator must produce, whatever way it goes. `by_stiffening` is
+the same from the formula with geometric stiffness (dossier 1.5, equations 10 and 11).
 """
 
 from __future__ import annotations
@@ -42,7 +43,8 @@ def by_lagrange(phi: sp.Expr = PHI, chi: sp.Expr = CHI) -> sp.Matrix:
     slopes = (sp.diff(phi, x) ** 2 * ETA**2 + sp.diff(chi, x) ** 2 * ZETA**2) / 2
     shortening = sp.integrate(sp.expand(slopes).subs(x, xi), (xi, 0, x))
     at_rest, first, second = sp.Matrix([x, 0, 0]), sp.Matrix([0, phi * ETA, chi * ZETA]), sp.Matrix([-shortening, 0, 0])
-    velocity = V + OMEGA.cross(at_rest)  # of order zero; orders one and two follow, the rest cannot matter to linear equations
+    # of order zero; orders one and two follow, the rest cannot matter to linear equations
+    velocity = V + OMEGA.cross(at_rest)
     velocity_1 = OMEGA.cross(first) + first.diff(t)
     velocity_2 = OMEGA.cross(second) + second.diff(t)
     kinetic = velocity.dot(velocity_1) + velocity_1.dot(velocity_1) / 2 + velocity.dot(velocity_2)

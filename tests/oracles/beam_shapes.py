@@ -1,7 +1,8 @@
-"""Bending shapes of uniform Euler-Bernoulli beams in mpmath: roots of the frequency equation, shapes, integrals by quadrature.
+"""Bending shapes of uniform Euler-Bernoulli beams in mpmath: roots of the frequency equation, shapes, integrals by
+quadrature.
 
-All shapes live on 0 <= x <= 1 and are normalised to int phi^2 = 1. Nothing of eomgen is used; integrals are quadratures of
-products, never closed forms.
+All shapes live on 0 <= x <= 1 and are normalised to int phi^2 = 1. Nothing of eomgen is used; integrals are quadratures
+of products, never closed forms.
 """
 
 from __future__ import annotations
@@ -63,7 +64,10 @@ def stiffening(support: str, first: int, second: int) -> tuple[mpf, mpf, mpf]:
 
 
 def sampled(support: str, modes: int, x: Sequence[float], derivative: int = 0) -> np.ndarray:
-    """Return the first `modes` shapes (or a derivative of them) at points, shape (modes, points), rounded to doubles."""
+    """Return the first `modes` shapes (or a derivative of them) at points, shape (modes, points), rounded to
+    doubles."""
     with workdps(DIGITS):
         functions = [shape(support, mode, derivative) for mode in range(1, modes + 1)]
-        return np.array([[float(function(mp.mpf(float(point)))) for point in x] for function in functions]).reshape(modes, len(x))
+        return np.array([[float(function(mp.mpf(float(point)))) for point in x] for function in functions]).reshape(
+            modes, len(x)
+        )

@@ -1,7 +1,7 @@
 """Beams as many points of mass, moved by the exact kinematics; what their motion demands by d'Alembert's principle.
 
-Only values and slopes of shape functions at places are taken from eomgen. Integrals over the beam are sums over points, time
-derivatives are those of Taylor arithmetic, and variations are by complex step.
+Only values and slopes of shape functions at places are taken from eomgen. Integrals over the beam are sums over points,
+time derivatives are those of Taylor arithmetic, and variations are by complex step.
 """
 
 from __future__ import annotations
@@ -76,7 +76,8 @@ def deflected(axis: Axis, eta: Sequence[Moving]) -> tuple[Vector, Vector]:
 
 
 class ManyPoints:
-    """A uniform beam as points: four on each section where it has polar inertia, so that they have its mass and that inertia."""
+    """A uniform beam as points: four on each section where it has polar inertia, so that they have its mass and that
+    inertia."""
 
     def __init__(self, beam: Beam, mass_per_length: float, polar_inertia: float = 0.0, count: int = 20) -> None:
         self.beam = beam
@@ -110,7 +111,9 @@ def joined(parts: Sequence[Vector]) -> Vector:
     size = max(np.size(component.x) for part in parts for component in part)
 
     def component(i: int) -> Moving:
-        return Moving(*(np.concatenate([np.broadcast_to(getattr(part[i], name), size) for part in parts]) for name in "xva"))
+        return Moving(
+            *(np.concatenate([np.broadcast_to(getattr(part[i], name), size) for part in parts]) for name in "xva")
+        )
 
     return component(0), component(1), component(2)
 
@@ -121,7 +124,11 @@ def first_of(points: Vector) -> Vector:
 
 
 def demanded(
-    points: Callable[[Sequence[Moving]], list[Points]], q: Array, v: Array, a: Array, gravity: Sequence[float] = (0.0, 0.0, 0.0)
+    points: Callable[[Sequence[Moving]], list[Points]],
+    q: Array,
+    v: Array,
+    a: Array,
+    gravity: Sequence[float] = (0.0, 0.0, 0.0),
 ) -> Array:
     """Return sum of mass (acceleration - gravity) . dp/dq over all points, for coordinates that are plain numbers."""
     along = [Moving(*numbers) for numbers in zip(q, v, a, strict=True)]

@@ -1,4 +1,5 @@
-"""Constrained scenes for tests: every type of constraint, absolute states from poses, accelerations from the KKT system."""
+"""Constrained scenes for tests: every type of constraint, absolute states from poses, accelerations from the KKT
+system."""
 
 from __future__ import annotations
 
@@ -22,9 +23,18 @@ from tests.oracles.states import STEP, displaced, random_unit_quaternions, rotat
 
 #: How many freedoms each type leaves, positions only.
 FREEDOMS = {
-    "spherical": 3, "revolute": 1, "universal": 2, "cylindrical": 2, "helical": 1, "prismatic": 1, "planar": 3, "fixed": 0,
-    "distance": 5, "point_on_line": 4, "rolling": 5,
-}  # fmt: skip
+    "spherical": 3,
+    "revolute": 1,
+    "universal": 2,
+    "cylindrical": 2,
+    "helical": 1,
+    "prismatic": 1,
+    "planar": 3,
+    "fixed": 0,
+    "distance": 5,
+    "point_on_line": 4,
+    "rolling": 5,
+}
 DRIVEN = ("revolute", "prismatic", "cylindrical")
 
 
@@ -40,13 +50,27 @@ def drive_of_time() -> Formula:
 
 
 def constraint(
-    rng: np.random.Generator, kind: str, first: str, second: str, *, driven: bool = False, shape: str = "disc", name: str = "loop"
+    rng: np.random.Generator,
+    kind: str,
+    first: str,
+    second: str,
+    *,
+    driven: bool = False,
+    shape: str = "disc",
+    name: str = "loop",
 ) -> Constraint:
     """Return a constraint between skew frames of two bodies, or of a body and the base."""
     return Constraint(
-        name, kind, frame(rng, first), frame(rng, second), drive=drive_of_time() if driven else None,  # type: ignore[arg-type]
-        length=number(1.3), radius=number(0.45), shape=shape, pitch=number(-0.3),  # type: ignore[arg-type]  # literals
-    )  # fmt: skip
+        name,
+        kind,
+        frame(rng, first),
+        frame(rng, second),
+        drive=drive_of_time() if driven else None,  # type: ignore[arg-type]
+        length=number(1.3),
+        radius=number(0.45),
+        shape=shape,
+        pitch=number(-0.3),  # type: ignore[arg-type]  # literals
+    )
 
 
 def variants() -> list[tuple[str, bool, str]]:
@@ -86,7 +110,9 @@ def kkt(evaluate: Evaluate, state: Mapping[str, Array]) -> dict[str, Array]:
     rest = evaluate("residual", {**state, "a": np.zeros((count, nv)), "lam": np.zeros((count, rows))})["r"]
     matrix = np.zeros((count, nv + rows, nv + rows))
     matrix[:, :nv, :nv], matrix[:, :nv, nv:], matrix[:, nv:, :nv] = M, np.swapaxes(B, 1, 2), B
-    found = np.linalg.solve(matrix, -np.concatenate([rest, np.broadcast_to(g, (count, rows))], axis=1)[..., np.newaxis])[..., 0]
+    found = np.linalg.solve(
+        matrix, -np.concatenate([rest, np.broadcast_to(g, (count, rows))], axis=1)[..., np.newaxis]
+    )[..., 0]
     return {**state, "a": found[:, :nv], "lam": found[:, nv:]}
 
 
@@ -110,7 +136,8 @@ def _rigid_groups(scene: Scene) -> dict[str, list[str]]:
 def absolute_state(
     scene: Scene, joint: System, absolute: System, state: Mapping[str, Array], at_joint: Evaluate
 ) -> dict[str, Array]:
-    """Return q and v of absolute bodies for a state in joint coordinates: poses multiplied out, moved by a complex step."""
+    """Return q and v of absolute bodies for a state in joint coordinates: poses multiplied out, moved by a complex
+    step."""
     base = None
     if scene.base is not None:
         struct = at_joint("base", {**state, "t": state["t"] + 1j * STEP})["base"]
@@ -154,8 +181,11 @@ def turn_about(axis: int, angle: float | complex) -> Array:
     return R
 
 
-def freely_displaced(kind: str, s: Sequence[float | complex], t: float, driven: bool, shape: str) -> tuple[Array, Array]:
-    """Return pose (rotation, position) of the second frame in the first for free displacements s, as the type is meant."""
+def freely_displaced(
+    kind: str, s: Sequence[float | complex], t: float, driven: bool, shape: str
+) -> tuple[Array, Array]:
+    """Return pose (rotation, position) of the second frame in the first for free displacements s, as the type is
+    meant."""
     z = np.array([0.0, 0.0, 1.0])
     prescribed = 0.4 * np.sin(1.7 * t) + 0.3 * t
     anyhow = turn_about(2, s[0]) @ turn_about(0, s[1]) @ turn_about(1, s[2]) if len(s) >= 3 else np.eye(3)

@@ -1,4 +1,5 @@
-"""Poses of bodies by multiplying matrices along the tree as the scene is written, and M, T and V from them by complex step.
+"""Poses of bodies by multiplying matrices along the tree as the scene is written, and M, T and V from them by complex
+step.
 
 Nothing of eomgen but the scene's data is used: no merging of fixed joints, no turned frames, no grouping, no recursion.
 """
@@ -80,7 +81,9 @@ def body_data(scene: Scene) -> list[tuple[str, float, Array, Array]]:
     for body in scene.bodies:
         xx, yy, zz, xy, xz, yz = (value_of(item, parameters) for item in body.inertia)
         center = np.array([value_of(item, parameters) for item in body.center_of_mass])
-        data.append((body.name, value_of(body.mass, parameters), center, np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])))
+        data.append(
+            (body.name, value_of(body.mass, parameters), center, np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
+        )
     return data
 
 
@@ -105,7 +108,9 @@ def mass_matrix(scene: Scene, factors: Sequence[Factor], q: Array) -> Array:
     for mass, inertia, angular, linear in _jacobians(scene, factors, q):
         M = M + mass * linear @ np.swapaxes(linear, -1, -2) + angular @ inertia @ np.swapaxes(angular, -1, -2)
     parameters = parameter_values(scene)
-    rotors = {joint.name: [value_of(item, parameters) for item in joint.each(joint.rotor_inertia)] for joint in scene.joints}
+    rotors = {
+        joint.name: [value_of(item, parameters) for item in joint.each(joint.rotor_inertia)] for joint in scene.joints
+    }
     return M + np.diag([rotor for factor in factors for rotor in rotors[factor.name]])
 
 

@@ -1,13 +1,16 @@
-"""The elastic slider-crank of Simeon (Bari test set "crank"), by quadrature of its kinematics and in independent coordinates.
+"""The elastic slider-crank of Simeon (Bari test set "crank"), by quadrature of its kinematics and in independent
+coordinates.
 
-A rigid crank turns at a given rate; the connecting rod bends (two sines between its ends) and stretches (quadratic nodes at its
-middle and end). Coordinates are phi1, phi2 (both from the line of the slider), x3 and q1..q4. A point of the rod at x is at
+A rigid crank turns at a given rate; the connecting rod bends (two sines between its ends) and stretches (quadratic
+nodes at its middle and end). Coordinates are phi1, phi2 (both from the line of the slider), x3 and q1..q4. A point of
+the rod at x is at
 
     L1 (cos phi1, sin phi1) + R(phi2) (x + psi(x)^T (q3, q4), phi(x)^T (q1, q2))
 
-The constraints put its end on the line and the slider there. Axial load does not stiffen the rod: the problem is published so.
-The published programs write the mass matrix of the stretch 15 times too large, wherever it enters, and pi as 3.1415927: the
-option `published` adds the kinetic energy (1/2) 14 (r'^T m r' + phi2'^2 r^T m r) of r = (q3, q4), m being the consistent matrix.
+The constraints put its end on the line and the slider there. Axial load does not stiffen the rod: the problem is
+published so. The published programs write the mass matrix of the stretch 15 times too large, wherever it enters, and pi
+as 3.1415927: the option `published` adds the kinetic energy (1/2) 14 (r'^T m r' + phi2'^2 r^T m r) of r = (q3, q4), m
+being the consistent matrix.
 """
 
 from __future__ import annotations
@@ -45,7 +48,8 @@ class Crank:
     def mass_and_coupling(self, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return M (7, 7) and the inertia forces quadratic in v.
 
-        Rows of J and bias are the points of the rod, first their x and then their y, times the root of the weight of each.
+        Rows of J and bias are the points of the rod, first their x and then their y, times the root of the weight of
+        each.
         """
         root = self.root
         along, across = self.x + self.psi_x @ q[5:], self.phi_x @ q[3:5]
@@ -93,11 +97,13 @@ class Crank:
         """Return what the constraints' second time derivatives are besides B a."""
         end, cosine, sine = L2 + q[6], np.cos(q[1]), np.sin(q[1])
         crank = L1 * v[0] ** 2
-        return np.array([
-            -crank * np.sin(q[0]) - end * v[1] ** 2 * sine + 2 * v[6] * v[1] * cosine,
-            crank * np.cos(q[0]) + end * v[1] ** 2 * cosine + 2 * v[6] * v[1] * sine,
-            0.0,
-        ])  # fmt: skip
+        return np.array(
+            [
+                -crank * np.sin(q[0]) - end * v[1] ** 2 * sine + 2 * v[6] * v[1] * cosine,
+                crank * np.cos(q[0]) + end * v[1] ** 2 * cosine + 2 * v[6] * v[1] * sine,
+                0.0,
+            ]
+        )
 
     def state(self, t: float, elastic: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return all coordinates and velocities where q1..q4 and their rates are given."""
@@ -110,7 +116,8 @@ class Crank:
         return q, v
 
     def acceleration(self, t: float, elastic: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return accelerations (7) and multipliers (3), from equations projected on the motions that constraints allow."""
+        """Return accelerations (7) and multipliers (3), from equations projected on the motions that constraints
+        allow."""
         q, v = self.state(t, elastic)
         B, bias = self.constraint_jacobian(q), self.constraint_bias(q, v)
         M, c = self.mass_and_coupling(q, v)

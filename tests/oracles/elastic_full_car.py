@@ -1,8 +1,9 @@
-"""A full car with a body that bends and twists, from first principles, as matrices: a free-free beam on suspensions and wheels.
+"""A full car with a body that bends and twists, from first principles, as matrices: a free-free beam on suspensions and
+wheels.
 
-Coordinates: heave of the centre z, pitch p (about y, lowers the front), roll r (about x, raises the left), bending b, twist a,
-wheels front left, front right, rear left, rear right. A point of the body at x ahead and y left of its centre is at the height
-z - x p + y r + phi(1/2 + x/L)^T b + y psi(1/2 + x/L)^T a, with psi_k = cos k pi s.
+Coordinates: heave of the centre z, pitch p (about y, lowers the front), roll r (about x, raises the left), bending b,
+twist a, wheels front left, front right, rear left, rear right. A point of the body at x ahead and y left of its centre
+is at the height z - x p + y r + phi(1/2 + x/L)^T b + y psi(1/2 + x/L)^T a, with psi_k = cos k pi s.
 """
 
 from __future__ import annotations
@@ -28,8 +29,8 @@ KNOWN = np.array([[0.5, 0.5, 0.0, 0.0], [0.0, 0.0, 0.5, 0.5], [0.5, 0.0, 0.5, 0.
 class FullCar:
     """Matrices of M q'' + C q' + K q = B u + E w; N, m, s, rad.
 
-    ``wheels`` (n, 4) is E of the road under each wheel, ``actuators`` (n, 4) B of tensions, ``corners`` (4, n) the heights of the
-    body above the wheels.
+    ``wheels`` (n, 4) is E of the road under each wheel, ``actuators`` (n, 4) B of tensions, ``corners`` (4, n) the
+    heights of the body above the wheels.
     """
 
     mass: np.ndarray
@@ -49,7 +50,8 @@ class FullCar:
         return replace(self, damping=self.damping - gain * self.actuators @ self.corners)
 
     def regulated(self, middle: float, corner: float, travel: float, load: float, effort: float) -> FullCar:
-        """Return the car under the optimal regulator, which knows travels, ``KNOWN`` tyre deflections, elastic coordinates.
+        """Return the car under the optimal regulator, which knows travels, ``KNOWN`` tyre deflections, elastic
+        coordinates.
 
         What it knows is y = Y q - Y_w w; it gives -G Y^-1 y for -G q, so the road enters through it too.
         """
@@ -58,12 +60,17 @@ class FullCar:
         told = np.vstack([-self.actuators.T, KNOWN @ self.wheels.T / TYRE, elastic])
         of_road = np.vstack([np.zeros((4, 4)), KNOWN, np.zeros((2 * MODES, 4))])
         return replace(
-            self, damping=self.damping + self.actuators @ by_velocity, stiffness=self.stiffness + self.actuators @ by_position,
+            self,
+            damping=self.damping + self.actuators @ by_velocity,
+            stiffness=self.stiffness + self.actuators @ by_position,
             wheels=self.wheels + self.actuators @ by_position @ np.linalg.solve(told, of_road),
-        )  # fmt: skip
+        )
 
-    def _gains(self, middle: float, corner: float, travel: float, load: float, effort: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the gains (4, n) of positions and of velocities that minimise the weighted squares, by Riccati's equation."""
+    def _gains(
+        self, middle: float, corner: float, travel: float, load: float, effort: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the gains (4, n) of positions and of velocities that minimise the weighted squares, by Riccati's
+        equation."""
         n = len(self.mass)
         inverse = np.linalg.inv(self.mass)
         A = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ self.stiffness, -inverse @ self.damping]])

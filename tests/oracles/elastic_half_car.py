@@ -1,7 +1,8 @@
 """The elastic half car EV-1 from first principles: a free-free beam on two suspensions and wheels, as matrices.
 
-Coordinates: heave of the centre z, pitch theta (a rise of theta per metre towards the front), elastic coordinates of the body,
-front and rear wheel. The height of the body at distance s ahead of its centre is z + s theta + phi(1/2 + s/L)^T eta.
+Coordinates: heave of the centre z, pitch theta (a rise of theta per metre towards the front), elastic coordinates of
+the body, front and rear wheel. The height of the body at distance s ahead of its centre is z + s theta + phi(1/2 +
+s/L)^T eta.
 """
 
 from __future__ import annotations

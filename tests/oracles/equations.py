@@ -42,7 +42,8 @@ class InternalStates:
     Attributes
     ----------
     rate : (t, q, v, z) -> zdot
-    partials : (t, q, v, z) -> (Rz, Fq, Fv, Fz), derivatives of the residual by z, and of zdot by q (left-trivialised), v and z
+    partials : (t, q, v, z) -> (Rz, Fq, Fv, Fz), derivatives of the residual by z, and of zdot by q (left-trivialised),
+        v and z
     """
 
     rate: Callable[[float, Array, Array, Array], Array]
@@ -57,8 +58,10 @@ class Equations:
     ----------
     factors : sequence of Factor
     forward_dynamics : (t, q, v) -> vdot; unconstrained systems only
-    residual : (t, q, v, vdot) -> r, zero along motions; implicit methods only. With constraints (t, q, v, vdot, lam) -> r
-    partials : of the same arguments -> (K, C, M), the left-trivialised derivatives of r by q, v and vdot; implicit methods only
+    residual : (t, q, v, vdot) -> r, zero along motions; implicit methods only. With constraints (t, q, v, vdot, lam) ->
+        r
+    partials : of the same arguments -> (K, C, M), the left-trivialised derivatives of r by q, v and vdot; implicit
+        methods only
     constraints : Constraints, optional
     internal : InternalStates, optional; the mechanical callables then take z by its name
     followed : (t, q) -> q with what it counts over turns brought to where its poses are, optional
@@ -90,7 +93,8 @@ class Equations:
 
 @dataclass(frozen=True)
 class Trajectory:
-    """States at the steps, the initial one first: t (n+1,), q (n+1, nq), v, vdot (n+1, nv), lam, z; Newton iterations in all."""
+    """States at the steps, the initial one first: t (n+1,), q (n+1, nq), v, vdot (n+1, nv), lam, z; Newton iterations
+    in all."""
 
     t: Array
     q: Array

@@ -1,7 +1,7 @@
 """Model functions as callables, whatever runs them: the tape over NumPy here, compiled code elsewhere.
 
-``evaluate(function, inputs)`` takes a mapping from input block to array (..., size) and gives a mapping from output block to
-array (..., *shape). Oracles and checks are written against this signature only.
+``evaluate(function, inputs)`` takes a mapping from input block to array (..., size) and gives a mapping from output
+block to array (..., *shape). Oracles and checks are written against this signature only.
 """
 
 from __future__ import annotations

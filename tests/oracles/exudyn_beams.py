@@ -1,6 +1,7 @@
 """Beams by EXUDYN's geometrically exact, shear-deformable elements: spin-up in the plane, an elastic pendulum in space.
 
-`python -m tests.oracles.exudyn_beams` prints the pendulum's converged positions, which tests hold as numbers (half a minute).
+`python -m tests.oracles.exudyn_beams` prints the pendulum's converged positions, which tests hold as numbers (half a
+minute).
 """
 
 from __future__ import annotations
@@ -38,11 +39,13 @@ def _modules() -> tuple[ModuleType, ModuleType]:
 def _solve(exudyn: ModuleType, system: Any, end: float, steps: int, nodes: Sequence[int]) -> list[np.ndarray]:
     """Run generalized-alpha (rho_inf = 0.9) and return the positions of nodes, each (n, 4) with time first.
 
-    Residuals are forces. The default tolerance of 1e-10 N is below the round-off of axial forces: steps would be repeated
-    a thousand times.
+    Residuals are forces. The default tolerance of 1e-10 N is below the round-off of axial forces: steps would be
+    repeated a thousand times.
     """
     what = {"outputVariableType": exudyn.OutputVariableType.Position, "storeInternal": True}
-    sensors = [system.AddSensor(import_module("exudyn.itemInterface").SensorNode(nodeNumber=node, **what)) for node in nodes]
+    sensors = [
+        system.AddSensor(import_module("exudyn.itemInterface").SensorNode(nodeNumber=node, **what)) for node in nodes
+    ]
     system.Assemble()
     settings = exudyn.SimulationSettings()
     settings.timeIntegration.endTime = end
@@ -67,11 +70,18 @@ def spin_up(beam: Beam, elements: int, *, end: float = 18.0, steps: int = 1800) 
     nodes = [system.AddNode(items.NodeRigidBody2D(referenceCoordinates=[x, 0.0, 0.0])) for x in places]
     for pair in pairwise(nodes):
         element = items.ObjectBeamGeometricallyExact2D(
-            nodeNumbers=list(pair), length=L / elements, massPerLength=beam.mass, crossSectionInertia=6e-4,
-            bendingStiffness=beam.bending, axialStiffness=2.8e7, shearStiffness=1.0e7,
-        )  # fmt: skip
+            nodeNumbers=list(pair),
+            length=L / elements,
+            massPerLength=beam.mass,
+            crossSectionInertia=6e-4,
+            bendingStiffness=beam.bending,
+            axialStiffness=2.8e7,
+            shearStiffness=1.0e7,
+        )
         system.AddObject(element)
-    ground = system.AddMarker(items.MarkerNodeCoordinate(nodeNumber=system.AddNode(items.NodePointGround()), coordinate=0))
+    ground = system.AddMarker(
+        items.MarkerNodeCoordinate(nodeNumber=system.AddNode(items.NodePointGround()), coordinate=0)
+    )
 
     def angle(_: Any, t: float, __: int, ___: float) -> float:
         return float(beam.angle(t))
@@ -89,7 +99,8 @@ def spin_up(beam: Beam, elements: int, *, end: float = 18.0, steps: int = 1800) 
 
 @dataclass(frozen=True)
 class Pendulum:
-    """A slender steel rod on a rigid hub that turns about its centre in all directions, with a small heavy ball at the tip.
+    """A slender steel rod on a rigid hub that turns about its centre in all directions, with a small heavy ball at the
+    tip.
 
     At the start the rod is straight along x and turns as a rigid body. SI units.
     """
@@ -126,13 +137,17 @@ def swing(pendulum: Pendulum, elements: int, *, end: float = 3.0, steps: int = 3
     section.inertia = p.density * p.second_moment * np.diag([2.0, 1.0, 1.0])
     lateral = 0.9 * shear * p.area
     bending = p.modulus * p.second_moment
-    section.stiffnessMatrix = np.diag([p.modulus * p.area, lateral, lateral, 2 * shear * p.second_moment, bending, bending])
+    section.stiffnessMatrix = np.diag(
+        [p.modulus * p.area, lateral, lateral, 2 * shear * p.second_moment, bending, bending]
+    )
     omega = np.array(p.rate)
     nodes = []
     for x in np.linspace(0.0, L, elements + 1):
         velocity = [*np.cross(omega, [x, 0.0, 0.0]), *omega]
         place = [x, 0.0, 0.0, 0.0, 0.0, 0.0]
-        nodes.append(system.AddNode(items.NodeRigidBodyRotVecLG(referenceCoordinates=place, initialVelocities=velocity)))
+        nodes.append(
+            system.AddNode(items.NodeRigidBodyRotVecLG(referenceCoordinates=place, initialVelocities=velocity))
+        )
     for pair in pairwise(nodes):
         beam = items.ObjectBeamGeometricallyExact(nodeNumbers=list(pair), length=L / elements, sectionData=section)
         element = system.AddObject(beam)
@@ -151,8 +166,11 @@ def swing(pendulum: Pendulum, elements: int, *, end: float = 3.0, steps: int = 3
 
 
 def converged(times: Sequence[float]) -> np.ndarray:
-    """Return middle and tip at times, shape (2, times, 3), extrapolated to the limit of 16 and 32 elements (order 2)."""
-    coarse, fine = (np.array([path.at(times) for path in swing(Pendulum(), n, end=times[-1], steps=8000)]) for n in (16, 32))
+    """Return middle and tip at times, shape (2, times, 3), extrapolated to the limit of 16 and 32 elements (order
+    2)."""
+    coarse, fine = (
+        np.array([path.at(times) for path in swing(Pendulum(), n, end=times[-1], steps=8000)]) for n in (16, 32)
+    )
     extrapolated: np.ndarray = fine + (fine - coarse) / 3.0
     return extrapolated
 

@@ -39,7 +39,8 @@ def rigid_body(
     name: str, mass: float, center: Sequence[float] = (0, 0, 0), inertia: Sequence[float] = (0, 0, 0, 0, 0, 0)
 ) -> Body:
     """Return a body of numbers; inertia (xx, yy, zz, xy, xz, yz) about the centre of mass."""
-    return Body(name, number(mass), vector(center), tuple(number(entry) for entry in inertia))  # type: ignore[arg-type]  # six
+    # six
+    return Body(name, number(mass), vector(center), tuple(number(entry) for entry in inertia))  # type: ignore[arg-type]
 
 
 def value_of(formula: Formula, parameters: Mapping[str, float]) -> float:

@@ -1,4 +1,5 @@
-"""Motions through random states, and time derivatives along them by complex step (Squire and Trapp 1998): no calculus of ours."""
+"""Motions through random states, and time derivatives along them by complex step (Squire and Trapp 1998): no calculus
+of ours."""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
 """MuJoCo as a second engine: scenes written as MJCF, states and accelerations in its conventions.
 
-MuJoCo's free joints hold the position before the quaternion, and velocities linear in world axes before angular in body axes. Its
-smooth forces, ``qfrc_passive`` and ``qfrc_bias``, are compared; never its time step, which treats dampers implicitly.
+MuJoCo's free joints hold the position before the quaternion, and velocities linear in world axes before angular in body
+axes. Its smooth forces, ``qfrc_passive`` and ``qfrc_bias``, are compared; never its time step, which treats dampers
+implicitly.
 """
 
 from __future__ import annotations
@@ -34,7 +35,8 @@ def _element(tag: str, **attributes: object) -> str:
 
 
 def mjcf(scene: Scene, *, carrier: str = "") -> str:
-    """Return a scene without formula forces as MJCF; ``carrier`` are the joints of a body that takes the base's place."""
+    """Return a scene without formula forces as MJCF; ``carrier`` are the joints of a body that takes the base's
+    place."""
 
     def vector(formulas: Sequence[object]) -> list[float]:
         return [value_of(formula, {}) for formula in formulas]
@@ -58,9 +60,11 @@ def mjcf(scene: Scene, *, carrier: str = "") -> str:
         for body, joint in zip(scene.bodies, scene.joints, strict=True):
             if joint.parent == parent:
                 inertial = _element(
-                    "inertial", pos=_numbers(vector(body.center_of_mass)), mass=value_of(body.mass, {}),
+                    "inertial",
+                    pos=_numbers(vector(body.center_of_mass)),
+                    mass=value_of(body.mass, {}),
                     fullinertia=_numbers(vector(body.inertia)),
-                )  # fmt: skip
+                )
                 w, x, y, z = np.roll(Rotation.from_matrix(joint.orientation).as_quat(), 1)
                 place = f'pos="{_numbers(vector(joint.position))}" quat="{_numbers((w, x, y, z))}"'
                 inside = joint_of(joint) + inertial + sites(body.name) + bodies(body.name)
@@ -152,7 +156,8 @@ class Engine:
 
 
 def _to_world(q: Array, start: int, v: Array, a: Array) -> tuple[Array, Array]:
-    """Return velocity and acceleration of a free joint as MuJoCo has them: linear in world axes, then angular in body axes."""
+    """Return velocity and acceleration of a free joint as MuJoCo has them: linear in world axes, then angular in body
+    axes."""
     R = rotation_of(q[start : start + 4])
     return np.concatenate([R @ v[3:], v[:3]]), np.concatenate([R @ (a[3:] + np.cross(v[:3], v[3:])), a[:3]])
 

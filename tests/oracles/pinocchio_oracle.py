@@ -1,7 +1,8 @@
 """Pinocchio as an oracle: a model from the same URDF file, and states taken from eomgen's conventions to Pinocchio's.
 
-eomgen: quaternion (w, x, y, z) before position, twists angular first, joints in the scene's order. Pinocchio: position before
-quaternion (x, y, z, w), twists linear first, joints sorted by name among siblings, unbounded revolute joints as (cos, sin).
+eomgen: quaternion (w, x, y, z) before position, twists angular first, joints in the scene's order. Pinocchio: position
+before quaternion (x, y, z, w), twists linear first, joints sorted by name among siblings, unbounded revolute joints as
+(cos, sin).
 """
 
 from __future__ import annotations
@@ -99,7 +100,8 @@ class PinocchioOracle:
         return found
 
     def each(self, compute: Callable[..., Array], state: dict[str, Array], *vectors: str) -> Array:
-        """Return ``compute(model, data, q, *vectors)`` for all states of a batch, in the scene's order of components."""
+        """Return ``compute(model, data, q, *vectors)`` for all states of a batch, in the scene's order of
+        components."""
         results = []
         for k in range(len(state["q"])):
             given = [self.v(state[name][k]) for name in vectors]
@@ -195,7 +197,8 @@ _MODELS = {
 
 
 def oracle_of_tree(scene: Scene, carrier: Any = None) -> PinocchioOracle:
-    """Return Pinocchio's model of a scene of numbers, composed joint by joint; fixed joints are left to Pinocchio's merging.
+    """Return Pinocchio's model of a scene of numbers, composed joint by joint; fixed joints are left to Pinocchio's
+    merging.
 
     With a ``carrier`` inertia the tree stands on a free-flyer, whose 7 numbers of q and 6 of v come before the scene's.
     """

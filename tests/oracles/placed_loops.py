@@ -1,7 +1,7 @@
 """Planar loops closed by joints in space, in any plane, anywhere, on the base or on a body that flies.
 
-Every vector of a scene is turned, in whatever frame it is given: body frames stay parallel to the world's, so that axes and
-places have three components that are no round numbers.
+Every vector of a scene is turned, in whatever frame it is given: body frames stay parallel to the world's, so that axes
+and places have three components that are no round numbers.
 """
 
 from __future__ import annotations
@@ -29,14 +29,25 @@ def rod(length: float) -> Data:
 
 def hinge(parent: str, child: str, place: float, angle: float, speed: float = 0.0) -> Data:
     initial = {"position": angle, "velocity": speed}
-    return {"type": "revolute", "parent": parent, "child": child, "axis": AXIS, "position": [place, 0, 0], "initial": initial}
+    return {
+        "type": "revolute",
+        "parent": parent,
+        "child": child,
+        "axis": AXIS,
+        "position": [place, 0, 0],
+        "initial": initial,
+    }
 
 
-def four_bar(closing: str, lengths: Sequence[float] = (0.1, 0.35, 0.3, 0.4), angles: Sequence[float] = (0.5, 0.3, 1.5)) -> Data:
+def four_bar(
+    closing: str, lengths: Sequence[float] = (0.1, 0.35, 0.3, 0.4), angles: Sequence[float] = (0.5, 0.3, 1.5)
+) -> Data:
     """Return crank, coupler and rocker in the xz plane, closed at the rocker's end by a joint in space."""
     crank, coupler, rocker, ground = lengths
     return {
-        "format": 1, "name": "bars", "gravity": [0, 0, -9.81],
+        "format": 1,
+        "name": "bars",
+        "gravity": [0, 0, -9.81],
         "bodies": {"crank": rod(crank), "coupler": rod(coupler), "rocker": rod(rocker)},
         "joints": {
             "drive": hinge("base", "crank", 0.0, angles[0], 30.0),
@@ -44,7 +55,7 @@ def four_bar(closing: str, lengths: Sequence[float] = (0.1, 0.35, 0.3, 0.4), ang
             "support": hinge("base", "rocker", ground, angles[2]),
         },
         "constraints": {"closure": _closure(closing, ("coupler", coupler), ("rocker", rocker))},
-    }  # fmt: skip
+    }
 
 
 def parallelogram(closing: str) -> Data:
@@ -54,15 +65,23 @@ def parallelogram(closing: str) -> Data:
 def slider_crank(closing: str) -> Data:
     """Return crank and rod in the xz plane and a slider along x, closed at the rod's end by a joint in space."""
     return {
-        "format": 1, "name": "engine", "gravity": [0, 0, -9.81],
+        "format": 1,
+        "name": "engine",
+        "gravity": [0, 0, -9.81],
         "bodies": {"crank": rod(0.1), "rod": rod(0.3), "slider": {"mass": 1.0, "inertia": [0.01, 0.01, 0.01]}},
         "joints": {
             "drive": hinge("base", "crank", 0.0, 0.7, 20.0),
             "pin": hinge("crank", "rod", 0.1, -0.9),
-            "guide": {"type": "prismatic", "parent": "base", "child": "slider", "axis": [1, 0, 0], "initial": {"position": 0.37}},
+            "guide": {
+                "type": "prismatic",
+                "parent": "base",
+                "child": "slider",
+                "axis": [1, 0, 0],
+                "initial": {"position": 0.37},
+            },
         },
         "constraints": {"closure": _closure(closing, ("rod", 0.3), ("slider", 0.0))},
-    }  # fmt: skip
+    }
 
 
 def windows(count: int) -> Data:
@@ -74,10 +93,15 @@ def windows(count: int) -> Data:
     feet = {f"foot{k}": hinge("base", f"post{k}", float(k), np.pi / 2, -1.0) for k in range(count + 1)}
     corners = {f"corner{k}": hinge(f"post{k}", f"lintel{k}", 1.0, -np.pi / 2, 1.0) for k in range(count)}
     return {
-        "format": 1, "name": "windows", "gravity": [0, 0, -9.81],
-        "bodies": {joint["child"]: dict(post) for joint in (*feet.values(), *corners.values())}, "joints": feet | corners,
-        "constraints": {f"top{k}": _closure("point_on_line", (f"lintel{k}", 1.0), (f"post{k + 1}", 1.0)) for k in range(count)},
-    }  # fmt: skip
+        "format": 1,
+        "name": "windows",
+        "gravity": [0, 0, -9.81],
+        "bodies": {joint["child"]: dict(post) for joint in (*feet.values(), *corners.values())},
+        "joints": feet | corners,
+        "constraints": {
+            f"top{k}": _closure("point_on_line", (f"lintel{k}", 1.0), (f"post{k + 1}", 1.0)) for k in range(count)
+        },
+    }
 
 
 def _closure(kind: str, first: tuple[str, float], second: tuple[str, float]) -> Data:
@@ -101,7 +125,9 @@ def turned(scene: Mapping[str, Any], R: Array, shift: Sequence[float] = (0.0, 0.
         moments = R @ np.diag(body["inertia"]) @ R.T
         body["inertia"] = [float(moments[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
     frames = [frame for item in result["constraints"].values() for frame in (item["first"], item["second"])]
-    for table, place in [(joint, joint["parent"]) for joint in result["joints"].values()] + [(f, f["body"]) for f in frames]:
+    for table, place in [(joint, joint["parent"]) for joint in result["joints"].values()] + [
+        (f, f["body"]) for f in frames
+    ]:
         start = np.array(shift) if place == "base" else np.zeros(3)
         table["position"] = [float(x) for x in np.array(_times(R, table.get("position", (0, 0, 0)))) + start]
         for key in {"axis", "x_axis"} & set(table):
@@ -124,7 +150,9 @@ def on_free_body(scene: Mapping[str, Any], shift: Sequence[float] = (0.0, 0.0, 0
     hull = {"mass": 5.0, "inertia": [0.3, 0.4, 0.5]}
     spin = {"position": list(shift), "velocity": [0.3, 2.0, -0.5, 0.1, 0.2, 0.3]}
     result["bodies"] = {"hull": hull} | result["bodies"]
-    result["joints"] = {"float": {"type": "free", "parent": "base", "child": "hull", "initial": spin}} | result["joints"]
+    result["joints"] = {"float": {"type": "free", "parent": "base", "child": "hull", "initial": spin}} | result[
+        "joints"
+    ]
     return result
 
 

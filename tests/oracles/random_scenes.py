@@ -15,7 +15,7 @@ from eomgen.scene.forces.springs import Spring
 from eomgen.scene.forces.torsion_springs import TorsionSpring
 from eomgen.scene.joint_types import JOINTS, JointType
 from eomgen.scene.joints.model import Coefficients, Joint, Mimic
-from eomgen.scene.reading.rotations import Rotation  # fmt: skip
+from eomgen.scene.reading.rotations import Rotation
 from eomgen.scene.scene import Scene
 from eomgen.system.description import BASE, Point
 from eomgen.system.signals import Input, Output, Parameter
@@ -73,7 +73,8 @@ class _Maker:
         return replace(made, mass=self.maybe_tunable(made.mass.value, tunable), center_of_mass=center)
 
     def body_of_revolution(self, name: str) -> Body:
-        """Return a ball, rod or disc about a coordinate axis, its centre on that axis: equal and vanishing second moments."""
+        """Return a ball, rod or disc about a coordinate axis, its centre on that axis: equal and vanishing second
+        moments."""
         axis = self.rng.integers(3)
         center = np.zeros(3)
         center[axis] = self.rng.choice([0.0, 0.3])
@@ -85,17 +86,30 @@ class _Maker:
         orientation = np.eye(3) if self.rng.uniform() < 0.4 else rotation_of(random_unit_quaternions(self.rng, 1))[0]
         position = vector([self.maybe_tunable(value, 0.5 * tunable) for value in self.rng.uniform(-0.6, 0.6, 3)])
         geared, size = kind in NUMBERS and self.rng.uniform() < 0.4, JOINTS[kind].v_size
-        rotors = tuple(number(self.rng.uniform(0.0, 0.05) if geared else 0.0) for _ in range(size if kind in NUMBERS else 1))
+        rotors = tuple(
+            number(self.rng.uniform(0.0, 0.05) if geared else 0.0) for _ in range(size if kind in NUMBERS else 1)
+        )
         neutral = {"spherical": (1.0, 0.0, 0.0, 0.0), "free": (1.0, *([0.0] * 6))}.get(kind, (0.0,) * size)
         axis = np.array(self.axis())
         across = np.cross(axis, self.rng.normal(size=3) if np.max(np.abs(axis)) < 1.0 else np.roll(axis, 1))
         across = across / np.linalg.norm(across)
-        pitch = self.maybe_tunable(float(self.rng.uniform(-0.3, 0.3)), 0.5 * tunable) if kind == "helical" else number(0.0)
+        pitch = (
+            self.maybe_tunable(float(self.rng.uniform(-0.3, 0.3)), 0.5 * tunable) if kind == "helical" else number(0.0)
+        )
         return Joint(
-            name, kind, parent, child, axis=_triple(axis), position=position, orientation=_rows(orientation),
-            rotor_inertia=rotors if len(rotors) > 1 else rotors[0] if rotors else number(0.0), pitch=pitch,
-            second_axis=_triple(across), initial_position=neutral, initial_velocity=(0.0,) * size,
-        )  # fmt: skip
+            name,
+            kind,
+            parent,
+            child,
+            axis=_triple(axis),
+            position=position,
+            orientation=_rows(orientation),
+            rotor_inertia=rotors if len(rotors) > 1 else rotors[0] if rotors else number(0.0),
+            pitch=pitch,
+            second_axis=_triple(across),
+            initial_position=neutral,
+            initial_velocity=(0.0,) * size,
+        )
 
     def tree(self, tunable: float) -> None:
         moving = 0
@@ -132,7 +146,11 @@ def random_scene(seed: int, links: int = 4, *, tunable: float = 0.0) -> Scene:
     maker.tree(tunable)
     gravity = maker.rng.uniform(-9.0, 9.0, 3).tolist()
     return Scene(
-        f"random_{seed}", tuple(maker.bodies), tuple(maker.joints), gravity=vector(gravity), parameters=tuple(maker.parameters)
+        f"random_{seed}",
+        tuple(maker.bodies),
+        tuple(maker.joints),
+        gravity=vector(gravity),
+        parameters=tuple(maker.parameters),
     )
 
 
@@ -146,7 +164,11 @@ def shaking_base(rng: np.random.Generator, *, turning: bool = True) -> Base:
     axis = rng.normal(size=3)
     axis /= np.linalg.norm(axis)
     skew = (float(axis[0]), float(axis[1]), float(axis[2]))
-    turns = (Rotation((0.0, 0.0, 1.0), swing()), Rotation(skew, swing()), Rotation((-1.0, 0.0, 0.0), plus(swing(), TIME)))
+    turns = (
+        Rotation((0.0, 0.0, 1.0), swing()),
+        Rotation(skew, swing()),
+        Rotation((-1.0, 0.0, 0.0), plus(swing(), TIME)),
+    )
     return Base(vector([swing(), plus(swing(), TIME), swing()]), turns if turning else ())
 
 
@@ -162,8 +184,12 @@ def with_loads(scene: Scene, seed: int) -> Scene:
     points = tuple(Point(f"point{k}", maker.somewhere(), maker.random_vector()) for k in range(4))
     tip = Point("tip", scene.bodies[-1].name, maker.random_vector())
     ground = Point("ground", BASE, vector((1.5, -2.0, 2.5)))
-    anchored = Spring("anchored", "ground", "tip", number(30.0), number(1.5), number(1.0), times(2.0, Symbol("input", "pull")))
-    between = Spring("between", "tip", "point0", number(12.0), number(0.4), number(0.3), call("sin", Symbol("rate", "anchored")))
+    anchored = Spring(
+        "anchored", "ground", "tip", number(30.0), number(1.5), number(1.0), times(2.0, Symbol("input", "pull"))
+    )
+    between = Spring(
+        "between", "tip", "point0", number(12.0), number(0.4), number(0.3), call("sin", Symbol("rate", "anchored"))
+    )
     loose = points[0].body == tip.body  # such a spring has no work to do, which is fine
 
     def each(joint: Joint, low: float, high: float) -> Coefficients:
@@ -171,23 +197,36 @@ def with_loads(scene: Scene, seed: int) -> Scene:
         return values if len(values) > 1 else values[0]
 
     joints = tuple(
-        replace(joint, stiffness=each(joint, 1, 9), damping=each(joint, 0.1, 2), rest=each(joint, -1, 1))
-        if joint.type in NUMBERS and rng.uniform() < 0.6
-        else joint
+        (
+            replace(joint, stiffness=each(joint, 1, 9), damping=each(joint, 0.1, 2), rest=each(joint, -1, 1))
+            if joint.type in NUMBERS and rng.uniform() < 0.6
+            else joint
+        )
         for joint in scene.joints
     )
     revolute = maker.joint_names("revolute")
     torsion = (
-        (TorsionSpring("torsion", revolute[0], revolute[-1] if len(revolute) > 1 else "", number(4.0), number(0.6), number(0.2)),)
+        (
+            TorsionSpring(
+                "torsion", revolute[0], revolute[-1] if len(revolute) > 1 else "", number(4.0), number(0.6), number(0.2)
+            ),
+        )
         if revolute
         else ()
     )
     driven = [joint for joint in scene.joints if joint.type != "fixed"][-1]
     effort = Effort(
-        "motor", driven.name, plus(Symbol("input", "pull"), times(-0.7, Symbol("v", driven.name, 0))), driven.kind.v_size - 1
+        "motor",
+        driven.name,
+        plus(Symbol("input", "pull"), times(-0.7, Symbol("v", driven.name, 0))),
+        driven.kind.v_size - 1,
     )
     wind = vector(
-        [times(-0.3, Symbol("velocity", "tip", 0)), call("cos", TIME), times(0.5, call("tanh", Symbol("position", "tip", 2)))]
+        [
+            times(-0.3, Symbol("velocity", "tip", 0)),
+            call("cos", TIME),
+            times(0.5, call("tanh", Symbol("position", "tip", 2))),
+        ]
     )
     twisting = vector([times(0.2, TIME), Symbol("length", "anchored"), number(-0.4)])
     forces = (
@@ -195,28 +234,39 @@ def with_loads(scene: Scene, seed: int) -> Scene:
         Force("thrust", scene.bodies[0].name, maker.random_vector(), vector((0.5, 1.0, -0.7)), twisting, "body"),
     )
     return replace(
-        scene, joints=joints, points=(*points, tip, ground), inputs=(Input("pull"),),
+        scene,
+        joints=joints,
+        points=(*points, tip, ground),
+        inputs=(Input("pull"),),
         elements=elements_with(
-            scene, springs=(anchored,) if loose else (anchored, between), torsion_springs=torsion, forces=forces,
+            scene,
+            springs=(anchored,) if loose else (anchored, between),
+            torsion_springs=torsion,
+            forces=forces,
             efforts=(effort,),
         ),
-    )  # fmt: skip
+    )
 
 
 def with_mimics(scene: Scene, seed: int) -> Scene:
-    """Return the scene with every joint of one coordinate but the last one following that one, or one that follows it."""
+    """Return the scene with every joint of one coordinate but the last one following that one, or one that follows
+    it."""
     rng = np.random.default_rng(seed)
     single = [joint.name for joint in scene.joints if joint.kind.sizes == (1, 1)]
     followed = dict(itertools.pairwise(single))
     joints = tuple(
-        replace(
-            joint, mimic=Mimic(followed[joint.name], number(rng.uniform(-2.0, 2.0)), number(rng.uniform(-1.0, 1.0))),
-            initial_position=(), initial_velocity=(),
+        (
+            replace(
+                joint,
+                mimic=Mimic(followed[joint.name], number(rng.uniform(-2.0, 2.0)), number(rng.uniform(-1.0, 1.0))),
+                initial_position=(),
+                initial_velocity=(),
+            )
+            if joint.name in followed
+            else joint
         )
-        if joint.name in followed
-        else joint
         for joint in scene.joints
-    )  # fmt: skip
+    )
     return replace(scene, joints=joints)
 
 

@@ -1,7 +1,8 @@
-"""Robots whose data are published: the Panda and the Puma 560 in modified Denavit-Hartenberg parameters, and chains of n links.
+"""Robots whose data are published: the Panda and the Puma 560 in modified Denavit-Hartenberg parameters, and chains of
+n links.
 
-Panda: Gaz, Cognetti, Oliva, Robuffo Giordano, De Luca, IEEE RA-L 4 (2019) 4147. Puma: Armstrong, Khatib, Burdick, ICRA 1986.
-RX-90 geometry: Khalil and Dombre, Modeling, Identification and Control of Robots (2002).
+Panda: Gaz, Cognetti, Oliva, Robuffo Giordano, De Luca, IEEE RA-L 4 (2019) 4147. Puma: Armstrong, Khatib, Burdick, ICRA
+1986. RX-90 geometry: Khalil and Dombre, Modeling, Identification and Control of Robots (2002).
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ Row = tuple[float, float, float]
 
 PANDA_GEOMETRY: tuple[Row, ...] = (
     (0, 0, 0.333), (-90, 0, 0), (90, 0, 0.316), (90, 0.0825, 0), (-90, -0.0825, 0.384), (90, 0, 0), (90, 0.088, 0),
-)  # fmt: skip
+)  # fmt: skip  # a table
 #: mass, centre of mass, inertia (xx, yy, zz, xy, xz, yz) about it
 PANDA_BODIES = (
     (4.970684, (3.875e-3, 2.081e-3, -0.1750), (0.70337, 0.70661, 9.117e-3, -1.39e-4, 6.772e-3, 1.9169e-2)),
@@ -33,17 +34,27 @@ PANDA_BODIES = (
     (0.735522, (1.0517e-2, -4.252e-3, 6.1597e-2), (1.2516e-2, 1.0027e-2, 4.815e-3, -4.28e-4, -1.196e-3, -7.41e-4)),
 )
 PANDA_AMPLITUDES = (
-    -1.2943753211777664, 0.7175341454355011, -0.5691380764966176, 0.5848944158627155, 1.6216297151633214, -0.9187855709752027,
+    -1.2943753211777664,
+    0.7175341454355011,
+    -0.5691380764966176,
+    0.5848944158627155,
+    1.6216297151633214,
+    -0.9187855709752027,
     0.4217605991935227,
-)  # fmt: skip
+)
 PANDA_FREQUENCIES = (
-    1.7073873117335832, 3.079992797637052, 2.1084514453622774, 3.5903916041026207, 1.4183262544423447, 2.285625793808507,
+    1.7073873117335832,
+    3.079992797637052,
+    2.1084514453622774,
+    3.5903916041026207,
+    1.4183262544423447,
+    2.285625793808507,
     5.927533308659986,
-)  # fmt: skip
+)
 
 PUMA_GEOMETRY: tuple[Row, ...] = (
     (0, 0, 0), (-90, 0, 0.2435), (0, 0.4318, -0.0934), (90, -0.0203, 0.4331), (-90, 0, 0), (90, 0, 0),
-)  # fmt: skip
+)  # fmt: skip  # a table
 PUMA_BODIES = (
     (0.0, (0, 0, 0), (0, 0, 0.35, 0, 0, 0)),
     (17.4, (0.068, 0.006, -0.016), (0.13, 0.524, 0.539, 0, 0, 0)),
@@ -59,7 +70,9 @@ def placement(twist_degrees: float, length: float, offset: float) -> tuple[tuple
     """Return orientation and position of a modified Denavit-Hartenberg frame at zero angle; right angles are exact."""
     exact = {0: (1.0, 0.0), 90: (0.0, 1.0), -90: (0.0, -1.0)}
     angle = math.radians(twist_degrees)
-    c, s = exact.get(round(twist_degrees) if twist_degrees == round(twist_degrees) else 1, (math.cos(angle), math.sin(angle)))
+    c, s = exact.get(
+        round(twist_degrees) if twist_degrees == round(twist_degrees) else 1, (math.cos(angle), math.sin(angle))
+    )
     return ((1.0, 0.0, 0.0), (0.0, c, -s), (0.0, s, c)), (length, -offset * s, offset * c)
 
 
@@ -71,10 +84,16 @@ def serial_arm(name: str, geometry: Sequence[Row], bodies: Sequence[Body], gravi
         parent = "base" if k == 0 else bodies[k - 1].name
         joints.append(
             Joint(
-                f"joint{k + 1}", "revolute", parent, bodies[k].name, position=vector(position), orientation=orientation,
-                initial_position=(0.0,), initial_velocity=(0.0,),
+                f"joint{k + 1}",
+                "revolute",
+                parent,
+                bodies[k].name,
+                position=vector(position),
+                orientation=orientation,
+                initial_position=(0.0,),
+                initial_velocity=(0.0,),
             )
-        )  # fmt: skip
+        )
     return Scene(name, tuple(bodies), tuple(joints), gravity=vector(gravity))
 
 
@@ -84,7 +103,8 @@ def panda() -> Scene:
 
 
 def panda_of_origin_tensors() -> Scene:
-    """Return the Panda with the tensors of the data read about the origins of the links' frames: not physical, but published."""
+    """Return the Panda with the tensors of the data read about the origins of the links' frames: not physical, but
+    published."""
     bodies = []
     for k, (mass, center, tensor) in enumerate(PANDA_BODIES):
         x, y, z = center
@@ -120,7 +140,9 @@ def body_of_masses(name: str, masses: Array, places: Array) -> Body:
     """Return the rigid body made of point masses."""
     center = masses @ places / masses.sum()
     r = places - center
-    tensor = np.einsum("k,kij->ij", masses, np.eye(3) * np.sum(r * r, axis=1)[:, None, None] - r[:, :, None] * r[:, None, :])
+    tensor = np.einsum(
+        "k,kij->ij", masses, np.eye(3) * np.sum(r * r, axis=1)[:, None, None] - r[:, :, None] * r[:, None, :]
+    )
     entries = (tensor[0, 0], tensor[1, 1], tensor[2, 2], tensor[0, 1], tensor[0, 2], tensor[1, 2])
     return rigid_body(name, float(masses.sum()), center.tolist(), [float(entry) for entry in entries])
 
@@ -132,7 +154,9 @@ def rx90() -> Scene:
 def general_arm(count: int) -> Scene:
     """Return an arm without any special angle, length or symmetry."""
     rng = np.random.default_rng(2)
-    rows = [(float(row[0]), float(row[1]), float(row[2])) for row in rng.uniform((20, 0.1, 0.1), (70, 0.5, 0.5), (count, 3))]
+    rows = [
+        (float(row[0]), float(row[1]), float(row[2])) for row in rng.uniform((20, 0.1, 0.1), (70, 0.5, 0.5), (count, 3))
+    ]
     return serial_arm(f"arm_{count}", rows, general_bodies(count, 3), (0.3, -0.4, -9.81))
 
 

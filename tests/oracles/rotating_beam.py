@@ -1,8 +1,11 @@
-"""Frequencies of a rotating cantilever by power series of its differential equation (Frobenius), to any number of digits.
+"""Frequencies of a rotating cantilever by power series of its differential equation (Frobenius), to any number of
+digits.
 
-With lengths in units of L and rates in units of sqrt(EI / (rhoA L^4)), hub radius d and rotor speed n, the amplitude obeys
+With lengths in units of L and rates in units of sqrt(EI / (rhoA L^4)), hub radius d and rotor speed n, the amplitude
+obeys
 
-    w'''' - n^2 (T w')' - (omega^2 + k n^2) w = 0,    T = (1 - x^2)/2 + d (1 - x),    k = 0 out of, 1 in the plane of rotation,
+    w'''' - n^2 (T w')' - (omega^2 + k n^2) w = 0,    T = (1 - x^2)/2 + d (1 - x),    k = 0 out of, 1 in the plane of
+    rotation,
 
 clamped at x = 0 and free at x = 1. Its coefficients are polynomials, so two power series about the clamped end span all
 solutions. There is no shape function and no integral here.

@@ -1,7 +1,8 @@
-"""Skyhook, groundhook, and what of them a damper can do that is only ever made harder or softer, as formulas of velocities.
+"""Skyhook, groundhook, and what of them a damper can do that is only ever made harder or softer, as formulas of
+velocities.
 
-D. Karnopp, M. J. Crosby and R. A. Harwood, Vibration control using semi-active force generators, Journal of Engineering for
-Industry 96, 1974. Forces are tensions between body and wheel: positive ones pull them together.
+D. Karnopp, M. J. Crosby and R. A. Harwood, Vibration control using semi-active force generators, Journal of Engineering
+for Industry 96, 1974. Forces are tensions between body and wheel: positive ones pull them together.
 """
 
 from __future__ import annotations
@@ -26,11 +27,13 @@ def skyhook(body: ArrayLike, wheel: ArrayLike, damping: float, groundhook: float
     return damping * np.asarray(body, dtype=float) - groundhook * np.asarray(wheel, dtype=float)
 
 
-def clipped(wanted: ArrayLike, rate: ArrayLike, minimum: float = 0.0, maximum: float = math.inf, width: float = 0.0) -> Array:
+def clipped(
+    wanted: ArrayLike, rate: ArrayLike, minimum: float = 0.0, maximum: float = math.inf, width: float = 0.0
+) -> Array:
     """Return the tension of a damper whose coefficient is set to come as near to a wanted one as it can.
 
-    It is the wanted tension held between those of the softest and of the hardest damper. With an infinite maximum and a minimum
-    of zero: the wanted tension where it takes power out, else nothing.
+    It is the wanted tension held between those of the softest and of the hardest damper. With an infinite maximum and a
+    minimum of zero: the wanted tension where it takes power out, else nothing.
 
     Parameters
     ----------
@@ -38,8 +41,8 @@ def clipped(wanted: ArrayLike, rate: ArrayLike, minimum: float = 0.0, maximum: f
     rate : of the damper's length, m/s.
     minimum, maximum : damping coefficients, N s/m.
     width : float
-        Rate, m/s, over which corners are rounded; the coefficient stays between minimum and maximum all the same. With corners
-        rounded there has to be a maximum.
+        Rate, m/s, over which corners are rounded; the coefficient stays between minimum and maximum all the same. With
+        corners rounded there has to be a maximum.
 
     Raises
     ------
@@ -62,9 +65,9 @@ def rounded(wanted: Array, rate: Array, minimum: float, maximum: float, width: f
     """Return the clipped tension with round corners.
 
     With the mean coefficient c and half of their difference d, the clipped tension is
-    c r + sign(r) (|F - c r + d r| - |F - c r - d r|)/2. Absolute values |y| are rounded to sqrt(y^2 + (c w)^2) and the sign of r
-    to r/sqrt(r^2 + w^2). The coefficient, tension by rate, cannot leave [minimum, maximum], because the difference of the two
-    roots is never more than that of their arguments.
+    c r + sign(r) (|F - c r + d r| - |F - c r - d r|)/2. Absolute values |y| are rounded to sqrt(y^2 + (c w)^2) and the
+    sign of r to r/sqrt(r^2 + w^2). The coefficient, tension by rate, cannot leave [minimum, maximum], because the
+    difference of the two roots is never more than that of their arguments.
     """
     mean, half = (minimum + maximum) / 2.0, (maximum - minimum) / 2.0
     beside = wanted - mean * rate

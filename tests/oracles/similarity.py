@@ -1,7 +1,7 @@
 """Similarity as an oracle: a scene with tunable units of length, mass and time makes the same motion in all of them.
 
-Where the units are powers of two, every operation of the equations is exact in them, so the motions have the same bits, unless
-something is compared with a number that has a unit of its own. No reference solution is needed.
+Where the units are powers of two, every operation of the equations is exact in them, so the motions have the same bits,
+unless something is compared with a number that has a unit of its own. No reference solution is needed.
 """
 
 from __future__ import annotations
@@ -49,25 +49,37 @@ class UnitsOf:
 
 #: Powers of two near 1e-6 .. 1e6 for lengths, 1e-9 .. 1e9 for masses, 1e-6 .. 1e8 for times.
 BINARY = (
-    UnitsOf(length=2.0**-20), UnitsOf(length=2.0**20), UnitsOf(mass=2.0**-30), UnitsOf(mass=2.0**30),
-    UnitsOf(time=2.0**-20), UnitsOf(time=2.0**27), UnitsOf(2.0**-20, 2.0**-30, 2.0**-20), UnitsOf(2.0**20, 2.0**30, 2.0**27),
-)  # fmt: skip
+    UnitsOf(length=2.0**-20),
+    UnitsOf(length=2.0**20),
+    UnitsOf(mass=2.0**-30),
+    UnitsOf(mass=2.0**30),
+    UnitsOf(time=2.0**-20),
+    UnitsOf(time=2.0**27),
+    UnitsOf(2.0**-20, 2.0**-30, 2.0**-20),
+    UnitsOf(2.0**20, 2.0**30, 2.0**27),
+)
 #: The same in powers of ten, which rounding tells apart.
 DECIMAL = (
-    UnitsOf(length=1e-6), UnitsOf(length=1e6), UnitsOf(mass=1e-9), UnitsOf(mass=1e9), UnitsOf(time=1e-6), UnitsOf(time=1e8),
-    UnitsOf(1e-6, 1e-9, 1e-6), UnitsOf(1e6, 1e9, 1e8),
-)  # fmt: skip
+    UnitsOf(length=1e-6),
+    UnitsOf(length=1e6),
+    UnitsOf(mass=1e-9),
+    UnitsOf(mass=1e9),
+    UnitsOf(time=1e-6),
+    UnitsOf(time=1e8),
+    UnitsOf(1e-6, 1e-9, 1e-6),
+    UnitsOf(1e6, 1e9, 1e8),
+)
 
 
-# -- scenes in other units ---------------------------------------------------------------------------------------------------
+# -- scenes in other units ---------------------------------------------------------------------------------------------
 
 
 def in_units(document: Data) -> dict[str, Any]:
     """Return a scene with the tunable parameters ``unit_length``, ``unit_mass`` and ``unit_time``, all 1.
 
-    Every number whose key has a unit is multiplied as the unit says; t in formulas is taken in ``unit_time``. A formula that
-    names one of the units is taken as it is, and initial states, which take no tunable parameters, stay what they are.
-    Defaults with a unit (gravity, onsets) have to be written.
+    Every number whose key has a unit is multiplied as the unit says; t in formulas is taken in ``unit_time``. A formula
+    that names one of the units is taken as it is, and initial states, which take no tunable parameters, stay what they
+    are. Defaults with a unit (gravity, onsets) have to be written.
     """
     result = _table(Document, document, None, document.get("joints", {}))
     units = {name: {"value": 1.0, "tunable": True} for name in _BASES.values()}
@@ -125,7 +137,7 @@ def _factor(unit: str) -> str:
     return " * ".join(above or ["1"]) + "".join(f" / {part}" for part in below) if above or below else ""
 
 
-# -- motions in other units, brought back --------------------------------------------------------------------------------------
+# -- motions in other units, brought back ------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -144,19 +156,22 @@ class Motion:
     statistics: dict[str, float]
 
     def has_the_bits_of(self, other: Motion) -> bool:
-        """Return whether all rows are equal; numbers that only the smallest doubles could hold in other units count as zero."""
+        """Return whether all rows are equal; numbers that only the smallest doubles could hold in other units count as
+        zero."""
         blocks = [(self.rows[name], other.rows[name]) for name in other.rows]
         return self.status == other.status == 0 and all(
             one.shape == two.shape and bool(np.all((one == two) | (np.abs(one - two) < 1e-280))) for one, two in blocks
         )
 
     def difference(self, other: Motion, names: Sequence[str] = ("q", "v")) -> float:
-        """Return the largest difference of some blocks, in units of the largest number of each block in the other motion."""
+        """Return the largest difference of some blocks, in units of the largest number of each block in the other
+        motion."""
         if self.status or other.status or len(self.rows["t"]) != len(other.rows["t"]):
             return float("inf")
         sizes = [max(np.abs(other.rows[name]).max(initial=0.0), 1e-300) for name in names]
         return max(
-            np.abs(self.rows[name] - other.rows[name]).max(initial=0.0) / size for name, size in zip(names, sizes, strict=True)
+            np.abs(self.rows[name] - other.rows[name]).max(initial=0.0) / size
+            for name, size in zip(names, sizes, strict=True)
         )
 
 
@@ -167,13 +182,16 @@ class Similar:
     ----------
     model : Model
     q, v, z : arrays, optional
-        Where motions start, in the units of the scene, on the constraints to rounding; the scene's initial state by default.
+        Where motions start, in the units of the scene, on the constraints to rounding; the scene's initial state by
+        default.
     """
 
     def __init__(self, model: Model, q: Array | None = None, v: Array | None = None, z: Array | None = None) -> None:
         self.model = model
         start = (model.initial_q, model.initial_v, model.initial_z)
-        self.q, self.v, self.z = (own if given is None else np.array(given) for given, own in zip((q, v, z), start, strict=True))
+        self.q, self.v, self.z = (
+            own if given is None else np.array(given) for given, own in zip((q, v, z), start, strict=True)
+        )
         if model.multipliers and q is None:
             consistent = model.consistent(self.q, self.v)
             self.q, self.v = consistent.q, consistent.v
@@ -189,15 +207,26 @@ class Similar:
         v = np.array([units.size(unit) for unit in self.model.v_units])
         bases = np.array([units.length, units.mass, units.time])
         return {
-            "t": np.array([units.time]), "q": np.array([units.size(unit) for unit in self.model.q_units]), "v": v,
-            "vdot": v / units.time, "lam": np.prod(bases**self.multiplier_powers, axis=1),
+            "t": np.array([units.time]),
+            "q": np.array([units.size(unit) for unit in self.model.q_units]),
+            "v": v,
+            "vdot": v / units.time,
+            "lam": np.prod(bases**self.multiplier_powers, axis=1),
             "z": np.array([units.size(unit) for unit in self.model.z_units]),
-        }  # fmt: skip
+        }
 
     def motion(
-        self, units: UnitsOf, method: str, step: float, steps: int, *, every: int = 1,
-        settings: Mapping[str, float] | None = None, others: Mapping[str, float] | None = None, **parameters: float,
-    ) -> Motion:  # fmt: skip
+        self,
+        units: UnitsOf,
+        method: str,
+        step: float,
+        steps: int,
+        *,
+        every: int = 1,
+        settings: Mapping[str, float] | None = None,
+        others: Mapping[str, float] | None = None,
+        **parameters: float,
+    ) -> Motion:
         """Step in other units.
 
         Parameters
@@ -220,11 +249,14 @@ class Similar:
             status, recorded = stepper.run(steps, every, None, rows[1:])
         layout = row_layout(library.layout["method"])
         return Motion(
-            status, {name: rows[: recorded + 1, part] / sizes[name] for name, part in layout.items()}, dict(stepper.statistics)
+            status,
+            {name: rows[: recorded + 1, part] / sizes[name] for name, part in layout.items()},
+            dict(stepper.statistics),
         )
 
     def _multiplier_powers(self) -> Array:
-        """Return the exponents of length, mass and time of each multiplier, from what it grows by when a unit is doubled.
+        """Return the exponents of length, mass and time of each multiplier, from what it grows by when a unit is
+        doubled.
 
         At random velocities, which leave none of them zero.
         """

@@ -22,7 +22,8 @@ from tests.oracles.beam_shapes import sampled
 
 @dataclass(frozen=True)
 class Beam:
-    """Data of a case: bending stiffness (N m^2), mass per length (kg/m), length (m), final rate (rad/s), time to reach it (s)."""
+    """Data of a case: bending stiffness (N m^2), mass per length (kg/m), length (m), final rate (rad/s), time to reach
+    it (s)."""
 
     bending: float
     mass: float
@@ -59,7 +60,8 @@ class Motion:
 
 
 def simulate(beam: Beam, modes: int, end: float = 40.0, *, stiffening: bool = True) -> Motion:
-    """Integrate from rest with the first clamped-free shapes; without stiffening the shortening is left out, as one must not."""
+    """Integrate from rest with the first clamped-free shapes; without stiffening the shortening is left out, as one
+    must not."""
     nodes, weights = np.polynomial.legendre.leggauss(48)
     x, w = (nodes + 1) / 2, weights / 2
     phi, slope, bend = (sampled("clamped-free", modes, x.tolist(), derivative) for derivative in range(3))
@@ -86,6 +88,8 @@ def simulate(beam: Beam, modes: int, end: float = 40.0, *, stiffening: bool = Tr
     def deflection(t: Sequence[float]) -> np.ndarray:
         return np.array([tip @ pieces[0 if moment <= stops[1] else -1](moment)[:modes] for moment in t])
 
-    found = minimize_scalar(lambda t: float(deflection([t])[0]), bounds=(5.5, 8.0), method="bounded", options={"xatol": 1e-9})
+    found = minimize_scalar(
+        lambda t: float(deflection([t])[0]), bounds=(5.5, 8.0), method="bounded", options={"xatol": 1e-9}
+    )
     late = deflection(np.linspace(beam.rise, end, 20001)) if end > beam.rise else np.zeros(1)
     return Motion(deflection, float(found.fun), float(found.x), float(np.abs(late).max()))

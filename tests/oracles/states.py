@@ -82,11 +82,14 @@ def derivative(
 
     Parameters
     ----------
-    rates : mapping from block to array, broadcast against the state's; that of q is left-trivialised. A rate of t moves the base.
+    rates : mapping from block to array, broadcast against the state's; that of q is left-trivialised. A rate of t moves
+        the base.
     """
     moved: dict[str, Array] = dict(state)
     for block, rate in rates.items():
-        moved[block] = displaced(factors, state[block], 1j * STEP * rate) if block == "q" else state[block] + 1j * STEP * rate
+        moved[block] = (
+            displaced(factors, state[block], 1j * STEP * rate) if block == "q" else state[block] + 1j * STEP * rate
+        )
     if "t" in rates and "base" in state:
         moved["base"] = evaluate("base", moved)["base"]
     return {name: values.imag / STEP for name, values in evaluate(function, moved).items()}

@@ -1,6 +1,7 @@
 """Both method families in NumPy: slow, clear, and the oracle that the generated C steppers are held against.
 
-Every iteration forms and solves its own linear system, nothing is reused, and a step that does not converge is an error.
+Every iteration forms and solves its own linear system, nothing is reused, and a step that does not converge is an
+error.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from tests.oracles.equations import Array, Constraints, Equations, InternalState
 __all__ = [
     "Array", "Constraints", "Equations", "InternalStates", "Trajectory", "accelerations", "initial_algorithmic_rates",
     "integrate",
-]  # fmt: skip
+]  # fmt: skip  # a table
 
 _EPSILON = float(np.finfo(float).eps)
 _MAX_ITERATIONS = 30
@@ -53,10 +54,19 @@ def _saddle(equations: Equations, t: float, q: Array, v: Array, force: Array, ra
 
 
 def integrate(
-    equations: Equations, method: GeneralizedAlpha | RungeKuttaMuntheKaas, q: Array, v: Array, step: float, steps: int, *,
-    t: float = 0.0, rtol: float = 1e-10,
-    atol: float = 1e-12, perturb: bool = True, z: Array | None = None,
-) -> Trajectory:  # fmt: skip
+    equations: Equations,
+    method: GeneralizedAlpha | RungeKuttaMuntheKaas,
+    q: Array,
+    v: Array,
+    step: float,
+    steps: int,
+    *,
+    t: float = 0.0,
+    rtol: float = 1e-10,
+    atol: float = 1e-12,
+    perturb: bool = True,
+    z: Array | None = None,
+) -> Trajectory:
     """Integrate with a fixed step (s) from q, v at time t (s); with constraints q and v must meet them.
 
     ``perturb``: whether index 3 starts with the velocities that spare its multipliers an error of first order.
@@ -72,7 +82,8 @@ def integrate(
 def _slopes(equations: Equations, t: float, q: Array, v: Array, z: Array, step: float) -> tuple[Array, Array]:
     """Return step vddot and step zddot by a forward difference of second order over one step.
 
-    What lies before t may be another regime. Internal states go ahead by a linearly implicit step, which fast ones bear too.
+    What lies before t may be another regime. Internal states go ahead by a linearly implicit step, which fast ones bear
+    too.
     """
     vdot, zdot = accelerations(equations.at(z), t, q, v)[0], equations.rate(t, q, v, z)
     by_state = np.zeros((0, 0)) if equations.internal is None else equations.internal.partials(t, q, v, z)[3]
@@ -119,13 +130,21 @@ def _perturbation(
 
 
 def _generalized_alpha(
-    equations: Equations, method: GeneralizedAlpha, state: tuple[Array, Array, Array], step: float, steps: int, t0: float,
-    rtol: float, atol: float, perturb: bool,
-) -> Trajectory:  # fmt: skip
-    """Unknowns (D, step lam, eta) as in Arnold, Bruls and Cardona 2015, and (z - z_n)/step; eta moves positions by W B_n^T.
+    equations: Equations,
+    method: GeneralizedAlpha,
+    state: tuple[Array, Array, Array],
+    step: float,
+    steps: int,
+    t0: float,
+    rtol: float,
+    atol: float,
+    perturb: bool,
+) -> Trajectory:
+    """Unknowns (D, step lam, eta) as in Arnold, Bruls and Cardona 2015, and (z - z_n)/step; eta moves positions by W
+    B_n^T.
 
-    W = diag(1/M_ii) at the start, so that no unit of length makes a difference. The C steppers take E = D + W B_n^T eta for D.
-    Increments are measured as theirs are (``_tolerances``).
+    W = diag(1/M_ii) at the start, so that no unit of length makes a difference. The C steppers take E = D + W B_n^T eta
+    for D. Increments are measured as theirs are (``_tolerances``).
     """
     constraints, internal = equations.constraints, equations.internal
     q, v, z = state
@@ -217,7 +236,8 @@ def _generalized_alpha(
 def _tolerances(
     x: Array, v: Array, z_rate: Array, roots: Array, B: Array, counts: tuple[int, int], rtol: float, atol: float
 ) -> Array:
-    """Return what increments of E, step lam, eta and (z - z_n)/step may be: relative to their sizes and to the motion's.
+    """Return what increments of E, step lam, eta and (z - z_n)/step may be: relative to their sizes and to the
+    motion's.
 
     Parameters
     ----------
@@ -237,10 +257,11 @@ def _tolerances(
 
 
 def _carried(equations: Equations, v: Array, a: Array, vdot: Array, means: Sequence[Array], step: float) -> list[Array]:
-    """Return what a spatial step starts from, told where it is predicted to end: the bracket of its exponent, v, a, vdot, means.
+    """Return what a spatial step starts from, told where it is predicted to end: the bracket of its exponent, v, a,
+    vdot, means.
 
-    Seen from a frame that does not turn, the body's log is step D - step^3/12 [v, vdot]; D from means, which constraints have
-    corrected, because a and vdot carry parasitic parts that would be fed back.
+    Seen from a frame that does not turn, the body's log is step D - step^3/12 [v, vdot]; D from means, which
+    constraints have corrected, because a and vdot carry parasitic parts that would be fed back.
     """
     D = 3.0 * (means[0] - means[1]) + means[2] if len(means) == 3 else v + 0.5 * step * a
     first, second = (means[0], step * D) if means else (v, step**2 * a)
@@ -252,7 +273,8 @@ def _carried(equations: Equations, v: Array, a: Array, vdot: Array, means: Seque
 def _last_exponential(
     equations: Equations, method: GeneralizedAlpha, q: Array, v: Array, a: Array, step: float
 ) -> tuple[Array, Array]:
-    """Return the configuration before the last exponential of a step, and what those before it take of the mean velocity."""
+    """Return the configuration before the last exponential of a step, and what those before it take of the mean
+    velocity."""
     if method.variant == "F0":
         return q, np.zeros(len(v))
     start = product.update(equations.factors, q, step * v)
@@ -263,7 +285,12 @@ def _last_exponential(
 
 
 def _runge_kutta(
-    equations: Equations, method: RungeKuttaMuntheKaas, state: tuple[Array, Array, Array], step: float, steps: int, t0: float
+    equations: Equations,
+    method: RungeKuttaMuntheKaas,
+    state: tuple[Array, Array, Array],
+    step: float,
+    steps: int,
+    t0: float,
 ) -> Trajectory:
     q, v, z = state
     A, b, c = np.array(method.A, float), np.array(method.b, float), np.array(method.c, float)

@@ -33,7 +33,7 @@ ROTATING = {
     8: ("9.25684, 29.99538, 70.29296", "4.65715, 28.90887", "13.50739, 37.95379", "10.88345, 37.10108"),
     10: ("11.20233, 33.64037, 74.64929", "5.04897, 32.11969", "16.60636, 44.36822", "13.25788, 43.22660"),
     12: ("13.17015, 37.60311, 79.61448", "5.42705, 35.63698", "19.72154, 51.07013", "15.65053, 49.64029"),
-}  # fmt: skip
+}
 
 
 def printed(value: mpf, published: str) -> bool:
@@ -83,13 +83,23 @@ def test_sines_have_their_closed_integrals(mode: int) -> None:
     with workdps(DIGITS):
         z, root = mode * pi, mpf(2) ** 0.5
         wanted = [1, root * (1 - (-1) ** mode) / z, -root * (-1) ** mode / z, z**2, z**4]
-        found = [integral(phi, phi), integral(phi), integral(lambda x: x, phi), integral(slope, slope), integral(bend, bend)]
-        assert all(abs(value - exact) < mpf(10) ** -27 * (1 + abs(exact)) for value, exact in zip(found, wanted, strict=True))
+        found = [
+            integral(phi, phi),
+            integral(phi),
+            integral(lambda x: x, phi),
+            integral(slope, slope),
+            integral(bend, bend),
+        ]
+        assert all(
+            abs(value - exact) < mpf(10) ** -27 * (1 + abs(exact)) for value, exact in zip(found, wanted, strict=True)
+        )
 
 
 def test_samples_are_the_shapes() -> None:
     assert sampled("clamped-free", 5, [0.0, 1.0])[:, 1] == pytest.approx([2, -2, 2, -2, 2], abs=1e-15)
-    assert sampled("free-free", 2, [0.25], 3)[1, 0] == pytest.approx(float(shape("free-free", 2, 3)(mpf("0.25"))), rel=1e-14)
+    assert sampled("free-free", 2, [0.25], 3)[1, 0] == pytest.approx(
+        float(shape("free-free", 2, 3)(mpf("0.25"))), rel=1e-14
+    )
 
 
 @pytest.mark.parametrize("speed", list(ROTATING))

@@ -2,7 +2,19 @@
 
 import sympy as sp
 
-from tests.oracles.beam_on_moving_frame import AXIAL, CHI, EI_Y, ETA, LENGTH, MASS, OMEGA, PHI, by_lagrange, by_stiffening, x
+from tests.oracles.beam_on_moving_frame import (
+    AXIAL,
+    CHI,
+    EI_Y,
+    ETA,
+    LENGTH,
+    MASS,
+    OMEGA,
+    PHI,
+    by_lagrange,
+    by_stiffening,
+    x,
+)
 
 
 def test_stiffening_is_what_lagrange_says() -> None:

@@ -21,7 +21,7 @@ SAMPLES = {
         [-1.463233117e-3, -1.853999e-5, 7.856765e-6, 1.313526e-5],
         [1.893081e-4, 2.376201e-5, -5.281025e-6, -8.303554e-6],
     ],
-}  # fmt: skip
+}
 
 
 def test_published_variant_is_the_published_reference() -> None:

@@ -1,4 +1,5 @@
-"""The full car's oracle: its body alone against closed forms, and the body as one that turns and lifts without bending."""
+"""The full car's oracle: its body alone against closed forms, and the body as one that turns and lifts without
+bending."""
 
 import numpy as np
 
@@ -12,7 +13,9 @@ def test_body_alone_has_the_frequencies_of_a_uniform_beam() -> None:
     bending = np.sqrt(2.5e6 / (BODY * LENGTH**3)) * np.array([4.730040744862704, 7.8532046240958376]) ** 2
     twisting = np.pi * np.array([1.0, 2.0]) * np.sqrt(6.0e6 / (ROLL * LENGTH))
     np.testing.assert_allclose(alone, [*bending, *twisting], rtol=1e-11)
-    np.testing.assert_allclose(car.mass[:7, :7], np.diag([BODY, PITCH, ROLL, BODY, BODY, ROLL / 2, ROLL / 2]), atol=1e-9)
+    np.testing.assert_allclose(
+        car.mass[:7, :7], np.diag([BODY, PITCH, ROLL, BODY, BODY, ROLL / 2, ROLL / 2]), atol=1e-9
+    )
 
 
 def test_heights_are_those_of_a_turned_plane_and_of_twisted_ends() -> None:

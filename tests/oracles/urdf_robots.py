@@ -3,7 +3,8 @@
     python -m tests.oracles.urdf_robots             show what differs from the committed table
     python -m tests.oracles.urdf_robots --update    write it
 
-Mimic joints are read from the file a second time here, and Pinocchio's model, in which they move on their own, is projected.
+Mimic joints are read from the file a second time here, and Pinocchio's model, in which they move on their own, is
+projected.
 """
 
 from __future__ import annotations
@@ -38,12 +39,16 @@ STATES = 5
 _DOUBTS = {
     "not positive semidefinite": "not positive semidefinite", "triangle inequality": "against the triangle inequality",
     "is negative": "with negative mass",
-}  # fmt: skip
+}  # fmt: skip  # a table
 
 
 def robot_files() -> dict[str, Path]:
     """Return every URDF of the package by its path under ``robots``."""
-    files = (Path(str(file.locate())) for file in importlib.metadata.files("example-robot-data") or () if file.suffix == ".urdf")
+    files = (
+        Path(str(file.locate()))
+        for file in importlib.metadata.files("example-robot-data") or ()
+        if file.suffix == ".urdf"
+    )
     return dict(sorted((path.as_posix().split("/robots/", 1)[1], path) for path in files))
 
 
@@ -84,7 +89,9 @@ def examine(path: Path) -> Found:
     free = _refusal(path, "free")
     if free:
         return Found(refusal=free)
-    found = [_compared(path, load(path, root=root), root) for root in ("fixed", "free") if root == "free" or not refused]
+    found = [
+        _compared(path, load(path, root=root), root) for root in ("fixed", "free") if root == "free" or not refused
+    ]
     return replace(found[0], error=max(item.error for item in found), deviation=max(item.deviation for item in found))
 
 
@@ -121,7 +128,8 @@ def _moving(scene: Scene) -> list[Joint]:
 
 
 def _oracle(path: Path, scene: Scene, root: str) -> tuple[PinocchioOracle, Callable[[Array], Array], Array]:
-    """Return Pinocchio's model in which every joint moves on its own, q and the velocity's projection from reduced ones."""
+    """Return Pinocchio's model in which every joint moves on its own, q and the velocity's projection from reduced
+    ones."""
     independent = tuple(replace(joint, mimic=None) for joint in scene.joints)
     oracle = oracle_from_urdf(path, replace(scene, joints=independent), root)
     written = _mimics(path, scene)
@@ -187,7 +195,10 @@ def page(found: dict[str, Found]) -> str:
     for name, item in found.items():
         sizes = f"{item.dofs} | {item.followers or ''}" if not item.refusal else " | "
         rows.append(f"| {name.removesuffix('.urdf')} | {sizes} | {item.verdict} | {item.doubts} |\n")
-    summary = f"{len(found)} files: {count} agree, {refused} are refused; {doubtful} of those that agree hold such inertias.\n\n"
+    summary = (
+        f"{len(found)} files: {count} agree, {refused} are refused; {doubtful} of those that agree hold such"
+        " inertias.\n\n"
+    )
     return HEAD + summary + _TABLE + "".join(rows)
 
 
@@ -199,7 +210,9 @@ def main() -> int:
     if update:
         PAGE.write_text(text, encoding="utf-8")
         return 0
-    difference = list(difflib.unified_diff(PAGE.read_text(encoding="utf-8").splitlines(), text.splitlines(), lineterm=""))
+    difference = list(
+        difflib.unified_diff(PAGE.read_text(encoding="utf-8").splitlines(), text.splitlines(), lineterm="")
+    )
     sys.stdout.write("\n".join(difference))
     return 1 if difference else 0
 

@@ -1,7 +1,8 @@
-"""Random scenes as files hold them, full of structure: zeros, ones, coordinate axes, right angles, equal moments of inertia.
+"""Random scenes as files hold them, full of structure: zeros, ones, coordinate axes, right angles, equal moments of
+inertia.
 
-``eomgen`` makes such numbers cheap. These scenes ask whether it also makes them special: ``shifted`` moves chosen numbers by a
-little, so that what is computed before and after can be compared.
+``eomgen`` makes such numbers cheap. These scenes ask whether it also makes them special: ``shifted`` moves chosen
+numbers by a little, so that what is computed before and after can be compared.
 """
 
 from __future__ import annotations
@@ -29,14 +30,27 @@ _ANGLES = {"revolute": 1, "helical": 1, "cylindrical": 1, "universal": 2, "plana
 _CONSTRAINTS = (
     "spherical", "distance", "revolute", "cylindrical", "planar", "point_on_line", "rolling", "universal", "prismatic",
     "helical", "fixed",
-)  # fmt: skip
+)  # fmt: skip  # a table
 
 #: Keys whose numbers are geometry, with the size of what they are a part of.
 _SIZES = {
-    "axis": 1.0, "x_axis": 1.0, "second_axis": 1.0, "position": 1.0, "center_of_mass": 1.0, "point": 1.0, "angle": 1.0,
-    "pitch": 1.0, "multiplier": 1.0, "offset": 1.0, "rest": 1.0, "length": 1.0, "gravity": 10.0, "mass": 1.0, "inertia": 0.05,
+    "axis": 1.0,
+    "x_axis": 1.0,
+    "second_axis": 1.0,
+    "position": 1.0,
+    "center_of_mass": 1.0,
+    "point": 1.0,
+    "angle": 1.0,
+    "pitch": 1.0,
+    "multiplier": 1.0,
+    "offset": 1.0,
+    "rest": 1.0,
+    "length": 1.0,
+    "gravity": 10.0,
+    "mass": 1.0,
+    "inertia": 0.05,
     "orientation": 1.0,
-}  # fmt: skip
+}
 #: Between one seed and the next that is tried for the same scene.
 _SEEDS = 10_000
 #: Less than what the reader takes for rounding in axes and inertias.
@@ -48,8 +62,13 @@ class _Writer:
         self.rng = np.random.default_rng(seed)
         self.absolute = absolute
         self.data: Data = {
-            "format": 1, "name": f"written_{seed}", "bodies": {}, "joints": {}, "points": {}, "gravity": self.gravity(),
-        }  # fmt: skip
+            "format": 1,
+            "name": f"written_{seed}",
+            "bodies": {},
+            "joints": {},
+            "points": {},
+            "gravity": self.gravity(),
+        }
         if absolute:
             self.data["coordinates"] = "absolute"
 
@@ -75,7 +94,9 @@ class _Writer:
         if kind < 0.6:
             return unit.tolist()
         if kind < 0.75:
-            return list(np.roll(self.one_of([1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [3.0, 0.0, -4.0]), self.rng.integers(3)).tolist())
+            return list(
+                np.roll(self.one_of([1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [3.0, 0.0, -4.0]), self.rng.integers(3)).tolist()
+            )
         return list(self.one_of([1.0, 1.0, 1.0], [-1.0, 1.0, 1.0], self.rng.normal(size=3).tolist()))
 
     def across(self, axis: list[float]) -> list[float]:
@@ -111,10 +132,12 @@ class _Writer:
 
     def beam(self, name: str) -> None:
         self.data.setdefault("beams", {})[name] = {
-            "length": 1.0, "mass_per_length": 1.0, "polar_inertia": 0.01,
+            "length": 1.0,
+            "mass_per_length": 1.0,
+            "polar_inertia": 0.01,
             "bending_y": {"shapes": "clamped_free", "modes": 1, "stiffness": 20.0},
             self.one_of("bending_z", "stretch", "torsion"): {"shapes": "clamped_free", "modes": 1, "stiffness": 30.0},
-        }  # fmt: skip
+        }
 
     def joint(self, name: str, kind: str, parent: str, child: str) -> None:
         entry: Data = {"type": kind, "parent": parent, "child": child, "position": self.place()}
@@ -174,9 +197,14 @@ class _Writer:
 
     def constraint(self, kind: str) -> None:
         first_need, second_need = {
-            "spherical": ("nothing", "nothing"), "distance": ("nothing", "nothing"), "revolute": ("z", "z"),
-            "cylindrical": ("z", "z"), "planar": ("z", "z"), "point_on_line": ("z", "nothing"), "rolling": ("z", "z"),
-        }.get(kind, ("x", "x"))  # fmt: skip
+            "spherical": ("nothing", "nothing"),
+            "distance": ("nothing", "nothing"),
+            "revolute": ("z", "z"),
+            "cylindrical": ("z", "z"),
+            "planar": ("z", "z"),
+            "point_on_line": ("z", "nothing"),
+            "rolling": ("z", "z"),
+        }.get(kind, ("x", "x"))
         first, second = self.two_bodies()
         entry: Data = {"type": kind, "first": self.frame(first, first_need), "second": self.frame(second, second_need)}
         entry |= {"distance": {"length": 0.8}, "rolling": {"radius": 0.3}, "helical": {"pitch": 0.1}}.get(kind, {})
@@ -195,15 +223,23 @@ class _Writer:
             if name in self.data.get("beams", {}):
                 self.data["points"][f"mark{number}"]["position"][0] = self.one_of(1.0, 0.0, 0.25)
         self.data["points"]["ground"]["position"][2] = -2.5
-        self.data["springs"] = {"tie": {"first": "ground", "second": "mark0", "stiffness": 20.0, "damping": 1.0, "length": 1.0}}
+        self.data["springs"] = {
+            "tie": {"first": "ground", "second": "mark0", "stiffness": 20.0, "damping": 1.0, "length": 1.0}
+        }
         force, torque = ["sin(t)", 1.0, "-velocity.mark0[0]"], [0.0, 0.2, 0.1]
-        push = {"body": names[0], "point": self.place(), "force": force, "torque": torque, "axes": self.one_of("world", "body")}
+        push = {
+            "body": names[0],
+            "point": self.place(),
+            "force": force,
+            "torque": torque,
+            "axes": self.one_of("world", "body"),
+        }
         self.data["forces"] = {"push": push}
         if names[0] in self.data.get("beams", {}):
             push["point"][0] = 0.5
         self.data["outputs"] = {
             "place": {"position": "mark0"}, "speed": {"velocity": "mark0"}, "acceleration": {"acceleration": "mark0"},
-        }  # fmt: skip
+        }  # fmt: skip  # a table
         turning = [name for name, joint in self.data["joints"].items() if _ANGLES.get(joint["type"]) == 1]
         if turning and self.chance(0.3):
             self.data["torsion_springs"] = {"twist": {"first": turning[0], "stiffness": 3.0, "damping": 0.1}}
@@ -211,15 +247,26 @@ class _Writer:
             first, second = self.two_bodies()
             self.data["bushings"] = {
                 "mount": {
-                    "first": self.frame(first, "x"), "second": self.frame(second, "x"), "stiffness": [100.0, 200.0, 300.0],
-                    "rotational_stiffness": [5.0, 6.0, 7.0], "damping": [1.0, 0.0, 2.0], "rest": self.place(),
+                    "first": self.frame(first, "x"),
+                    "second": self.frame(second, "x"),
+                    "stiffness": [100.0, 200.0, 300.0],
+                    "rotational_stiffness": [5.0, 6.0, 7.0],
+                    "damping": [1.0, 0.0, 2.0],
+                    "rest": self.place(),
                     "rest_rotation": self.rotations(),
                 }
-            }  # fmt: skip
+            }
         if self.chance(0.2):
             slip = {"axis": self.direction(), "stiffness": [10.0, 12.0], "velocity": 1.0}
             self.data["tyres"] = {
-                "wheel": {"center": "mark0", "radius": 1.5, "stiffness": 100.0, "damping": 1.0, "onset": 0.5, "slip": slip}
+                "wheel": {
+                    "center": "mark0",
+                    "radius": 1.5,
+                    "stiffness": 100.0,
+                    "damping": 1.0,
+                    "onset": 0.5,
+                    "slip": slip,
+                }
             }
 
     def base(self) -> None:
@@ -231,9 +278,11 @@ class _Writer:
 def structured_scene(number: int) -> Data:
     """Return nested data of a random scene of two or three bodies, as a scene file holds it.
 
-    Every third scene is in absolute coordinates, every second one is constrained, though not to a state that it can be in.
+    Every third scene is in absolute coordinates, every second one is constrained, though not to a state that it can be
+    in.
     """
-    for seed in itertools.count(number, _SEEDS):  # joints may carry what has no inertia, frames may be in one rigid body
+    # joints may carry what has no inertia, frames may be in one rigid body
+    for seed in itertools.count(number, _SEEDS):
         data = _written(seed, absolute=number % 3 == 2, constrained=number % 2 == 1)
         try:
             from_data(data)
@@ -284,8 +333,9 @@ def _numbers(key: str, value: Any, place: Place) -> Iterator[Place]:
 def shifted(data: Data, amounts: Mapping[Place, float]) -> Data:
     """Return the data with numbers moved by the given amounts, times the size of what they are a part of.
 
-    What has to hold between numbers still does: the second axis of a universal joint stays across the first, quaternions keep
-    their length, and moments of inertia grow where an amount is too large to pass for rounding of a flat body's.
+    What has to hold between numbers still does: the second axis of a universal joint stays across the first,
+    quaternions keep their length, and moments of inertia grow where an amount is too large to pass for rounding of a
+    flat body's.
     """
     result = copy.deepcopy(data)
     turns: dict[Place, Array] = {}

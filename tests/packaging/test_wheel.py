@@ -42,7 +42,8 @@ print(float(solution.q[-1, 0]))
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Build the wheel in a copy: two processes would share a folder ``build`` in the checkout, and find what is left there."""
+    """Build the wheel in a copy: two processes would share a folder ``build`` in the checkout, and find what is left
+    there."""
     folder = tmp_path_factory.mktemp("wheel")
     source = folder / "source"
     source.mkdir()
@@ -51,7 +52,18 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
             shutil.copytree(path, source / path.name, ignore=shutil.ignore_patterns("__pycache__"))
         elif path.is_file():
             shutil.copy(path, source)
-    command = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation", "-w", str(folder), "."]
+    command = [
+        sys.executable,
+        "-m",
+        "pip",
+        "wheel",
+        "--quiet",
+        "--no-deps",
+        "--no-build-isolation",
+        "-w",
+        str(folder),
+        ".",
+    ]
     subprocess.run(command, cwd=source, check=True, capture_output=True, timeout=300)
     (found,) = folder.glob("eomgen-*.whl")
     return found
@@ -75,7 +87,9 @@ def test_installed_wheel_runs_a_scene_outside_the_checkout(wheel: Path, tmp_path
     scene.write_text(SCENE, encoding="utf-8")
     environment = {**os.environ, "PYTHONPATH": str(site), "EOMGEN_CACHE": str(tmp_path / "cache")}
     command = [sys.executable, "-c", PROGRAM, str(site), str(scene), str(tmp_path / "page.html")]
-    run = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=300, check=False)
+    run = subprocess.run(
+        command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=300, check=False
+    )
     assert run.returncode == 0, run.stderr
     # theta(1 s) of a pendulum of length 1 m from 0.5 rad at rest, by RK4 with 1e5 steps of the one equation
     assert abs(float(run.stdout) - -0.499157187) < 1e-5

@@ -68,9 +68,11 @@ def gains_of(length: float) -> dict[str, float]:
     plant = upright(length)
     found = lqr(plant, Weights.of(plant, [10.0, 1.0], [2.0, 0.0], 0.1))
     return {
-        "hold_position_gain_hinge": found.G_p[0, 1], "hold_position_gain_rail": found.G_p[0, 0],
-        "hold_velocity_gain_hinge": found.G_v[0, 1], "hold_velocity_gain_rail": found.G_v[0, 0],
-    }  # fmt: skip
+        "hold_position_gain_hinge": found.G_p[0, 1],
+        "hold_position_gain_rail": found.G_p[0, 0],
+        "hold_velocity_gain_hinge": found.G_v[0, 1],
+        "hold_velocity_gain_rail": found.G_v[0, 0],
+    }
 
 
 @pytest.fixture(scope="module")
@@ -98,8 +100,12 @@ def test_published_gains(weights: str, digits: tuple[str, ...]) -> None:
 def test_gains_hold_a_pole_upright(cart: eomgen.Model) -> None:
     for name, value in gains_of(0.6).items():
         assert cart.parameters[name] == pytest.approx(value, rel=1e-9), name
-    assert cart.notes == ("controllers.hold: gains by lqr about the equilibrium; the slowest motion of the closed loop "
-                          f"decays at {-max(upright_poles().real):.4g} 1/s",)  # fmt: skip
+    assert cart.notes == (
+        (
+            "controllers.hold: gains by lqr about the equilibrium; the slowest motion of the closed loop "
+            f"decays at {-max(upright_poles().real):.4g} 1/s"
+        ),
+    )
     run = cart.simulate(12.0, 2e-3, initial={"q": [0.2, 0.5]})
     assert run.success and np.abs(run.q[-1]).max() < 1e-4
     fallen = cart.simulate(2.0, 2e-3, parameters=dict.fromkeys(gains_of(0.6), 0.0))
@@ -179,7 +185,11 @@ def test_a_model_from_the_cache_needs_no_solver(tmp_path: Path) -> None:
         "print(model.parameters['hold_position_gain_rail'], "
         "[name for name in ('sympy', 'scipy', 'jinja2') if name in sys.modules])"
     )
-    environment = {**os.environ, "EOMGEN_CACHE": str(tmp_path / "cache"), "PYTHONPATH": str(Path(eomgen.__file__).parents[1])}
+    environment = {
+        **os.environ,
+        "EOMGEN_CACHE": str(tmp_path / "cache"),
+        "PYTHONPATH": str(Path(eomgen.__file__).parents[1]),
+    }
 
     def said() -> list[str]:
         done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
@@ -218,7 +228,12 @@ def masses(calibration: str) -> tuple[eomgen.Model, np.ndarray, np.ndarray]:
     """Return the model of two masses in a row, and its gains G_p and G_v."""
     model = model_of(MASSES.replace("CALIBRATION", calibration))
     G_p, G_v = (
-        np.array([[model.parameters[f"hold_{row}_{kind}_gain_{column}"] for column in ("one", "two")] for row in ("one", "two")])
+        np.array(
+            [
+                [model.parameters[f"hold_{row}_{kind}_gain_{column}"] for column in ("one", "two")]
+                for row in ("one", "two")
+            ]
+        )
         for kind in ("position", "velocity")
     )
     return model, G_p, G_v
@@ -233,14 +248,18 @@ def test_modal_control_of_a_scene() -> None:
     g, h = optimal_modal_gains(np.sqrt(squares), np.diag(shapes.T @ np.diag([0.3, 0.2]) @ shapes), [1e-3, 1e-2])
     np.testing.assert_allclose(shapes.T @ G_p @ shapes, np.diag(g), rtol=0.0, atol=1e-8 * g.max())
     np.testing.assert_allclose(shapes.T @ G_v @ shapes, np.diag(h), rtol=0.0, atol=1e-8 * h.max())
-    assert "gains by imsc about the equilibrium; modes 1, 2, spillover 0; the slowest motion of the closed loop" in model.notes[0]
+    assert (
+        "gains by imsc about the equilibrium; modes 1, 2, spillover 0; the slowest motion of the closed loop"
+        in model.notes[0]
+    )
 
 
 def test_placed_modes_and_placed_poles_of_a_scene() -> None:
     model, *_ = masses('method = "pole_placement"\nfrequencies = [9, "120 rpm"]\ndamping_ratios = [0.5, 0.1]')
     values = np.linalg.eigvals(model.linearize(q=[0.0, 0.0]).state_space().A)
     for w, zeta in ((9.0, 0.5), (4.0 * np.pi, 0.1)):
-        assert np.abs(values - w * (-zeta + 1j * np.sqrt(1.0 - zeta**2))).min() < 1e-2 * w  # the model's damping couples modes
+        # the model's damping couples modes
+        assert np.abs(values - w * (-zeta + 1j * np.sqrt(1.0 - zeta**2))).min() < 1e-2 * w
     model, *_ = masses('method = "pole_placement"\npoles = [[-1, 2], [-1, -2], [-5, 0], [-6, 0]]')
     values = np.linalg.eigvals(model.linearize(q=[0.0, 0.0]).state_space().A)
     for pole in (-1 + 2j, -1 - 2j, -5, -6):
@@ -253,7 +272,9 @@ def test_one_controller_is_calibrated_with_those_before_it_at_work() -> None:
         '[controllers.later]\ntype = "state_feedback"\ncoordinates = ["one", "two"]\n'
         '[controllers.later.calibration]\nmethod = "lqr"\nposition_weights = { two = 500 }\neffort_weights = 0.01\n'
     )
-    model = model_of(both.replace("CALIBRATION", 'method = "lqr"\nvelocity_weights = { one = 30 }\neffort_weights = 0.1'))
+    model = model_of(
+        both.replace("CALIBRATION", 'method = "lqr"\nvelocity_weights = { one = 30 }\neffort_weights = 0.1')
+    )
 
     def gains(name: str) -> np.ndarray:
         names = [[f"{name}_{kind}_gain_{joint}" for joint in ("one", "two")] for kind in ("position", "velocity")]
@@ -338,8 +359,11 @@ speed = { joint = "axle", effort = "speed" }
 """
     with pytest.raises(eomgen.ModelError, match="the mode of axle at 0 Hz, which nothing holds, has zero weight"):
         model_of(text)
-    model = model_of(text.replace("velocity_weights", "position_weights = { axle = 1 }, velocity_weights").replace(
-        'rate = "v.axle"', 'rate = "v.axle", angle = "q.axle - 20 * t"'))  # fmt: skip
+    model = model_of(
+        text.replace("velocity_weights", "position_weights = { axle = 1 }, velocity_weights").replace(
+            'rate = "v.axle"', 'rate = "v.axle", angle = "q.axle - 20 * t"'
+        )
+    )
     plant = Plant([[0.5]], [[0.0]], [[0.0]], [[1.0]])
     found = lqr(plant, Weights.of(plant, 1.0, 4.0, 0.25))
     assert model.parameters["speed_gain_rate"] == pytest.approx(found.G_v[0, 0], rel=1e-9)
@@ -350,25 +374,65 @@ speed = { joint = "axle", effort = "speed" }
 @pytest.mark.parametrize(
     ("old", "new", "kind", "message"),
     [
-        ('joint = "rail"\neffort = "hold"', 'joint = "rail"\neffort = "0 * hold"', eomgen.ModelError,
-         "the mode of hinge and rail that grows at 4.236 1/s without oscillating cannot be stabilised: no actuator moves"),
-        ('coordinates = ["hinge", "rail"]\nposition_references = { rail = 0 }', 'coordinates = ["hinge"]', eomgen.ModelError,
-         "the feedback needs q.rail, which the coordinates and signals of hold do not determine; try: q.rail among its signals"),
-        ("effort_weights = 0.1", "effort_weights = 0", eomgen.DescriptionError,
-         "some effort has zero weight, so the optimal gain is unbounded"),
-        ("position_weights = { rail = 10, hinge = 1 }", 'at = "initial"', eomgen.ModelError,
-         "the initial state is not in balance: it accelerates with "),
-        ('method = "lqr"\nposition_weights = { rail = 10, hinge = 1 }\nvelocity_weights = { rail = 2 }', 'method = "imsc"',
-         eomgen.ModelError, "the equilibrium is unstable: the mode of hinge grows at 4.236 1/s, and modal control is for modes"),
-        ('method = "lqr"\nposition_weights = { rail = 10, hinge = 1 }\nvelocity_weights = { rail = 2 }\neffort_weights = 0.1',
-         'method = "pole_placement"\npoles = [[-1, 2], [-1, 2], [-3, 0], [-4, 0]]',
-         eomgen.DescriptionError, "the pole -1+2i is there without its conjugate; try: -1-2i too"),
-        ('[simulation]', '[states]\nlag = { rate = "q.rail - lag" }\n[efforts.lag]\njoint = "rail"\neffort = "lag - q.rail"\n'
-         "[simulation]", eomgen.ModelError,
-         "forces depend on the internal states lag, and these methods are for models of second order"),
+        (
+            'joint = "rail"\neffort = "hold"',
+            'joint = "rail"\neffort = "0 * hold"',
+            eomgen.ModelError,
+            (
+                "the mode of hinge and rail that grows at 4.236 1/s without oscillating cannot be stabilised: no"
+                " actuator moves"
+            ),
+        ),
+        (
+            'coordinates = ["hinge", "rail"]\nposition_references = { rail = 0 }',
+            'coordinates = ["hinge"]',
+            eomgen.ModelError,
+            (
+                "the feedback needs q.rail, which the coordinates and signals of hold do not determine; try: q.rail"
+                " among its signals"
+            ),
+        ),
+        (
+            "effort_weights = 0.1",
+            "effort_weights = 0",
+            eomgen.DescriptionError,
+            "some effort has zero weight, so the optimal gain is unbounded",
+        ),
+        (
+            "position_weights = { rail = 10, hinge = 1 }",
+            'at = "initial"',
+            eomgen.ModelError,
+            "the initial state is not in balance: it accelerates with ",
+        ),
+        (
+            'method = "lqr"\nposition_weights = { rail = 10, hinge = 1 }\nvelocity_weights = { rail = 2 }',
+            'method = "imsc"',
+            eomgen.ModelError,
+            "the equilibrium is unstable: the mode of hinge grows at 4.236 1/s, and modal control is for modes",
+        ),
+        (
+            (
+                'method = "lqr"\nposition_weights = { rail = 10, hinge = 1 }\nvelocity_weights = { rail = 2'
+                " }\neffort_weights = 0.1"
+            ),
+            'method = "pole_placement"\npoles = [[-1, 2], [-1, 2], [-3, 0], [-4, 0]]',
+            eomgen.DescriptionError,
+            "the pole -1+2i is there without its conjugate; try: -1-2i too",
+        ),
+        (
+            "[simulation]",
+            (
+                '[states]\nlag = { rate = "q.rail - lag" }\n[efforts.lag]\njoint = "rail"\neffort = "lag - q.rail"\n'
+                "[simulation]"
+            ),
+            eomgen.ModelError,
+            "forces depend on the internal states lag, and these methods are for models of second order",
+        ),
     ],
-)  # fmt: skip
-def test_what_cannot_be_calibrated(old: str, new: str, kind: type[eomgen.EomgenError], message: str, tmp_path: Path) -> None:
+)
+def test_what_cannot_be_calibrated(
+    old: str, new: str, kind: type[eomgen.EomgenError], message: str, tmp_path: Path
+) -> None:
     assert old in CART
     path = tmp_path / "scene.toml"
     path.write_text(CART.replace(old, new))
@@ -406,7 +470,8 @@ force = [0, "hold", 0]
 
 
 def test_a_mode_that_is_left_without_damping_is_named() -> None:
-    """Spillover shakes the second mode of a cantilever and cannot damp it; without coupling its shape is its coordinate."""
+    """Spillover shakes the second mode of a cantilever and cannot damp it; without coupling its shape is its
+    coordinate."""
     model = model_of(MAST)
     assert model.notes[0].endswith("; the closed loop does not decay: mast[1]")
     first = (1.875104068711961 / 2.0) ** 2 * np.sqrt(100.0 / 1.5)  # of Euler and Bernoulli's cantilever
@@ -417,7 +482,9 @@ def test_a_mode_that_is_left_without_damping_is_named() -> None:
 
 
 def test_one_number_for_a_beam_of_several_coordinates_is_refused() -> None:
-    with pytest.raises(eomgen.UsageError, match=r"mast: the shape is \(\), \(2,\) is needed; try: a list of 2 numbers, from Py"):
+    with pytest.raises(
+        eomgen.UsageError, match=r"mast: the shape is \(\), \(2,\) is needed; try: a list of 2 numbers, from Py"
+    ):
         model_of(MAST).simulate(0.1, initial={"mast": 0.01})
 
 

@@ -95,12 +95,15 @@ def test_other_scenes_keep_their_bytes_but_for_the_start(tmp_path: Path) -> None
         assert "equilibrium" not in file.read_text(encoding="utf-8")
 
 
-def test_what_has_no_equilibrium_starts_as_the_joints_say_and_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_has_no_equilibrium_starts_as_the_joints_say_and_says_so(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     scene = tmp_path / "falling.toml"
     scene.write_text(SERVO.replace("-held - 40 * v.rail", "-40 * v.rail"), encoding="utf-8")
     said = (
-        "The scene asks for a start at static equilibrium, which was not found when this code was made, so it starts at the "
-        "initial state of the joints. The reason: equilibrium: nothing holds v.rail: it accelerates with -9.81 m/s^2"
+        "The scene asks for a start at static equilibrium, which was not found when this code was made, so it starts at"
+        " the initial state of the joints. The reason: equilibrium: nothing holds v.rail: it accelerates with -9.81"
+        " m/s^2"
     )
     assert main(["generate", str(scene), "--out", str(tmp_path / "c")]) == 0
     assert f"warning: servo: {said}" in capsys.readouterr().err
@@ -112,7 +115,9 @@ def test_without_a_compiler_the_folder_is_written_with_the_reason(tmp_path: Path
     script = f"import eomgen; eomgen.generate({str(tmp_path / 's.toml')!r}, {str(tmp_path / 'c')!r})"
     (tmp_path / "s.toml").write_text(SERVO, encoding="utf-8")
     environment = {"EOMGEN_CACHE": str(tmp_path / "cache"), "CC": str(tmp_path / "none"), "PATH": str(tmp_path)}
-    result = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=False)
+    result = subprocess.run(
+        [sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=False
+    )
     assert result.returncode == 0, result.stderr
     assert "RuntimeWarning: servo: The scene asks for a start at static equilibrium" in result.stderr
     assert "which was not found when this code was made" in (tmp_path / "c" / "README.md").read_text(encoding="utf-8")

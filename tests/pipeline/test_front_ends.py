@@ -1,4 +1,5 @@
-"""A front end of another distribution: a lattice given by its Hamiltonian goes all the way without a line in the package."""
+"""A front end of another distribution: a lattice given by its Hamiltonian goes all the way without a line in the
+package."""
 
 from __future__ import annotations
 
@@ -82,9 +83,9 @@ def test_it_is_drawn_saved_and_sent_to_another_process(tmp_path: Path) -> None:
     run = eomgen.build(lattice("fput"), profile="quick").simulate(2.0, 0.02)
     (tmp_path / "run.pickle").write_bytes(pickle.dumps(run))
     code = (
-        "import pickle, sys; from pathlib import Path; from eomgen.results.plots import draw; folder = Path(sys.argv[1])\n"
-        "run = pickle.loads((folder / 'run.pickle').read_bytes())\n"
-        "print(len(draw(run, folder)), run.animate(folder / 'there.html').stat().st_size, 'eomgen.compiled.model' in sys.modules)"
+        "import pickle, sys; from pathlib import Path; from eomgen.results.plots import draw; folder ="
+        " Path(sys.argv[1])\nrun = pickle.loads((folder / 'run.pickle').read_bytes())\nprint(len(draw(run, folder)),"
+        " run.animate(folder / 'there.html').stat().st_size, 'eomgen.compiled.model' in sys.modules)"
     )
     done = subprocess.run([sys.executable, "-c", code, str(tmp_path)], capture_output=True, text=True, check=True)
     pictures, size, model = done.stdout.split()

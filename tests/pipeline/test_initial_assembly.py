@@ -1,4 +1,5 @@
-"""Scenes with constraints are made ready: redundant rows found and named, guesses corrected, contradictions refused by name."""
+"""Scenes with constraints are made ready: redundant rows found and named, guesses corrected, contradictions refused by
+name."""
 
 from __future__ import annotations
 
@@ -33,7 +34,8 @@ def hinge(name: str, parent: str, child: str, at: float, angle: float, rate: flo
 
 
 def four_bar(coordinates: str = "joint", rocker: float = ROCKER, tilt: float = 0.0) -> Scene:
-    """Return a planar four-bar from a guess that does not close; revolute where three of five equations say nothing new."""
+    """Return a planar four-bar from a guess that does not close; revolute where three of five equations say nothing
+    new."""
     tilted = ((1.0, 0.0, 0.0), (0.0, math.cos(tilt), -math.sin(tilt)), (0.0, math.sin(tilt), math.cos(tilt)))
     joints = (
         hinge("a", "base", "crank", 0.0, 1.2, 3.0),
@@ -54,8 +56,9 @@ def assembled(scene: Scene) -> System:
 def test_redundant_rows_of_a_planar_loop_are_named_and_left_out(coordinates: str) -> None:
     system = assembled(four_bar(coordinates))
     assert [name for name in system.multipliers if name.startswith("loop")] == [
-        "loop: origins meet along x", "loop: origins meet along y",
-    ]  # fmt: skip
+        "loop: origins meet along x",
+        "loop: origins meet along y",
+    ]
     assert [note for note in system.notes if "left out" in note] == [
         "loop: origins meet along z follows from the constraints before it and is left out",
         "loop: z stays perpendicular to x follows from the constraints before it and is left out",
@@ -91,7 +94,9 @@ def test_a_loop_that_cannot_close_is_refused_by_name(coordinates: str) -> None:
     short = replace(four_bar(coordinates, rocker=0.05), name="short")
     shorter = replace(short, bodies=(short.bodies[0], bar("coupler", 0.1), short.bodies[2]))
     loop = replace(shorter.constraints[0], first=Frame("coupler", vector((0.1, 0, 0))))
-    with pytest.raises(ModelError, match=r"positions of the constraints cannot be met together.*loop: origins meet") as caught:
+    with pytest.raises(
+        ModelError, match=r"positions of the constraints cannot be met together.*loop: origins meet"
+    ) as caught:
         assembled(replace(shorter, constraints=(loop,)))
     assert "lengths and axes that fit" in str(caught.value)
 
@@ -99,13 +104,15 @@ def test_a_loop_that_cannot_close_is_refused_by_name(coordinates: str) -> None:
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])
 @pytest.mark.parametrize("tilt", [1e-9, 1e-8, 1e-7])
 def test_a_loop_whose_axes_fit_to_seven_digits_is_the_planar_one(coordinates: str, tilt: float) -> None:
-    """Seven digits are what a drawing has; taken at their word, the rows would lock the loop, or contradict each other."""
+    """Seven digits are what a drawing has; taken at their word, the rows would lock the loop, or contradict each
+    other."""
     planar, tilted = assembled(four_bar(coordinates)), assembled(four_bar(coordinates, tilt=tilt))
     assert tilted.multipliers == planar.multipliers
     np.testing.assert_allclose(tilted.initial_q, planar.initial_q, rtol=0, atol=tilt)
     np.testing.assert_allclose(tilted.initial_v, planar.initial_v, rtol=0, atol=10.0 * tilt)
     said = (
-        f"loop: z stays perpendicular to y follows from the constraints before it and is left out, though it is off by {tilt:.3g}"
+        "loop: z stays perpendicular to y follows from the constraints before it and is left out, though it is off by"
+        f" {tilt:.3g}"
     )
     assert said in tilted.notes
 

@@ -20,14 +20,18 @@ def test_nested_data_go_the_road_of_a_scene_file() -> None:
     model = eomgen.build(data, profile="quick")
     np.testing.assert_array_equal(model.force([0.3], [0.5], 0.2), pendulum().force([0.3], [0.5], 0.2))
     data["bodies"]["link"]["mas"] = 1.0
-    with pytest.raises(eomgen.DescriptionError, match=r"scene \(bodies\.link\.mas\): the key 'mas' is unknown here; try: mass"):
+    with pytest.raises(
+        eomgen.DescriptionError, match=r"scene \(bodies\.link\.mas\): the key 'mas' is unknown here; try: mass"
+    ):
         eomgen.derive(data)
 
 
 @pytest.mark.parametrize("given", [None, 3.0, ["scene.toml"]])
 def test_what_is_no_scene_is_refused(given: object) -> None:
     kind = type(given).__name__
-    with pytest.raises(eomgen.UsageError, match=f"a scene, a path or a mapping like a scene file is needed, not {kind}; try: "):
+    with pytest.raises(
+        eomgen.UsageError, match=f"a scene, a path or a mapping like a scene file is needed, not {kind}; try: "
+    ):
         eomgen.build(given)  # type: ignore[arg-type]
 
 

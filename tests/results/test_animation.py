@@ -1,4 +1,5 @@
-"""What animations are made of: poses with a solution, solids with a body's inertia, pages that hold no code of others."""
+"""What animations are made of: poses with a solution, solids with a body's inertia, pages that hold no code of
+others."""
 
 from __future__ import annotations
 
@@ -113,7 +114,12 @@ def inertia_of(solid: dict, mass: float, rng: np.random.Generator) -> np.ndarray
 
 @pytest.mark.parametrize(
     ("kind", "moments"),
-    [("sphere", [2.0, 2.0, 2.0]), ("cylinder", [2.0, 2.0, 0.5]), ("cylinder", [3.0, 1.6, 1.6]), ("box", [0.6, 1.0, 1.4])],
+    [
+        ("sphere", [2.0, 2.0, 2.0]),
+        ("cylinder", [2.0, 2.0, 0.5]),
+        ("cylinder", [3.0, 1.6, 1.6]),
+        ("box", [0.6, 1.0, 1.4]),
+    ],
 )
 def test_solids_have_the_inertia_of_their_body(kind: str, moments: list[float], rng: np.random.Generator) -> None:
     Q, _ = np.linalg.qr(rng.normal(size=(3, 3)))
@@ -137,7 +143,9 @@ def test_every_example_has_something_to_see(file: Path) -> None:
     poses_and_scenery = scenery(describe(scene), {})
     assert [body["name"] for body in poses_and_scenery["bodies"]] == [body.name for body in scene.bodies]
     assert any(body["solid"]["kind"] != "none" for body in poses_and_scenery["bodies"])
-    assert len(poses_and_scenery["springs"]) == len(scene.springs) and len(poses_and_scenery["tyres"]) == len(scene.tyres)
+    assert len(poses_and_scenery["springs"]) == len(scene.springs) and len(poses_and_scenery["tyres"]) == len(
+        scene.tyres
+    )
     json.dumps(poses_and_scenery, allow_nan=False)
 
 
@@ -147,8 +155,10 @@ def test_what_has_no_value_at_these_parameters_is_named() -> None:
     builder.joint("hinge", "revolute", "base", "rod", axis=[0, 1, 0])
     with pytest.raises(eomgen.NumericalError) as caught:
         scenery(describe(builder.build()), {"length": -1.0})
-    assert str(caught.value) == (
-        "numerical error: bodies.rod.center_of_mass: cannot be drawn: sqrt(-1) has no finite value; try: other parameters"
+    assert (
+        str(caught.value)
+        == "numerical error: bodies.rod.center_of_mass: cannot be drawn: sqrt(-1) has no finite value; try: other"
+        " parameters"
     )
 
 
@@ -205,11 +215,16 @@ def test_stored_sceneries_of_others_are_refused(tmp_path: Path) -> None:
     arrays, metadata = read_arrays(pendulum().simulate(0.01).save(tmp_path / "run.npz"))
     metadata["scenery"]["bodies"][0]["name"] = "stranger"
     write_arrays(tmp_path / "changed.npz", arrays, metadata)
-    text = "solution: its poses or its scenery are not what eomgen writes: KeyError: 'stranger'; try: eomgen simulate again"
+    text = (
+        "solution: its poses or its scenery are not what eomgen writes: KeyError: 'stranger'; try: eomgen simulate"
+        " again"
+    )
     with pytest.raises(eomgen.FileError, match=text):
         eomgen.Solution.load(tmp_path / "changed.npz").animate(tmp_path / "run.html")
     write_arrays(tmp_path / "short.npz", {**arrays, "poses.link": arrays["poses.link"][:-1]}, metadata)
-    with pytest.raises(eomgen.FileError, match="not a solution written by eomgen: the poses of link do not fit to its times"):
+    with pytest.raises(
+        eomgen.FileError, match="not a solution written by eomgen: the poses of link do not fit to its times"
+    ):
         eomgen.Solution.load(tmp_path / "short.npz")
 
 
@@ -224,7 +239,8 @@ def test_animate_runs_a_scene_or_takes_a_solution(tmp_path: Path, capsys: pytest
     captured = capsys.readouterr()
     assert captured.out == ""
     assert re.fullmatch(
-        rf"reached t = 0\.4 s in 400 steps\nwritten to {re.escape(str(page))}, 0\.\d+ MB: open it in a browser\n", captured.err
+        rf"reached t = 0\.4 s in 400 steps\nwritten to {re.escape(str(page))}, 0\.\d+ MB: open it in a browser\n",
+        captured.err,
     )
     assert data_of(page.read_text(encoding="utf-8"))["name"] == "shaken"
     eomgen.build(file).simulate(0.4, parameters={"length": 0.6}).save(tmp_path / "run.npz")
@@ -236,7 +252,11 @@ def test_animate_runs_a_scene_or_takes_a_solution(tmp_path: Path, capsys: pytest
 @pytest.mark.parametrize(
     ("words", "code", "text"),
     [
-        (["{npz}", "--out", "{dir}/page"], 2, "an animation cannot be saved as a file without a suffix; try: page.html"),
+        (
+            ["{npz}", "--out", "{dir}/page"],
+            2,
+            "an animation cannot be saved as a file without a suffix; try: page.html",
+        ),
         (["{npz}", "--out", "{dir}/page.gif"], 2, "an animation cannot be saved as .gif; try: page.html"),
         (["{npz}", "--out", "{dir}/p.html", "--t-end", "2"], 2, "--t-end would change a run, and this one is stored"),
         (["{dir}/none.npz", "--out", "{dir}/p.html"], 7, "none.npz: cannot be read: No such file or directory"),
@@ -245,7 +265,7 @@ def test_animate_runs_a_scene_or_takes_a_solution(tmp_path: Path, capsys: pytest
 )
 def test_mistakes_are_named(
     words: list[str], code: int, text: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:  # fmt: skip
+) -> None:
     npz = pendulum().simulate(0.01).save(tmp_path / "run.npz")
     assert main(["animate", *(word.format(npz=npz, dir=tmp_path) for word in words)]) == code
     error = capsys.readouterr().err

@@ -21,10 +21,14 @@ def free_in_space() -> eomgen.Model:
     scene = flyer_scene()
     groups = {body.name: "R3xSO3" for body in scene.bodies}
     content = scene.content + b"absolute on R3xSO3"
-    return eomgen.build(replace(scene, name="in_space", coordinates="absolute", groups=groups, content=content), profile="quick")
+    return eomgen.build(
+        replace(scene, name="in_space", coordinates="absolute", groups=groups, content=content), profile="quick"
+    )
 
 
-def errors_of(model: eomgen.Model, step: float, exact: eomgen.Solution, every: int = 1, **options: object) -> np.ndarray:
+def errors_of(
+    model: eomgen.Model, step: float, exact: eomgen.Solution, every: int = 1, **options: object
+) -> np.ndarray:
     found = model.simulate(0.4, step, record_every=every, **options).at(TIMES)
     known = exact.at(TIMES)
     off = (product.difference(model.factors, known.q, found.q), found.v - known.v, found.a - known.a)
@@ -113,7 +117,9 @@ def lagging() -> eomgen.Model:
     builder = eomgen.SceneBuilder("lagging").parameter("gain", 2.0, tunable=True)
     builder.input("push", "sin(9 * t)", unit="N").input("more")
     builder.body("cart", 1.5).joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0], stiffness=40.0)
-    builder.state("force", "(gain * push - force) / 0.05", initial=0.7, unit="N").effort("drive", "rail", "force + more")
+    builder.state("force", "(gain * push - force) / 0.05", initial=0.7, unit="N").effort(
+        "drive", "rail", "force + more"
+    )
     builder.output("all", formula="force + 3 * push + gain * q.rail + more * v.rail + t")
     return eomgen.build(builder.build(), profile="quick")
 
@@ -145,7 +151,9 @@ def test_outputs_between_rows_of_both_parts_of_a_run_and_of_a_stored_one(tmp_pat
     in_one = model.simulate(0.4, 2e-3, **given)
     np.testing.assert_allclose(whole.outputs_at(TIMES)["all"], in_one.outputs_at(TIMES)["all"], atol=1e-12)
     stored = eomgen.Solution.load(whole.save(tmp_path / "solution.npz"))
-    with pytest.raises(eomgen.UsageError, match="outputs_at: the outputs between rows need the model and the inputs of the run"):
+    with pytest.raises(
+        eomgen.UsageError, match="outputs_at: the outputs between rows need the model and the inputs of the run"
+    ):
         stored.outputs_at(0.1)
 
 
@@ -171,10 +179,14 @@ def test_what_has_no_state_is_refused() -> None:
     with pytest.raises(eomgen.UsageError, match="does not say which groups its coordinates are of"):
         bare.at(0.01)
     apart = replace(run, metadata={**run.metadata, "method": "leaps", "dense_output": "none"})
-    with pytest.raises(eomgen.UsageError, match="at: there is nothing between the rows of leaps; try: record_every = 1"):
+    with pytest.raises(
+        eomgen.UsageError, match="at: there is nothing between the rows of leaps; try: record_every = 1"
+    ):
         apart.at(0.015)
     fast = flyer().simulate(1.0, 1e-3, initial={"ball": {"velocity": [40.0, 0.0, 0.0]}}, record_every=100)
-    with pytest.raises(eomgen.UsageError, match=r"at: a body turns by [\d.]+ rad between two rows at t = .* try: a smaller"):
+    with pytest.raises(
+        eomgen.UsageError, match=r"at: a body turns by [\d.]+ rad between two rows at t = .* try: a smaller"
+    ):
         fast.at(0.05)
     with pytest.raises(eomgen.UsageError, match="interpolation_error: seven rows are needed, not 2"):
         pendulum().simulate(0.01, 0.01).interpolation_error()

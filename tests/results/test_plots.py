@@ -1,4 +1,5 @@
-"""What is drawn: panels by unit, names and units on the axes, legends beside the data, and thinning that keeps extremes."""
+"""What is drawn: panels by unit, names and units on the axes, legends beside the data, and thinning that keeps
+extremes."""
 
 from __future__ import annotations
 
@@ -32,7 +33,10 @@ def test_curves_share_panels_with_their_unit_only() -> None:
 
 def test_an_output_is_not_cut_in_two() -> None:
     curves = [plots.Curve(f"p{k}[{i}]", "m", np.zeros(3), "position", f"p{k}") for k in range(3) for i in range(3)]
-    assert [[curve.output for curve in panel] for panel in plots._panels(curves)] == [["p0"] * 3 + ["p1"] * 3, ["p2"] * 3]
+    assert [[curve.output for curve in panel] for panel in plots._panels(curves)] == [
+        ["p0"] * 3 + ["p1"] * 3,
+        ["p2"] * 3,
+    ]
     long = [plots.Curve(f"all[{i}]", "m", np.zeros(3), "", "all") for i in range(8)]
     assert [len(panel) for panel in plots._panels(long)] == [4, 4]
 
@@ -55,7 +59,9 @@ def test_axes_carry_quantities_and_legends_stay_outside() -> None:
     canvas = FigureCanvasAgg(figure)
     axis = figure.subplots()
     plots._panel(
-        axis, np.linspace(0, 1, 5), [plots.Curve("q.hinge", "rad", np.arange(5.0)), plots.Curve("q.knee", "rad", np.zeros(5))]
+        axis,
+        np.linspace(0, 1, 5),
+        [plots.Curve("q.hinge", "rad", np.arange(5.0)), plots.Curve("q.knee", "rad", np.zeros(5))],
     )
     canvas.draw()
     assert axis.get_ylabel() == "angle, rad"

@@ -72,7 +72,9 @@ def test_a_full_disk_is_named_and_the_old_file_stays(tmp_path: Path, monkeypatch
     monkeypatch.setattr(np, "savez", full)
     with pytest.raises(
         eomgen.FileError,
-        match=r"run\.npz: cannot be written \(No space left on device\); about \d{4,} bytes are needed; try: another disk",
+        match=(
+            r"run\.npz: cannot be written \(No space left on device\); about \d{4,} bytes are needed; try: another disk"
+        ),
     ):
         run.save(path)
     assert path.read_bytes() == before and list(tmp_path.iterdir()) == [path]

@@ -1,4 +1,5 @@
-"""Beams in scene files: what is read, what follows from a section, where beams may sit, and the same scene by other roads."""
+"""Beams in scene files: what is read, what follows from a section, where beams may sit, and the same scene by other
+roads."""
 
 from __future__ import annotations
 
@@ -63,7 +64,12 @@ def test_what_is_read_and_its_defaults() -> None:
     assert (beam.start, beam.length, beam.order, beam.stiffening, beam.size) == (0.0, 10.0, 1, True, 2)
     assert beam.mass_per_length == Symbol("parameter", "heaviness") and beam.polar_inertia == Number(0.0)
     assert beam.profiles == {}
-    assert (bending.kind, bending.shapes, bending.modes, bending.damping_ratio) == ("bending_y", "clamped_free", 2, 0.01)
+    assert (bending.kind, bending.shapes, bending.modes, bending.damping_ratio) == (
+        "bending_y",
+        "clamped_free",
+        2,
+        0.01,
+    )
     assert bending.stiffness == Symbol("parameter", "flexural")
     assert (bending.initial_position, bending.initial_velocity) == ((0.01, 0.0), ())
     assert number(body.mass, heaviness=2.0) == 20.0
@@ -104,8 +110,9 @@ torsion_constant = "2 cm^4"
 
 def test_mass_center_and_inertia_of_a_taper() -> None:
     profile, polar = (1.0, -0.9, 0.3), (1.0, 0.0, -0.5)
-    text = BLADE.replace(", velocity = 0", "") + (
-        f"start = -2.5\nmass_profile = {list(profile)}\npolar_profile = {list(polar)}\npolar_inertia = 0.02\n"
+    text = (
+        BLADE.replace(", velocity = 0", "")
+        + f"start = -2.5\nmass_profile = {list(profile)}\npolar_profile = {list(polar)}\npolar_inertia = 0.02\n"
     )
     body, beam = beam_of(read(text.replace('"revolute"', '"free"').replace("axis = [0, 0, 1]", "")))
 
@@ -126,7 +133,9 @@ def test_mass_center_and_inertia_of_a_taper() -> None:
 
 def test_the_builder_makes_the_same_scene() -> None:
     builder = SceneBuilder("blade")
-    builder.parameter("flexural", 1.4e4, unit="N m^2", tunable=True).parameter("heaviness", 1.2, unit="kg/m", tunable=True)
+    builder.parameter("flexural", 1.4e4, unit="N m^2", tunable=True).parameter(
+        "heaviness", 1.2, unit="kg/m", tunable=True
+    )
     builder.joint("hub", "revolute", "base", "blade", axis=[0, 0, 1])
     bending = {"modes": 2, "stiffness": "flexural", "damping_ratio": 0.01, "initial": {"position": ["10 mm", 0.0]}}
     built = builder.beam("blade", "1000 cm", mass_per_length="heaviness", bending_y=bending).build()
@@ -144,8 +153,10 @@ def test_an_included_beam_has_a_prefix(tmp_path: Path) -> None:
     assert left.deformations[0].stiffness == Symbol("parameter", "left_flexural")
     assert left.mass_per_length == Symbol("parameter", "left_heaviness")
     assert {joint.child: joint.parent for joint in scene.joints} == {
-        "left_blade": "base", "right_base": "left_blade", "right_blade": "right_base",
-    }  # fmt: skip
+        "left_blade": "base",
+        "right_base": "left_blade",
+        "right_blade": "right_base",
+    }
     assert next(parameter.value for parameter in scene.parameters if parameter.name == "left_flexural") == 100
 
 
@@ -169,7 +180,9 @@ polar_inertia = 0.1
 
 
 def with_joint(joint: str, deformation: str) -> Scene:
-    return read(FREE_FREE.format(deformation=deformation) + f'[joints.carrier]\nparent = "base"\nchild = "bar"\n{joint}\n')
+    return read(
+        FREE_FREE.format(deformation=deformation) + f'[joints.carrier]\nparent = "base"\nchild = "bar"\n{joint}\n'
+    )
 
 
 BENDING_Y = 'bending_y = { shapes = "free_free", modes = 2, stiffness = 100 }'
@@ -200,7 +213,11 @@ def test_shapes_that_a_joint_lets_move(joint: str, deformation: str) -> None:
         ('type = "revolute"\naxis = [0, 0, 1]', BENDING_Y, "move along y"),
         ('type = "prismatic"\naxis = [0, 0, 1]', BENDING_Z, "turn about y"),
         ('type = "spherical"', 'stretch = { shapes = "free_free", modes = 1, stiffness = 10 }', "move along x"),
-        ('type = "revolute"\naxis = [0, 1, 1]', 'torsion = { shapes = "free_free", modes = 1, stiffness = 10 }', "turn about x"),
+        (
+            'type = "revolute"\naxis = [0, 1, 1]',
+            'torsion = { shapes = "free_free", modes = 1, stiffness = 10 }',
+            "turn about x",
+        ),
     ],
 )
 def test_shapes_that_a_joint_holds(joint: str, deformation: str, motion: str) -> None:

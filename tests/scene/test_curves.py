@@ -1,4 +1,5 @@
-"""Curves against SciPy's splines and mpmath; tables that are wrong in many ways, each with one message, file and line."""
+"""Curves against SciPy's splines and mpmath; tables that are wrong in many ways, each with one message, file and
+line."""
 
 from __future__ import annotations
 
@@ -53,7 +54,9 @@ def test_a_spline_of_a_polynomial_is_the_polynomial() -> None:
     curve = Curve("c", x, 3 - x + 2 * x**2)
     at = np.linspace(0, 3.1, 50)
     assert np.allclose(curve(at), 3 - at + 2 * at**2, rtol=0, atol=1e-13)
-    assert np.allclose(curve(at, 1), -1 + 4 * at, rtol=0, atol=1e-12) and np.allclose(curve(at, 2), 4.0, rtol=0, atol=1e-10)
+    assert np.allclose(curve(at, 1), -1 + 4 * at, rtol=0, atol=1e-12) and np.allclose(
+        curve(at, 2), 4.0, rtol=0, atol=1e-10
+    )
 
 
 def test_two_points_are_a_straight_line() -> None:
@@ -90,12 +93,14 @@ def test_steps_hold_each_value_until_the_next() -> None:
         ([0, 1, 2], [7, 8, 7], "quintic", "hold", []),
     ],
 )
-def test_kinks(x: list[float], y: list[float], interpolation: Interpolation, outside: Outside, kinks: list[Any]) -> None:
+def test_kinks(
+    x: list[float], y: list[float], interpolation: Interpolation, outside: Outside, kinks: list[Any]
+) -> None:
     curve = Curve("c", np.array(x, float), np.array(y, float), interpolation, outside)
     assert curve.kinks() == kinks
 
 
-# -- curves on the tape --------------------------------------------------------------------------------------------------
+# -- curves on the tape ------------------------------------------------------------------------------------------------
 
 
 def on_tape() -> tuple[Tape, Curve, int]:
@@ -142,15 +147,23 @@ def test_a_curve_at_a_constant_is_a_constant() -> None:
 
 @pytest.mark.parametrize(
     ("text", "expected"),
-    [("t", (1, 0)), ("20 * t - 2.8", (20, -2.8)), ("(3 - t) / 2", (-0.5, 1.5)), ("-(t + t) * 2", (-4, 0)), ("t * t", None),
-     ("sin(t)", None), ("speed * t", (20, 0)), ("1 / t", None)],
-)  # fmt: skip
+    [
+        ("t", (1, 0)),
+        ("20 * t - 2.8", (20, -2.8)),
+        ("(3 - t) / 2", (-0.5, 1.5)),
+        ("-(t + t) * 2", (-4, 0)),
+        ("t * t", None),
+        ("sin(t)", None),
+        ("speed * t", (20, 0)),
+        ("1 / t", None),
+    ],
+)
 def test_arguments_that_are_linear_in_time(text: str, expected: tuple[float, float] | None) -> None:
     formula = read_formula(text, Names(parameters={"speed": False}), TIME)
     assert affine(formula, lambda symbol: 20.0) == expected
 
 
-# -- files ---------------------------------------------------------------------------------------------------------------
+# -- files -------------------------------------------------------------------------------------------------------------
 
 SCENE = """
 format = 1
@@ -205,14 +218,22 @@ def test_tables_that_are_right(table: str, tmp_path: Path) -> None:
     ("table", "entry"),
     [
         ("0 1\n1 3\n2 2", 'table = { file = "push.csv" }'),
-        ("x;F;t\n9;1000,0;0\n9;3000,0;1000,0\n9;2000;2e3", 'table = { file = "push.csv", argument = "t", value = 1, decimal=",",'
-         " argument_scale = 1e-3, value_scale = 1e-3 }"),
+        (
+            "x;F;t\n9;1000,0;0\n9;3000,0;1000,0\n9;2000;2e3",
+            (
+                'table = { file = "push.csv", argument = "t", value = 1, decimal=",",'
+                " argument_scale = 1e-3, value_scale = 1e-3 }"
+            ),
+        ),
         ("t,F\n0,1\n1000,3\n2000,2", 'table = { file = "push.csv", argument = "t", value = 1, argument_unit = "ms" }'),
-        ("t,F\n0,1000\n1,3000\n2,2000", 'table = { file = "push.csv", argument = "t", value = 1, value_unit = "N mm" }'),
+        (
+            "t,F\n0,1000\n1,3000\n2,2000",
+            'table = { file = "push.csv", argument = "t", value = 1, value_unit = "N mm" }',
+        ),
         ("", 'points = [["0 s", "1 N"], ["1000 ms", "3 N"], [2, 2]]'),
         ("a,t,F\n1,0,1\n1,1,3\n1,2,2", 'table = { file = "push.csv", argument = 1, value = 2, delimiter = "comma" }'),
     ],
-)  # fmt: skip
+)
 def test_other_ways_to_name_columns(table: str, entry: str, tmp_path: Path) -> None:
     curve = curve_of(loaded(tmp_path, table, f"[inputs.push]\n{entry}\n"))
     assert np.allclose(curve.x, [0, 1, 2]) and np.allclose(curve.y, [1, 3, 2])
@@ -251,7 +272,7 @@ def test_what_a_table_holds_is_part_of_the_scene(tmp_path: Path) -> None:
         ("t,F\n0,1\n1,1_000\n", "3|column 'F': '1_000' is not a finite number"),
         ("t;F\n0;1,5\n1;2\n", "2|column 'F': '1,5' is not a number; try: decimal = \",\""),
         ("t,F\n0,1\n2,1\n1,1\n", "4|the points are not in order: 1 comes after 2; try: rows sorted"),
-        ("t,F\n0,1\n1,1\n1,2\n2,1\n", "4|1 occurs again; try: one value for each, or interpolation = \"linear\""),
+        ("t,F\n0,1\n1,1\n1,2\n2,1\n", '4|1 occurs again; try: one value for each, or interpolation = "linear"'),
         ("t,F\n0,1\n1,1\n1.0000001,2\n2,1\n", "4|points are 1e-07 apart here and 1 elsewhere, too uneven"),
         ("t,F\n0,1\n1,1e200\n", "3|a number is beyond 1e+100; try: other units"),
         ("t,F\n0,1\n1,\0\n", "3|there is a zero byte: this is no text; try: the file saved as CSV in UTF-8"),
@@ -261,7 +282,7 @@ def test_what_a_table_holds_is_part_of_the_scene(tmp_path: Path) -> None:
         (b"t,F\n" + b"".join(b"%d,1\n" % k for k in range(100_001)), "100002|the table has 100001 rows"),
         (b"x" * 20_000_001, "|the file is larger than 20 MB; try: fewer rows or columns"),
     ],
-)  # fmt: skip
+)
 def test_tables_that_are_wrong(table: str | bytes | None, message: str, tmp_path: Path) -> None:
     line, text = message.format(folder=tmp_path).split("|", 1)
     with pytest.raises(DescriptionError) as raised:
@@ -273,46 +294,78 @@ def test_tables_that_are_wrong(table: str | bytes | None, message: str, tmp_path
 @pytest.mark.parametrize(
     ("entry", "message"),
     [
-        ('[inputs.u]\ntable = { file = "." }', "(inputs.u.table): '{folder}' is not a file; try: the path of a CSV file"),
+        (
+            '[inputs.u]\ntable = { file = "." }',
+            "(inputs.u.table): '{folder}' is not a file; try: the path of a CSV file",
+        ),
         ('[inputs.u]\ntable = { file = "a\\u0000b" }', "(inputs.u.table): '{folder}/a\\x00b' cannot be read: "),
-        ('[inputs.u]\ntable = { file = "push.csv", argument = 7 }',
-         "push.csv:1 (inputs.u.table): there is no column 7: the row has 2"),
-        ('[inputs.u]\ntable = { file = "push.csv", colum = 7 }', "(inputs.u.table.colum): the key 'colum' is unknown here"),
-        ('[inputs.u]\ntable = { file = "push.csv", value_unit = "mmm" }',
-         "(inputs.u.table.value_unit): there is no unit 'mmm'; try: mm"),
-        ('[inputs.u]\npoints = []', "(inputs.u.points): a curve needs two points or more, not 0"),
-        ('[inputs.u]\npoints = [[0, 0, 0]]', "(inputs.u.points[0]): a list of 2 entries is needed here, not 3"),
-        ('[inputs.u]\npoints = [[0, 1], [0, 2], [1, 1]]\ninterpolation = "linear"',
-         "(inputs.u.points[1]): 0 occurs again; try: at most"),
-        ('[inputs.u]\npoints = [[0, 1], [1, 2]]\noutside = "periodic"',
-         "(inputs.u.points[1]): the last value 2 is not the first one 1"),
-        ('[inputs.u]\npoints = [[0, 1], [1, 2]]\nwave = { shape = "square", period = 1 }',
-         "takes one of table, points, wave, not points"),
+        (
+            '[inputs.u]\ntable = { file = "push.csv", argument = 7 }',
+            "push.csv:1 (inputs.u.table): there is no column 7: the row has 2",
+        ),
+        (
+            '[inputs.u]\ntable = { file = "push.csv", colum = 7 }',
+            "(inputs.u.table.colum): the key 'colum' is unknown here",
+        ),
+        (
+            '[inputs.u]\ntable = { file = "push.csv", value_unit = "mmm" }',
+            "(inputs.u.table.value_unit): there is no unit 'mmm'; try: mm",
+        ),
+        ("[inputs.u]\npoints = []", "(inputs.u.points): a curve needs two points or more, not 0"),
+        ("[inputs.u]\npoints = [[0, 0, 0]]", "(inputs.u.points[0]): a list of 2 entries is needed here, not 3"),
+        (
+            '[inputs.u]\npoints = [[0, 1], [0, 2], [1, 1]]\ninterpolation = "linear"',
+            "(inputs.u.points[1]): 0 occurs again; try: at most",
+        ),
+        (
+            '[inputs.u]\npoints = [[0, 1], [1, 2]]\noutside = "periodic"',
+            "(inputs.u.points[1]): the last value 2 is not the first one 1",
+        ),
+        (
+            '[inputs.u]\npoints = [[0, 1], [1, 2]]\nwave = { shape = "square", period = 1 }',
+            "takes one of table, points, wave, not points",
+        ),
         ('[inputs.u]\nwave = { shape = "square", period = 0 }', "(inputs.u.wave.period): the period 0 is not positive"),
-        ('[inputs.u]\nwave = { shape = "square", period = 1, duty = 1 }',
-         "(inputs.u.wave.duty): the duty 1 is not between 0 and 1"),
-        ('[inputs.u]\nwave = { shape = "round", period = 1 }',
-         "'round' is not known here; try: one of square, triangle or sawtooth"),
+        (
+            '[inputs.u]\nwave = { shape = "square", period = 1, duty = 1 }',
+            "(inputs.u.wave.duty): the duty 1 is not between 0 and 1",
+        ),
+        (
+            '[inputs.u]\nwave = { shape = "round", period = 1 }',
+            "'round' is not known here; try: one of square, triangle or sawtooth",
+        ),
         ('[inputs.u]\noutside = "hold"', "(inputs.u.outside): outside is for points and tables"),
-        ('[curves.c]', "(curves.c): a curve needs one of table, points, wave, bump, road, not none"),
-        ('[curves.c]\nbump = { length = 0, height = 1 }', "(curves.c.bump.length): the length 0 is not positive"),
-        ('[curves.sin]\npoints = [[0, 0], [1, 1]]', "(curves.sin): the name sin is a word of formulas"),
-        ('[curves.c]\npoints = [[0, 0], [1, 1]]\n[inputs.c]', "(curves.c): the name c is both an input and a curve"),
-        ('[curves.c]\npoints = [[0, 0], [1, 1]]\n[inputs.u]\nformula = "c"',
-         "'c' is a curve, which needs an argument (column 1); try: c(t)"),
-        ('[curves.c]\npoints = [[0, 0], [1, 1]]\n[inputs.u]\nformula = "c(t, 1)"',
-         "c() takes 1 argument, not 2 (column 1); try: c(t)"),
-        ('[curves.c]\npoints = [[0, 0], [1, 1]]\n[inputs.u]\nformula = "derivative.d(t)"',
-         "there is no curve 'd' (column 1); try: "),
+        ("[curves.c]", "(curves.c): a curve needs one of table, points, wave, bump, road, not none"),
+        ("[curves.c]\nbump = { length = 0, height = 1 }", "(curves.c.bump.length): the length 0 is not positive"),
+        ("[curves.sin]\npoints = [[0, 0], [1, 1]]", "(curves.sin): the name sin is a word of formulas"),
+        ("[curves.c]\npoints = [[0, 0], [1, 1]]\n[inputs.c]", "(curves.c): the name c is both an input and a curve"),
+        (
+            '[curves.c]\npoints = [[0, 0], [1, 1]]\n[inputs.u]\nformula = "c"',
+            "'c' is a curve, which needs an argument (column 1); try: c(t)",
+        ),
+        (
+            '[curves.c]\npoints = [[0, 0], [1, 1]]\n[inputs.u]\nformula = "c(t, 1)"',
+            "c() takes 1 argument, not 2 (column 1); try: c(t)",
+        ),
+        (
+            '[curves.c]\npoints = [[0, 0], [1, 1]]\n[inputs.u]\nformula = "derivative.d(t)"',
+            "there is no curve 'd' (column 1); try: ",
+        ),
         ('[curves.c]\npoints = [[0, 0], [1, 1]]\n[base]\nposition = ["c(q.rail)", 0, 0]', "q.rail cannot be used here"),
-        ('[curves.c]\npoints = [[0, 0], [1, 1]]\n[points.p]\nbody = "cart"\nposition = ["c(1)", 0, 0]',
-         "the curve 'c' cannot be used here"),
-        ('[curves.c]\npoints = [[0, 0], [1, 1]]\ninterpolation = "linear"\n[base]\nposition = ["c(2 * t)", 0, 0]',
-         "(base.position): a motion cannot follow c, which bends at 0; try: interpolation = \"quintic\""),
-        ('[curves.c]\nbump = { length = 1, height = 1, position = 3 }\n[base]\nposition = ["derivative.c(t)", 0, 0]',
-         "(base.position): a motion cannot follow a derivative of c, which bends at 3"),
+        (
+            '[curves.c]\npoints = [[0, 0], [1, 1]]\n[points.p]\nbody = "cart"\nposition = ["c(1)", 0, 0]',
+            "the curve 'c' cannot be used here",
+        ),
+        (
+            '[curves.c]\npoints = [[0, 0], [1, 1]]\ninterpolation = "linear"\n[base]\nposition = ["c(2 * t)", 0, 0]',
+            '(base.position): a motion cannot follow c, which bends at 0; try: interpolation = "quintic"',
+        ),
+        (
+            '[curves.c]\nbump = { length = 1, height = 1, position = 3 }\n[base]\nposition = ["derivative.c(t)", 0, 0]',
+            "(base.position): a motion cannot follow a derivative of c, which bends at 3",
+        ),
     ],
-)  # fmt: skip
+)
 def test_entries_that_are_wrong(entry: str, message: str, tmp_path: Path) -> None:
     with pytest.raises(DescriptionError) as raised:
         loaded(tmp_path, GOOD, entry)
@@ -321,7 +374,9 @@ def test_entries_that_are_wrong(entry: str, message: str, tmp_path: Path) -> Non
 
 
 def test_a_refused_curve_is_reported_once(tmp_path: Path) -> None:
-    entry = '[curves.c]\ntable = { file = "no.csv" }\n[inputs]\nu = { formula = "c(t)" }\nv = { formula = "2 * c(t)" }\n'
+    entry = (
+        '[curves.c]\ntable = { file = "no.csv" }\n[inputs]\nu = { formula = "c(t)" }\nv = { formula = "2 * c(t)" }\n'
+    )
     with pytest.raises(DescriptionError) as raised:
         loaded(tmp_path, None, entry)
     assert len(raised.value.problems) == 1

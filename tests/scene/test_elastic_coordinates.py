@@ -66,7 +66,10 @@ def test_wrong_names_and_indices_are_answered(tmp_path: Path, formula: str, said
 def test_a_joint_and_a_beam_of_one_name_are_refused(tmp_path: Path) -> None:
     with pytest.raises(DescriptionError) as caught:
         loaded(tmp_path, "q.hub", BLADE.replace("joints.hub", "joints.blade"))
-    said = "(beams.blade): the name blade is both a joint and a beam, and q.blade would be both; try: another name for one of"
+    said = (
+        "(beams.blade): the name blade is both a joint and a beam, and q.blade would be both; try: another name for"
+        " one of"
+    )
     assert said in str(caught.value)
 
 

@@ -13,7 +13,16 @@ from eomgen.formula.evaluate import evaluate, symbols
 from eomgen.formula.nodes import Formula, Number, Operation, Symbol
 from eomgen.scene.forces import springs
 from eomgen.scene.formula.parser import read_formula
-from eomgen.scene.formula.scope import EVERYTHING, FIXED_PARAMETERS, PARAMETERS, SPRING_FORCE, STATE, TIME, Names, Offered
+from eomgen.scene.formula.scope import (
+    EVERYTHING,
+    FIXED_PARAMETERS,
+    PARAMETERS,
+    SPRING_FORCE,
+    STATE,
+    TIME,
+    Names,
+    Offered,
+)
 from eomgen.scene.formula.tokens import FormulaError
 
 NAMES = Names(

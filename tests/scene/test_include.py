@@ -185,7 +185,9 @@ def test_a_place_is_a_rigid_motion(folder: Path) -> None:
     shifted = LEFT.replace('rotation = [{ axis = [1, 0, 0], angle = "10 deg" }]\n', "")
     by_hand = BY_HAND.replace("position = [0, 0, ", "position = [0, 0.7, ")
     by_hand = by_hand.replace('top]\nbody = "left_base"', 'top]\nbody = "chassis"\nposition = [0, 0.7, 0]')
-    by_hand = by_hand.replace('parent = "left_base"', 'parent = "chassis"').replace("[bodies.left_base]\nmass = 0\n", "")
+    by_hand = by_hand.replace('parent = "left_base"', 'parent = "chassis"').replace(
+        "[bodies.left_base]\nmass = 0\n", ""
+    )
     start, end = by_hand.index("[joints.left_base]"), by_hand.index("[joints.left_travel]")
     by_hand = by_hand[:start] + by_hand[end:]
     systems = [eomgen.derive(scene) for scene in (made(folder, CAR + shifted), load_toml(CAR + by_hand))]
@@ -265,7 +267,9 @@ parameters = { stiffness = "2 * rate", mass = "load" }
 def test_tables_are_found_from_the_file_that_names_them(folder: Path) -> None:
     (folder / "parts").mkdir()
     (folder / "parts" / "bumps.csv").write_text("x,y\n0,0\n1,0.5\n2,0\n", encoding="utf-8")
-    part = WHEEL.replace("bump = { bump = { length = 0.4, height = 0.05 } }", 'bump = { table = { file = "bumps.csv" } }')
+    part = WHEEL.replace(
+        "bump = { bump = { length = 0.4, height = 0.05 } }", 'bump = { table = { file = "bumps.csv" } }'
+    )
     (folder / "parts" / "part.toml").write_text(part, encoding="utf-8")
     scene = made(folder, CAR + '[include.a]\nfile = "parts/part.toml"\n')
     assert [curve.name for curve in scene.curves] == ["a_bump"]
@@ -287,11 +291,17 @@ def test_the_cache_sees_what_is_in_included_files(folder: Path) -> None:
 def test_a_builder_includes_too(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(folder)
     builder = eomgen.SceneBuilder("car").parameter("spring_rate", "25 kN/m", unit="N/m", tunable=True)
-    builder.body("chassis", mass=400, inertia=[100, 110, 120]).joint("heave", "prismatic", "base", "chassis", axis=[0, 0, 1])
+    builder.body("chassis", mass=400, inertia=[100, 110, 120]).joint(
+        "heave", "prismatic", "base", "chassis", axis=[0, 0, 1]
+    )
     builder.include(
-        "left", "wheel.toml", parent="chassis", position=[0, "0.7 m", 0], rotation=[([1, 0, 0], "10 deg")],
+        "left",
+        "wheel.toml",
+        parent="chassis",
+        position=[0, "0.7 m", 0],
+        rotation=[([1, 0, 0], "10 deg")],
         parameters={"stiffness": "spring_rate", "mass": "25 kg"},
-    )  # fmt: skip
+    )
     found, expected = builder.build(), made(folder, CAR + LEFT)
     assert (found.joints, found.springs, found.parameters) == (expected.joints, expected.springs, expected.parameters)
     builder.include("left", "wheel.toml")
@@ -304,11 +314,13 @@ EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*/*.toml"))
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: f"{path.parent.name}/{path.stem}")
 def test_every_example_is_itself_when_it_is_included(path: Path) -> None:
-    """Whatever sections and kinds of formulas there are: the prefix taken away again, the scene is the one of the file."""
+    """Whatever sections and kinds of formulas there are: the prefix taken away again, the scene is the one of the
+    file."""
     expected, data = load(path), tomllib.loads(path.read_text(encoding="utf-8"))
     own = {key: value for key, value in data.items() if key not in SECTIONS}
     own |= {"include": {"part": {"file": path.name, "prefix": "zz_"}}, "parameters": {}}
-    for key in own.keys() & {"base", "gravity"}:  # they may use the file's parameters, so they are written in the new names
+    # they may use the file's parameters, so they are written in the new names
+    for key in own.keys() & {"base", "gravity"}:
         text = repr(own[key])
         for name in data.get("parameters", {}):
             text = re.sub(rf"\b{name}\b", f"zz_{name}", text)
@@ -316,7 +328,9 @@ def test_every_example_is_itself_when_it_is_included(path: Path) -> None:
     found = from_data(own, folder=path.parent)
     for field in dataclasses.fields(Scene):
         if field.name not in ("content", "source", "notes"):
-            assert repr(getattr(found, field.name)).replace("zz_", "") == repr(getattr(expected, field.name)), field.name
+            assert repr(getattr(found, field.name)).replace("zz_", "") == repr(getattr(expected, field.name)), (
+                field.name
+            )
 
 
 # -- robots ------------------------------------------------------------------------------------------------------------
@@ -370,7 +384,9 @@ def test_a_robot_on_a_moving_platform_agrees_with_pinocchio(folder: Path, robot:
         np.testing.assert_allclose(M, G.T @ expected @ G, atol=1e-9)
         tau = next(iter(found("inverse_dynamics", state).values()))[0]
         damping = np.array([_damping(scene, name) for name in model.names[1:]])
-        np.testing.assert_allclose(tau, G.T @ (pin.rnea(model, data, G @ q, G @ v, G @ a) + damping * (G @ v)), atol=1e-8)
+        np.testing.assert_allclose(
+            tau, G.T @ (pin.rnea(model, data, G @ q, G @ v, G @ a) + damping * (G @ v)), atol=1e-8
+        )
 
 
 def _follows(scene: Scene, system: eomgen.System, model: Any) -> np.ndarray:
@@ -398,12 +414,19 @@ def test_options_of_a_robot(folder: Path) -> None:
     scene = made(folder, PLATFORM + options)
     assert sum(len(joint.stops) for joint in scene.joints) == 7
     assert [joint.type for joint in scene.joints].count("revolute") == 7
-    assert [(joint.name, joint.parent) for joint in scene.joints if joint.type == "free"] == [("arm_root_joint", "arm_base")]
+    assert [(joint.name, joint.parent) for joint in scene.joints if joint.type == "free"] == [
+        ("arm_root_joint", "arm_base")
+    ]
     assert any(note.startswith("robot.urdf: joints locked at zero: panda_finger_joint1") for note in scene.notes)
     [found] = problems(folder, PLATFORM + 'lock = ["panda_finger"]\n')
-    assert found.startswith("car.toml:16 (include.arm.lock): robot.urdf has no joint 'panda_finger' to lock; try: panda_finger")
+    assert found.startswith(
+        "car.toml:16 (include.arm.lock): robot.urdf has no joint 'panda_finger' to lock; try: panda_finger"
+    )
     [found] = problems(folder, PLATFORM + "parameters = { mass = 3 }\n")
-    assert found == "car.toml:16 (include.arm.parameters.mass): 'robot.urdf' has no parameter 'mass'; try: without parameters"
+    assert (
+        found
+        == "car.toml:16 (include.arm.parameters.mass): 'robot.urdf' has no parameter 'mass'; try: without parameters"
+    )
 
 
 # -- messages ----------------------------------------------------------------------------------------------------------
@@ -412,30 +435,85 @@ def test_options_of_a_robot(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('file = "wheel.toml"', 'file = "whel.toml"', "car.toml:14 (include.left.file): 'whel.toml' cannot be read: No such "
-                                                      "file or directory; try: a path from the folder of car.toml"),
-        ('file = "wheel.toml"', 'file = "."', "car.toml:14 (include.left.file): '.' is not a kind of file that can be included; "
-                                              "try: a .toml scene or a .urdf file"),
-        ('file = "wheel.toml"', 'file = "a\\u0000.toml"', "car.toml:14 (include.left.file): 'a\\x00.toml' is not a path"),
-        ('file = "wheel.toml"', 'file = "car.toml"', "car.toml:14 (include.left.file): files include one another in a circle: "
-                                                     "car.toml, car.toml; try: one of them without the include"),
+        (
+            'file = "wheel.toml"',
+            'file = "whel.toml"',
+            (
+                "car.toml:14 (include.left.file): 'whel.toml' cannot be read: No such "
+                "file or directory; try: a path from the folder of car.toml"
+            ),
+        ),
+        (
+            'file = "wheel.toml"',
+            'file = "."',
+            (
+                "car.toml:14 (include.left.file): '.' is not a kind of file that can be included; "
+                "try: a .toml scene or a .urdf file"
+            ),
+        ),
+        (
+            'file = "wheel.toml"',
+            'file = "a\\u0000.toml"',
+            "car.toml:14 (include.left.file): 'a\\x00.toml' is not a path",
+        ),
+        (
+            'file = "wheel.toml"',
+            'file = "car.toml"',
+            (
+                "car.toml:14 (include.left.file): files include one another in a circle: "
+                "car.toml, car.toml; try: one of them without the include"
+            ),
+        ),
         ('file = "wheel.toml"', "fil = 3", "car.toml:13 (include.left.file): the key file is missing; try: file = ..."),
         ('"chassis"', '"chasis"', "car.toml:15 (include.left.parent): there is no body 'chasis'; try: chassis"),
-        ("[0, ", '["0.7 kg", ', "car.toml:16 (joints.left_base.position[0]): '0.7 kg' is a mass, a length in m is expected"),
-        ('mass = "25 kg"', 'mas = "25 kg"', "car.toml:18 (include.left.parameters.mas): 'wheel.toml' has no parameter 'mas'"),
-        ('"spring_rate"', '"25 kN"', "car.toml:18 (include.left.parameters.stiffness): '25 kN' is a force, a stiffness in N/m is "
-                                     "expected; try: \"25000 N/m\""),
-        ('"spring_rate"', '"spring_rat"', "car.toml:18 (include.left.parameters.stiffness): unknown name 'spring_rat' (column "
-                                          "1); try: spring_rate"),
-        ('"spring_rate"', '"2 * t"', "car.toml:18 (include.left.parameters.stiffness): time t cannot be used here (column 5); "
-                                     "try: parameters only"),
-        ('"spring_rate"', "[1]", "car.toml:18 (include.left.parameters.stiffness): a number or a formula is needed here"),
-        ('parent = "ch', 'prefix = "9 x"\nparent = "ch', "car.toml:13 (include.left): '9 x' cannot be the beginning of a name; "
-                                                         'try: prefix = "left_"'),
-        ('parent = "ch', 'root = "free"\nparent = "ch', "car.toml:15 (include.left.root): root is for URDF only; "
-                                                        "try: the joint in the included file"),
+        (
+            "[0, ",
+            '["0.7 kg", ',
+            "car.toml:16 (joints.left_base.position[0]): '0.7 kg' is a mass, a length in m is expected",
+        ),
+        (
+            'mass = "25 kg"',
+            'mas = "25 kg"',
+            "car.toml:18 (include.left.parameters.mas): 'wheel.toml' has no parameter 'mas'",
+        ),
+        (
+            '"spring_rate"',
+            '"25 kN"',
+            (
+                "car.toml:18 (include.left.parameters.stiffness): '25 kN' is a force, a stiffness in N/m is "
+                'expected; try: "25000 N/m"'
+            ),
+        ),
+        (
+            '"spring_rate"',
+            '"spring_rat"',
+            "car.toml:18 (include.left.parameters.stiffness): unknown name 'spring_rat' (column 1); try: spring_rate",
+        ),
+        (
+            '"spring_rate"',
+            '"2 * t"',
+            (
+                "car.toml:18 (include.left.parameters.stiffness): time t cannot be used here (column 5); "
+                "try: parameters only"
+            ),
+        ),
+        (
+            '"spring_rate"',
+            "[1]",
+            "car.toml:18 (include.left.parameters.stiffness): a number or a formula is needed here",
+        ),
+        (
+            'parent = "ch',
+            'prefix = "9 x"\nparent = "ch',
+            "car.toml:13 (include.left): '9 x' cannot be the beginning of a name; try: prefix = \"left_\"",
+        ),
+        (
+            'parent = "ch',
+            'root = "free"\nparent = "ch',
+            "car.toml:15 (include.left.root): root is for URDF only; try: the joint in the included file",
+        ),
     ],
-)  # fmt: skip
+)
 def test_what_is_wrong_with_an_include(folder: Path, old: str, new: str, message: str) -> None:
     assert old in LEFT
     found = problems(folder, CAR + LEFT.replace(old, new, 1))
@@ -446,24 +524,53 @@ def test_what_is_wrong_with_an_include(folder: Path, old: str, new: str, message
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('"2 * sqrt(stiffness', '"2 * sqrt(stifness', "wheel.toml:20 (joints.left_travel.damping): unknown name 'stifness' "
-                                                      "(column 10); try: stiffness"),
+        (
+            '"2 * sqrt(stiffness',
+            '"2 * sqrt(stifness',
+            "wheel.toml:20 (joints.left_travel.damping): unknown name 'stifness' (column 10); try: stiffness",
+        ),
         ("v.travel", "v.heave", "wheel.toml:32 (efforts.left_push.effort): v.heave: there is no joint 'heave'"),
-        ("sin(t)", "sin(t) * spring_rate", "wheel.toml:11 (inputs.left_push.formula): unknown name 'spring_rate' (column 23)"),
-        ('body = "hub"', 'body = "chassis"', "wheel.toml:24 (points.left_center.body): there is no body 'chassis in wheel.toml'"),
-        ("axis = [0, 0, 1]", 'axis = ["stiffness", 0, 1]', "wheel.toml:18 (joints.left_travel.axis[0]): the tunable parameter "
-                                                           "'stiffness' cannot be used here (column 1)"),
+        (
+            "sin(t)",
+            "sin(t) * spring_rate",
+            "wheel.toml:11 (inputs.left_push.formula): unknown name 'spring_rate' (column 23)",
+        ),
+        (
+            'body = "hub"',
+            'body = "chassis"',
+            "wheel.toml:24 (points.left_center.body): there is no body 'chassis in wheel.toml'",
+        ),
+        (
+            "axis = [0, 0, 1]",
+            'axis = ["stiffness", 0, 1]',
+            (
+                "wheel.toml:18 (joints.left_travel.axis[0]): the tunable parameter "
+                "'stiffness' cannot be used here (column 1)"
+            ),
+        ),
         ('mass = "mass"', "mass = true", "wheel.toml:13 (bodies.left_hub.mass): a number or a formula is needed here"),
-        ('mass = "mass"', "mass = 1\nmas = 3", "wheel.toml:14 (bodies.left_hub.mas): the key 'mas' is unknown here; try: mass"),
-        ('mass = "mass"', 'mass = "3 m"', "wheel.toml:13 (bodies.hub.mass): '3 m' is a length, a mass in kg is expected"),
+        (
+            'mass = "mass"',
+            "mass = 1\nmas = 3",
+            "wheel.toml:14 (bodies.left_hub.mas): the key 'mas' is unknown here; try: mass",
+        ),
+        (
+            'mass = "mass"',
+            'mass = "3 m"',
+            "wheel.toml:13 (bodies.hub.mass): '3 m' is a length, a mass in kg is expected",
+        ),
         ('rest = "300 mm"', 'rest = "300 mmm"', "wheel.toml:7 (parameters.rest.value): there is no unit 'mmm'"),
         ("format = 1", "format = 2", "wheel.toml:1 (format): this eomgen reads format 1, not 2; try: format = 1"),
         ("format = 1\n", "", "wheel.toml (format): the key format is missing; try: format = 1"),
         ("[bodies.hub]", "[bodys.hub]", "wheel.toml:12 (bodys): the key 'bodys' is unknown here; try: bodies"),
-        ("format = 1", "format = 1\nbodies", "wheel.toml:2: this is not TOML: Expected '=' after a key in a key/value pair"),
+        (
+            "format = 1",
+            "format = 1\nbodies",
+            "wheel.toml:2: this is not TOML: Expected '=' after a key in a key/value pair",
+        ),
         ("[points.top]", "[points.'a b']", "wheel.toml:21 (points.'a b'): the name 'a b' is not legal; try: up to 64"),
     ],
-)  # fmt: skip
+)
 def test_what_is_wrong_in_an_included_file(folder: Path, old: str, new: str, message: str) -> None:
     assert old in WHEEL
     (folder / "wheel.toml").write_text(WHEEL.replace(old, new, 1), encoding="utf-8")
@@ -475,8 +582,8 @@ def test_circles_are_named(folder: Path) -> None:
     for one, other in itertools.pairwise(("a.toml", "b.toml", "c.toml", "a.toml")):
         (folder / one).write_text(f'format = 1\nname = "x"\n[include.next]\nfile = "{other}"\n', encoding="utf-8")
     [found] = problems(folder, CAR + '[include.first]\nfile = "a.toml"\n')
-    assert found == (
-        "c.toml:4 (include.next.file): files include one another in a circle: a.toml, b.toml, c.toml, a.toml; "
+    assert (
+        found == "c.toml:4 (include.next.file): files include one another in a circle: a.toml, b.toml, c.toml, a.toml; "
         "try: one of them without the include"
     )
 
@@ -492,14 +599,20 @@ def test_includes_without_end_are_refused(folder: Path) -> None:
 def test_names_given_twice_are_named_with_both_places(folder: Path) -> None:
     clash = CAR + RIGHT + '[points.r_top]\nbody = "chassis"\n[include.other]\nfile = "wheel.toml"\nprefix = "r_"\n'
     found = problems(folder, clash)
-    assert found[0] == (
-        "car.toml:13 (include.right): the name r_top in points is given twice, at car.toml:17 and at wheel.toml:21; "
+    assert (
+        found[0]
+        == "car.toml:13 (include.right): the name r_top in points is given twice, at car.toml:17 and at wheel.toml:21; "
         'try: another prefix than "r_"'
     )
-    twice = "car.toml:19 (include.other): the name r_stiffness in parameters is given twice, at wheel.toml:5 and at wheel.toml:5"
+    twice = (
+        "car.toml:19 (include.other): the name r_stiffness in parameters is given twice, at wheel.toml:5 and at"
+        " wheel.toml:5"
+    )
     assert found[1].startswith(twice)
-    plain = CAR + RIGHT.replace('"r_"', '""') + '[inputs]\nmass = {}\n'
-    assert problems(folder, plain)[0].startswith("car.toml:18 (inputs.mass): the name mass is both a parameter and an input")
+    plain = CAR + RIGHT.replace('"r_"', '""') + "[inputs]\nmass = {}\n"
+    assert problems(folder, plain)[0].startswith(
+        "car.toml:18 (inputs.mass): the name mass is both a parameter and an input"
+    )
 
 
 def test_the_section_is_a_table(folder: Path) -> None:
@@ -519,9 +632,35 @@ def test_the_command_line_says_it_in_one_line(folder: Path, capsys: pytest.Captu
 
 
 _ODD = st.sampled_from(
-    ["", "x", 3, -1.5, True, [], {}, [1, 2, 3], {"a": 1}, "2 * t", "3 mm", "stiffness", "base", "world", "left_hub", None, [[1]],
-     "3 if", "1e400", "\u00e9", "a" * 70, ["250 mm", 0, "q.travel"], float("nan"), 10**400, "wheel.toml", "\0"]
-)  # fmt: skip
+    [
+        "",
+        "x",
+        3,
+        -1.5,
+        True,
+        [],
+        {},
+        [1, 2, 3],
+        {"a": 1},
+        "2 * t",
+        "3 mm",
+        "stiffness",
+        "base",
+        "world",
+        "left_hub",
+        None,
+        [[1]],
+        "3 if",
+        "1e400",
+        "\u00e9",
+        "a" * 70,
+        ["250 mm", 0, "q.travel"],
+        float("nan"),
+        10**400,
+        "wheel.toml",
+        "\0",
+    ]
+)
 _NAMES = st.sampled_from(["\u00e9", "a b", "x", "base", "t", "", "kind", "include"])
 
 
@@ -568,8 +707,22 @@ def test_hostile_parts_are_scenes_or_problems(part: dict[str, Any], car: dict[st
 # -- nothing is forgotten ----------------------------------------------------------------------------------------------
 
 #: Keys whose texts are no names of entries.
-_PLAIN = {"name", "description", "unit", "method", "energy", "file", "prefix", "parameters", "lock", "argument", "value",
-          "outputs", "signal_gains", "signal_weights"}
+_PLAIN = {
+    "name",
+    "description",
+    "unit",
+    "method",
+    "energy",
+    "file",
+    "prefix",
+    "parameters",
+    "lock",
+    "argument",
+    "value",
+    "outputs",
+    "signal_gains",
+    "signal_weights",
+}
 
 
 def test_every_key_that_names_an_entry_says_so() -> None:
@@ -578,14 +731,17 @@ def test_every_key_that_names_an_entry_says_so() -> None:
         f"{name}.{key}: key(..., refers=...) of schema_key, or a place in _PLAIN"
         for name, model in tables_of(Document).items()
         for key, (meaning, inner) in fields_of(model).items()
-        if inner is None and not (meaning.refers or meaning.unit or meaning.names or key in _PLAIN or key.endswith("_unit"))
+        if inner is None
+        and not (meaning.refers or meaning.unit or meaning.names or key in _PLAIN or key.endswith("_unit"))
         if str in _types(next(f.annotation for n, f in model.model_fields.items() if (f.alias or n) == key))
     ]
     assert silent == []
 
 
 def _types(annotation: Any) -> set[Any]:
-    return {annotation}.union(*(_types(part) for part in get_args(annotation) if isinstance(part, type) or get_args(part)))
+    return {annotation}.union(
+        *(_types(part) for part in get_args(annotation) if isinstance(part, type) or get_args(part))
+    )
 
 
 def test_every_kind_of_name_in_formulas_has_its_section() -> None:

@@ -62,7 +62,12 @@ def test_what_is_read_and_its_defaults() -> None:
     (stop,), (friction,) = hinge.stops, hinge.friction
     assert (stop.index, stop.lower, stop.upper, stop.damping) == (0, Number(-1), None, Number(0.0))
     assert stop.stiffness == Symbol("parameter", "hard") and stop.onset == Number(1e-3)
-    assert (friction.coulomb, friction.velocity, friction.static, friction.stribeck) == (Number(2), Number(0.01), None, None)
+    assert (friction.coulomb, friction.velocity, friction.static, friction.stribeck) == (
+        Number(2),
+        Number(0.01),
+        None,
+        None,
+    )
     assert rail.stops == rail.friction == ()
     (stop,) = read("rail", limits="{ upper = 0.5, stiffness = 1e5, damping = 10 }").joints[1].stops
     assert (stop.lower, stop.upper, stop.damping, stop.onset) == (None, Number(0.5), Number(10), Number(1e-4))
@@ -74,7 +79,9 @@ def cylinder(keys: str) -> Scene:
 
 
 def test_joints_of_several_coordinates_have_a_list_for_each_key() -> None:
-    limits = 'limits = { lower = [-inf, -0.1], upper = [inf, "0.2 * 1"], stiffness = ["hard", 2e4], onset = [0.01, 0.002] }'
+    limits = (
+        'limits = { lower = [-inf, -0.1], upper = [inf, "0.2 * 1"], stiffness = ["hard", 2e4], onset = [0.01, 0.002] }'
+    )
     (stop,) = cylinder(limits).joints[1].stops
     assert (stop.index, stop.lower, stop.stiffness, stop.damping) == (1, Number(-0.1), Number(2e4), Number(0.0))
     assert stop.onset == Number(0.002)
@@ -90,24 +97,43 @@ def test_joints_of_several_coordinates_have_a_list_for_each_key() -> None:
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
-        ("limits = { lower = -1, stiffness = [1, 1] }",
-         "joints.rail.limits.lower): a cylindrical joint needs 2 values (angle, travel) here, not 1"),
-        ("limits = { lower = [-1, -1], stiffness = 1 }",
-         "joints.rail.limits.stiffness): a cylindrical joint needs 2 values (angle, travel) here, not 1"),
-        ("limits = { lower = [-inf, -inf], stiffness = [1, 1] }",
-         "joints.rail.limits): limits need lower, upper or both; try: lower = -1.0, upper = 1.0"),
-        ("limits = { lower = [-1, 2], upper = [1, 1], stiffness = [1, 1] }",
-         "joints.rail.limits[1]): the lower limit 2 m is not below the upper one, 1 m; try: lower below upper"),
-        ("limits = { lower = [-1, -1], stiffness = [1, -1] }",
-         "joints.rail.limits.stiffness[1]): the stiffness of a stop is -1; try: a number above 0"),
-        ("friction = { coulomb = 1, velocity = [1, 1] }",
-         "joints.rail.friction.coulomb): a cylindrical joint needs 2 values (angle, travel) here, not 1"),
-        ("friction = { coulomb = [1, 1], velocity = [1, 1], static = [2, 0.5], stribeck = [2, 2] }",
-         "joints.rail.friction.static[1]): the static friction 0.5 is below the Coulomb friction 1; try: static above coulomb"),
-        ("friction = { coulomb = [1, 1], velocity = [1, inf] }",
-         "joints.rail.friction.velocity[1]): a finite number is needed here, not inf"),
+        (
+            "limits = { lower = -1, stiffness = [1, 1] }",
+            "joints.rail.limits.lower): a cylindrical joint needs 2 values (angle, travel) here, not 1",
+        ),
+        (
+            "limits = { lower = [-1, -1], stiffness = 1 }",
+            "joints.rail.limits.stiffness): a cylindrical joint needs 2 values (angle, travel) here, not 1",
+        ),
+        (
+            "limits = { lower = [-inf, -inf], stiffness = [1, 1] }",
+            "joints.rail.limits): limits need lower, upper or both; try: lower = -1.0, upper = 1.0",
+        ),
+        (
+            "limits = { lower = [-1, 2], upper = [1, 1], stiffness = [1, 1] }",
+            "joints.rail.limits[1]): the lower limit 2 m is not below the upper one, 1 m; try: lower below upper",
+        ),
+        (
+            "limits = { lower = [-1, -1], stiffness = [1, -1] }",
+            "joints.rail.limits.stiffness[1]): the stiffness of a stop is -1; try: a number above 0",
+        ),
+        (
+            "friction = { coulomb = 1, velocity = [1, 1] }",
+            "joints.rail.friction.coulomb): a cylindrical joint needs 2 values (angle, travel) here, not 1",
+        ),
+        (
+            "friction = { coulomb = [1, 1], velocity = [1, 1], static = [2, 0.5], stribeck = [2, 2] }",
+            (
+                "joints.rail.friction.static[1]): the static friction 0.5 is below the Coulomb friction 1; try: static"
+                " above coulomb"
+            ),
+        ),
+        (
+            "friction = { coulomb = [1, 1], velocity = [1, inf] }",
+            "joints.rail.friction.velocity[1]): a finite number is needed here, not inf",
+        ),
     ],
-)  # fmt: skip
+)
 def test_messages_on_several_coordinates(keys: str, message: str) -> None:
     with pytest.raises(DescriptionError) as caught:
         cylinder(keys)
@@ -119,11 +145,17 @@ def test_the_builder_gives_the_same() -> None:
     builder = SceneBuilder("arm").body("link", 1.0, inertia=[0.1, 0.1, 0.1])
     limits = {"lower": -1.0, "upper": 2.0, "stiffness": 1e3, "damping": 5.0, "onset": 0.01}
     friction = {"coulomb": 1.0, "velocity": 1e-3, "static": 1.5, "stribeck": 0.05}
-    (made,) = builder.joint("hinge", "revolute", "base", "link", axis=[0, 1, 0], limits=limits, friction=friction).build().joints
+    (made,) = (
+        builder.joint("hinge", "revolute", "base", "link", axis=[0, 1, 0], limits=limits, friction=friction)
+        .build()
+        .joints
+    )
     keys = [f"limits = {{ {', '.join(f'{k} = {v}' for k, v in limits.items())} }}"]
     keys.append(f"friction = {{ {', '.join(f'{k} = {v}' for k, v in friction.items())} }}")
-    text = '\n'.join(["[joints.hinge]", 'type = "revolute"', 'parent = "base"', 'child = "link"', "axis = [0, 1, 0]", *keys])
-    body = '[bodies.link]\nmass = 1\ninertia = [0.1, 0.1, 0.1]\n'
+    text = "\n".join(
+        ["[joints.hinge]", 'type = "revolute"', 'parent = "base"', 'child = "link"', "axis = [0, 1, 0]", *keys]
+    )
+    body = "[bodies.link]\nmass = 1\ninertia = [0.1, 0.1, 0.1]\n"
     (read_in,) = load_toml(f'format = 1\nname = "arm"\n{body}{text}\n').joints
     assert made.stops == read_in.stops and made.friction == read_in.friction
 
@@ -131,48 +163,129 @@ def test_the_builder_gives_the_same() -> None:
 @pytest.mark.parametrize(
     ("joint", "key", "value", "message"),
     [
-        ("ball", "limits", "{ lower = 0, stiffness = 1 }",
-         "joints.ball.limits): a spherical joint has no limits; try: a bushing, an effort or a force"),
-        ("ball", "friction", "{ coulomb = 1, velocity = 1 }",
-         "joints.ball.friction): a spherical joint has no friction; try: a bushing, an effort or a force"),
-        ("hinge", "limits", "{ stiffness = 1 }",
-         "joints.hinge.limits): limits need lower, upper or both; try: lower = -1.0, upper = 1.0"),
-        ("hinge", "limits", "{ lower = 1, upper = -1, stiffness = 1 }",
-         "joints.hinge.limits): the lower limit 1 rad is not below the upper one, -1 rad; try: lower below upper"),
-        ("rail", "limits", "{ lower = 0.2, upper = 0.2, stiffness = 1 }",
-         "joints.rail.limits): the lower limit 0.2 m is not below the upper one, 0.2 m; try: lower below upper"),
-        ("hinge", "limits", "{ lower = -1 }",
-         "joints.hinge.limits.stiffness): the key stiffness is missing; try: stiffness = ..."),
-        ("hinge", "limits", "{ lower = -1, stiffness = 0 }",
-         "joints.hinge.limits.stiffness): the stiffness of a stop is 0; try: a number above 0"),
-        ("hinge", "limits", '{ lower = -1, stiffness = "-hard" }',
-         "joints.hinge.limits.stiffness): the stiffness of a stop is -10000; try: a number above 0"),
-        ("hinge", "limits", "{ lower = -1, stiffness = 1, damping = -2 }",
-         "joints.hinge.limits.damping): the damping of a stop is -2; try: 0 or more"),
-        ("hinge", "limits", "{ lower = -1, stiffness = 1, onset = 0 }",
-         "joints.hinge.limits.onset): the onset of a stop is 0; try: a number above 0"),
-        ("hinge", "limits", '{ lower = "-t", stiffness = 1 }',
-         "joints.hinge.limits.lower): time t cannot be used here (column 2); try: parameters only"),
+        (
+            "ball",
+            "limits",
+            "{ lower = 0, stiffness = 1 }",
+            "joints.ball.limits): a spherical joint has no limits; try: a bushing, an effort or a force",
+        ),
+        (
+            "ball",
+            "friction",
+            "{ coulomb = 1, velocity = 1 }",
+            "joints.ball.friction): a spherical joint has no friction; try: a bushing, an effort or a force",
+        ),
+        (
+            "hinge",
+            "limits",
+            "{ stiffness = 1 }",
+            "joints.hinge.limits): limits need lower, upper or both; try: lower = -1.0, upper = 1.0",
+        ),
+        (
+            "hinge",
+            "limits",
+            "{ lower = 1, upper = -1, stiffness = 1 }",
+            "joints.hinge.limits): the lower limit 1 rad is not below the upper one, -1 rad; try: lower below upper",
+        ),
+        (
+            "rail",
+            "limits",
+            "{ lower = 0.2, upper = 0.2, stiffness = 1 }",
+            "joints.rail.limits): the lower limit 0.2 m is not below the upper one, 0.2 m; try: lower below upper",
+        ),
+        (
+            "hinge",
+            "limits",
+            "{ lower = -1 }",
+            "joints.hinge.limits.stiffness): the key stiffness is missing; try: stiffness = ...",
+        ),
+        (
+            "hinge",
+            "limits",
+            "{ lower = -1, stiffness = 0 }",
+            "joints.hinge.limits.stiffness): the stiffness of a stop is 0; try: a number above 0",
+        ),
+        (
+            "hinge",
+            "limits",
+            '{ lower = -1, stiffness = "-hard" }',
+            "joints.hinge.limits.stiffness): the stiffness of a stop is -10000; try: a number above 0",
+        ),
+        (
+            "hinge",
+            "limits",
+            "{ lower = -1, stiffness = 1, damping = -2 }",
+            "joints.hinge.limits.damping): the damping of a stop is -2; try: 0 or more",
+        ),
+        (
+            "hinge",
+            "limits",
+            "{ lower = -1, stiffness = 1, onset = 0 }",
+            "joints.hinge.limits.onset): the onset of a stop is 0; try: a number above 0",
+        ),
+        (
+            "hinge",
+            "limits",
+            '{ lower = "-t", stiffness = 1 }',
+            "joints.hinge.limits.lower): time t cannot be used here (column 2); try: parameters only",
+        ),
         ("hinge", "limits", "[-1, 1]", "joints.hinge.limits): a table is needed here, not a list"),
-        ("hinge", "limits", "{ low = -1, stiffness = 1 }",
-         "joints.hinge.limits.low): the key 'low' is unknown here; try: lower"),
-        ("hinge", "friction", "{ coulomb = 1 }",
-         "joints.hinge.friction.velocity): the key velocity is missing; try: velocity = ..."),
-        ("hinge", "friction", "{ coulomb = -1, velocity = 1 }",
-         "joints.hinge.friction.coulomb): the Coulomb friction is -1; try: 0 or more"),
-        ("hinge", "friction", "{ coulomb = 1, velocity = 0 }",
-         "joints.hinge.friction.velocity): the regularisation velocity is 0; try: a number above 0"),
-        ("hinge", "friction", "{ coulomb = 1, velocity = 0.01, static = 2 }",
-         "joints.hinge.friction): static needs stribeck beside it; try: stribeck = 0.05"),
-        ("hinge", "friction", "{ coulomb = 1, velocity = 0.01, stribeck = 0.1 }",
-         "joints.hinge.friction): stribeck needs static beside it; try: static = the effort that breaks it loose"),
-        ("hinge", "friction", "{ coulomb = 1, velocity = 0.01, static = 0.5, stribeck = 0.1 }",
-         "joints.hinge.friction.static): the static friction 0.5 is below the Coulomb friction 1; try: static above coulomb"),
-        ("hinge", "friction", "{ coulomb = 1, velocity = 0.01, static = 2, stribeck = 0.01 }",
-         "joints.hinge.friction.stribeck): the Stribeck velocity 0.01 is not above the regularisation velocity 0.01; "
-         "try: velocity = stribeck / 10"),
+        (
+            "hinge",
+            "limits",
+            "{ low = -1, stiffness = 1 }",
+            "joints.hinge.limits.low): the key 'low' is unknown here; try: lower",
+        ),
+        (
+            "hinge",
+            "friction",
+            "{ coulomb = 1 }",
+            "joints.hinge.friction.velocity): the key velocity is missing; try: velocity = ...",
+        ),
+        (
+            "hinge",
+            "friction",
+            "{ coulomb = -1, velocity = 1 }",
+            "joints.hinge.friction.coulomb): the Coulomb friction is -1; try: 0 or more",
+        ),
+        (
+            "hinge",
+            "friction",
+            "{ coulomb = 1, velocity = 0 }",
+            "joints.hinge.friction.velocity): the regularisation velocity is 0; try: a number above 0",
+        ),
+        (
+            "hinge",
+            "friction",
+            "{ coulomb = 1, velocity = 0.01, static = 2 }",
+            "joints.hinge.friction): static needs stribeck beside it; try: stribeck = 0.05",
+        ),
+        (
+            "hinge",
+            "friction",
+            "{ coulomb = 1, velocity = 0.01, stribeck = 0.1 }",
+            "joints.hinge.friction): stribeck needs static beside it; try: static = the effort that breaks it loose",
+        ),
+        (
+            "hinge",
+            "friction",
+            "{ coulomb = 1, velocity = 0.01, static = 0.5, stribeck = 0.1 }",
+            (
+                "joints.hinge.friction.static): the static friction 0.5 is below the Coulomb friction 1; try: static"
+                " above coulomb"
+            ),
+        ),
+        (
+            "hinge",
+            "friction",
+            "{ coulomb = 1, velocity = 0.01, static = 2, stribeck = 0.01 }",
+            (
+                "joints.hinge.friction.stribeck): the Stribeck velocity 0.01 is not above the regularisation velocity"
+                " 0.01; try: velocity = stribeck / 10"
+            ),
+        ),
     ],
-)  # fmt: skip
+)
 def test_messages(joint: str, key: str, value: str, message: str) -> None:
     assert problem(joint, **{key: value}).partition(" (")[2] == message
 
@@ -188,8 +301,10 @@ def test_a_start_beyond_a_limit_is_noted_with_joint_value_limit_and_effort() -> 
     limits = '{ lower = [-3.07], upper = [-0.07], stiffness = "hard" }'
     scene = read("hinge", limits=limits)
     assert scene.notes == (
-        "joint hinge starts at 0 rad, beyond its upper limit -0.07 rad: the stop pushes back with up to 700 N m; "
-        "try an initial position within the limits",
+        (
+            "joint hinge starts at 0 rad, beyond its upper limit -0.07 rad: the stop pushes back with up to 700 N m; "
+            "try an initial position within the limits"
+        ),
     )
     assert read("hinge", limits=limits, initial="{ position = -1 }").notes == ()
     assert read("hinge", limits=limits, initial="{ position = -0.07 }").notes == ()
@@ -200,6 +315,6 @@ def test_a_start_beyond_a_limit_is_noted_with_joint_value_limit_and_effort() -> 
 
 
 def test_a_scene_that_starts_at_equilibrium_may_lean_on_its_stops() -> None:
-    text = ARM.replace("[joints.hinge]\n", "[joints.hinge]\nlimits = { lower = 0.1, stiffness = \"hard\" }\n")
+    text = ARM.replace("[joints.hinge]\n", '[joints.hinge]\nlimits = { lower = 0.1, stiffness = "hard" }\n')
     assert len(load_toml(text, file="arm.toml").notes) == 1
     assert load_toml(f'{text}[simulation]\nstart = "equilibrium"\n', file="arm.toml").notes == ()

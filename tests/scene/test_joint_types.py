@@ -1,4 +1,5 @@
-"""Helical, cylindrical, universal and planar joints and joints that follow others, as written, and what is wrong with them."""
+"""Helical, cylindrical, universal and planar joints and joints that follow others, as written, and what is wrong with
+them."""
 
 from __future__ import annotations
 
@@ -55,8 +56,10 @@ def test_what_each_type_carries() -> None:
     assert (screw.axis, screw.pitch, screw.stiffness) == ((0.0, 0.0, 1.0), Symbol("parameter", "lead"), Number(3.0))
     sleeve = joint('type = "cylindrical"\naxis = [0, 1, 0]\ndamping = [0.1, 20]\ninitial = { velocity = [1, 2] }')
     assert (sleeve.damping, sleeve.initial_position, sleeve.initial_velocity) == (
-        (Number(0.1), Number(20.0)), (0.0, 0.0), (1.0, 2.0),
-    )  # fmt: skip
+        (Number(0.1), Number(20.0)),
+        (0.0, 0.0),
+        (1.0, 2.0),
+    )
     assert sleeve.each(sleeve.stiffness) == (Number(0.0), Number(0.0))
     cardan = joint('type = "universal"\naxis = [3, 0, 4]\nsecond_axis = [0, -2, 0]\nrotor_inertia = [0.1, "lead"]')
     assert cardan.second_axis == (0.0, -1.0, 0.0) and len(cardan.each(cardan.rotor_inertia)) == 2
@@ -71,7 +74,9 @@ def test_joints_that_follow() -> None:
     scene = load('type = "revolute"\naxis = [0, 0, 1]', SECOND + mimic)
     assert isinstance(scene.joints[1].mimic, Mimic)
     assert (scene.joints[1].mimic.joint, scene.joints[1].mimic.offset) == ("first", Number(0.3))
-    assert load('type = "revolute"\naxis = [0, 0, 1]', SECOND + 'mimic = { joint = "first" }').joints[1].mimic == Mimic("first")
+    assert load('type = "revolute"\naxis = [0, 0, 1]', SECOND + 'mimic = { joint = "first" }').joints[1].mimic == Mimic(
+        "first"
+    )
 
 
 def test_the_builder_takes_the_same() -> None:
@@ -80,9 +85,7 @@ def test_the_builder_takes_the_same() -> None:
     builder.joint("nut", "helical", "a", "b", axis=[1, 0, 0], pitch=0.01)
     builder.joint("slide", "prismatic", "a", "c", axis=[1, 0, 0], mimic={"joint": "nut", "multiplier": 0.5})
     builder.torsion_spring("twist", "cardan", "nut", stiffness=3.0, first_index=1)
-    builder.constraint(
-        "screw", "helical", {"body": "base", "rotation": []}, {"body": "c", "rotation": []}, pitch=0.2
-    )
+    builder.constraint("screw", "helical", {"body": "base", "rotation": []}, {"body": "c", "rotation": []}, pitch=0.2)
     scene = builder.build()
     assert (scene.torsion_springs[0].first_index, scene.torsion_springs[0].second_index) == (1, 0)
     assert scene.constraints[0].pitch == Number(0.2)
@@ -92,13 +95,22 @@ def test_the_builder_takes_the_same() -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ('type = "helical"\naxis = [0, 0, 1]', "(joints.first): a helical joint needs a pitch; try: pitch = 0.01, in m/rad"),
+        (
+            'type = "helical"\naxis = [0, 0, 1]',
+            "(joints.first): a helical joint needs a pitch; try: pitch = 0.01, in m/rad",
+        ),
         (
             'type = "helical"\naxis = [0, 0, 1]\npitch = "still"',
-            "(joints.first.pitch): a screw with a pitch of 0 does not travel; try: a pitch in m/rad, or type = \"revolute\"",
+            (
+                "(joints.first.pitch): a screw with a pitch of 0 does not travel; try: a pitch in m/rad, or type ="
+                ' "revolute"'
+            ),
         ),
         ('type = "helical"\npitch = 1', "(joints.first): a helical joint needs an axis; try: axis = [0, 0, 1]"),
-        ('type = "revolute"\naxis = [0, 0, 1]\npitch = 1', "(joints.first.pitch): a revolute joint has no pitch; try: type"),
+        (
+            'type = "revolute"\naxis = [0, 0, 1]\npitch = 1',
+            "(joints.first.pitch): a revolute joint has no pitch; try: type",
+        ),
         (
             'type = "universal"\naxis = [0, 0, 1]',
             "(joints.first): a universal joint needs a second_axis; try: second_axis = [0, 1, 0]",
@@ -133,7 +145,10 @@ def test_the_builder_takes_the_same() -> None:
         ),
         (
             'type = "planar"\naxis = [0, 0, 1]\nmimic = { joint = "second" }',
-            "(joints.first.mimic): a planar joint cannot follow another: it has 3 coordinates; try: a joint with one coordinate",
+            (
+                "(joints.first.mimic): a planar joint cannot follow another: it has 3 coordinates; try: a joint with"
+                " one coordinate"
+            ),
         ),
         (
             'type = "revolute"\naxis = [0, 0, 1]\nmimic = { joint = "first" }',
@@ -145,8 +160,10 @@ def test_the_builder_takes_the_same() -> None:
         ),
         (
             'type = "revolute"\naxis = [0, 0, 1]\nmimic = { joint = "second" }\ninitial = { position = 1 }',
-            "(joints.first.initial.position): a joint that follows another has no initial state of its own; "
-            "try: the initial state of 'second'",
+            (
+                "(joints.first.initial.position): a joint that follows another has no initial state of its own; "
+                "try: the initial state of 'second'"
+            ),
         ),
         (
             'type = "revolute"\naxis = [0, 0, 1]\nmimic = { joint = "second", multiplyer = 2 }',
@@ -175,7 +192,10 @@ def test_coordinates_in_formulas_are_counted() -> None:
     universal = 'type = "universal"\naxis = [0, 0, 1]\nsecond_axis = [0, 1, 0]'
     assert load(universal, SECOND + effort.format(1, "q.first[1] - v.first[0]")).efforts[0].index == 1
     assert "the universal joint first has no component 2" in problems(universal, SECOND + effort.format(2, "1"))[0]
-    assert "q.first has 2 components (column 1); try: q.first[0]" in problems(universal, SECOND + effort.format(0, "q.first"))[0]
+    assert (
+        "q.first has 2 components (column 1); try: q.first[0]"
+        in problems(universal, SECOND + effort.format(0, "q.first"))[0]
+    )
 
 
 @pytest.mark.parametrize(
@@ -186,14 +206,20 @@ def test_coordinates_in_formulas_are_counted() -> None:
     ],
 )
 def test_springs_between_angles(spring: str, message: str) -> None:
-    (found,) = problems('type = "planar"\naxis = [0, 0, 1]', SECOND + f"[torsion_springs.twist]\nstiffness = 1\n{spring}\n")
+    (found,) = problems(
+        'type = "planar"\naxis = [0, 0, 1]', SECOND + f"[torsion_springs.twist]\nstiffness = 1\n{spring}\n"
+    )
     assert message in found
 
 
 @pytest.mark.parametrize(
     ("kind", "inertia", "message"),
     [
-        ('type = "universal"\naxis = [1, 0, 0]\nsecond_axis = [0, 1, 0]', "", "lacks inertia about two axes through its centre"),
+        (
+            'type = "universal"\naxis = [1, 0, 0]\nsecond_axis = [0, 1, 0]',
+            "",
+            "lacks inertia about two axes through its centre",
+        ),
         ('type = "planar"\naxis = [1, 0, 0]', "", "what it carries lacks inertia about its normal, or mass"),
         ('type = "cylindrical"\naxis = [1, 0, 0]', "", "what it carries has no inertia about its axis"),
         ('type = "cylindrical"\naxis = [1, 0, 0]\nrotor_inertia = [0.1, 0]', "", ""),

@@ -1,4 +1,5 @@
-"""Drives and motions of the base that jump are refused at the build and at the run; laws that are smooth enough are not."""
+"""Drives and motions of the base that jump are refused at the build and at the run; laws that are smooth enough are
+not."""
 
 from __future__ import annotations
 
@@ -44,7 +45,10 @@ def jumping(scene: eomgen.Scene) -> list[eomgen.Problem]:
         ("1 if 4 < t and t < 4 + 1e-6 else 0", "the driven angle jumps from 0 to 1 rad at t = 4 s"),
         (
             "0 if t < 0.5 else 2 * (t - 0.5)",
-            "the rate of the driven angle jumps from 0 to 2 rad/s at t = 0.5 s, which takes an impulse that no step gives",
+            (
+                "the rate of the driven angle jumps from 0 to 2 rad/s at t = 0.5 s, which takes an impulse that no step"
+                " gives"
+            ),
         ),
         ("abs(t - 1)", "the rate of the driven angle jumps from -1 to 1 rad/s at t = 1 s"),
         ("min(t, 3)", "the rate of the driven angle jumps from 1 to 0 rad/s at t = 3 s"),
@@ -60,18 +64,31 @@ def test_a_drive_that_jumps_is_refused_with_its_place_and_time(drive: str, what:
     [problem] = caught.value.problems
     assert re.fullmatch(r"test_motion_laws\.py:\d+ \(constraints\.motor\.drive\)", problem.where)
     assert problem.what.startswith(what)
-    assert problem.hint.startswith('a law that is smooth there, such as a curve with interpolation = "quintic", or a force')
+    assert problem.hint.startswith(
+        'a law that is smooth there, such as a curve with interpolation = "quintic", or a force'
+    )
 
 
 @pytest.mark.parametrize(
     "drive",
     [
-        "2 * t", "0.3 * sin(2 * t) + late * t**2", "tanh((t - 0.7) / width)", "exp(-t / late)",
-        "0.5 * (1 - cos(pi * t)) if t < 1 else 1", "max(0, t - 1)**2", "abs(t - 1) * (t - 1)", "abs(sin(t))**3",
-        "t if t >= 0 else 0", "0.3333333 * t**3 if t < 1 else 0.3333333 + (t - 1)", "sqrt((t - 3)**2 + 1e-12)",
-        "atan2(sin(3 * t), cos(3 * t))", "100 * t if t < 1 else 100 * t + 2 * pi", "1 if t > 100 else 0", "size * sign(t - 2)",
+        "2 * t",
+        "0.3 * sin(2 * t) + late * t**2",
+        "tanh((t - 0.7) / width)",
+        "exp(-t / late)",
+        "0.5 * (1 - cos(pi * t)) if t < 1 else 1",
+        "max(0, t - 1)**2",
+        "abs(t - 1) * (t - 1)",
+        "abs(sin(t))**3",
+        "t if t >= 0 else 0",
+        "0.3333333 * t**3 if t < 1 else 0.3333333 + (t - 1)",
+        "sqrt((t - 3)**2 + 1e-12)",
+        "atan2(sin(3 * t), cos(3 * t))",
+        "100 * t if t < 1 else 100 * t + 2 * pi",
+        "1 if t > 100 else 0",
+        "size * sign(t - 2)",
     ],
-)  # fmt: skip
+)
 def test_a_drive_that_is_smooth_enough_is_not_refused(drive: str) -> None:
     assert not jumping(driven(drive))
 
@@ -106,7 +123,9 @@ def test_the_motion_of_the_base_is_held_to_the_same() -> None:
 def test_a_run_looks_at_its_own_times_and_parameters() -> None:
     model = eomgen.build(driven("size * (1 if t > late else 0) + 0.3 * t", duration=1.0), profile="quick")
     assert model.simulate(0.1, 1e-2).success
-    with pytest.raises(eomgen.UsageError, match=r"\(constraints\.motor\.drive\): the driven angle jumps from 0\.12 to 0\.92 rad"):
+    with pytest.raises(
+        eomgen.UsageError, match=r"\(constraints\.motor\.drive\): the driven angle jumps from 0\.12 to 0\.92 rad"
+    ):
         model.simulate(0.5, 1e-2, parameters={"size": 0.8, "late": 0.4})
     assert model.simulate(0.3, 1e-2, parameters={"size": 0.8, "late": 0.4}).success
     later = eomgen.build(driven("0.1 * t if t < 2 else 0.2", duration=1.0), profile="quick")
@@ -139,14 +158,17 @@ def test_the_command_line_refuses_what_jumps(tmp_path: Path, capsys: pytest.Capt
 
 
 def test_random_laws_are_judged_by_what_they_do(rng: np.random.Generator) -> None:
-    """Two polynomials that meet with a gap in the value, in the rate, or in neither, at a time that a formula hides or shows."""
+    """Two polynomials that meet with a gap in the value, in the rate, or in neither, at a time that a formula hides or
+    shows."""
     for trial in range(60):
         place = float(rng.uniform(0.5, 9.5))
         a, b, c, d = rng.normal(size=4).tolist()
         value, rate = (float(np.exp(rng.uniform(-6, 2))) * (trial % 3 == k) for k in (1, 2))
         condition = (f"t < {place!r}", f"exp(t / 3) < {math.exp(place / 3)!r}")[trial % 2]
         u = f"(t - {place!r})"
-        drive = f"({a!r} + {b!r}*{u} + {c!r}*{u}**2 if {condition} else {a + value!r} + {b + rate!r}*{u} + {d!r}*{u}**2)"
+        drive = (
+            f"({a!r} + {b!r}*{u} + {c!r}*{u}**2 if {condition} else {a + value!r} + {b + rate!r}*{u} + {d!r}*{u}**2)"
+        )
         [law] = laws_of(driven(drive))
         assert not smooth(law.formula)
         jump = first_jump(law.formula, (), 0.0, 10.0, False)
@@ -193,7 +215,9 @@ def test_a_drive_steeper_than_the_step_is_refused_with_a_step_that_follows_it(wi
 
 def test_a_drive_that_a_step_follows_badly_is_said_and_one_that_it_follows_is_not() -> None:
     said = eomgen.build(carried(1.5e-3), profile="quick").simulate(2.0, 1e-3).message
-    place = r"\(constraints\.motor\.drive\): the driven angle is too steep for a step of 0\.001 s near t = (1|0\.9999\d*) s"
+    place = (
+        r"\(constraints\.motor\.drive\): the driven angle is too steep for a step of 0\.001 s near t = (1|0\.9999\d*) s"
+    )
     assert re.search(place, said)
     assert "% of its range; try: a step of " in said
     assert "too steep" not in eomgen.build(carried(1e-2), profile="quick").simulate(2.0, 1e-3).message
@@ -215,6 +239,8 @@ def test_a_base_steeper_than_the_step_is_refused() -> None:
     builder.joint("hinge", "revolute", "base", "link", axis=[0, 1, 0])
     scene = builder.base(["0.1 * tanh((t - 1) / 1e-4)", 0, 0]).build()
     model = eomgen.build(scene, profile="quick")
-    with pytest.raises(eomgen.UsageError, match=r"the position of the base is too steep for a step of 0\.001 s near t = 0\.9999"):
+    with pytest.raises(
+        eomgen.UsageError, match=r"the position of the base is too steep for a step of 0\.001 s near t = 0\.9999"
+    ):
         model.simulate(2.0, 1e-3)
     assert model.simulate(0.5, 1e-3).success  # before it

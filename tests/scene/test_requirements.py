@@ -1,4 +1,5 @@
-"""What values must be: one table for the scene as it is read and for parameters that a call gives, with a row for every key."""
+"""What values must be: one table for the scene as it is read and for parameters that a call gives, with a row for every
+key."""
 
 from __future__ import annotations
 
@@ -21,7 +22,9 @@ VALUES = (0.0, -1.0, 2.0, 1e-3, 1e3, -1e-6, 0.5)
 
 def test_every_key_of_parameters_has_a_row_or_may_be_any_number() -> None:
     keys = set(parameter_keys())
-    any_number = UNBOUNDED | {f"{row.section}.{key}" for row in ELEMENTS for key, bound in row.bounds.items() if bound is None}
+    any_number = UNBOUNDED | {
+        f"{row.section}.{key}" for row in ELEMENTS for key, bound in row.bounds.items() if bound is None
+    }
     assert keys == set(ALL_BOUNDS) | any_number and not set(ALL_BOUNDS) & any_number
     related = {key for row in RELATIONS.values() for key in row.keys}
     assert related | set(motion.KEYS) <= keys
@@ -81,7 +84,8 @@ def compare(place: Path, kind: str, X: float) -> bool:
 
 @pytest.mark.parametrize("key", dict.fromkeys(key_at(place) for place in places()))
 def test_a_call_refuses_what_the_scene_refuses_in_the_same_words(key: str, rng: np.random.Generator) -> None:
-    """At one place of each key, by a random formula: whatever refuses a value in the scene, by itself or with others."""
+    """At one place of each key, by a random formula: whatever refuses a value in the scene, by itself or with
+    others."""
     there = [place for place in places() if key_at(place) == key]
     place = there[rng.integers(len(there))]
     kind = FORMULAS[rng.integers(len(FORMULAS))]
@@ -100,45 +104,84 @@ def test_every_place_every_formula(kind: str, rng: np.random.Generator) -> None:
     ("place", "formula", "X", "message"),
     [
         (
-            ("bodies", "slider", "mass"), "X", -1.0,
+            ("bodies", "slider", "mass"),
+            "X",
+            -1.0,
             "(bodies.slider.mass): the mass -1 is negative at X = -1; try: a positive number of kg",
         ),
         (
-            ("bodies", "arm", "inertia", 2), "X / 4", 4.0,
-            "(bodies.arm.inertia): the principal moments 0.298595, 0.399312, 1.00209 violate the triangle inequality: the "
-            "largest exceeds the sum of the other two at X = 4; try: the values of arm about its centre of mass, in its own",
+            ("bodies", "arm", "inertia", 2),
+            "X / 4",
+            4.0,
+            (
+                "(bodies.arm.inertia): the principal moments 0.298595, 0.399312, 1.00209 violate the triangle"
+                " inequality: the largest exceeds the sum of the other two at X = 4; try: the values of arm about its"
+                " centre of mass, in its own"
+            ),
         ),
         (
-            ("joints", "sleeve", "limits", "lower", 1), "-2 * X", -1.5,
-            "(joints.sleeve.limits[1]): the lower limit 3 m is not below the upper one, 2 m at X = -1.5; try: lower below upper",
+            ("joints", "sleeve", "limits", "lower", 1),
+            "-2 * X",
+            -1.5,
+            (
+                "(joints.sleeve.limits[1]): the lower limit 3 m is not below the upper one, 2 m at X = -1.5; try: lower"
+                " below upper"
+            ),
         ),
         (
-            ("joints", "hinge", "friction", "static"), "0.4 * X", 0.5,
-            "(joints.hinge.friction.static): the static friction 0.2 is below the Coulomb friction 0.3 at X = 0.5; try: static",
+            ("joints", "hinge", "friction", "static"),
+            "0.4 * X",
+            0.5,
+            (
+                "(joints.hinge.friction.static): the static friction 0.2 is below the Coulomb friction 0.3 at X = 0.5;"
+                " try: static"
+            ),
         ),
         (
-            ("controllers", "limited", "minimum"), "-X", -2.0,
-            "(controllers.limited.minimum): the range is empty: minimum 2 is not below maximum 1 at X = -2; try: a smaller",
+            ("controllers", "limited", "minimum"),
+            "-X",
+            -2.0,
+            (
+                "(controllers.limited.minimum): the range is empty: minimum 2 is not below maximum 1 at X = -2; try: a"
+                " smaller"
+            ),
         ),
         (
-            ("controllers", "ratio", "integral"), "X", 0.0,
-            "(controllers.ratio): limits need a tracking time where proportional/integral = 1/0 is none at X = 0; try: tracking",
+            ("controllers", "ratio", "integral"),
+            "X",
+            0.0,
+            (
+                "(controllers.ratio): limits need a tracking time where proportional/integral = 1/0 is none at X = 0;"
+                " try: tracking"
+            ),
         ),
         (
-            ("bodies", "slider", "mass"), "X", 0.0,
-            "(joints.rail): the joint rail cannot be moved by a force: it carries neither mass nor inertia, so the inertia "
-            "matrix would be singular at X = 0; try: mass or inertia for the body slider, rotor_inertia, or a fixed joint",
+            ("bodies", "slider", "mass"),
+            "X",
+            0.0,
+            (
+                "(joints.rail): the joint rail cannot be moved by a force: it carries neither mass nor inertia, so the"
+                " inertia matrix would be singular at X = 0; try: mass or inertia for the body slider, rotor_inertia,"
+                " or a fixed joint"
+            ),
         ),
         (
-            ("beams", "rod", "polar_inertia"), "0.01 * X", 0.0,
-            "(beams.rod.torsion): torsion needs the inertia of the sections about the axis, without which it has no inertia at X",
+            ("beams", "rod", "polar_inertia"),
+            "0.01 * X",
+            0.0,
+            (
+                "(beams.rod.torsion): torsion needs the inertia of the sections about the axis, without which it has no"
+                " inertia at X"
+            ),
         ),
         (
-            ("points", "end", "position", 0), "sqrt(X)", -1.0,
+            ("points", "end", "position", 0),
+            "sqrt(X)",
+            -1.0,
             "(points.end.position[0]): sqrt(-1) has no finite value at X = -1; try: other values of the parameters",
         ),
     ],
-)  # fmt: skip
+)
 def test_what_a_call_is_told(place: Path, formula: str, X: float, message: str) -> None:
     checked = Requirements(describe(from_data(scene_with(place, formula))), ("X",))
     with pytest.raises(UsageError) as caught:
@@ -149,14 +192,19 @@ def test_what_a_call_is_told(place: Path, formula: str, X: float, message: str) 
 
 def test_bodies_without_mass_in_absolute_coordinates() -> None:
     scene = {
-        "format": 1, "name": "absolute", "coordinates": "absolute", "parameters": {"X": {"value": 1.0, "tunable": True}},
+        "format": 1,
+        "name": "absolute",
+        "coordinates": "absolute",
+        "parameters": {"X": {"value": 1.0, "tunable": True}},
         "bodies": {"b": {"mass": "X", "inertia": [1, 1, 1]}},
         "joints": {"h": {"type": "revolute", "parent": "base", "child": "b", "axis": [0, 0, 1]}},
-    }  # fmt: skip
+    }
     checked = Requirements(describe(from_data(scene)), ("X",))
     with pytest.raises(UsageError) as caught:
         checked.check(np.array([0.0]))
-    assert "(bodies.b): in absolute coordinates the body b moves on its own, and what it carries lacks mass" in str(caught.value)
+    assert "(bodies.b): in absolute coordinates the body b moves on its own, and what it carries lacks mass" in str(
+        caught.value
+    )
 
 
 def test_followers_without_mass_leave_nothing_to_move() -> None:
@@ -167,9 +215,13 @@ def test_followers_without_mass_leave_nothing_to_move() -> None:
     scene["parameters"]["Y"] = {"value": 0.5, "tunable": True}
     checked = Requirements(describe(from_data(scene)), ("X", "Y"))
     checked.check(np.array([[1.0, 0.5], [1e-3, -2.0]]))
-    with pytest.raises(UsageError, match=r"neither it nor what follows it carries mass or inertia.* at X = 0, Y = 0\.5"):
+    with pytest.raises(
+        UsageError, match=r"neither it nor what follows it carries mass or inertia.* at X = 0, Y = 0\.5"
+    ):
         checked.check(np.array([[1.0, 0.5], [0.0, 0.5]]))
-    with pytest.raises(UsageError, match=r"the joint lead cannot be moved by a force: it carries neither mass nor inertia"):
+    with pytest.raises(
+        UsageError, match=r"the joint lead cannot be moved by a force: it carries neither mass nor inertia"
+    ):
         checked.check(np.array([1.0, 0.0]))
 
 

@@ -44,13 +44,16 @@ def _scene(road: object, **parameters: object) -> Scene:
 @pytest.mark.parametrize("count", [1, 7, 200, 2000])
 def test_variance_of_elevation_is_the_integral_of_the_spectrum(count: int) -> None:
     amplitudes = np.array(road_harmonics("C", 20.0, seed=4, harmonics=count))[:, 0]
-    integral = quad(lambda x: C_CLASS * (math.exp(x) / 0.1) ** -2 * math.exp(x), math.log(LOW), math.log(HIGH), epsrel=1e-13)[0]
+    integral = quad(
+        lambda x: C_CLASS * (math.exp(x) / 0.1) ** -2 * math.exp(x), math.log(LOW), math.log(HIGH), epsrel=1e-13
+    )[0]
     assert np.sum(amplitudes**2) / 2 == pytest.approx(integral, rel=1e-12)
 
 
 @pytest.mark.parametrize("speed", [3.0, 20.0, 90.0])
 def test_variance_of_velocity_is_the_integral_of_the_white_spectrum(speed: float) -> None:
-    # the band's variance sits at its geometric centre n_c: n_c^2 (1/n_1 - 1/n_2) = n_2 - n_1, so velocities are exact as well
+    # the band's variance sits at its geometric centre n_c: n_c^2 (1/n_1 - 1/n_2) = n_2 - n_1, so velocities are exact
+    # as well
     amplitude, frequency, _ = np.array(road_harmonics("C", speed, seed=4, harmonics=300)).T
     white = 4.0 * math.pi**2 * 0.1**2 * C_CLASS * speed  # (m/s)^2 per Hz, over the frequencies speed * n
     assert np.sum((amplitude * frequency) ** 2) / 2 == pytest.approx(white * speed * (HIGH - LOW), rel=1e-12)
@@ -67,7 +70,9 @@ def test_rear_wheel_is_the_front_wheel_later() -> None:
     front, rear = road_harmonics("C", speed, seed=9), road_harmonics("C", speed, seed=9, offset=wheelbase)
     times = np.linspace(0.0, 30.0, 401)
     scale = np.abs(_elevation(front, times)).max()
-    np.testing.assert_allclose(_elevation(rear, times + wheelbase / speed), _elevation(front, times), atol=1e-11 * scale, rtol=0)
+    np.testing.assert_allclose(
+        _elevation(rear, times + wheelbase / speed), _elevation(front, times), atol=1e-11 * scale, rtol=0
+    )
     assert np.abs(_elevation(rear, times) - _elevation(front, times)).max() > 0.1 * scale
 
 
@@ -83,7 +88,8 @@ def test_tracks_of_different_seeds_are_independent() -> None:
     first, second = (np.array(road_harmonics("C", 20.0, seed=seed)) for seed in (1, 2))
     weights = first[:, 0] ** 2 / np.sum(first[:, 0] ** 2)
     correlation = sum(w * cmath.exp(1j * (a - b)) for w, a, b in zip(weights, first[:, 2], second[:, 2], strict=True))
-    assert abs(correlation) < 4.0 * math.sqrt(np.sum(weights**2))  # a random walk of these steps; beyond 4 of them: 1e-7
+    # a random walk of these steps; beyond 4 of them: 1e-7
+    assert abs(correlation) < 4.0 * math.sqrt(np.sum(weights**2))
 
 
 def test_each_class_is_twice_as_high_as_the_one_before() -> None:
@@ -95,7 +101,9 @@ def test_each_class_is_twice_as_high_as_the_one_before() -> None:
 
 
 def test_scene_file_reaches_the_harmonics() -> None:
-    scene = _scene({"class": "D", "speed": "fast", "seed": 5, "offset": "2 * base_half", "harmonics": 30}, fast=25, base_half=1.5)
+    scene = _scene(
+        {"class": "D", "speed": "fast", "seed": 5, "offset": "2 * base_half", "harmonics": 30}, fast=25, base_half=1.5
+    )
     assert scene.inputs[0].harmonics == road_harmonics("D", 25.0, seed=5, offset=3.0, harmonics=30)
     assert scene.inputs[0].given
     assert _scene({"class": "C", "speed": 20}).inputs[0].harmonics == road_harmonics("C", 20.0)
@@ -112,19 +120,43 @@ def test_builder_and_file_say_the_same() -> None:
 @pytest.mark.parametrize(
     ("road", "message"),
     [
-        ({"class": "Z", "speed": 20}, "inputs.road.road.class): 'Z' is not known here; try: one of A, B, C, D, E, F, G or H"),
-        ({"speed": 20}, "inputs.road.road): a road needs one of class, table, points, bump, not none; try: class = \"C\""),
+        (
+            {"class": "Z", "speed": 20},
+            "inputs.road.road.class): 'Z' is not known here; try: one of A, B, C, D, E, F, G or H",
+        ),
+        (
+            {"speed": 20},
+            'inputs.road.road): a road needs one of class, table, points, bump, not none; try: class = "C"',
+        ),
         ({"class": "C", "bump": {"length": 1, "height": 1}, "speed": 20}, "points, bump, not class and bump"),
-        ({"class": "C", "speed": 20, "outside": "hold"}, "road.road.outside): outside is for points and tables, not for a class"),
+        (
+            {"class": "C", "speed": 20, "outside": "hold"},
+            "road.road.outside): outside is for points and tables, not for a class",
+        ),
         ({"clas": "C", "class": "C", "speed": 20}, "road.clas): the key 'clas' is unknown here; try: class"),
         ({"class": "C"}, "inputs.road.road.speed): the key speed is missing"),
-        ({"class": "C", "speed": 0}, "road.speed): the speed 0 m/s is not between 0 and 10000; try: a speed such as 20"),
+        (
+            {"class": "C", "speed": 0},
+            "road.speed): the speed 0 m/s is not between 0 and 10000; try: a speed such as 20",
+        ),
         ({"class": "C", "speed": 2e4}, "the speed 20000 m/s is not between 0 and 10000"),
-        ({"class": "C", "speed": "t"}, "road.speed): time t cannot be used here (column 1); try: fixed parameters only"),
+        (
+            {"class": "C", "speed": "t"},
+            "road.speed): time t cannot be used here (column 1); try: fixed parameters only",
+        ),
         ({"class": "C", "speed": "late"}, "the tunable parameter 'late' cannot be used here"),
-        ({"class": "C", "speed": 20, "offset": 1e7}, "inputs.road.road.offset): the offset 1e+07 m is beyond 1000000 m"),
-        ({"class": "C", "speed": 20, "harmonics": 0}, "0 is out of range here: it should be greater than or equal to 1"),
-        ({"class": "C", "speed": 20, "harmonics": 2001}, "2001 is out of range here: it should be less than or equal to 2000"),
+        (
+            {"class": "C", "speed": 20, "offset": 1e7},
+            "inputs.road.road.offset): the offset 1e+07 m is beyond 1000000 m",
+        ),
+        (
+            {"class": "C", "speed": 20, "harmonics": 0},
+            "0 is out of range here: it should be greater than or equal to 1",
+        ),
+        (
+            {"class": "C", "speed": 20, "harmonics": 2001},
+            "2001 is out of range here: it should be less than or equal to 2000",
+        ),
         ({"class": "C", "speed": 20, "seed": -1}, "inputs.road.road.seed): -1 is out of range here"),
         ({"class": "C", "speed": 20, "seed": 1.5}, "inputs.road.road.seed): a whole number is needed here, not 1.5"),
         ("C", "inputs.road.road): a table is needed here, not 'C'"),

@@ -1,4 +1,5 @@
-"""What a newcomer stumbles over: degrees, follow-on problems, the world, units left out; each message is asserted whole."""
+"""What a newcomer stumbles over: degrees, follow-on problems, the world, units left out; each message is asserted
+whole."""
 
 from __future__ import annotations
 
@@ -55,24 +56,45 @@ child = "ball"
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("", "scene.toml: the scene is empty; try: format = 1, name = \"...\", and [bodies] and [joints]"),
-        (replaced("axis = [0, 1, 0]\n", "").replace("inertia = [0.1, 0.1, 0.01]\n", "inertia = [0.1, 0, 0]\n"),
-         "scene.toml:9 (bodies.link.inertia): the principal moments"),
-        (replaced("axis = [0, 1, 0]\n", ""),
-         "scene.toml:10 (joints.hinge): a revolute joint needs an axis; try: axis = [0, 0, 1]"),
-        (replaced("axis = [0, 1, 0]", 'axis = "y"'),
-         "scene.toml:14 (joints.hinge.axis): a list of 3 entries is needed here, not 'y'; try: [0, 1, 0]"),
-        (replaced("axis = [0, 1, 0]", 'axis = "-z"'),
-         "scene.toml:14 (joints.hinge.axis): a list of 3 entries is needed here, not '-z'; try: [0, 0, -1]"),
-        (replaced('child = "link"\n', ""), 'scene.toml:10 (joints.hinge.child): the key child is missing; try: child = "link"'),
-        (replaced("format = 1", "format = 2"), "scene.toml:1 (format): this eomgen reads format 1, not 2; try: format = 1"),
-        (FLOATING, "scene.toml:6 (joints.root): the joint root cannot be moved by a force: what it carries lacks mass, or inertia"
-         " about some axis through its centre of mass, so the inertia matrix would be singular; try: mass and inertia ="
-         " [xx, yy, zz] for the body ball, or three prismatic joints for a point mass"),
-        (FLOATING.replace("mass = 1", "mass = -1"),
-         "scene.toml:5 (bodies.ball.mass): the mass -1 is negative; try: a positive number of kg"),
+        ("", 'scene.toml: the scene is empty; try: format = 1, name = "...", and [bodies] and [joints]'),
+        (
+            replaced("axis = [0, 1, 0]\n", "").replace("inertia = [0.1, 0.1, 0.01]\n", "inertia = [0.1, 0, 0]\n"),
+            "scene.toml:9 (bodies.link.inertia): the principal moments",
+        ),
+        (
+            replaced("axis = [0, 1, 0]\n", ""),
+            "scene.toml:10 (joints.hinge): a revolute joint needs an axis; try: axis = [0, 0, 1]",
+        ),
+        (
+            replaced("axis = [0, 1, 0]", 'axis = "y"'),
+            "scene.toml:14 (joints.hinge.axis): a list of 3 entries is needed here, not 'y'; try: [0, 1, 0]",
+        ),
+        (
+            replaced("axis = [0, 1, 0]", 'axis = "-z"'),
+            "scene.toml:14 (joints.hinge.axis): a list of 3 entries is needed here, not '-z'; try: [0, 0, -1]",
+        ),
+        (
+            replaced('child = "link"\n', ""),
+            'scene.toml:10 (joints.hinge.child): the key child is missing; try: child = "link"',
+        ),
+        (
+            replaced("format = 1", "format = 2"),
+            "scene.toml:1 (format): this eomgen reads format 1, not 2; try: format = 1",
+        ),
+        (
+            FLOATING,
+            (
+                "scene.toml:6 (joints.root): the joint root cannot be moved by a force: what it carries lacks mass, or"
+                " inertia about some axis through its centre of mass, so the inertia matrix would be singular; try:"
+                " mass and inertia = [xx, yy, zz] for the body ball, or three prismatic joints for a point mass"
+            ),
+        ),
+        (
+            FLOATING.replace("mass = 1", "mass = -1"),
+            "scene.toml:5 (bodies.ball.mass): the mass -1 is negative; try: a positive number of kg",
+        ),
     ],
-)  # fmt: skip
+)
 def test_one_cause_is_one_problem(text: str, expected: str) -> None:
     found = problems(text=text)
     assert found[0].startswith(expected), found
@@ -93,8 +115,10 @@ def test_formulas_that_mention_a_refused_name_are_not_problems() -> None:
     extra = 'rest = "my-mass * 2"\nstiffness = "max * length"\ndamping = "nonsense"'
     found = problems(extra, text)
     assert [problem.partition("(")[2].partition(":")[0] for problem in found] == [
-        "parameters.'my-mass')", "parameters.max)", "joints.hinge.damping)",
-    ]  # fmt: skip
+        "parameters.'my-mass')",
+        "parameters.max)",
+        "joints.hinge.damping)",
+    ]
 
 
 # -- the world ---------------------------------------------------------------------------------------------------------
@@ -154,8 +178,10 @@ def test_energy_is_balanced_with_a_spring_to_the_world() -> None:
 
 
 def test_the_world_is_no_body() -> None:
-    [taken] = problems('[bodies.world]\nmass = 1')
-    assert taken.startswith("scene.toml:15 (bodies.world): the name world is reserved for what rests while the base moves; try: ")
+    [taken] = problems("[bodies.world]\nmass = 1")
+    assert taken.startswith(
+        "scene.toml:15 (bodies.world): the name world is reserved for what rests while the base moves; try: "
+    )
     [pushed] = problems('[forces]\nf = { body = "world" }')
     assert pushed == "scene.toml:16 (forces.f.body): a force on the world moves nothing: it rests; try: a body"
     [parent] = problems(text=replaced('parent = "base"', 'parent = "world"'))
@@ -167,7 +193,10 @@ def test_a_link_named_world() -> None:
     assert next(point.name for point in load_urdf(text).points) == "world"
     scene = load_urdf(text, root="free")
     assert scene.joints[0].child == "world_link"
-    assert scene.notes[0] == "the link world is the body world_link, because world is the name of what rests while the base moves"
+    assert (
+        scene.notes[0]
+        == "the link world is the body world_link, because world is the name of what rests while the base moves"
+    )
 
 
 # -- units and angles --------------------------------------------------------------------------------------------------
@@ -189,8 +218,10 @@ def test_angles_near_a_right_one_are_told_from_exact_ones() -> None:
     for angle in ("1.5708", "-3.1416"):
         assert notes(angle) == [
             f"{exact} elbow",
-            f"angles near a right angle, but not exact, are kept in the placement of the joint shoulder ({angle}): "
-            "pi/2 written in full, 1.5707963267948966, would be made exact and save operations",
+            (
+                f"angles near a right angle, but not exact, are kept in the placement of the joint shoulder ({angle}): "
+                "pi/2 written in full, 1.5707963267948966, would be made exact and save operations"
+            ),
         ]
 
 
@@ -203,8 +234,10 @@ def test_a_constraint_between_two_points_of_the_world_closes_nothing() -> None:
 def test_bodies_of_absolute_coordinates_have_inertia() -> None:
     text = 'coordinates = "absolute"\n' + replaced("inertia = [0.1, 0.1, 0.01]\n", "")
     [found] = problems(text=text)
-    assert found == (
-        "scene.toml:7 (bodies.link): in absolute coordinates the body link moves on its own, and what it carries lacks mass,"
-        " or inertia about some axis through its centre of mass; try: inertia = [xx, yy, zz] above zero, or joint coordinates"
+    assert (
+        found
+        == "scene.toml:7 (bodies.link): in absolute coordinates the body link moves on its own, and what it carries"
+        " lacks mass, or inertia about some axis through its centre of mass; try: inertia = [xx, yy, zz] above zero,"
+        " or joint coordinates"
     )
     assert read(text='coordinates = "absolute"\n' + PENDULUM).coordinates == "absolute"

@@ -79,7 +79,15 @@ def build() -> SceneBuilder:
         .body("trolley", 5)
         .body("load", 2, center_of_mass=np.array([0, -1, 0]), inertia=np.diag([0.1, 0.2, 0.1]))
         .joint("rail", "prismatic", "base", "trolley", axis=[1, 0, 0], damping="damping")
-        .joint("rope", "revolute", "trolley", "load", axis=(0, 0, 1), rotation=[((1, 0, 0), "pi")], initial={"position": 0.1})
+        .joint(
+            "rope",
+            "revolute",
+            "trolley",
+            "load",
+            axis=(0, 0, 1),
+            rotation=[((1, 0, 0), "pi")],
+            initial={"position": 0.1},
+        )
         .point("hook", "load", [0, -1, 0])
         .point("wall", "base")
         .spring("buffer", "hook", "wall", stiffness=10)

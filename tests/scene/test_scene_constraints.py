@@ -75,8 +75,8 @@ def test_frames_by_axis_point_and_rotation() -> None:
     assert pin.second.position == (*ZERO[:2], Operation("mul", (Number(2.0), Symbol("parameter", "crank"))))
     assert np.array(pin.first.orientation)[:, 2].tolist() == [0.0, 1.0, 0.0]
     turned = loop(
-        'type = "prismatic"\nfirst = { body = "crank", position = ["crank", 0, 1], axis = [0, 0, 1], x_axis = [0, 3, 4] }\n'
-        'second = { body = "rod", rotation = [{ axis = [0, 0, 1], angle = "pi/2" }] }\n'
+        'type = "prismatic"\nfirst = { body = "crank", position = ["crank", 0, 1], axis = [0, 0, 1], x_axis = [0, 3, 4]'
+        ' }\nsecond = { body = "rod", rotation = [{ axis = [0, 0, 1], angle = "pi/2" }] }\n'
     )
     assert turned.first.position == (Symbol("parameter", "crank"), Number(0.0), Number(1.0))
     assert turned.first.orientation == turned.second.orientation == ((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
@@ -85,7 +85,9 @@ def test_frames_by_axis_point_and_rotation() -> None:
 
 
 def test_what_belongs_to_one_type() -> None:
-    frames = 'first = { body = "base", axis = [0, 0, 1], x_axis = [1, 0, 0] }\nsecond = { body = "rod", rotation = [] }\n'
+    frames = (
+        'first = { body = "base", axis = [0, 0, 1], x_axis = [1, 0, 0] }\nsecond = { body = "rod", rotation = [] }\n'
+    )
     driven = loop(f'type = "revolute"\ndrive = "2*pi*t"\n{frames}')
     assert driven.drive is not None
     assert evaluate(driven.drive, lambda symbol: {"time": 3.0}[symbol.kind]) == 6.0 * np.pi
@@ -94,13 +96,18 @@ def test_what_belongs_to_one_type() -> None:
     assert (rod.length, rod.radius) == (Symbol("parameter", "crank"), Number(0.0))
     wheel = loop(f'type = "rolling"\nradius = 0.3\n{frames}')
     assert (wheel.radius, wheel.shape) == (Number(0.3), "disc")
-    ball = loop('type = "rolling"\nradius = 0.3\nshape = "sphere"\nfirst = { body = "base", axis = [0, 0, 1] }\nsecond = "tip"\n')
+    ball = loop(
+        'type = "rolling"\nradius = 0.3\nshape = "sphere"\nfirst = { body = "base", axis = [0, 0, 1] }\nsecond ='
+        ' "tip"\n'
+    )
     assert ball.shape == "sphere"
     line = loop('type = "point_on_line"\nfirst = { body = "base", axis = [1, 0, 0] }\nsecond = "tip"\n')
     assert [row[2] for row in line.first.orientation] == [1.0, 0.0, 0.0]
 
 
-@pytest.mark.parametrize("axis", [*np.eye(3), -np.eye(3)[1], np.array([0.6, 0.0, 0.8]), np.array([2.0, -1.0, 2.0]) / 3.0])
+@pytest.mark.parametrize(
+    "axis", [*np.eye(3), -np.eye(3)[1], np.array([0.6, 0.0, 0.8]), np.array([2.0, -1.0, 2.0]) / 3.0]
+)
 def test_frames_about_an_axis(axis: np.ndarray) -> None:
     free, given = frame_about(axis), frame_about(axis, np.array([0.36, 0.48, 0.8]))
     for matrix in (free, given):
@@ -116,14 +123,23 @@ def test_frames_about_an_axis(axis: np.ndarray) -> None:
         ('type = "hinge"\nfirst = "tip"\nsecond = "tip"', "'hinge' is not known here; try: one of spherical,"),
         ('type = "spherical"\nfirst = "tip"', "scene.toml:20 (constraints.loop.second): the key second is missing"),
         ('type = "spherical"\nfirst = 3\nsecond = "tip"', "(constraints.loop.first): a table is needed here, not 3"),
-        ('type = "spherical"\nfirst = "tp"\nsecond = { body = "base" }', "loop.first.point): there is no point 'tp'; try: tip"),
-        ('type = "spherical"\nfirst = { body = "rd" }\nsecond = { body = "base" }', "loop.first.body): there is no body 'rd'"),
+        (
+            'type = "spherical"\nfirst = "tp"\nsecond = { body = "base" }',
+            "loop.first.point): there is no point 'tp'; try: tip",
+        ),
+        (
+            'type = "spherical"\nfirst = { body = "rd" }\nsecond = { body = "base" }',
+            "loop.first.body): there is no body 'rd'",
+        ),
         ('type = "spherical"\nfirst = "tip"\nsecond = "base"', 'base is a body, not a point; try: { body = "base" }'),
         (
             'type = "spherical"\nfirst = { body = "rod", axes = [0, 0, 1] }\nsecond = { body = "base" }',
             "(constraints.loop.first.axes): the key 'axes' is unknown here; try: axis or x_axis",
         ),
-        ('type = "spherical"\nfirst = { position = [1, 0, 0] }\nsecond = "tip"', "the frame belongs to no body; try: body = "),
+        (
+            'type = "spherical"\nfirst = { position = [1, 0, 0] }\nsecond = "tip"',
+            "the frame belongs to no body; try: body = ",
+        ),
         (
             'type = "spherical"\nfirst = { point = "tip", body = "rod" }\nsecond = { body = "base" }',
             "(constraints.loop.first.body): the point gives the body already; try: either point or body",
@@ -142,37 +158,59 @@ def test_frames_about_an_axis(axis: np.ndarray) -> None:
         ),
         (
             'type = "revolute"\nfirst = { point = "tip" }\nsecond = { body = "base", axis = [0, 1, 0] }',
-            "scene.toml:22 (constraints.loop.first): a revolute constraint needs the axes of this frame; "
-            "try: axis = [0, 0, 1], or rotation",
+            (
+                "scene.toml:22 (constraints.loop.first): a revolute constraint needs the axes of this frame; "
+                "try: axis = [0, 0, 1], or rotation"
+            ),
         ),
         (
             'type = "universal"\nfirst = "tip"\nsecond = { body = "base", rotation = [] }',
-            "a universal constraint needs the axes of this frame; try: axis = [0, 0, 1], x_axis = [1, 0, 0], or rotation",
+            (
+                "a universal constraint needs the axes of this frame; try: axis = [0, 0, 1], x_axis = [1, 0, 0], or"
+                " rotation"
+            ),
         ),
         (
-            'type = "revolute"\ndrive = 1\nfirst = { body = "rod", axis = [0, 1, 0] }\nsecond = { body = "base", rotation = [] }',
-            "loop.first): the angle about the axis matters to a driven revolute constraint, and axis does not say it; "
-            "try: x_axis = [1, 0, 0], in the axes of this body, or rotation",
+            (
+                'type = "revolute"\ndrive = 1\nfirst = { body = "rod", axis = [0, 1, 0] }\nsecond = { body = "base",'
+                " rotation = [] }"
+            ),
+            (
+                "loop.first): the angle about the axis matters to a driven revolute constraint, and axis does not say"
+                " it; try: x_axis = [1, 0, 0], in the axes of this body, or rotation"
+            ),
         ),
         (
             'type = "fixed"\nfirst = { point = "tip", axis = [0, 1, 0] }\nsecond = { body = "base" }',
             "(constraints.loop.first): the angle about the axis matters to a fixed constraint",
         ),
         (
-            'type = "fixed"\nfirst = { point = "tip", axis = [0, 1, 0], x_axis = [0, -2, 0] }\nsecond = { body = "base" }',
+            (
+                'type = "fixed"\nfirst = { point = "tip", axis = [0, 1, 0], x_axis = [0, -2, 0] }\nsecond = { body ='
+                ' "base" }'
+            ),
             "(constraints.loop.first.x_axis): x_axis is parallel to axis; try: a direction across it",
         ),
         (
-            'type = "fixed"\nfirst = { point = "tip", axis = [0, 0, 0], x_axis = [1, 0, 0] }\nsecond = { body = "base" }',
+            (
+                'type = "fixed"\nfirst = { point = "tip", axis = [0, 0, 0], x_axis = [1, 0, 0] }\nsecond = { body ='
+                ' "base" }'
+            ),
             "(constraints.loop.first.axis): the axis has no direction",
         ),
         (
             'type = "fixed"\nfirst = { point = "tip", axis = [0, 0, 1], rotation = [] }\nsecond = { body = "base" }',
             "(constraints.loop.first.axis): axis and rotation are both given; try: one of them",
         ),
-        (PIN + "length = 1", "scene.toml:24 (constraints.loop.length): a revolute constraint has no length; try: type = "),
+        (
+            PIN + "length = 1",
+            "scene.toml:24 (constraints.loop.length): a revolute constraint has no length; try: type = ",
+        ),
         (PIN + 'shape = "disc"', "(constraints.loop.shape): a revolute constraint has no shape; try: type = rolling"),
-        (PIN.replace("revolute", "cylindrical") + 'drive = "q.first"', "(constraints.loop.drive): q.first cannot be used here"),
+        (
+            PIN.replace("revolute", "cylindrical") + 'drive = "q.first"',
+            "(constraints.loop.drive): q.first cannot be used here",
+        ),
         (
             'type = "distance"\nfirst = "tip"\nsecond = { body = "base" }',
             "scene.toml:20 (constraints.loop): a distance constraint needs a length; try: length = 1.0",
@@ -187,12 +225,18 @@ def test_frames_about_an_axis(axis: np.ndarray) -> None:
         ),
         (
             'type = "spherical"\nfirst = "tip"\nsecond = { body = "plate" }',
-            "(constraints.loop.second): both frames are in the same rigid body: rod, plate, which fixed joints make one body",
+            (
+                "(constraints.loop.second): both frames are in the same rigid body: rod, plate, which fixed joints make"
+                " one body"
+            ),
         ),
-        ('type = "spherical"\nfirst = "tip"\nsecond = "tip"', "both frames are in the same rigid body: rod; try: frames in two"),
+        (
+            'type = "spherical"\nfirst = "tip"\nsecond = "tip"',
+            "both frames are in the same rigid body: rod; try: frames in two",
+        ),
         (PIN + "[bodies.plate2]\nmass = 1", "no joint carries the body plate2"),
     ],
-)  # fmt: skip
+)
 def test_one_problem(text: str, message: str) -> None:
     (found,) = problems(text + "\n")
     assert message in found
@@ -200,7 +244,9 @@ def test_one_problem(text: str, message: str) -> None:
 
 def test_all_at_once() -> None:
     broken = 'type = "revolute"\nfirst = { body = "bas" }\nsecond = { point = "tp", axis = [0, 0] }\nlength = true\n'
-    found = problems(broken + '[constraints.first]\ntype = "spherical"\nfirst = "tip"\nsecond = { body = "base" }\nradius = 1\n')
+    found = problems(
+        broken + '[constraints.first]\ntype = "spherical"\nfirst = "tip"\nsecond = { body = "base" }\nradius = 1\n'
+    )
     assert [problem.split(": ")[0] for problem in found] == [
         "scene.toml:23 (constraints.loop.second.axis)",
         "scene.toml:24 (constraints.loop.length)",
@@ -235,7 +281,10 @@ def test_coordinates_of_a_file_are_overridden(tmp_path: Path) -> None:
     absolute = load(path, coordinates="absolute")
     assert absolute.coordinates == "absolute"
     assert replace(absolute, coordinates="joint", content=b"") == replace(load(path), content=b"")
-    assert absolute.content == load_toml(FOUR_BAR.replace("format = 1", 'format = 1\ncoordinates = "absolute"') + PIN).content
+    assert (
+        absolute.content
+        == load_toml(FOUR_BAR.replace("format = 1", 'format = 1\ncoordinates = "absolute"') + PIN).content
+    )
     with pytest.raises(UsageError, match="coordinates are 'polar'; try: joint or absolute"):
         load(path, coordinates="polar")  # type: ignore[arg-type]
 
@@ -255,7 +304,9 @@ def test_builder() -> None:
     builder.joint("first", "revolute", "base", "crank", axis=[0, 1, 0])
     builder.joint("second", "revolute", "crank", "rod", axis=[0, 1, 0], position=["crank", 0, 0])
     builder.joint("weld", "fixed", "rod", "plate").point("tip", "rod", [0, 0, "2*crank"])
-    builder.constraint("loop", "revolute", {"body": "base", "axis": np.array([0, 2, 0])}, {"point": "tip", "axis": (0, 1, 0)})
+    builder.constraint(
+        "loop", "revolute", {"body": "base", "axis": np.array([0, 2, 0])}, {"point": "tip", "axis": (0, 1, 0)}
+    )
     text = ABSOLUTE
     built, read_ = builder.build(), read(text=text)
     assert replace(built, source={}) == replace(read_, source={})

@@ -67,7 +67,11 @@ def test_defaults() -> None:
     assert body.inertia == (Number(0.1), Number(0.1), Number(0.01), *ZERO)
     assert scene.gravity == (Number(0.0), Number(0.0), Number(-9.81))
     assert scene.base is None
-    assert (scene.simulation.method, scene.simulation.step, scene.simulation.rho_inf) == ("generalized_alpha", 1e-3, 0.8)
+    assert (scene.simulation.method, scene.simulation.step, scene.simulation.rho_inf) == (
+        "generalized_alpha",
+        1e-3,
+        0.8,
+    )
     assert [(p.name, p.value, p.tunable, p.unit) for p in scene.parameters] == [
         ("length", 0.8, False, ""),
         ("damping", 0.1, True, "N*m*s"),
@@ -77,8 +81,7 @@ def test_defaults() -> None:
 
 
 def test_everything_is_read() -> None:
-    scene = read(
-        """
+    scene = read("""
 stiffness = "3*damping"
 rest = 0.2
 rotor_inertia = 1e-3
@@ -128,8 +131,7 @@ method = "rattlie"
 step = 1e-4
 duration = 2
 record_every = 10
-"""
-    )
+""")
     hinge, ball = scene.joints
     assert (hinge.rest, hinge.rotor_inertia) == (Number(0.2), Number(1e-3))
     assert hinge.stiffness == Operation("mul", (Number(3.0), Symbol("parameter", "damping")))
@@ -192,7 +194,9 @@ def test_quaternions_of_other_norms_are_refused(quaternion: str, message: str) -
 
 
 def test_intrinsic_rotations_agree_as_matrix_and_quaternion() -> None:
-    turns = "[{ axis = [1, 2, 3], angle = 0.7 }, { axis = [0, -1, 1], angle = -1.3 }, { axis = [1, 0, 0], angle = 2.1 }]"
+    turns = (
+        "[{ axis = [1, 2, 3], angle = 0.7 }, { axis = [0, -1, 1], angle = -1.3 }, { axis = [1, 0, 0], angle = 2.1 }]"
+    )
     joint = read(f"rotation = {turns}\ninitial = {{ rotation = {turns} }}", FREE).joints[0]
     w, x, y, z = joint.initial_position[:4]
     expected = [
@@ -251,7 +255,10 @@ def test_byte_order_mark_and_line_ends(tmp_path: Path) -> None:
     [
         (b"format = 1\nname = \xff", "scene.toml:2: byte 18 is not UTF-8; try: the file saved as UTF-8"),
         (b"format = 1\nname = ", "scene.toml: this is not TOML: Invalid value (at end of document)"),
-        (b"format = 1\nname 3", "scene.toml:2: this is not TOML: Expected '=' after a key in a key/value pair (column 6)"),
+        (
+            b"format = 1\nname 3",
+            "scene.toml:2: this is not TOML: Expected '=' after a key in a key/value pair (column 6)",
+        ),
         (b"a = 1\na = 2\n", "scene.toml:2: this is not TOML: Cannot overwrite a value"),
         (b"a = " + b"[" * 5000, "scene.toml: lists or tables are nested too deep"),
         (b"a = " + b"9" * 5000, "this is not TOML"),
@@ -268,7 +275,9 @@ def test_files_that_are_not_toml(tmp_path: Path, content: bytes, message: str) -
 def test_files_that_cannot_be_read(tmp_path: Path) -> None:
     with pytest.raises(FileError, match=r"missing\.toml': cannot be read: No such file or directory"):
         load(tmp_path / "missing.toml")
-    with pytest.raises(UsageError, match=r"is not a kind of file that can be read; try: a \.toml scene or a \.urdf file"):
+    with pytest.raises(
+        UsageError, match=r"is not a kind of file that can be read; try: a \.toml scene or a \.urdf file"
+    ):
         load(tmp_path / "scene.json")
     with pytest.raises(UsageError, match="xacro first"):
         load(tmp_path / "robot.xacro")
@@ -290,14 +299,22 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
         ("format = 1", "format = 2", "scene.toml:1 (format): this eomgen reads format 1, not 2; try: format = 1"),
         ("format = 1\n", "", "scene.toml (format): the key format is missing; try: format = 1"),
         ('"pendulum"', "3", "scene.toml:2 (name): a text is needed here, not 3"),
-        ('"2*length"', "true", "scene.toml:7 (bodies.link.mass): a number or a formula is needed here, not a boolean (true)"),
+        (
+            '"2*length"',
+            "true",
+            "scene.toml:7 (bodies.link.mass): a number or a formula is needed here, not a boolean (true)",
+        ),
         ('"2*length"', "nan", "scene.toml:7 (bodies.link.mass): a finite number is needed here, not nan"),
         ('"2*length"', "-inf", "a finite number is needed here, not -inf"),
         ('"2*length"', "1" + "0" * 400, "a finite number is needed here, not 1000"),
         ('"2*length"', "1979-05-27", "a number or a formula is needed here, not datetime.date(1979, 5, 27)"),
         ('"2*length"', '"-length"', "scene.toml:7 (bodies.link.mass): the mass -0.8 is negative"),
         ('"2*length"', '"2*lenght"', "scene.toml:7 (bodies.link.mass): unknown name 'lenght' (column 3); try: length"),
-        ('"2*length"', '"t"', "scene.toml:7 (bodies.link.mass): time t cannot be used here (column 1); try: parameters only"),
+        (
+            '"2*length"',
+            '"t"',
+            "scene.toml:7 (bodies.link.mass): time t cannot be used here (column 1); try: parameters only",
+        ),
         ('"2*length"', '"1/(length - 0.8)"', "at the default parameters, div(1, 0) has no finite value"),
         ('mass = "2*length"\n', "", "scene.toml:6 (bodies.link.mass): the key mass is missing"),
         ("mass =", "mas =", "scene.toml:7 (bodies.link.mas): the key 'mas' is unknown here; try: mass"),
@@ -314,8 +331,16 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
             "[[1, 0, 0], [1, 1, 0], [0, 0, 1]]",
             "the inertia matrix is not symmetric: entry [0][1] differs from [1][0]",
         ),
-        ("[0.1, 0.1, 0.01]", "[0.1, 0.1, 0.21]", "the principal moments 0.1, 0.1, 0.21 violate the triangle inequality"),
-        ("[0.1, 0.1, 0.01]", "[0.1, 0.1, 0.1, 0.2, 0, 0]", "not positive semidefinite: its principal moments are -0.1, 0.1, 0.3"),
+        (
+            "[0.1, 0.1, 0.01]",
+            "[0.1, 0.1, 0.21]",
+            "the principal moments 0.1, 0.1, 0.21 violate the triangle inequality",
+        ),
+        (
+            "[0.1, 0.1, 0.01]",
+            "[0.1, 0.1, 0.1, 0.2, 0, 0]",
+            "not positive semidefinite: its principal moments are -0.1, 0.1, 0.3",
+        ),
         (
             "[0.1, 0.1, 0.01]",
             '[0.1, "sin(length", 0.01]',
@@ -324,16 +349,36 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
         ('"revolute"', '"hinge"', "'hinge' is not known here; try: one of fixed, revolute, prismatic, helical,"),
         ('"revolute"', '"fixed"', "scene.toml:14 (joints.hinge.axis): a fixed joint has no axis"),
         ('"revolute"', '"free"', "scene.toml:14 (joints.hinge.axis): a free joint has no axis"),
-        ("axis = [0, 1, 0]\n", "", "scene.toml:10 (joints.hinge): a revolute joint needs an axis; try: axis = [0, 0, 1]"),
+        (
+            "axis = [0, 1, 0]\n",
+            "",
+            "scene.toml:10 (joints.hinge): a revolute joint needs an axis; try: axis = [0, 0, 1]",
+        ),
         ("[0, 1, 0]", "[0, 0, 0]", "scene.toml:14 (joints.hinge.axis): the axis has no direction"),
-        ('parent = "base"', 'parent = "bass"', "scene.toml:12 (joints.hinge.parent): there is no body 'bass'; try: base"),
+        (
+            'parent = "base"',
+            'parent = "bass"',
+            "scene.toml:12 (joints.hinge.parent): there is no body 'bass'; try: base",
+        ),
         ('parent = "base"', 'parent = "link"', "the joint connects the body link to itself"),
         ('child = "link"', 'child = "lnk"', "scene.toml:13 (joints.hinge.child): there is no body 'lnk'; try: link"),
         ('child = "link"', 'child = "base"', "the base cannot be a child: it carries the tree"),
-        ("length = 0.8", "length = 0.8\nt = 1", "scene.toml:5 (parameters.t): the name t is a word of formulas; try: t_value"),
+        (
+            "length = 0.8",
+            "length = 0.8\nt = 1",
+            "scene.toml:5 (parameters.t): the name t is a word of formulas; try: t_value",
+        ),
         ("length = 0.8", "length = 0.8\natan2 = 1", "the name atan2 is a word of formulas"),
-        ("length = 0.8", "length = '0.8'", "scene.toml:4 (parameters.length.value): a number is needed here, not '0.8'"),
-        ("tunable = true", "tunable = 1", "scene.toml:5 (parameters.damping.tunable): true or false is needed here, not 1"),
+        (
+            "length = 0.8",
+            "length = '0.8'",
+            "scene.toml:4 (parameters.length.value): a number is needed here, not '0.8'",
+        ),
+        (
+            "tunable = true",
+            "tunable = 1",
+            "scene.toml:5 (parameters.damping.tunable): true or false is needed here, not 1",
+        ),
         ("tunable = true", "tuneable = true", "the key 'tuneable' is unknown here; try: tunable"),
         ("[bodies.link]", "[[bodies]]", "scene.toml:6 (bodies): a table is needed here, not a list"),
     ],
@@ -347,51 +392,96 @@ def test_one_problem(old: str, new: str, message: str) -> None:
 @pytest.mark.parametrize(
     ("extra", "message"),
     [
-        ('orientation = [[1, 0, 0], [0, 1, 0], [0, 0, -1]]', "(joints.hinge.orientation): the matrix is not a rotation"),
-        ('orientation = [[2, 0, 0], [0, 1, 0], [0, 0, 1]]', "rotation: orthonormal and right-handed to 1e-6; try: rotation"),
-        ('orientation = [[1, 0.3, 0], [0, 1, 0], [0, 0, 1]]', "(joints.hinge.orientation): the matrix is not a rotation"),
-        ('orientation = [[0, 0, 0], [0, 0, 0], [0, 0, 0]]', "(joints.hinge.orientation): the matrix is not a rotation"),
-        ('orientation = [[1e200, 0, 0], [0, 1, 0], [0, 0, 1]]', "(joints.hinge.orientation): the matrix is not a rotation"),
+        (
+            "orientation = [[1, 0, 0], [0, 1, 0], [0, 0, -1]]",
+            "(joints.hinge.orientation): the matrix is not a rotation",
+        ),
+        (
+            "orientation = [[2, 0, 0], [0, 1, 0], [0, 0, 1]]",
+            "rotation: orthonormal and right-handed to 1e-6; try: rotation",
+        ),
+        (
+            "orientation = [[1, 0.3, 0], [0, 1, 0], [0, 0, 1]]",
+            "(joints.hinge.orientation): the matrix is not a rotation",
+        ),
+        ("orientation = [[0, 0, 0], [0, 0, 0], [0, 0, 0]]", "(joints.hinge.orientation): the matrix is not a rotation"),
+        (
+            "orientation = [[1e200, 0, 0], [0, 1, 0], [0, 0, 1]]",
+            "(joints.hinge.orientation): the matrix is not a rotation",
+        ),
         ('rotation = [{ axis = [0, 0, 1], angle = "damping" }]', "the tunable parameter 'damping' cannot be used here"),
-        ('rotation = [{ axis = [0, 0, 1] }]', "scene.toml:15 (joints.hinge.rotation[0].angle): the key angle is missing"),
-        ('rotor_inertia = "-length"', "(joints.hinge.rotor_inertia): the rotor inertia -0.8 is negative; try: 0 or more"),
-        ('initial = { position = [1, 2] }', "(joints.hinge.initial.position): a revolute joint needs 1 number, not 2"),
-        ('initial = { velocity = [] }', "the velocity of a revolute joint needs 1 number, not 0"),
-        ('initial = { orientation = [1, 0, 0, 0] }', "a revolute joint has no initial orientation; try: position"),
-        ('initial = { speed = 1 }', "(joints.hinge.initial.speed): the key 'speed' is unknown here; try: one of position,"),
-        ('[inputs]\nlength = {}', "(inputs.length): the name length is both a parameter and an input"),
-        ('[inputs]\nu = { formula = "q.hinge" }', "q.hinge cannot be used here (column 1); try: time, parameters and curves"),
+        (
+            "rotation = [{ axis = [0, 0, 1] }]",
+            "scene.toml:15 (joints.hinge.rotation[0].angle): the key angle is missing",
+        ),
+        (
+            'rotor_inertia = "-length"',
+            "(joints.hinge.rotor_inertia): the rotor inertia -0.8 is negative; try: 0 or more",
+        ),
+        ("initial = { position = [1, 2] }", "(joints.hinge.initial.position): a revolute joint needs 1 number, not 2"),
+        ("initial = { velocity = [] }", "the velocity of a revolute joint needs 1 number, not 0"),
+        ("initial = { orientation = [1, 0, 0, 0] }", "a revolute joint has no initial orientation; try: position"),
+        (
+            "initial = { speed = 1 }",
+            "(joints.hinge.initial.speed): the key 'speed' is unknown here; try: one of position,",
+        ),
+        ("[inputs]\nlength = {}", "(inputs.length): the name length is both a parameter and an input"),
+        (
+            '[inputs]\nu = { formula = "q.hinge" }',
+            "q.hinge cannot be used here (column 1); try: time, parameters and curves",
+        ),
         ('[points]\ntip = { body = "lonk" }', "scene.toml:16 (points.tip.body): there is no body 'lonk'; try: link"),
-        ('[springs]\ns = { first = "a", second = "b" }', "(springs.s.first): there is no point 'a'; try: a [points] section"),
-        ('[points]\na = { body = "link" }\n[springs]\ns = { first = "a", second = "a" }', "connects the point a to itself"),
-        ('[torsion_springs]\ns = { first = "hing" }', "(torsion_springs.s.first): there is no joint 'hing'; try: hinge"),
-        ('[torsion_springs]\ns = { first = "hinge", second = "hinge" }', "the spring connects the joint hinge to itself"),
+        (
+            '[springs]\ns = { first = "a", second = "b" }',
+            "(springs.s.first): there is no point 'a'; try: a [points] section",
+        ),
+        (
+            '[points]\na = { body = "link" }\n[springs]\ns = { first = "a", second = "a" }',
+            "connects the point a to itself",
+        ),
+        (
+            '[torsion_springs]\ns = { first = "hing" }',
+            "(torsion_springs.s.first): there is no joint 'hing'; try: hinge",
+        ),
+        (
+            '[torsion_springs]\ns = { first = "hinge", second = "hinge" }',
+            "the spring connects the joint hinge to itself",
+        ),
         ('[forces]\nf = { body = "base" }', "a force on the base moves nothing: its motion is prescribed; try: a body"),
         ('[forces]\nf = { body = "link", axes = "local" }', "'local' is not known here; try: one of world or body"),
-        ('[forces]\nf = { body = "link", force = ["a.hinge", 0, 0] }', "(forces.f.force[0]): a.hinge cannot be used here"),
+        (
+            '[forces]\nf = { body = "link", force = ["a.hinge", 0, 0] }',
+            "(forces.f.force[0]): a.hinge cannot be used here",
+        ),
         ('[efforts]\ne = { joint = "hinge", effort = 1, index = 1 }', "the revolute joint hinge has no component 1"),
-        ('[efforts]\ne = { joint = "hinge", effort = 1, index = true }', "a whole number is needed here, not a boolean (true)"),
-        ('[outputs]\no = {}', "an output needs one of position, velocity, acceleration, formula, energy, not none"),
+        (
+            '[efforts]\ne = { joint = "hinge", effort = 1, index = true }',
+            "a whole number is needed here, not a boolean (true)",
+        ),
+        ("[outputs]\no = {}", "an output needs one of position, velocity, acceleration, formula, energy, not none"),
         ('[outputs]\no = { position = "tip", energy = "total" }', "not position and energy"),
         ('[outputs]\no = { energy = "totl" }', "(outputs.o.energy): there is no energy 'totl'; try: total"),
-        ('[outputs]\no = { formula = [] }', "the list of formulas is empty"),
-        ('[simulation]\nstep = 0', "scene.toml:16 (simulation.step): the step 0 is not positive; try: 1e-3"),
-        ('[simulation]\nduration = -1', "the duration -1 is negative"),
-        ('[simulation]\nrho_inf = 1.5', "rho_inf 1.5 is not between 0 and 1"),
-        ('[simulation]\nrecord_every = 0', "(simulation.record_every): 0 is out of range here: it should be greater"),
+        ("[outputs]\no = { formula = [] }", "the list of formulas is empty"),
+        ("[simulation]\nstep = 0", "scene.toml:16 (simulation.step): the step 0 is not positive; try: 1e-3"),
+        ("[simulation]\nduration = -1", "the duration -1 is negative"),
+        ("[simulation]\nrho_inf = 1.5", "rho_inf 1.5 is not between 0 and 1"),
+        ("[simulation]\nrecord_every = 0", "(simulation.record_every): 0 is out of range here: it should be greater"),
         ('[simulation]\nmethod = "../x"', "'../x' is not the name of a method"),
-        ('[bodies.base]\nmass = 1', "the name base is reserved for the frame that carries the tree"),
-        ('[bodies.lost]\nmass = 1', "scene.toml:15 (bodies.lost): no joint carries the body lost; try: a joint with"),
+        ("[bodies.base]\nmass = 1", "the name base is reserved for the frame that carries the tree"),
+        ("[bodies.lost]\nmass = 1", "scene.toml:15 (bodies.lost): no joint carries the body lost; try: a joint with"),
         ('[joints.second]\ntype = "fixed"\nparent = "base"\nchild = "link"', "the body link is already carried by"),
     ],
-)  # fmt: skip
+)
 def test_one_problem_added(extra: str, message: str) -> None:
     found = problems(extra)
     assert any(message in problem for problem in found), found
 
 
 def test_spring_forces_know_no_tension() -> None:
-    spring = '[points]\na = { body = "link" }\nb = { body = "base" }\n[springs.s]\nfirst = "a"\nsecond = "b"\nforce = "FORCE"'
+    spring = (
+        '[points]\na = { body = "link" }\nb = { body = "base" }\n[springs.s]\nfirst = "a"\nsecond = "b"\nforce ='
+        ' "FORCE"'
+    )
     assert problems(spring.replace("FORCE", "2*tension.s")) == [
         "scene.toml:21 (springs.s.force): tension.s cannot be used here (column 3); "
         "try: time, parameters, inputs, states, positions and velocities (not accelerations or tensions) only"
@@ -443,8 +533,13 @@ def chain(*links: str) -> str:
     text = 'format = 1\nname = "chain"\n'
     for number, link in enumerate(links):
         kind, mass, inertia, rotor = link.split()
-        text += f"[bodies.b{number}]\nmass = {mass}\ncenter_of_mass = [0, 0, -1]\ninertia = [{', '.join([inertia] * 3)}]\n"
-        text += f'[joints.j{number}]\ntype = "{kind}"\nparent = "{f"b{number - 1}" if number else "base"}"\nchild = "b{number}"\n'
+        text += (
+            f"[bodies.b{number}]\nmass = {mass}\ncenter_of_mass = [0, 0, -1]\ninertia = [{', '.join([inertia] * 3)}]\n"
+        )
+        text += (
+            f'[joints.j{number}]\ntype = "{kind}"\nparent = "{f"b{number - 1}" if number else "base"}"\nchild ='
+            f' "b{number}"\n'
+        )
         if kind in ("revolute", "prismatic"):
             text += f"axis = [0, 0, 1]\nrotor_inertia = {rotor}\n"
     return text
@@ -622,6 +717,8 @@ def test_json_schema() -> None:
 
 
 def test_the_scene_needs_no_pydantic() -> None:
-    program = "import sys, eomgen.scene.scene, eomgen.scene.load, eomgen.scene.builder; print('pydantic' in sys.modules)"
+    program = (
+        "import sys, eomgen.scene.scene, eomgen.scene.load, eomgen.scene.builder; print('pydantic' in sys.modules)"
+    )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout == "False\n"

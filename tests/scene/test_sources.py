@@ -14,7 +14,7 @@ from eomgen.scene.sources.register import BUILT_IN, all_options, source_of, sour
 from eomgen.scene.sources.source import Source
 
 #: A format of somebody else: as many equal links, one below the other, as the file says.
-CHAINS = '''
+CHAINS = """
 from eomgen import DescriptionError, Problem
 from eomgen.scene.sources.source import Option, Read, Source
 
@@ -35,7 +35,7 @@ def read(text, *, file, strict=False, included=False, mass=1.0, long=False):
 
 
 CHAINS = Source("chains", (".chain",), "a .chain file", read, (Option("long", False, "links of two metres"),))
-'''
+"""
 
 
 @pytest.fixture
@@ -116,4 +116,5 @@ def test_a_distribution_that_is_broken_is_named(installed: Path, text: str, what
     name = r"the entry point 'chains' \(chainfiles:CHAINS\) in eomgen\.sources of the distribution chainfiles"
     with pytest.raises(eomgen.UsageError, match=f"{name} {what}; try: another version of chainfiles, or uninstall it"):
         eomgen.load("rope.chain")
-    assert eomgen.load(Path(__file__).parents[2] / "examples/four_bar/scene.toml").name == "four_bar"  # needs no other source
+    # needs no other source
+    assert eomgen.load(Path(__file__).parents[2] / "examples/four_bar/scene.toml").name == "four_bar"

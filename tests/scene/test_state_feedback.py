@@ -1,4 +1,5 @@
-"""State feedback and skyhook in scene files: parameters with generated names, included files, and what is refused how."""
+"""State feedback and skyhook in scene files: parameters with generated names, included files, and what is refused
+how."""
 
 from __future__ import annotations
 
@@ -74,7 +75,13 @@ def test_gains_are_parameters_with_names_of_their_own() -> None:
 
 def test_the_output_is_minus_gains_times_deviations() -> None:
     (controller,) = read(GIVEN).controllers
-    state = {("q", "body"): 0.03, ("v", "body"): -0.2, ("q", "wheel"): 0.004, ("input", "road"): 0.001, ("time", ""): 2.0}
+    state = {
+        ("q", "body"): 0.03,
+        ("v", "body"): -0.2,
+        ("q", "wheel"): 0.004,
+        ("input", "road"): 0.001,
+        ("time", ""): 2.0,
+    }
     gains = {"ride_position_gain_body": 7.0, "ride_velocity_gain_body": 11.0, "ride_gain_tyre": 13.0}
 
     def value(symbol: Symbol) -> float:
@@ -97,7 +104,8 @@ def test_several_outputs_have_gains_each() -> None:
     values = {item.name: item.value for item in scene.parameters}
     assert (values["ride_up_position_gain_body"], values["ride_down_position_gain_body"]) == (1.0, 2.0)
     assert values["ride_down_velocity_gain_body"] == 0.0
-    assert {item.output.name for item in scene.controllers} == {"min"}  # type: ignore[union-attr]  # limited outputs are operations
+    # limited outputs are operations
+    assert {item.output.name for item in scene.controllers} == {"min"}  # type: ignore[union-attr]
 
 
 CALIBRATED = """\
@@ -123,14 +131,17 @@ def test_references_of_what_is_calibrated_are_parameters() -> None:
 
 def test_formulas_may_use_gains() -> None:
     scene = read(GIVEN + '[outputs.share]\nformula = "ride_gain_tyre * ride"\n')
-    assert Symbol("parameter", "ride_gain_tyre") in scene.outputs[-1].values[0].arguments  # type: ignore[union-attr]  # a product
+    # a product
+    assert Symbol("parameter", "ride_gain_tyre") in scene.outputs[-1].values[0].arguments  # type: ignore[union-attr]
 
 
 def test_an_included_file_brings_its_feedback(tmp_path: Path) -> None:
     """Every name of it gets the prefix, those of joints inside the names of gains too."""
     inner = QUARTER.replace("TENSION", "ride + 0 * ride_position_gain_body") + CALIBRATED
     (tmp_path / "quarter.toml").write_text(inner)
-    outer = 'format = 1\nname = "half"\n[include]\nleft = { file = "quarter.toml" }\nright = { file = "quarter.toml" }\n'
+    outer = (
+        'format = 1\nname = "half"\n[include]\nleft = { file = "quarter.toml" }\nright = { file = "quarter.toml" }\n'
+    )
     (tmp_path / "half.toml").write_text(outer)
     scene = eomgen.load(tmp_path / "half.toml")
     left, right = scene.feedback
@@ -146,7 +157,9 @@ def test_a_builder_says_the_same() -> None:
     builder = eomgen.SceneBuilder("same", gravity=[0, 0, 0]).body("cart", 1.0)
     builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0])
     calibration = {"method": "pole_placement", "poles": [[-1, 2], [-1, -2]]}
-    builder.controller("hold", "state_feedback", coordinates=["rail"], calibration=calibration).effort("hold", "rail", "hold")
+    builder.controller("hold", "state_feedback", coordinates=["rail"], calibration=calibration).effort(
+        "hold", "rail", "hold"
+    )
     (feedback,) = builder.build().feedback
     assert feedback.calibration is not None
     assert feedback.calibration.poles == (-1 + 2j, -1 - 2j)
@@ -159,69 +172,139 @@ HELD = FEEDBACK + 'coordinates = ["body", "wheel"]\n'
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (FEEDBACK, "a state_feedback needs coordinates or signals; try: coordinates = [\"joint\"]"),
-        (HELD, "a state_feedback needs gains or a calibration; try: [controllers.ride.calibration] and method = \"lqr\""),
-        (HELD + "signal = 1\nposition_gains = { body = 1 }", "signal has no meaning for state_feedback; try: no signal"),
-        (HELD + "proportional = 1\nposition_gains = { body = 1 }",
-         "proportional has no meaning for state_feedback; try: type = pi or pid"),
-        (FEEDBACK + 'coordinates = ["bodi"]\nposition_gains = { bodi = 1 }',
-         "there is no joint 'bodi'; try: body"),
-        (FEEDBACK + 'coordinates = ["body", "body"]\nposition_gains = { body = 1 }',
-         "the joint body is named twice; try: each joint once"),
+        (FEEDBACK, 'a state_feedback needs coordinates or signals; try: coordinates = ["joint"]'),
+        (HELD, 'a state_feedback needs gains or a calibration; try: [controllers.ride.calibration] and method = "lqr"'),
+        (
+            HELD + "signal = 1\nposition_gains = { body = 1 }",
+            "signal has no meaning for state_feedback; try: no signal",
+        ),
+        (
+            HELD + "proportional = 1\nposition_gains = { body = 1 }",
+            "proportional has no meaning for state_feedback; try: type = pi or pid",
+        ),
+        (FEEDBACK + 'coordinates = ["bodi"]\nposition_gains = { bodi = 1 }', "there is no joint 'bodi'; try: body"),
+        (
+            FEEDBACK + 'coordinates = ["body", "body"]\nposition_gains = { body = 1 }',
+            "the joint body is named twice; try: each joint once",
+        ),
         (HELD + "position_gains = { bodi = 1 }", "there is no coordinate of ride 'bodi'; try: body"),
         (HELD + "signal_gains = { tyre = 1 }", "there is no signal of ride 'tyre'; try: without signal_gains"),
-        (HELD + "position_gains = { body = [1, 2] }",
-         "2 gains given for 1 output; try: one gain for each output"),
+        (HELD + "position_gains = { body = [1, 2] }", "2 gains given for 1 output; try: one gain for each output"),
         (HELD + "position_gains = { body = nan }", "a finite number is needed here, not nan"),
         (HELD + 'position_gains = { body = "stiff" }', "a number is needed here, not 'stiff'"),
-        (HELD + 'position_gains = { body = 1 }\ncalibration = { method = "lqr", effort_weights = 1 }',
-         "gains are given, and a calibration that would find them, too; try: one of them"),
-        (HELD + 'outputs = ["a b"]\nposition_gains = { body = 1 }',
-         "the controller makes a parameter 'ride_a b_position_gain_body', whose name is not legal; try: up to 64 ASCII letters"),
+        (
+            HELD + 'position_gains = { body = 1 }\ncalibration = { method = "lqr", effort_weights = 1 }',
+            "gains are given, and a calibration that would find them, too; try: one of them",
+        ),
+        (
+            HELD + 'outputs = ["a b"]\nposition_gains = { body = 1 }',
+            (
+                "the controller makes a parameter 'ride_a b_position_gain_body', whose name is not legal; try: up to 64"
+                " ASCII letters"
+            ),
+        ),
         (HELD + 'calibration = { method = "lqg" }', "'lqg' is not known here; try: one of lqr, imsc or pole_placement"),
-        (HELD + 'calibration = { method = "lqr", poles = [[-1, 0]] }',
-         "poles has no meaning for lqr; try: method = pole_placement"),
-        (HELD + 'calibration = { method = "lqr", position_weights = { bodi = 1 } }', "there is no joint 'bodi'; try: body"),
-        (HELD + 'calibration = { method = "lqr", output_weights = { comfort = 1 } }',
-         "there is no output 'comfort'; try: one of acceleration"),
-        (HELD + 'calibration = { method = "lqr", velocity_weights = { body = -2 } }',
-         "the weight -2 is negative; try: 0 or more"),
-        (HELD + 'calibration = { method = "lqr", effort_weights = [1, 2] }',
-         "2 numbers given for 1 output; try: a list of 1"),
-        (HELD + 'calibration = { method = "lqr", effort_weights = -1 }', "effort_weights of -1 cannot be; try: 0 or more"),
+        (
+            HELD + 'calibration = { method = "lqr", poles = [[-1, 0]] }',
+            "poles has no meaning for lqr; try: method = pole_placement",
+        ),
+        (
+            HELD + 'calibration = { method = "lqr", position_weights = { bodi = 1 } }',
+            "there is no joint 'bodi'; try: body",
+        ),
+        (
+            HELD + 'calibration = { method = "lqr", output_weights = { comfort = 1 } }',
+            "there is no output 'comfort'; try: one of acceleration",
+        ),
+        (
+            HELD + 'calibration = { method = "lqr", velocity_weights = { body = -2 } }',
+            "the weight -2 is negative; try: 0 or more",
+        ),
+        (
+            HELD + 'calibration = { method = "lqr", effort_weights = [1, 2] }',
+            "2 numbers given for 1 output; try: a list of 1",
+        ),
+        (
+            HELD + 'calibration = { method = "lqr", effort_weights = -1 }',
+            "effort_weights of -1 cannot be; try: 0 or more",
+        ),
         (HELD + 'calibration = { method = "imsc" }', "imsc needs effort_weights; try: effort_weights = 1e-3"),
-        (HELD + 'calibration = { method = "imsc", effort_weights = 0 }', "effort_weights of 0 cannot be; try: a number above 0"),
-        (HELD + 'calibration = { method = "pole_placement" }',
-         "pole_placement needs damping_ratios of modes, or poles; try: damping_ratios = 0.3"),
-        (HELD + 'calibration = { method = "pole_placement", modes = [1, 2], damping_ratios = 0.3, frequencies = [1] }',
-         "1 number given for 2 modes; try: a list of 2"),
-        (HELD + 'calibration = { method = "pole_placement", poles = [[-1, 2]], modes = [1] }',
-         "poles are given, and modes, frequencies or damping ratios too; try: one of both ways"),
-        (HELD + 'calibration = { method = "pole_placement", poles = [[-1]] }', "a list of 2 entries is needed here, not 1"),
-        ('[controllers.sky]\ntype = "skyhook"\n', "a skyhook controller needs spring; try: spring = \"suspension\""),
-        ('[controllers.sky]\ntype = "skyhook"\nspring = "suspensio"\ndamping = 1',
-         "there is no spring 'suspensio'; try: suspension"),
-        ('[controllers.sky]\ntype = "skyhook"\nspring = "suspension"',
-         "a skyhook controller needs damping or groundhook; try: damping = 2000"),
-        ('[controllers.sky]\ntype = "skyhook"\nspring = "suspension"\ndamping = -1', "damping is negative (-1); try: 0 or more"),
-        ('[controllers.sky]\ntype = "skyhook"\nspring = "suspension"\ndamping = 1\nwidth = 1',
-         "width has no meaning for a skyhook that is not clipped; try: clipped = true"),
-        ('[controllers.sky]\ntype = "skyhook"\nspring = "suspension"\ndamping = 1\nclipped = true',
-         "a clipped skyhook needs maximum_damping: no damper is infinitely hard; try: maximum_damping = 4000"),
-        ('[controllers.sky]\ntype = "skyhook"\nspring = "suspension"\ndamping = 1\nclipped = true\nminimum_damping = "soft"\n'
-         "maximum_damping = 200", "the range is empty: minimum_damping 300 is not below maximum_damping 200; "
-         "try: a smaller minimum_damping"),
-        ('[controllers.sky]\ntype = "skyhook"\nspring = "suspension"\ndamping = 1\nclipped = true\n'
-         "maximum_damping = 200\nwidth = 0",
-         "the width 0 m/s is not positive; try: 0.01, or no width"),
-        ('[parameters.ride_position_gain_body]\nvalue = 1\n' + HELD + "position_gains = { body = 1 }",
-         "the controller makes a parameter ride_position_gain_body, and there is a parameter of that name; "
-         "try: another name for one of them"),
-        ('[controllers.a]\ntype = "state_feedback"\noutputs = ["b_c"]\ncoordinates = ["body"]\nposition_gains = { body = 1 }\n'
-         '[controllers.a_b]\ntype = "state_feedback"\noutputs = ["c"]\ncoordinates = ["body"]\nposition_gains = { body = 1 }\n',
-         "the controllers a and a_b both make a parameter a_b_c_position_gain_body; try: another name for one of them"),
+        (
+            HELD + 'calibration = { method = "imsc", effort_weights = 0 }',
+            "effort_weights of 0 cannot be; try: a number above 0",
+        ),
+        (
+            HELD + 'calibration = { method = "pole_placement" }',
+            "pole_placement needs damping_ratios of modes, or poles; try: damping_ratios = 0.3",
+        ),
+        (
+            HELD
+            + 'calibration = { method = "pole_placement", modes = [1, 2], damping_ratios = 0.3, frequencies = [1] }',
+            "1 number given for 2 modes; try: a list of 2",
+        ),
+        (
+            HELD + 'calibration = { method = "pole_placement", poles = [[-1, 2]], modes = [1] }',
+            "poles are given, and modes, frequencies or damping ratios too; try: one of both ways",
+        ),
+        (
+            HELD + 'calibration = { method = "pole_placement", poles = [[-1]] }',
+            "a list of 2 entries is needed here, not 1",
+        ),
+        ('[controllers.sky]\ntype = "skyhook"\n', 'a skyhook controller needs spring; try: spring = "suspension"'),
+        (
+            '[controllers.sky]\ntype = "skyhook"\nspring = "suspensio"\ndamping = 1',
+            "there is no spring 'suspensio'; try: suspension",
+        ),
+        (
+            '[controllers.sky]\ntype = "skyhook"\nspring = "suspension"',
+            "a skyhook controller needs damping or groundhook; try: damping = 2000",
+        ),
+        (
+            '[controllers.sky]\ntype = "skyhook"\nspring = "suspension"\ndamping = -1',
+            "damping is negative (-1); try: 0 or more",
+        ),
+        (
+            '[controllers.sky]\ntype = "skyhook"\nspring = "suspension"\ndamping = 1\nwidth = 1',
+            "width has no meaning for a skyhook that is not clipped; try: clipped = true",
+        ),
+        (
+            '[controllers.sky]\ntype = "skyhook"\nspring = "suspension"\ndamping = 1\nclipped = true',
+            "a clipped skyhook needs maximum_damping: no damper is infinitely hard; try: maximum_damping = 4000",
+        ),
+        (
+            (
+                '[controllers.sky]\ntype = "skyhook"\nspring = "suspension"\ndamping = 1\nclipped ='
+                ' true\nminimum_damping = "soft"\nmaximum_damping = 200'
+            ),
+            "the range is empty: minimum_damping 300 is not below maximum_damping 200; try: a smaller minimum_damping",
+        ),
+        (
+            (
+                '[controllers.sky]\ntype = "skyhook"\nspring = "suspension"\ndamping = 1\nclipped = true\n'
+                "maximum_damping = 200\nwidth = 0"
+            ),
+            "the width 0 m/s is not positive; try: 0.01, or no width",
+        ),
+        (
+            "[parameters.ride_position_gain_body]\nvalue = 1\n" + HELD + "position_gains = { body = 1 }",
+            (
+                "the controller makes a parameter ride_position_gain_body, and there is a parameter of that name; "
+                "try: another name for one of them"
+            ),
+        ),
+        (
+            (
+                '[controllers.a]\ntype = "state_feedback"\noutputs = ["b_c"]\ncoordinates = ["body"]\nposition_gains ='
+                ' { body = 1 }\n[controllers.a_b]\ntype = "state_feedback"\noutputs = ["c"]\ncoordinates ='
+                ' ["body"]\nposition_gains = { body = 1 }\n'
+            ),
+            (
+                "the controllers a and a_b both make a parameter a_b_c_position_gain_body; try: another name for one of"
+                " them"
+            ),
+        ),
     ],
-)  # fmt: skip
+)
 def test_what_cannot_be(text: str, message: str) -> None:
     found = problems(text)
     assert any(problem.startswith(message) for problem in found), found

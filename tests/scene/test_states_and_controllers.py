@@ -45,7 +45,9 @@ def problems(text: str) -> list[str]:
 
 
 def test_states_are_formulas_with_a_start() -> None:
-    scene = read('[states]\nx = { rate = "(wanted - x) / lag + v.pin", initial = "lag * 2", unit = "rad" }\ny = { rate = 1 }\n')
+    scene = read(
+        '[states]\nx = { rate = "(wanted - x) / lag + v.pin", initial = "lag * 2", unit = "rad" }\ny = { rate = 1 }\n'
+    )
     x, y = scene.states
     assert (x.name, x.initial, x.unit) == ("x", 0.04, "rad") and (y.rate, y.initial) == (Number(1), 0.0)
     assert {Symbol("input", "wanted"), Symbol("state", "x"), Symbol("v", "pin")} <= set(walk(x.rate))
@@ -84,10 +86,14 @@ def test_python_builds_the_same_scene() -> None:
     builder = SceneBuilder("arm").parameter("gain", 3.0, tunable=True).parameter("lag", 0.02).input("wanted", "sin(t)")
     builder.body("link", 1.0, center_of_mass=[0, 0, -0.5], inertia=[0.1, 0.1, 0.1])
     builder.joint("pin", "revolute", "base", "link", axis=[0, 1, 0])
-    builder.state("x", "-x", initial=2).controller("c", "low_pass", "q.pin", time_constant="lag", gain="gain", maximum=3)
+    builder.state("x", "-x", initial=2).controller(
+        "c", "low_pass", "q.pin", time_constant="lag", gain="gain", maximum=3
+    )
     scene = builder.build()
-    same = read('[states]\nx = { rate = "-x", initial = 2 }\n[controllers]\nc = { type = "low_pass", signal = "q.pin", '
-                'time_constant = "lag", gain = "gain", maximum = 3 }\n')  # fmt: skip
+    same = read(
+        '[states]\nx = { rate = "-x", initial = 2 }\n[controllers]\nc = { type = "low_pass", signal = "q.pin", '
+        'time_constant = "lag", gain = "gain", maximum = 3 }\n'
+    )
     assert scene.states == same.states and scene.controllers == same.controllers
 
 
@@ -95,20 +101,36 @@ def test_python_builds_the_same_scene() -> None:
     ("text", "message"),
     [
         ('x = { rate = "torq" }', "unknown name 'torq' (column 1); try: "),
-        ('x = { rate = "a.pin" }', "a.pin cannot be used here (column 1); try: time, parameters, inputs, states, positions, "
-         "velocities and tensions (not accelerations) only"),
-        ('x = { rate = "acceleration.tip[0]" }', "acceleration.tip cannot be used here (column 1); try: time, parameters"),
+        (
+            'x = { rate = "a.pin" }',
+            (
+                "a.pin cannot be used here (column 1); try: time, parameters, inputs, states, positions, "
+                "velocities and tensions (not accelerations) only"
+            ),
+        ),
+        (
+            'x = { rate = "acceleration.tip[0]" }',
+            "acceleration.tip cannot be used here (column 1); try: time, parameters",
+        ),
         ('x = { rate = "energy.power" }', "energy.power cannot be used here (column 1); try: time, parameters"),
-        ('x = { rate = "2 * rate.x" }', "rate.x: the rate of a state has no name, or it could depend on itself (column 5); "
-         "try: its formula, or the state x"),
-        ('x = { rate = 1, initial = nan }', "a finite number is needed here, not nan"),
-        ('x = { rate = 1, initial = "gain" }', "the tunable parameter 'gain' cannot be used here (column 1); try: a fixed"),
-        ('x = { initial = 1 }', "the key rate is missing; try: rate = ..."),
-        ('gain = { rate = 1 }', "the name gain is both a parameter and a state; try: another name for one of them"),
-        ('wanted = { rate = 1 }', "the name wanted is both an input and a state; try: another name for one of them"),
-        ('t = { rate = 1 }', "the name t is a word of formulas; try: t_value"),
+        (
+            'x = { rate = "2 * rate.x" }',
+            (
+                "rate.x: the rate of a state has no name, or it could depend on itself (column 5); "
+                "try: its formula, or the state x"
+            ),
+        ),
+        ("x = { rate = 1, initial = nan }", "a finite number is needed here, not nan"),
+        (
+            'x = { rate = 1, initial = "gain" }',
+            "the tunable parameter 'gain' cannot be used here (column 1); try: a fixed",
+        ),
+        ("x = { initial = 1 }", "the key rate is missing; try: rate = ..."),
+        ("gain = { rate = 1 }", "the name gain is both a parameter and a state; try: another name for one of them"),
+        ("wanted = { rate = 1 }", "the name wanted is both an input and a state; try: another name for one of them"),
+        ("t = { rate = 1 }", "the name t is a word of formulas; try: t_value"),
     ],
-)  # fmt: skip
+)
 def test_states_that_cannot_be(text: str, message: str) -> None:
     (found,) = problems(f"[states]\n{text}\n")
     assert found.startswith(message), found
@@ -120,26 +142,51 @@ LAG = 'c = { type = "low_pass", signal = "q.pin", time_constant = 0.1'
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ('c = { type = "pdi", signal = 1 }', "'pdi' is not known here; "
-         "try: one of pi, pid, low_pass, lead_lag, state_feedback or skyhook"),
-        ('c = { type = "low_pass", signal = 1 }', "a low_pass controller needs time_constant; try: time_constant = 0.01"),
-        ('c = { type = "lead_lag", signal = 1, time_constant = 1 }', "a lead_lag controller needs lead; try: lead = 0.01"),
+        (
+            'c = { type = "pdi", signal = 1 }',
+            "'pdi' is not known here; try: one of pi, pid, low_pass, lead_lag, state_feedback or skyhook",
+        ),
+        (
+            'c = { type = "low_pass", signal = 1 }',
+            "a low_pass controller needs time_constant; try: time_constant = 0.01",
+        ),
+        (
+            'c = { type = "lead_lag", signal = 1, time_constant = 1 }',
+            "a lead_lag controller needs lead; try: lead = 0.01",
+        ),
         ('c = { type = "pi", signal = 1, derivative = 1 }', "derivative has no meaning for pi; try: type = pid"),
         (f"{LAG}, integral = 1 }}", "integral has no meaning for low_pass; try: type = pi or pid"),
         (f"{LAG}, minimum = 2, maximum = 1 }}", "the range is empty: minimum 2 is not below maximum 1; try: a smaller"),
-        ('c = { type = "low_pass", signal = 1, time_constant = "lag - 0.02" }', "the time constant 0 s is not positive"),
-        ('c = { type = "pi", signal = 1, integral = 2, maximum = 1 }',
-         "limits need a tracking time where proportional/integral = 0/2 is none; try: tracking = 0.1"),
-        ('c = { type = "pi", signal = 1, integral = 2, maximum = 1, tracking = 0 }',
-         "the tracking time 0 s is not positive; try: 0.1"),
-        ('c = { type = "lead_lag", signal = 1, time_constant = 1, lead = 2, initial = 3 }',
-         "a lead_lag controller starts from initial_filtered; try: initial_filtered = ..."),
-        ('c = { type = "pi", signal = "a.pin" }', "a.pin cannot be used here (column 1); try: time, parameters, inputs, states"),
+        (
+            'c = { type = "low_pass", signal = 1, time_constant = "lag - 0.02" }',
+            "the time constant 0 s is not positive",
+        ),
+        (
+            'c = { type = "pi", signal = 1, integral = 2, maximum = 1 }',
+            "limits need a tracking time where proportional/integral = 0/2 is none; try: tracking = 0.1",
+        ),
+        (
+            'c = { type = "pi", signal = 1, integral = 2, maximum = 1, tracking = 0 }',
+            "the tracking time 0 s is not positive; try: 0.1",
+        ),
+        (
+            'c = { type = "lead_lag", signal = 1, time_constant = 1, lead = 2, initial = 3 }',
+            "a lead_lag controller starts from initial_filtered; try: initial_filtered = ...",
+        ),
+        (
+            'c = { type = "pi", signal = "a.pin" }',
+            "a.pin cannot be used here (column 1); try: time, parameters, inputs, states",
+        ),
         ('gain = { type = "pi", signal = 1 }', "the name gain is both a parameter and a controller; try: another name"),
-        ('c = { type = "pi", signal = "c + 1" }', "an algebraic loop: controllers.c uses controllers.c, with no state between; "
-         "try: a low_pass controller, or a state, somewhere in the loop"),
+        (
+            'c = { type = "pi", signal = "c + 1" }',
+            (
+                "an algebraic loop: controllers.c uses controllers.c, with no state between; "
+                "try: a low_pass controller, or a state, somewhere in the loop"
+            ),
+        ),
     ],
-)  # fmt: skip
+)
 def test_controllers_that_cannot_be(text: str, message: str) -> None:
     found = problems(f"[controllers]\n{text}\n")
     assert found[0].startswith(message), found
@@ -164,17 +211,22 @@ def test_loops_through_several_and_through_springs_are_named() -> None:
 
 def test_states_that_controllers_make_have_names_of_their_own() -> None:
     (found,) = problems('[states]\nc_integral = { rate = 1 }\n[controllers]\nc = { type = "pi", signal = 1 }\n')
-    assert found.startswith("the controller makes a state c_integral, and there is a state of that name; try: another name")
+    assert found.startswith(
+        "the controller makes a state c_integral, and there is a state of that name; try: another name"
+    )
     long = "c" * 60
     (found,) = problems(f'[controllers]\n{long} = {{ type = "pi", signal = 1 }}\n')
-    assert found.startswith("the controller makes a state 'cccc") and "whose name is too long; try: a shorter name" in found
+    assert (
+        found.startswith("the controller makes a state 'cccc")
+        and "whose name is too long; try: a shorter name" in found
+    )
 
 
 def test_states_can_be_given_as_data() -> None:
     data = {
         "format": 1, "name": "d", "bodies": {"b": {"mass": 1}}, "states": {"x": {"rate": "-x"}},
         "joints": {"j": {"type": "prismatic", "parent": "base", "child": "b", "axis": [1, 0, 0]}},
-    }  # fmt: skip
+    }  # fmt: skip  # a table
     assert from_data(data).states[0].name == "x"
 
 

@@ -29,11 +29,11 @@ hub = { body = "wheel" }
 rim = { body = "wheel", position = [0.3, 0, 0] }
 stone = { body = "base" }
 """
-TYRE = '''[tyres.front]
+TYRE = """[tyres.front]
 center = "hub"
 radius = 0.3
 stiffness = "soft"
-'''
+"""
 
 
 def read(keys: str = "", tyre: str = TYRE) -> Scene:
@@ -49,7 +49,12 @@ def problem(keys: str, tyre: str = TYRE) -> str:
 
 def test_what_is_read_and_its_defaults() -> None:
     (tyre,) = read().tyres
-    assert (tyre.name, tyre.center, tyre.radius, tyre.stiffness) == ("front", "hub", Number(0.3), Symbol("parameter", "soft"))
+    assert (tyre.name, tyre.center, tyre.radius, tyre.stiffness) == (
+        "front",
+        "hub",
+        Number(0.3),
+        Symbol("parameter", "soft"),
+    )
     assert (tyre.damping, tyre.onset, tyre.road, tyre.road_rate) == (Number(0.0), Number(1e-3), Number(0.0), None)
     assert not tyre.moving_road and tyre.slip is None
     (tyre,) = read('road = "lift"\nslip = { stiffness = 12 }').tyres
@@ -83,39 +88,75 @@ def test_load_and_deflection_are_words_of_formulas() -> None:
     [
         ("damping = -1", "tyres.front.damping): the damping of a tyre is -1; try: 0 or more"),
         ("onset = 0", "tyres.front.onset): the onset of a tyre is 0; try: a number above 0"),
-        ('road = "position.rim[0]"',
-         "tyres.front.road): position.rim[0] cannot be used here: a road has a height over its own wheel's x and y; "
-         "try: position.hub[0] or position.hub[1]"),
-        ('road = "0.1 * position.hub[2]"',
-         "tyres.front.road): position.hub[2] cannot be used here: a road has a height over its own wheel's x and y; "
-         "try: position.hub[0] or position.hub[1]"),
-        ('road = "velocity.hub[0]"',
-         "tyres.front.road): velocity.hub cannot be used here (column 1); "
-         "try: time, parameters, inputs, curves and the position of the wheel's centre only"),
-        ('road = "lift"\ndamping = 5',
-         "tyres.front): the damping needs the rate of the road, which does not follow from an input; "
-         'try: road_rate = "...", a second input for instance, or no damping'),
-        ('road = "sin(position.hub[0])"\nroad_rate = "lift"',
-         "tyres.front.road_rate): neither time nor an input moves the road, so it has no rate of its own; "
-         "try: a road that moves, or no road_rate"),
+        (
+            'road = "position.rim[0]"',
+            (
+                "tyres.front.road): position.rim[0] cannot be used here: a road has a height over its own wheel's x and"
+                " y; try: position.hub[0] or position.hub[1]"
+            ),
+        ),
+        (
+            'road = "0.1 * position.hub[2]"',
+            (
+                "tyres.front.road): position.hub[2] cannot be used here: a road has a height over its own wheel's x and"
+                " y; try: position.hub[0] or position.hub[1]"
+            ),
+        ),
+        (
+            'road = "velocity.hub[0]"',
+            (
+                "tyres.front.road): velocity.hub cannot be used here (column 1); "
+                "try: time, parameters, inputs, curves and the position of the wheel's centre only"
+            ),
+        ),
+        (
+            'road = "lift"\ndamping = 5',
+            (
+                "tyres.front): the damping needs the rate of the road, which does not follow from an input; "
+                'try: road_rate = "...", a second input for instance, or no damping'
+            ),
+        ),
+        (
+            'road = "sin(position.hub[0])"\nroad_rate = "lift"',
+            (
+                "tyres.front.road_rate): neither time nor an input moves the road, so it has no rate of its own; "
+                "try: a road that moves, or no road_rate"
+            ),
+        ),
         ("slip = { friction = 1 }", "tyres.front.slip.stiffness): the key stiffness is missing; try: stiffness = ..."),
-        ("slip = { stiffness = [1, 2, 3] }",
-         "tyres.front.slip.stiffness): one stiffness, or a longitudinal and a lateral one, are needed here, not 3; "
-         "try: [15, 12]"),
-        ("slip = { stiffness = [1, -2] }",
-         "tyres.front.slip.stiffness[1]): a slip stiffness is -2; try: 0 or more"),
-        ("slip = { stiffness = 1, friction = 0 }",
-         "tyres.front.slip.friction): the friction of a tyre is 0; try: a number above 0"),
-        ("slip = { stiffness = 1, velocity = 0 }",
-         "tyres.front.slip.velocity): the velocity of a slip is 0; try: a number above 0"),
-        ("slip = { stiffness = 1, axis = [0, 0, 0] }",
-         "tyres.front.slip.axis): the axis has no direction; try: an axis such as [0, 0, 1]"),
-        ("width = 0.2", "tyres.front.width): the key 'width' is unknown here; "
-         "try: one of center, radius, stiffness, damping, onset, road, road_rate, slip"),
-        ('[outputs]\nload = { formula = "load.frnt" }',
-         "outputs.load.formula[0]): load.frnt: there is no tyre 'frnt' (column 1); try: front"),
+        (
+            "slip = { stiffness = [1, 2, 3] }",
+            (
+                "tyres.front.slip.stiffness): one stiffness, or a longitudinal and a lateral one, are needed here, not"
+                " 3; try: [15, 12]"
+            ),
+        ),
+        ("slip = { stiffness = [1, -2] }", "tyres.front.slip.stiffness[1]): a slip stiffness is -2; try: 0 or more"),
+        (
+            "slip = { stiffness = 1, friction = 0 }",
+            "tyres.front.slip.friction): the friction of a tyre is 0; try: a number above 0",
+        ),
+        (
+            "slip = { stiffness = 1, velocity = 0 }",
+            "tyres.front.slip.velocity): the velocity of a slip is 0; try: a number above 0",
+        ),
+        (
+            "slip = { stiffness = 1, axis = [0, 0, 0] }",
+            "tyres.front.slip.axis): the axis has no direction; try: an axis such as [0, 0, 1]",
+        ),
+        (
+            "width = 0.2",
+            (
+                "tyres.front.width): the key 'width' is unknown here; "
+                "try: one of center, radius, stiffness, damping, onset, road, road_rate, slip"
+            ),
+        ),
+        (
+            '[outputs]\nload = { formula = "load.frnt" }',
+            "outputs.load.formula[0]): load.frnt: there is no tyre 'frnt' (column 1); try: front",
+        ),
     ],
-)  # fmt: skip
+)
 def test_messages(keys: str, message: str) -> None:
     assert problem(keys) == message
 
@@ -124,15 +165,23 @@ def test_messages(keys: str, message: str) -> None:
     ("old", "new", "message"),
     [
         ('center = "hub"', 'center = "hob"', "tyres.front.center): there is no point 'hob'; try: hub"),
-        ('center = "hub"', 'center = "stone"',
-         "tyres.front.center): the point stone is on the base, where a wheel's force moves nothing; "
-         "try: a point of the wheel's body"),
+        (
+            'center = "hub"',
+            'center = "stone"',
+            (
+                "tyres.front.center): the point stone is on the base, where a wheel's force moves nothing; "
+                "try: a point of the wheel's body"
+            ),
+        ),
         ("radius = 0.3\n", "", "tyres.front.radius): the key radius is missing; try: radius = ..."),
         ("radius = 0.3", "radius = 0", "tyres.front.radius): the radius of a tyre is 0; try: a number above 0"),
-        ('stiffness = "soft"', 'stiffness = "-soft"',
-         "tyres.front.stiffness): the stiffness of a tyre is -10000; try: a number above 0"),
+        (
+            'stiffness = "soft"',
+            'stiffness = "-soft"',
+            "tyres.front.stiffness): the stiffness of a tyre is -10000; try: a number above 0",
+        ),
     ],
-)  # fmt: skip
+)
 def test_messages_on_what_is_needed(old: str, new: str, message: str) -> None:
     assert old in TYRE
     assert problem("", TYRE.replace(old, new)) == message

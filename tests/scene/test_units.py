@@ -1,4 +1,5 @@
-"""Unit strings: what they are worth against pint's own definitions, what is refused and why, and that nothing slips through."""
+"""Unit strings: what they are worth against pint's own definitions, what is refused and why, and that nothing slips
+through."""
 
 from __future__ import annotations
 
@@ -137,21 +138,49 @@ def test_every_name_has_one_meaning() -> None:
         ("250 mm", "kg", "'250 mm' is a length, a mass in kg is expected; try: \"0.25 kg\""),
         ("2 kg", "N", "'2 kg' is a mass, a force in N is expected; try: \"2 N\""),
         ("2 kg m/s^3", "N", "'2 kg m/s^3' is in kg m/s^3, a force in N is expected; try: \"2 N\""),
-        ("50 Hz", "rad/s", '\'50 Hz\' is a frequency, an angular speed in rad/s is expected; '
-                           'try: "3000 rpm" where a cycle is a turn, or "50 rad/s"'),
-        ("20 Hz", "s", '\'20 Hz\' is a frequency, a time in s is expected; try: a time in s: the period, "0.05 s", or '
-                       '1 / (2 pi f) where f is the corner frequency of a filter'),
+        (
+            "50 Hz",
+            "rad/s",
+            (
+                "'50 Hz' is a frequency, an angular speed in rad/s is expected; "
+                'try: "3000 rpm" where a cycle is a turn, or "50 rad/s"'
+            ),
+        ),
+        (
+            "20 Hz",
+            "s",
+            (
+                "'20 Hz' is a frequency, a time in s is expected; try: a time in s: the period, \"0.05 s\", or "
+                "1 / (2 pi f) where f is the corner frequency of a filter"
+            ),
+        ),
         ("0 Hz", "s", "'0 Hz' is a frequency, a time in s is expected; try: a time in s: 1 / (2 pi f) where"),
         ("50 s^-1", "rad/s", "'50 s^-1' is a frequency, an angular speed in rad/s is expected"),
         ("3 N m/rad", "N m", "'3 N m/rad' is a torsional stiffness, a torque in N m is expected"),
         ("3 rad", "m", "'3 rad' is an angle, a length in m is expected"),
         ("3 m/m", "rad", "'3 m/m' is a plain number, an angle in rad is expected"),
         ("3 m", "rad", "'3 m' is a length, an angle in rad is expected"),
-        ("2 g", "m/s^2", "'2 g' is a mass, an acceleration in m/s^2 is expected; "
-                         'try: g is the gram: "2 g0", g0 being 9.80665 m/s^2'),
-        ("20 degC", "K", "'degC' is not accepted as a unit: a temperature with its own zero cannot be multiplied; "
-                         "try: a number of K"),
-        ("5 %", "", "'%' is not accepted as a unit: a part of a hundred is a number; try: the number, 0.05 for five percent"),
+        (
+            "2 g",
+            "m/s^2",
+            (
+                "'2 g' is a mass, an acceleration in m/s^2 is expected; "
+                'try: g is the gram: "2 g0", g0 being 9.80665 m/s^2'
+            ),
+        ),
+        (
+            "20 degC",
+            "K",
+            (
+                "'degC' is not accepted as a unit: a temperature with its own zero cannot be multiplied; "
+                "try: a number of K"
+            ),
+        ),
+        (
+            "5 %",
+            "",
+            "'%' is not accepted as a unit: a part of a hundred is a number; try: the number, 0.05 for five percent",
+        ),
         ("5 percent", "", "'percent' is not accepted as a unit"),
         ("2 t", "kg", "'t' is not accepted as a unit: t is the time in formulas; try: tonne"),
         ("2 cycle", "rad", "'cycle' is not accepted as a unit: a cycle is an angle for some and a number for others"),
@@ -170,34 +199,47 @@ def test_every_name_has_one_meaning() -> None:
         ("3 m^0.5", "", "an exponent in '3 m^0.5' is not a whole number from 1 to 9; try: m^2, or s^-1"),
         ("3 m^10", "", "an exponent in '3 m^10' is not a whole number from 1 to 9"),
         ("3 m^9999999999", "", "an exponent in '3 m^9999999999' is not a whole number"),
-        ("3 m + 2", "m", "more follows '3 m', and units are not read within formulas; "
-                         'try: a parameter, name = "3 m", and its name here'),
+        (
+            "3 m + 2",
+            "m",
+            (
+                "more follows '3 m', and units are not read within formulas; "
+                'try: a parameter, name = "3 m", and its name here'
+            ),
+        ),
         ("3 m m)", "", "'3 m m)' is not a number with a unit: it is not well formed at ')'; try: \"2.5 kN/m\""),
         ("3 N/", "", "'3 N/' is not a number with a unit: it is not well formed at its end"),
         ("3 N/(m s", "", "'3 N/(m s' is not a number with a unit: it is not well formed at its end"),
         ("3 N/((m) s)", "", "'3 N/((m) s)' has more brackets than a unit needs"),
-        ("1e400 m", "", "the number of '1e400 m' is beyond what a computer holds; try: a number between 1e-300 and 1e300"),
+        (
+            "1e400 m",
+            "",
+            "the number of '1e400 m' is beyond what a computer holds; try: a number between 1e-300 and 1e300",
+        ),
         ("1e-400 m", "", "the number of '1e-400 m' is beyond what a computer holds"),
         ("1e300 Gm", "m", "'1e300 Gm' is beyond what a computer holds in SI; try: a number below 1e300"),
-        ("1" + " m" * 60, "", "a number with a unit has at most 100 characters, not 121; try: \"250 mm\""),
+        ("1" + " m" * 60, "", 'a number with a unit has at most 100 characters, not 121; try: "250 mm"'),
         ("3 eval('os')", "", "there is no unit 'eval'"),
         ("3 N/(m/s)", "", "'3 N/(m/s)' is not a number with a unit: it is not well formed at '/s)'"),
         ("3 m.__class__", "", "there is no unit '__class__'"),
     ],
-)  # fmt: skip
+)
 def test_refusals(text: str, unit: str, message: str) -> None:
     assert is_quantity(text)
     assert refusal(text, unit).startswith(message)
 
 
-@pytest.mark.parametrize("text", ["3 if t > 1 else 2", "2 * mm", "length", "1e3", "1e9999 m", "2**3", "", " ", "-t", "3 and 4"])
+@pytest.mark.parametrize(
+    "text", ["3 if t > 1 else 2", "2 * mm", "length", "1e3", "1e9999 m", "2**3", "", " ", "-t", "3 and 4"]
+)
 def test_formulas_are_not_taken_for_quantities(text: str) -> None:
     assert not is_quantity(text)
 
 
 def test_names_of_the_scene_are_not_taken_for_units() -> None:
-    assert refusal("2 m", known=("m",)) == (
-        "in '2 m', m can be the unit or the scene's own m; try: a * before m for the scene's own, or a number in SI"
+    assert (
+        refusal("2 m", known=("m",))
+        == "in '2 m', m can be the unit or the scene's own m; try: a * before m for the scene's own, or a number in SI"
     )
     assert refusal("2 load", known=("load",)) == "'load' is not a unit; try: a * before load"
     assert refusal("2 lenght", known=("length",)) == "there is no unit 'lenght'; try: a * before length"
@@ -244,23 +286,35 @@ def test_parameters_are_kept_in_si() -> None:
         'five = { value = "50 Hz" }',
         "six = 7",
     ]
-    found = {item.name: item for item in read(text=replaced("length = 0.8", "\n".join(["length = 0.8", *lines]))).parameters}
+    found = {
+        item.name: item for item in read(text=replaced("length = 0.8", "\n".join(["length = 0.8", *lines]))).parameters
+    }
     assert [(found[name].value, found[name].unit) for name in ("one", "two", "three", "four", "five", "six")] == [
-        (0.25, "m"), (20000.0, "N/m"), (pytest.approx(100 * math.pi), "rad/s"), (0.1, "N m/A"), (50.0, "Hz"), (7.0, ""),
-    ]  # fmt: skip
+        (0.25, "m"),
+        (20000.0, "N/m"),
+        (pytest.approx(100 * math.pi), "rad/s"),
+        (0.1, "N m/A"),
+        (50.0, "Hz"),
+        (7.0, ""),
+    ]
 
 
 @pytest.mark.parametrize("label", ["rpm", "1/s", "speed of the shaft", "deg/s"])
 def test_a_label_beside_a_unit_string_is_that_of_si(label: str) -> None:
-    [found] = problems(text=replaced("length = 0.8", f'length = 0.8\nspeed = {{ value = "3000 rpm", unit = "{label}" }}'))
-    assert found == (
-        f"scene.toml:5 (parameters.speed.unit): '3000 rpm' becomes 314.159265 rad/s, and the label '{label}' says otherwise; "
-        'try: unit = "rad/s", or no unit'
+    [found] = problems(
+        text=replaced("length = 0.8", f'length = 0.8\nspeed = {{ value = "3000 rpm", unit = "{label}" }}')
+    )
+    assert (
+        found
+        == f"scene.toml:5 (parameters.speed.unit): '3000 rpm' becomes 314.159265 rad/s, and the label '{label}' says"
+        ' otherwise; try: unit = "rad/s", or no unit'
     )
 
 
 def test_a_label_beside_a_number_converts_nothing_and_says_so() -> None:
-    scene = read(text=replaced("length = 0.8", 'length = { value = 0.8, unit = "mm" }\nturns = { value = 2, unit = "per day" }'))
+    scene = read(
+        text=replaced("length = 0.8", 'length = { value = 0.8, unit = "mm" }\nturns = { value = 2, unit = "per day" }')
+    )
     assert scene.parameters[0].value == 0.8
     what = "its unit mm is a label, so 0.8 is taken as it is"
     assert scene.notes[0] == f'parameters.length: {what}; "0.8 mm" would be converted to SI'
@@ -270,20 +324,46 @@ def test_a_label_beside_a_number_converts_nothing_and_says_so() -> None:
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('"2*length"', '"250 mm"', "scene.toml:7 (bodies.link.mass): '250 mm' is a length, a mass in kg is expected; try: "
-                                   '"0.25 kg"'),
-        ('"-length/2"', '"250 g"', "scene.toml:8 (bodies.link.center_of_mass[2]): '250 g' is a mass, a length in m is expected"),
-        ('"2*length"', '"length + 20 mm"', "scene.toml:7 (bodies.link.mass): '20 mm' is within a formula, where units "
-                                           'are not read (column 10); try: a parameter, name = "20 mm", and its name here'),
+        (
+            '"2*length"',
+            '"250 mm"',
+            "scene.toml:7 (bodies.link.mass): '250 mm' is a length, a mass in kg is expected; try: \"0.25 kg\"",
+        ),
+        (
+            '"-length/2"',
+            '"250 g"',
+            "scene.toml:8 (bodies.link.center_of_mass[2]): '250 g' is a mass, a length in m is expected",
+        ),
+        (
+            '"2*length"',
+            '"length + 20 mm"',
+            (
+                "scene.toml:7 (bodies.link.mass): '20 mm' is within a formula, where units "
+                'are not read (column 10); try: a parameter, name = "20 mm", and its name here'
+            ),
+        ),
         ('"2*length"', '"2 length"', "scene.toml:7 (bodies.link.mass): 'length' is not a unit; try: a * before length"),
-        ("[0, 1, 0]", '[0, "1 m", 0]', "scene.toml:14 (joints.hinge.axis[1]): '1 m' has a unit, and a number without one is "
-                                       "needed here; try: 1"),
-        ("[0, 1, 0]", '[0, "2 kN m/rad", 0]', "scene.toml:14 (joints.hinge.axis[1]): '2 kN m/rad' has a unit, and a number "
-                                              "without one is needed here; try: 2000, which it is in N m/rad"),
+        (
+            "[0, 1, 0]",
+            '[0, "1 m", 0]',
+            "scene.toml:14 (joints.hinge.axis[1]): '1 m' has a unit, and a number without one is needed here; try: 1",
+        ),
+        (
+            "[0, 1, 0]",
+            '[0, "2 kN m/rad", 0]',
+            (
+                "scene.toml:14 (joints.hinge.axis[1]): '2 kN m/rad' has a unit, and a number "
+                "without one is needed here; try: 2000, which it is in N m/rad"
+            ),
+        ),
         ("length = 0.8", 'length = "250 nn"', "scene.toml:4 (parameters.length.value): there is no unit 'nn'"),
-        ("length = 0.8", 'length = "long"', "scene.toml:4 (parameters.length.value): a number is needed here, not 'long'"),
+        (
+            "length = 0.8",
+            'length = "long"',
+            "scene.toml:4 (parameters.length.value): a number is needed here, not 'long'",
+        ),
     ],
-)  # fmt: skip
+)
 def test_one_fault_is_one_problem(old: str, new: str, message: str) -> None:
     [found] = problems(text=replaced(old, new))
     assert found.startswith(message)
@@ -326,7 +406,7 @@ def test_an_effort_has_the_unit_of_its_component(kind: str) -> None:
         scene = read(effort.format(f"k{unit}", where), text)
         assert (scene.efforts[0].effort, scene.efforts[0].index) == (Number(3000.0), index or 0)
         [found] = problems(effort.format(other, where), text)
-        assert f"in {unit} is expected; try: \"3 {unit}\"" in found
+        assert f'in {unit} is expected; try: "3 {unit}"' in found
 
 
 # -- every key of the schema -------------------------------------------------------------------------------------------
@@ -357,17 +437,59 @@ def test_every_unit_of_the_schema_is_one(model: str, key: str, kind: str, unit: 
 # -- hostile texts -----------------------------------------------------------------------------------------------------
 
 _ATOMS = st.sampled_from(
-    ["m", "mm", "kg", "s", "N", "rad", "deg", "rpm", "Hz", "N m", "x", "1", "-3", "2.5", "e9", "^", "**", "*", "/", "(", ")", " ",
-     "+", "-", ".", ",", "%", "\N{DEGREE SIGN}", "if", "else", "__", "'", "\n", "\0", "9" * 30, "1e308", "km/h", "[0]"]
-)  # fmt: skip
-_TEXTS = st.one_of(st.lists(_ATOMS, max_size=12).map("".join), st.text(max_size=40), st.lists(_ATOMS, min_size=90).map("".join))
+    [
+        "m",
+        "mm",
+        "kg",
+        "s",
+        "N",
+        "rad",
+        "deg",
+        "rpm",
+        "Hz",
+        "N m",
+        "x",
+        "1",
+        "-3",
+        "2.5",
+        "e9",
+        "^",
+        "**",
+        "*",
+        "/",
+        "(",
+        ")",
+        " ",
+        "+",
+        "-",
+        ".",
+        ",",
+        "%",
+        "\N{DEGREE SIGN}",
+        "if",
+        "else",
+        "__",
+        "'",
+        "\n",
+        "\0",
+        "9" * 30,
+        "1e308",
+        "km/h",
+        "[0]",
+    ]
+)
+_TEXTS = st.one_of(
+    st.lists(_ATOMS, max_size=12).map("".join), st.text(max_size=40), st.lists(_ATOMS, min_size=90).map("".join)
+)
 
 
 @settings(max_examples=600, deadline=None)
 @given(_TEXTS)
 def test_any_text_is_a_number_a_formula_or_a_problem(text: str) -> None:
     report = Report("scene.toml", {})
-    data, _ = in_si({"bodies": {"arm": {"mass": text}}, "parameters": {"x": text}, "simulation": {"step": text}}, report)
+    data, _ = in_si(
+        {"bodies": {"arm": {"mass": text}}, "parameters": {"x": text}, "simulation": {"step": text}}, report
+    )
     found = data["bodies"]["arm"]["mass"]
     assert isinstance(found, str | float)
     if isinstance(found, float):
@@ -379,11 +501,25 @@ def test_any_text_is_a_number_a_formula_or_a_problem(text: str) -> None:
 
 
 _WANTED = {
-    "m": {"m": 1}, "kg": {"kg": 1}, "s": {"s": 1}, "rad": {"rad": 1}, "N": {"N": 1}, "N m": {"N": 1, "m": 1},
-    "m/s": {"m": 1, "s": -1}, "rad/s": {"rad": 1, "s": -1}, "N/m": {"N": 1, "m": -1}, "N m/rad": {"N": 1, "m": 1, "rad": -1},
+    "m": {"m": 1},
+    "kg": {"kg": 1},
+    "s": {"s": 1},
+    "rad": {"rad": 1},
+    "N": {"N": 1},
+    "N m": {"N": 1, "m": 1},
+    "m/s": {"m": 1, "s": -1},
+    "rad/s": {"rad": 1, "s": -1},
+    "N/m": {"N": 1, "m": -1},
+    "N m/rad": {"N": 1, "m": 1, "rad": -1},
     "N m s/rad": {"N": 1, "m": 1, "s": 1, "rad": -1},
-}  # fmt: skip
-_LIKE = {"m": ["m", "mm", "in"], "kg": ["kg", "g"], "s": ["s", "ms", "min"], "N": ["N", "kN", "lbf"], "rad": ["rad", "deg"]}
+}
+_LIKE = {
+    "m": ["m", "mm", "in"],
+    "kg": ["kg", "g"],
+    "s": ["s", "ms", "min"],
+    "N": ["N", "kN", "lbf"],
+    "rad": ["rad", "deg"],
+}
 _OTHERS = ["m", "mm", "kg", "s", "N", "rad", "deg", "J", "W", "Pa", "rpm", "A", "V"]
 
 
@@ -442,7 +578,11 @@ def test_texts_count_in_the_unit_of_the_label() -> None:
     ("text", "label", "message"),
     [
         ("300 kg", "m", "--set x: '300 kg' is a mass, a length in m is expected; try: \"300 m\""),
-        ("300 mm", "per turn", "--set x: its label 'per turn' in the scene is not a unit that numbers could be converted to"),
+        (
+            "300 mm",
+            "per turn",
+            "--set x: its label 'per turn' in the scene is not a unit that numbers could be converted to",
+        ),
         ("300 foo", "m", "--set x: there is no unit 'foo'; try: foot"),
         ("long", "m", "--set x: 'long' is neither a number nor a number with a unit; try: 0.25 or \"250 mm\""),
     ],
@@ -456,7 +596,9 @@ def test_texts_that_cannot_be_taken(text: str, label: str, message: str) -> None
 def test_pint_is_imported_for_unit_strings_only() -> None:
     code = "import sys; from eomgen.scene.load import load_toml; load_toml({!r}); print('pint' in sys.modules)"
     for text, expected in ((PENDULUM, "False"), (replaced("length = 0.8", 'length = "800 mm"'), "True")):
-        run = subprocess.run([sys.executable, "-c", code.format(text)], capture_output=True, text=True, check=True, timeout=60)
+        run = subprocess.run(
+            [sys.executable, "-c", code.format(text)], capture_output=True, text=True, check=True, timeout=60
+        )
         assert run.stdout.strip() == expected
 
 

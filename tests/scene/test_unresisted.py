@@ -31,7 +31,12 @@ def random_tree(seed: int) -> dict[str, Any]:
         bodies[f"b{k}"] = [{"mass": 0.0}, HEAVY, POINT][rng.choice(3, p=[0.45, 0.35, 0.2])]
         kind = "free" if k == 0 and rng.random() < 0.5 else str(rng.choice(TYPES))
         parent = "base" if k == 0 else f"b{int(rng.integers(max(0, k - 2), k))}"
-        joint: dict[str, Any] = {"type": kind, "parent": parent, "child": f"b{k}", "position": rng.normal(size=3).tolist()}
+        joint: dict[str, Any] = {
+            "type": kind,
+            "parent": parent,
+            "child": f"b{k}",
+            "position": rng.normal(size=3).tolist(),
+        }
         if kind not in ("free", "spherical", "fixed"):
             joint["axis"] = rng.normal(size=3).tolist()
         if kind == "universal":
@@ -91,20 +96,25 @@ ROBOT = """<robot name="floating"><link name="root"/>
 
 
 def test_a_free_root_without_mass_is_named() -> None:
-    """With its root fixed the robot is sound; free, the root turns about the shoulder's axis while the shoulder turns back."""
+    """With its root fixed the robot is sound; free, the root turns about the shoulder's axis while the shoulder turns
+    back."""
     assert not unresisted(load_urdf(ROBOT))
     scene = load_urdf(ROBOT, root="free")
     note = (
-        "no inertia resists the free joint root_joint together with shoulder: they can move without moving any mass, so the "
-        "inertia matrix is singular and forward dynamics has no answer; try: mass and inertia for the body root, or a fixed "
-        "joint in place of one of them (URDF: root or lock)"
+        "no inertia resists the free joint root_joint together with shoulder: they can move without moving any mass, so"
+        " the inertia matrix is singular and forward dynamics has no answer; try: mass and inertia for the body root,"
+        " or a fixed joint in place of one of them (URDF: root or lock)"
     )
     assert scene.notes[-1] == note
     assert not unresisted(load_urdf(ROBOT, root="free", lock=["shoulder"]))
-    with pytest.raises(ModelError, match=r"floating: no inertia resists the free joint root_joint together with shoulder: they"):
+    with pytest.raises(
+        ModelError, match=r"floating: no inertia resists the free joint root_joint together with shoulder: they"
+    ):
         eomgen.build(scene, ["mass", "forward_dynamics"], profile="quick")  # divides by a constant that is zero
     scene = load_urdf(ROBOT.replace("<axis", '<origin xyz="0.1 0.2 0.3" rpy="0.1 0.2 0.3"/><axis'), root="free")
-    with pytest.warns(RuntimeWarning, match=r"floating: no inertia resists the free joint root_joint together with shoulder"):
+    with pytest.warns(
+        RuntimeWarning, match=r"floating: no inertia resists the free joint root_joint together with shoulder"
+    ):
         eomgen.build(scene, ["mass", "forward_dynamics"], profile="quick")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -113,14 +123,19 @@ def test_a_free_root_without_mass_is_named() -> None:
 
 
 def test_small_masses_resist() -> None:
-    """A ratio of 1e-13 between a carrier and what it carries is no singular matrix, for the carrier itself has inertia."""
+    """A ratio of 1e-13 between a carrier and what it carries is no singular matrix, for the carrier itself has
+    inertia."""
     data = {
-        "format": 1, "name": "ratio", "bodies": {"carrier": {"mass": 1e-13}, "load": {"mass": 1.0}},
+        "format": 1,
+        "name": "ratio",
+        "bodies": {"carrier": {"mass": 1e-13}, "load": {"mass": 1.0}},
         "joints": {
             "first": {"type": "prismatic", "parent": "base", "child": "carrier", "axis": [0, 0, 1]},
             "second": {"type": "prismatic", "parent": "carrier", "child": "load", "axis": [0, 0, 1]},
         },
-    }  # fmt: skip
+    }
     assert not unresisted(from_data(data))
     data["bodies"]["carrier"]["mass"] = 0.0  # type: ignore[index]
-    assert unresisted(from_data(data))[0].startswith("no inertia resists the prismatic joint first together with second: ")
+    assert unresisted(from_data(data))[0].startswith(
+        "no inertia resists the prismatic joint first together with second: "
+    )

@@ -1,4 +1,5 @@
-"""Parameters and inputs that no formula mentions are noted, and those that some formula mentions are not, wherever it stands."""
+"""Parameters and inputs that no formula mentions are noted, and those that some formula mentions are not, wherever it
+stands."""
 
 from __future__ import annotations
 
@@ -60,16 +61,18 @@ def test_what_is_said() -> None:
         ({"springs": {"coil": {"first": "top", "second": "tip", "force": "u", "length": "a + f"}}}, set()),
         ({"joints": {"hinge": {**BASE["joints"]["hinge"], "initial": {"position": "f"}}}}, {"a", "u"}),
     ],
-)  # fmt: skip
+)
 def test_who_is_used(sections: dict[str, Any], left: set[str]) -> None:
     assert unused(**sections) == left
 
 
 def test_names_of_included_files(tmp_path: Path) -> None:
-    """A parameter that replaces one of an included file counts where that file uses it; a file's own carry their prefix."""
+    """A parameter that replaces one of an included file counts where that file uses it; a file's own carry their
+    prefix."""
     wheel = (
-        'format = 1\nname = "wheel"\n[parameters]\nmass = 1.0\nspare = 2.0\nown = 3.0\n[inputs]\nwind = {}\n[bodies.hub]\n'
-        'mass = "mass"\n[joints.travel]\ntype = "prismatic"\nparent = "base"\nchild = "hub"\naxis = [0, 0, 1]\n'
+        'format = 1\nname = "wheel"\n[parameters]\nmass = 1.0\nspare = 2.0\nown = 3.0\n[inputs]\nwind ='
+        ' {}\n[bodies.hub]\nmass = "mass"\n[joints.travel]\ntype = "prismatic"\nparent = "base"\nchild = "hub"\naxis ='
+        " [0, 0, 1]\n"
     )
     car = (
         'format = 1\nname = "car"\n[parameters]\nheavy = { value = 2.0, tunable = true }\nidle = 1.0\n'

@@ -56,7 +56,11 @@ def assert_agrees(scene: Scene, model: pin.Model) -> None:
 @pytest.mark.parametrize("root", ["fixed", "free"])
 def test_agrees_with_pinocchio(name: str, root: str) -> None:
     path = ROBOTS / FILES[name]
-    model = pin.buildModelFromUrdf(str(path), pin.JointModelFreeFlyer()) if root == "free" else pin.buildModelFromUrdf(str(path))
+    model = (
+        pin.buildModelFromUrdf(str(path), pin.JointModelFreeFlyer())
+        if root == "free"
+        else pin.buildModelFromUrdf(str(path))
+    )
     assert_agrees(load(path, root=root), model)
 
 
@@ -130,16 +134,20 @@ def replaced(old: str, new: str) -> str:
 
 
 def test_merging_by_hand() -> None:
-    # lower's inertia in its link: turned by 90 degrees about x; in upper: by 90 degrees about z as well, at height 1 + 1
+    # lower's inertia in its link: turned by 90 degrees about x; in upper: by 90 degrees about z as well, at height 1 +
+    # 1
     scene = load_urdf(ARM, file="arm.urdf")
     (joint,), (body,) = scene.joints, scene.bodies
     assert (joint.type, joint.parent, joint.child, joint.axis) == ("revolute", "base", "upper", (0.0, 1.0, 0.0))
     assert numbers((joint.damping,)) == [0.5]
     assert numbers((body.mass,)) == [3.0]
     np.testing.assert_allclose(numbers(body.center_of_mass), [0.0, 0.0, 1.0], atol=1e-15)
-    # about the common centre: masses 2 and 1 at distances 0.5 and 1; lower's xx, yy, zz = 2.5, 1, 2 and yz = -0.25 become xz
+    # about the common centre: masses 2 and 1 at distances 0.5 and 1; lower's xx, yy, zz = 2.5, 1, 2 and yz = -0.25
+    # become xz
     steiner = 2 * 0.25 + 1 * 1.0
-    np.testing.assert_allclose(numbers(body.inertia), [1 + 2.5 + steiner, 1 + 1 + steiner, 0.5 + 2, 0, 0.25, 0], atol=1e-12)
+    np.testing.assert_allclose(
+        numbers(body.inertia), [1 + 2.5 + steiner, 1 + 1 + steiner, 0.5 + 2, 0, 0.25, 0], atol=1e-12
+    )
     assert scene.source["joints.shoulder"] == "arm.urdf:12"
     assert [(point.name, point.body, *numbers(point.position)) for point in scene.points] == [
         ("foot", "base", 0.0, 0.0, 0.0),
@@ -167,7 +175,10 @@ def test_a_link_named_base() -> None:
     scene = load_urdf(text, root="free")
     assert scene.joints[0].child == "base_link"
     assert scene.joints[1].parent == "base_link"
-    assert scene.notes[0] == "the link base is the body base_link, because base is the name of the frame that carries the tree"
+    assert (
+        scene.notes[0]
+        == "the link base is the body base_link, because base is the name of the frame that carries the tree"
+    )
 
 
 def test_right_angles_are_exact_only_where_they_are_meant() -> None:
@@ -182,7 +193,9 @@ def test_right_angles_are_exact_only_where_they_are_meant() -> None:
 
 def test_what_is_not_modelled_is_noted_once_and_refused_when_strict() -> None:
     extras = '<limit effort="1" velocity="1"/><dynamics damping="0.5" friction="2"/><spring/>'
-    text = replaced('<dynamics damping="0.5"/>', extras).replace("</robot>", '<gazebo/><gazebo/><transmission name="t"/></robot>')
+    text = replaced('<dynamics damping="0.5"/>', extras).replace(
+        "</robot>", '<gazebo/><gazebo/><transmission name="t"/></robot>'
+    )
     assert [note for note in load_urdf(text).notes if note.startswith("not modelled")] == [
         "not modelled: settings of Gazebo (2)",
         "not modelled: transmissions (1: t)",
@@ -192,7 +205,10 @@ def test_what_is_not_modelled_is_noted_once_and_refused_when_strict() -> None:
     ]
     found = refusals(text, strict=True)
     assert len(found) == 5
-    assert found[0] == "arm.urdf:1: not modelled: settings of Gazebo (2); try: no --strict (strict=False), to go on without"
+    assert (
+        found[0]
+        == "arm.urdf:1: not modelled: settings of Gazebo (2); try: no --strict (strict=False), to go on without"
+    )
     assert load_urdf(ARM, strict=True).content == load_urdf(ARM).content
 
 
@@ -210,8 +226,9 @@ def test_names_are_made_legal() -> None:
     assert scene.name == "___my_arm"
     assert (scene.joints[0].name, scene.joints[0].child) == ("_1____x____", "upper_arm")
     assert [point.name for point in scene.points] == ["foot", "upper_arm_2"]
-    assert scene.notes[-2] == (
-        "names made legal: 'upper-arm' is upper_arm, 'upper arm' is upper_arm_2, '1/*{{x}}*/' is _1____x____"
+    assert (
+        scene.notes[-2]
+        == "names made legal: 'upper-arm' is upper_arm, 'upper arm' is upper_arm_2, '1/*{{x}}*/' is _1____x____"
     )
     assert len(load_urdf(ARM.replace('"upper"', f'"{"x" * 10_000}"')).joints[0].child) <= 64
 
@@ -226,7 +243,11 @@ def test_options() -> None:
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("<robot name", "<!DOCTYPE r [<!ENTITY a 'b'>]><robot name", "arm.urdf:2: document types and entities are refused"),
+        (
+            "<robot name",
+            "<!DOCTYPE r [<!ENTITY a 'b'>]><robot name",
+            "arm.urdf:2: document types and entities are refused",
+        ),
         ("</robot>", "", "this is not XML: no element found"),
         ("</robot>", "&lol;</robot>", "arm.urdf:18: this is not XML: undefined entity"),
         ("</robot>", "<a>" * 200 + "</a>" * 200 + "</robot>", "arm.urdf:18: elements are nested more than 100 deep"),
@@ -236,7 +257,11 @@ def test_options() -> None:
         ('type="continuous"', 'type="fixed"', "no joint can move"),
         ('<link name="foot"/>', '<link name="foot"/><link name="hand"/>', "there are 2 root links: foot, hand"),
         ('<parent link="foot"/>', "", "arm.urdf:12 (joints.shoulder): the joint has no <parent link=...>"),
-        ('<parent link="foot"/>', '<parent link="fot"/>', "arm.urdf:13 (joints.shoulder): there is no link 'fot'; try: foot"),
+        (
+            '<parent link="foot"/>',
+            '<parent link="fot"/>',
+            "arm.urdf:13 (joints.shoulder): there is no link 'fot'; try: foot",
+        ),
         (
             '<parent link="foot"/>',
             '<parent link="upper"/>',
@@ -264,9 +289,14 @@ def test_other_roots_of_the_document() -> None:
 
 
 def test_massless_leaf_names_the_joint() -> None:
-    text = ARM.replace('<mass value="1"/>', '<mass value="0"/>').replace('ixx="1" iyy="2" izz="2.5"', 'ixx="0" iyy="0" izz="0"')
+    text = ARM.replace('<mass value="1"/>', '<mass value="0"/>').replace(
+        'ixx="1" iyy="2" izz="2.5"', 'ixx="0" iyy="0" izz="0"'
+    )
     text = text.replace('iyz="0.25"', 'iyz="0"').replace('"elbow" type="fixed"', '"elbow" type="revolute"')
     (found,) = refusals(text)
-    assert "arm.urdf:15 (joints.elbow): the joint elbow cannot be moved by a force: it carries neither mass nor inertia" in found
+    assert (
+        "arm.urdf:15 (joints.elbow): the joint elbow cannot be moved by a force: it carries neither mass nor inertia"
+        in found
+    )
     assert "(URDF: lock)" in found
     assert len(load_urdf(text, lock=["elbow"]).joints) == 1

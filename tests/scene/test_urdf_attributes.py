@@ -17,7 +17,10 @@ from tests.scene.test_urdf import ROBOTS
 
 INERTIAL = """<inertial><mass value="{}"/><origin xyz="0.1 -0.2 0.3" rpy="0.1 0.2 0.3"/>
   <inertia ixx="0.1" iyy="0.2" izz="0.25" ixy="0.01" ixz="0.02" iyz="-0.01"/></inertial>"""
-SAFETY = '<safety_controller soft_lower_limit="0" soft_upper_limit="1" k_position="1" k_velocity="1"/><calibration rising="0"/>'
+SAFETY = (
+    '<safety_controller soft_lower_limit="0" soft_upper_limit="1" k_position="1" k_velocity="1"/><calibration'
+    ' rising="0"/>'
+)
 
 #: All that URDF 1.2 has: every element with every attribute, on joints of all types.
 FULL = f"""<?xml version="1.0"?>
@@ -49,16 +52,24 @@ friction="0"/></joint>
 #: What is there for whatever the file holds: the notes that stand for it, by a part of the path.
 NOTED = {
     "/visual": "geometry and colours have no part in the equations of motion: 1 <visual>, 1 <collision>, 1 <material>",
-    "/collision": "geometry and colours have no part in the equations of motion: 1 <visual>, 1 <collision>, 1 <material>",
-    "/material": "geometry and colours have no part in the equations of motion: 1 <visual>, 1 <collision>, 1 <material>",
+    "/collision": (
+        "geometry and colours have no part in the equations of motion: 1 <visual>, 1 <collision>, 1 <material>"
+    ),
+    "/material": (
+        "geometry and colours have no part in the equations of motion: 1 <visual>, 1 <collision>, 1 <material>"
+    ),
     "foot/": "the root link foot is fixed to the base, and so are the links fixed to it",
     "a/safety_controller": "not modelled: safety controllers (1: a)",
     "a/calibration": "not modelled: calibration (1: a)",
     "a/limit": "not modelled: limits of position, velocity and effort (2: a, b)",
     "b/limit": "not modelled: limits of position, velocity and effort (2: a, b)",
     "/friction": "not modelled: dry friction (1: a)",
-    "c/": "without effect on the joints that have it: <axis> (2: c, e), <dynamics> (1: c), <limit> (1: c), <mimic> (1: c)",
-    "e/axis": "without effect on the joints that have it: <axis> (2: c, e), <dynamics> (1: c), <limit> (1: c), <mimic> (1: c)",
+    "c/": (
+        "without effect on the joints that have it: <axis> (2: c, e), <dynamics> (1: c), <limit> (1: c), <mimic> (1: c)"
+    ),
+    "e/axis": (
+        "without effect on the joints that have it: <axis> (2: c, e), <dynamics> (1: c), <limit> (1: c), <mimic> (1: c)"
+    ),
     "/transmission": "not modelled: transmissions (1: t)",
     "/gazebo": "not modelled: settings of Gazebo (1)",
 }
@@ -116,7 +127,8 @@ def test_every_attribute_that_is_changed_is_felt_or_noted(options: dict[str, obj
 
 
 def test_every_attribute_that_is_not_known_is_noted_and_refused_when_strict() -> None:
-    """Added to any element that is not left out as a whole; misspelt, an attribute is missed, and its name is hinted at."""
+    """Added to any element that is not left out as a whole; misspelt, an attribute is missed, and its name is hinted
+    at."""
     root = ElementTree.fromstring(FULL)
     before = outcome(FULL)
     for path, element in elements(root):
@@ -154,7 +166,9 @@ def test_what_is_not_read_is_noted(old: str, new: str, note: str) -> None:
 
 
 def test_elements_that_are_not_known_are_noted_also_on_joints_that_do_not_move() -> None:
-    scene = load_urdf(FULL.replace('<axis xyz="0 0 1"/>', '<axis xyz="0 0 1"/><spring/>').replace("<mass", "<lump/><mass", 1))
+    scene = load_urdf(
+        FULL.replace('<axis xyz="0 0 1"/>', '<axis xyz="0 0 1"/><spring/>').replace("<mass", "<lump/><mass", 1)
+    )
     assert "not modelled: elements <spring> (1: c)" in scene.notes
     assert "not modelled: elements <lump> (1: foot)" in scene.notes
 
@@ -163,28 +177,45 @@ def test_elements_that_are_not_known_are_noted_also_on_joints_that_do_not_move()
     ("old", "new", "message"),
     [
         (
-            '<mass value="2"/>', '<mass value="2" unit="lb"/>',
-            "full.urdf:6: <mass> has the attribute unit, and URDF has SI units and radians only; "
-            "try: the value in SI units, without unit",
+            '<mass value="2"/>',
+            '<mass value="2" unit="lb"/>',
+            (
+                "full.urdf:6: <mass> has the attribute unit, and URDF has SI units and radians only; "
+                "try: the value in SI units, without unit"
+            ),
         ),
-        ('xyz="1 2 3"', 'xyz="1 2 3" units="mm"', "<origin> has the attribute units, and URDF has SI units and radians only"),
-        ('version="1.2"', 'version="2.0"', "full.urdf:2: version '2.0' of URDF is not known; try: a file of version 1.0 to 1.2"),
+        (
+            'xyz="1 2 3"',
+            'xyz="1 2 3" units="mm"',
+            "<origin> has the attribute units, and URDF has SI units and radians only",
+        ),
+        (
+            'version="1.2"',
+            'version="2.0"',
+            "full.urdf:2: version '2.0' of URDF is not known; try: a file of version 1.0 to 1.2",
+        ),
         ('version="1.2"', 'version="one"', "version: 'one' is not a version of URDF; try: version=\"1.0\""),
         (
-            'rpy="0.3 0.2 0.1"', 'rpy="0.3 0.2 0.1" quat_xyzw="0 0 0 1"',
-            "full.urdf:16 (joints.a): the origin has rpy and quat_xyzw, and only one of them can say how it is turned; "
-            "try: one of them",
+            'rpy="0.3 0.2 0.1"',
+            'rpy="0.3 0.2 0.1" quat_xyzw="0 0 0 1"',
+            (
+                "full.urdf:16 (joints.a): the origin has rpy and quat_xyzw, and only one of them can say how it is"
+                " turned; try: one of them"
+            ),
         ),
         (
-            '"0.5 0.5 -0.5 0.5"', '"0.5 0.5 -0.5 0.6"',
-            "(joints.b): quat_xyzw: '0.5 0.5 -0.5 0.6' has the length 1.05357, and a rotation has 1; "
-            "try: x, y, z and w of a unit quaternion",
+            '"0.5 0.5 -0.5 0.5"',
+            '"0.5 0.5 -0.5 0.6"',
+            (
+                "(joints.b): quat_xyzw: '0.5 0.5 -0.5 0.6' has the length 1.05357, and a rotation has 1; "
+                "try: x, y, z and w of a unit quaternion"
+            ),
         ),
         ('"0.5 0.5 -0.5 0.5"', '"0.5 0.5 0.5"', "(joints.b): quat_xyzw: 4 numbers are needed here, not '0.5 0.5 0.5'"),
-        ('<mass value="2"/>', "<mass>2</mass>", "(links.A): <mass> has no value; try: <mass value=\"...\">"),
-        ('izz="0.25" ', "", "(links.foot): <inertia> has no izz; try: <inertia izz=\"...\">"),
+        ('<mass value="2"/>', "<mass>2</mass>", '(links.A): <mass> has no value; try: <mass value="...">'),
+        ('izz="0.25" ', "", '(links.foot): <inertia> has no izz; try: <inertia izz="...">'),
     ],
-)  # fmt: skip
+)
 def test_refusals(old: str, new: str, message: str) -> None:
     assert old in FULL
     refusal = outcome(FULL.replace(old, new, 1))

@@ -26,7 +26,8 @@ LIMITED = '<limit lower="-0.5" upper="1.5" effort="20" velocity="3"/>'
 
 
 def robot(*joints: tuple[str, str, str, str], axis: str = "0 0 1") -> str:
-    """Return a URDF of joints (name, type, parent, further elements), each with a link of the name of its joint in capitals."""
+    """Return a URDF of joints (name, type, parent, further elements), each with a link of the name of its joint in
+    capitals."""
     links = [LINK.format(name.upper()) for name, *_ in joints]
     lines = [
         JOINT.format(name=name, kind=kind, parent=parent, child=name.upper(), axis=axis, more=more)
@@ -52,7 +53,9 @@ def mimic(joint: str, more: str = "") -> str:
 
 def test_a_planar_joint_is_pinocchios() -> None:
     """Pinocchio counts x, y, cos, sin and body velocities; the rates of ours are theirs turned into the plane."""
-    text = robot(("a", "revolute", "foot", '<limit lower="-1" upper="1" effort="1" velocity="1"/>'), ("slab", "planar", "A", ""))
+    text = robot(
+        ("a", "revolute", "foot", '<limit lower="-1" upper="1" effort="1" velocity="1"/>'), ("slab", "planar", "A", "")
+    )
     scene = load_urdf(text)
     assert scene.joints[1].type == "planar" and scene.joints[1].second_axis == (1.0, 0.0, 0.0)
     model = pinocchio_model(text)
@@ -98,7 +101,10 @@ def test_mimics_of_mimics_and_across_branches() -> None:
     )
     scene = load_urdf(text)
     assert mimics_of(scene) == {"first": ("last", -0.5, 0.0), "last": ("lead", 2.0, 0.3), "still": ("lead", 0.0, 0.0)}
-    note = "joints that mimic others are no coordinates of their own: first follows last, last follows lead, still follows lead"
+    note = (
+        "joints that mimic others are no coordinates of their own: first follows last, last follows lead, still follows"
+        " lead"
+    )
     assert note in scene.notes
     system = derive(scene, ["mass", "inverse_dynamics"])
     assert [factor.name for factor in system.factors] == ["lead"]
@@ -140,7 +146,10 @@ def test_what_mimics_a_held_joint_is_held() -> None:
     ("joints", "message"),
     [
         ([("a", "revolute", "foot", mimic("lead"))], "(joints.a): there is no joint 'lead' to mimic; try: one of a"),
-        ([("a", "revolute", "foot", mimic("a"))], "the joints mimic one another in a circle: a, a; try: one joint that leads"),
+        (
+            [("a", "revolute", "foot", mimic("a"))],
+            "the joints mimic one another in a circle: a, a; try: one joint that leads",
+        ),
         (
             [("a", "revolute", "foot", mimic("b")), ("b", "revolute", "A", mimic("a"))],
             "(joints.a): the joints mimic one another in a circle: a, b, a; try: one joint that leads",
@@ -162,16 +171,22 @@ def test_mimics_that_cannot_be(joints: list[tuple[str, str, str, str]], message:
 
 
 def test_a_leader_that_moves_nothing_is_refused() -> None:
-    text = robot(("lead", "revolute", "foot", ""), ("a", "revolute", "foot", mimic("lead")), ("b", "revolute", "foot", ""))
+    text = robot(
+        ("lead", "revolute", "foot", ""), ("a", "revolute", "foot", mimic("lead")), ("b", "revolute", "foot", "")
+    )
     light = text.replace(LINK.format("LEAD"), '<link name="LEAD"/>')
     assert load_urdf(light).joints[0].name == "lead"
     (found,) = refusals(light.replace(LINK.format("A"), '<link name="A"/>'))
-    assert "(joints.lead): the joint lead cannot be moved by a force: neither it nor what follows it carries mass" in found
+    assert (
+        "(joints.lead): the joint lead cannot be moved by a force: neither it nor what follows it carries mass" in found
+    )
     assert "(URDF: lock lead)" in found
 
 
 def test_limits_become_stops_where_they_are_asked_for() -> None:
-    text = robot(("a", "revolute", "foot", LIMITED), ("b", "prismatic", "A", LIMITED), ("c", "continuous", "B", LIMITED))
+    text = robot(
+        ("a", "revolute", "foot", LIMITED), ("b", "prismatic", "A", LIMITED), ("c", "continuous", "B", LIMITED)
+    )
     assert all(not joint.stops for joint in load_urdf(text).joints)
     assert "not modelled: limits of position, velocity and effort (3: a, b, c)" in load_urdf(text).notes
     scene = load_urdf(text, limits=True)
@@ -205,9 +220,13 @@ def test_dry_friction_is_taken_where_it_is_asked_for() -> None:
         return f'<dynamics damping="0.5" friction="{friction}"/>'
 
     text = robot(
-        ("a", "revolute", "foot", rubbing("3")), ("b", "prismatic", "A", rubbing("4")), ("c", "continuous", "B", rubbing("5")),
-        ("d", "floating", "C", rubbing("6")), ("e", "revolute", "D", rubbing("-1")), ("f", "revolute", "E", rubbing("0")),
-    )  # fmt: skip
+        ("a", "revolute", "foot", rubbing("3")),
+        ("b", "prismatic", "A", rubbing("4")),
+        ("c", "continuous", "B", rubbing("5")),
+        ("d", "floating", "C", rubbing("6")),
+        ("e", "revolute", "D", rubbing("-1")),
+        ("f", "revolute", "E", rubbing("0")),
+    )
     assert all(not joint.friction for joint in load_urdf(text).joints)
     assert "not modelled: dry friction (5: a, b, c, d, e)" in load_urdf(text).notes
     scene = load_urdf(text, friction=True)
@@ -218,7 +237,9 @@ def test_dry_friction_is_taken_where_it_is_asked_for() -> None:
     assert "not modelled: dry friction (2: d, e)" in scene.notes
 
 
-@pytest.mark.parametrize("angle", [0.0, 1e-12, 1e-9, 3e-8, 1e-6, 1e-5, 3e-5, 1e-3, 1.0, np.pi / 2 - 1e-5, np.pi / 2 + 5e-12])
+@pytest.mark.parametrize(
+    "angle", [0.0, 1e-12, 1e-9, 3e-8, 1e-6, 1e-5, 3e-5, 1e-3, 1.0, np.pi / 2 - 1e-5, np.pi / 2 + 5e-12]
+)
 @pytest.mark.parametrize("axis", [(0.0, 0.0, 1.0), (0.6, 0.0, 0.8), (0.48, 0.6, 0.64)])
 def test_snapped_rotations_are_rotations(angle: float, axis: tuple[float, float, float]) -> None:
     """Rounding single entries leaves a turn by 1e-5 skew by 5e-11."""

@@ -1,4 +1,5 @@
-"""What a run and a call say of themselves: halved steps, energy out of balance, fixed parameters, inputs that are no mapping."""
+"""What a run and a call say of themselves: halved steps, energy out of balance, fixed parameters, inputs that are no
+mapping."""
 
 from __future__ import annotations
 
@@ -30,7 +31,10 @@ def test_a_run_with_too_large_steps_says_so() -> None:
 
 
 def test_halved_steps_are_told() -> None:
-    assert run_warnings({"halvings": 1}, Balance(None), 1e-2) == "the step was halved 1 time; try: a step smaller than 0.01 s"
+    assert (
+        run_warnings({"halvings": 1}, Balance(None), 1e-2)
+        == "the step was halved 1 time; try: a step smaller than 0.01 s"
+    )
     model = eomgen.build(swing(), profile="quick")
     solution = model.simulate(10.0, 0.2, settings={"max_iterations": 4, "max_halvings": 8})
     assert solution.success and solution.stats["halvings"] > 0
@@ -61,7 +65,8 @@ def test_the_balance_of_energy_is_judged_where_the_rows_allow_it() -> None:
     assert "out of balance by 42.9 %" in run_warnings({}, off, 1e-2)
     assert run_warnings({}, energy_balance(t, energies(0.002)), 1e-2) == ""
     assert "out of balance by 1.28 %" in run_warnings({}, energy_balance(t, energies(0.003)), 1e-2)
-    pulse = (t > 0.5021) & (t < 0.5073)  # of force 100 on a mass of 1, between two rows: the rows know nothing of its work
+    # of force 100 on a mass of 1, between two rows: the rows know nothing of its work
+    pulse = (t > 0.5021) & (t < 0.5073)
     speed = 0.52 * (t >= 0.5073)
     kicked = dict.fromkeys(energies(0.0), 0.0 * t) | {"kinetic": 0.5 * speed**2, "total": 0.5 * speed**2}
     kicked["power"] = 100.0 * pulse * speed
@@ -72,7 +77,8 @@ def test_the_balance_of_energy_is_judged_where_the_rows_allow_it() -> None:
     assert energy_balance(t, rest).error == 0.0
     drifting = {**rest, "kinetic": np.geomspace(1e-60, 1e-90, 1001), "potential": 0.0 * t}
     drifting["total"] = drifting["kinetic"]
-    assert energy_balance(t, drifting).error == pytest.approx(1.0)  # whether that is rounding, energies alone do not tell
+    # whether that is rounding, energies alone do not tell
+    assert energy_balance(t, drifting).error == pytest.approx(1.0)
     endless = {**rest, "total": np.where(t < 4.0, rest["total"], np.inf)}
     assert energy_balance(t, endless).infinite == 4.0 and energy_balance(t, endless).error is None
 

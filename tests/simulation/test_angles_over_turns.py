@@ -1,4 +1,5 @@
-"""Joint angles in absolute coordinates over many turns: the same as in joint coordinates, wherever they are used as numbers."""
+"""Joint angles in absolute coordinates over many turns: the same as in joint coordinates, wherever they are used as
+numbers."""
 
 from __future__ import annotations
 
@@ -21,11 +22,23 @@ INERTIA, STIFFNESS, REST = 0.03 + 0.3**2 + 0.2**2, 1e-3, -4.0
 
 def hinge(coordinates: str, **joint: Any) -> dict[str, Any]:
     """Return a body on a hinge with a soft spring, without weight."""
-    hinged = {"type": "revolute", "parent": "base", "child": "body", "axis": [0, 1, 0], "stiffness": STIFFNESS, "rest": REST}
+    hinged = {
+        "type": "revolute",
+        "parent": "base",
+        "child": "body",
+        "axis": [0, 1, 0],
+        "stiffness": STIFFNESS,
+        "rest": REST,
+    }
     return {
-        "format": 1, "name": f"turning_{coordinates}", "coordinates": coordinates, "gravity": [0, 0, 0], "bodies": {"body": BODY},
-        "joints": {"hinge": {**hinged, **joint}}, "outputs": {"angle": {"formula": "q.hinge"}, "rate": {"formula": "v.hinge"}},
-    }  # fmt: skip
+        "format": 1,
+        "name": f"turning_{coordinates}",
+        "coordinates": coordinates,
+        "gravity": [0, 0, 0],
+        "bodies": {"body": BODY},
+        "joints": {"hinge": {**hinged, **joint}},
+        "outputs": {"angle": {"formula": "q.hinge"}, "rate": {"formula": "v.hinge"}},
+    }
 
 
 @cache
@@ -82,9 +95,10 @@ def test_any_angle_and_any_speed_give_the_angle_of_joint_coordinates(
 def test_more_than_0_9_of_a_turn_in_a_step_stops_and_names_the_joint(method: str) -> None:
     run = model().simulate(0.1, 0.01, method=method, initial=started(0.0, 2.0 * np.pi * 0.95 / 0.01))
     assert not run.success
-    assert run.message == (
-        "stopped at t = 0 s, after 0 of 10 steps: a body or a joint turns by more than 0.9 of a full turn within one step; "
-        "reduce the step; the joint hinge turns by 5.97 rad in a step; try: a step smaller than 0.01 s"
+    assert (
+        run.message
+        == "stopped at t = 0 s, after 0 of 10 steps: a body or a joint turns by more than 0.9 of a full turn within one"
+        " step; reduce the step; the joint hinge turns by 5.97 rad in a step; try: a step smaller than 0.01 s"
     )
 
 
@@ -128,31 +142,49 @@ def test_rates_of_q_carry_the_angle() -> None:
 
 
 def pair(coordinates: str) -> dict[str, Any]:
-    """Return a rotor on a wheel on a base that turns: stops, a belt, an effort, a lag and a rack, all of angles of many turns."""
+    """Return a rotor on a wheel on a base that turns: stops, a belt, an effort, a lag and a rack, all of angles of many
+    turns."""
     hinges = {
         "wheel": {
-            "type": "revolute", "parent": "base", "child": "wheel", "axis": [0, 1, 0],
+            "type": "revolute",
+            "parent": "base",
+            "child": "wheel",
+            "axis": [0, 1, 0],
             "limits": {"lower": -4.0, "upper": 17.0, "stiffness": 4.0, "damping": 0.05, "onset": 0.5},
             "initial": {"position": 7.0, "velocity": 9.0},
         },
         "rotor": {
-            "type": "revolute", "parent": "wheel", "child": "rotor", "axis": [0, 0, 1], "position": [0.2, 0, 0],
-            "friction": {"coulomb": 0.01, "velocity": 0.5}, "initial": {"position": -4.0, "velocity": -40.0},
+            "type": "revolute",
+            "parent": "wheel",
+            "child": "rotor",
+            "axis": [0, 0, 1],
+            "position": [0.2, 0, 0],
+            "friction": {"coulomb": 0.01, "velocity": 0.5},
+            "initial": {"position": -4.0, "velocity": -40.0},
         },
         "rack": {
-            "type": "prismatic", "parent": "base", "child": "rack", "axis": [0, 0, 1],
+            "type": "prismatic",
+            "parent": "base",
+            "child": "rack",
+            "axis": [0, 0, 1],
             "mimic": {"joint": "wheel", "multiplier": 0.05},
         },
-    }  # fmt: skip
+    }
     return {
-        "format": 1, "name": f"pair_{coordinates}", "coordinates": coordinates, "gravity": [0.0, 0.0, -0.5],
+        "format": 1,
+        "name": f"pair_{coordinates}",
+        "coordinates": coordinates,
+        "gravity": [0.0, 0.0, -0.5],
         "base": {"rotation": [{"axis": [0, 0, 1], "angle": "3 * t"}], "position": ["0.1 * sin(t)", 0, 0]},
-        "bodies": {"wheel": BODY, "rotor": {**BODY, "group": "R3xSO3"}, "rack": BODY}, "joints": hinges,
-        "torsion_springs": {"belt": {"first": "wheel", "second": "rotor", "stiffness": 0.03, "rest": 2.0, "damping": 0.001}},
+        "bodies": {"wheel": BODY, "rotor": {**BODY, "group": "R3xSO3"}, "rack": BODY},
+        "joints": hinges,
+        "torsion_springs": {
+            "belt": {"first": "wheel", "second": "rotor", "stiffness": 0.03, "rest": 2.0, "damping": 0.001}
+        },
         "efforts": {"motor": {"joint": "wheel", "effort": "-0.02 * q.rotor + 0.01 * sin(q.wheel) + 0.01 * lag"}},
         "states": {"lag": {"rate": "q.rotor - lag"}},
         "outputs": {"angles": {"formula": ["q.wheel", "q.rotor", "lag", "sin(q.rotor)"]}},
-    }  # fmt: skip
+    }
 
 
 @pytest.fixture(scope="module")
@@ -183,18 +215,24 @@ def test_relative_angles_on_a_moving_base(method: str, error: float, expected: e
 JOINTS: dict[str, dict[str, Any]] = {
     "hinge": {"type": "revolute", "stiffness": 0.1, "rest": 9.0, "initial": {"position": 7.0, "velocity": 9.0}},
     "sleeve": {
-        "type": "cylindrical", "stiffness": [0.02, 1.0], "initial": {"position": [-9.0, 0.1], "velocity": [-12.0, 0.2]},
+        "type": "cylindrical",
+        "stiffness": [0.02, 1.0],
+        "initial": {"position": [-9.0, 0.1], "velocity": [-12.0, 0.2]},
     },
     "thread": {"type": "helical", "pitch": 0.02, "stiffness": 0.05, "initial": {"position": 5.0, "velocity": 20.0}},
     "gimbal": {
-        "type": "universal", "axis": [1, 0, 0], "second_axis": [0, 1, 0], "stiffness": [0.05, 0.04],
+        "type": "universal",
+        "axis": [1, 0, 0],
+        "second_axis": [0, 1, 0],
+        "stiffness": [0.05, 0.04],
         "initial": {"position": [4.0, -5.0], "velocity": [8.0, 1.0]},
     },
     "table": {
-        "type": "planar", "stiffness": [0.05, 2.0, 2.0],
+        "type": "planar",
+        "stiffness": [0.05, 2.0, 2.0],
         "initial": {"position": [-6.0, 0.1, 0.0], "velocity": [10.0, 0.1, 0.3]},
     },
-}  # fmt: skip
+}
 
 
 def all_joints(coordinates: str, group: str) -> dict[str, Any]:
@@ -205,13 +243,17 @@ def all_joints(coordinates: str, group: str) -> dict[str, Any]:
         for number, (name, joint) in enumerate(JOINTS.items())
     }
     return {
-        "format": 1, "name": f"joints_{coordinates}_{group}", "coordinates": coordinates, "gravity": [0.0, 0.0, -0.5],
-        "bodies": {joint["child"]: body for joint in placed.values()}, "joints": placed,
+        "format": 1,
+        "name": f"joints_{coordinates}_{group}",
+        "coordinates": coordinates,
+        "gravity": [0.0, 0.0, -0.5],
+        "bodies": {joint["child"]: body for joint in placed.values()},
+        "joints": placed,
         "efforts": {"drive": {"joint": "gimbal", "effort": "-0.02 * q.table[0] + 0.01 * sin(q.sleeve[0])"}},
         "outputs": {
             "angles": {"formula": ["q.hinge", "q.sleeve[0]", "q.thread", "q.gimbal[0]", "q.gimbal[1]", "q.table[0]"]},
         },
-    }  # fmt: skip
+    }
 
 
 @pytest.mark.slow
@@ -219,7 +261,9 @@ def all_joints(coordinates: str, group: str) -> dict[str, Any]:
 def test_all_joints_with_angles(group: str) -> None:
     """Several turns of each joint, by the method of order 4: helical joints tie travel to angle all the way."""
     terms = ["forward_dynamics", "outputs", "energy"]
-    expected = eomgen.build(all_joints("joint", group), terms, profile="quick", method="rk4").simulate(4.0, 1e-3, method="rk4")
+    expected = eomgen.build(all_joints("joint", group), terms, profile="quick", method="rk4").simulate(
+        4.0, 1e-3, method="rk4"
+    )
     absolute = eomgen.build(all_joints("absolute", group), ["outputs", "energy"], profile="quick")
     assert absolute.angles == ("hinge.angle", "sleeve.angle", "gimbal.angle[0]", "gimbal.angle[1]", "table.angle")
     run = absolute.simulate(4.0, 1e-3, method="rk4_partitioned")

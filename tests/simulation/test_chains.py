@@ -1,4 +1,5 @@
-"""Chains in absolute coordinates: what one function of them gives is what another one gives, and Newton's iteration contracts."""
+"""Chains in absolute coordinates: what one function of them gives is what another one gives, and Newton's iteration
+contracts."""
 
 from __future__ import annotations
 
@@ -12,7 +13,8 @@ from eomgen.integrators.methods import terms_of
 
 @pytest.fixture(scope="module")
 def chain() -> eomgen.Model:
-    """Return twenty hinges, of which gcc 12.2 made a wrong row of ``equations`` while it put neighbouring sums into 512 bits."""
+    """Return twenty hinges, of which gcc 12.2 made a wrong row of ``equations`` while it put neighbouring sums into 512
+    bits."""
     return eomgen.build(chains.scene("absolute", "hinge", 20), terms=terms_of("generalized_alpha", constrained=True))
 
 

@@ -1,4 +1,5 @@
-"""A run cut in two has the bits of a run in one piece; what a checkpoint does not belong to is refused with the difference."""
+"""A run cut in two has the bits of a run in one piece; what a checkpoint does not belong to is refused with the
+difference."""
 
 from __future__ import annotations
 
@@ -38,7 +39,7 @@ def file(tmp_path: Path) -> Path:
     return tmp_path / "run.ckpt"
 
 
-# -- the same bits -------------------------------------------------------------------------------------------------------------
+# -- the same bits -----------------------------------------------------------------------------------------------------
 
 CASES = [
     (pendulum, {"method": "generalized_alpha"}),
@@ -53,7 +54,9 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize(("build", "options"), CASES, ids=[f"{build.__name__}-{options['method']}" for build, options in CASES])
+@pytest.mark.parametrize(
+    ("build", "options"), CASES, ids=[f"{build.__name__}-{options['method']}" for build, options in CASES]
+)
 def test_two_parts_are_one_run(build: Any, options: dict[str, Any], file: Path) -> None:
     model, start = build(), options.get("t_start", 0.0)
     one = model.simulate(start + 0.4, record_every=7, **options)
@@ -79,7 +82,9 @@ def test_halved_steps_and_late_factors_are_part_of_the_memory(file: Path) -> Non
 def test_a_long_tree_by_its_extended_system(file: Path) -> None:
     scene = replace(planar_chain(24), name="chain", content=b"planar chain of 24 rods for checkpoints")
     joints = tuple(replace(joint, initial_position=(0.02 * k,)) for k, joint in enumerate(scene.joints))
-    model = eomgen.build(replace(scene, joints=joints), terms=["residual", "partials", "forward_dynamics"], profile="quick")
+    model = eomgen.build(
+        replace(scene, joints=joints), terms=["residual", "partials", "forward_dynamics"], profile="quick"
+    )
     one = model.simulate(0.05, 1e-3)
     first = model.simulate(0.02, 1e-3, checkpoint=file)
     assert same(first.followed_by(model.resume(file, 0.05)), one)
@@ -156,7 +161,7 @@ def test_ctrl_c_leaves_a_checkpoint(file: Path) -> None:
     assert same(run.followed_by(rest), model.simulate(30.0, 1e-3, record_every=10))
 
 
-# -- writing -------------------------------------------------------------------------------------------------------------------
+# -- writing -----------------------------------------------------------------------------------------------------------
 
 
 def test_checkpoints_are_written_as_often_as_asked_and_as_a_whole(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -188,25 +193,35 @@ def test_a_disk_that_fails_later_does_not_end_the_run(tmp_path: Path) -> None:
 
     run = pendulum().simulate(0.2, 1e-3, checkpoint=folder / "run.ckpt", progress=progress)
     assert run.success and len(run.t) == 201
-    assert re.match(r"reached t = 0\.2 s in 200 steps; no checkpoint was written after 0 steps: .*cannot be", run.message)
+    assert re.match(
+        r"reached t = 0\.2 s in 200 steps; no checkpoint was written after 0 steps: .*cannot be", run.message
+    )
 
 
-# -- refusals ------------------------------------------------------------------------------------------------------------------
+# -- refusals ----------------------------------------------------------------------------------------------------------
 
 
 def test_what_a_checkpoint_does_not_belong_to_is_refused(file: Path, tmp_path: Path) -> None:
     pendulum().simulate(0.1, 1e-3, checkpoint=file, inputs={"torque": 0.5}, parameters={"length": 0.45})
-    with pytest.raises(eomgen.ModelError, match=r"this checkpoint is one of the scene 'shaken', the model is 'flyer'.*start\.q"):
+    with pytest.raises(
+        eomgen.ModelError, match=r"this checkpoint is one of the scene 'shaken', the model is 'flyer'.*start\.q"
+    ):
         flyer().resume(file)
     text = PENDULUM_TOML.replace("damping = 0.05", "damping = 0.06")
     assert text != PENDULUM_TOML
     (tmp_path / "scene.toml").write_text(text, encoding="utf-8")
     other = eomgen.build(tmp_path / "scene.toml", profile="quick")
-    with pytest.raises(eomgen.ModelError, match=r"written by another model 'shaken': the scene, its terms or its C code"):
+    with pytest.raises(
+        eomgen.ModelError, match=r"written by another model 'shaken': the scene, its terms or its C code"
+    ):
         other.resume(file)
-    with pytest.raises(eomgen.UsageError, match=r"parameter length: the run has 0\.45, not 0\.5; try: a run of its own"):
+    with pytest.raises(
+        eomgen.UsageError, match=r"parameter length: the run has 0\.45, not 0\.5; try: a run of its own"
+    ):
         pendulum().resume(file, parameters={"length": 0.5})
-    with pytest.raises(eomgen.UsageError, match=r"input torque: the run has another number; try: none: it is in the checkpoint"):
+    with pytest.raises(
+        eomgen.UsageError, match=r"input torque: the run has another number; try: none: it is in the checkpoint"
+    ):
         pendulum().resume(file, inputs={"torque": 0.6})
     with pytest.raises(eomgen.UsageError, match=r"t_end: the end 0\.05 s lies before the checkpoint's time 0\.1 s"):
         pendulum().resume(file, 0.05)
@@ -226,7 +241,9 @@ def test_another_compilation_is_refused(file: Path) -> None:
     pendulum().simulate(0.05, 1e-3, checkpoint=file)
     saved = Checkpoint.load(file)
     replace(saved, run={**saved.run, "build": "0"}).save(file)
-    with pytest.raises(eomgen.ModelError, match="another compilation of 'shaken', whose last bits may differ; try: the compiler"):
+    with pytest.raises(
+        eomgen.ModelError, match="another compilation of 'shaken', whose last bits may differ; try: the compiler"
+    ):
         pendulum().resume(file, 0.1)
 
 
@@ -264,7 +281,7 @@ def test_calls_that_cannot_be_taken(file: Path) -> None:
         first.followed_by(pendulum().simulate(0.2, 1e-3, t_start=0.1))
 
 
-# -- the command line ----------------------------------------------------------------------------------------------------------
+# -- the command line --------------------------------------------------------------------------------------------------
 
 
 def test_the_command_line_goes_on(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -272,14 +289,19 @@ def test_the_command_line_goes_on(tmp_path: Path, capsys: pytest.CaptureFixture[
     scene.write_text(PENDULUM_TOML, encoding="utf-8")
     shared = ["simulate", str(scene), "--no-plots", "--set", "length=0.4", "--out"]
     assert main([*shared, str(tmp_path / "one"), "--t-end", "0.3", "--method", "rk4"]) == 0
-    assert main([*shared, str(tmp_path / "first"), "--t-end", "0.1", "--method", "rk4", "--checkpoint", str(saved)]) == 0
+    assert (
+        main([*shared, str(tmp_path / "first"), "--t-end", "0.1", "--method", "rk4", "--checkpoint", str(saved)]) == 0
+    )
     assert main([*shared, str(tmp_path / "rest"), "--t-end", "0.3", "--resume", str(saved)]) == 0
     one, first, rest = (eomgen.Solution.load(tmp_path / name / "solution.npz") for name in ("one", "first", "rest"))
     assert same(first.followed_by(rest), one)
     capsys.readouterr()
     assert main([*shared, str(tmp_path / "rest"), "--resume", str(saved), "--step", "1e-2", "--method", "rk4"]) == 2
     text = " ".join(capsys.readouterr().err.split())
-    assert "--step, --method: the run that goes on has its method, step and rows settled; try: --resume without them" in text
+    assert (
+        "--step, --method: the run that goes on has its method, step and rows settled; try: --resume without them"
+        in text
+    )
     assert main([*shared, str(tmp_path / "rest"), "--resume", str(tmp_path / "no.ckpt")]) == 7
     assert main([*shared[:3], "--set", "length=0.6", "--out", str(tmp_path / "rest"), "--resume", str(saved)]) == 2
     assert "parameter length: the run has 0.4, not 0.6" in " ".join(capsys.readouterr().err.split())

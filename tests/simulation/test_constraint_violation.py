@@ -29,7 +29,9 @@ def test_the_row_the_time_and_the_size_are_named(four_bar: eomgen.Model) -> None
     violation = np.abs(next(iter(four_bar.evaluate("constraint", q[70], t=run.t[70]).values())))
     worst = int(np.argmax(violation))
     assert found is not None
-    assert found.what == f"the constraint {four_bar.multipliers[worst]} is off by {violation[worst]:.3g} m at t = 0.07 s"
+    assert (
+        found.what == f"the constraint {four_bar.multipliers[worst]} is off by {violation[worst]:.3g} m at t = 0.07 s"
+    )
     assert violation[worst] / 2.0 < found.share < violation[worst] / 0.05  # links of 0.05 to 2 m
 
 
@@ -41,7 +43,8 @@ def test_what_rows_do_not_show_is_said(four_bar: eomgen.Model) -> None:
 
 def test_iterations_that_end_too_early_are_doubted_and_worse_ones_fail(four_bar: eomgen.Model) -> None:
     tight, loose, wrong = (
-        four_bar.simulate(0.1, 5e-3, settings={"rtol": tolerance, "atol": tolerance}) for tolerance in (1e-12, 0.03, 0.3)
+        four_bar.simulate(0.1, 5e-3, settings={"rtol": tolerance, "atol": tolerance})
+        for tolerance in (1e-12, 0.03, 0.3)
     )
     assert tight.message == "reached t = 0.1 s in 20 steps"
     off = r"the constraint rocker_pin: origins meet along [xz] is off by \S+ m at t = \S+ s"

@@ -76,10 +76,17 @@ def by_hand(kp: float, top: float) -> Callable[[float, np.ndarray], np.ndarray]:
     def rates(_: float, y: np.ndarray) -> np.ndarray:
         q, v, _, filtered, motor, lag, _ = y
         servo, _, phase, slow, free = outputs(y)
-        return np.array([
-            v, motor - 0.2 * slow - 0.5 * v, 40 * (1 - q) + (servo - free) / 0.5, (1 - q - filtered) / 0.01,
-            (0.9 * servo - motor) / 0.02, (v - lag) / 0.05, 0.3 * phase,
-        ])  # fmt: skip
+        return np.array(
+            [
+                v,
+                motor - 0.2 * slow - 0.5 * v,
+                40 * (1 - q) + (servo - free) / 0.5,
+                (1 - q - filtered) / 0.01,
+                (0.9 * servo - motor) / 0.02,
+                (v - lag) / 0.05,
+                0.3 * phase,
+            ]
+        )
 
     rates.outputs = outputs  # type: ignore[attr-defined]  # what the test looks at besides
     return rates
@@ -94,7 +101,9 @@ def test_controllers_are_their_equations(model: eomgen.Model, kp: float, top: fl
     for method, bound in (("rk4", 2e-5), ("generalized_alpha", 2e-3)):
         run = model.simulate(1.0, 5e-4, method=method, parameters={"kp": kp, "top": top})
         assert run.success, run.message
-        assert np.allclose(np.concatenate([run.q[-1], run.v[-1], run.z[-1][[3, 4, 0, 1, 2]]]), exact, rtol=0, atol=bound)
+        assert np.allclose(
+            np.concatenate([run.q[-1], run.v[-1], run.z[-1][[3, 4, 0, 1, 2]]]), exact, rtol=0, atol=bound
+        )
         assert np.allclose(run.outputs["given"][-1], rates.outputs(exact)[:4], rtol=0, atol=20 * bound)  # type: ignore[attr-defined]
         servo = run.outputs["given"][:, 0]
         assert np.abs(servo).max() == top and np.abs(servo[-1]) < top
@@ -162,7 +171,9 @@ def test_info_lists_states_with_their_cost(scene_file: Path, capsys: pytest.Capt
     assert "Internal states" in shown and "servo_integral" in shown
 
 
-def test_states_start_from_the_command_line(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_states_start_from_the_command_line(
+    scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     words = ["simulate", str(scene_file), "--out", str(tmp_path / "out"), "--t-end", "0.01", "--no-plots"]
     assert main([*words, "--initial", "motor_filtered=2", "--initial", "pin=0.1"]) == 0
     table = np.genfromtxt(tmp_path / "out" / "solution.csv", delimiter=",", names=True, deletechars="")

@@ -1,4 +1,5 @@
-"""Closed loops with elastic members: multipliers and coordinate partitioning give the same motion, and energy is kept."""
+"""Closed loops with elastic members: multipliers and coordinate partitioning give the same motion, and energy is
+kept."""
 
 from __future__ import annotations
 
@@ -13,7 +14,8 @@ CRANK, ROD = 0.15, 0.3
 
 
 def elastic_crank() -> dict[str, Any]:
-    """Return a slider-crank whose crank bends from its axle and whose rod bends between its pins, where the loop is closed."""
+    """Return a slider-crank whose crank bends from its axle and whose rod bends between its pins, where the loop is
+    closed."""
     angle, rate = 0.3, 10.0
     rod_angle = -np.arcsin(CRANK / ROD * np.sin(angle))
     rod_rate = -CRANK * np.cos(angle) * rate / (ROD * np.cos(rod_angle))
@@ -32,11 +34,17 @@ def elastic_crank() -> dict[str, Any]:
         "joints": {
             "axle": {**hinge, "parent": "base", "child": "crank", "initial": {"position": angle, "velocity": rate}},
             "pin": {
-                **hinge, "parent": "crank", "child": "rod", "position": [CRANK, 0, 0],
+                **hinge,
+                "parent": "crank",
+                "child": "rod",
+                "position": [CRANK, 0, 0],
                 "initial": {"position": rod_angle - angle, "velocity": rod_rate - rate},
             },
             "rail": {
-                "type": "prismatic", "parent": "base", "child": "slider", "axis": [1, 0, 0],
+                "type": "prismatic",
+                "parent": "base",
+                "child": "slider",
+                "axis": [1, 0, 0],
                 "initial": {"position": CRANK * np.cos(angle) + ROD * np.cos(rod_angle)},
             },
         },

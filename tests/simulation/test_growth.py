@@ -1,4 +1,5 @@
-"""Motions that grow: by the method alone a run fails, by its own equations it does not, whatever rows and terms there are."""
+"""Motions that grow: by the method alone a run fails, by its own equations it does not, whatever rows and terms there
+are."""
 
 from __future__ import annotations
 
@@ -21,7 +22,7 @@ def sled(name: str = "sled", **more: Any) -> dict[str, Any]:
     rail = {
         "type": "prismatic", "parent": "base", "child": "sled", "axis": [1, 0, 0], "stiffness": "k", "damping": "c",
         "initial": {"position": 1.0},
-    }  # fmt: skip
+    }  # fmt: skip  # a table
     tunable = {"k": {"value": 1e4, "tunable": True}, "c": {"value": 0.0, "tunable": True}}
     bare = {"format": 1, "name": name, "gravity": [0, 0, 0], "parameters": tunable, "bodies": {"sled": {"mass": 1.0}}}
     return {**bare, "joints": {"rail": rail}, **more}
@@ -67,7 +68,10 @@ def test_neither_energies_nor_mass_need_to_be_there() -> None:
     bare = eomgen.build(sled("bare"), terms=["forward_dynamics"], method="rk4", profile="quick")
     assert "energy" not in bare.functions and "mass" not in bare.functions
     solution = bare.simulate(0.1, STEP, parameters={"k": 1e7}, record_every=100)
-    assert not solution.success and "v.rail grows from 3.03e+30 to 1.06e+36 m/s between t = 0.084 and 0.1 s" in solution.message
+    assert (
+        not solution.success
+        and "v.rail grows from 3.03e+30 to 1.06e+36 m/s between t = 0.084 and 0.1 s" in solution.message
+    )
     assert "energy" not in solution.message
     assert solution.metadata["energy_balance"] == "not known: the model was built without the term energy"
 
@@ -88,7 +92,9 @@ def test_other_methods_beyond_their_limit(method: str, options: dict[str, Any], 
 SERIES: dict[str, Any] = {"method": "taylor", "tolerance": 0.0}
 
 
-@pytest.mark.parametrize(("order", "frequency", "steps"), [(4, 3.0, 100), (4, 10.0, 50), (10, 6.0, 100), (20, 10.0, 60)])
+@pytest.mark.parametrize(
+    ("order", "frequency", "steps"), [(4, 3.0, 100), (4, 10.0, 50), (10, 6.0, 100), (20, 10.0, 60)]
+)
 def test_series_of_one_step_each_beyond_their_limit(order: int, frequency: float, steps: int) -> None:
     solution = run((frequency / STEP) ** 2, steps, order=order, **SERIES, record_every=10_000)
     assert not solution.success and "but the method is unstable at this step: v.rail grows from" in solution.message
@@ -97,12 +103,14 @@ def test_series_of_one_step_each_beyond_their_limit(order: int, frequency: float
 
 @pytest.mark.parametrize("order", [6, 10, 20])
 def test_series_that_choose_their_steps_are_as_exact_as_asked(order: int) -> None:
-    """Their errors limit their steps, so that they are not looked at again; what the largest tolerance loses is said."""
+    """Their errors limit their steps, so that they are not looked at again; what the largest tolerance loses is
+    said."""
     for frequency in (3.0, 31.0):
         options: dict[str, Any] = {"method": "taylor", "order": order, "parameters": {"k": (frequency / STEP) ** 2}}
         assert model().simulate(0.1, STEP, tolerance=1e-7, **options).stats["energy_error"] < 1e-3
         coarse = model().simulate(0.1, STEP, tolerance=0.1, **options)
-        assert coarse.stats["energy_error"] > 0.01 and np.abs(coarse.q).max() < 4.0  # tenfold energy, from nothing, fails
+        # tenfold energy, from nothing, fails
+        assert coarse.stats["energy_error"] > 0.01 and np.abs(coarse.q).max() < 4.0
         assert coarse.message.endswith("% of the energies at work; try: a tolerance smaller than 0.1")
 
 
@@ -118,7 +126,8 @@ def test_coarse_steps_that_stay_within_bounds_do_not_fail(method: str, frequency
 
 
 def test_energy_from_nothing_is_a_failure() -> None:
-    """sqrt(1e5 N m / 0.25 kg m^2) = 632 rad/s times 4.6 ms = 2.91: it grows, but in 0.1 s too little for the windows."""
+    """sqrt(1e5 N m / 0.25 kg m^2) = 632 rad/s times 4.6 ms = 2.91: it grows, but in 0.1 s too little for the
+    windows."""
     scene = {"format": 1, "name": "stiff", "bodies": {"arm": {"mass": 1, "center_of_mass": [0, 0, -0.5]}}}
     arm: dict[str, Any] = {"type": "revolute", "parent": "base", "child": "arm", "axis": [0, -1, 0]}
     arm |= {"stiffness": "k", "damping": "c", "initial": {"position": 0.1}}
@@ -159,7 +168,8 @@ def test_work_of_pulses_between_rows_is_not_known() -> None:
 
 
 @pytest.mark.parametrize(
-    "by", [*({"method": name} for name in ("rk4", "generalized_alpha", "trapezoidal", "hermite")), SERIES | {"order": 6}]
+    "by",
+    [*({"method": name} for name in ("rk4", "generalized_alpha", "trapezoidal", "hermite")), SERIES | {"order": 6}],
 )
 def test_motions_that_grow_by_their_own_equations_do_not_fail(by: dict[str, Any]) -> None:
     runs = [
@@ -189,7 +199,9 @@ def test_a_pendulum_that_falls_and_a_controller_that_diverges() -> None:
 
 
 def test_internal_states_that_decay_too_fast_for_the_step() -> None:
-    builder = eomgen.SceneBuilder("lagging").body("sled", 1.0).state("lag", "(q.rail - lag) / 1e-4", unit="m", initial=0.1)
+    builder = (
+        eomgen.SceneBuilder("lagging").body("sled", 1.0).state("lag", "(q.rail - lag) / 1e-4", unit="m", initial=0.1)
+    )
     builder.joint("rail", "prismatic", "base", "sled", axis=[1, 0, 0], initial={"position": 1.0}, stiffness=10.0)
     lagging = eomgen.build(builder.build(), profile="quick")
     solution = lagging.simulate(0.05, STEP, method="rk4", record_every=100)
@@ -198,7 +210,8 @@ def test_internal_states_that_decay_too_fast_for_the_step() -> None:
 
 
 def test_random_machines_fail_where_steps_alone_make_them_grow(rng: np.random.Generator) -> None:
-    """Three masses in a row: eigenvalues say how large the motion becomes, and how large Runge and Kutta's steps make it."""
+    """Three masses in a row: eigenvalues say how large the motion becomes, and how large Runge and Kutta's steps make
+    it."""
     builder = eomgen.SceneBuilder("row", gravity=[0, 0, 0])
     for k in range(3):
         builder.parameter(f"k{k}", 1.0, tunable=True).parameter(f"c{k}", 0.0, tunable=True)
@@ -250,15 +263,28 @@ def test_two_rows_tell_the_balance_of_what_has_no_power() -> None:
 def test_what_rests_but_for_rounding_is_not_doubted() -> None:
     joint: dict[str, Any] = {"type": "revolute", "axis": [0, 0, 1]}
     body = {"mass": 1.0, "inertia": [1, 1, 1]}
-    second = {**joint, "parent": "a", "child": "b", "position": [1, 0, 0], "initial": {"position": 0.4, "velocity": 1.0}}
+    second = {
+        **joint,
+        "parent": "a",
+        "child": "b",
+        "position": [1, 0, 0],
+        "initial": {"position": 0.4, "velocity": 1.0},
+    }
     held = {
-        "format": 1, "name": "held", "gravity": [0, 0, 0], "bodies": {"a": body, "b": body},
+        "format": 1,
+        "name": "held",
+        "gravity": [0, 0, 0],
+        "bodies": {"a": body, "b": body},
         "joints": {"p": {**joint, "parent": "base", "child": "a", "initial": {"position": 0.3}}, "r": second},
         "points": {"e": {"body": "b", "position": [1, 0, 0]}},
-        "constraints": {"c": {
-            "type": "point_on_line", "first": {"body": "base", "position": [1.5, 0, 0], "axis": [0, 0, 1]}, "second": "e",
-        }},
-    }  # fmt: skip
+        "constraints": {
+            "c": {
+                "type": "point_on_line",
+                "first": {"body": "base", "position": [1.5, 0, 0], "axis": [0, 0, 1]},
+                "second": "e",
+            }
+        },
+    }
     solution = eomgen.build(held, profile="quick").simulate(0.1, STEP)
     assert np.abs(solution.v[-1]).max() < 1e-20
     assert solution.success and "out of balance" not in solution.message and solution.stats["energy_error"] == 0.0
@@ -273,12 +299,18 @@ def test_a_run_that_stops_because_its_equations_diverge_says_so() -> None:
         solution = wall.simulate(5.0, STEP, method=method)
         assert not solution.success and solution.message.startswith("stopped at t = 0.97")
         assert "; v.rail grows from " in solution.message
-        hint = "the signs and sizes of forces, stiffnesses and gains, for it is the equations that diverge: no smaller step helps"
+        hint = (
+            "the signs and sizes of forces, stiffnesses and gains, for it is the equations that diverge: no smaller"
+            " step helps"
+        )
         assert solution.message.endswith(f"; try: {hint}")
     builder = eomgen.SceneBuilder("root").body("arm", 1.0, center_of_mass=[0, 0, -0.5], inertia=[0.1, 0.1, 0.1])
     builder.joint("hinge", "revolute", "base", "arm", axis=[0, 1, 0], initial={"position": 1.0})
-    ended = eomgen.build(builder.effort("push", "hinge", "1e-9 * sqrt(1 - t)").build(), profile="quick").simulate(2.0, STEP)
-    assert not ended.success and "grows from" not in ended.message and "diverge" not in ended.message  # it swings through zero
+    ended = eomgen.build(builder.effort("push", "hinge", "1e-9 * sqrt(1 - t)").build(), profile="quick").simulate(
+        2.0, STEP
+    )
+    # it swings through zero
+    assert not ended.success and "grows from" not in ended.message and "diverge" not in ended.message
     unstable = run((12.0 / STEP) ** 2, 1000)
     assert unstable.message.startswith("stopped at t = 0.10") and "a step smaller than 0.001 s" in unstable.message
 
@@ -287,7 +319,12 @@ def test_a_run_that_stops_at_angles_beyond_sines_because_it_explodes_names_the_s
     """sqrt(1e5 N m / 0.25 kg m^2) = 632 rad/s times 0.01 s = 6.3, above 2.8: in half of the step it explodes too."""
     arm: dict[str, Any] = {"type": "revolute", "parent": "base", "child": "arm", "axis": [0, -1, 0], "stiffness": 1e5}
     arm["initial"] = {"position": 0.1}
-    scene = {"format": 1, "name": "stiff", "bodies": {"arm": {"mass": 1, "center_of_mass": [0, 0, -0.5]}}, "joints": {"h": arm}}
+    scene = {
+        "format": 1,
+        "name": "stiff",
+        "bodies": {"arm": {"mass": 1, "center_of_mass": [0, 0, -0.5]}},
+        "joints": {"h": arm},
+    }
     stiff = eomgen.build(scene, profile="quick")
     for every in (1, 4):
         stopped = stiff.simulate(2.0, 0.01, method="rk4", record_every=every)
@@ -297,7 +334,8 @@ def test_a_run_that_stops_at_angles_beyond_sines_because_it_explodes_names_the_s
         hint = "; try: a step of 0.0025 s or less, or generalized_alpha, which is stable at larger ones"
         assert stopped.message.endswith(hint)
     assert np.abs(stiff.simulate(0.1, 0.0025, method="rk4").q).max() < 0.11
-    fast = stiff.simulate(1.0, 1e-3, initial={"h": {"velocity": 1e13}}, method="rk4")  # the angle is large, and no step to blame
+    # the angle is large, and no step to blame
+    fast = stiff.simulate(1.0, 1e-3, initial={"h": {"velocity": 1e13}}, method="rk4")
     assert not fast.success and fast.message.endswith("try: smaller initial angles and velocities, or a shorter run")
 
 
@@ -320,8 +358,9 @@ def test_rows_are_those_of_the_grid_whatever_else_is_kept(steps: int, every: int
 def test_the_command_line_answers_with_a_numerical_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scene = tmp_path / "sled.toml"
     scene.write_text(
-        'format = 1\nname = "sled"\ngravity = [0, 0, 0]\n[bodies]\nsled = { mass = 1 }\n[joints.rail]\ntype = "prismatic"\n'
-        'parent = "base"\nchild = "sled"\naxis = [1, 0, 0]\nstiffness = 1e6\ninitial = { position = 0.1 }\n',
+        'format = 1\nname = "sled"\ngravity = [0, 0, 0]\n[bodies]\nsled = { mass = 1 }\n[joints.rail]\ntype ='
+        ' "prismatic"\nparent = "base"\nchild = "sled"\naxis = [1, 0, 0]\nstiffness = 1e6\ninitial = { position ='
+        " 0.1 }\n",
         encoding="utf-8",
     )
     out = ["--out", str(tmp_path / "out"), "--no-plots"]

@@ -28,9 +28,18 @@ RATE = np.sqrt(STIFFNESS - DECAY**2)
 
 
 def builder(coordinates: str = "joint", **options: Any) -> eomgen.SceneBuilder:
-    made = eomgen.SceneBuilder("oscillator", coordinates=coordinates, **options).body("mass", 1.0, inertia=[0.1, 0.1, 0.1])
+    made = eomgen.SceneBuilder("oscillator", coordinates=coordinates, **options).body(
+        "mass", 1.0, inertia=[0.1, 0.1, 0.1]
+    )
     return made.joint(
-        "rail", "prismatic", "base", "mass", axis=[1, 0, 0], stiffness=STIFFNESS, damping=DAMPING, initial={"position": START}
+        "rail",
+        "prismatic",
+        "base",
+        "mass",
+        axis=[1, 0, 0],
+        stiffness=STIFFNESS,
+        damping=DAMPING,
+        initial={"position": START},
     )
 
 
@@ -77,17 +86,28 @@ def test_order_across_a_jump(said: str) -> None:
 
 
 def test_order_is_lost_where_the_time_is_not_told() -> None:
-    made = builder().parameter("late", LATE, tunable=True).input("push", "3 if t > late else 0").effort("push", "rail", "push")
+    made = (
+        builder()
+        .parameter("late", LATE, tunable=True)
+        .input("push", "3 if t > late else 0")
+        .effort("push", "rail", "push")
+    )
     model = eomgen.build(made.build())
     exact = float(free(1.0) + 3 * after_step(1.0 - LATE))
     for method in ("generalized_alpha", "rk4"):
-        errors = [abs(model.simulate(1.0, 1.0 / n, method=method).q[-1, 0] - exact) for n in (50, 100, 200, 400, 800, 1600)]
+        errors = [
+            abs(model.simulate(1.0, 1.0 / n, method=method).q[-1, 0] - exact) for n in (50, 100, 200, 400, 800, 1600)
+        ]
         slope = -np.polyfit(np.log2([50, 100, 200, 400, 800, 1600]), np.log2(errors), 1)[0]
         assert 0.5 < slope < 1.6, method
 
 
 def test_order_across_a_bend() -> None:
-    made = builder().input("push", points=[[LATE, 0], [9, 9 * (9 - LATE)]], interpolation="linear").effort("push", "rail", "push")
+    made = (
+        builder()
+        .input("push", points=[[LATE, 0], [9, 9 * (9 - LATE)]], interpolation="linear")
+        .effort("push", "rail", "push")
+    )
     model = eomgen.build(made.build())
     exact = float(free(1.0) + 9 * after_ramp(1.0 - LATE))
     assert np.allclose(slopes(model, "rk4", exact, (100, 200, 400)), 4.0, rtol=0, atol=0.2)
@@ -121,7 +141,9 @@ def test_a_jump_on_the_grid_and_what_is_recorded_there() -> None:
         assert force[:, 0].tolist() == [0, 0, 0, *[3] * 8]
         assert np.allclose(force[:, 1], force[:, 0], rtol=0, atol=1e-9), "at a jump, accelerations are those behind it"
         fine = model.simulate(1.0, 0.001, method=method)
-        assert np.max(np.abs(fine.q[:, 0] - free(fine.t) - 3 * after_step(fine.t - 0.3))) < (1e-6 if method != "rk4" else 3e-12)
+        assert np.max(np.abs(fine.q[:, 0] - free(fine.t) - 3 * after_step(fine.t - 0.3))) < (
+            1e-6 if method != "rk4" else 3e-12
+        )
 
 
 def test_inputs_that_are_given_too() -> None:
@@ -130,7 +152,9 @@ def test_inputs_that_are_given_too() -> None:
     exact = float(free(1.0) + 3 * after_step(1.0 - LATE) + 2 * after_step(1.0))
     for given in (2.0, lambda t: 2.0):
         assert np.allclose(slopes(model, "rk4", exact, (100, 200, 400), inputs={"other": given}), 4.0, rtol=0, atol=0.2)
-    assert np.allclose(slopes(model, "generalized_alpha", exact, (100, 200, 400), inputs={"other": 2.0}), 2.0, rtol=0, atol=0.1)
+    assert np.allclose(
+        slopes(model, "generalized_alpha", exact, (100, 200, 400), inputs={"other": 2.0}), 2.0, rtol=0, atol=0.1
+    )
     solution = model.simulate(1.0, 0.01, inputs={"push": 0.0, "other": 0.0})
     assert np.max(np.abs(solution.q[:, 0] - free(solution.t))) < 1e-3
 
@@ -152,7 +176,8 @@ def test_constraints_and_multipliers_across_a_jump(method: str) -> None:
 
 
 def test_the_base_jumps_in_acceleration_only() -> None:
-    """A bump as motion of the base: an acceleration that jumps, against the same motion by a fine run without events."""
+    """A bump as motion of the base: an acceleration that jumps, against the same motion by a fine run without
+    events."""
     made = builder().curve("hump", bump={"length": 0.211, "height": 0.02, "position": LATE}).base(["hump(t)", 0, 0])
     model = eomgen.build(made.build())
     exact = model.simulate(1.0, 1e-4, method="rk4").q[-1, 0]
@@ -162,12 +187,12 @@ def test_the_base_jumps_in_acceleration_only() -> None:
 
 def test_which_times_are_known() -> None:
     scene = load_toml(
-        'format = 1\nname = "s"\n[parameters]\nv = 2\nw = { value = 2, tunable = true }\n'
-        '[bodies.m]\nmass = 1\n[joints.j]\ntype = "prismatic"\nparent = "base"\nchild = "m"\naxis = [1, 0, 0]\n'
-        '[curves.c]\npoints = [[1, 0], [2, 5], [4, 5]]\ninterpolation = "linear"\n'
-        '[curves.s]\nwave = { shape = "sawtooth", period = 3 }\n[curves.q]\npoints = [[0, 0], [1, 1]]\n[inputs]\n'
-        'a = { formula = "c(v * t) + derivative.c(t) + c(w * t) + c(sin(t))" }\nb = { formula = "s(v * t - 1) + q(t)" }\n'
-        '[efforts.e]\njoint = "j"\neffort = "a + b + (q.j if t > 7 else 0) + abs(t - 9)"\n'
+        'format = 1\nname = "s"\n[parameters]\nv = 2\nw = { value = 2, tunable = true }\n[bodies.m]\nmass ='
+        ' 1\n[joints.j]\ntype = "prismatic"\nparent = "base"\nchild = "m"\naxis = [1, 0, 0]\n[curves.c]\npoints = [[1,'
+        ' 0], [2, 5], [4, 5]]\ninterpolation = "linear"\n[curves.s]\nwave = { shape = "sawtooth", period = 3'
+        ' }\n[curves.q]\npoints = [[0, 0], [1, 1]]\n[inputs]\na = { formula = "c(v * t) + derivative.c(t) + c(w * t) +'
+        ' c(sin(t))" }\nb = { formula = "s(v * t - 1) + q(t)" }\n[efforts.e]\njoint = "j"\neffort = "a + b + (q.j if t'
+        ' > 7 else 0) + abs(t - 9)"\n'
     )
     found = [(item.time, item.period, item.order) for item in derive(scene, ["mass"]).discontinuities]
     assert found == [(0.5, 0, 1), (1, 0, 0), (2, 0, 0), (7, 0, 0), (9, 0, 1), (0.5, 1.5, 0)]
@@ -185,7 +210,9 @@ def test_the_stand_alone_program_ends_its_steps_there_too(tmp_path: Path) -> Non
     eomgen.generate(scene, folder, method="rk4")
     program = str(tmp_path / "program")
     sources = sorted(str(path) for path in folder.glob("*.c"))
-    subprocess.run([shutil.which("cc") or "gcc", *STRICT, *sources, "-o", program, "-lm"], check=True, capture_output=True)
+    subprocess.run(
+        [shutil.which("cc") or "gcc", *STRICT, *sources, "-o", program, "-lm"], check=True, capture_output=True
+    )
     model = eomgen.build(scene, method="rk4", profile="reproducible")
     for words, inputs in (((), None), (("other=0.5",), {"other": 0.5})):
         printed = subprocess.run([program, "1", "1e-2", *words], check=True, capture_output=True, text=True).stdout
@@ -228,7 +255,8 @@ def test_a_jump_may_be_as_near_to_the_grid_as_it_likes() -> None:
 
 @pytest.mark.parametrize("start", [0.0, -0.3, -1.0])
 def test_a_jump_at_zero_has_two_sides(start: float) -> None:
-    """Times near zero have no rounding of their own to keep away by, and a grid that starts elsewhere meets zero with its own."""
+    """Times near zero have no rounding of their own to keep away by, and a grid that starts elsewhere meets zero with
+    its own."""
     made = builder().input("push", formula="3 if t > 0 else 0").effort("push", "rail", "push")
     model = eomgen.build(made.build())
     for method, step, bound in (("rk4", 0.01, 1e-7), ("generalized_alpha", 1e-3, 1e-5)):

@@ -1,4 +1,5 @@
-"""Sines of huge arguments, which compiled code does not compute: refused before a run, or they stop it and are named."""
+"""Sines of huge arguments, which compiled code does not compute: refused before a run, or they stop it and are
+named."""
 
 from __future__ import annotations
 
@@ -11,10 +12,15 @@ from eomgen.errors import UsageError
 
 def slider(name: str, *, formula: str | None = None, effort: str = "u", **sections: object) -> dict[str, object]:
     return {
-        "format": 1, "name": name, "gravity": [0, 0, 0], "bodies": {"b": {"mass": 1.0}},
+        "format": 1,
+        "name": name,
+        "gravity": [0, 0, 0],
+        "bodies": {"b": {"mass": 1.0}},
         "joints": {"h": {"type": "prismatic", "parent": "base", "child": "b", "axis": [1, 0, 0]}},
-        "inputs": {"u": {"formula": formula} if formula else {}}, "efforts": {"e": {"joint": "h", "effort": effort}}, **sections,
-    }  # fmt: skip
+        "inputs": {"u": {"formula": formula} if formula else {}},
+        "efforts": {"e": {"joint": "h", "effort": effort}},
+        **sections,
+    }
 
 
 def test_an_input_of_time_is_right_up_to_the_limit_and_refused_beyond() -> None:
@@ -26,18 +32,21 @@ def test_an_input_of_time_is_right_up_to_the_limit_and_refused_beyond() -> None:
     assert solution.success and solution.v[:, 0] == pytest.approx(exact, abs=1e-6)
     with pytest.raises(UsageError) as refused:
         model.simulate(1e13 + 10.0, 0.1, t_start=1e13)
-    assert str(refused.value) == (
-        "usage error: t_start: sin(7e+13) in the input u would be taken at t = 1e+13 s; sines and cosines are computed up to "
-        "1e+10 rad, beyond which numbers are 2e-06 rad and more apart; try: an origin of time near the run, with the phase "
-        "there in the formula"
-    )  # fmt: skip
+    assert (
+        str(refused.value)
+        == "usage error: t_start: sin(7e+13) in the input u would be taken at t = 1e+13 s; sines and cosines are"
+        " computed up to 1e+10 rad, beyond which numbers are 2e-06 rad and more apart; try: an origin of time near"
+        " the run, with the phase there in the formula"
+    )
     with pytest.raises(UsageError, match=r"t_end: sin\(1.05e\+10\) in the input u would be taken at t = 1.5e\+09 s"):
         model.simulate(1.5e9, 1e3, t_start=1.4e9)
     assert model.simulate(1e13 + 10.0, 0.1, t_start=1e13, inputs={"u": 1.0}).v[-1] == pytest.approx(10.0, rel=1e-9)
 
 
 @pytest.mark.parametrize("method", ["generalized_alpha", "rk4"])
-@pytest.mark.parametrize("effort", ["1e-14 * sin(1e11 * q.h)", "1e-3 if cos(1e11 * q.h) < 2 else 2"], ids=["sine", "choice"])
+@pytest.mark.parametrize(
+    "effort", ["1e-14 * sin(1e11 * q.h)", "1e-3 if cos(1e11 * q.h) < 2 else 2"], ids=["sine", "choice"]
+)
 def test_an_argument_that_grows_with_the_motion_stops_the_run_and_is_named(method: str, effort: str) -> None:
     model = eomgen.build(slider("fast_formula", effort=effort))
     solution = model.simulate(1.0, 1e-2, method=method, initial={"h": {"position": 0.0, "velocity": 1.0}})
@@ -51,8 +60,10 @@ def test_a_joint_that_has_turned_too_far_is_named() -> None:
         "format": 1, "name": "far_turned",
         "bodies": {"b": {"mass": 1.0, "center_of_mass": [0, 0, -0.5], "inertia": [0.1, 0.1, 0.1]}},
         "joints": {"h": {"type": "revolute", "parent": "base", "child": "b", "axis": [0, 1, 0]}},
-    }  # fmt: skip
-    solution = eomgen.build(pendulum).simulate(1.0, 0.1, method="rk4", initial={"h": {"position": 1.0, "velocity": 4e10}})
+    }  # fmt: skip  # a table
+    solution = eomgen.build(pendulum).simulate(
+        1.0, 0.1, method="rk4", initial={"h": {"position": 1.0, "velocity": 4e10}}
+    )
     assert not solution.success
     assert ", where q.h is " in solution.message, solution.message
     assert solution.message.endswith("try: smaller initial angles and velocities, or a shorter run")

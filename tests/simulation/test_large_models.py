@@ -1,4 +1,5 @@
-"""Large models: what is recorded and written for them, and that they run. How long that takes is measured in ``benchmarks``."""
+"""Large models: what is recorded and written for them, and that they run. How long that takes is measured in
+``benchmarks``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Constraint rows that were left out have to follow from the others at every run; rows without a derivative are named."""
+"""Constraint rows that were left out have to follow from the others at every run; rows without a derivative are
+named."""
 
 from __future__ import annotations
 
@@ -29,12 +30,15 @@ def four_bar(turned: bool, coordinates: Literal["joint", "absolute"], X: float =
     first = {"body": "b", "position": [1.5, 0, 0], "axis": [0, 0, 1]}
     second = {"body": "c", "position": [1, 0, 0], "axis": [0, 0, 1]}
     return {
-        "format": 1, "name": "four_bar", "gravity": [0, 0, 0], "coordinates": coordinates,
+        "format": 1,
+        "name": "four_bar",
+        "gravity": [0, 0, 0],
+        "coordinates": coordinates,
         "parameters": {"X": {"value": X, "tunable": True}, "Y": {"value": Y, "tunable": True}},
         "bodies": {**{name: {"mass": 1.0, "inertia": [0.1] * 3} for name in "abc"}, "root": {"mass": 0.0}},
         "joints": {"root": root, **joints},
         "constraints": {"close": {"type": "revolute", "first": first, "second": second}},
-    }  # fmt: skip
+    }
 
 
 @cache
@@ -93,11 +97,13 @@ def test_a_constraint_of_which_nothing_is_left() -> None:
     frame = {"axis": [0, 0, 1], "position": [0, 0, "X"]}
     again = {"type": "revolute", "first": {**frame, "body": "base"}, "second": {"body": "b", "axis": [0, 0, 1]}}
     scene = {
-        "format": 1, "name": "twice", "parameters": {"X": {"value": 0.0, "tunable": True}},
+        "format": 1,
+        "name": "twice",
+        "parameters": {"X": {"value": 0.0, "tunable": True}},
         "bodies": {"b": {"mass": 1.0, "inertia": [0.1] * 3}},
         "joints": {"h": {"type": "revolute", "parent": "base", "child": "b", "axis": [0, 0, 1]}},
         "constraints": {"again": again},
-    }  # fmt: skip
+    }
     hinge = eomgen.build(scene, profile="quick")
     assert hinge.multipliers == () and hinge.simulate(1e-2).success
     with pytest.raises(ModelError, match=r"are off at X = 0\.2: again: origins meet along z by -?0\.2; try"):
@@ -107,11 +113,15 @@ def test_a_constraint_of_which_nothing_is_left() -> None:
 def rope(length: float | str, height: float) -> dict[str, Any]:
     """Return a free body that a rope holds to the base, its point that far below."""
     return {
-        "format": 1, "name": "rope", "parameters": {"X": {"value": 0.5, "tunable": True}},
+        "format": 1,
+        "name": "rope",
+        "parameters": {"X": {"value": 0.5, "tunable": True}},
         "bodies": {"b": {"mass": 1.0, "inertia": [0.1] * 3}},
         "joints": {"h": {"type": "free", "parent": "base", "child": "b", "initial": {"position": [0, 0, -height]}}},
-        "constraints": {"rope": {"type": "distance", "length": length, "first": {"body": "base"}, "second": {"body": "b"}}},
-    }  # fmt: skip
+        "constraints": {
+            "rope": {"type": "distance", "length": length, "first": {"body": "base"}, "second": {"body": "b"}}
+        },
+    }
 
 
 UNDEFINED = (
@@ -129,7 +139,9 @@ def test_points_of_a_distance_that_coincide_are_named(capfd: pytest.CaptureFixtu
     with pytest.raises(ModelError) as caught:
         hanging.simulate(0.1, initial={"h": [1, 0, 0, 0, 0, 0, 0]})
     assert str(caught.value) == UNDEFINED
-    with pytest.raises(UsageError, match=r"\(constraints\.rope\.length\): 0 m is not positive at X = 0; try: a length in m"):
+    with pytest.raises(
+        UsageError, match=r"\(constraints\.rope\.length\): 0 m is not positive at X = 0; try: a length in m"
+    ):
         hanging.simulate(0.1, parameters={"X": 0.0})
     assert capfd.readouterr().err == ""
 
@@ -141,5 +153,7 @@ def test_dependent_rows_of_a_state_are_no_traceback() -> None:
     bars["constraints"]["close"]["first"]["position"] = [1.0, 0, 0]
     bars["constraints"]["close"]["second"].pop("axis")
     parallelogram = eomgen.build(bars, profile="quick")
-    with pytest.raises(eomgen.NumericalError, match="accelerations and multipliers are not unique: rows depend on each other"):
+    with pytest.raises(
+        eomgen.NumericalError, match="accelerations and multipliers are not unique: rows depend on each other"
+    ):
         parallelogram.forward_dynamics([0.0, 0.0, 0.0], [0.0, 0.0, 0.0])

@@ -23,7 +23,9 @@ def test_a_run_that_starts_beyond_a_limit_says_so() -> None:
     said = "joint elbow starts at 0 rad, beyond its upper limit -0.07 rad: the stop pushes back with up to 607 N m"
     run = stopped().simulate(0.01, 1e-3)
     assert run.success and said in run.message
-    assert [note for note in run.metadata["notes"] if "beyond" in note] == [f"{said}; try an initial position within the limits"]
+    assert [note for note in run.metadata["notes"] if "beyond" in note] == [
+        f"{said}; try an initial position within the limits"
+    ]
     assert said in stopped().notes[0]
 
 

@@ -1,4 +1,5 @@
-"""A hundred thousand steps of the slow top and of a four-bar: constraints, energy, quaternions and angular momentum stay."""
+"""A hundred thousand steps of the slow top and of a four-bar: constraints, energy, quaternions and angular momentum
+stay."""
 
 from __future__ import annotations
 
@@ -22,9 +23,10 @@ def run(case: Case) -> LongRun:
 
 
 @pytest.mark.parametrize(
-    ("formulation", "trend", "momentum"), [(tops.SE3, 1e-5, 6.4e-5), (tops.R3XSO3, 2e-4, 1e-5)],
+    ("formulation", "trend", "momentum"),
+    [(tops.SE3, 1e-5, 6.4e-5), (tops.R3XSO3, 2e-4, 1e-5)],
     ids=lambda value: getattr(value, "group", ""),
-)  # fmt: skip
+)
 def test_the_slow_top_keeps_its_invariants(formulation: tops.Formulation, trend: float, momentum: float) -> None:
     found = run(Case(formulation.name, partial(formulation.model, tops.SLOW), 1e-3))
     assert found.constraint <= 1e-12
@@ -57,9 +59,9 @@ def test_a_crank_that_has_turned_eight_thousand_times_keeps_its_loop(method: str
         model.simulate(2.5, 2.5e-4, method=method, rho_inf=0.9, initial={"q": q, "v": model.initial_v})
         for q in (model.initial_q, turned)
     )
-    # Corrections end at 32 last places of what the rows add up, four links of 2.6 m in all: 1.847e-14 m at any number of turns
-    # and of steps, where the digits of an angle of 5e4 rad would be 7e-12. (They ended at 32 last places of 1 m, 7.1e-15, before
-    # sizes were looked at.)
+    # Corrections end at 32 last places of what the rows add up, four links of 2.6 m in all: 1.847e-14 m at any number
+    # of turns and of steps, where the digits of an angle of 5e4 rad would be 7e-12. (They ended at 32 last places of 1
+    # m, 7.1e-15, before sizes were looked at.)
     rounding = 32.0 * np.finfo(float).eps * (CRANK + COUPLER + ROCKER + GROUND)
     assert max(run.stats["max_constraint"] for run in (first, late)) <= 1.001 * rounding
     assert late.stats["max_constraint_velocity"] <= 1e-10  # 2 m/s times these digits, and what is left of them in v
@@ -77,7 +79,9 @@ def test_an_angle_that_winds_up_a_spring_is_left_alone() -> None:
         stiffness = 2.0 if name == "first" else 0.0
         at = [1.0 if name == "second" else 0.0, 0, 0]
         start = {"position": [angle]}
-        builder.joint(f"to_{name}", "revolute", parent, name, axis=[0, 1, 0], position=at, stiffness=stiffness, initial=start)
+        builder.joint(
+            f"to_{name}", "revolute", parent, name, axis=[0, 1, 0], position=at, stiffness=stiffness, initial=start
+        )
     pin = {"axis": [0, 1, 0]}
     ends = [{"body": name, "position": [length, 0, 0], **pin} for name, length in (("second", 1.0), ("third", 1.5))]
     builder.constraint("loop", "revolute", ends[0], ends[1])

@@ -18,16 +18,20 @@ def model() -> eomgen.Model:
     scene = planar_chain(LINKS)
     scene = replace(scene, name="long_chain", content=b"planar chain of 42 rods", gravity=scene.gravity)
     joints = tuple(
-        replace(joint, initial_position=(0.02 * k,), initial_velocity=(0.1 * (-1) ** k,)) for k, joint in enumerate(scene.joints)
+        replace(joint, initial_position=(0.02 * k,), initial_velocity=(0.1 * (-1) ** k,))
+        for k, joint in enumerate(scene.joints)
     )
-    return eomgen.build(replace(scene, joints=joints), terms=["residual", "iteration", "forward_dynamics"], profile="quick")
+    return eomgen.build(
+        replace(scene, joints=joints), terms=["residual", "iteration", "forward_dynamics"], profile="quick"
+    )
 
 
 def test_a_long_chain_is_stepped_without_its_dense_matrix(model: eomgen.Model) -> None:
     assert not {"mass", "partials"} & set(model.terms)
     sizes = model.library.layout["method"]
     assert sizes["solver"]["elimination"]["size"] > 3 * LINKS
-    assert sizes["solver"]["elimination"]["operations"] < 300 * LINKS  # linear in the links; whole it would be 42^3 / 3 = 24 696
+    # linear in the links; whole it would be 42^3 / 3 = 24 696
+    assert sizes["solver"]["elimination"]["operations"] < 300 * LINKS
     solution = model.simulate(0.02, 1e-3)
     assert solution.success, solution.message
     assert solution.stats["newton_iterations"] <= 4 * solution.stats["steps"]
@@ -53,9 +57,15 @@ def test_joints_of_several_coordinates_in_a_long_tree() -> None:
         count = 3 if kind == "planar" else 2
         builder.body(f"link_{k}", 1.0, center_of_mass=[0.02, 0.01, -0.1], inertia=[0.02, 0.02, 0.01])
         builder.joint(
-            f"joint_{k}", kind, f"link_{k - 1}" if k % 5 else "base", f"link_{k}", position=[0.1, 0, -0.1],
-            stiffness=[20.0] * count, initial={"position": [0.1] * count, "velocity": [0.2 * (-1) ** k] * count}, **kinds[kind],
-        )  # fmt: skip
+            f"joint_{k}",
+            kind,
+            f"link_{k - 1}" if k % 5 else "base",
+            f"link_{k}",
+            position=[0.1, 0, -0.1],
+            stiffness=[20.0] * count,
+            initial={"position": [0.1] * count, "velocity": [0.2 * (-1) ** k] * count},
+            **kinds[kind],
+        )
     model = eomgen.build(builder.build(), terms=["residual", "iteration", "forward_dynamics"], profile="quick")
     exact = model.simulate(0.04, 1e-3, method="rk4")
     errors = [np.abs(model.simulate(0.04, step).q[-1] - exact.q[-1]).max() for step in (4e-3, 2e-3, 1e-3)]

@@ -32,7 +32,10 @@ def test_cases_of_the_same_coefficients_run_the_same() -> None:
 
 
 def test_undamped_and_damped_cases_bear_constraints() -> None:
-    ends = [absolute().simulate(0.2, 2e-3, method=name, **more) for name, more in (("trapezoidal", {}), ("hht", {"alpha": 0.05}))]
+    ends = [
+        absolute().simulate(0.2, 2e-3, method=name, **more)
+        for name, more in (("trapezoidal", {}), ("hht", {"alpha": 0.05}))
+    ]
     fine = absolute().simulate(0.2, 2e-4)
     for run in ends:
         assert run.success and run.stats["max_constraint_velocity"] < 1e-9
@@ -63,22 +66,32 @@ def test_a_scene_file_chooses_a_case(tmp_path: Path, capsys: pytest.CaptureFixtu
     path = tmp_path / "scene.toml"
     path.write_text(PENDULUM_TOML + 'method = "hht"\nalpha = 0.1\n', encoding="utf-8")
     assert main(["simulate", str(path), "--out", str(tmp_path / "out"), "--t-end", "0.1", "--no-plots"]) == 0
-    assert "hht, step 0.001 s, alpha_m 0, alpha_f 0.1, beta 0.3025, gamma 0.6" in " ".join(capsys.readouterr().out.split())
+    assert "hht, step 0.001 s, alpha_m 0, alpha_f 0.1, beta 0.3025, gamma 0.6" in " ".join(
+        capsys.readouterr().out.split()
+    )
     other = ["--method", "newmark", "--beta", "0.3", "--gamma", "0.55", "--no-plots", "--t-end", "0.1"]
     assert main(["simulate", str(path), "--out", str(tmp_path / "out"), *other]) == 0
-    assert "newmark, step 0.001 s, alpha_m 0, alpha_f 0, beta 0.3, gamma 0.55" in " ".join(capsys.readouterr().out.split())
+    assert "newmark, step 0.001 s, alpha_m 0, alpha_f 0, beta 0.3, gamma 0.55" in " ".join(
+        capsys.readouterr().out.split()
+    )
 
 
 @pytest.mark.parametrize(
     ("lines", "key", "text"),
     [
         ('method = "hht"\nalpha = 0.5\n', "alpha", "alpha of hht must lie in 0..1/3, not 0.5"),
-        ('method = "hht"\nrho_inf = 0.2\n', "rho_inf", "hht has spectral radii at infinite frequency of 1/2 to 1, not 0.2"),
+        (
+            'method = "hht"\nrho_inf = 0.2\n',
+            "rho_inf",
+            "hht has spectral radii at infinite frequency of 1/2 to 1, not 0.2",
+        ),
         ('method = "hht"\nrho_inf = 0.6\nalpha = 0.1\n', "alpha", "alpha and rho_inf say the same"),
         ('method = "trapezoidal_index3"\n', "method", "index 3 is weakly unstable"),
     ],
 )
-def test_a_scene_file_with_wrong_parameters_is_refused_at_its_line(tmp_path: Path, lines: str, key: str, text: str) -> None:
+def test_a_scene_file_with_wrong_parameters_is_refused_at_its_line(
+    tmp_path: Path, lines: str, key: str, text: str
+) -> None:
     path = tmp_path / "scene.toml"
     path.write_text(PENDULUM_TOML + lines, encoding="utf-8")
     written = path.read_text(encoding="utf-8").splitlines()

@@ -42,10 +42,14 @@ def test_accelerations_outputs_and_energies_belong_to_the_recorded_states() -> N
     model = pendulum()
     run = model.simulate(0.3, 1e-3, record_every=10)
     assert run.success and run.message == "reached t = 0.3 s in 300 steps"
-    assert run.t.shape == (31,) and run.q.shape == (31, 1) and run.z.shape == (31, 0) and run.multipliers.shape == (31, 0)
+    assert (
+        run.t.shape == (31,) and run.q.shape == (31, 1) and run.z.shape == (31, 0) and run.multipliers.shape == (31, 0)
+    )
     np.testing.assert_allclose(run.t, np.arange(31) * 0.01, atol=1e-15)
     np.testing.assert_allclose(run.a, model.forward_dynamics(run.q, run.v, run.t), rtol=1e-7, atol=1e-7)
-    np.testing.assert_allclose(run.outputs["tip"], model.point("link", [0, 0, -1.0], run.q, run.v, run.t).position, atol=1e-14)
+    np.testing.assert_allclose(
+        run.outputs["tip"], model.point("link", [0, 0, -1.0], run.q, run.v, run.t).position, atol=1e-14
+    )
     np.testing.assert_allclose(run.outputs["angle"], run.q[:, 0], rtol=0)
     for name, values in model.energy(run.q, run.v, run.a, run.t).items():
         np.testing.assert_allclose(run.energy[name], values, rtol=0)
@@ -136,13 +140,15 @@ def test_a_force_that_is_no_number_ends_the_run_and_is_named() -> None:
 
 
 def test_a_curve_that_an_internal_state_leaves_is_named() -> None:
-    builder = eomgen.SceneBuilder("leaving").body("slug", 1.0).joint("slide", "prismatic", "base", "slug", axis=[1, 0, 0])
+    builder = (
+        eomgen.SceneBuilder("leaving").body("slug", 1.0).joint("slide", "prismatic", "base", "slug", axis=[1, 0, 0])
+    )
     builder.curve("map", points=[[-1, 0], [0, 1], [1, 2]]).state("clock", "3").state("lag", "map(clock) - lag")
     message = eomgen.build(builder.effort("push", "slide", "lag").build(), profile="quick").simulate(1.0, 1e-2).message
     assert (
         "the first block that is not finite is zdot (the rates of the internal states), component lag at t = 0.34 s, "
-        "where the curve map has points from -1 to 1 and is asked at 1.02; try: points that reach further"
-    ) in message
+        "where the curve map has points from -1 to 1 and is asked at 1.02; try: points that reach further" in message
+    )
 
 
 def test_a_start_at_which_forces_are_no_numbers_is_reported_not_raised() -> None:
@@ -207,8 +213,14 @@ def test_ctrl_c_returns_what_there_is_and_a_second_handler_is_restored() -> None
             {"settings": {"max_iterations": 1.5}},
             "settings.max_iterations: max_iterations must be a whole number from 1 to 2147483647, not 1.5; try: 16",
         ),
-        ({"settings": {"max_iterations": 0}}, "max_iterations must be a whole number from 1 to 2147483647, not 0; try: 16"),
-        ({"settings": {"max_halvings": 31}}, "settings.max_halvings: max_halvings must be a whole number from 0 to 30, not 31"),
+        (
+            {"settings": {"max_iterations": 0}},
+            "max_iterations must be a whole number from 1 to 2147483647, not 0; try: 16",
+        ),
+        (
+            {"settings": {"max_halvings": 31}},
+            "settings.max_halvings: max_halvings must be a whole number from 0 to 30, not 31",
+        ),
         ({"settings": {"max_halvings": 0.5}}, "max_halvings must be a whole number from 0 to 30, not 0.5"),
         ({"settings": {"reuse": 2}}, "settings.reuse: reuse must be 0 or 1, not 2; try: 1"),
         ({"settings": {"reuse": 0.5}}, "settings.reuse: reuse must be 0 or 1, not 0.5; try: 1"),
@@ -230,7 +242,8 @@ def test_what_cannot_run_is_refused_by_name(options: dict[str, Any], text: str) 
 
 def test_a_start_that_is_no_rotation_is_refused() -> None:
     with pytest.raises(
-        eomgen.UsageError, match=r"initial q\[\.\.\., 7:11\]: the quaternion \(w, x, y, z\) of this joint has length 2, not 1"
+        eomgen.UsageError,
+        match=r"initial q\[\.\.\., 7:11\]: the quaternion \(w, x, y, z\) of this joint has length 2, not 1",
     ):
         flyer().simulate(0.1, initial={"ball": [2.0, 0.0, 0.0, 0.0]})
 

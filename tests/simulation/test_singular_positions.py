@@ -12,7 +12,10 @@ from eomgen.simulation.singular_positions import NEARLY, nearest_singular, singu
 from tests.oracles.placed_loops import four_bar, windows
 
 SINGULAR = ", where branches of configurations cross"
-WAY = "try: rk4_partitioned, which passes such positions along the velocity; steps smaller than 0.002 s may come nearer to it"
+WAY = (
+    "try: rk4_partitioned, which passes such positions along the velocity; steps smaller than 0.002 s may come nearer"
+    " to it"
+)
 
 
 @pytest.fixture(scope="module")
@@ -21,9 +24,17 @@ def model() -> eomgen.Model:
 
 
 def tops(t: np.ndarray) -> np.ndarray:
-    """Return the angle of two windows that stay parallel to each other, (n,): theta'' = -(3 g / 2) (7 / 9) cos(theta)."""
-    found = solve_ivp(lambda _, y: [y[1], -1.5 * 9.81 * 7 / 9 * np.cos(y[0])], (0.0, t[-1]), [np.pi / 2, -1.0],
-                      method="DOP853", rtol=1e-13, atol=1e-13, t_eval=t)  # fmt: skip
+    """Return the angle of two windows that stay parallel to each other, (n,): theta'' = -(3 g / 2) (7 / 9)
+    cos(theta)."""
+    found = solve_ivp(
+        lambda _, y: [y[1], -1.5 * 9.81 * 7 / 9 * np.cos(y[0])],
+        (0.0, t[-1]),
+        [np.pi / 2, -1.0],
+        method="DOP853",
+        rtol=1e-13,
+        atol=1e-13,
+        t_eval=t,
+    )
     return np.asarray(found.y[0])
 
 
@@ -39,15 +50,17 @@ def test_rk4_partitioned_passes_and_says_how_often(model: eomgen.Model, step: fl
     count = int(run.stats["singular_passages"])
     assert run.success and count == (10 if step < 1e-2 else 9)
     assert run.message.endswith(
-        f"; it passed {count} positions where the constraints are singular, or nearly, and branches cross, each time along its "
-        "velocity"
+        f"; it passed {count} positions where the constraints are singular, or nearly, and branches cross, each time"
+        " along its velocity"
     )
     assert error(run) < 3e-6 and np.ptp(run.energy["total"]) < 3e-6
 
 
 @pytest.mark.parametrize("step", [1e-2, 5e-3, 2e-3, 1e-3])
 @pytest.mark.parametrize("method", ["generalized_alpha", "generalized_alpha_index3", "trapezoidal"])
-def test_generalized_alpha_passes_with_its_order_or_says_why_it_stops(model: eomgen.Model, method: str, step: float) -> None:
+def test_generalized_alpha_passes_with_its_order_or_says_why_it_stops(
+    model: eomgen.Model, method: str, step: float
+) -> None:
     run = model.simulate(10.0, step, method=method)
     assert error(run) < 50.0 * step**2
     assert np.ptp(run.energy["total"]) < 200.0 * step**2
@@ -81,7 +94,11 @@ def test_a_start_at_one_is_refused_with_the_cause(model: eomgen.Model, method: s
 
 def test_rows_of_a_run_are_judged_by_its_others(model: eomgen.Model) -> None:
     angle = np.linspace(np.pi / 2, 0.01, 300)
-    q, t, p = np.stack([angle, angle, angle, -angle, -angle], axis=1), np.linspace(0.0, 1.0, 300), model.parameter_array()
+    q, t, p = (
+        np.stack([angle, angle, angle, -angle, -angle], axis=1),
+        np.linspace(0.0, 1.0, 300),
+        model.parameter_array(),
+    )
     v = np.array([-1.0, -1.0, -1.0, 1.0, 1.0])
     nearest = nearest_singular(model, t, q, p)
     assert nearest is not None and nearest.time == 1.0 and nearest.part < NEARLY

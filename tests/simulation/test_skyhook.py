@@ -1,4 +1,5 @@
-"""Skyhook, groundhook and clipped dampers in runs: against their laws in NumPy, and what they do to energy and smoothness."""
+"""Skyhook, groundhook and clipped dampers in runs: against their laws in NumPy, and what they do to energy and
+smoothness."""
 
 from __future__ import annotations
 
@@ -15,7 +16,8 @@ LIMITS = {"softest": 300.0, "hardest": 3000.0}
 
 
 def scene(*, width: float | None = None, tilt: float = 0.0, moving: bool = False) -> eomgen.Scene:
-    """Return two masses on one rail, tilted, and a spring between them with a skyhook, clipped or not, as outputs say."""
+    """Return two masses on one rail, tilted, and a spring between them with a skyhook, clipped or not, as outputs
+    say."""
     axis = [np.sin(tilt), 0.0, np.cos(tilt)]
     builder = eomgen.SceneBuilder("masses", gravity=[0, 0, -9.81])
     for name, value in (("sky", 2000.0), ("ground", 400.0), *LIMITS.items()):
@@ -30,9 +32,16 @@ def scene(*, width: float | None = None, tilt: float = 0.0, moving: bool = False
     builder.controller("ideal", "skyhook", spring="strut", damping="sky", groundhook="ground")
     options = {} if width is None else {"width": width}
     builder.controller(
-        "semi", "skyhook", spring="strut", damping="sky", groundhook="ground", clipped=True, minimum_damping="softest",
-        maximum_damping="hardest", **options,
-    )  # fmt: skip
+        "semi",
+        "skyhook",
+        spring="strut",
+        damping="sky",
+        groundhook="ground",
+        clipped=True,
+        minimum_damping="softest",
+        maximum_damping="hardest",
+        **options,
+    )
     builder.spring("strut", "hub", "mount", stiffness=16000.0, length=0.55, force="semi")
     builder.output("ideal", formula="ideal", unit="N").output("semi", formula="semi", unit="N")
     builder.output("along", formula=["velocity.mount[2]", "velocity.hub[2]", "rate.strut"])

@@ -19,11 +19,24 @@ from eomgen.simulation.time_grid import time_grid
 @cache
 def pendulum() -> Model:
     """Return a driven pendulum with an input from outside."""
-    return eomgen.build({
-        "format": 1, "name": "timed", "bodies": {"b": {"mass": 1.0, "center_of_mass": [0, 0, -0.5], "inertia": [0.1, 0.1, 0.1]}},
-        "joints": {"h": {"type": "revolute", "parent": "base", "child": "b", "axis": [0, 1, 0], "initial": {"position": 1.0}}},
-        "inputs": {"push": {}, "beat": {"formula": "sin(3 * t)"}}, "efforts": {"e": {"joint": "h", "effort": "push + beat"}},
-    })  # fmt: skip
+    return eomgen.build(
+        {
+            "format": 1,
+            "name": "timed",
+            "bodies": {"b": {"mass": 1.0, "center_of_mass": [0, 0, -0.5], "inertia": [0.1, 0.1, 0.1]}},
+            "joints": {
+                "h": {
+                    "type": "revolute",
+                    "parent": "base",
+                    "child": "b",
+                    "axis": [0, 1, 0],
+                    "initial": {"position": 1.0},
+                }
+            },
+            "inputs": {"push": {}, "beat": {"formula": "sin(3 * t)"}},
+            "efforts": {"e": {"joint": "h", "effort": "push + beat"}},
+        }
+    )
 
 
 METHODS = ("generalized_alpha", "rk4", "taylor", "hermite")
@@ -48,7 +61,9 @@ def test_the_shortened_step_keeps_the_order(method: str, order: int) -> None:
     for step in (0.03, 0.015, 0.0075):  # the last step is a third of the others
         solution = pendulum().simulate(end, step, method=method, inputs={"push": 0.5})
         assert solution.t[-1] == end
-        errors.append(np.abs([solution.q[-1] - exact.q[-1], solution.v[-1] - exact.v[-1], solution.a[-1] - exact.a[-1]]).max())
+        errors.append(
+            np.abs([solution.q[-1] - exact.q[-1], solution.v[-1] - exact.v[-1], solution.a[-1] - exact.a[-1]]).max()
+        )
     assert np.log2(errors[0] / errors[2]) / 2.0 == pytest.approx(order, abs=0.25)
 
 
@@ -80,12 +95,17 @@ def test_a_checkpoint_of_a_run_with_a_shortened_step_goes_on_with_the_grid(tmp_p
     assert np.array_equal(both.t, whole.t) and np.array_equal(both.q, whole.q) and np.array_equal(both.a, whole.a)
 
 
-@pytest.mark.parametrize(("start", "step", "apart"), [(1e17, 0.5, "16"), (1e9, 1e-8, "1.19e-07"), (-1e9, 1e-8, "1.19e-07")])
+@pytest.mark.parametrize(
+    ("start", "step", "apart"), [(1e17, 0.5, "16"), (1e9, 1e-8, "1.19e-07"), (-1e9, 1e-8, "1.19e-07")]
+)
 def test_a_step_in_which_time_cannot_move_on_is_refused(start: float, step: float, apart: str) -> None:
     with pytest.raises(UsageError) as refused:
         pendulum().simulate(start + 32 * step + 64.0, step, t_start=start, inputs={"push": 0.0})
     latest = max(start, start + 32 * step + 64.0, key=abs)
-    said = f"step: at t = {latest:.9g} s neighbouring numbers are {apart} s apart, too far for a step of {step:.3g} s; try: "
+    said = (
+        f"step: at t = {latest:.9g} s neighbouring numbers are {apart} s apart, too far for a step of {step:.3g} s;"
+        " try: "
+    )
     assert said in str(refused.value)
     assert "or times nearer to 0, with formulas of time shifted by as much" in str(refused.value)
 
@@ -105,11 +125,17 @@ def test_a_float_stepper_has_the_time_of_float() -> None:
 
 
 def fast_wave(period: float) -> Model:
-    return eomgen.build({
-        "format": 1, "name": f"wave_of_{period:g}".replace("-", "_"), "gravity": [0, 0, 0], "bodies": {"b": {"mass": 1.0}},
-        "joints": {"h": {"type": "prismatic", "parent": "base", "child": "b", "axis": [1, 0, 0]}},
-        "inputs": {"u": {"wave": {"shape": "square", "period": period}}}, "efforts": {"e": {"joint": "h", "effort": "u"}},
-    })  # fmt: skip
+    return eomgen.build(
+        {
+            "format": 1,
+            "name": f"wave_of_{period:g}".replace("-", "_"),
+            "gravity": [0, 0, 0],
+            "bodies": {"b": {"mass": 1.0}},
+            "joints": {"h": {"type": "prismatic", "parent": "base", "child": "b", "axis": [1, 0, 0]}},
+            "inputs": {"u": {"wave": {"shape": "square", "period": period}}},
+            "efforts": {"e": {"joint": "h", "effort": "u"}},
+        }
+    )
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -117,10 +143,11 @@ def test_waves_much_faster_than_the_step_are_refused_before_the_run(method: str)
     model = fast_wave(1e-12)
     with pytest.raises(UsageError) as refused:
         model.simulate(1e-3, 1e-3, method=method)
-    assert str(refused.value) == (
-        "usage error: step: forces jump 2e+09 times within a step of 0.001 s, in waves of 1e-12 s; try: a step of 5e-09 s or "
-        "less with a larger record_every, or a longer period of the wave"
-    )  # fmt: skip
+    assert (
+        str(refused.value)
+        == "usage error: step: forces jump 2e+09 times within a step of 0.001 s, in waves of 1e-12 s; try: a step of"
+        " 5e-09 s or less with a larger record_every, or a longer period of the wave"
+    )
     with pytest.raises(UsageError, match=r"there are 2e\+09 such times from 0 s to 0.001 s, in waves of 1e-12 s"):
         model.discontinuity_times(0.0, 1e-3)
     assert len(model.discontinuity_times(0.0, 1e-9)) == 2001

@@ -1,4 +1,5 @@
-"""Small scenes that together have every term: a tree with internal states on a moving base, bodies in constraints, a beam."""
+"""Small scenes that together have every term: a tree with internal states on a moving base, bodies in constraints, a
+beam."""
 
 from __future__ import annotations
 
@@ -9,10 +10,13 @@ import eomgen
 
 @cache
 def drone() -> eomgen.Scene:
-    """Return a drone that carries a pendulum: a moving base, lagging thrust, filters, inputs given and driven, outputs."""
+    """Return a drone that carries a pendulum: a moving base, lagging thrust, filters, inputs given and driven,
+    outputs."""
     builder = eomgen.SceneBuilder("drone").parameter("lag", 0.05, tunable=True)
     builder.input("command", "3 + sin(t)").input("twist")
-    builder.base(position=["0.1 * sin(3 * t)", 0, "0.2 * t"], rotation=[([0, 0, 1], "0.3 * t"), ([1, 0, 0], "0.2 * sin(t)")])
+    builder.base(
+        position=["0.1 * sin(3 * t)", 0, "0.2 * t"], rotation=[([0, 0, 1], "0.3 * t"), ([1, 0, 0], "0.2 * sin(t)")]
+    )
     builder.body("hull", 1.5, inertia=[0.02, 0.03, 0.04]).joint("flight", "free", "base", "hull")
     builder.body("rod", 0.4, center_of_mass=[0, 0, -0.3], inertia=[0.01, 0.01, 0.001])
     builder.joint("hinge", "revolute", "hull", "rod", axis=[0, 1, 0], position=[0.1, 0, 0], damping=0.01)
@@ -28,7 +32,8 @@ def drone() -> eomgen.Scene:
 
 @cache
 def gate() -> eomgen.Scene:
-    """Return two absolute bodies, one on a shaking base, the other driven against it, with a torque that is an input."""
+    """Return two absolute bodies, one on a shaking base, the other driven against it, with a torque that is an
+    input."""
     builder = eomgen.SceneBuilder("gate", coordinates="absolute").input("torque", "0.2 * sin(3 * t)").input("push")
     builder.base(position=["0.05 * sin(7 * t)", 0, 0], rotation=[([0, 0, 1], "0.1 * sin(2 * t)")])
     builder.body("leaf", 1.3, center_of_mass=[0.5, 0, 0], inertia=[0.02, 0.1, 0.1])

@@ -17,8 +17,23 @@ SCENES = sorted(path.relative_to(EXAMPLES).as_posix() for path in EXAMPLES.glob(
 #: Of these only what differs from smaller scenes is checked here, for the time that compiling all of it takes.
 LONG = {
     "hanging_chain/scene.toml": ("mass", "coupling", "energy", "partials", "accelerations", "jacobians"),
-    "sea_arm/links.toml": ("mass", "energy", "inverse_dynamics", "forward_dynamics", "rates", "partials", "accelerations"),
-    "jerk_limited_arm/scene.toml": ("energy", "inverse_dynamics", "forward_dynamics", "rates", "partials", "linearization"),
+    "sea_arm/links.toml": (
+        "mass",
+        "energy",
+        "inverse_dynamics",
+        "forward_dynamics",
+        "rates",
+        "partials",
+        "accelerations",
+    ),
+    "jerk_limited_arm/scene.toml": (
+        "energy",
+        "inverse_dynamics",
+        "forward_dynamics",
+        "rates",
+        "partials",
+        "linearization",
+    ),
 }
 
 
@@ -36,7 +51,9 @@ def test_every_closed_form_of_an_example_agrees(name: str) -> None:
 
 
 def test_a_report_is_written_and_drawn(tmp_path: Path) -> None:
-    report = check(EXAMPLES / "slider_crank_spatial" / "scene.toml", states=3, profile="quick", only=("constraint", "partials"))
+    report = check(
+        EXAMPLES / "slider_crank_spatial" / "scene.toml", states=3, profile="quick", only=("constraint", "partials")
+    )
     files = report.write(tmp_path / "new" / "folder")
     assert [path.name for path in files] == ["check.json", "check.csv", "check.png"]
     data = json.loads(files[0].read_text(encoding="utf-8"))

@@ -1,4 +1,5 @@
-"""The ladder of differences on functions whose derivatives are known: agreement, step, slope, and error bars that hold."""
+"""The ladder of differences on functions whose derivatives are known: agreement, step, slope, and error bars that
+hold."""
 
 from __future__ import annotations
 
@@ -27,7 +28,9 @@ def form_of(block: str, size: int) -> Claim:
     def source(engine: Engine, state: Blocks) -> Array:
         return engine("f", state)["y"]
 
-    return Claim("f", "", "", lambda engine, state: column(source(engine, state)), source, lambda _: {block: np.eye(size)})
+    return Claim(
+        "f", "", "", lambda engine, state: column(source(engine, state)), source, lambda _: {block: np.eye(size)}
+    )
 
 
 def test_error_bars_hold_and_are_small(rng: np.random.Generator) -> None:
@@ -53,7 +56,9 @@ def test_error_bars_hold_and_are_small(rng: np.random.Generator) -> None:
 @pytest.mark.parametrize(("bend", "kinked"), [(np.abs, True), (lambda x: x * np.abs(x), False), (lambda x: x, False)])
 def test_one_sided_differences_tell_kinks(bend, kinked: bool) -> None:
     state = {"q": np.array([[0.0, 1.0, 0.0, 0.0, 0.0]]), "v": np.zeros((1, 4))}
-    found = differences(form_of("v", 4), engine_of(lambda blocks: bend(blocks["v"][..., :1]) + blocks["v"][..., 1:2] ** 2), state)
+    found = differences(
+        form_of("v", 4), engine_of(lambda blocks: bend(blocks["v"][..., :1]) + blocks["v"][..., 1:2] ** 2), state
+    )
     assert found.kink[0, 0].tolist() == [kinked, False, False, False]
     assert not kinked or found.kink_step[0, 0, 0] < 1e-8
 
@@ -76,7 +81,10 @@ def test_turns_are_moved_by_the_exponential_and_to_first_order_alike(rng: np.ran
 
     engine = engine_of(lambda blocks: rotated(blocks["q"][..., 1:], r))
     expected = np.stack([rotated(state["q"][:, 1:], np.cross(d, r)) for d in np.eye(3)], axis=-1)
-    for found in (differences(form_of("q", 4), engine, state).best, complex_steps(form_of("q", 4), engine, engine, state)):
+    for found in (
+        differences(form_of("q", 4), engine, state).best,
+        complex_steps(form_of("q", 4), engine, engine, state),
+    ):
         assert np.allclose(found[..., 1:], expected, atol=1e-9) and not found[..., 0].any()
     turned = moved(engine, state, {"q": np.ones((4, 4))}, 0.7)["q"]
     assert np.allclose(np.linalg.norm(turned[:, 1:], axis=1), 1.0, atol=1e-15)

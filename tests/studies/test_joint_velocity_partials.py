@@ -28,7 +28,8 @@ def test_those_of_a_spinning_top_are_rounding(formulation: str, rng: np.random.G
     entries = {block.name: block.refs for block in system.functions["joint_velocities"].outputs}
     with mpmath.workdps(50):
         orientation = [mpmath.mpf(x) for x in rng.standard_normal(4).tolist()]
-        length = mpmath.sqrt(sum(x * x for x in orientation))  # to fifty digits: a quaternion off by 1e-16 is no rotation
+        # to fifty digits: a quaternion off by 1e-16 is no rotation
+        length = mpmath.sqrt(sum(x * x for x in orientation))
         q = [*(x / length for x in orientation), *rng.standard_normal(3).tolist()]
         v, a = (150.0 * rng.standard_normal(6)).tolist(), (1e3 * rng.standard_normal(6)).tolist()
         speed, turning = np.abs(v).max(), np.abs(a).max() + np.abs(v).max() ** 2

@@ -1,4 +1,5 @@
-"""Long trees are checked without whole matrices: by energies, the recursion to and fro, the extended system of steps."""
+"""Long trees are checked without whole matrices: by energies, the recursion to and fro, the extended system of
+steps."""
 
 from __future__ import annotations
 
@@ -29,9 +30,15 @@ def chain() -> eomgen.Scene:
     for k in range(LINKS):
         builder.body(f"link_{k}", 0.5, center_of_mass=[0, 0, -0.1], inertia=[1e-3, 1e-3, 1e-4])
         builder.joint(
-            f"joint_{k}", "revolute", f"link_{k - 1}" if k else "base", f"link_{k}", axis=[k % 2, (k + 1) % 2, 0],
-            position=[0, 0, -0.2 if k else 0], damping=0.01, initial={"position": 0.3},
-        )  # fmt: skip
+            f"joint_{k}",
+            "revolute",
+            f"link_{k - 1}" if k else "base",
+            f"link_{k}",
+            axis=[k % 2, (k + 1) % 2, 0],
+            position=[0, 0, -0.2 if k else 0],
+            damping=0.01,
+            initial={"position": 0.3},
+        )
     return builder.simulation(step=1e-3, duration=1.0).build()
 
 

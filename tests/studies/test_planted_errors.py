@@ -117,7 +117,8 @@ CLAIM_NOTHING = {"outputs", "poses", "constraint", "constraint_size", "force", "
 
 
 def planted(monkeypatch: pytest.MonkeyPatch, term: str, output: str, change: Callable[[Array], Array]) -> None:
-    """Change the entry of an output that is largest when it is first asked for, wherever the compiled function is called."""
+    """Change the entry of an output that is largest when it is first asked for, wherever the compiled function is
+    called."""
     original, place = Functions.__call__, list[int]()
 
     def wrong(self: Functions, name: str, blocks: object) -> tuple[Array, ...]:
@@ -162,7 +163,10 @@ def test_every_term_has_a_form_or_is_behind_one() -> None:
     checked = {form.name.partition(".")[0] for report in reports for form in report.forms}
     other_orders = {name for name, term in TERMS.items() if term.source and name[-1].isdigit()}
     assert set(TERMS) - checked - CLAIM_NOTHING - other_orders == set()
-    assert {term for _, term, _, _ in PLANTED} >= set(TERMS) - other_orders - BEHIND_RATES - {"outputs", "constraint_size"}
+    assert {term for _, term, _, _ in PLANTED} >= set(TERMS) - other_orders - BEHIND_RATES - {
+        "outputs",
+        "constraint_size",
+    }
 
 
 # -- errors in derivations, through the C ------------------------------------------------------------------------------
@@ -269,9 +273,12 @@ def swing(folder: Path, name: str) -> Path:
     ],
 )
 def test_an_error_in_a_derivation_is_found_in_the_compiled_model(
-    plant: Callable[[pytest.MonkeyPatch], None], form: str, coordinates: Literal["joint", "absolute"], tmp_path: Path,
+    plant: Callable[[pytest.MonkeyPatch], None],
+    form: str,
+    coordinates: Literal["joint", "absolute"],
+    tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
-) -> None:  # fmt: skip
+) -> None:
     scene = eomgen.load(swing(tmp_path, plant.__name__), coordinates=coordinates)
     plant(monkeypatch)
     report = check(scene, states=3, only=[form], profile="quick")
@@ -290,7 +297,9 @@ def test_an_error_ends_with_exit_code_6_and_its_name(
     verdicts = {line.split()[0]: line.split()[-1] for line in output.out.splitlines() if line.startswith("partials.")}
     assert verdicts == {"partials.K": "agrees", "partials.C": "FAILS", "partials.M": "agrees"}
     said = [line for line in output.err.splitlines() if line.startswith("partials.C FAILS: v.hinge along v.wrist: ")]
-    assert len(said) == 1 and re.search(r": -?[0-9.e-]+, but -?[0-9.e-]+ by [a-z ]+ \(known to .*\), at .*state", said[0])
+    assert len(said) == 1 and re.search(
+        r": -?[0-9.e-]+, but -?[0-9.e-]+ by [a-z ]+ \(known to .*\), at .*state", said[0]
+    )
     assert "1 of 3 closed forms not shown to agree" in output.err
 
 

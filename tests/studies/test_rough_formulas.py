@@ -1,4 +1,5 @@
-"""Formulas that bend, jump, or have unbounded derivatives: remarked where they do, neither silently passed nor called wrong."""
+"""Formulas that bend, jump, or have unbounded derivatives: remarked where they do, neither silently passed nor called
+wrong."""
 
 from __future__ import annotations
 
@@ -28,11 +29,20 @@ def checked(scene: eomgen.Scene, form: str = "partials.K", states: int = 6) -> F
     ("effort", "form", "remark"),
     [
         ("-3 * abs(q.pin)", "partials.K", "not smooth at initial state, t = 0.03 s, t = 0.06 s (abs in effort push)"),
-        ("-100 * max(0, q.pin)", "partials.K", "not smooth at initial state, t = 0.03 s, t = 0.06 s (max in effort push)"),
+        (
+            "-100 * max(0, q.pin)",
+            "partials.K",
+            "not smooth at initial state, t = 0.03 s, t = 0.06 s (max in effort push)",
+        ),
         ("-3 * sign(v.pin)", "partials.C", "not smooth at initial state, t = 0.03 s, t = 0.06 s (sign in effort push)"),
-        # At rest with q.pin = 0 the force is zero, so the motion stays there. (Runs of this scene began when pivots were chosen
-        # without its own state; the two below still stop at once, their matrix being no number, and lend no states.)
-        ("sqrt(q.pin)", "partials.K", "unbounded derivative at initial state, t = 0.03 s, t = 0.06 s (sqrt in effort push)"),
+        # At rest with q.pin = 0 the force is zero, so the motion stays there. (Runs of this scene began when pivots
+        # were chosen without its own state; the two below still stop at once, their matrix being no number, and lend no
+        # states.)
+        (
+            "sqrt(q.pin)",
+            "partials.K",
+            "unbounded derivative at initial state, t = 0.03 s, t = 0.06 s (sqrt in effort push)",
+        ),
         ("sqrt(q.pin ** 2)", "partials.K", "unbounded derivative at initial state (sqrt in effort push)"),
         ("abs(q.pin) ** 0.3", "partials.K", "unbounded derivative at initial state (power in effort push)"),
     ],
@@ -44,7 +54,9 @@ def test_what_is_not_smooth_at_the_initial_state_is_remarked(effort: str, form: 
     assert found.agreement is not None and found.agreement < 1e-7
 
 
-@pytest.mark.parametrize("effort", ["-3 * abs(v.pin) * v.pin", "-abs(q.pin) ** 1.5", "-1e9 * q.pin", "sin(3000 * q.pin)"])
+@pytest.mark.parametrize(
+    "effort", ["-3 * abs(v.pin) * v.pin", "-abs(q.pin) ** 1.5", "-1e9 * q.pin", "sin(3000 * q.pin)"]
+)
 def test_what_is_smooth_enough_stiff_or_fast_is_not(effort: str) -> None:
     report = check(swing(effort, velocity=0.0).build(), states=6, only=["partials"], profile="quick")
     assert report.passed and report.remarks == () and report.notes == ()
@@ -73,7 +85,8 @@ def test_a_wrong_branch_at_a_kink_is_found(monkeypatch: pytest.MonkeyPatch) -> N
 
     def wrong(self: Functions, name: str, blocks: object) -> tuple[np.ndarray, ...]:
         values = original(self, name, blocks)  # type: ignore[arg-type]
-        return (values[0] + 50.0, *values[1:]) if name == "partials" else values  # half of the two slopes, as differences say
+        # half of the two slopes, as differences say
+        return (values[0] + 50.0, *values[1:]) if name == "partials" else values
 
     monkeypatch.setattr(Functions, "__call__", wrong)
     report = check(swing("-100 * max(0, q.pin)").build(), states=1, only=["partials.K"], profile="quick")
@@ -84,7 +97,10 @@ def test_a_wrong_branch_at_a_kink_is_found(monkeypatch: pytest.MonkeyPatch) -> N
 def test_states_outside_of_a_formulas_domain_are_said_to_be_left_out() -> None:
     report = check(swing("log(q.pin)").build(), states=6, only=["partials"], profile="quick")
     assert report.passed and len(report.states) < 6 and "initial state" not in report.states
-    assert any(note.startswith("left out: initial state, where the equations of motion are not finite") for note in report.notes)
+    assert any(
+        note.startswith("left out: initial state, where the equations of motion are not finite")
+        for note in report.notes
+    )
 
 
 def test_where_no_state_can_be_checked_nothing_has_passed() -> None:
@@ -93,7 +109,9 @@ def test_where_no_state_can_be_checked_nothing_has_passed() -> None:
 
 
 def test_corners_that_no_state_is_near_are_listed() -> None:
-    report = check(swing("(2 if q.pin > 40 else 1) * min(q.pin, 50)").build(), states=2, only=["partials"], profile="quick")
+    report = check(
+        swing("(2 if q.pin > 40 else 1) * min(q.pin, 50)").build(), states=2, only=["partials"], profile="quick"
+    )
     assert report.remarks == () and report.summary == "all agree"
     assert sorted(report.corners) == ["comparison in effort push", "min in effort push", "select in effort push"]
     assert check(swing("-3 * q.pin").build(), states=1, only=["partials.K"], profile="quick").corners == ()

@@ -12,12 +12,31 @@ from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.tape import ONE, Ref, Tape
 
-SMOOTH = (Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.SQRT, Op.SIN, Op.COS, Op.TAN, Op.ASIN, Op.ACOS, Op.ATAN, Op.ATAN2, Op.SINH, Op.COSH,
-          Op.TANH, Op.EXP, Op.LOG, Op.POW)  # fmt: skip
+SMOOTH = (
+    Op.ADD,
+    Op.SUB,
+    Op.MUL,
+    Op.DIV,
+    Op.SQRT,
+    Op.SIN,
+    Op.COS,
+    Op.TAN,
+    Op.ASIN,
+    Op.ACOS,
+    Op.ATAN,
+    Op.ATAN2,
+    Op.SINH,
+    Op.COSH,
+    Op.TANH,
+    Op.EXP,
+    Op.LOG,
+    Op.POW,
+)
 
 
 def apply_tamed(tape: Tape, op: Op, x: Ref, y: Ref) -> Ref:
-    """Record an operation on arguments brought into its domain and kept of size one, so that any chain of them stays tame."""
+    """Record an operation on arguments brought into its domain and kept of size one, so that any chain of them stays
+    tame."""
     if op in (Op.ADD, Op.SUB, Op.MUL):
         return {Op.ADD: tape.add, Op.SUB: tape.sub, Op.MUL: tape.mul}[op](tape.call(Op.SIN, x), y)
     inside = tape.mul(tape.constant(0.75), tape.call(Op.SIN, x))  # in (-0.75, 0.75)
@@ -58,7 +77,9 @@ programs = strategies.lists(
 points = strategies.lists(strategies.floats(-2.0, 2.0, allow_subnormal=False), min_size=3, max_size=3)
 
 
-def complex_step(tape: Tape, refs: Sequence[Ref], inputs: Mapping[str, Sequence[float]], block: str) -> NDArray[np.float64]:
+def complex_step(
+    tape: Tape, refs: Sequence[Ref], inputs: Mapping[str, Sequence[float]], block: str
+) -> NDArray[np.float64]:
     """Return the Jacobian of references with respect to a block, one row per reference."""
     size = len(inputs[block])
     step = 1e-40

@@ -54,7 +54,10 @@ def test_pose_tangent_moves_the_position_in_body_axes():
     seeds = tangent_seeds(tape, "SE3", q, first=6)
     point = np.array([*quaternion([0.4, 0.2, -0.9]), 1.0, 2.0, 3.0])
     body = np.array([0.3, -0.5, 0.8])
-    moved = evaluate(tape, [seeds[ref].get(9 + d, ZERO) for ref in q[4:] for d in range(3)], {"q": point}).reshape(3, 3) @ body
+    moved = (
+        evaluate(tape, [seeds[ref].get(9 + d, ZERO) for ref in q[4:] for d in range(3)], {"q": point}).reshape(3, 3)
+        @ body
+    )
     turned = product(product(point[:4], np.array([0.0, *body])), point[:4] * [1, -1, -1, -1])
     assert moved == pytest.approx(turned[1:], abs=1e-15)
     assert all(set(seeds[ref]) == {6, 7, 8} for ref in q[:4])
@@ -82,7 +85,9 @@ def test_rotation_matrix_is_conjugation():
     rows = rotation(tape, [tape.input("q", k) for k in range(4)])
     matrix = np.array([evaluate(tape, row, {"q": UNIT}) for row in rows])
     for axis in np.eye(3):
-        assert matrix @ axis == pytest.approx(product(product(UNIT, [0.0, *axis]), UNIT * [1, -1, -1, -1])[1:], abs=1e-15)
+        assert matrix @ axis == pytest.approx(
+            product(product(UNIT, [0.0, *axis]), UNIT * [1, -1, -1, -1])[1:], abs=1e-15
+        )
 
 
 def test_configuration_seeds_number_directions_like_velocities():
@@ -117,7 +122,9 @@ def test_a_quaternion_of_constant_velocity_follows_the_exponential_series():
 def test_pose_and_quaternion_jets_follow_the_differential_equation():
     tape = Tape()
     pose = [tape.input("q", k) for k in range(7)]
-    paths = np.array([[0.8, 0.3, -0.2], [-1.5, 0.1, 0.6], [0.4, -0.9, 0.2], [1.0, 0.5, 0.1], [-0.3, 0.2, 0.7], [0.6, -0.4, 0.3]])
+    paths = np.array(
+        [[0.8, 0.3, -0.2], [-1.5, 0.1, 0.6], [0.4, -0.9, 0.2], [1.0, 0.5, 0.1], [-0.3, 0.2, 0.7], [0.6, -0.4, 0.3]]
+    )
     found = pose_jet(tape, pose, [[tape.constant(entry) for entry in path] for path in paths], 14)
     point = np.array([*UNIT, 1.0, 2.0, 3.0])
     coefficients = np.array([evaluate(tape, component, {"q": point}) for component in found])

@@ -13,7 +13,8 @@ from eomgen.symbolic.tape import ONE, Ref, Tape
 
 
 def recursion(tape: Tape, n: int) -> tuple[list[Ref], list[Ref]]:
-    """Return sums s_i = sin(s_(i-1) + x_i) x_i, in which every one depends on all inputs before it, and outputs of them."""
+    """Return sums s_i = sin(s_(i-1) + x_i) x_i, in which every one depends on all inputs before it, and outputs of
+    them."""
     x = [tape.input("x", k) for k in range(n)]
     state, states = x[0], []
     for entry in x:

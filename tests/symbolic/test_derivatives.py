@@ -98,8 +98,13 @@ def test_choices_where_functions_are_not_smooth():
     tape = Tape()
     x, y = tape.input("x", 0), tape.input("x", 1)
     symbols = [x, y]
-    outputs = [tape.call(Op.ABS, x), tape.call(Op.SIGN, x), tape.call(Op.MIN, x, y), tape.call(Op.MAX, x, y),
-               tape.select(tape.call(Op.LT, x, y), tape.mul(x, x), y)]  # fmt: skip
+    outputs = [
+        tape.call(Op.ABS, x),
+        tape.call(Op.SIGN, x),
+        tape.call(Op.MIN, x, y),
+        tape.call(Op.MAX, x, y),
+        tape.select(tape.call(Op.LT, x, y), tape.mul(x, x), y),
+    ]
     rows = jacobian(tape, outputs, symbols)
 
     def at(*point):
@@ -120,11 +125,15 @@ def test_a_constant_exponent_asks_for_no_logarithm_so_negative_bases_stay_legal(
 
 
 def test_weighted_gradient_is_the_transposed_jacobian_times_weights():
-    tape, symbols, outputs = build([(Op.MUL, 0, 1, False), (Op.EXP, 3, 2, True), (Op.DIV, 4, 2, False), (Op.ADD, 5, 3, True)])
+    tape, symbols, outputs = build(
+        [(Op.MUL, 0, 1, False), (Op.EXP, 3, 2, True), (Op.DIV, 4, 2, False), (Op.ADD, 5, 3, True)]
+    )
     weights = [tape.input("w", k) for k in range(3)]
     point = {"x": [0.3, -0.8, 1.2], "w": [2.0, -1.0, 0.5]}
     expected = np.array(point["w"]) @ complex_step(tape, outputs, {"x": point["x"]}, "x")
-    assert evaluate(tape, weighted_gradient(tape, outputs, weights, symbols), point) == pytest.approx(expected, rel=1e-13)
+    assert evaluate(tape, weighted_gradient(tape, outputs, weights, symbols), point) == pytest.approx(
+        expected, rel=1e-13
+    )
 
 
 def test_the_work_is_linear_in_nodes_times_directions():

@@ -11,10 +11,21 @@ from eomgen.symbolic.operations import UNARY, Op
 from eomgen.symbolic.tape import Tape
 
 LIBRARY = {
-    Op.SQRT: math.sqrt, Op.SIN: math.sin, Op.COS: math.cos, Op.TAN: math.tan, Op.ASIN: math.asin, Op.ACOS: math.acos,
-    Op.ATAN: math.atan, Op.SINH: math.sinh, Op.COSH: math.cosh, Op.TANH: math.tanh, Op.EXP: math.exp, Op.LOG: math.log,
-    Op.ABS: abs, Op.SIGN: lambda x: math.copysign(1.0, x),
-}  # fmt: skip
+    Op.SQRT: math.sqrt,
+    Op.SIN: math.sin,
+    Op.COS: math.cos,
+    Op.TAN: math.tan,
+    Op.ASIN: math.asin,
+    Op.ACOS: math.acos,
+    Op.ATAN: math.atan,
+    Op.SINH: math.sinh,
+    Op.COSH: math.cosh,
+    Op.TANH: math.tanh,
+    Op.EXP: math.exp,
+    Op.LOG: math.log,
+    Op.ABS: abs,
+    Op.SIGN: lambda x: math.copysign(1.0, x),
+}
 
 
 def test_the_library_covers_every_function_of_one_argument():
@@ -34,13 +45,25 @@ def test_functions_agree_with_the_c_library_and_with_mpmath(op):
 def test_operations_of_two_arguments(op):
     tape = Tape()
     x, y = tape.input("x", 0), tape.input("x", 1)
-    ref = {Op.ADD: tape.add, Op.SUB: tape.sub, Op.MUL: tape.mul, Op.DIV: tape.div}.get(op, lambda p, q: tape.call(op, p, q))(x, y)
+    ref = {Op.ADD: tape.add, Op.SUB: tape.sub, Op.MUL: tape.mul, Op.DIV: tape.div}.get(
+        op, lambda p, q: tape.call(op, p, q)
+    )(x, y)
     expected = {
-        Op.ADD: 3.0, Op.SUB: -1.0, Op.MUL: 2.0, Op.DIV: 0.5, Op.POW: 1.0, Op.ATAN2: math.atan(0.5), Op.MIN: 1.0, Op.MAX: 2.0,
-        Op.LT: 1.0, Op.LE: 1.0,
-    }[op]  # fmt: skip
+        Op.ADD: 3.0,
+        Op.SUB: -1.0,
+        Op.MUL: 2.0,
+        Op.DIV: 0.5,
+        Op.POW: 1.0,
+        Op.ATAN2: math.atan(0.5),
+        Op.MIN: 1.0,
+        Op.MAX: 2.0,
+        Op.LT: 1.0,
+        Op.LE: 1.0,
+    }[op]
     assert evaluate(tape, [ref, -ref], {"x": [1.0, 2.0]}).tolist() == pytest.approx([expected, -expected])
-    assert [float(value) for value in evaluate_mpmath(tape, [ref, -ref], {"x": [1, 2]})] == pytest.approx([expected, -expected])
+    assert [float(value) for value in evaluate_mpmath(tape, [ref, -ref], {"x": [1, 2]})] == pytest.approx(
+        [expected, -expected]
+    )
 
 
 def test_comparisons_at_equality():
@@ -65,8 +88,13 @@ def test_batches_broadcast_and_types_are_kept():
 def test_complex_numbers_decide_on_their_real_part():
     tape = Tape()
     x, y = tape.input("x", 0), tape.input("x", 1)
-    refs = [tape.call(Op.ABS, x), tape.call(Op.SIGN, x), tape.call(Op.MIN, x, y), tape.call(Op.MAX, x, y),
-            tape.select(tape.call(Op.LT, x, y), x, y)]  # fmt: skip
+    refs = [
+        tape.call(Op.ABS, x),
+        tape.call(Op.SIGN, x),
+        tape.call(Op.MIN, x, y),
+        tape.call(Op.MAX, x, y),
+        tape.select(tape.call(Op.LT, x, y), x, y),
+    ]
     z, w = -2.0 + 3.0j, 1.0 - 50.0j
     expected = [2.0 - 3.0j, -1.0, z, w, z]
     assert evaluate(tape, refs, {"x": [z, w]}).tolist() == expected
@@ -83,7 +111,9 @@ def test_complex_atan2_keeps_tiny_imaginary_parts_in_every_quadrant(angle):
         value = evaluate(tape, [ref], {"x": [y + 1e-40j * dy, x + 1e-40j * dx]})[0]
         assert value.real == pytest.approx(angle, rel=1e-15)
         assert value.imag / 1e-40 == pytest.approx(expected, rel=1e-14, abs=1e-16)
-        exact = evaluate_mpmath(tape, [ref], {"x": [mpmath.mpc(y, 1e-40 * dy), mpmath.mpc(x, 1e-40 * dx)]}, digits=90)[0]
+        exact = evaluate_mpmath(tape, [ref], {"x": [mpmath.mpc(y, 1e-40 * dy), mpmath.mpc(x, 1e-40 * dx)]}, digits=90)[
+            0
+        ]
         assert float(exact.real) == pytest.approx(angle, rel=1e-15)
         assert float(exact.imag / mpmath.mpf(1e-40)) == pytest.approx(expected, rel=1e-14, abs=1e-16)
 
@@ -107,8 +137,10 @@ def test_mpmath_carries_fifty_digits_and_exact_doubles():
 def test_a_missing_component_is_named():
     tape = Tape()
     ref = tape.input("q", 2)
-    expected = (r"^the tape needs component 2 of input block 'q', which has 1; "
-                r"try: pass inputs\['q'\] with at least 3 numbers$")  # fmt: skip
+    expected = (
+        r"^the tape needs component 2 of input block 'q', which has 1; "
+        r"try: pass inputs\['q'\] with at least 3 numbers$"
+    )
     with pytest.raises(ValueError, match=expected):
         evaluate(tape, [ref], {"q": 1.0})
     with pytest.raises(ValueError, match=expected):

@@ -24,7 +24,8 @@ X = ((0.37, 0.5, -0.4, 0.9, 0.3, -0.7, 1.1), (0.81, -0.6, 0.2, 0.1, -1.3, 0.8, 0
 def moving_inputs(tape, count):
     """Return the jets of inputs x whose coefficients of order 1.. are inputs c."""
     return {
-        InputSymbol("x", k): [tape.input("x", k), *(tape.input("c", k * ORDER + i) for i in range(ORDER))] for k in range(count)
+        InputSymbol("x", k): [tape.input("x", k), *(tape.input("c", k * ORDER + i) for i in range(ORDER))]
+        for k in range(count)
     }
 
 
@@ -37,7 +38,9 @@ def taylor(tape, output, paths):
     with mpmath.workdps(60):
 
         def along(t):
-            return evaluate_mpmath(tape, [output], {"x": [mpmath.polyval(list(reversed(path)), t) for path in paths]})[0]
+            return evaluate_mpmath(tape, [output], {"x": [mpmath.polyval(list(reversed(path)), t) for path in paths]})[
+                0
+            ]
 
         return [float(value) for value in mpmath.taylor(along, 0, ORDER)]
 
@@ -74,8 +77,13 @@ def test_random_tapes_against_numerical_taylor_coefficients(program):
 def test_closed_forms_of_time_itself():
     tape = Tape()
     t = tape.input("t")
-    outputs = [tape.call(Op.SIN, t), tape.call(Op.EXP, t), tape.div(ONE, tape.add(ONE, t)), tape.call(Op.SQRT, tape.add(ONE, t)),
-               tape.add(tape.mul(t, tape.mul(t, t)), t)]  # fmt: skip
+    outputs = [
+        tape.call(Op.SIN, t),
+        tape.call(Op.EXP, t),
+        tape.div(ONE, tape.add(ONE, t)),
+        tape.call(Op.SQRT, tape.add(ONE, t)),
+        tape.add(tape.mul(t, tape.mul(t, t)), t),
+    ]
     found = jets(tape, outputs, {t: [t, ONE]}, 6)
     assert evaluate(tape, found[0], {"t": 0.0}) == pytest.approx([0, 1, 0, -1 / 6, 0, 1 / 120, 0], abs=1e-16)
     assert evaluate(tape, found[1], {"t": 0.0}) == pytest.approx([1 / math.factorial(k) for k in range(7)], rel=1e-15)
@@ -98,7 +106,9 @@ def test_the_branch_of_a_select_is_followed():
     output = tape.select(tape.call(Op.LT, t, ONE), tape.mul(t, t), tape.call(Op.EXP, t))
     [jet] = jets(tape, [output], {t: [t, ONE]}, 3)
     assert evaluate(tape, jet, {"t": 0.5}).tolist() == [0.25, 1.0, 1.0, 0.0]
-    assert evaluate(tape, jet, {"t": 2.0}) == pytest.approx([math.exp(2) / math.factorial(k) for k in range(4)], rel=1e-15)
+    assert evaluate(tape, jet, {"t": 2.0}) == pytest.approx(
+        [math.exp(2) / math.factorial(k) for k in range(4)], rel=1e-15
+    )
 
 
 def test_inputs_without_a_jet_are_constant_and_order_zero_is_the_value():

@@ -35,7 +35,9 @@ def test_the_chain_is_the_pendulum_of_the_textbook():
     length, mass = 0.5 + 0.1 * np.arange(LINKS), 2.0 - 0.2 * np.arange(LINKS)
     x, y = np.cumsum(length * np.sin(theta)), -np.cumsum(length * np.cos(theta))
     vx, vy = np.cumsum(length * omega * np.cos(theta)), np.cumsum(length * omega * np.sin(theta))
-    assert evaluate(tape, results.sums, point) == pytest.approx([mass @ (vx**2 + vy**2) / 2, 9.81 * mass @ y], rel=1e-14)
+    assert evaluate(tape, results.sums, point) == pytest.approx(
+        [mass @ (vx**2 + vy**2) / 2, 9.81 * mass @ y], rel=1e-14
+    )
     assert evaluate(tape, results.last[2:4], point) == pytest.approx([x[-1], y[-1]], rel=1e-14)
     joints = evaluate(tape, [ref for row in results.rows for ref in row], point)
     assert joints.reshape(-1, 2) == pytest.approx(np.array([x, -y]).T)
@@ -99,7 +101,9 @@ def test_random_loops_in_value_derivative_adjoint_and_jet(program, point):
     forward = [[partial.get(k, ZERO) for k in range(3)] for partial in partials]
     reverse = [gradient(tape, ref, x) for ref in looped]
     for rows in (forward, reverse):
-        assert np.abs([evaluate(tape, row, inputs) for row in rows] - reference).max() <= 1e-11 * (1.0 + np.abs(reference).max())
+        assert np.abs([evaluate(tape, row, inputs) for row in rows] - reference).max() <= 1e-11 * (
+            1.0 + np.abs(reference).max()
+        )
     paths = {ref: [ref, tape.input("c", 2 * k), tape.input("c", 2 * k + 1)] for k, ref in enumerate(x)}
     for one, other in zip(jets(tape, looped, paths, 3), jets(tape, unrolled, paths, 3), strict=True):
         expected = evaluate(tape, other, inputs)
@@ -126,7 +130,9 @@ def test_second_derivatives_of_a_chain_by_forward_over_forward_and_forward_over_
     reference = complex_step(tape, gradients, point, "q")
     mixed = [forward_partials(tape, gradients, {ref: {k: ONE} for k, ref in enumerate(q)})]
     reverse = np.array([evaluate(tape, [row.get(k, ZERO) for k in range(4)], point) for row in mixed[0]])
-    forward = np.array([evaluate(tape, second_directional(tape, [kinetic], {q[1]: ONE}, {ref: ONE}), point)[0] for ref in q])
+    forward = np.array(
+        [evaluate(tape, second_directional(tape, [kinetic], {q[1]: ONE}, {ref: ONE}), point)[0] for ref in q]
+    )
     assert reverse == pytest.approx(reference, rel=1e-12)
     assert forward == pytest.approx(reference[1], rel=1e-12)
 
@@ -139,7 +145,10 @@ def test_jets_of_a_chain_are_those_of_its_unrolled_form():
     point["c"] = rng.normal(size=2 * LINKS * order)
     paths = {}
     for position, (name, k) in enumerate((name, k) for name in "qv" for k in range(LINKS)):
-        paths[InputSymbol(name, k)] = [tape.input(name, k), *(tape.input("c", position * order + i) for i in range(order))]
+        paths[InputSymbol(name, k)] = [
+            tape.input(name, k),
+            *(tape.input("c", position * order + i) for i in range(order)),
+        ]
     looped, unrolled = add_map(tape, loop).flat, unroll(tape, loop).flat
     found, expected = jets(tape, looped, paths, order), jets(tape, unrolled, paths, order)
     assert [row[0] for row in found] == looped
@@ -200,7 +209,9 @@ def test_counts_are_those_of_the_unrolled_form():
 def test_results_that_are_constants_of_the_kernel_are_constants():
     tape, kernel = Tape(), Tape()
     inner, outer = kernel.input("shared", 0), tape.input("x")
-    loop = Map(kernel, 3, shared=(outer,), initial=(outer,), sums=(kernel.constant(2.0),), last=(ZERO,), stacked=(inner, ONE))
+    loop = Map(
+        kernel, 3, shared=(outer,), initial=(outer,), sums=(kernel.constant(2.0),), last=(ZERO,), stacked=(inner, ONE)
+    )
     results = add_map(tape, loop)
     assert results.sums == (tape.constant(6.0),)
     assert results.last == (ZERO,)
@@ -211,10 +222,14 @@ def test_results_that_are_constants_of_the_kernel_are_constants():
 def test_compact_drops_what_is_not_needed():
     tape = Tape()
     loop = chain(tape)
-    position = compact(Map(loop.kernel, loop.count, loop.elements, loop.shared, loop.gather, loop.initial, last=loop.last), [2])
+    position = compact(
+        Map(loop.kernel, loop.count, loop.elements, loop.shared, loop.gather, loop.initial, last=loop.last), [2]
+    )
     assert (len(position.elements), len(position.shared), len(position.gather), len(position.initial)) == (1, 0, 1, 2)
     whole = add_map(tape, loop)
-    assert evaluate(tape, [add_map(tape, position).last[0]], chain_point()) == evaluate(tape, [whole.last[2]], chain_point())
+    assert evaluate(tape, [add_map(tape, position).last[0]], chain_point()) == evaluate(
+        tape, [whole.last[2]], chain_point()
+    )
 
 
 def test_a_loop_that_does_not_move_has_no_derivative():
@@ -247,7 +262,10 @@ def make_kernel():
         ({"count": 2, "gather": ((2,),)}, r"gather\[0\] of a Map has 1 entries for 2 elements"),
         ({"count": 1, "elements": ((1.0, 2.0),)}, r"elements\[0\] of a Map has 2 entries for 1 elements"),
         ({"count": 1, "initial": (2,)}, "a Map has 1 initial carries but 0 in last; each carry needs both"),
-        ({"count": 1}, r"the kernel of a Map reads \('gather', 0\), which the Map does not give; it gives 0 of 'element', "),
+        (
+            {"count": 1},
+            r"the kernel of a Map reads \('gather', 0\), which the Map does not give; it gives 0 of 'element', ",
+        ),
     ],
 )
 def test_a_map_that_does_not_fit_is_refused(arguments, message):
@@ -261,6 +279,7 @@ def test_nested_maps_are_refused():
     [inner] = add_map(kernel, harmonics(kernel, kernel.input("shared", 0))).sums
     with pytest.raises(ValueError, match="the kernel of a Map holds a Map itself; unroll the inner one"):
         Map(kernel, 2, shared=(ONE,), sums=(inner,))
+
 
 def test_splice_takes_loops_along_or_unrolls_them():
     tape = Tape()

@@ -34,12 +34,17 @@ def test_every_operation_reads_as_what_it_computes(op):
     x = [tape.input("x", k) for k in range(3)]
     for first, second in ((0, 1), (2, 0)):
         refs = [apply_tamed(tape, op, x[first], x[second])]
-        assert numbers(block_to_sympy(tape, refs, ()), POINT)[0] == pytest.approx(evaluate(tape, refs, POINT), rel=1e-13)
+        assert numbers(block_to_sympy(tape, refs, ()), POINT)[0] == pytest.approx(
+            evaluate(tape, refs, POINT), rel=1e-13
+        )
 
 
 def test_shapes_and_names():
     tape = Tape()
-    refs = [*(tape.input(name, k) for name, k in (("q", 0), ("v", 1), ("p", 2), ("t", 0), ("lam", 3))), -tape.input("q", 0)]
+    refs = [
+        *(tape.input(name, k) for name, k in (("q", 0), ("v", 1), ("p", 2), ("t", 0), ("lam", 3))),
+        -tape.input("q", 0),
+    ]
     matrix = block_to_sympy(tape, refs, (2, 3))
     assert matrix.shape == (2, 3)
     assert str(matrix) == "Matrix([[q0, v1, p_2], [t, lam_3, -q0]])"
@@ -120,8 +125,8 @@ def test_latex():
     assert to_latex(tape, [ref], ()) == r"p_{0} \sin{\left(q_{1} \right)}"
     assert to_latex(tape, [ref], (), name="h") == r"h = p_{0} \sin{\left(q_{1} \right)}"
     square = tape.add(tape.mul(ref, ref), ref)
-    assert to_latex(tape, [square, q], (2,), name="Q", named=True) == (
-        "\\begin{aligned}\n"
+    assert (
+        to_latex(tape, [square, q], (2,), name="Q", named=True) == "\\begin{aligned}\n"
         "w_{0} &= p_{0} \\sin{\\left(q_{1} \\right)} \\\\\n"
         "Q &= \\left[\\begin{matrix}w_{0}^{2} + w_{0}\\\\q_{1}\\end{matrix}\\right]\n"
         "\\end{aligned}"

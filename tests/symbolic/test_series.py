@@ -34,8 +34,13 @@ def coefficients(source, outputs, paths, order):
     for k in range(1, order + 1):
         sums = sum((left[i] * right[k - i] for i in range(1, k)), np.zeros(size))
         blocks = {
-            "x_k": [path[k] for path in paths], SUMS: sums, LEFT: left[0], RIGHT: right[0], KEPT: kept, ORDER: [k, 1 / k],
-        }  # fmt: skip
+            "x_k": [path[k] for path in paths],
+            SUMS: sums,
+            LEFT: left[0],
+            RIGHT: right[0],
+            KEPT: kept,
+            ORDER: [k, 1 / k],
+        }
         left[k] = evaluate(tape, [term.next for term in series.left], blocks)
         right[k] = evaluate(tape, [term.next for term in series.right], blocks)
         found.append(evaluate(tape, [term.next for term in terms], blocks))
@@ -63,7 +68,11 @@ def test_every_operation_is_that_of_jets(op):
 @settings(max_examples=150, deadline=None)
 @given(programs)
 def test_random_tapes_are_those_of_jets(program):
-    paths = [[0.4, 0.3, -0.2, 0.1, 0.2, -0.1, 0.05], [-0.7, 0.2, 0.1, -0.3, 0.1, 0.0, 0.1], [1.1, -0.4, 0.2, 0.2, 0.0, 0.1, -0.1]]
+    paths = [
+        [0.4, 0.3, -0.2, 0.1, 0.2, -0.1, 0.05],
+        [-0.7, 0.2, 0.1, -0.3, 0.1, 0.0, 0.1],
+        [1.1, -0.4, 0.2, 0.2, 0.0, 0.1, -0.1],
+    ]
     tape, _, outputs = build(program)
     expected = by_jets(tape, outputs, paths)
     found = coefficients(tape, outputs, paths, JET_ORDER)
@@ -74,7 +83,12 @@ def test_closed_forms_of_high_order():
     order = 24
     tape = Tape()
     t = tape.input("x", 0)
-    outputs = [tape.call(Op.EXP, t), tape.call(Op.SIN, t), tape.div(ONE, tape.sub(tape.constant(2.0), t)), tape.call(Op.LOG, t)]
+    outputs = [
+        tape.call(Op.EXP, t),
+        tape.call(Op.SIN, t),
+        tape.div(ONE, tape.sub(tape.constant(2.0), t)),
+        tape.call(Op.LOG, t),
+    ]
     start = 0.5
     found = coefficients(tape, outputs, [[start, 1.0, *[0.0] * order]], order)
     k = np.arange(order + 1)

@@ -90,7 +90,9 @@ def test_live_nodes_dependence_and_counts(tape):
 def test_live_follows_what_a_map_gathers_once(tape):
     kernel = Tape()
     inputs = [tape.call(Op.SIN, tape.input("x", k)) for k in range(4)]
-    loop = Map(kernel, 4, gather=(tuple(inputs),), stacked=(kernel.mul(kernel.input("gather"), kernel.input("gather")),))
+    loop = Map(
+        kernel, 4, gather=(tuple(inputs),), stacked=(kernel.mul(kernel.input("gather"), kernel.input("gather")),)
+    )
     rows = [row[0] for row in add_map(tape, loop).rows]
     assert tape.live([rows[2]]) == [*range(3, 3 + 2 * 4), rows[2]]
     assert tape.live([-rows[0], rows[3]]) == [*range(3, 3 + 2 * 4), rows[0], rows[3]]
@@ -116,7 +118,11 @@ def test_dot_product(tape):
 
 
 @settings(max_examples=200, deadline=None)
-@given(strategies.lists(strategies.tuples(strategies.sampled_from("+-*/"), *[strategies.integers(-30, 30)] * 2), max_size=25))
+@given(
+    strategies.lists(
+        strategies.tuples(strategies.sampled_from("+-*/"), *[strategies.integers(-30, 30)] * 2), max_size=25
+    )
+)
 def test_local_rules_keep_the_value(program):
     """Integers and small fractions: what the rules reorder stays within rounding of plain Python arithmetic."""
     tape = Tape()
@@ -130,7 +136,9 @@ def test_local_rules_keep_the_value(program):
         if (sign == "/" and abs(y) < 0.1) or max(abs(x), abs(y)) > 100.0:
             continue
         values.append({"+": x + y, "-": x - y, "*": x * y, "/": x / y if y else 0.0}[sign])
-        refs.append({"+": tape.add, "-": tape.sub, "*": tape.mul}.get(sign, tape.div if abs(q) != ZERO else tape.mul)(p, q))
+        refs.append(
+            {"+": tape.add, "-": tape.sub, "*": tape.mul}.get(sign, tape.div if abs(q) != ZERO else tape.mul)(p, q)
+        )
     scale = max(map(abs, values))
     assert np.abs(evaluate(tape, refs, {"x": [0.7, 1.3]}) - values).max() <= 1e-8 * scale
 

@@ -17,7 +17,9 @@ def test_symbols_have_the_names_of_the_scene() -> None:
     builder = eomgen.SceneBuilder("swing").parameter("load", 1.0, tunable=True).parameter("length", 0.5).input("motor")
     builder.body("rod", "load", center_of_mass=[0, 0, "-length"]).body("bob", 2.0, inertia=[0.1, 0.2, 0.3])
     builder.joint("hinge", "revolute", "base", "rod", axis=[0, 1, 0]).joint("ball", "spherical", "rod", "bob")
-    system = eomgen.derive(builder.effort("drive", "hinge", "motor - 0.5 * v.hinge").build(), terms=["mass", "force", "coupling"])
+    system = eomgen.derive(
+        builder.effort("drive", "hinge", "motor - 0.5 * v.hinge").build(), terms=["mass", "force", "coupling"]
+    )
     assert named(system, "force") == {"load", "motor", "q_hinge", "v_hinge"}
     assert named(system, "mass") == {"load", "q_ball_0", "q_ball_1", "q_ball_2", "q_ball_3"}
     assert {"v_ball_0", "v_ball_1", "v_ball_2", "v_hinge"} <= named(system, "coupling")
@@ -33,8 +35,10 @@ def test_names_that_would_collide_give_way_to_places() -> None:
     builder.effort("drive", "slide", "push * w_0 - q_slide * q.slide")
     system = eomgen.derive(builder.build(), terms=["mass", "force"])
     assert system.symbol_names == {
-        InputSymbol("u", 0): "push", InputSymbol("v", 0): "v_slide", InputSymbol("a", 0): "a_slide",
-    }  # fmt: skip
+        InputSymbol("u", 0): "push",
+        InputSymbol("v", 0): "v_slide",
+        InputSymbol("a", 0): "a_slide",
+    }
     p_0, p_1, q0, u1, push = (sympy.Symbol(name, real=True) for name in ("p_0", "p_1", "q0", "u1", "push"))
     assert sympy.Matrix(system.sympy("mass"))[0] == p_0 + p_1
     assert sympy.Matrix(system.sympy("force"))[0] == push * u1 - p_0 * q0

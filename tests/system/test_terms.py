@@ -1,4 +1,5 @@
-"""The register of terms: every row is recorded where it says that it exists, nowhere else, and of the inputs that it names."""
+"""The register of terms: every row is recorded where it says that it exists, nowhere else, and of the inputs that it
+names."""
 
 from __future__ import annotations
 
@@ -19,7 +20,9 @@ _OPPOSITE = {"unconstrained": "constraints", "rigid": "elastic"}
 @cache
 def scene_with(fact: str) -> Scene:
     """Return a body on a hinge with an input, and what makes one fact of it hold."""
-    builder = SceneBuilder(f"hinge_{fact}", coordinates="absolute" if fact == "absolute" else "joint").input("torque", "sin(t)")
+    builder = SceneBuilder(f"hinge_{fact}", coordinates="absolute" if fact == "absolute" else "joint").input(
+        "torque", "sin(t)"
+    )
     builder.body("link", 2.0, center_of_mass=[0.0, 0.0, 0.5], inertia=[0.2, 0.3, 0.1])
     builder.joint("hinge", "revolute", "base", "link", axis=[0, 1, 0])
     builder.effort("motor", "hinge", "torque")
@@ -66,12 +69,18 @@ def test_without_a_list_all_is_recorded_but_what_is_on_request(fact: str) -> Non
     recorded = set(derive(scene_with(fact)).functions) & set(TERMS)
     assert recorded >= {"mass", "coupling", "force", "residual", "partials", "energy"}
     assert not {name for name in recorded if TERMS[name].on_request}
-    facts = {fact, "elastic" if fact == "elastic" else "rigid", "unconstrained" if fact != "constraints" else "constraints"}
+    facts = {
+        fact,
+        "elastic" if fact == "elastic" else "rigid",
+        "unconstrained" if fact != "constraints" else "constraints",
+    }
     if fact == "absolute":
         facts = facts - {"unconstrained"} | {"constraints"}
     assert recorded == {name for name, term in TERMS.items() if term.exists_with(facts) and not term.on_request}
 
 
 def test_a_term_may_be_what_others_call_it_and_every_purpose_names_terms() -> None:
-    assert all(meant_term(name) in TERMS for name in ("inertia", "M", "bias", "gravity", "RNEA", "ABA", "kinetic", "phi", "b"))
+    assert all(
+        meant_term(name) in TERMS for name in ("inertia", "M", "bias", "gravity", "RNEA", "ABA", "kinetic", "phi", "b")
+    )
     assert all(set(terms) <= set(TERMS) and len(set(terms)) == len(terms) for terms in PURPOSES.values())

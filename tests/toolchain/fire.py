@@ -41,18 +41,27 @@ def environment(cache: Path, **more: str) -> dict[str, str]:
 def building(scene: Path, cache: Path, **more: str) -> subprocess.Popen[str]:
     """Start a process of its own session that builds the scene and prints what the model computes, as bytes."""
     return subprocess.Popen(
-        [sys.executable, "-W", "default", "-c", PROGRAM, str(scene)], env=environment(cache, **more), text=True, cwd=scene.parent,
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True,
-    )  # fmt: skip
+        [sys.executable, "-W", "default", "-c", PROGRAM, str(scene)],
+        env=environment(cache, **more),
+        text=True,
+        cwd=scene.parent,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        start_new_session=True,
+    )
 
 
 def command(words: list[str], cache: Path, longest: int | None = None) -> subprocess.CompletedProcess[str]:
     """Run a command line of eomgen, forbidding it and its children files with more than ``longest`` bytes."""
     limited = [] if longest is None else ["sh", "-c", f'ulimit -f {longest // 512}; exec "$@"', "sh"]
     return subprocess.run(
-        [*limited, sys.executable, "-m", "eomgen", *words], env=environment(cache), text=True, capture_output=True, check=False,
+        [*limited, sys.executable, "-m", "eomgen", *words],
+        env=environment(cache),
+        text=True,
+        capture_output=True,
+        check=False,
         timeout=120,
-    )  # fmt: skip
+    )
 
 
 @contextmanager

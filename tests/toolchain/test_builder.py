@@ -23,17 +23,18 @@ int eomgen_call(int function, long count, const double *const *inputs, const lon
 """
 FILES = {
     "interface.h": "#pragma GCC visibility push(default)\n" + CDEF + "#pragma GCC visibility pop\n",
-    "model.c": '#include "interface.h"\n'
-    'const char *eomgen_fingerprint(void) { return "f00d"; }\n'
-    'const char *eomgen_number_type(void) { return "double"; }\n'
-    "long eomgen_size(int what) { return what == 0 ? 1 : -1; }\n"
-    "int eomgen_call(int function, long count, const double *const *inputs, const long *strides, double *const *outputs)\n"
-    "{ long i; if (function) return -1;\n"
-    "  for (i = 0; i < count; ++i) outputs[0][i] = inputs[0][i * strides[0]] + 10 * inputs[1][i * strides[1] + 1];\n"
-    "  return 0; }\n",
+    "model.c": (
+        '#include "interface.h"\nconst char *eomgen_fingerprint(void) { return "f00d"; }\nconst char'
+        ' *eomgen_number_type(void) { return "double"; }\nlong eomgen_size(int what) { return what == 0 ? 1 : -1;'
+        " }\nint eomgen_call(int function, long count, const double *const *inputs, const long *strides, double *const"
+        " *outputs)\n{ long i; if (function) return -1;\n  for (i = 0; i < count; ++i) outputs[0][i] = inputs[0][i *"
+        " strides[0]] + 10 * inputs[1][i * strides[1] + 1];\n  return 0; }\n"
+    ),
     "main.c": "#error not for the library\n",
 }
-LAYOUT = {"functions": [{"name": "f", "inputs": ["t", "q"], "input_sizes": [1, 2], "outputs": [{"name": "y", "size": 1}]}]}
+LAYOUT = {
+    "functions": [{"name": "f", "inputs": ["t", "q"], "input_sizes": [1, 2], "outputs": [{"name": "y", "size": 1}]}]
+}
 
 
 def build(folder: Path, mode: str | None = None, content: bytes = b"content", files: dict[str, str] = FILES) -> Library:
@@ -73,7 +74,11 @@ def test_arrays_that_do_not_fit_are_refused_by_name(tmp_path: Path) -> None:
             [y],
             r"input q of f has shape \(3, 2\) where other inputs have 2 samples; try: .*\(2, 2\)",
         ),
-        ([t, q.astype(np.float32)], [y], r"input q of f is float32; try: numpy.ascontiguousarray\(x, dtype=numpy.float64\)"),
+        (
+            [t, q.astype(np.float32)],
+            [y],
+            r"input q of f is float32; try: numpy.ascontiguousarray\(x, dtype=numpy.float64\)",
+        ),
         ([t, np.zeros((2, 2))[:, 0]], [y], r"input q of f is float64, not contiguous"),
         ([t, q], [np.zeros(2)], r"output y of f has 2 numbers for 1 samples of 1"),
         ([t, q], [np.zeros(1, complex)], r"output y of f is complex128"),
@@ -97,11 +102,13 @@ def test_the_second_time_nothing_is_compiled(tmp_path: Path, monkeypatch: pytest
 def test_a_cached_library_loads_without_cffi_sympy_and_jinja(tmp_path: Path) -> None:
     build(tmp_path, "api")
     script = (
-        "import sys\nfrom eomgen.toolchain.builder import Builder\nfrom eomgen.toolchain.cache import Cache\n"
-        f"library = Builder('quick', cache=Cache({str(tmp_path)!r})).find(b'content')\n"
-        "print(library.fingerprint, sorted({'sympy', 'jinja2', 'setuptools', 'pycparser', 'cffi', 'scipy'} & set(sys.modules)))\n"
+        "import sys\nfrom eomgen.toolchain.builder import Builder\nfrom eomgen.toolchain.cache import Cache\nlibrary ="
+        f" Builder('quick', cache=Cache({str(tmp_path)!r})).find(b'content')\nprint(library.fingerprint,"
+        " sorted({'sympy', 'jinja2', 'setuptools', 'pycparser', 'cffi', 'scipy'} & set(sys.modules)))\n"
     )
-    assert subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout == "f00d []\n"
+    assert (
+        subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout == "f00d []\n"
+    )
 
 
 @pytest.mark.parametrize("damage", ["truncate", "garbage", "layout"])
@@ -151,7 +158,9 @@ def test_four_processes_build_the_same_model_at_once(tmp_path: Path) -> None:
         "print(y[0])\n"
     )
     processes = [
-        subprocess.Popen([sys.executable, "-c", script, str(tmp_path)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        subprocess.Popen(
+            [sys.executable, "-c", script, str(tmp_path)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
         for _ in range(4)
     ]
     assert [process.communicate() for process in processes] == [("11.0\n", "")] * 4
@@ -161,7 +170,9 @@ def test_four_processes_build_the_same_model_at_once(tmp_path: Path) -> None:
 def test_two_models_in_one_process_do_not_mix(tmp_path: Path) -> None:
     first = build(tmp_path)
     second = build(
-        tmp_path, content=b"other", files={**FILES, "model.c": FILES["model.c"].replace("10 *", "20 *").replace("f00d", "beef")}
+        tmp_path,
+        content=b"other",
+        files={**FILES, "model.c": FILES["model.c"].replace("10 *", "20 *").replace("f00d", "beef")},
     )
     y = np.zeros(1)
     first.call("f", [np.zeros(1), np.ones(2)], [y])

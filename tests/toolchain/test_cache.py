@@ -96,14 +96,14 @@ def test_who_comes_second_takes_the_first_one_s(tmp_path: Path) -> None:
 
 def test_processes_that_race_all_get_a_whole_entry(tmp_path: Path) -> None:
     script = (
-        "import sys, time\nfrom pathlib import Path\nfrom eomgen.toolchain.cache import Cache\n"
-        "def build(folder):\n    (folder / 'a').write_text('x' * 100000)\n    time.sleep(0.05)\n"
-        "    (folder / 'b').write_text('y')\n"
-        "cache = Cache(sys.argv[1])\n"
-        "for key in ('k1', 'k2', 'k3'):\n    entry = cache.put(key, build)\n    print(len(entry.text('a')), entry.text('b'))\n"
+        "import sys, time\nfrom pathlib import Path\nfrom eomgen.toolchain.cache import Cache\ndef build(folder):\n   "
+        " (folder / 'a').write_text('x' * 100000)\n    time.sleep(0.05)\n    (folder / 'b').write_text('y')\ncache ="
+        " Cache(sys.argv[1])\nfor key in ('k1', 'k2', 'k3'):\n    entry = cache.put(key, build)\n   "
+        " print(len(entry.text('a')), entry.text('b'))\n"
     )
     processes = [
-        subprocess.Popen([sys.executable, "-c", script, str(tmp_path)], stdout=subprocess.PIPE, text=True) for _ in range(4)
+        subprocess.Popen([sys.executable, "-c", script, str(tmp_path)], stdout=subprocess.PIPE, text=True)
+        for _ in range(4)
     ]
     assert [process.communicate()[0] for process in processes] == ["100000 y\n" * 3] * 4
     assert sorted(path.name for path in tmp_path.iterdir()) == ["k1", "k2", "k3"]

@@ -66,7 +66,8 @@ def test_sixteen_processes_build_one_scene_and_one_of_them_compiles(tmp_path: Pa
     models = [line for line in log.read_text().splitlines() if line.endswith("shaken.o")]
     assert len(models) == 1, models
     assert left_in(cache) == NOTHING_LEFT
-    assert len([path for path in cache.iterdir() if (path / "entry.json").exists()]) == 2  # the model, and the wrapper of all
+    # the model, and the wrapper of all
+    assert len([path for path in cache.iterdir() if (path / "entry.json").exists()]) == 2
 
 
 def test_kills_at_any_moment_leave_nothing_in_the_way(tmp_path: Path) -> None:
@@ -113,7 +114,7 @@ def test_without_locks_everybody_builds_for_himself(tmp_path: Path, monkeypatch:
     assert left_in(tmp_path) == NOTHING_LEFT
 
 
-# -- what killed and failed builds leave ---------------------------------------------------------------------------------
+# -- what killed and failed builds leave -------------------------------------------------------------------------------
 
 
 def test_only_builds_that_nobody_holds_are_cleared_away(tmp_path: Path) -> None:
@@ -158,19 +159,24 @@ def test_interrupted_builds_leave_nothing(tmp_path: Path) -> None:
     assert left_in(tmp_path) == NOTHING_LEFT
 
 
-# -- disks ---------------------------------------------------------------------------------------------------------------
+# -- disks -------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("size", [30_000, 90_000])
 def test_a_full_disk_is_named_and_left_as_it_was(size: int, tmp_path: Path) -> None:
-    """In memory where that can be mounted; else a limit on the size of files comes nearest. The smaller one hits the sources."""
+    """In memory where that can be mounted; else a limit on the size of files comes nearest. The smaller one hits the
+    sources."""
     scene, cache = scene_in(tmp_path), tmp_path / "small"
     words = ["simulate", str(scene), "--out", str(tmp_path / "out"), "--t-end", "0.01", "--no-plots"]
     with mounted(cache, f"size={size}") as full:
         done = command(words, cache, None if full else size // 10)
         assert done.returncode == 7, done.stderr
         (line,) = done.stderr.splitlines()
-        assert line.startswith("input/output error: ") and str(cache) in line and "try: space there, or EOMGEN_CACHE=" in line
+        assert (
+            line.startswith("input/output error: ")
+            and str(cache) in line
+            and "try: space there, or EOMGEN_CACHE=" in line
+        )
         assert any(word in line for word in ("No space left on device", "File too large", "File size limit exceeded"))
         assert left_in(cache) == NOTHING_LEFT
     assert command(words, tmp_path / "large").returncode == 0
@@ -186,7 +192,9 @@ def test_a_read_only_cache_still_serves_what_is_in_it(tmp_path: Path) -> None:
             cache.chmod(0o555)
         try:
             assert end(building(scene, cache)) == printed  # and not a word
-            scene.write_text(scene.read_text(encoding="utf-8").replace('name = "shaken"', 'name = "stirred"'), encoding="utf-8")
+            scene.write_text(
+                scene.read_text(encoding="utf-8").replace('name = "shaken"', 'name = "stirred"'), encoding="utf-8"
+            )
             process = building(scene, cache)
             other, complaint = process.communicate(timeout=120)
             assert other == printed and complaint.count("RuntimeWarning") == 1
@@ -201,7 +209,9 @@ def test_a_read_only_cache_still_serves_what_is_in_it(tmp_path: Path) -> None:
 def test_a_disk_from_which_nothing_may_run_is_named(tmp_path: Path) -> None:
     with mounted(tmp_path / "noexec", "size=20m", "noexec") as disk:
         if disk:
-            with pytest.raises(ToolchainError, match=r"cannot be loaded: .*try: EOMGEN_CACHE=<a folder on a file system from"):
+            with pytest.raises(
+                ToolchainError, match=r"cannot be loaded: .*try: EOMGEN_CACHE=<a folder on a file system from"
+            ):
                 build(tmp_path / "noexec")
         else:  # only root can make such a disk; what the loader says there is known
             from eomgen.toolchain.cffi_build import unloadable
@@ -210,7 +220,7 @@ def test_a_disk_from_which_nothing_may_run_is_named(tmp_path: Path) -> None:
             assert error.problems[0].hint.startswith("EOMGEN_CACHE=<a folder on a file system from")
 
 
-# -- broken entries ------------------------------------------------------------------------------------------------------
+# -- broken entries ----------------------------------------------------------------------------------------------------
 
 
 def the_library(entry: Path) -> Path:
@@ -288,10 +298,20 @@ def an_empty_folder(entry: Path) -> None:
 
 
 DAMAGES = [
-    truncated, flipped, emptied, without_manifest, with_an_empty_manifest, with_a_manifest_of_zeros,
-    a_folder_in_the_place_of_the_library, a_folder_in_the_place_of_the_manifest, a_link_to_nowhere_in_the_place_of_the_library,
-    a_link_to_nowhere, a_link_to_itself, a_file, an_empty_folder,
-]  # fmt: skip
+    truncated,
+    flipped,
+    emptied,
+    without_manifest,
+    with_an_empty_manifest,
+    with_a_manifest_of_zeros,
+    a_folder_in_the_place_of_the_library,
+    a_folder_in_the_place_of_the_manifest,
+    a_link_to_nowhere_in_the_place_of_the_library,
+    a_link_to_nowhere,
+    a_link_to_itself,
+    a_file,
+    an_empty_folder,
+]
 
 
 @pytest.mark.parametrize("damage", DAMAGES)
@@ -325,12 +345,14 @@ def test_a_rename_that_never_succeeds_is_an_error_of_files(tmp_path: Path, monke
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr(cache_module.Path, "rename", refuse)
-    with pytest.raises(FileError, match="a compiled model cannot be kept: Permission denied; try: space there, or EOMGEN_CACHE"):
+    with pytest.raises(
+        FileError, match="a compiled model cannot be kept: Permission denied; try: space there, or EOMGEN_CACHE"
+    ):
         Cache(tmp_path).put("key", lambda folder: None)
     assert left_in(tmp_path) == NOTHING_LEFT
 
 
-# -- compilers -----------------------------------------------------------------------------------------------------------
+# -- compilers ---------------------------------------------------------------------------------------------------------
 
 
 def test_two_compilers_have_entries_of_their_own(tmp_path: Path) -> None:
@@ -353,7 +375,10 @@ def test_two_compilers_have_entries_of_their_own(tmp_path: Path) -> None:
 def test_what_a_compiler_says_cannot_steer_the_terminal(tmp_path: Path) -> None:
     source = tmp_path / "probe.c"
     source.write_text("int probe;\n", encoding="utf-8")
-    words = r"printf '\033[31merror\033[0m: \033]0;title\007 bell\007 \b\r \342\200\256right to left\n\ttab \377\n' >&2; exit 1"
+    words = (
+        r"printf '\033[31merror\033[0m: \033]0;title\007 bell\007 \b\r \342\200\256right to left\n\ttab \377\n' >&2;"
+        r" exit 1"
+    )
     loud = script(tmp_path / "loud", words)
     with pytest.raises(ToolchainError) as caught:
         compile_object(Compiler((str(loud),), loud), source, ())

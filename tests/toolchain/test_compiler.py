@@ -11,7 +11,15 @@ import pytest
 
 from benchmarks.programs import FLAGS
 from eomgen.errors import ToolchainError
-from eomgen.toolchain.compiler import PROFILES, Compiler, compile_library, find_compiler, library_suffix, processor, profile
+from eomgen.toolchain.compiler import (
+    PROFILES,
+    Compiler,
+    compile_library,
+    find_compiler,
+    library_suffix,
+    processor,
+    profile,
+)
 
 CODE = "int answer(void) { return 42; }\n"
 
@@ -61,7 +69,10 @@ def test_the_identity_changes_with_the_compiler(tmp_path: Path) -> None:
 
 
 def test_several_files_link_to_one_library(tmp_path: Path) -> None:
-    sources = [source(tmp_path), source(tmp_path, "int answer(void); int twice(void) { return 2 * answer(); }\n", "twice.c")]
+    sources = [
+        source(tmp_path),
+        source(tmp_path, "int answer(void); int twice(void) { return 2 * answer(); }\n", "twice.c"),
+    ]
     output = tmp_path / f"model{library_suffix()}"
     commands = compile_library(find_compiler(), sources, output, ("-O0",))
     assert output.stat().st_size > 1000
@@ -122,11 +133,11 @@ def test_versions_profiles_and_processors() -> None:
 
 
 def test_what_is_made_for_this_processor_has_no_vectors_of_neighbouring_statements() -> None:
-    """gcc 12.2.0 (Debian 12.2.0-14), -O2 -march=native, on a processor with AVX-512: a row of ``equations`` of a chain of twenty
-    hinges was wrong by 65 N while neighbouring sums were put into 512 bits (commit c98a19e); -fno-tree-slp-vectorize, vectors of
-    256 bits and -O1 mended it. It could not be had again on another processor, nor by 15 500 random functions, so there is no
-    small case: the flag stays where 512 bits may be used, and ``tests/simulation/test_chains.py`` holds that chain's functions
-    against each other.
+    """gcc 12.2.0 (Debian 12.2.0-14), -O2 -march=native, on a processor with AVX-512: a row of ``equations`` of a chain
+    of twenty hinges was wrong by 65 N while neighbouring sums were put into 512 bits (commit c98a19e);
+    -fno-tree-slp-vectorize, vectors of 256 bits and -O1 mended it. It could not be had again on another processor, nor
+    by 15 500 random functions, so there is no small case: the flag stays where 512 bits may be used, and
+    ``tests/simulation/test_chains.py`` holds that chain's functions against each other.
     """
     flag = "-fno-tree-slp-vectorize"
     assert profile("fast").native

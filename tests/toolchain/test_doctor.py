@@ -39,8 +39,14 @@ def assert_mended(name: str, where: dict[str, str], what: str, remedy: str) -> N
 def test_this_machine_is_sound() -> None:
     checks = examine()
     assert [check.name for check in checks][:7] == [
-        "python", "temporary files", "compiler", "compiles", "Python.h", "cache", "room",
-    ]  # fmt: skip
+        "python",
+        "temporary files",
+        "compiler",
+        "compiles",
+        "Python.h",
+        "cache",
+        "room",
+    ]
     assert [check for check in checks if not check.ok] == []
     assert find_compiler().version in {check.name: check for check in checks}["compiler"].found
 
@@ -59,7 +65,8 @@ def test_a_compiler_that_compiles_nothing(tmp_path: Path) -> None:
 
 
 def test_no_compiler_at_all(tmp_path: Path) -> None:
-    """On a path that holds the package manager only. Its command is run as a rehearsal: tests do not change machines."""
+    """On a path that holds the package manager only. Its command is run as a rehearsal: tests do not change
+    machines."""
     tools = tmp_path / "bin"
     tools.mkdir()
     manager = shutil.which("apt-get")
@@ -92,7 +99,8 @@ def test_a_cache_that_its_owner_has_locked(tmp_path: Path, monkeypatch: pytest.M
     folder = tmp_path / "cache"
     folder.mkdir(mode=0o500)
     monkeypatch.setenv("EOMGEN_CACHE", str(folder))
-    monkeypatch.setattr(doctor, "refusal", lambda path: "" if path.stat().st_mode & 0o200 else "Permission denied")  # root may
+    # root may
+    monkeypatch.setattr(doctor, "refusal", lambda path: "" if path.stat().st_mode & 0o200 else "Permission denied")
     ill = doctor._cache()
     assert ill.remedy == f"chmod u+rwx {folder}"
     subprocess.run(["/bin/sh", "-c", ill.remedy], check=True)
@@ -119,7 +127,10 @@ def test_a_disk_with_little_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 
 
 def test_no_place_for_temporary_files(tmp_path: Path) -> None:
-    blocked = "import tempfile; tempfile._candidate_tempdir_list = lambda: ['/proc/nowhere'] if 'TMPDIR' in os.environ else ['.']"
+    blocked = (
+        "import tempfile; tempfile._candidate_tempdir_list = lambda: ['/proc/nowhere'] if 'TMPDIR' in os.environ else"
+        " ['.']"
+    )
     (tmp_path / "sitecustomize.py").write_text(f"import os; {blocked}\n", encoding="utf-8")
     where = environment(tmp_path / "cache", TMPDIR="/proc/nowhere")
     where["PYTHONPATH"] = f"{tmp_path}{os.pathsep}{where['PYTHONPATH']}"

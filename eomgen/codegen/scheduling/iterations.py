@@ -203,7 +203,9 @@ def runs(places: Sequence[tuple[int, int]], shortest: int = RUN_FROM) -> Iterato
         step = (0, 0)
         if end < len(places):
             step = (places[end][0] - places[start][0], places[end][1] - places[start][1])
-            while end < len(places) and (places[end][0] - places[end - 1][0], places[end][1] - places[end - 1][1]) == step:
+            while (
+                end < len(places) and (places[end][0] - places[end - 1][0], places[end][1] - places[end - 1][1]) == step
+            ):
                 end += 1
         length = end - start
         if length < shortest:

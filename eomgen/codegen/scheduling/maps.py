@@ -1,8 +1,8 @@
 """Map on the tape -> loop of the Program: kernel as statements, constants and gather indices as tables.
 
-In a function that runs a loop, both what it gathers and what it gives lie in the workspace, in ranges of their own, so that
-neither the length of the code nor the number of locals grows with the number of elements. Runs of equally spaced places, the
-rule in meshes and chains, are copied by loops too.
+In a function that runs a loop, both what it gathers and what it gives lie in the workspace, in ranges of their own, so
+that neither the length of the code nor the number of locals grows with the number of elements. Runs of equally spaced
+places, the rule in meshes and chains, are copied by loops too.
 """
 
 from __future__ import annotations
@@ -26,7 +26,11 @@ def program_loop(tape: Tape, number: int) -> ProgramLoop:
         gathered=len(loop.gathered),
         results=loop.size,
         constants=tuple(zip(*loop.elements, strict=True)) if loop.elements else (),
-        index=tuple(tuple(place[slot[element]] for slot in loop.gather) for element in range(loop.count)) if loop.gather else (),
+        index=(
+            tuple(tuple(place[slot[element]] for slot in loop.gather) for element in range(loop.count))
+            if loop.gather
+            else ()
+        ),
         shared=tuple(place[ref] for ref in loop.shared),
         initial=tuple(place[ref] for ref in loop.initial),
         sums=len(loop.sums),

@@ -36,7 +36,8 @@ def assembly(solver: Mapping[str, Any]) -> Assembly:
     Parameters
     ----------
     solver : ``Program.method["solver"]``
-        ``moved`` rows of products, ``entries`` with ``linear`` and ``products`` terms: ``integrators.newton.matrix.Terms``
+        ``moved`` rows of products, ``entries`` with ``linear`` and ``products`` terms:
+        ``integrators.newton.matrix.Terms``
     """
     if solver["kind"] not in _LOOPED:
         return Assembly(tuple(_written_out(solver)), False, 0)

@@ -1,8 +1,8 @@
 """Scheduling of one function: statement order, fused sine and cosine, nested expressions, parts of limited length.
 
-Compilers need time that grows faster than the length of a function (72 600 statements: over 180 s whole, 10 s in chunks), so a
-long function becomes parts of nearly equal length; a value that a later part needs waits in a slot of a workspace. What repeats
-in a long function becomes loops first.
+Compilers need time that grows faster than the length of a function (72 600 statements: over 180 s whole, 10 s in
+chunks), so a long function becomes parts of nearly equal length; a value that a later part needs waits in a slot of a
+workspace. What repeats in a long function becomes loops first.
 """
 
 from __future__ import annotations
@@ -133,7 +133,8 @@ class LoopWriter(Writer):
     """Writes the loops that ``rerolling`` found; it is the ``iterations.Values`` of each."""
 
     def _circular(self) -> None:
-        """Take sines and cosines of all angles that are inputs into the workspace, where loops can count through them."""
+        """Take sines and cosines of all angles that are inputs into the workspace, where loops can count through
+        them."""
         tape = self.tape
         nodes = [node for node in self.plan.live if is_circular(tape, node)]
         angles = sorted({abs(tape.a[node]) for node in nodes}, key=self._symbol)
@@ -204,7 +205,8 @@ class LoopWriter(Writer):
                     self._emit("out", number, component, self._leaf(ref))
 
     def _copy(self, number: int, items: Sequence[tuple[int, Ref]]) -> bool:
-        """Store many values that are there already in one loop; return False where they are few, or of different kinds."""
+        """Store many values that are there already in one loop; return False where they are few, or of different
+        kinds."""
         if len(items) < COPIED_FROM:
             return False
         data = copies([self._leaf(ref) for _, ref in items], number, [component for component, _ in items])
@@ -221,7 +223,8 @@ PART_LIMIT = 1500
 NEST_LIMIT = 6
 #: Structural zeros of an output are stored one by one up to here, by a loop beyond when they are the majority.
 FILL_FROM = 9
-#: Functions longer than this are searched for repeats, and written with loops where that leaves less than this part of them.
+#: Functions longer than this are searched for repeats, and written with loops where that leaves less than this part of
+#: them.
 REROLL_FROM = 1500
 REROLLED_PART = 0.6
 #: From this many angles on, their sines and cosines are taken in one loop.
@@ -234,7 +237,8 @@ _MAP = Op.MAP
 
 @dataclass(frozen=True)
 class Schedule:
-    """The parts of a function, the size of its workspace, and its number of operations (a loop's kernel counts once)."""
+    """The parts of a function, the size of its workspace, and its number of operations (a loop's kernel counts
+    once)."""
 
     parts: tuple[Part, ...]
     workspace: int
@@ -289,9 +293,10 @@ class _Scheduler(LoopWriter):
         """Compute sine and cosine of all angles that are inputs in one statement, which compilers can vectorise."""
         tape = self.tape
         leaders = [
-            node for node in nodes
+            node
+            for node in nodes
             if tape.op[node] in (Op.SIN, Op.COS) and node in self.plan.members and tape.op[abs(tape.a[node])] is _INPUT
-        ]  # fmt: skip
+        ]
         if len(leaders) < TOGETHER:
             return
         angles = []
@@ -368,12 +373,15 @@ class _Scheduler(LoopWriter):
                 self.open.outputs.add(number)
                 self._emit("fill", number, len(refs))
             left = [
-                (component, ref) for component, ref in enumerate(refs)
+                (component, ref)
+                for component, ref in enumerate(refs)
                 if abs(ref) not in self.plan.uses and not (fill and ref == ZERO)
-            ]  # fmt: skip
+            ]
             if self.plan.loops:
                 numbers = [item for item in left if self.tape.value(item[1]) is not None]
-                left = [item for item in left if self.tape.value(item[1]) is None] if self._copy(number, numbers) else left
+                left = (
+                    [item for item in left if self.tape.value(item[1]) is None] if self._copy(number, numbers) else left
+                )
             for component, ref in left:
                 self.open.outputs.add(number)
                 self._emit("out", number, component, self._leaf(ref))
@@ -412,7 +420,9 @@ class _Scheduler(LoopWriter):
             length = sum(plan.weight(node) for node in plan.part(number))
             inputs = tuple(block for block in self.input_order if block in self.open.inputs)
             outputs = tuple(sorted(self.open.outputs))
-            parts.append(Part(tuple(self.open.statements), inputs, outputs, self.open.workspace, length, tuple(self.open.names)))
+            parts.append(
+                Part(tuple(self.open.statements), inputs, outputs, self.open.workspace, length, tuple(self.open.names))
+            )
         return Schedule(tuple(parts), self.slots, sum(plan.weight(node) for node in plan.order))
 
 

@@ -23,10 +23,11 @@ LANES = 8
 def series_functions(
     system: System, curve_numbers: dict[int, int]
 ) -> tuple[tuple[ProgramFunction, ...], dict[str, Any], tuple[Discontinuity, ...]]:
-    """Return ``series_start``, ``series_next`` and ``extent``, what a driver needs, and the times at which a series ends.
+    """Return ``series_start``, ``series_next`` and ``extent``, what a driver needs, and the times at which a series
+    ends.
 
-    What it needs are sizes, ``products``, ``kept``, and ``room`` of a row of products, and ``kinds``: which components of q and
-    of v are angles, and which are lengths.
+    What it needs are sizes, ``products``, ``kept``, and ``room`` of a row of products, and ``kinds``: which components
+    of q and of v are angles, and which are lengths.
 
     Raises ModelError where the motion has no Taylor series.
     """
@@ -53,9 +54,17 @@ def series_functions(
     ]
     if system.extent:
         sizes = [("extent", system.extent, "size of the machine, m, and of gravity, m/s^2")]
-        functions.append(_function(system.tape, "extent", "what rounding is a fraction of", ("p",), sizes, curve_numbers))
+        functions.append(
+            _function(system.tape, "extent", "what rounding is a fraction of", ("p",), sizes, curve_numbers)
+        )
     room = -(-len(series.left) // LANES) * LANES
-    needed = {"products": len(series.left), "kept": len(series.kept), "room": room, "lanes": LANES, "kinds": _kinds(system)}
+    needed = {
+        "products": len(series.left),
+        "kept": len(series.kept),
+        "room": room,
+        "lanes": LANES,
+        "kinds": _kinds(system),
+    }
     return tuple(functions), needed, breakpoints
 
 
@@ -66,15 +75,18 @@ def _kinds(system: System) -> list[dict[str, Any]]:
         if factor.group == "R":
             of_v = of_q = list((system.angular or (True,) * system.nv)[factor.v_start : factor.v_start + factor.v_size])
         else:
-            of_q, of_v = ([k < turning for k in range(size)] for turning, size in ((4, factor.q_size), (3, factor.v_size)))
+            of_q, of_v = (
+                [k < turning for k in range(size)] for turning, size in ((4, factor.q_size), (3, factor.v_size))
+            )
         for k, turns in enumerate(of_q):
             members["angle" if turns else "length"][0].append(factor.q_start + k)
         for k, turns in enumerate(of_v):
             members["angle" if turns else "length"][1].append(factor.v_start + k)
     return [
         {"name": name, "q": q, "v": v, "q_adjacent": _adjacent(q), "v_adjacent": _adjacent(v)}
-        for name, (q, v) in members.items() if v
-    ]  # fmt: skip
+        for name, (q, v) in members.items()
+        if v
+    ]
 
 
 def _adjacent(components: Sequence[int]) -> bool:
@@ -82,9 +94,13 @@ def _adjacent(components: Sequence[int]) -> bool:
 
 
 def _function(
-    tape: Tape, name: str, description: str, blocks: Sequence[str], outputs: Sequence[tuple[str, Sequence[Ref], str]],
+    tape: Tape,
+    name: str,
+    description: str,
+    blocks: Sequence[str],
+    outputs: Sequence[tuple[str, Sequence[Ref], str]],
     curve_numbers: dict[int, int],
-) -> ProgramFunction:  # fmt: skip
+) -> ProgramFunction:
     present = [output for output in outputs if output[1]]
     made = schedule(
         tape,
@@ -99,8 +115,12 @@ def _function(
     )
     used = {block for part in made.parts for block in part.inputs}
     return ProgramFunction(
-        name=name, description=description, inputs=tuple(block for block in blocks if block in used),
+        name=name,
+        description=description,
+        inputs=tuple(block for block in blocks if block in used),
         outputs=tuple(OutputArray(label, label, (len(refs),), len(refs), text) for label, refs, text in present),
-        parts=made.parts, workspace=made.workspace, operations=made.operations,
+        parts=made.parts,
+        workspace=made.workspace,
+        operations=made.operations,
         counts={},
-    )  # fmt: skip
+    )

@@ -1,8 +1,9 @@
 """Taylor recurrence of a System: functions for order 0 and for order k, evaluated by the Taylor stepper.
 
-Accelerations come from inverse dynamics, which is affine in them: the coefficient k of the residual with a_k = 0 is -M_0 a_k, and
-M_0 is eliminated once, at order 0. So elimination is never differentiated, and the products are those of inverse dynamics, about
-a third of those of forward dynamics. Where inverse dynamics is not at hand, forward dynamics is taken as it is.
+Accelerations come from inverse dynamics, which is affine in them: the coefficient k of the residual with a_k = 0 is
+-M_0 a_k, and M_0 is eliminated once, at order 0. So elimination is never differentiated, and the products are those of
+inverse dynamics, about a third of those of forward dynamics. Where inverse dynamics is not at hand, forward dynamics is
+taken as it is.
 """
 
 from __future__ import annotations
@@ -50,9 +51,9 @@ class Recurrence:
         if system.nz:
             self.rates["z"] = self._terms(self._copied("internal_rate"))
         if by_inverse:
-            self.rates["v"] = _ByInverse(self.series, self.source, self._copied("residual"), self._given, self._known).solved(
-                self._at_start("mass"), system.dof_parent
-            )
+            self.rates["v"] = _ByInverse(
+                self.series, self.source, self._copied("residual"), self._given, self._known
+            ).solved(self._at_start("mass"), system.dof_parent)
         else:
             self.rates["v"] = self._terms(self._copied("forward_dynamics"))
 
@@ -105,14 +106,21 @@ class _ByInverse:
     """
 
     def __init__(
-        self, series: Series, source: Tape, residual: Sequence[Ref], given: dict[InputSymbol, Term], known: dict[int, Term]
+        self,
+        series: Series,
+        source: Tape,
+        residual: Sequence[Ref],
+        given: dict[InputSymbol, Term],
+        known: dict[int, Term],
     ) -> None:
         self.series, self.source, self.residual = series, source, residual
         self.moved: set[int] = set()  # nodes that accelerations are in
         live = source.live(residual)
         for node in live:
             symbol = source.symbol(node)
-            if (symbol is not None and symbol.block == "a") or any(abs(ref) in self.moved for ref in source.operands(node)):
+            if (symbol is not None and symbol.block == "a") or any(
+                abs(ref) in self.moved for ref in source.operands(node)
+            ):
                 self.moved.add(node)
         self.order = [node for node in live if node in self.moved]
         still = sorted({abs(ref) for node in self.order for ref in source.operands(node) if abs(ref) not in self.moved})
@@ -159,9 +167,14 @@ class _ByInverse:
         series = self.series
         solve = _TreeSolver(series, mass, parents)
         right = [series.negative(self._term(ref)) for ref in self.residual]
-        accelerations = [Term(*pair) for pair in zip(
-            solve([term.value for term in right], kept=False), solve([term.next for term in right], kept=True), strict=True
-        )]  # fmt: skip
+        accelerations = [
+            Term(*pair)
+            for pair in zip(
+                solve([term.value for term in right], kept=False),
+                solve([term.next for term in right], kept=True),
+                strict=True,
+            )
+        ]
         added: dict[int, Term] = {}
         for node in self.order:
             added[node] = self._added(node, accelerations, added)
@@ -174,7 +187,10 @@ class _ByInverse:
                 continue
             carried, steady = (0, 1) if operands[0] in self.moved else (1, 0)
             whole = series.add(self.known[operands[carried]], added[operands[carried]])
-            left, right_factor = self._signed(signs[carried], whole), self._signed(signs[steady], self.known[operands[steady]])
+            left, right_factor = (
+                self._signed(signs[carried], whole),
+                self._signed(signs[steady], self.known[operands[steady]]),
+            )
             series.close_product(number, left, right_factor)
         return accelerations
 

@@ -44,7 +44,8 @@ class Target:
     files : callable
         ``files(program)``: texts by file name, with the one of ``folder.manifest`` among them.
     steppers : bool
-        Whether a Program with a method can be written. Steppers exist in C; other languages may offer the functions alone.
+        Whether a Program with a method can be written. Steppers exist in C; other languages may offer the functions
+        alone.
     """
 
     name: str

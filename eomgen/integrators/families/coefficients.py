@@ -1,8 +1,9 @@
 """Coefficients of named generalized-alpha cases from one parameter each.
 
 (1 - alpha_m) a' + alpha_m a = (1 - alpha_f) vdot' + alpha_f vdot, and Newmark's formulas with beta and gamma on a.
-Newmark, J. Eng. Mech. Div. 85 (1959) 67; Hilber, Hughes and Taylor, Earthquake Eng. Struct. Dyn. 5 (1977) 283; Wood, Bossak and
-Zienkiewicz, Int. J. Numer. Methods Eng. 15 (1980) 1562; as one family: Chung and Hulbert, J. Appl. Mech. 60 (1993) 371.
+Newmark, J. Eng. Mech. Div. 85 (1959) 67; Hilber, Hughes and Taylor, Earthquake Eng. Struct. Dyn. 5 (1977) 283; Wood,
+Bossak and Zienkiewicz, Int. J. Numer. Methods Eng. 15 (1980) 1562; as one family: Chung and Hulbert, J. Appl. Mech. 60
+(1993) 371.
 """
 
 from __future__ import annotations
@@ -58,7 +59,8 @@ class Coefficients:
 
     @property
     def largest_phase(self) -> float:
-        """Largest stable w step of an undamped oscillation, rad; infinite when unconditionally stable. For Newmark's cases."""
+        """Largest stable w step of an undamped oscillation, rad; infinite when unconditionally stable. For Newmark's
+        cases."""
         return math.inf if self.unconditionally_stable else float(self.gamma / 2 - self.beta) ** -0.5
 
 
@@ -77,13 +79,19 @@ def hht(alpha: float | None = None, rho_inf: float | None = None) -> Coefficient
     UsageError
     """
     a = _damping(
-        "hht", alpha, rho_inf, Fraction(1, 3), "1/3", "at high frequencies it damps less again above 1/3, and wbz goes to 1"
+        "hht",
+        alpha,
+        rho_inf,
+        Fraction(1, 3),
+        "1/3",
+        "at high frequencies it damps less again above 1/3, and wbz goes to 1",
     )
     return Coefficients("hht", Fraction(0), a, (1 + a) ** 2 / 4, _HALF + a, "Hilber, Hughes and Taylor 1977")
 
 
 def wbz(alpha: float | None = None, rho_inf: float | None = None) -> Coefficients:
-    """Return the method of Wood, Bossak and Zienkiewicz: inertia is extrapolated, -alpha of it from the start of the step.
+    """Return the method of Wood, Bossak and Zienkiewicz: inertia is extrapolated, -alpha of it from the start of the
+    step.
 
     Parameters
     ----------
@@ -106,8 +114,8 @@ def newmark(beta: float | None = None, gamma: float | None = None, alpha: float 
     Parameters
     ----------
     beta, gamma : float
-        beta > 0, gamma >= 1/2; 1/4 and 1/2 by default. A gamma above 1/2 damps and lowers the order to 1; 2 beta < gamma
-        limits the step.
+        beta > 0, gamma >= 1/2; 1/4 and 1/2 by default. A gamma above 1/2 damps and lowers the order to 1; 2 beta <
+        gamma limits the step.
     alpha : float
         In their place the damped family gamma = 1/2 + alpha, beta = (1 + alpha)^2/4, 0 to 1, with
         (1 - alpha)/(1 + alpha) as spectral radius at infinite frequency.
@@ -134,7 +142,8 @@ def newmark(beta: float | None = None, gamma: float | None = None, alpha: float 
 
 
 def trapezoidal() -> Coefficients:
-    """Return the trapezoidal rule, Newmark's average acceleration: beta = 1/4, gamma = 1/2, no damping at any frequency."""
+    """Return the trapezoidal rule, Newmark's average acceleration: beta = 1/4, gamma = 1/2, no damping at any
+    frequency."""
     return Coefficients("trapezoidal", Fraction(0), Fraction(0), Fraction(1, 4), _HALF, _NEWMARK)
 
 
@@ -145,7 +154,9 @@ def exact(where: str, value: object) -> Fraction:
     return Fraction(repr(float(value)))
 
 
-def _damping(name: str, alpha: float | None, rho_inf: float | None, largest: Fraction, text: str, reason: str) -> Fraction:
+def _damping(
+    name: str, alpha: float | None, rho_inf: float | None, largest: Fraction, text: str, reason: str
+) -> Fraction:
     """Return alpha, checked, from itself or from the spectral radius at infinite frequency."""
     if alpha is not None:
         value = exact("method.alpha", alpha)

@@ -1,6 +1,7 @@
 """``Family``: facts, settings, statistics and stepper data of a family of methods; an instance is one method.
 
-Names, terms, the state of the stepper, settings, statistics and statuses are rows here; C and Python read the same rows.
+Names, terms, the state of the stepper, settings, statistics and statuses are rows here; C and Python read the same
+rows.
 """
 
 from __future__ import annotations
@@ -17,10 +18,11 @@ from eomgen.errors import Problem, UsageError
 if TYPE_CHECKING:
     from eomgen.system.system import System
 
-#: How a stepper takes inputs: rows within a step between which they are linear; the first row held over the step, where what is
-#: not a number follows the scene's formulas; the same, with the formulas expanded in series of time.
+#: How a stepper takes inputs: rows within a step between which they are linear; the first row held over the step, where
+#: what is not a number follows the scene's formulas; the same, with the formulas expanded in series of time.
 InputDemand = Literal["sampled", "held", "series"]
-#: States between recorded rows: q of order 5 with v from it, or v of order 3 through v and a; steps of the method; none.
+#: States between recorded rows: q of order 5 with v from it, or v of order 3 through v and a; steps of the method;
+#: none.
 DenseOutput = Literal["hermite_5", "hermite_3", "steps", "none"]
 #: Functions on the Lie groups of the configuration that a stepper may call.
 GroupFunction = Literal["update", "tangent", "bracket", "transport"]
@@ -137,7 +139,8 @@ class Family(ABC):
 
     #: Its name, and that of its templates.
     family: ClassVar[str]
-    #: The folder of its templates, ``stepper.c.jinja`` and what it includes; None: eomgen's own folder of the family's name.
+    #: The folder of its templates, ``stepper.c.jinja`` and what it includes; None: eomgen's own folder of the family's
+    #: name.
     templates: ClassVar[Path | None] = None
     inputs: ClassVar[InputDemand] = "sampled"
     dense_output: ClassVar[DenseOutput]
@@ -170,7 +173,8 @@ class Family(ABC):
     @classmethod
     @abstractmethod
     def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:
-        """Return the functions of a model that a stepper calls, or that bring a state onto the constraints; not those of z alone.
+        """Return the functions of a model that a stepper calls, or that bring a state onto the constraints; not those
+        of z alone.
 
         Parameters
         ----------
@@ -250,9 +254,9 @@ class Family(ABC):
     def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
         """Return what its own templates read, JSON types only, and for the common ones:
 
-        ``input_times``, the shares of a step with a row of inputs; where there are some, ``hooks``, functions of its template by
-        when they are called: ``row`` (before a row is given), ``recorded`` (behind one), ``end`` (of a run), and ``row_notes``,
-        lines on rows for the header.
+        ``input_times``, the shares of a step with a row of inputs; where there are some, ``hooks``, functions of its
+        template by when they are called: ``row`` (before a row is given), ``recorded`` (behind one), ``end`` (of a
+        run), and ``row_notes``, lines on rows for the header.
 
         Parameters
         ----------
@@ -272,14 +276,19 @@ def velocities(factors: Sequence[Any]) -> int:
 
 
 UNCONSTRAINED = Need(
-    "constraints", False, "it steps ordinary differential equations and would ignore the constraint equations",
+    "constraints",
+    False,
+    "it steps ordinary differential equations and would ignore the constraint equations",
     "generalized_alpha, which keeps constraints, rk4_partitioned, which eliminates them, or a tree of joints",
-)  # fmt: skip
+)
 #: Terms of constraints that steppers call, or that bring a state onto the constraints.
 KINEMATIC = ("constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "constraint_size")
 #: Statuses of most steppers.
 NOT_FINITE = Status(
-    3, "NOT_FINITE", "a value became infinite or not a number", f"{SMALLER_STEP}; then the forces and formulas near that time"
+    3,
+    "NOT_FINITE",
+    "a value became infinite or not a number",
+    f"{SMALLER_STEP}; then the forces and formulas near that time",
 )
 BAD_ARGUMENT = Status(
     4,

@@ -1,7 +1,7 @@
 """Generalized-alpha methods as data, with order conditions checked on construction.
 
-Generalized-alpha on Lie groups: Bruls and Cardona, J. Comput. Nonlinear Dyn. 5 (2010) 031002; Arnold, Bruls and Cardona,
-Numer. Math. 129 (2015) 149; scaling: Arnold and Hante, J. Comput. Nonlinear Dyn. 12 (2017) 021002.
+Generalized-alpha on Lie groups: Bruls and Cardona, J. Comput. Nonlinear Dyn. 5 (2010) 031002; Arnold, Bruls and
+Cardona, Numer. Math. 129 (2015) 149; scaling: Arnold and Hante, J. Comput. Nonlinear Dyn. 12 (2017) 021002.
 Equations of first order beside them: Jansen, Whiting and Hulbert, Comput. Methods Appl. Mech. Engrg. 190 (2000) 305.
 Runge-Kutta on Lie groups: Munthe-Kaas, Appl. Numer. Math. 29 (1999) 115.
 """
@@ -43,21 +43,24 @@ if TYPE_CHECKING:
     from eomgen.system.system import System
 
 _CONDITIONALLY_STABLE = Need(
-    "constraints", False, "with 2 beta < gamma the highest frequency limits its step, and constraints are infinitely stiff",
+    "constraints",
+    False,
+    "with 2 beta < gamma the highest frequency limits its step, and constraints are infinitely stiff",
     "beta of at least gamma/2: newmark with alpha, trapezoidal, hht or generalized_alpha",
     "beta",
-)  # fmt: skip
+)
 _SOURCE = "Bruls and Cardona 2010; Arnold, Bruls and Cardona 2015; Arnold and Hante 2017"
 #: How constraints enter a step: positions only, or positions and velocities with one more multiplier per holonomic row.
 INDEX_3, STABILISED = "index3", "stabilised"
-#: How the increment of a step is cut into exponentials: one; velocity and acceleration; velocity and both accelerations.
-#: ``spatial``: one exponential, and what a step takes over from the last one is carried along with its rotation.
+#: How the increment of a step is cut into exponentials: one; velocity and acceleration; velocity and both
+#: accelerations. ``spatial``: one exponential, and what a step takes over from the last one is carried along with its
+#: rotation.
 SPATIAL = "spatial"
 VARIANTS = ("F0", "F1", "F2", SPATIAL)
 #: Largest spectral radius at which index 3 is known to damp what its start excites, and where it is known to fail.
 INDEX_3_SAFE_RHO, INDEX_3_REFUSED_RHO = 0.9, 0.99
-#: Newton's stopping test on the increment of the mean velocity. Tight enough that errors left by it stay below those of the
-#: method at steps of 1e-5; the stepper itself keeps the demand above round-off.
+#: Newton's stopping test on the increment of the mean velocity. Tight enough that errors left by it stay below those of
+#: the method at steps of 1e-5; the stepper itself keeps the demand above round-off.
 RELATIVE_TOLERANCE, ABSOLUTE_TOLERANCE = 1e-10, 1e-12
 #: The same in single precision.
 SINGLE_RELATIVE_TOLERANCE, SINGLE_ABSOLUTE_TOLERANCE = 1e-5, 1e-6
@@ -73,7 +76,8 @@ _CASES: Mapping[str, tuple[Callable[..., Coefficients], tuple[str, ...], tuple[s
 
 @dataclass(frozen=True)
 class GeneralizedAlpha(Family):
-    """Generalized-alpha on a Lie group: the optimal parameters for a spectral radius at infinite frequency, or a named case.
+    """Generalized-alpha on a Lie group: the optimal parameters for a spectral radius at infinite frequency, or a named
+    case.
 
     Parameters
     ----------
@@ -83,9 +87,9 @@ class GeneralizedAlpha(Family):
         For constrained systems: ``stabilised`` (index 2: constraints and their rates hold at every step) or ``index3``
         (constraints hold, their rates to second order only).
     variant : str
-        ``F0`` (q_n o exp(h Dq)), ``F1`` or ``F2``: velocity and acceleration, or velocity and both accelerations, in exponentials
-        of their own. ``spatial``: velocities and accelerations are interpolated as a frame sees them that does not
-        turn with the body.
+        ``F0`` (q_n o exp(h Dq)), ``F1`` or ``F2``: velocity and acceleration, or velocity and both accelerations, in
+        exponentials of their own. ``spatial``: velocities and accelerations are interpolated as a frame sees them that
+        does not turn with the body.
     case : Coefficients, optional
         Of HHT, WBZ, Newmark or the trapezoidal rule; ``rho_inf`` is then theirs, whatever was said.
     """
@@ -110,10 +114,11 @@ class GeneralizedAlpha(Family):
         elif not (isinstance(self.rho_inf, int | float) and math.isfinite(self.rho_inf) and 0.0 <= self.rho_inf <= 1.0):
             raise UsageError(
                 Problem(
-                    "method.rho_inf", f"the spectral radius at infinite frequency must lie in 0..1, not {self.rho_inf!r}",
+                    "method.rho_inf",
+                    f"the spectral radius at infinite frequency must lie in 0..1, not {self.rho_inf!r}",
                     "0.9 for mild numerical damping, 1 for none, 0 for the most",
                 )
-            )  # fmt: skip
+            )
         for key, value, known in (("form", self.form, (STABILISED, INDEX_3)), ("variant", self.variant, VARIANTS)):
             if value not in known:
                 raise UsageError(Problem(f"method.{key}", f"there is no {key} {value!r}", f"one of {', '.join(known)}"))
@@ -138,8 +143,8 @@ class GeneralizedAlpha(Family):
         hint = "form stabilised, which runs at any radius, or a radius of at most 0.9"
         if self.case is not None:
             what = (
-                f"{self.case.name} has a spectral radius of {self.rho_inf:.4g} here, and index 3 is weakly unstable then: "
-                "nothing damps the errors of the multipliers, which alternate from step to step and grow"
+                f"{self.case.name} has a spectral radius of {self.rho_inf:.4g} here, and index 3 is weakly unstable"
+                " then: nothing damps the errors of the multipliers, which alternate from step to step and grow"
             )
             hint = f"{self.case.name} without _index3, the stabilised form, or hht_index3 with alpha = 0.05"
         raise UsageError(Problem("method.rho_inf", what, hint))
@@ -149,13 +154,17 @@ class GeneralizedAlpha(Family):
             return ()
         if self.case is not None and not self.case.unconditionally_stable:
             return (
-                f"{self.case.name} with 2 beta < gamma is stable only while step times the highest angular frequency stays below "
-                f"{self.case.largest_phase:.4g}",
+                (
+                    f"{self.case.name} with 2 beta < gamma is stable only while step times the highest angular"
+                    f" frequency stays below {self.case.largest_phase:.4g}"
+                ),
             )
         if self.form == INDEX_3 and self.rho_inf > INDEX_3_SAFE_RHO:
             return (
-                f"index 3 with a spectral radius of {self.rho_inf:.4g} damps multipliers too little: errors of its start live "
-                "for many steps, and from 0.99 on it fails; take at most 0.9, or the stabilised form",
+                (
+                    f"index 3 with a spectral radius of {self.rho_inf:.4g} damps multipliers too little: errors of its"
+                    " start live for many steps, and from 0.99 on it fails; take at most 0.9, or the stabilised form"
+                ),
             )
         return ()
 
@@ -176,7 +185,14 @@ class GeneralizedAlpha(Family):
     @classmethod
     def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:
         if constrained:
-            return ("mass", *(() if internal else ("residual",)), *KINEMATIC, "jacobian_values", "equations", "iteration")
+            return (
+                "mass",
+                *(() if internal else ("residual",)),
+                *KINEMATIC,
+                "jacobian_values",
+                "equations",
+                "iteration",
+            )
         return ("forward_dynamics", *(("equations", "iteration") if internal else ("residual", "partials")))
 
     def calls(self, system: System) -> set[str]:
@@ -212,7 +228,9 @@ class GeneralizedAlpha(Family):
             return {"rho_inf": self.rho_inf}
         if self.case.name in ("hht", "wbz"):
             return {"alpha": float(self.case.gamma - Fraction(1, 2))}
-        return {} if self.case.name == "trapezoidal" else {"beta": float(self.case.beta), "gamma": float(self.case.gamma)}
+        return (
+            {} if self.case.name == "trapezoidal" else {"beta": float(self.case.beta), "gamma": float(self.case.gamma)}
+        )
 
     def _index_3(self, sizes: Sizes) -> bool:
         """Return whether constraints are enforced at position level only."""
@@ -258,7 +276,9 @@ class GeneralizedAlpha(Family):
         }
         also = (", step lam" if sizes.lam else "") + (" and eta" if self._eta(sizes) else "")
         also += ", and (z - z_n)/step" if sizes.z else ""
-        increment = f"of the Newton increment of the mean velocity over a step{also}, weighted RMS, relative to each component"
+        increment = (
+            f"of the Newton increment of the mean velocity over a step{also}, weighted RMS, relative to each component"
+        )
         whole_motion = "of the same, relative to the size that the whole motion has in such components"
         perturb = "1: start with velocities that spare multipliers an error of first order; 0: with those given"
         whole = (
@@ -319,8 +339,14 @@ class GeneralizedAlpha(Family):
             "variant": self.variant,
             "rho_inf_below": INDEX_3_REFUSED_RHO if self.form == INDEX_3 and unknowns.holonomic else None,
             "unknowns": {
-                "v": unknowns.v, "lam": unknowns.lam, "holonomic": unknowns.holonomic, "eta": unknowns.eta,
-                "size": unknowns.size, "phi": unknowns.phi, "w": unknowns.v + unknowns.holonomic, "skipped": unknowns.skipped,
+                "v": unknowns.v,
+                "lam": unknowns.lam,
+                "holonomic": unknowns.holonomic,
+                "eta": unknowns.eta,
+                "size": unknowns.size,
+                "phi": unknowns.phi,
+                "w": unknowns.v + unknowns.holonomic,
+                "skipped": unknowns.skipped,
                 "first_z": unknowns.first_z,
             },
             "solver": solver_data(solver, system.factors),
@@ -329,7 +355,7 @@ class GeneralizedAlpha(Family):
             "quaternions": [factor.q_start + k for factor in system.factors if factor.group != "R" for k in range(4)],
             "factorization_cost": _factorization_cost(system, solver),
             "input_times": [0.0, 1.0],
-        }  # fmt: skip
+        }
 
     def _weights(self, step: float) -> list[float]:
         """Return the weights of an iteration matrix, in the order of ``newton.matrix.WEIGHTS``."""
@@ -367,7 +393,8 @@ class GeneralizedAlpha(Family):
 
     @property
     def rate_alpha_m(self) -> Fraction:
-        """What alpha_m is to internal states z, equations of first order (Jansen, Whiting and Hulbert 2000); a case's own."""
+        """What alpha_m is to internal states z, equations of first order (Jansen, Whiting and Hulbert 2000); a case's
+        own."""
         return (3 * self.rho - 1) / (2 * (self.rho + 1)) if self.case is None else self.case.alpha_m
 
     @property
@@ -384,16 +411,28 @@ class GeneralizedAlpha(Family):
             return
         hold("order 2: gamma = 1/2 + alpha_f - alpha_m", self.gamma == Fraction(1, 2) + self.alpha_f - self.alpha_m)
         hold("stability: alpha_m <= alpha_f <= 1/2", self.alpha_m <= self.alpha_f <= Fraction(1, 2))
-        hold("stability: beta >= 1/4 + (alpha_f - alpha_m)/2", self.beta >= Fraction(1, 4) + (self.alpha_f - self.alpha_m) / 2)
+        hold(
+            "stability: beta >= 1/4 + (alpha_f - alpha_m)/2",
+            self.beta >= Fraction(1, 4) + (self.alpha_f - self.alpha_m) / 2,
+        )
         optimal = Coefficients("chung_hulbert", self.alpha_m, self.alpha_f, self.beta, self.gamma, _SOURCE)
-        hold("the spectral radius at infinite frequency is rho_inf", abs(optimal.radius_at_infinity - float(self.rho)) < 1e-4)
+        hold(
+            "the spectral radius at infinite frequency is rho_inf",
+            abs(optimal.radius_at_infinity - float(self.rho)) < 1e-4,
+        )
         at_infinity = max(self.alpha_f / (1 - self.alpha_f), abs(1 - self.rate_gamma) / self.rate_gamma)
         hold("the same for internal states", at_infinity == self.rho)
 
 
 _ROW_NOTES = [
-    "Constraints are met at positions only, so v, vdot and lam of the state hold rounding of positions by the step and by",
-    "its square. Where that is much of lam, rows have v on the constraints and the vdot and lam that follow from q and v;",
+    (
+        "Constraints are met at positions only, so v, vdot and lam of the state hold rounding of positions by the step"
+        " and by"
+    ),
+    (
+        "its square. Where that is much of lam, rows have v on the constraints and the vdot and lam that follow from q"
+        " and v;"
+    ),
     "the state goes on with its own.",
 ]
 
@@ -410,13 +449,17 @@ def _named_case(name: str, form: str, **given: float | None) -> GeneralizedAlpha
 
 
 def _factorization_cost(system: System, solver: Solver) -> float:
-    """Return what forming and factoring the iteration matrix costs, in iterations with old factors, by operation counts.
+    """Return what forming and factoring the iteration matrix costs, in iterations with old factors, by operation
+    counts.
 
-    Substitution waits for its own results, and group operations take roots and quotients: both weigh more than they count.
+    Substitution waits for its own results, and group operations take roots and quotients: both weigh more than they
+    count.
     """
     residual = "equations" if len(system.multipliers) or len(system.initial_z) else "residual"
     turns = sum(1 for factor in system.factors if factor.group != "R")
-    iteration = float(system.counts[residual].flops + 4 * solver.solve_operations + 10 * solver.unknowns.size + 120 * turns)
+    iteration = float(
+        system.counts[residual].flops + 4 * solver.solve_operations + 10 * solver.unknowns.size + 120 * turns
+    )
     return float(system.counts[solver.packing.function].flops + 2 * solver.factor_operations + 60 * turns) / iteration
 
 

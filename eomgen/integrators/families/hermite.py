@@ -2,9 +2,10 @@
 
     y_1 = y_0 + h/2 (y'_0 + y'_1) + h^2/12 (y''_0 - y''_1)
 
-for y = (q, v, z), quaternions as they are and brought to unit length; y'' comes from the recurrence that Taylor steps use. Solved
-by corrections, from what the last step foretells (Makino and Aarseth, Publ. Astron. Soc. Japan 44 (1992) 141). Symmetric, so
-energies of oscillations do not drift. Where a step is too large for the highest frequency corrections diverge, and the run stops.
+for y = (q, v, z), quaternions as they are and brought to unit length; y'' comes from the recurrence that Taylor steps
+use. Solved by corrections, from what the last step foretells (Makino and Aarseth, Publ. Astron. Soc. Japan 44 (1992)
+141). Symmetric, so energies of oscillations do not drift. Where a step is too large for the highest frequency
+corrections diverge, and the run stops.
 """
 
 from __future__ import annotations
@@ -33,9 +34,11 @@ CORRECTION_TOLERANCE = 45.0
 MOST_CORRECTIONS = 30
 #: Corrections have converged, too, when they shrink no more and are below this, in the same units.
 ROUND_OFF = 4500.0
-#: The part of 1 rad, or of the size of the machine, that counts as the size of a smaller motion: rounding is not far below.
+#: The part of 1 rad, or of the size of the machine, that counts as the size of a smaller motion: rounding is not far
+#: below.
 COARSE = 0.01
-#: By how much the square of a quaternion's length may be off before it is brought to 1; steps that settle miss it by far less.
+#: By how much the square of a quaternion's length may be off before it is brought to 1; steps that settle miss it by
+#: far less.
 STRETCH = 0.1
 
 

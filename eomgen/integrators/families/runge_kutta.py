@@ -31,8 +31,8 @@ class RungeKuttaMuntheKaas(Family):
     A, b, c : exact fractions
         The tableau; stage i uses stages before it only.
     commutators : int
-        How many nested brackets T^-1 is truncated after: T^-1 v = v + [theta, v]/2 + [theta, [theta, v]]/12 + ...; an order p
-        needs p - 2 of them.
+        How many nested brackets T^-1 is truncated after: T^-1 v = v + [theta, v]/2 + [theta, [theta, v]]/12 + ...; an
+        order p needs p - 2 of them.
     """
 
     A: tuple[tuple[Fraction, ...], ...]

@@ -31,12 +31,13 @@ if TYPE_CHECKING:
 
 MAX_ORDER = 40
 DEFAULT_TOLERANCE = 1e-12
-#: Orders per e-fold of the tolerance. A step is rho tolerance^(1/order), rho the radius of convergence: with costs in proportion
-#: to the order 1 is best, in proportion to its square 1/2 (Jorba and Zou).
+#: Orders per e-fold of the tolerance. A step is rho tolerance^(1/order), rho the radius of convergence: with costs in
+#: proportion to the order 1 is best, in proportion to its square 1/2 (Jorba and Zou).
 ORDERS_PER_FOLD = 0.65
 #: The last two terms of a series are kept below this part of the tolerance, for local errors of many steps add up.
 SAFETY = 0.1
-#: Steps of the time grid that one series may be used for, however small its last coefficients are: they may vanish by symmetry.
+#: Steps of the time grid that one series may be used for, however small its last coefficients are: they may vanish by
+#: symmetry.
 LONGEST = 256.0
 #: A series is used for so many times the length of the one before at most.
 GROWTH = 8.0
@@ -44,7 +45,8 @@ GROWTH = 8.0
 MOST_EXPANSIONS = 100_000
 #: The smallest tolerance that is taken; below 1e-16 steps only become shorter.
 SMALLEST_TOLERANCE = 1e-20
-#: How many tolerances, times the order, step * (acceleration of the equations - that of the series) may be at the end of a step.
+#: How many tolerances, times the order, step * (acceleration of the equations - that of the series) may be at the end
+#: of a step.
 DEFECT = 10.0
 #: The tolerance below which round-off of accelerations hides what they are tested for, in units of rounding.
 ROUND_OFF = 450.0
@@ -58,9 +60,11 @@ STRETCH = 0.1
 ATTEMPTS = 40
 
 _UNCONSTRAINED = Need(
-    "constraints", False, "it expands ordinary differential equations and would ignore the constraint equations",
+    "constraints",
+    False,
+    "it expands ordinary differential equations and would ignore the constraint equations",
     "generalized_alpha, which keeps constraints, rk4_partitioned, which eliminates them, or a tree of joints",
-)  # fmt: skip
+)
 
 
 @dataclass(frozen=True)
@@ -70,8 +74,8 @@ class Taylor(Family):
     Parameters
     ----------
     tolerance : float
-        Of the local error, relative to the size of the motion: of its lengths, of its angles, and of the velocities of both, over
-        a step; of internal states relative to the largest, or to 1. 0: steps are those of the time grid.
+        Of the local error, relative to the size of the motion: of its lengths, of its angles, and of the velocities of
+        both, over a step; of internal states relative to the largest, or to 1. 0: steps are those of the time grid.
     order : int, optional
         Of the series, 2 to 40; chosen by the tolerance where it is not given.
     """
@@ -98,7 +102,9 @@ class Taylor(Family):
                 raise UsageError(Problem("order", what, "order = 12, or a tolerance, from which the order follows"))
             object.__setattr__(self, "order", order_for(self.tolerance))
         if self.order != int(self.order) or not 2 <= self.order <= MAX_ORDER:
-            raise UsageError(Problem("order", f"the order must be a whole number, 2 to {MAX_ORDER}, not {self.order:g}", "20"))
+            raise UsageError(
+                Problem("order", f"the order must be a whole number, 2 to {MAX_ORDER}, not {self.order:g}", "20")
+            )
         object.__setattr__(self, "order", int(self.order))
 
     @classmethod
@@ -130,7 +136,9 @@ class Taylor(Family):
 
     def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
         states = ", and to z or 1" if sizes.z else ""
-        tolerance = f"of the local error, relative to the motion's angles, lengths and velocities{states}; 0: steps of the grid"
+        tolerance = (
+            f"of the local error, relative to the motion's angles, lengths and velocities{states}; 0: steps of the grid"
+        )
         return (
             Setting("tolerance", self.tolerance, tolerance),
             Setting("order", self.order, f"of the series, 2 to {MAX_ORDER}", (2, MAX_ORDER)),

@@ -16,10 +16,11 @@ from eomgen.errors import ModelError, Problem
 
 #: A pivot is at least this part of the largest entry of its column among the rows of its stage, in every sample.
 THRESHOLD = 0.02
-#: The same where an earlier stage of the same structure chose that pivot: one order for all of them makes one piece of code.
+#: The same where an earlier stage of the same structure chose that pivot: one order for all of them makes one piece of
+#: code.
 _REPEATED = 0.002
-#: A pivot is at least this part of the largest entry of its column at all. What is lost to growth is made up by the iteration,
-#: whose residual knows nothing of it.
+#: A pivot is at least this part of the largest entry of its column at all. What is lost to growth is made up by the
+#: iteration, whose residual knows nothing of it.
 _OF_ALL = 1e-6
 #: What is taken in the end rather than nothing.
 _LAST_THRESHOLDS = (1e-3, 1e-8)
@@ -68,16 +69,21 @@ def _singular(samples: Mapping[tuple[int, int], Array], constrained: bool) -> Mo
     else:
         sizes = np.abs(np.concatenate([np.ravel(values) for values in samples.values()]))
         sizes = sizes[np.logical_and(sizes > 0.0, np.isfinite(sizes))]
-        what += "a mass is missing, or masses and stiffnesses differ by more orders of magnitude than numbers have digits"
+        what += (
+            "a mass is missing, or masses and stiffnesses differ by more orders of magnitude than numbers have digits"
+        )
         what += f" (entries from {sizes.min():.1g} to {sizes.max():.1g})" if sizes.size else ""
         hint = "give every moving part a mass, and stiffnesses and lengths that differ less"
     return ModelError(Problem("iteration matrix", what, hint))
 
 
 def eliminate(
-    size: int, samples: Mapping[tuple[int, int], Array], stages: Sequence[tuple[Sequence[int], Sequence[int]]] | None = None,
-    *, constrained: bool = False,
-) -> Elimination:  # fmt: skip
+    size: int,
+    samples: Mapping[tuple[int, int], Array],
+    stages: Sequence[tuple[Sequence[int], Sequence[int]]] | None = None,
+    *,
+    constrained: bool = False,
+) -> Elimination:
     """Choose the pivots.
 
     Parameters
@@ -186,13 +192,16 @@ class _Active:
         return column in self.rows[row] and self._size(row, column, threshold) > 0.0
 
     def _size(self, row: int, column: int, threshold: float) -> float:
-        """Return the smallest ratio of an entry to the largest of its column within the stage; 0 where it is no pivot."""
+        """Return the smallest ratio of an entry to the largest of its column within the stage; 0 where it is no
+        pivot."""
         near, all_rows = self.rows_of_stage, self.columns[column]
         own = np.abs(self.rows[row][column])
         largest = np.max([np.abs(self.rows[other][column]) for other in all_rows if other in near], axis=0)
         if not (np.all(own > 1e-13) and np.all(own >= threshold * largest)):
             return 0.0
-        if len(all_rows) > 1 and not np.all(own >= _OF_ALL * np.max([np.abs(self.rows[k][column]) for k in all_rows], axis=0)):
+        if len(all_rows) > 1 and not np.all(
+            own >= _OF_ALL * np.max([np.abs(self.rows[k][column]) for k in all_rows], axis=0)
+        ):
             return 0.0
         return float(np.min(own / largest))
 
@@ -240,4 +249,3 @@ def _equilibrated(size: int, samples: Mapping[tuple[int, int], Array]) -> dict[t
             scale[:] = scale / np.sqrt(np.where(largest > 0.0, largest, 1.0))
     values = values * (row_scale[places[:, 0]] * column_scale[places[:, 1]])[:, np.newaxis]
     return dict(zip(samples, values, strict=True))
-

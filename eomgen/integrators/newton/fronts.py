@@ -1,8 +1,8 @@
 """Frontal elimination: stages with equal structure share one function, parametrised by index offsets.
 
-A front holds the rows of U and the columns of L of its pivots in one run of the factors. What its elimination takes from later
-entries is subtracted there, in the runs of the fronts above it: Duff and Reid, ACM TOMS 9 (1983) 302. For a tree this is the
-elimination of one body after the other from the tips to the root.
+A front holds the rows of U and the columns of L of its pivots in one run of the factors. What its elimination takes
+from later entries is subtracted there, in the runs of the fronts above it: Duff and Reid, ACM TOMS 9 (1983) 302. For a
+tree this is the elimination of one body after the other from the tips to the root.
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ from typing import Any
 from eomgen.integrators.newton.elimination import Elimination
 from eomgen.integrators.newton.matrix import MatrixIndex
 
-#: A row or column of a front: its own one at an offset (0, offset), or one of the k-th front that it reaches (k, offset).
+#: A row or column of a front: its own one at an offset (0, offset), or one of the k-th front that it reaches (k,
+#: offset).
 Local = tuple[int, int]
 
 
@@ -26,7 +27,8 @@ class Fronts:
     ----------
     kinds : what the distinct structures compute; see ``_Front.work``.
     kind_of : the number of each front's kind, in the order of elimination.
-    table : for each front, where it begins: factors, entries, positions; then factors and positions of the fronts it reaches.
+    table : for each front, where it begins: factors, entries, positions; then factors and positions of the fronts it
+        reaches.
     places : the matrix' entries in the order in which fronts read them.
     slots : where each factor of the elimination is, by (row position, column position).
     """
@@ -41,7 +43,10 @@ class Fronts:
     def operations(self) -> int:
         """Multiply-subtracts that are written out."""
         return sum(
-            len(row["updates"]) + len(row["outside"]) for kind in self.kinds for step in kind["steps"] for row in step["below"]
+            len(row["updates"]) + len(row["outside"])
+            for kind in self.kinds
+            for step in kind["steps"]
+            for row in step["below"]
         )
 
 
@@ -95,7 +100,9 @@ def make_fronts(elimination: Elimination, entries: Sequence[MatrixIndex], sided:
         for reached in front.reached:
             begins += [first_factor[reached], starts[reached]]
         table.append(tuple(begins))
-    slots = {place: first_factor[number] + k for number, front in enumerate(fronts) for place, k in front.number.items()}
+    slots = {
+        place: first_factor[number] + k for number, front in enumerate(fronts) for place, k in front.number.items()
+    }
     places = [at_positions[place] for front in fronts for place in front.read]
     return Fronts(tuple(descriptions), tuple(kind_of), tuple(table), tuple(places), slots)
 
@@ -104,10 +111,16 @@ class _Front:
     """The pivots of one stage."""
 
     def __init__(
-        self, start: int, pivots: range, elimination: Elimination, below: Sequence[Sequence[int]],
-        entries: Mapping[MatrixIndex, MatrixIndex], starts: Sequence[int], front_of: Sequence[int],
+        self,
+        start: int,
+        pivots: range,
+        elimination: Elimination,
+        below: Sequence[Sequence[int]],
+        entries: Mapping[MatrixIndex, MatrixIndex],
+        starts: Sequence[int],
+        front_of: Sequence[int],
         live: Sequence[bool],
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.start, self.pivots = start, pivots
         self.live = {pivot: live[pivot] for pivot in pivots}
         self.upper = {pivot: elimination.upper[pivot] for pivot in pivots}
@@ -119,7 +132,11 @@ class _Front:
         self.local |= {k: (order[front_of[k]], k - starts[front_of[k]]) for k in border}
         self.own: list[MatrixIndex] = []
         for pivot in pivots:
-            self.own += [(pivot, pivot), *((pivot, k) for k in self.upper[pivot]), *((k, pivot) for k in self.below[pivot])]
+            self.own += [
+                (pivot, pivot),
+                *((pivot, k) for k in self.upper[pivot]),
+                *((k, pivot) for k in self.below[pivot]),
+            ]
         self.number = {place: k for k, place in enumerate(self.own)}
         self.read = [place for place in self.own if place in entries]
         self.targets = sorted(
@@ -133,12 +150,12 @@ class _Front:
     def work(self, fronts: Sequence[_Front], front_of: Sequence[int]) -> dict[str, Any]:
         """Return what a front does, in numbers of its own.
 
-        ``size`` factors, ``pivots`` of them; ``loads`` [entry or -1, whether others subtracted something before] of each;
-        ``steps`` pivot by pivot: ``diagonal``, ``upper`` factors, the ``columns`` [front, offset] that both are in, and
-        ``below`` for each row its factor and what it ``updates`` (factor, by which of ``upper``)
+        ``size`` factors, ``pivots`` of them; ``loads`` [entry or -1, whether others subtracted something before] of
+        each; ``steps`` pivot by pivot: ``diagonal``, ``upper`` factors, the ``columns`` [front, offset] that both are
+        in, and ``below`` for each row its factor and what it ``updates`` (factor, by which of ``upper``)
         and ``outside`` (number in ``targets``); ``targets`` [front reached, factor there];
-        for right sides ``forward`` [[front, offset], [[factor, own position], ...]] of each row and ``backward`` [own position,
-        diagonal or -1 where the right side stays zero, [[factor, [front, offset]], ...]].
+        for right sides ``forward`` [[front, offset], [[factor, own position], ...]] of each row and ``backward`` [own
+        position, diagonal or -1 where the right side stays zero, [[factor, [front, offset]], ...]].
         """
         entry = {place: k for k, place in enumerate(self.read)}
         target = {place: k for k, place in enumerate(self.targets)}
@@ -184,4 +201,6 @@ class _Front:
             for row in self.below[pivot] if self.live[pivot] else ():
                 terms.setdefault(row, []).append([self.number[row, pivot], pivot - self.start])
         used = {own for found in terms.values() for _, own in found}
-        return [[list(self.local[row]), found] for row, found in sorted(terms.items()) if found or row - self.start in used]
+        return [
+            [list(self.local[row]), found] for row, found in sorted(terms.items()) if found or row - self.start in used
+        ]

@@ -9,13 +9,15 @@ Unknowns (E, h lam, eta) with the mean velocity D = E - B_n^T eta and q = q_n o 
 Internal states z add the unknowns y = (z - z_n)/h and the equations h (f - zdot), f = zdot(q, v, z, t):
 
     [ c Fv + k Fq T          0             0       k Fz - d ]      F, Rz  partials of f, and of the residual in z
-    and k Rz in the columns of y and the rows of the residual                 (its counterpart beside B_n^T is left out, as below)
+    and k Rz in the columns of y and the rows of the residual                 (its counterpart beside B_n^T is left out,
+    as below)
 
-With m = b*, c = h g*, k = h^2, b = g*, z = h, d = h dzdot/dy this is the derivative of a step. The entry -h^2 K T B_n^T beside
-B^T is left out:
-eta is O(h^2), so that it costs no iteration, and it would couple bodies that share no joint. With m = b = 1, c = k = z = 0 and
-T = 1 the same places hold [M B^T; B 0], which gives consistent accelerations and multipliers. Index 3 has no eta, and of w
-the velocity-level rows only. Scaling by powers of the step: Arnold and Hante 2017; Bottasso, Dopico and Trainelli 2008.
+With m = b*, c = h g*, k = h^2, b = g*, z = h, d = h dzdot/dy this is the derivative of a step. The entry -h^2 K T B_n^T
+beside B^T is left out:
+eta is O(h^2), so that it costs no iteration, and it would couple bodies that share no joint. With m = b = 1, c = k = z
+= 0 and T = 1 the same places hold [M B^T; B 0], which gives consistent accelerations and multipliers. Index 3 has no
+eta, and of w the velocity-level rows only. Scaling by powers of the step: Arnold and Hante 2017; Bottasso, Dopico and
+Trainelli 2008.
 """
 
 from __future__ import annotations
@@ -40,8 +42,8 @@ _MATRICES = ("K", "C", "M", "B", "Z", "X", "Rz", "Fq", "Fv", "Fz", "Fx")
 class Unknowns:
     """How many unknowns of each kind a step has, and where the equations are.
 
-    ``z`` internal states come last. ``inner`` unknowns belong to the matrix only (the extended system of a long tree): their
-    equations have no right side, and their solution is not needed.
+    ``z`` internal states come last. ``inner`` unknowns belong to the matrix only (the extended system of a long tree):
+    their equations have no right side, and their solution is not needed.
     """
 
     v: int
@@ -218,7 +220,9 @@ def iteration_terms(unknowns: Unknowns, factors: Sequence[FactorLike], packing: 
                     continue
                 for other, nonzero in by_column.get(column, ()):
                     place = (equation, nv + unknowns.lam + other)
-                    terms.products.setdefault(place, []).append((weight["one" if name == "B" else "Z"], number, nonzero))
+                    terms.products.setdefault(place, []).append(
+                        (weight["one" if name == "B" else "Z"], number, nonzero)
+                    )
     return terms
 
 

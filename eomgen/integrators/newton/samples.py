@@ -1,6 +1,7 @@
 """Sample values of a system's partials, at the initial state and at random states, for the choice of pivots.
 
-The others satisfy the constraints too: where joints come apart, frames lie as they never do, and pivots look bad that are good.
+The others satisfy the constraints too: where joints come apart, frames lie as they never do, and pivots look bad that
+are good.
 """
 
 from __future__ import annotations
@@ -18,8 +19,8 @@ from eomgen.symbolic.evaluate import evaluate
 
 #: States besides the initial one.
 _OTHERS = 3
-#: Where there are constraints, the way there is made of so many parts, each corrected; then corrections follow, so many at most,
-#: until no row is further from zero than this.
+#: Where there are constraints, the way there is made of so many parts, each corrected; then corrections follow, so many
+#: at most, until no row is further from zero than this.
 _MOVES = 6
 _CORRECTIONS = 6
 _NEAR = 1e-3
@@ -42,7 +43,9 @@ def packing_of(system: Any) -> Packing:
         return packed(system.patterns)
     nonzero: dict[str, list[MatrixIndex]] = {}
     for block in system.functions["partials"].outputs:
-        nonzero[block.name] = [divmod(k, system.nv) for k, ref in enumerate(block.refs) if system.tape.value(ref) != 0.0]
+        nonzero[block.name] = [
+            divmod(k, system.nv) for k, ref in enumerate(block.refs) if system.tape.value(ref) != 0.0
+        ]
     return dense(nonzero, system.nv)
 
 
@@ -55,20 +58,27 @@ def samples_of(system: Any) -> Samples:
     spins = rng.normal(size=(_OTHERS, system.nv)) * (1.0 + np.abs(v0).max(initial=0.0))
     with np.errstate(all="ignore"):
         inputs = _drivers(system)
-        q, v = (np.vstack([first, others]) for first, others in zip((q0, v0), _away(system, inputs, turns, spins), strict=True))
-        inputs |= {"q": q, "v": v, "a": np.zeros((len(q), system.nv)), "lam": np.zeros((len(q), len(system.multipliers)))}
+        q, v = (
+            np.vstack([first, others])
+            for first, others in zip((q0, v0), _away(system, inputs, turns, spins), strict=True)
+        )
+        inputs |= {
+            "q": q,
+            "v": v,
+            "a": np.zeros((len(q), system.nv)),
+            "lam": np.zeros((len(q), len(system.multipliers))),
+        }
         inputs |= _consistent(system, inputs)
         blocks = {block.name: block.refs for block in system.functions[packing.function].outputs}
-        numbers = np.hstack(
-            [np.asarray(evaluate(system.tape, blocks[name], inputs), float) for name in packing.blocks]
-        )  # fmt: skip
+        numbers = np.hstack([np.asarray(evaluate(system.tape, blocks[name], inputs), float) for name in packing.blocks])
     good = np.all(np.isfinite(numbers), axis=1)
     good[0] = True
     return Samples(packing, np.nan_to_num(numbers[good]), v[good])
 
 
 def _away(system: Any, inputs: dict[str, Any], turns: Array, spins: Array) -> tuple[Array, Array]:
-    """Return q and v of states some way off the initial one, on the constraints; without those that do not come near them.
+    """Return q and v of states some way off the initial one, on the constraints; without those that do not come near
+    them.
 
     Parameters
     ----------

@@ -28,7 +28,8 @@ from eomgen.lie.product import FactorLike
 
 #: Multiply-subtracts up to which an elimination is written out, statement by statement.
 UNROLLED = 4000
-#: The same of the pieces of code that fronts share; of a shorter elimination they are used from so many fronts for each piece on.
+#: The same of the pieces of code that fronts share; of a shorter elimination they are used from so many fronts for each
+#: piece on.
 FRONTS_UNROLLED = 12000
 REPETITIONS = 4
 #: Unknowns up to which a breakdown of the chosen pivots is met by a dense factorization that chooses its own.
@@ -41,7 +42,8 @@ _DENSE_ADVANTAGE = 4.0
 
 @dataclass(frozen=True)
 class Solver:
-    """Terms of the matrix, and the elimination, None where a dense one is cheaper; ``fronts`` where its stages repeat."""
+    """Terms of the matrix, and the elimination, None where a dense one is cheaper; ``fronts`` where its stages
+    repeat."""
 
     unknowns: Unknowns
     packing: Packing
@@ -69,7 +71,11 @@ class Solver:
 
 
 def make_solver(
-    unknowns: Unknowns, factors: Sequence[FactorLike], samples: Samples, weights: Sequence[float], step: float,
+    unknowns: Unknowns,
+    factors: Sequence[FactorLike],
+    samples: Samples,
+    weights: Sequence[float],
+    step: float,
     owners: Sequence[int] = (),
 ) -> Solver:
     """Choose the pivots by samples of the matrix with the given weights (see ``newton.matrix.WEIGHTS``).
@@ -79,7 +85,9 @@ def make_solver(
     terms = iteration_terms(unknowns, factors, samples.packing)
     B = _weighed_jacobian(unknowns, samples)
     of_step, of_inertia = (
-        evaluate_terms(terms, samples.numbers, tangent_numbers(factors, terms, product.tangent(factors, theta)), B, chosen)
+        evaluate_terms(
+            terms, samples.numbers, tangent_numbers(factors, terms, product.tangent(factors, theta)), B, chosen
+        )
         for theta, chosen in ((step * samples.v, weights), (0.0 * samples.v, _INERTIA))
     )
     values = {place: np.concatenate([of_step[place], of_inertia[place]]) for place in of_step}
@@ -96,13 +104,18 @@ def make_solver(
 
 
 def _pivots(
-    unknowns: Unknowns, values: Mapping[tuple[int, int], Array], order: Sequence[tuple[Sequence[int], Sequence[int]]],
-    count: int, *, constrained: bool,
-) -> Elimination:  # fmt: skip
+    unknowns: Unknowns,
+    values: Mapping[tuple[int, int], Array],
+    order: Sequence[tuple[Sequence[int], Sequence[int]]],
+    count: int,
+    *,
+    constrained: bool,
+) -> Elimination:
     """Choose pivots that serve at all samples, or where only the scene's own state is singular, at all others.
 
-    Rings of a gimbal that are aligned in the scene say nothing of a run that starts elsewhere. ``values`` are those of ``count``
-    samples for a step, the scene's state first, and then for accelerations. Constraints that repeat each other stay refused.
+    Rings of a gimbal that are aligned in the scene say nothing of a run that starts elsewhere. ``values`` are those of
+    ``count`` samples for a step, the scene's state first, and then for accelerations. Constraints that repeat each
+    other stay refused.
     """
     try:
         return eliminate(unknowns.matrix_size, values, order, constrained=constrained)
@@ -118,7 +131,8 @@ def _pivots(
 
 
 def _weighed_jacobian(unknowns: Unknowns, samples: Samples) -> Array:
-    """Return the nonzeros (n, size) of B with columns times 1/M_ii at the first sample, by which eta moves positions."""
+    """Return the nonzeros (n, size) of B with columns times 1/M_ii at the first sample, by which eta moves
+    positions."""
     start, count = samples.packing.blocks.get("B", (0, 0))
     numbers, diagonal = _inertia_numbers(unknowns, samples.packing), np.zeros(unknowns.v)
     for component, number in enumerate(numbers):
@@ -129,7 +143,8 @@ def _weighed_jacobian(unknowns: Unknowns, samples: Samples) -> Array:
 
 
 def _inertia_numbers(unknowns: Unknowns, packing: Packing) -> list[int]:
-    """Return which of the numbers are M_ii, -1 where M has no such entry; nothing where M is spread over inner unknowns."""
+    """Return which of the numbers are M_ii, -1 where M has no such entry; nothing where M is spread over inner
+    unknowns."""
     return [] if unknowns.inner else [packing.places["M"].get((k, k), -1) for k in range(unknowns.v)]
 
 
@@ -144,7 +159,12 @@ def solver_data(solver: Solver, factors: Sequence[FactorLike]) -> dict[str, Any]
         "blocks": {name: list(block) for name, block in packing.blocks.items()},
         "tangent_size": terms.tangent_size,
         "tangents": [
-            {"group": factors[number].group.lower(), "v": factors[number].v_start, "size": factors[number].v_size, "start": start}
+            {
+                "group": factors[number].group.lower(),
+                "v": factors[number].v_start,
+                "size": factors[number].v_size,
+                "start": start,
+            }
             for number, start in terms.tangents
         ],
         "moved": [[list(pair) for pair in row] for row in terms.moved],
@@ -196,21 +216,31 @@ def _elimination_data(elimination: Elimination, places: Sequence[MatrixIndex]) -
         entry_start[row_at[row] + 1] += 1
     entry_start = [int(x) for x in np.cumsum(entry_start)]
     data: dict[str, Any] = {
-        "size": elimination.size, "rows": list(elimination.rows), "columns": list(elimination.columns),
-        "start": start, "diagonal": diagonal, "column": columns, "factors": len(columns), "operations": elimination.operations,
-        "entry_start": entry_start, "entry_column": entry_columns,
-    }  # fmt: skip
+        "size": elimination.size,
+        "rows": list(elimination.rows),
+        "columns": list(elimination.columns),
+        "start": start,
+        "diagonal": diagonal,
+        "column": columns,
+        "factors": len(columns),
+        "operations": elimination.operations,
+        "entry_start": entry_start,
+        "entry_column": entry_columns,
+    }
     if elimination.operations <= UNROLLED:
         data["unrolled"] = [
             {
                 "loads": [
-                    [slot, _entry(position, column, entry_start, entry_columns)] for column, slot in slots[position].items()
+                    [slot, _entry(position, column, entry_start, entry_columns)]
+                    for column, slot in slots[position].items()
                 ],
                 "taken": [
                     {
                         "slot": slots[position][earlier],
                         "pivot": diagonal[earlier],
-                        "updates": [[slots[position][column], slots[earlier][column]] for column in elimination.upper[earlier]],
+                        "updates": [
+                            [slots[position][column], slots[earlier][column]] for column in elimination.upper[earlier]
+                        ],
                     }
                     for earlier in elimination.lower[position]
                 ],
@@ -228,13 +258,19 @@ def _fronts_data(fronts: Fronts, elimination: Elimination, size: int) -> dict[st
     column_at = {column: position for position, column in enumerate(elimination.columns)}
     width = max(len(row) for row in fronts.table)
     return {
-        "size": elimination.size, "rows": list(elimination.rows), "columns": list(elimination.columns),
-        "operations": elimination.operations, "factors": len(fronts.slots),
+        "size": elimination.size,
+        "rows": list(elimination.rows),
+        "columns": list(elimination.columns),
+        "operations": elimination.operations,
+        "factors": len(fronts.slots),
         "diagonal": [fronts.slots[position, position] for position in range(elimination.size)],
-        "row_at": [row_at[row] for row in range(size)], "column_at": [column_at[column] for column in range(size)],
+        "row_at": [row_at[row] for row in range(size)],
+        "column_at": [column_at[column] for column in range(size)],
         "kinds": [dict(kind) for kind in fronts.kinds],
-        "fronts": [[kind, *row, *[0] * (width - len(row))] for kind, row in zip(fronts.kind_of, fronts.table, strict=True)],
-    }  # fmt: skip
+        "fronts": [
+            [kind, *row, *[0] * (width - len(row))] for kind, row in zip(fronts.kind_of, fronts.table, strict=True)
+        ],
+    }
 
 
 def _entry(position: int, column: int, entry_start: Sequence[int], entry_columns: Sequence[int]) -> int:

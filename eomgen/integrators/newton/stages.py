@@ -1,9 +1,9 @@
 """Stages of elimination: body by body, each with the multipliers of the constraints that act on it.
 
-A body here is a factor of the configuration (a rotation and the position behind it are one), with what shares its inertia.
-Of the bodies whose constraint equations they can all take up, the one with the fewest neighbours comes first, so that chains and
-trees are eliminated from their tips to their roots and the work grows with the number of bodies only: minimum degree (Tinney
-and Walker 1967) on bodies instead of unknowns.
+A body here is a factor of the configuration (a rotation and the position behind it are one), with what shares its
+inertia. Of the bodies whose constraint equations they can all take up, the one with the fewest neighbours comes first,
+so that chains and trees are eliminated from their tips to their roots and the work grows with the number of bodies
+only: minimum degree (Tinney and Walker 1967) on bodies instead of unknowns.
 """
 
 from __future__ import annotations
@@ -26,7 +26,8 @@ def stages_of_tree(
 
     Parameters
     ----------
-    owners : for each inner unknown, a velocity component of its link; links of a joint of several coordinates share a factor
+    owners : for each inner unknown, a velocity component of its link; links of a joint of several coordinates share a
+        factor
     """
     link_of = [factor.v_start for factor in factors for _ in range(factor.v_size)]
     inner: dict[int, list[int]] = {}
@@ -81,10 +82,11 @@ def stages(unknowns: Unknowns, factors: Sequence[FactorLike], packing: Packing) 
 def _internal_states(
     unknowns: Unknowns, packing: Packing, body_of: Sequence[int], few: int
 ) -> tuple[list[int], list[int], list[set[int]]]:
-    """Return the internal states that are eliminated before all bodies, those that are after them, and what the first touch.
+    """Return the internal states that are eliminated before all bodies, those that are after them, and what the first
+    touch.
 
-    Those that depend on each other go together. The bodies that a state touches become neighbours of each other when it is
-    eliminated, which is cheap only for a ``few``.
+    Those that depend on each other go together. The bodies that a state touches become neighbours of each other when it
+    is eliminated, which is cheap only for a ``few``.
 
     Parameters
     ----------

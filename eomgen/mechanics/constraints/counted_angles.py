@@ -38,20 +38,29 @@ def counted_angles(scene: Scene) -> tuple[Coordinate, ...]:
 def angle_labels(scene: Scene) -> tuple[str, ...]:
     """Return the labels of the references in q: ``hinge.angle``, or ``cross.angle[1]`` for a joint with two angles."""
     angles = {joint.name: joint.kind.angles for joint in scene.joints}
-    return tuple(f"{joint}.angle" + (f"[{index}]" if angles[joint] > 1 else "") for joint, index in counted_angles(scene))
+    return tuple(
+        f"{joint}.angle" + (f"[{index}]" if angles[joint] > 1 else "") for joint, index in counted_angles(scene)
+    )
 
 
 def follows_modulo_revolutions(joint: Joint, mimic: Mimic, leader: Joint) -> bool:
     """Return whether an angle follows another by an integer factor: revolutions of the leader then have no effect."""
     whole = mimic.multiplier
-    return joint.kind.only_turns and leader.kind.only_turns and isinstance(whole, Number) and whole.value == int(whole.value)
+    return (
+        joint.kind.only_turns
+        and leader.kind.only_turns
+        and isinstance(whole, Number)
+        and whole.value == int(whole.value)
+    )
 
 
 def _in_elements(scene: Scene) -> Iterator[Coordinate]:
     """Yield the coordinates on which force elements, stops and dependent (mimic) joints act."""
     joints = {joint.name: joint for joint in scene.joints}
     for joint in scene.joints:
-        yield from ((joint.name, k) for k, stiffness in enumerate(joint.each(joint.stiffness)) if stiffness != Number(0.0))
+        yield from (
+            (joint.name, k) for k, stiffness in enumerate(joint.each(joint.stiffness)) if stiffness != Number(0.0)
+        )
         yield from ((joint.name, stop.index) for stop in joint.stops)
         if joint.mimic is not None and not follows_modulo_revolutions(joint, joint.mimic, joints[joint.mimic.joint]):
             yield joint.mimic.joint, 0

@@ -1,7 +1,8 @@
 """Joint velocities between absolute bodies, the velocity coordinates in which linear models are compared.
 
-Eigenvalues of a linear model that is frozen at an instant of a motion depend on its coordinates: only those that are constant
-multiples of each other along the motion have the same. Components of bodies' velocities are no such multiples of the joints'.
+Eigenvalues of a linear model that is frozen at an instant of a motion depend on its coordinates: only those that are
+constant multiples of each other along the motion have the same. Components of bodies' velocities are no such multiples
+of the joints'.
 """
 
 from __future__ import annotations

@@ -68,8 +68,14 @@ class AbsoluteQuantities(Quantities):
         self.rates = rates_of(tape, self.seeds, scene.base is not None)
         self._measures: dict[str, tuple[Scalar | SineCosine, ...]] = {}
         poses = sum(factor.q_size for factor in tree.factors)
-        self._references = {angle: self.input("q", poses + number) for number, angle in enumerate(counted_angles(scene))}
-        _refuse(f"{joint.name}.rotor_inertia" for joint in scene.joints if set(joint.each(joint.rotor_inertia)) - {Number(0.0)})
+        self._references = {
+            angle: self.input("q", poses + number) for number, angle in enumerate(counted_angles(scene))
+        }
+        _refuse(
+            f"{joint.name}.rotor_inertia"
+            for joint in scene.joints
+            if set(joint.each(joint.rotor_inertia)) - {Number(0.0)}
+        )
 
     def __call__(self, symbol: Symbol) -> Scalar:
         if symbol.kind == "q":

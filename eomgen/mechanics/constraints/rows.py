@@ -117,7 +117,9 @@ def _holonomic(quantities: Quantities, item: Constraint, pair: FramePair) -> lis
     kind, turns = item.kind, len(item.kind.turned_about)
     turned = [[*parallel, spin], parallel, [spin]][turns] if not kind.has("ball") else []
     if kind.has("screw"):
-        travel = length("travel follows the angle", _screwed(quantities, item, pair, local), quantities.formula(item.pitch))
+        travel = length(
+            "travel follows the angle", _screwed(quantities, item, pair, local), quantities.formula(item.pitch)
+        )
         return [*meeting[:2], *turned, travel]
     along = [kind.frame_axes[axis] for axis in kind.travels]
     if len(along) > 1:
@@ -195,7 +197,9 @@ class ConstraintCalculus:
         """Rows of B as {velocity component: nonzero}, one mapping per equation."""
         by_v: dict[Ref | InputSymbol, Tangent] = {InputSymbol("v", k): {k: ONE} for k in range(self.nv)}
         with self.tape.block("Jacobian of the constraints"):
-            return forward_partials(self.tape, self.holonomic, self.seeds) + forward_partials(self.tape, self.level, by_v)
+            return forward_partials(self.tape, self.holonomic, self.seeds) + forward_partials(
+                self.tape, self.level, by_v
+            )
 
     def jacobian(self) -> list[list[Scalar]]:
         """Return B, (rows, nv), left-trivialised in q, with structural zeros."""
@@ -245,9 +249,7 @@ class ConstraintCalculus:
         return self._dense(forward_partials(self.tape, [value.ref for value in values], self.seeds))
 
 
-def rates_of(
-    tape: Tape, seeds: Mapping[Ref | InputSymbol, Tangent], moving_base: bool
-) -> dict[Ref | InputSymbol, Ref]:
+def rates_of(tape: Tape, seeds: Mapping[Ref | InputSymbol, Tangent], moving_base: bool) -> dict[Ref | InputSymbol, Ref]:
     """Return the time derivatives of t, q and the base by reference, for directional derivatives at constant v."""
     rates = rates_along(tape, seeds)
     return rates | _base_rates(tape) if moving_base else rates

@@ -50,9 +50,12 @@ class Articulated:
 
     def __add__(self, other: Articulated) -> Articulated:
         return Articulated(
-            matrix_plus(self.A, other.A), matrix_plus(self.B, other.B), matrix_plus(self.C, other.C),
-            plus(self.moment, other.moment), plus(self.force, other.force),
-        )  # fmt: skip
+            matrix_plus(self.A, other.A),
+            matrix_plus(self.B, other.B),
+            matrix_plus(self.C, other.C),
+            plus(self.moment, other.moment),
+            plus(self.force, other.force),
+        )
 
     def carried(self, link: Link) -> Articulated:
         """Return the articulated inertia and bias wrench in the parent's axes about the parent's origin."""

@@ -72,7 +72,13 @@ def energies(tree: Tree, kinematics: Kinematics, loads: Loads, drivers: Scalar) 
             potential = potential - dot(base.gravity_world, in_world)
     moving = base_power(tree, base, carrier, loads) if carrier.moving else algebra.zero
     total = kinetic + potential
-    return {"kinetic": kinetic, "potential": potential, "total": total, "power": loads.power, "base_power": moving + drivers}
+    return {
+        "kinetic": kinetic,
+        "potential": potential,
+        "total": total,
+        "power": loads.power,
+        "base_power": moving + drivers,
+    }
 
 
 def base_power(tree: Tree, base: BaseState, carrier: BaseState, loads: Loads) -> Scalar:

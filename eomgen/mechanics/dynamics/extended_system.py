@@ -1,8 +1,9 @@
 """Partials of inverse dynamics of long trees, linear in the number of links: the recursion's steps stay unknowns.
 
-Between links the equations pass on only angular velocity, angular acceleration, acceleration of the origin, and the transmitted
-wrench (poses and twists too, where applied forces need them). With these as unknowns s, the matrix of a Newton step is sparse,
-and eliminating them from the tips to the root is the articulated-body recursion for an implicit step.
+Between links the equations pass on only angular velocity, angular acceleration, acceleration of the origin, and the
+transmitted wrench (poses and twists too, where applied forces need them). With these as unknowns s, the matrix of a
+Newton step is sparse, and eliminating them from the tips to the root is the articulated-body recursion for an implicit
+step.
 """
 
 from __future__ import annotations
@@ -26,9 +27,13 @@ Entries = dict[tuple[int, int], Ref]
 
 
 def extended_partials(
-    tree: Tree, kinematics: Kinematics, base: BaseMotion, loads: Sequence[Wrench | None], residual: Sequence[Scalar],
+    tree: Tree,
+    kinematics: Kinematics,
+    base: BaseMotion,
+    loads: Sequence[Wrench | None],
+    residual: Sequence[Scalar],
     internal: InternalStates,
-) -> tuple[dict[str, Entries], tuple[int, ...]]:  # fmt: skip
+) -> tuple[dict[str, Entries], tuple[int, ...]]:
     """Return the nonzeros by (row, column) of K, C, M, X, and of Rz, Fq, Fv, Fz, Fx of internal states.
 
     Also returned is, for each unknown s, the first velocity component of its link.
@@ -48,7 +53,10 @@ def extended_partials(
     outputs = [value.ref for value in (*residual, *internal.rates())]
     found, definitions, used = cut_partials(tape, outputs, seeds, owners, first)
     entries: dict[str, Entries] = {"K": {}, "C": {}, "M": {}, "X": {}}
-    for names, rows in ((("K", "C", "M", "Rz", "X"), [*found[:nv], *definitions]), (("Fq", "Fv", "", "Fz", "Fx"), found[nv:])):
+    for names, rows in (
+        (("K", "C", "M", "Rz", "X"), [*found[:nv], *definitions]),
+        (("Fq", "Fv", "", "Fz", "Fx"), found[nv:]),
+    ):
         for row, tangent in enumerate(rows):
             for direction, ref in tangent.items():
                 kind = direction // nv if direction < 3 * nv else 3 if direction < first else 4
@@ -63,7 +71,8 @@ def extended_partials(
 def _passed_on(
     tree: Tree, kinematics: Kinematics, base: BaseMotion, loads: Sequence[Wrench | None], *, posed: bool
 ) -> Iterable[tuple[int, Scalar]]:
-    """Yield what the recursion passes on, with the number of the link that it belongs to; poses and twists where ``posed``."""
+    """Yield what the recursion passes on, with the number of the link that it belongs to; poses and twists where
+    ``posed``."""
     fields = total_fields(tree, base, accelerations=True, gravity=True)
     net = net_wrenches(tree, fields, loads)
     for index, omega in enumerate(angular_velocities(tree, base.omega)):

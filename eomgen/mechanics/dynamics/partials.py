@@ -104,10 +104,16 @@ def _motions(tree: Tree, base: BaseMotion) -> tuple[list[list[Screws]], list[tup
                 own, own_origin = _crossed(*own_twist, w, u)
                 found.append(
                     Screws(
-                        w, u, first, first_origin, plus(left, right), plus(left_origin, right_origin),
-                        plus(first, own), plus(first_origin, own_origin),
+                        w,
+                        u,
+                        first,
+                        first_origin,
+                        plus(left, right),
+                        plus(left_origin, right_origin),
+                        plus(first, own),
+                        plus(first_origin, own_origin),
                     )
-                )  # fmt: skip
+                )
             screws.append(found)
     return screws, twists
 
@@ -165,7 +171,9 @@ def _sum(first: Wrench, second: Wrench) -> Wrench:
     return plus(first[0], second[0]), plus(first[1], second[1])
 
 
-def inertial_partials(tree: Tree, base: BaseMotion) -> tuple[list[list[Scalar]], list[list[Scalar]], list[list[Scalar]]]:
+def inertial_partials(
+    tree: Tree, base: BaseMotion
+) -> tuple[list[list[Scalar]], list[list[Scalar]], list[list[Scalar]]]:
     """Return K, C, M: partials of inertia and weight in q (left-trivialised), v and a, each dense (nv, nv)."""
     algebra = tree.algebra
     nv = tree.nv
@@ -183,9 +191,16 @@ def inertial_partials(tree: Tree, base: BaseMotion) -> tuple[list[list[Scalar]],
 
 
 def _column(
-    tree: Tree, index: int, k: int, screw: Screws, screws: list[list[Screws]], body: Inertia, flow: Flow, load: Wrench,
+    tree: Tree,
+    index: int,
+    k: int,
+    screw: Screws,
+    screws: list[list[Screws]],
+    body: Inertia,
+    flow: Flow,
+    load: Wrench,
     blocks: tuple[list[list[Scalar]], list[list[Scalar]], list[list[Scalar]]],
-) -> None:  # fmt: skip
+) -> None:
     """Fill what couples one column of a joint with its own joint and with all joints towards the root."""
     algebra, link = tree.algebra, tree.links[index]
     dof, ratio = link.dofs[k], link.coordinates.ratio

@@ -27,7 +27,9 @@ def net_wrenches(tree: Tree, fields: Sequence[LinkField], loads: Sequence[Wrench
     for link, (moment, force) in zip(tree.links, demanded, strict=True):
         tree.algebra.named(f"M_{link.name}", moment)
         tree.algebra.named(f"F_{link.name}", force)
-    return [load if applied is None else difference(load, applied) for load, applied in zip(demanded, loads, strict=True)]
+    return [
+        load if applied is None else difference(load, applied) for load, applied in zip(demanded, loads, strict=True)
+    ]
 
 
 def zero_base(tree: Tree) -> BaseMotion:
@@ -154,7 +156,8 @@ def mass_matrix(tree: Tree, bodies: Sequence[Inertia] | None = None) -> list[lis
 
 
 def _unit_acceleration(link: Link, body: Inertia, k: int) -> tuple[Wrench, list[Scalar]]:
-    """Return the wrench that a unit acceleration of one column demands, and the virtual work along all columns of the link."""
+    """Return the wrench that a unit acceleration of one column demands, and the virtual work along all columns of the
+    link."""
     if link.elastic is None:
         algebra, column = link.coordinates.algebra, link.columns[k]
         load = wrench(algebra, body, column.linear, column.angular)
@@ -164,7 +167,8 @@ def _unit_acceleration(link: Link, body: Inertia, k: int) -> tuple[Wrench, list[
 
 
 def _rows_of(body: ElasticBody, origin: Vector, motion: RelativeMotion) -> list[Scalar]:
-    """Return what the coordinates of an elastic body need where all its frame has the same acceleration and nothing turns."""
+    """Return what the coordinates of an elastic body need where all its frame has the same acceleration and nothing
+    turns."""
     still = body.algebra.zero_vector
     return [body.row(k, origin, (still, still, still), still, motion) for k in range(body.size)]
 

@@ -10,12 +10,15 @@ from eomgen.mechanics.forces.symbols import Offers, Quantities
 from eomgen.mechanics.tree.links import Tree
 from eomgen.scene.scene import Scene
 
-#: The laws of force elements in the order in which they are recorded, those before and those after the joints' own forces.
+#: The laws of force elements in the order in which they are recorded, those before and those after the joints' own
+#: forces.
 LAWS: tuple[tuple[Law, ...], tuple[Law, ...]] = (
     (springs.LAW, forces.LAW),
     (torsion_springs.LAW, bushings.LAW, tyres.LAW, efforts.LAW),
 )
-OFFERED: Offers = {kind: (law.model.section, offer) for laws in LAWS for law in laws for kind, offer in law.offers.items()}
+OFFERED: Offers = {
+    kind: (law.model.section, offer) for laws in LAWS for law in laws for kind, offer in law.offers.items()
+}
 
 
 def applied_loads(scene: Scene, tree: Tree, quantities: Quantities) -> Loads:

@@ -1,9 +1,9 @@
 """Bushings: springs and dampers in all six directions between two frames, by the virtual work of one potential.
 
-The deformation e = (phi, d) is seen from the first frame: phi is the rotation vector of the second frame against its rest, d the
-displacement of its origin. The potential is e.K e / 2 - p.e, the damper's force is -D e'; so both hold at large rotations. With
-w the relative angular velocity in the first frame's axes, phi' = T(phi)^-T w: Bruls, Cardona and Arnold, Mech. Mach. Theory 48
-(2012) 121, with the transpose because w is the spatial one.
+The deformation e = (phi, d) is seen from the first frame: phi is the rotation vector of the second frame against its
+rest, d the displacement of its origin. The potential is e.K e / 2 - p.e, the damper's force is -D e'; so both hold at
+large rotations. With w the relative angular velocity in the first frame's axes, phi' = T(phi)^-T w: Bruls, Cardona and
+Arnold, Mech. Mach. Theory 48 (2012) 121, with the transpose because w is the spatial one.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from eomgen.symbolic.scalar import (
     negative,
     plus,
     transpose,
-)  # fmt: skip
+)
 
 Rows = list[list[Scalar]]
 
@@ -42,7 +42,9 @@ def add_bushing(loads: Loads, bushing: Bushing, quantities: Quantities) -> None:
     algebra = quantities.algebra
     if all(quantities.mount(frame).link < 0 for frame in (bushing.first, bushing.second)):
         return  # between base and world: the prescribed motion of the base strains it
-    K, D = ([[quantities.formula(entry) for entry in row] for row in rows] for rows in (bushing.stiffness, bushing.damping))
+    K, D = (
+        [[quantities.formula(entry) for entry in row] for row in rows] for rows in (bushing.stiffness, bushing.damping)
+    )
     preload = [quantities.formula(entry) for entry in bushing.preload]
     first, second = frame_pose(quantities, bushing.first), frame_pose(quantities, bushing.second)
     to_first = transpose(first.axes)
@@ -80,7 +82,8 @@ def rotation_vector(algebra: Algebra, R: Matrix) -> Vector:
 
 
 def _relative_motion(quantities: Quantities, bushing: Bushing, second: FramePose) -> tuple[Vector, Vector]:
-    """Return how the second body turns and moves, at the second frame's origin, as the first body sees it; base axes."""
+    """Return how the second body turns and moves, at the second frame's origin, as the first body sees it; base
+    axes."""
     motions, kinematics = [], quantities.kinematics
     for frame in (bushing.first, bushing.second):
         link = quantities.mount(frame).link
@@ -92,7 +95,14 @@ def _relative_motion(quantities: Quantities, bushing: Bushing, second: FramePose
 
 
 def _add_at(
-    loads: Loads, quantities: Quantities, frame: Frame, point: Vector, load: tuple[Vector, Vector], sign: float, *, external: bool
+    loads: Loads,
+    quantities: Quantities,
+    frame: Frame,
+    point: Vector,
+    load: tuple[Vector, Vector],
+    sign: float,
+    *,
+    external: bool,
 ) -> None:
     """Add a moment and a force through a point, all in base axes, to the link that a frame is on."""
     link = quantities.mount(frame).link

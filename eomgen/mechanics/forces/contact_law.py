@@ -1,8 +1,9 @@
 """Spring and damper under compression only: smooth at the onset, exactly linear beyond it, never pulling.
 
-With penetration d, its rate d', stiffness k, damping c and onset w the force is s(d / w) max(0, k d + c d'), where s rises from 0
-to 1 as the cubic with level ends. Force and elastic force are continuous with their first derivatives where contact begins and
-where the onset ends, so methods of order 2 keep their order; only where the damper would pull is there a kink.
+With penetration d, its rate d', stiffness k, damping c and onset w the force is s(d / w) max(0, k d + c d'), where s
+rises from 0 to 1 as the cubic with level ends. Force and elastic force are continuous with their first derivatives
+where contact begins and where the onset ends, so methods of order 2 keep their order; only where the damper would pull
+is there a kink.
 """
 
 from __future__ import annotations

@@ -73,7 +73,8 @@ def frame_pair(quantities: Quantities, first: Frame, second: Frame) -> FramePair
     sides = [_Side.of(quantities, frame) for frame in (first, second)]
     shared = sum(1 for one, other in zip(sides[0].chain, sides[1].chain, strict=False) if one == other)
     (position, travel), (other_position, other_travel) = (side.start(quantities, shared) for side in sides)
-    # origin: the start of the first chain, or of the second if only that one is fixed, so that large offsets cancel first
+    # origin: the start of the first chain, or of the second if only that one is fixed, so that large offsets cancel
+    # first
     if _is_zero(travel) or not _is_zero(other_travel):
         starts = [zero, plus(minus(other_position, position), minus(other_travel, travel))]
     else:
@@ -136,9 +137,13 @@ class _Side:
         return zero, plus(p, apply(R, self.position))
 
     def begin(
-        self, quantities: Quantities, shared: int, start: Vector, poses: dict[int, tuple[Matrix, Vector]],
+        self,
+        quantities: Quantities,
+        shared: int,
+        start: Vector,
+        poses: dict[int, tuple[Matrix, Vector]],
         twists: dict[int, tuple[Vector, Vector]],
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Enter the pose of the chain's first link, which starts at ``start``; for base and world the twist as well."""
         if len(self.chain) == shared:
             return

@@ -1,7 +1,8 @@
 """Tyres: normal force of a point contact that can lift off, and optional slip forces limited by friction.
 
-Slip follows the usual definitions (Pacejka, Tire and Vehicle Dynamics, 2012, section 1.2), with a speed added to the rolling one
-so that a wheel at rest has a force too; forces grow in proportion to slip and load and approach friction times load smoothly.
+Slip follows the usual definitions (Pacejka, Tire and Vehicle Dynamics, 2012, section 1.2), with a speed added to the
+rolling one so that a wheel at rest has a force too; forces grow in proportion to slip and load and approach friction
+times load smoothly.
 """
 
 from __future__ import annotations
@@ -79,7 +80,9 @@ def _road(quantities: Quantities, formula: Formula, position: Vector) -> tuple[S
 
     height = record(Algebra(own), formula, resolve)
     places = [InputSymbol("place", 0), InputSymbol("place", 1)]
-    (found,) = forward_partials(own, [height.ref], {symbol: {k: ONE} for k, symbol in enumerate([*places, InputSymbol("t", 0)])})
+    (found,) = forward_partials(
+        own, [height.ref], {symbol: {k: ONE} for k, symbol in enumerate([*places, InputSymbol("t", 0)])}
+    )
     refs = [height.ref, *(found.get(direction, ZERO) for direction in range(3))]
     bound = dict(zip(places, (position[0].ref, position[1].ref), strict=True))
     value, along_x, along_y, in_time = (Scalar(tape, ref) for ref in splice(tape, own, refs, bound))
@@ -124,7 +127,8 @@ def add_tyre(loads: Loads, tyre: Tyre, quantities: Quantities) -> None:
 
 
 def _slip(quantities: Quantities, tyre: Tyre, slip: Slip, state: TyreContact) -> tuple[Vector, Vector, Vector]:
-    """Return the contact from the centre, the velocity of its material point, and the force in the road's plane; world axes."""
+    """Return the contact from the centre, the velocity of its material point, and the force in the road's plane; world
+    axes."""
     algebra, kinematics = quantities.algebra, quantities.kinematics
     mount = kinematics.tree.mount_at(*quantities.at(quantities.points[tyre.center]))
     up = scaled(algebra.one / state.steepness, state.gradient)

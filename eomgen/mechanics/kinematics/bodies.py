@@ -1,7 +1,7 @@
 """Poses and twists of all bodies in the world, for output; the quaternions' signs are continuous along motions.
 
-Their sign at neutral coordinates is that of the joints' orientations, multiplied in the same way. It does not depend on how the
-frames of links are chosen, which are turned against the bodies' where axes are skew.
+Their sign at neutral coordinates is that of the joints' orientations, multiplied in the same way. It does not depend on
+how the frames of links are chosen, which are turned against the bodies' where axes are skew.
 """
 
 from __future__ import annotations
@@ -36,9 +36,13 @@ def constant_quaternion(R: Matrix) -> list[float]:
     largest = max(range(4), key=squares.__getitem__)
     scale = 0.5 / math.sqrt(squares[largest])
     pairs = {
-        (0, 1): m[2][1] - m[1][2], (0, 2): m[0][2] - m[2][0], (0, 3): m[1][0] - m[0][1],
-        (1, 2): m[1][0] + m[0][1], (1, 3): m[0][2] + m[2][0], (2, 3): m[2][1] + m[1][2],
-    }  # fmt: skip
+        (0, 1): m[2][1] - m[1][2],
+        (0, 2): m[0][2] - m[2][0],
+        (0, 3): m[1][0] - m[0][1],
+        (1, 2): m[1][0] + m[0][1],
+        (1, 3): m[0][2] + m[2][0],
+        (2, 3): m[2][1] + m[1][2],
+    }
     quaternion = [
         squares[largest] * scale if k == largest else pairs[min(k, largest), max(k, largest)] * scale for k in range(4)
     ]
@@ -61,7 +65,9 @@ def _joint_quaternion(tree: Tree, link: Link) -> list[Scalar]:
         return constant
     if link.station is not None:
         on_tape = TapeAlgebra(algebra.tape)
-        return quaternion_product(constant, [on_tape.scalar(part) for part in rotations.exponential(on_tape, link.station.angle)])
+        return quaternion_product(
+            constant, [on_tape.scalar(part) for part in rotations.exponential(on_tape, link.station.angle)]
+        )
     return quaternion_product(constant, list(q[:4]))
 
 

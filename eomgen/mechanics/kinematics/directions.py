@@ -1,6 +1,7 @@
 """Seeds of differentiation along each velocity component (left-trivialised) and along the motion.
 
-Left-trivialised. Rotation matrices of ball and free joints own their change, dR = R w~, besides the quaternions they are made of:
+Left-trivialised. Rotation matrices of ball and free joints own their change, dR = R w~, besides the quaternions they
+are made of:
 what depends on an orientation depends on its matrix, and derivatives through the matrix are a third of the size.
 """
 

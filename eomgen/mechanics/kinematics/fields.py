@@ -12,7 +12,19 @@ from dataclasses import dataclass
 
 from eomgen.mechanics.tree.base import BaseMotion
 from eomgen.mechanics.tree.links import ROOT, Link, Tree
-from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, cross, matrix_plus, multiply, plus, scaled, skew
+from eomgen.symbolic.scalar import (
+    Algebra,
+    Matrix,
+    Scalar,
+    Vector,
+    apply,
+    cross,
+    matrix_plus,
+    multiply,
+    plus,
+    scaled,
+    skew,
+)
 
 
 @dataclass(frozen=True)
@@ -82,7 +94,9 @@ def angular_velocities(tree: Tree, omega_base: Vector) -> list[Vector]:
     return omegas
 
 
-def total_fields(tree: Tree, base: BaseMotion, accelerations: bool, gravity: bool, velocities: bool = True) -> list[LinkField]:
+def total_fields(
+    tree: Tree, base: BaseMotion, accelerations: bool, gravity: bool, velocities: bool = True
+) -> list[LinkField]:
     """Return the acceleration fields of all links from joint motion, base motion and (as -g) gravity.
 
     Parameters

@@ -18,7 +18,7 @@ class LinkKinematics:
 
     def __init__(
         self, tree: Tree, poses: dict[int, tuple[Matrix, Vector]], twists: dict[int, tuple[Vector, Vector]]
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.tree = tree
         self.algebra = tree.algebra
         self._poses, self._twists = poses, twists

@@ -2,8 +2,9 @@
 
     V = A (X v + E V_B),   M = J^T M J,   C = J^T (M J' - b^T M J),   C_skew = C + J^T M b J
 
-C is Mueller and Kumar's (2021), with J' in full so that it holds for joints of several degrees of freedom. b V = 0, so both give
-C v = h; M' - 2 C_skew is skew because M J' enters M' twice and M b - b^T M is skew. See ``system_matrices`` for the rules.
+C is Mueller and Kumar's (2021), with J' in full so that it holds for joints of several degrees of freedom. b V = 0, so
+both give C v = h; M' - 2 C_skew is skew because M J' enters M' twice and M b - b^T M is skew. See ``system_matrices``
+for the rules.
 """
 
 from __future__ import annotations
@@ -101,7 +102,11 @@ def coriolis_path(system: SystemMatrices, order: int, skew: bool) -> list[Rows]:
 
 
 def inverse_dynamics_closed(
-    system: SystemMatrices, base_twist: Sequence[Pair], fall: Sequence[Vector], loads: Sequence[Sequence[Pair] | None], order: int
+    system: SystemMatrices,
+    base_twist: Sequence[Pair],
+    fall: Sequence[Vector],
+    loads: Sequence[Sequence[Pair] | None],
+    order: int,
 ) -> list[list[Scalar]]:
     """Return tau and its derivatives up to the second, without efforts.
 
@@ -123,11 +128,8 @@ def inverse_dynamics_closed(
             operators = [row[0] for row in V[n - k]]
             total = combined(total, by_link(operators, momenta[k], bracket_transposed, math.comb(n, k)), pair_minus)
         paths.append(
-            [
-                row if load is None else [pair_minus(row[0], load[n])]
-                for row, load in zip(total, loads, strict=True)
-            ]
-        )  # fmt: skip
+            [row if load is None else [pair_minus(row[0], load[n])] for row, load in zip(total, loads, strict=True)]
+        )
     tau = [[row[0] for row in system.projected(z)] for z in system.with_transpose(paths)]
     for link in system.tree.links:
         for dof, rotor in zip(link.dofs, link.rotor_inertias, strict=True):
@@ -138,7 +140,8 @@ def inverse_dynamics_closed(
 
 
 def _carried(system: SystemMatrices, path: Sequence[Pair], joints: Sequence[Columns]) -> list[Columns]:
-    """Return the derivatives of A (x + E w), E' = -a E: twists of all links from those of the joints, x, and of the base, w."""
+    """Return the derivatives of A (x + E w), E' = -a E: twists of all links from those of the joints, x, and of the
+    base, w."""
     tree, sources = system.tree, dict[tuple[int, int], Columns]()
     for k, twist in enumerate(path):
         sources[k, 0] = [[moved(link, twist) if link.parent == ROOT else system.zero] for link in tree.links]
@@ -149,7 +152,9 @@ def _carried(system: SystemMatrices, path: Sequence[Pair], joints: Sequence[Colu
             total = entering(k + 1, m - 1)
             for i in range(m):
                 factor = math.comb(m - 1, i)
-                total = combined(total, by_link(system.joint_twists(i), entering(k, m - 1 - i), bracket, factor), pair_minus)
+                total = combined(
+                    total, by_link(system.joint_twists(i), entering(k, m - 1 - i), bracket, factor), pair_minus
+                )
             sources[k, m] = total
         return sources[k, m]
 

@@ -31,7 +31,9 @@ def input_rates(tape: Tape, values: Sequence[Scalar], order: int) -> tuple[Block
     ]
     if order > 2:
         refs = tuple(path[k] for k in range(3, order + 1) for path in paths)
-        blocks.append(Block(higher, (order - 2, len(values)), refs, "time derivatives of the inputs, from the third on"))
+        blocks.append(
+            Block(higher, (order - 2, len(values)), refs, "time derivatives of the inputs, from the third on")
+        )
     return tuple(blocks)
 
 

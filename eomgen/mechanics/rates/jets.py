@@ -1,7 +1,8 @@
 """Jets in time of q, v, a, z, u, t and the base along a motion, from inputs that hold the derivatives.
 
-The motion is given by a and its derivatives j = da/dt, s = d2a/dt2 and, beyond, the rows of ``a_higher``; likewise u. Internal
-states follow their own law zdot = f, whose jets give all further ones (Griewank and Walther 2008, section 13.2).
+The motion is given by a and its derivatives j = da/dt, s = d2a/dt2 and, beyond, the rows of ``a_higher``; likewise u.
+Internal states follow their own law zdot = f, whose jets give all further ones (Griewank and Walther 2008, section
+13.2).
 """
 
 from __future__ import annotations

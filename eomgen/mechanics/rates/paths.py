@@ -1,13 +1,14 @@
 """Paths: components of a vector in moving axes with their time derivatives, and their change of frame.
 
-For y = R^T x, where the rotation has R' = R w~, the k-th derivative of x seen in the child is (d/dt + w~)^k y. So nothing is
-needed beside R itself but cross products with w and its derivatives. With Y[k][m] = d^m/dt^m (d/dt + w~)^k y,
+For y = R^T x, where the rotation has R' = R w~, the k-th derivative of x seen in the child is (d/dt + w~)^k y. So
+nothing is needed beside R itself but cross products with w and its derivatives. With Y[k][m] = d^m/dt^m (d/dt + w~)^k
+y,
 
     Y[k+1][m] = Y[k][m+1] + sum_i binomial(m, i) w^(i) x Y[k][m-i]
 
-leads from Y[k][0], the parent's derivatives, to Y[0][m], the child's, and back. Summed along k + m = constant, each w^(i) is
-crossed with one sum only, which is where operations are saved against the product rule for R^T x: a second derivative of a planar
-rotation costs 16 instead of 22.
+leads from Y[k][0], the parent's derivatives, to Y[0][m], the child's, and back. Summed along k + m = constant, each
+w^(i) is crossed with one sum only, which is where operations are saved against the product rule for R^T x: a second
+derivative of a planar rotation costs 16 instead of 22.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Inverse dynamics with time derivatives in one recursion: motion outwards, wrenches inwards, as paths in link axes.
 
-Mueller and Kumar, Multibody Syst. Dyn. 53 (2021) 257, section 4, for any order, any joint and a moving base. Angular acceleration
-is the derivative of the components of angular velocity, so its derivatives cost nothing beyond one more of those; the mass enters
-through products with constants only. That is 2284 operations for tau and two derivatives of a 7-joint arm, against 2755 when the
-operations of tau are differentiated one by one.
+Mueller and Kumar, Multibody Syst. Dyn. 53 (2021) 257, section 4, for any order, any joint and a moving base. Angular
+acceleration is the derivative of the components of angular velocity, so its derivatives cost nothing beyond one more of
+those; the mass enters through products with constants only. That is 2284 operations for tau and two derivatives of a
+7-joint arm, against 2755 when the operations of tau are differentiated one by one.
 """
 
 from __future__ import annotations
@@ -96,11 +96,15 @@ def _fields(tree: Tree, drive: Drive, order: int) -> tuple[list[Path], list[list
     turns: list[Path] = []
     omegas: list[Path] = []
     fields: list[list[Field]] = []
-    root = [Field(drive.acceleration[k], drive.omega[k + 1], centripetal_path(drive.omega, k)) for k in range(order + 1)]
+    root = [
+        Field(drive.acceleration[k], drive.omega[k + 1], centripetal_path(drive.omega, k)) for k in range(order + 1)
+    ]
     for link in tree.links:
         with algebra.tape.block(f"derivatives of the acceleration of link {link.name}"):
             turn, slide = joint_path(link, drive, order + 1)
-            omega_up, field_up = (drive.omega, root) if link.parent == ROOT else (omegas[link.parent], fields[link.parent])
+            omega_up, field_up = (
+                (drive.omega, root) if link.parent == ROOT else (omegas[link.parent], fields[link.parent])
+            )
             carried = to_child(link.rotation, turn, omega_up)
             omega = [plus(x, y) for x, y in zip(carried, turn, strict=True)]
             position = position_path(link, turn, slide, order)

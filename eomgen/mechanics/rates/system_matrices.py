@@ -2,10 +2,10 @@
 
     V = J v + U V_B,   J = A X,   A' = A a - A a A,   tau = J^T (M V' - b^T M V - wrenches)
 
-X holds the motion subspaces, A the adjoint transforms from every link to every link after it, M the links' spatial inertias;
-a = diag ad(X v) belongs to the joints, b = diag ad(V) to the links (Mueller and Kumar, Multibody Syst. Dyn. 53 (2021) 257).
-There a X = 0, which holds for joints of one degree of freedom only; it is kept here, so J' = A a (X - J) holds for balls too.
-A is applied, outwards along the tree, and A^T inwards; both have rules for derivatives:
+X holds the motion subspaces, A the adjoint transforms from every link to every link after it, M the links' spatial
+inertias; a = diag ad(X v) belongs to the joints, b = diag ad(V) to the links (Mueller and Kumar, Multibody Syst. Dyn.
+53 (2021) 257). There a X = 0, which holds for joints of one degree of freedom only; it is kept here, so J' = A a (X -
+J) holds for balls too. A is applied, outwards along the tree, and A^T inwards; both have rules for derivatives:
 
     (A y)' = A (y' + a (y - A y)),      (A^T x)' = A^T (x' - a^T A^T x) + a^T A^T x
 
@@ -66,7 +66,8 @@ def by_link(
 ) -> Columns:
     """Return factor * (block diagonal matrix of brackets) * (columns x)."""
     found = [
-        [pair if is_zero(pair) else operation(operator, pair) for pair in row] for operator, row in zip(operators, x, strict=True)
+        [pair if is_zero(pair) else operation(operator, pair) for pair in row]
+        for operator, row in zip(operators, x, strict=True)
     ]
     return found if factor == 1.0 else [[pair_scaled(factor, pair) for pair in row] for row in found]
 
@@ -120,7 +121,9 @@ class SystemMatrices:
             if above is None:
                 found.append(list(row))
             else:
-                found.append([p if is_zero(q) else pair_plus(p, moved(link, q)) for p, q in zip(row, above, strict=True)])
+                found.append(
+                    [p if is_zero(q) else pair_plus(p, moved(link, q)) for p, q in zip(row, above, strict=True)]
+                )
         return found
 
     def inwards(self, x: Columns) -> Columns:
@@ -167,7 +170,9 @@ class SystemMatrices:
         own: list[Pair] = [(unit, zero) for unit in units] + [(zero, unit) for unit in units]
         rows: Columns = []
         for row in range(len(self.tree.links)):
-            rows.append([own[k] if row == column else self.zero for column in range(len(self.tree.links)) for k in range(6)])
+            rows.append(
+                [own[k] if row == column else self.zero for column in range(len(self.tree.links)) for k in range(6)]
+            )
         return Image(self, rows)
 
     def twists(self, order: int, first: int = 0) -> list[Pair]:

@@ -1,7 +1,8 @@
 """Symmetric banded matrices of fixed-point numbers, and modes of a pencil (K, M) to full precision.
 
-SciPy's eigenvectors are where Rayleigh's quotient iteration starts, which triples the digits in every step (B. N. Parlett, The
-Symmetric Eigenvalue Problem, 1980, section 4.6). So the result does not depend on the library or the processor.
+SciPy's eigenvectors are where Rayleigh's quotient iteration starts, which triples the digits in every step (B. N.
+Parlett, The Symmetric Eigenvalue Problem, 1980, section 4.6). So the result does not depend on the library or the
+processor.
 """
 
 from __future__ import annotations

@@ -1,8 +1,9 @@
 """Finite elements of a beam, with modes of the mesh or nodal displacements as coordinates.
 
-Bending has two nodes an element, deflection and slope at each, and cubic Hermite polynomials between; stretch and torsion have
-three nodes and quadratic ones. Both are conforming, so squared frequencies come down to the exact ones with the fourth power of
-the element's length (G. Strang and G. J. Fix, An Analysis of the Finite Element Method, 1973, section 6.3).
+Bending has two nodes an element, deflection and slope at each, and cubic Hermite polynomials between; stretch and
+torsion have three nodes and quadratic ones. Both are conforming, so squared frequencies come down to the exact ones
+with the fourth power of the element's length (G. Strang and G. J. Fix, An Analysis of the Finite Element Method, 1973,
+section 6.3).
 """
 
 from __future__ import annotations
@@ -130,7 +131,8 @@ def _assembled(mesh: Elements, beam: Beam, profile: str, derivative: int) -> Ban
     along = tuple(Fraction(entry) for entry in beam.profiles.get(profile, (1.0,)))
     powers = [tuple(Fraction(int(place == power)) for place in range(power + 1)) for power in range(len(along))]
     table = [
-        [[_number(sum(integrated(product(power, product(f, g))))) for g in functions] for f in functions] for power in powers
+        [[_number(sum(integrated(product(power, product(f, g))))) for g in functions] for f in functions]
+        for power in powers
     ]
     size = len(functions)
     matrix = Banded(len(mesh.nodal), size - 1)

@@ -1,7 +1,7 @@
 """Computation of a beam's shape integrals.
 
-Everything is a sum of whole numbers (see ``fixed_point``) that is rounded once: a fraction becomes the double nearest to it, and
-what vanishes by symmetry or orthogonality is zero.
+Everything is a sum of whole numbers (see ``fixed_point``) that is rounded once: a fraction becomes the double nearest
+to it, and what vanishes by symmetry or orthogonality is zero.
 """
 
 from __future__ import annotations
@@ -87,7 +87,10 @@ class _Integrator:
     @functools.cached_property
     def squares(self) -> list[tuple[int, int]]:
         """Integrals of the squares of each function and of its slope."""
-        return [(self.grid.integral(f, f), self.grid.integral(slope, slope)) for f, slope in zip(self.f, self.slope, strict=True)]
+        return [
+            (self.grid.integral(f, f), self.grid.integral(slope, slope))
+            for f, slope in zip(self.f, self.slope, strict=True)
+        ]
 
     def vector(self, weight: Fixed, wanted: Array | np.ndarray[tuple[int], np.dtype[np.bool_]]) -> Array:
         """Return length times the integrals of the functions with a weight."""
@@ -98,7 +101,8 @@ class _Integrator:
         return rounded(result, self.length)
 
     def matrix(self, integral: Callable[[int, int], int], pairs: Pairs, scale: Fraction | None = None) -> Array:
-        """Return a symmetric matrix of integrals that are positive on its diagonal, times a scale, by default the length."""
+        """Return a symmetric matrix of integrals that are positive on its diagonal, times a scale, by default the
+        length."""
         size = len(self.kinds)
         result = np.zeros((size, size), dtype=object)
         for k in range(size):

@@ -1,8 +1,9 @@
 """Modes of uniform beams, bars and shafts as shape functions of s = 0 .. 1.
 
-Bending (R. D. Blevins, Formulas for Natural Frequency and Mode Shape, 1979, table 8-1): f = cosh x -+ cos x - sigma (sinh x -+
-sin x) with x = lambda s. Growing and decaying part are brought together by A = (1 - sigma) e^lambda, found with as many digits as
-that takes, so that large numbers are never subtracted from one another and any mode is as exact as the first.
+Bending (R. D. Blevins, Formulas for Natural Frequency and Mode Shape, 1979, table 8-1): f = cosh x -+ cos x - sigma
+(sinh x -+ sin x) with x = lambda s. Growing and decaying part are brought together by A = (1 - sigma) e^lambda, found
+with as many digits as that takes, so that large numbers are never subtracted from one another and any mode is as exact
+as the first.
 """
 
 from __future__ import annotations
@@ -42,7 +43,8 @@ def root(sign: int, number: int) -> Root:
 
 @dataclass(frozen=True)
 class BendingModes:
-    """Bending modes of a clamped-free or a free-free uniform beam; int f^2 = 1, and f = 2 (-1)^(k+1) or 2 at a free end.
+    """Bending modes of a clamped-free or a free-free uniform beam; int f^2 = 1, and f = 2 (-1)^(k+1) or 2 at a free
+    end.
 
     Attributes
     ----------
@@ -123,6 +125,8 @@ def _table(modes: list[Any], function: Any, s: Fixed) -> tuple[Fixed, Fixed, Fix
 
 def modes(bends: bool, ends: Ends, size: int) -> BendingModes | Waves:
     """Return the modes of bending, or of stretch and torsion."""
-    return BendingModes(1 if ends == "clamped_free" else -1, size) if bends and ends != "pinned_pinned" else Waves(ends, size)
-
-
+    return (
+        BendingModes(1 if ends == "clamped_free" else -1, size)
+        if bends and ends != "pinned_pinned"
+        else Waves(ends, size)
+    )

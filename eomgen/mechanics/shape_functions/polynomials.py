@@ -1,7 +1,8 @@
 """Polynomial shape functions with exact rational coefficients, orthogonal in the mass of a uniform beam.
 
-f_k = w(s) P_k(s), where w holds the geometric conditions at the ends and P_k are Jacobi polynomials on 0 .. 1, orthogonal with
-the weight w^2 (Abramowitz and Stegun, chapter 22). So a dozen of them still make a well conditioned mass matrix.
+f_k = w(s) P_k(s), where w holds the geometric conditions at the ends and P_k are Jacobi polynomials on 0 .. 1,
+orthogonal with the weight w^2 (Abramowitz and Stegun, chapter 22). So a dozen of them still make a well conditioned
+mass matrix.
 """
 
 from __future__ import annotations
@@ -18,9 +19,18 @@ from eomgen.scene.bodies.beam import DeformationKind, Ends
 #: Coefficients, constant first.
 Coefficients = tuple[Fraction, ...]
 
-#: For bending and for the rest: powers of s and of 1 - s in w, and the degree of the first polynomial, rigid motions left out.
-_BENDING: dict[Ends, tuple[int, int, int]] = {"clamped_free": (2, 0, 0), "free_free": (0, 0, 2), "pinned_pinned": (1, 1, 0)}
-_OTHERS: dict[Ends, tuple[int, int, int]] = {"clamped_free": (1, 0, 0), "free_free": (0, 0, 1), "pinned_pinned": (1, 1, 0)}
+#: For bending and for the rest: powers of s and of 1 - s in w, and the degree of the first polynomial, rigid motions
+#: left out.
+_BENDING: dict[Ends, tuple[int, int, int]] = {
+    "clamped_free": (2, 0, 0),
+    "free_free": (0, 0, 2),
+    "pinned_pinned": (1, 1, 0),
+}
+_OTHERS: dict[Ends, tuple[int, int, int]] = {
+    "clamped_free": (1, 0, 0),
+    "free_free": (0, 0, 1),
+    "pinned_pinned": (1, 1, 0),
+}
 
 
 @dataclass(frozen=True)
@@ -62,7 +72,8 @@ def family(kind: DeformationKind, ends: Ends, size: int) -> Polynomials:
 
 
 def _jacobi(degree: int, alpha: int, beta: int) -> Coefficients:
-    """Return P_n^(alpha, beta)(2 s - 1), orthogonal on 0 .. 1 with the weight (1 - s)^alpha s^beta; C(n + alpha, n) at s = 1."""
+    """Return P_n^(alpha, beta)(2 s - 1), orthogonal on 0 .. 1 with the weight (1 - s)^alpha s^beta; C(n + alpha, n) at
+    s = 1."""
     result: list[Fraction] = [Fraction(0)] * (degree + 1)
     for number in range(degree + 1):
         # about s = 1: sum of C(n, j) C(n + alpha + beta + j, ...) (s - 1)^j, expanded

@@ -21,7 +21,8 @@ _WAVE_PER_PANEL = 3.0  # rad: what is left out of products of four functions is 
 
 @functools.cache
 def _rule() -> tuple[Fixed, Fixed, Fixed]:
-    """Return nodes and weights of Gauss's rule on [0, 1], and integrals, (n, n), of the Lagrange basis from 0 to nodes."""
+    """Return nodes and weights of Gauss's rule on [0, 1], and integrals, (n, n), of the Lagrange basis from 0 to
+    nodes."""
     with mpmath.workprec(WORKING):
         nodes = [_root(number) for number in range(_NODES)][::-1]
         weights = [2 / ((1 - x * x) * _legendre(x)[1][-1] ** 2) for x in nodes]

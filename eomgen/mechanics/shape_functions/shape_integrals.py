@@ -1,8 +1,8 @@
 """Shape functions of a beam for mechanics: values at stations, and integrals over the beam, as plain numbers.
 
-All functions of x, the place on the beam's axis in its frame. Shape functions f_k belong to elastic coordinates k = 0 .. n-1
-in the order of ``Beam.deformations``. Integrals over mass are for a unit of ``mass_per_length`` (with the mass profile),
-integrals over stiffness for a unit of the deformation's stiffness (with its profile).
+All functions of x, the place on the beam's axis in its frame. Shape functions f_k belong to elastic coordinates k = 0
+.. n-1 in the order of ``Beam.deformations``. Integrals over mass are for a unit of ``mass_per_length`` (with the mass
+profile), integrals over stiffness for a unit of the deformation's stiffness (with its profile).
 """
 
 from __future__ import annotations

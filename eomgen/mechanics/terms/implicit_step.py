@@ -32,9 +32,13 @@ def extended_iteration(derivation: Derivation) -> list[Block]:
     """Return the nonzeros of the partials of each step of the recursion, and store their indices."""
     with derivation.tape.block("partials of each step of the recursion"):
         found, derivation.inner_owners = extended_partials(
-            derivation.grouped, derivation.kinematics, derivation.motion, derivation.loads.wrenches, derivation.inverse(),
+            derivation.grouped,
+            derivation.kinematics,
+            derivation.motion,
+            derivation.loads.wrenches,
+            derivation.inverse(),
             derivation.internal,
-        )  # fmt: skip
+        )
     blocks = []
     for name, entries in found.items():
         places, refs = pattern(entries)

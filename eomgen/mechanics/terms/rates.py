@@ -83,8 +83,9 @@ def closed_block(derivation: Derivation, source: str, order: int) -> tuple[Block
 def forward_rates(derivation: Derivation, order: int) -> Paths:
     """Return vdot and its time derivatives along the motion of the forced system, (nv, order + 1).
 
-    Each derivative of tau is linear in the highest derivative of v, with M before it, and zero along that motion: so every
-    derivative more is one substitution more in the factors of M. Where the tree is too deep for M: jets of vdot along its flow.
+    Each derivative of tau is linear in the highest derivative of v, with M before it, and zero along that motion: so
+    every derivative more is one substitution more in the factors of M. Where the tree is too deep for M: jets of vdot
+    along its flow.
     """
     tree = derivation.tree
     if derivation.deep and not (tree.following or tree.elastic):

@@ -7,7 +7,12 @@ from collections.abc import Callable, Mapping
 from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.terms.forward_dynamics import forward_blocks
 from eomgen.mechanics.terms.implicit_step import equations, iteration, jacobian_values
-from eomgen.mechanics.terms.linearization import acceleration_partials, joint_velocity_partials, linearization, output_partials
+from eomgen.mechanics.terms.linearization import (
+    acceleration_partials,
+    joint_velocity_partials,
+    linearization,
+    output_partials,
+)
 from eomgen.system.system import Block
 
 RECORDERS: Mapping[str, Callable[[Derivation], list[Block]]] = {

@@ -27,7 +27,7 @@ from eomgen.mechanics.tree.links import (
     cleaned,
     no_inertia,
     parameter_scalars,
-)  # fmt: skip
+)
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.joint_types import MotionKind
 from eomgen.scene.joints.model import Joint
@@ -105,7 +105,11 @@ def _check_masses(hosts: Sequence[Body], totals: Sequence[Inertia]) -> None:
     if light:
         raise ModelError(
             [
-                Problem(f"bodies.{name}", "has no mass, which absolute coordinates cannot carry", "a mass, or joint coordinates")
+                Problem(
+                    f"bodies.{name}",
+                    "has no mass, which absolute coordinates cannot carry",
+                    "a mass, or joint coordinates",
+                )
                 for name in light
             ]
         )
@@ -137,9 +141,21 @@ def _link(algebra: Algebra, kind: MotionKind, name: str, parent: int, factor: Fa
         name_rotation(rotation, name, f"R_{name}")
     joint = Joint(factor.name, "spherical" if kind == "ball" else "free", BASE, name)
     link = Link(
-        name=name, joint=joint, kind=kind, parent=parent, rotation=rotation, orientation=units,
-        neutral_position=algebra.zero_vector, travel=position, position=position, columns=columns_of(algebra, motion, zero),
-        coordinates=coordinates, velocities=coordinates.v, accelerations=coordinates.a, inertia=inertia,
-        rotor_inertias=(zero,) * factor.v_size, balanced=kind == "ball",
-    )  # fmt: skip
+        name=name,
+        joint=joint,
+        kind=kind,
+        parent=parent,
+        rotation=rotation,
+        orientation=units,
+        neutral_position=algebra.zero_vector,
+        travel=position,
+        position=position,
+        columns=columns_of(algebra, motion, zero),
+        coordinates=coordinates,
+        velocities=coordinates.v,
+        accelerations=coordinates.a,
+        inertia=inertia,
+        rotor_inertias=(zero,) * factor.v_size,
+        balanced=kind == "ball",
+    )
     return link, factor

@@ -1,6 +1,7 @@
 """Prescribed motion of the base: struct of pose, twist and twist derivative, filled by ``base(t)`` or by the caller.
 
-Rotations are intrinsic, in order. Everything else sees the base through this struct only, so M and h never change with its law.
+Rotations are intrinsic, in order. Everything else sees the base through this struct only, so M and h never change with
+its law.
 """
 
 from __future__ import annotations
@@ -17,7 +18,19 @@ from eomgen.scene.scene import Scene
 from eomgen.symbolic.calculus.partials import jacobian_vector
 from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.rotation import PlanarFactor
-from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, cross, minus, multiply, plus, scaled, transpose
+from eomgen.symbolic.scalar import (
+    Algebra,
+    Matrix,
+    Scalar,
+    Vector,
+    apply,
+    cross,
+    minus,
+    multiply,
+    plus,
+    scaled,
+    transpose,
+)
 from eomgen.symbolic.tape import ONE
 from eomgen.system.system import BASE_LAYOUT
 
@@ -88,7 +101,9 @@ def base_law(algebra: Algebra, base: Base, parameters: dict[str, Scalar]) -> lis
     def resolve(symbol: Symbol) -> Scalar:
         return Scalar(algebra.tape, algebra.tape.input("t")) if symbol.kind == "time" else parameters[symbol.name]
 
-    x, x_dot, x_ddot = (algebra.vector(part) for part in zip(*(_rates(algebra, f, resolve) for f in base.position), strict=True))
+    x, x_dot, x_ddot = (
+        algebra.vector(part) for part in zip(*(_rates(algebra, f, resolve) for f in base.position), strict=True)
+    )
     quaternion = [algebra.one, algebra.zero, algebra.zero, algebra.zero]
     R, omega, alpha = algebra.identity, algebra.zero_vector, algebra.zero_vector
     for rotation in base.rotations:
@@ -96,7 +111,9 @@ def base_law(algebra: Algebra, base: Base, parameters: dict[str, Scalar]) -> lis
         angle, rate, acceleration = _rates(algebra, rotation.angle, resolve)
         turn = _about(algebra, rotation.axis, angle)
         carried = apply(transpose(turn), omega)
-        alpha = plus(apply(transpose(turn), alpha), plus(cross(carried, scaled(rate, axis)), scaled(acceleration, axis)))
+        alpha = plus(
+            apply(transpose(turn), alpha), plus(cross(carried, scaled(rate, axis)), scaled(acceleration, axis))
+        )
         omega = plus(carried, scaled(rate, axis))
         half = angle * 0.5
         sine = algebra.call(Op.SIN, half)

@@ -61,7 +61,7 @@ class ElasticBody:
     def size(self) -> int:
         return len(self.twist)
 
-    # -- motions against the frame --------------------------------------------------------------------------------------
+    # -- motions against the frame -------------------------------------------------------------------------------------
 
     def relative_motion(self, *, rates: bool, own_rates: bool, accelerations: bool) -> RelativeMotion:
         """Return the relative motion of the elastic coordinates, or parts of it.
@@ -75,7 +75,12 @@ class ElasticBody:
         still = (self.algebra.zero,) * self.size
         own = self.deflections
         moving = Deflections(
-            self.algebra, own.integrals, own.shortens, own.q, own.v if own_rates else still, own.a if accelerations else still
+            self.algebra,
+            own.integrals,
+            own.shortens,
+            own.q,
+            own.v if own_rates else still,
+            own.a if accelerations else still,
         )
         velocity = own.velocity() if rates else own.resting().velocity()
         return RelativeMotion(velocity, moving.acceleration(), own.v if rates else still, moving.a)
@@ -86,7 +91,7 @@ class ElasticBody:
         still = (self.algebra.zero,) * self.size
         return RelativeMotion(self.deflections.resting().velocity(), self.deflections.variation(k), still, unit)
 
-    # -- inertia ----------------------------------------------------------------------------------------------------------
+    # -- inertia -------------------------------------------------------------------------------------------------------
 
     def deformed(self, rigid: Inertia) -> Inertia:
         """Return the shape integrals of the deformed body about the frame's origin, given those of the rigid body."""
@@ -151,7 +156,11 @@ class ElasticBody:
         s, rates = own.position(), own.velocity()
         values = {}
         for i in range(3):
-            values[f"w{i}"], values[f"u{i}"], values[f"v{i}"] = omega[i], velocity[i], self.density * self.mass.first(rates[i])
+            values[f"w{i}"], values[f"u{i}"], values[f"v{i}"] = (
+                omega[i],
+                velocity[i],
+                self.density * self.mass.first(rates[i]),
+            )
             for j in range(3):
                 values[f"v{i}s{j}"] = self.density * self.mass.product(rates[i], s[j])
             values[f"v{i}v{i}"] = self.density * self.mass.product(rates[i], rates[i])
@@ -168,7 +177,11 @@ class ElasticBody:
 
 
 def elastic_body(
-    algebra: Algebra, beam: Beam, integrals: ShapeIntegrals, coordinates: Coordinates, number: Callable[[Formula], Scalar]
+    algebra: Algebra,
+    beam: Beam,
+    integrals: ShapeIntegrals,
+    coordinates: Coordinates,
+    number: Callable[[Formula], Scalar],
 ) -> ElasticBody:
     """Return the elastic part of a beam's link."""
     density = number(beam.mass_per_length)

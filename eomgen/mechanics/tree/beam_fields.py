@@ -1,9 +1,11 @@
 """Vector fields along a beam, separated into functions of x and of time, and mass integrals of their products.
 
-Each component of position, velocity, acceleration and variation of the axis is c x + sum_k c_k f_k(x) + sum_r w_r a_r^T H(x) b_r:
-shape functions f and shortening H = int_0^x f' f'^T carry all that depends on x, so constants carry all integration (Lieh 1994).
-The *weight* of a summand counts elastic coordinates, their rates and variations: 0, 1, 2. Leaving out products of more than 2 is
-the truncation of kinetic energy at second order: Lagrange's equations of it are these, term by term.
+Each component of position, velocity, acceleration and variation of the axis is c x + sum_k c_k f_k(x) + sum_r w_r a_r^T
+H(x) b_r:
+shape functions f and shortening H = int_0^x f' f'^T carry all that depends on x, so constants carry all integration
+(Lieh 1994). The *weight* of a summand counts elastic coordinates, their rates and variations: 0, 1, 2. Leaving out
+products of more than 2 is the truncation of kinetic energy at second order: Lagrange's equations of it are these, term
+by term.
 """
 
 from __future__ import annotations
@@ -49,7 +51,8 @@ class DistributedMass:
     ----------
     unit : what multiplies shape integrals here: mass per length if it is a constant, else 1
     second_order : whether products of weight 3 and 4 are kept
-    beyond : (n, n) what is added to the integrals of products of shape functions, where coordinates of one kind have more inertia
+    beyond : (n, n) what is added to the integrals of products of shape functions, where coordinates of one kind have
+        more inertia
         among themselves than their mass; None where none has
     """
 
@@ -110,9 +113,7 @@ class DistributedMass:
             total = total + amplitude * (self.unit * float(number))
         return total
 
-    def _quadratic(
-        self, matrix: Array | Sequence[Sequence[Scalar]], left: Amplitudes, right: Amplitudes
-    ) -> Scalar:
+    def _quadratic(self, matrix: Array | Sequence[Sequence[Scalar]], left: Amplitudes, right: Amplitudes) -> Scalar:
         """Return left^T matrix right; the product with ``right`` is one that other quantities share."""
         total = self.algebra.zero
         for amplitude, row in zip(left, matrix, strict=True):

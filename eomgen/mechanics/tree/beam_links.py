@@ -34,12 +34,23 @@ def add_beam(tree: Tree, scene: Scene, body: Body, joint: Joint, number: Callabl
     inertia = inertia_about_center(algebra, number(body.mass), center, tuple(number(entry) for entry in body.inertia))
     still = Column(algebra.zero_vector, algebra.zero_vector)
     beam = Link(
-        name=body.name, joint=joint, kind="elastic", parent=mount.link, rotation=Rotation((MatrixFactor(mount.orientation),)),
-        orientation=mount.orientation, neutral_position=mount.position, travel=algebra.zero_vector, position=mount.position,
-        columns=(still,) * body.beam.size, coordinates=coordinates, velocities=coordinates.v, accelerations=coordinates.a,
-        inertia=cleaned(algebra, inertia), rotor_inertias=(algebra.zero,) * body.beam.size,
+        name=body.name,
+        joint=joint,
+        kind="elastic",
+        parent=mount.link,
+        rotation=Rotation((MatrixFactor(mount.orientation),)),
+        orientation=mount.orientation,
+        neutral_position=mount.position,
+        travel=algebra.zero_vector,
+        position=mount.position,
+        columns=(still,) * body.beam.size,
+        coordinates=coordinates,
+        velocities=coordinates.v,
+        accelerations=coordinates.a,
+        inertia=cleaned(algebra, inertia),
+        rotor_inertias=(algebra.zero,) * body.beam.size,
         elastic=elastic_body(algebra, body.beam, integrals, coordinates, number),
-    )  # fmt: skip
+    )
     links, first = [*tree.links, beam], len(tree.links)
     stations = dict(tree.stations)
     for x in _station_positions(tree, scene, body.name, number):
@@ -51,11 +62,21 @@ def add_beam(tree: Tree, scene: Scene, body: Body, joint: Joint, number: Callabl
             place = algebra.vector([x, 0.0, 0.0])
             links.append(
                 replace(
-                    beam, name=f"{body.name} at x = {x:g}", kind="station", parent=first, rotation=motion.rotation,
-                    orientation=algebra.identity, neutral_position=place, travel=minus(motion.position, place),
-                    position=motion.position, columns=motion.columns, inertia=no_inertia(algebra), elastic=None, station=motion,
+                    beam,
+                    name=f"{body.name} at x = {x:g}",
+                    kind="station",
+                    parent=first,
+                    rotation=motion.rotation,
+                    orientation=algebra.identity,
+                    neutral_position=place,
+                    travel=minus(motion.position, place),
+                    position=motion.position,
+                    columns=motion.columns,
+                    inertia=no_inertia(algebra),
+                    elastic=None,
+                    station=motion,
                 )
-            )  # fmt: skip
+            )
     mounts = {**tree.mounts, body.name: Mount(first, algebra.identity, algebra.zero_vector)}
     return replace(tree, links=tuple(links), mounts=mounts, stations=stations)
 

@@ -56,7 +56,13 @@ def moves(station: Station) -> bool:
 
 
 def station_motion(
-    algebra: Algebra, kinds: tuple[DeformationKind, ...], station: Station, x: float, coordinates: Coordinates, *, shortens: bool
+    algebra: Algebra,
+    kinds: tuple[DeformationKind, ...],
+    station: Station,
+    x: float,
+    coordinates: Coordinates,
+    *,
+    shortens: bool,
 ) -> StationMotion:
     """Return pose and motion of the station at x on a beam's axis, in the beam's frame."""
     q, v = coordinates.q, coordinates.v
@@ -106,7 +112,10 @@ def _turned(algebra: Algebra, angle: Vector) -> tuple[Rotation, Matrix | None]:
         return Rotation(()), None
     if len(axes) == 1:
         (axis,) = axes
-        return Rotation((PlanarFactor(axis, algebra.call(Op.COS, angle[axis]), algebra.call(Op.SIN, angle[axis])),)), None
+        return (
+            Rotation((PlanarFactor(axis, algebra.call(Op.COS, angle[axis]), algebra.call(Op.SIN, angle[axis])),)),
+            None,
+        )
     on_tape = TapeAlgebra(algebra.tape)
     quaternion = [on_tape.scalar(part) for part in rotations.exponential(on_tape, angle)]
     tangent = algebra.matrix(rotations.tangent(on_tape, angle))

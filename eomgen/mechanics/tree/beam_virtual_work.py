@@ -1,8 +1,9 @@
 """Virtual work of an elastic body beyond that of a rigid one, derived with SymPy by integration over the mass.
 
 A material point at s (deformed) of a frame whose acceleration field is A + U s, turning with w, accelerates with
-A + U s + 2 w x s' + s''; s' and s'' as the frame sees them. Virtual displacements are dx + dtheta x s + sum_k phi_k deta_k. The
-part A + U s of force and moment is the rigid body's kernel with the deformed shape integrals; the rest is here.
+A + U s + 2 w x s' + s''; s' and s'' as the frame sees them. Virtual displacements are dx + dtheta x s + sum_k phi_k
+deta_k. The part A + U s of force and moment is the rigid body's kernel with the deformed shape integrals; the rest is
+here.
 """
 
 from __future__ import annotations
@@ -31,7 +32,8 @@ def _integrated(integrand: sympy.Expr, fields: tuple[sympy.Matrix, ...]) -> symp
 
 
 def _with_coriolis_halved(found: sympy.Expr) -> sympy.Expr:
-    """Write 2 w x s' with one multiplication by two; a handful of products are expanded, so that they can be collected by w."""
+    """Write 2 w x s' with one multiplication by two; a handful of products are expanded, so that they can be collected
+    by w."""
     rest = found.subs(dict.fromkeys(_W, 0))
     coriolis = sympy.collect(sympy.expand((found - rest) / 2), list(_W))
     return sympy.Add(sympy.Mul(2, coriolis, evaluate=False), rest, evaluate=False)

@@ -11,7 +11,17 @@ from eomgen.mechanics.tree.beam_links import add_beam
 from eomgen.mechanics.tree.coordinates import Coordinates, joint_coordinates
 from eomgen.mechanics.tree.inertia import Inertia, inertia_about_center
 from eomgen.mechanics.tree.joints import Motion, columns_of, motions_of, name_rotation, pose_of
-from eomgen.mechanics.tree.links import ROOT, WORLD, WORLD_NAME, Link, Mount, Tree, cleaned, no_inertia, parameter_scalars
+from eomgen.mechanics.tree.links import (
+    ROOT,
+    WORLD,
+    WORLD_NAME,
+    Link,
+    Mount,
+    Tree,
+    cleaned,
+    no_inertia,
+    parameter_scalars,
+)
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
@@ -44,7 +54,8 @@ def build_tree(algebra: Algebra, scene: Scene) -> Tree:
         if body.beam is not None:
             tree = add_beam(tree, scene, body, joint, number)
     complete = [
-        replace(link, inertia=cleaned(algebra, link.inertia)) if link.elastic is None else link.deformed() for link in tree.links
+        replace(link, inertia=cleaned(algebra, link.inertia)) if link.elastic is None else link.deformed()
+        for link in tree.links
     ]
     return replace(tree, links=tuple(complete))
 
@@ -68,7 +79,9 @@ def _with_body(tree: Tree, body: Body, joint: Joint, number: Callable[[Formula],
         links = list(tree.links)
         if mount.link != ROOT:
             links[mount.link] = links[mount.link].carrying(inertia.moved(orientation, position))
-        return replace(tree, links=tuple(links), mounts={**tree.mounts, body.name: Mount(mount.link, orientation, position)})
+        return replace(
+            tree, links=tuple(links), mounts={**tree.mounts, body.name: Mount(mount.link, orientation, position)}
+        )
     links, parent = list(tree.links), mount.link
     turned, motions = motions_of(joint)
     axes = algebra.matrix(turned)
@@ -80,19 +93,37 @@ def _with_body(tree: Tree, body: Body, joint: Joint, number: Callable[[Formula],
         own = inertia.moved(transpose(axes), algebra.zero_vector) if last else no_inertia(algebra)
         links.append(
             _link(
-                algebra, name, joint, motion, parent, orientation, position, number(joint.pitch),
-                tree.coordinates[joint.name], rotors, own,
+                algebra,
+                name,
+                joint,
+                motion,
+                parent,
+                orientation,
+                position,
+                number(joint.pitch),
+                tree.coordinates[joint.name],
+                rotors,
+                own,
             )
-        )  # fmt: skip
+        )
         parent, orientation, position = len(links) - 1, algebra.identity, algebra.zero_vector
     mounts = {**tree.mounts, body.name: Mount(parent, transpose(axes), algebra.zero_vector)}
     return replace(tree, links=tuple(links), mounts=mounts)
 
 
 def _link(
-    algebra: Algebra, name: str, joint: Joint, motion: Motion, parent: int, orientation: Matrix, position: Vector, pitch: Scalar,
-    coordinates: Coordinates, rotors: Sequence[Scalar], inertia: Inertia,
-) -> Link:  # fmt: skip
+    algebra: Algebra,
+    name: str,
+    joint: Joint,
+    motion: Motion,
+    parent: int,
+    orientation: Matrix,
+    position: Vector,
+    pitch: Scalar,
+    coordinates: Coordinates,
+    rotors: Sequence[Scalar],
+    inertia: Inertia,
+) -> Link:
     """Return the link that one elementary motion of a joint carries."""
     own = coordinates.of(motion)
     with algebra.tape.block(f"{'position' if motion.kind == 'travel' else 'rotation'} of link {name}"):
@@ -100,8 +131,20 @@ def _link(
         name_rotation(rotation, joint.name, f"R_{name}" if parent == ROOT else f"turn_{name}")
     _, travel = pose_of(algebra, motion, pitch, orientation, algebra.zero_vector, own.q)
     return Link(
-        name=name, joint=joint, kind=motion.kind, parent=parent, rotation=rotation, orientation=orientation,
-        neutral_position=position, travel=travel, position=moved_to, columns=columns_of(algebra, motion, pitch),
-        coordinates=own, velocities=own.v, accelerations=own.a, inertia=inertia,
-        rotor_inertias=tuple(rotors[k] for k in motion.components), turn=motion.turn,
-    )  # fmt: skip
+        name=name,
+        joint=joint,
+        kind=motion.kind,
+        parent=parent,
+        rotation=rotation,
+        orientation=orientation,
+        neutral_position=position,
+        travel=travel,
+        position=moved_to,
+        columns=columns_of(algebra, motion, pitch),
+        coordinates=own,
+        velocities=own.v,
+        accelerations=own.a,
+        inertia=inertia,
+        rotor_inertias=tuple(rotors[k] for k in motion.components),
+        turn=motion.turn,
+    )

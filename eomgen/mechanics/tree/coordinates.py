@@ -1,7 +1,7 @@
 """Coordinates of joints on the tape: components of q, v and a, or those of the leader of a dependent (mimic) joint.
 
-A coordinate that follows, q = ratio q_leader + offset, is no unknown. What its joint does enters the leader's equation by virtual
-work, multiplied, so motion subspaces, inertia and forces need no more than the ratio of each joint.
+A coordinate that follows, q = ratio q_leader + offset, is no unknown. What its joint does enters the leader's equation
+by virtual work, multiplied, so motion subspaces, inertia and forces need no more than the ratio of each joint.
 """
 
 from __future__ import annotations
@@ -63,7 +63,10 @@ class Coordinates:
 
 def own_coordinates(algebra: Algebra, factor: Factor) -> Coordinates:
     """Return the coordinates of an independent joint."""
-    places, dofs = range(factor.q_start, factor.q_start + factor.q_size), range(factor.v_start, factor.v_start + factor.v_size)
+    places, dofs = (
+        range(factor.q_start, factor.q_start + factor.q_size),
+        range(factor.v_start, factor.v_start + factor.v_size),
+    )
     return Coordinates(algebra, tuple(places), tuple(dofs), algebra.one, algebra.zero)
 
 

@@ -1,10 +1,10 @@
 """Grouping of inertial parameters: mass indistinguishable through a joint is moved to the parent.
 
 Mass on the axis of a revolute joint (its amount, first and second moment along the axis) moves as the parent does, so
-it may be counted there; for a prismatic joint the whole second moment may, for a helical one the second moment along its
-axis, for a spherical joint the mass at its centre. Torques do not change (Gautier & Khalil 1990 give the same for
-Denavit-Hartenberg frames); joint reactions, per-body energies and base terms would, so only functions that give generalized
-forces use the grouped tree.
+it may be counted there; for a prismatic joint the whole second moment may, for a helical one the second moment along
+its axis, for a spherical joint the mass at its centre. Torques do not change (Gautier & Khalil 1990 give the same for
+Denavit-Hartenberg frames); joint reactions, per-body energies and base terms would, so only functions that give
+generalized forces use the grouped tree.
 """
 
 from __future__ import annotations
@@ -55,7 +55,8 @@ def _movable(algebra: Algebra, link: Link, inertia: Inertia) -> Inertia:
 
 
 def _of_rotor(algebra: Algebra, inertia: Inertia, k: int) -> Scalar:
-    """Return the second moment along axis k that leaves a body of revolution no inertia but that about its axis, else zero.
+    """Return the second moment along axis k that leaves a body of revolution no inertia but that about its axis, else
+    zero.
 
     Such a link needs no angular acceleration across its axis.
     """

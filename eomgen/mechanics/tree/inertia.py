@@ -1,8 +1,9 @@
 """Virtual work of a rigid body, derived with SymPy by integration over its mass.
 
-Every acceleration field that a rigid body can have is affine in the position s in the body: A + U s. With shape functions (1, s)
-the mass enters only through the shape integrals m = int dm, d = int s dm and S = int s s^T dm (Lieh 1994; the 4 x 4
-pseudo-inertia). Mass matrix, coupling, gravity and base-motion terms all are this one kernel with other fields (A, U).
+Every acceleration field that a rigid body can have is affine in the position s in the body: A + U s. With shape
+functions (1, s) the mass enters only through the shape integrals m = int dm, d = int s dm and S = int s s^T dm (Lieh
+1994; the 4 x 4 pseudo-inertia). Mass matrix, coupling, gravity and base-motion terms all are this one kernel with other
+fields (A, U).
 """
 
 from __future__ import annotations
@@ -58,9 +59,7 @@ class Inertia:
         """Return the integrals about a parallel frame, in which this origin is at p, (3,), m."""
         first = plus(self.first, scaled(self.mass, p))
         d, e = self.first, first
-        entry = {
-            (i, j): self.second[i][j] + (p[i] * e[j] + p[j] * d[i]) for i in range(3) for j in range(i, 3)
-        }
+        entry = {(i, j): self.second[i][j] + (p[i] * e[j] + p[j] * d[i]) for i in range(3) for j in range(i, 3)}
         rows = [tuple(entry[min(i, j), max(i, j)] for j in range(3)) for i in range(3)]
         return Inertia(self.mass, first, (rows[0], rows[1], rows[2]))  # type: ignore[arg-type]  # three entries each
 
@@ -113,9 +112,11 @@ def _integral(powers: tuple[int, ...]) -> sympy.Symbol:
 def wrench(
     algebra: Algebra, inertia: Inertia, acceleration: Vector, alpha: Vector, symmetric: Matrix | None = None
 ) -> tuple[Vector, Vector]:
-    """Return moment about the origin and force that give a body the acceleration field ``acceleration + (alpha~ + symmetric) s``.
+    """Return moment about the origin and force that give a body the acceleration field ``acceleration + (alpha~ +
+    symmetric) s``.
 
-    Across an axis with equal second moments the symmetric part of the gradient cancels, and alpha does with opposite ones.
+    Across an axis with equal second moments the symmetric part of the gradient cancels, and alpha does with opposite
+    ones.
     """
     gradient = skew(alpha) if symmetric is None else matrix_plus(symmetric, skew(alpha))
     values = {"m": inertia.mass}
@@ -130,7 +131,9 @@ def wrench(
         if first.constant is None or second.constant is None or abs(first.constant) != abs(second.constant):
             continue
         across = (algebra.zero, algebra.zero) if symmetric is None else (symmetric[k][j], symmetric[j][k])
-        paired = 2.0 * alpha[i] + (across[0] - across[1]) if first.constant == second.constant else across[0] + across[1]
+        paired = (
+            2.0 * alpha[i] + (across[0] - across[1]) if first.constant == second.constant else across[0] + across[1]
+        )
         alone = {**values, f"S{k}{k}": algebra.zero, f"U{k}{j}": paired}
         results[i] = virtual_work_kernel().instantiate(algebra, alone)[i]
     return (results[0], results[1], results[2]), (results[3], results[4], results[5])

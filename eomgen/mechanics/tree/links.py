@@ -33,8 +33,10 @@ WORLD_NAME = "world"
 class Mount:
     """Constant pose of a body's frame in a link's frame.
 
-    ``link`` is ROOT for what is fixed to the base that carries the tree, CARRIER for what is fixed to a base that does not:
-    in absolute coordinates links hang in the world and the base moves past them. WORLD is what rests while the base moves.
+    ``link`` is ROOT for what is fixed to the base that carries the tree, CARRIER for what is fixed to a base that does
+    not:
+    in absolute coordinates links hang in the world and the base moves past them. WORLD is what rests while the base
+    moves.
     """
 
     link: int
@@ -55,7 +57,8 @@ class Link:
     coordinates, velocities, accelerations : of the elementary motion, one velocity component per column
     inertia : shape integrals about this frame's origin
     rotor_inertias : one for each column
-    balanced : whether it turns about the centre of mass of all that it carries, so that what moves its origin is not coupled
+    balanced : whether it turns about the centre of mass of all that it carries, so that what moves its origin is not
+        coupled
     elastic : how it deforms, None where it is rigid; ``inertia`` is then that of the deformed body
     station : how elastic coordinates move it, where it is a place on a beam; else its motion subspace is constant
     turn : the coordinate axis that it turns about, None where it does not turn about one axis

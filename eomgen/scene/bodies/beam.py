@@ -1,7 +1,8 @@
 """Euler-Bernoulli beams: bodies with bending, stretch and torsion as requested.
 
-The beam lies along its frame's x axis, from x = ``start`` to x = ``start + length``; its frame is where its joint carries it.
-A material point of the axis sits at (x + u - shortening, v, w), with u, v, w sums of shape functions times elastic coordinates.
+The beam lies along its frame's x axis, from x = ``start`` to x = ``start + length``; its frame is where its joint
+carries it. A material point of the axis sits at (x + u - shortening, v, w), with u, v, w sums of shape functions times
+elastic coordinates.
 """
 
 from __future__ import annotations
@@ -33,20 +34,25 @@ class Deformation:
 
     Attributes
     ----------
-    kind : ``bending_y`` deflects along the beam's y axis, ``bending_z`` along z, ``stretch`` along x, ``torsion`` turns about x
+    kind : ``bending_y`` deflects along the beam's y axis, ``bending_z`` along z, ``stretch`` along x, ``torsion`` turns
+        about x
     shapes : where the shape functions come from
     modes : number of elastic coordinates
     elements : of the mesh behind ``finite_elements``, else 0
-    ends : conditions at the ends for ``polynomial`` and ``finite_elements``: ``clamped_free``, ``free_free``, ``pinned_pinned``
-    stiffness : EI of bending in this direction (N m^2), EA of stretch (N), GJ of torsion (N m^2); a profile multiplies it
+    ends : conditions at the ends for ``polynomial`` and ``finite_elements``: ``clamped_free``, ``free_free``,
+        ``pinned_pinned``
+    stiffness : EI of bending in this direction (N m^2), EA of stretch (N), GJ of torsion (N m^2); a profile multiplies
+        it
     damping_ratio : modal damping, a part of critical; fixed
     stiffness_damping : D = this times K, s
     inertia_factor : multiplies the inertia of these coordinates among themselves; 1 unless published data need it
     initial_position, initial_velocity : one number per coordinate, empty for zeros
     nodal : coordinates are the nodal displacements of the mesh (m; slopes in rad), not its modes
-    normalisation : ``natural`` is the family's own; ``mean_square`` makes int f^2 = 1 over s = 0 .. 1; ``unit`` makes the
+    normalisation : ``natural`` is the family's own; ``mean_square`` makes int f^2 = 1 over s = 0 .. 1; ``unit`` makes
+        the
         deflection of a free second end 1, else the greatest one
-    masses : (x, mass, inertia) of what the modes of a mesh are found with, x in m, the others by ``mass_per_length`` (by
+    masses : (x, mass, inertia) of what the modes of a mesh are found with, x in m, the others by ``mass_per_length``
+        (by
         ``polar_inertia`` of torsion) at its default; they are no mass of the beam
     """
 
@@ -75,10 +81,12 @@ class Beam:
     start, length : m, fixed
     mass_per_length : rho A, kg/m; a profile multiplies it
     polar_inertia : rho I_p of the sections about the axis, kg m
-    profiles : of ``mass``, ``bending_y``, ``bending_z``, ``stretch``, ``torsion`` and ``polar``: coefficients, constant first, of
+    profiles : of ``mass``, ``bending_y``, ``bending_z``, ``stretch``, ``torsion`` and ``polar``: coefficients, constant
+        first, of
         a polynomial in s = (x - start) / length that multiplies the property along the beam; absent where it is uniform
     deformations : at most one of each kind, in the order of ``KINDS``
-    order : 1 keeps the kinetic energy to second order in elastic coordinates and their rates, so that their own equations are
+    order : 1 keeps the kinetic energy to second order in elastic coordinates and their rates, so that their own
+        equations are
         linear; 2 keeps all that the kinematics has
     stiffening : whether the shortening of the bent axis is kept, which centrifugal stiffening comes from
     """

@@ -49,7 +49,9 @@ def read_beam(name: str, entry: written.Beam, values: Values) -> Body:
         given = getattr(entry, kind)
         if given is not None:
             profiles[kind] = _profile(f"{key}.{kind}.profile", given.profile, "stiffness", values)
-            deformations.append(_deformation(f"{key}.{kind}", kind, given, section.stiffness(kind, given), line, values))
+            deformations.append(
+                _deformation(f"{key}.{kind}", kind, given, section.stiffness(kind, given), line, values)
+            )
     if not deformations:
         values.report.add(key, "the beam deforms in no way", f"one of {', '.join(KINDS)}, or a body of [bodies]")
     if entry.torsion is not None and not values.report.concerns(f"{key}.polar_inertia"):
@@ -130,7 +132,9 @@ class _Section:
             self.once("mass_per_length")
             return self.values.formula(f"{self.key}.mass_per_length", self.entry.mass_per_length, PARAMETERS)
         if self.entry.section is None:
-            self.values.report.add(self.key, "the key mass_per_length is missing", "mass_per_length = ..., or a section")
+            self.values.report.add(
+                self.key, "the key mass_per_length is missing", "mass_per_length = ..., or a section"
+            )
             return ZERO
         return _product(self.density, self.area)
 
@@ -144,7 +148,11 @@ class _Section:
         if given.stiffness is not None:
             return self.values.formula(place, given.stiffness, PARAMETERS)
         section = self.entry.section
-        needed = {"bending_y": "second_moments", "bending_z": "second_moments", "torsion": "shear_modulus and torsion_constant"}
+        needed = {
+            "bending_y": "second_moments",
+            "bending_z": "second_moments",
+            "torsion": "shear_modulus and torsion_constant",
+        }
         if section is not None and kind == "stretch":
             return _product(self.modulus, self.area)
         if section is not None and kind.startswith("bending") and self.moments is not None:
@@ -192,7 +200,8 @@ def _deformation(
     modes = _modes(key, kind, given, values)
     start, end = beam.start, beam.start + beam.length
     unit_mass = values.value(beam.polar_inertia if kind == "torsion" else beam.mass_per_length) or math.nan
-    initial = cast("written.ElasticInitial | written.TwistInitial", getattr(given, "initial"))  # noqa: B009 - of its children
+    # of its children
+    initial = cast("written.ElasticInitial | written.TwistInitial", getattr(given, "initial"))  # noqa: B009
     position = _state(f"{key}.initial.position", initial.position, modes, values)
     velocity = _state(f"{key}.initial.velocity", initial.velocity, modes, values)
     ratio = values.constant(f"{key}.damping_ratio", given.damping_ratio)
@@ -201,14 +210,17 @@ def _deformation(
     masses: list[tuple[float, float, float]] = []
     for place, mass in enumerate(given.masses):
         at, amount, inertia = (
-            values.constant(f"{key}.masses[{place}].{field}", getattr(mass, field)) for field in ("at", "mass", "inertia")
+            values.constant(f"{key}.masses[{place}].{field}", getattr(mass, field))
+            for field in ("at", "mass", "inertia")
         )
         if beam.is_beyond(at):
             what = f"x = {at:.6g} m is beyond the beam, which goes from {start:.6g} m to {end:.6g} m"
             values.report.add(f"{key}.masses[{place}].at", what, "a place on the beam")
         for field, number in (("mass", amount), ("inertia", inertia)):
             if number < 0.0:
-                values.report.add(f"{key}.masses[{place}].{field}", f"the {field} {number:.6g} is negative", "0 or more")
+                values.report.add(
+                    f"{key}.masses[{place}].{field}", f"the {field} {number:.6g} is negative", "0 or more"
+                )
         masses.append((beam.nearest(at), amount / unit_mass, inertia / unit_mass))
     return Deformation(
         kind=kind,

@@ -13,7 +13,8 @@ from eomgen.scene.reading.kinds import Pair, Value, Values
 
 MOST_MODES = 100
 MOST_ELEMENTS = 400
-#: Nodal coordinates of one deformation: each is a state of its own, and the time to build goes with their square and more.
+#: Nodal coordinates of one deformation: each is a state of its own, and the time to build goes with their square and
+#: more.
 MOST_NODAL = 60
 _PROFILE = "polynomial in s, 0 to 1 along the beam, that multiplies"
 _COEFFICIENTS = "list of values of fixed parameters, constant first"
@@ -42,14 +43,20 @@ class ElasticInitial(Table):
     """Elastic coordinates of bending or stretch at the start."""
 
     position: Values = key("one value for each coordinate", (), unit="m", names=FIXED_PARAMETERS, shown_default="zeros")
-    velocity: Values = key("one value for each coordinate", (), unit="m/s", names=FIXED_PARAMETERS, shown_default="zeros")
+    velocity: Values = key(
+        "one value for each coordinate", (), unit="m/s", names=FIXED_PARAMETERS, shown_default="zeros"
+    )
 
 
 class TwistInitial(Table):
     """Elastic coordinates of torsion at the start."""
 
-    position: Values = key("one value for each coordinate", (), unit="rad", names=FIXED_PARAMETERS, shown_default="zeros")
-    velocity: Values = key("one value for each coordinate", (), unit="rad/s", names=FIXED_PARAMETERS, shown_default="zeros")
+    position: Values = key(
+        "one value for each coordinate", (), unit="rad", names=FIXED_PARAMETERS, shown_default="zeros"
+    )
+    velocity: Values = key(
+        "one value for each coordinate", (), unit="rad/s", names=FIXED_PARAMETERS, shown_default="zeros"
+    )
 
 
 class ModeMass(Table):
@@ -65,7 +72,10 @@ class Deformation(Table):
 
     shapes: ShapeFunctions = key("where the shape functions come from, see below", "clamped_free")
     modes: Annotated[int, Field(ge=1, le=MOST_MODES)] | None = key(
-        "number of elastic coordinates", None, kind=f"1 to {MOST_MODES}", shown_default="required, but for nodal coordinates"
+        "number of elastic coordinates",
+        None,
+        kind=f"1 to {MOST_MODES}",
+        shown_default="required, but for nodal coordinates",
     )
     ends: Ends | None = key(
         "conditions at the ends, for `polynomial` and `finite_elements`", None, shown_default="`clamped_free`"
@@ -86,7 +96,9 @@ class Deformation(Table):
     damping_ratio: Value = key("modal damping, a part of critical", 0.0, names=FIXED_PARAMETERS)
     stiffness_damping: Value = key("damping matrix by stiffness matrix", 0.0, unit="s", names=PARAMETERS)
     inertia_factor: Value = key(
-        "multiplies the inertia of these coordinates among themselves; for published data that need it", 1.0, names=PARAMETERS
+        "multiplies the inertia of these coordinates among themselves; for published data that need it",
+        1.0,
+        names=PARAMETERS,
     )
     masses: Annotated[tuple[ModeMass, ...], Field(strict=False)] = key(
         "what the modes of `finite_elements` are found with; the mass itself is that of a body joined to the beam",
@@ -100,7 +112,11 @@ class Bending(Deformation):
     """Deflection across the beam, along its y or its z axis."""
 
     stiffness: Value | None = key(
-        "elastic modulus times second moment of area", None, unit="N m^2", names=PARAMETERS, shown_default="of the section"
+        "elastic modulus times second moment of area",
+        None,
+        unit="N m^2",
+        names=PARAMETERS,
+        shown_default="of the section",
     )
     initial: ElasticInitial = key("state at the start, in place of rest", ElasticInitial(), shown_default="zeros")
 
@@ -127,13 +143,16 @@ class Beam(Table):
     """An elastic beam along the x axis of its frame; a body to all that refers to bodies."""
 
     length: Value = key("undeformed", unit="m", names=FIXED_PARAMETERS)
-    start: Value = key("x of its first end in its frame, which its joint carries", 0.0, unit="m", names=FIXED_PARAMETERS)
+    start: Value = key(
+        "x of its first end in its frame, which its joint carries", 0.0, unit="m", names=FIXED_PARAMETERS
+    )
     section: Section | None = key("what it is made of, in place of masses and stiffnesses", None, kind="table, below")
     mass_per_length: Value | None = key(
         "density times area", None, unit="kg/m", names=PARAMETERS, shown_default="of the section"
     )
     polar_inertia: Value | None = key(
-        "density times polar second moment of area; needed by torsion, and by joints that let the beam turn about its axis",
+        "density times polar second moment of area; needed by torsion, and by joints that let the beam turn about its"
+        " axis",
         None,
         unit="kg m",
         names=PARAMETERS,

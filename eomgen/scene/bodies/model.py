@@ -21,7 +21,8 @@ class Base:
 class Body:
     """A body. Inertia (xx, yy, zz, xy, xz, yz) about the centre of mass, body axes; products as tensor entries.
 
-    ``beam``: how it deforms; then mass, centre of mass and inertia are those of the beam undeformed. None where it is rigid.
+    ``beam``: how it deforms; then mass, centre of mass and inertia are those of the beam undeformed. None where it is
+    rigid.
     """
 
     name: str

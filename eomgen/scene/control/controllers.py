@@ -59,10 +59,15 @@ def read_controller(name: str, entry: Written, values: Values) -> tuple[list[Sta
         free = number("gain", 1.0) * (f + share * (e - f))
     what = {"integral": "integral", "filtered": "filtered signal"}
     states = [
-        State(f"{name}_{suffix}", rate, initial, entry.unit if suffix == "integral" or entry.type == "low_pass" else "",
-              f"{what[suffix]} of the controller {name}")
+        State(
+            f"{name}_{suffix}",
+            rate,
+            initial,
+            entry.unit if suffix == "integral" or entry.type == "low_pass" else "",
+            f"{what[suffix]} of the controller {name}",
+        )
         for suffix, (rate, initial) in made.items()
-    ]  # fmt: skip
+    ]
     return states, Controller(name, limits.of(free), entry.unit, entry.description)
 
 
@@ -108,7 +113,8 @@ def algebraic_loop(depends: Mapping[str, Sequence[str]]) -> list[str]:
 
 
 def check_loops(controllers: Sequence[Controller], springs: Sequence[ForceElement], values: Values) -> None:
-    """Report outputs of controllers that depend on themselves at the same instant, directly or through tensions of springs."""
+    """Report outputs of controllers that depend on themselves at the same instant, directly or through tensions of
+    springs."""
     depends = {f"controllers.{item.name}": _used([item.output]) for item in controllers}
     depends |= {f"springs.{item.name}": _used(formula for formula, _ in item.formulas()) for item in springs}
     loop = algebraic_loop(depends)
@@ -120,7 +126,9 @@ def check_loops(controllers: Sequence[Controller], springs: Sequence[ForceElemen
 
 def _used(formulas: Iterable[Formula]) -> list[str]:
     sections = {"controller": "controllers", "tension": "springs"}
-    return sorted({f"{sections[s.kind]}.{s.name}" for formula in formulas for s in symbols(formula) if s.kind in sections})
+    return sorted(
+        {f"{sections[s.kind]}.{s.name}" for formula in formulas for s in symbols(formula) if s.kind in sections}
+    )
 
 
 #: Keys beside signal, limits and labels that each type takes; the first ones it must have.
@@ -132,8 +140,15 @@ _KEYS: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "state_feedback": (
         (),
         (
-            "outputs", "coordinates", "signals", "position_references", "signal_references", "position_gains", "velocity_gains",
-            "signal_gains", "calibration",
+            "outputs",
+            "coordinates",
+            "signals",
+            "position_references",
+            "signal_references",
+            "position_gains",
+            "velocity_gains",
+            "signal_gains",
+            "calibration",
         ),
     ),
     "skyhook": ((), ("spring", "damping", "groundhook", "clipped", "minimum_damping", "maximum_damping", "width")),
@@ -143,7 +158,7 @@ _OPTIONAL = tuple(dict.fromkeys(field for needed, allowed in _KEYS.values() for 
 SUFFIXES: Mapping[str, tuple[str, ...]] = {
     "pi": ("integral",), "pid": ("integral", "filtered"), "low_pass": ("filtered",), "lead_lag": ("filtered",),
     "state_feedback": (), "skyhook": (),
-}  # fmt: skip
+}  # fmt: skip  # a table
 
 
 def made_by_controller(name: str, entry: Written) -> dict[str, list[str]]:
@@ -163,7 +178,11 @@ def states_of_controllers(entries: Mapping[str, Written]) -> list[str]:
 
 def outputs_of_controllers(entries: Mapping[str, Written]) -> list[str]:
     """Return the names by which formulas call what controllers give."""
-    return [output for name, entry in entries.items() for output in made_by_controller(name, entry).get("controllers") or (name,)]
+    return [
+        output
+        for name, entry in entries.items()
+        for output in made_by_controller(name, entry).get("controllers") or (name,)
+    ]
 
 
 def made_parameters(entries: Mapping[str, Written]) -> list[Parameter]:

@@ -21,8 +21,8 @@ class Calibration(Table):
 
     method: Literal["lqr", "imsc", "pole_placement"] = key("which of the methods below")
     at: Literal["equilibrium", "initial"] = key(
-        "where the model is linearised: at the equilibrium next to the initial state, stable or not; or at the initial state, "
-        "which has to be in balance or in steady motion",
+        "where the model is linearised: at the equilibrium next to the initial state, stable or not; or at the initial"
+        " state, which has to be in balance or in steady motion",
         "equilibrium",
     )
     position_weights: dict[str, Finite] | None = key(
@@ -39,7 +39,9 @@ class Calibration(Table):
         kind="table of numbers by output",
     )
     effort_weights: Numbers | None = key(
-        "`lqr`: cost of the squares of what the controller gives; `imsc`: R of modal forces", None, kind="number, or list of them"
+        "`lqr`: cost of the squares of what the controller gives; `imsc`: R of modal forces",
+        None,
+        kind="number, or list of them",
     )
     modes: Modes | None = key(
         "`imsc` and `pole_placement`: which modes are fed back, slow ones first, from 1",
@@ -54,7 +56,9 @@ class Calibration(Table):
         kind="list of numbers, rad/s",
         shown_default="those of the model",
     )
-    damping_ratios: Numbers | None = key("`pole_placement`: zeta_d of these modes", None, kind="number, or list of them")
+    damping_ratios: Numbers | None = key(
+        "`pole_placement`: zeta_d of these modes", None, kind="number, or list of them"
+    )
     poles: Poles | None = key(
         "`pole_placement`: all eigenvalues of the closed loop, in place of `modes`, [real, imaginary], 1/s",
         None,
@@ -99,7 +103,10 @@ class Controller(Table):
         shown_default="one, called `NAME`",
     )
     coordinates: Names | None = key(
-        "`state_feedback`: joints of one coordinate whose q and v are fed back", None, refers="joints", kind="list of joints"
+        "`state_feedback`: joints of one coordinate whose q and v are fed back",
+        None,
+        refers="joints",
+        kind="list of joints",
     )
     signals: dict[str, Value] | None = key(
         "`state_feedback`: further quantities that are fed back", None, names=STATE, kind="table of values of the state"
@@ -120,7 +127,11 @@ class Controller(Table):
         shown_default="its value where it is calibrated, or `0`",
     )
     position_gains: dict[str, Numbers] | None = key(
-        "`state_feedback`: one for each output", None, refers="joints", kind=_BY_JOINT, shown_default="`0`, or calibrated"
+        "`state_feedback`: one for each output",
+        None,
+        refers="joints",
+        kind=_BY_JOINT,
+        shown_default="`0`, or calibrated",
     )
     velocity_gains: dict[str, Numbers] | None = key(
         "the same of velocities", None, refers="joints", kind=_BY_JOINT, shown_default="`0`, or calibrated"
@@ -129,12 +140,22 @@ class Controller(Table):
         "the same of `signals`", None, kind="table of numbers by signal", shown_default="`0`, or calibrated"
     )
     calibration: Calibration | None = key("`state_feedback`: how gains are found", None, kind="table, below")
-    spring: str | None = key("`skyhook`: between whose points it acts", None, refers="springs", shown_default="required")
+    spring: str | None = key(
+        "`skyhook`: between whose points it acts", None, refers="springs", shown_default="required"
+    )
     damping: Value | None = key(
-        "`skyhook`: c, of the spring's second point against the world", None, unit="N s/m", names=PARAMETERS, shown_default="`0`"
+        "`skyhook`: c, of the spring's second point against the world",
+        None,
+        unit="N s/m",
+        names=PARAMETERS,
+        shown_default="`0`",
     )
     groundhook: Value | None = key(
-        "`skyhook`: c_g, of its first point against the world", None, unit="N s/m", names=PARAMETERS, shown_default="`0`"
+        "`skyhook`: c_g, of its first point against the world",
+        None,
+        unit="N s/m",
+        names=PARAMETERS,
+        shown_default="`0`",
     )
     clipped: bool | None = key("`skyhook`: only what a damper can do", None, shown_default="`false`")
     minimum_damping: Value | None = key(

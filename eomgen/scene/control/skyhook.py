@@ -32,14 +32,22 @@ def read_skyhook(name: str, entry: Written, values: Values, ends: Mapping[str, t
     if entry.damping is None and entry.groundhook is None:
         report.add(key, "a skyhook controller needs damping or groundhook", "damping = 2000")
         return UNKNOWN
-    given = {field: getattr(entry, field) for field in ("damping", "groundhook", *_LIMITS) if getattr(entry, field) is not None}
+    given = {
+        field: getattr(entry, field)
+        for field in ("damping", "groundhook", *_LIMITS)
+        if getattr(entry, field) is not None
+    }
     numbers = {field: values.formula(f"{key}.{field}", value, PARAMETERS) for field, value in given.items()}
     if not entry.clipped:
         for field in _LIMITS:
             if field in given:
-                report.add(f"{key}.{field}", f"{field} has no meaning for a skyhook that is not clipped", "clipped = true")
+                report.add(
+                    f"{key}.{field}", f"{field} has no meaning for a skyhook that is not clipped", "clipped = true"
+                )
     elif "maximum_damping" not in given:
-        report.add(key, "a clipped skyhook needs maximum_damping: no damper is infinitely hard", "maximum_damping = 4000")
+        report.add(
+            key, "a clipped skyhook needs maximum_damping: no damper is infinitely hard", "maximum_damping = 4000"
+        )
         return UNKNOWN
     first, second = ends[entry.spring]
     wanted: list[Formula] = []

@@ -46,7 +46,8 @@ def made_by(
     referred: tuple[Collection[str], Collection[str]],
     calibrated: bool,
 ) -> Made:
-    """Return the names that a state feedback makes; ``referred`` are coordinates, and signals, whose reference is given."""
+    """Return the names that a state feedback makes; ``referred`` are coordinates, and signals, whose reference is
+    given."""
     given = tuple(f"{name}_{output}" for output in outputs) or (name,)
     parts = [f"position_gain_{joint}" for joint in coordinates] + [f"velocity_gain_{joint}" for joint in coordinates]
     parts += [f"gain_{signal}" for signal in signals]
@@ -129,7 +130,9 @@ def read_state_feedback(
         free.append(-(functools.reduce(operator.add, products) if products else Symbol("time")))
     calibration = None
     if entry.calibration is not None:
-        calibration = read_calibration(f"{key}.calibration", entry.calibration, signals, len(made.outputs), values, outputs)
+        calibration = read_calibration(
+            f"{key}.calibration", entry.calibration, signals, len(made.outputs), values, outputs
+        )
     record = StateFeedback(
         name, made.outputs, tuple(measured), tuple(_labels(entry)), made.gains, made.references, calibration
     )
@@ -158,16 +161,22 @@ def _check_coordinate(key: str, joint: str, before: Sequence[str], values: Value
 
 def _check_gains(key: str, entry: Written, count: int, values: Values) -> None:
     """Report gains of another number than there are outputs, and gains that are missing or given twice."""
-    tables = [table for table in ("position_gains", "velocity_gains", "signal_gains") if getattr(entry, table) is not None]
+    tables = [
+        table for table in ("position_gains", "velocity_gains", "signal_gains") if getattr(entry, table) is not None
+    ]
     for table in tables:
         for name, gains in getattr(entry, table).items():
             if len(gains) != count:
                 what = f"{len(gains)} gain{'s' * (len(gains) > 1)} given for {count} output{'s' * (count > 1)}"
                 values.report.add(f"{key}.{table}.{key_of(name)}", what, "one gain for each output")
     if tables and entry.calibration is not None:
-        values.report.add(f"{key}.{tables[0]}", "gains are given, and a calibration that would find them, too", "one of them")
+        values.report.add(
+            f"{key}.{tables[0]}", "gains are given, and a calibration that would find them, too", "one of them"
+        )
     if not tables and entry.calibration is None:
-        values.report.add(key, "a state_feedback needs gains or a calibration", f'[{key}.calibration] and method = "lqr"')
+        values.report.add(
+            key, "a state_feedback needs gains or a calibration", f'[{key}.calibration] and method = "lqr"'
+        )
 
 
 #: Keys of each method, besides method and at.
@@ -179,7 +188,12 @@ _TAKEN = {
 
 
 def read_calibration(
-    key: str, written: WrittenCalibration, signals: Collection[str], count: int, values: Values, outputs: Collection[str]
+    key: str,
+    written: WrittenCalibration,
+    signals: Collection[str],
+    count: int,
+    values: Values,
+    outputs: Collection[str],
 ) -> Calibration:
     """Return a calibration; what is wrong with it is reported."""
     report, method = values.report, written.method
@@ -208,10 +222,18 @@ def read_calibration(
             report.add(f"{key}.poles[{place}]", what, f"[{-real or -1.0:g}, {imaginary:g}]")
     poles = tuple(complex(*pair) for pair in written.poles or ())
     return Calibration(
-        method, written.at, written.position_weights or {}, written.velocity_weights or {}, written.signal_weights or {},
-        written.output_weights or {}, written.effort_weights or (), written.modes or (), written.frequencies or (),
-        written.damping_ratios or (), poles,
-    )  # fmt: skip
+        method,
+        written.at,
+        written.position_weights or {},
+        written.velocity_weights or {},
+        written.signal_weights or {},
+        written.output_weights or {},
+        written.effort_weights or (),
+        written.modes or (),
+        written.frequencies or (),
+        written.damping_ratios or (),
+        poles,
+    )
 
 
 def _check_lists(key: str, written: WrittenCalibration, count: int, values: Values) -> None:
@@ -234,12 +256,16 @@ def _check_lists(key: str, written: WrittenCalibration, count: int, values: Valu
         report.add(key, "imsc needs effort_weights", "effort_weights = 1e-3")
     if method == "pole_placement":
         if written.poles is not None and (written.modes or written.frequencies or written.damping_ratios):
-            report.add(f"{key}.poles", "poles are given, and modes, frequencies or damping ratios too", "one of both ways")
+            report.add(
+                f"{key}.poles", "poles are given, and modes, frequencies or damping ratios too", "one of both ways"
+            )
         elif written.poles is None and written.damping_ratios is None:
             report.add(key, "pole_placement needs damping_ratios of modes, or poles", "damping_ratios = 0.3")
 
 
-def check_known(key: str, table: Mapping[str, object] | None, known: Collection[str], what: str, values: Values) -> None:
+def check_known(
+    key: str, table: Mapping[str, object] | None, known: Collection[str], what: str, values: Values
+) -> None:
     """Report the unknown names in a table."""
     for name in table or ():
         if name in known:

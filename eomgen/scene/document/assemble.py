@@ -55,7 +55,8 @@ def assemble(
     coordinates: Literal["joint", "absolute"] | None,
     folder: Path,
 ) -> scene.Scene:
-    """Check the data of a scene, those of included files among them, and return the scene; arguments as of ``load.from_data``.
+    """Check the data of a scene, those of included files among them, and return the scene; arguments as of
+    ``load.from_data``.
 
     Raises
     ------
@@ -124,7 +125,10 @@ class _Assembler:
         self.curve_table: dict[str, AnyCurve] = {}
         self.elastic = dict.fromkeys((*document.beams, *sorted(refused["beams"])), 0)
         names = Names(
-            parameters={**{p.name: p.tunable for p in self.parameters}, **dict.fromkeys(sorted(refused["parameters"]), False)},
+            parameters={
+                **{p.name: p.tunable for p in self.parameters},
+                **dict.fromkeys(sorted(refused["parameters"]), False),
+            },
             inputs=(*document.inputs, *sorted(refused["inputs"])),
             states=(
                 *document.states,
@@ -155,7 +159,9 @@ class _Assembler:
     def reader(self) -> Values:
         """Return a reader of values that has read nothing yet."""
         defaults = {parameter.name: parameter.value for parameter in self.parameters}
-        return Values(self.names, defaults, self.report, frozenset().union(*self.refused.values()), self.judged, ALL_BOUNDS)
+        return Values(
+            self.names, defaults, self.report, frozenset().union(*self.refused.values()), self.judged, ALL_BOUNDS
+        )
 
     def fields(self) -> dict[str, Any]:
         """Return the fields of the Scene; they are right only if the report stays empty."""
@@ -174,7 +180,9 @@ class _Assembler:
             tree = [joints[link.name] for link in order]
             check_motion(tree, bodies, values, absolute=document.coordinates == "absolute")
             if document.coordinates == "joint" and not document.constraints and not self.report.found:
-                self.unresisted = unresisted_motions(tree, checks.body_inertias(bodies.values(), values), sections, values)
+                self.unresisted = unresisted_motions(
+                    tree, checks.body_inertias(bodies.values(), values), sections, values
+                )
             check_frames(tree, bodies, values)
         points = {name: read_point(name, point, self.bodies, values) for name, point in document.points.items()}
         constraints = tuple(
@@ -202,7 +210,9 @@ class _Assembler:
             frames = element.frames()
             if complete and frames is not None:
                 check_two_bodies(element.section, element.name, *frames, tree, document.beams, self.report)
-        check_places(bodies, joints.values(), points.values(), chain.from_iterable(elements.values()), constraints, values)
+        check_places(
+            bodies, joints.values(), points.values(), chain.from_iterable(elements.values()), constraints, values
+        )
         checks.check_groups(document, self.report)
         checks.check_simulation(document.simulation, self.report)
         simulation = document.simulation

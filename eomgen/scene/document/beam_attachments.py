@@ -1,8 +1,8 @@
 """Compatibility of the shape functions of a beam with the joint that carries it.
 
-A joint holds the beam's frame. Where the shapes vanish at the frame's origin, slope included, the frame is fixed in the material
-there, and any joint will do. Where they do not, the material moves against the frame, so the joint has to let the frame move in
-the same direction: what it would hold is not the beam (mean axes are right for a beam that floats).
+A joint holds the beam's frame. Where the shapes vanish at the frame's origin, slope included, the frame is fixed in the
+material there, and any joint will do. Where they do not, the material moves against the frame, so the joint has to let
+the frame move in the same direction: what it would hold is not the beam (mean axes are right for a beam that floats).
 """
 
 from __future__ import annotations
@@ -40,7 +40,9 @@ def check_places(
     places = [(key_of("joints", joint.name, "position"), joint.parent, joint.position) for joint in joints]
     places += [(key_of("points", point.name, "position"), point.body, point.position) for point in points]
     for element in elements:
-        places += [(key_of(element.section, element.name, *parts), body, place) for parts, body, place in element.places()]
+        places += [
+            (key_of(element.section, element.name, *parts), body, place) for parts, body, place in element.places()
+        ]
     for constraint in constraints:
         for field, frame in (("first", constraint.first), ("second", constraint.second)):
             places.append((key_of("constraints", constraint.name, field, "position"), frame.body, frame.position))
@@ -53,12 +55,20 @@ def check_places(
 
 def _check_place(key: str, name: str, position: Sequence[Formula], bodies: Mapping[str, Body], values: Values) -> None:
     body = bodies.get(name)
-    if body is None or body.beam is None or values.report.concerns(key) or values.report.concerns(key_of("beams", name)):
+    if (
+        body is None
+        or body.beam is None
+        or values.report.concerns(key)
+        or values.report.concerns(key_of("beams", name))
+    ):
         return
     beam, along = body.beam, position[0]
     tunable = sorted(symbol.name for symbol in symbols(along) if values.names.parameters.get(symbol.name))
     if tunable:
-        what = f"x on the beam {name} depends on the tunable parameter {tunable[0]}, and shape functions are evaluated once"
+        what = (
+            f"x on the beam {name} depends on the tunable parameter {tunable[0]}, and shape functions are evaluated"
+            " once"
+        )
         values.report.add(f"{key}[0]", what, f"{tunable[0]} without tunable, or a number")
         return
     x = values.value(along)
@@ -100,8 +110,8 @@ def check_frames(joints: Sequence[Joint], bodies: Mapping[str, Body], values: Va
             held = [_WORDS[twist] for twist in _moved(deformation, beam) if _is_held(np.eye(6)[twist], free)]
             if held:
                 what = (
-                    f"with {deformation.shapes} shapes the beam can {' and '.join(held)} at the frame's origin, where the"
-                    f" {joint.type} joint {joint.name} holds it"
+                    f"with {deformation.shapes} shapes the beam can {' and '.join(held)} at the frame's origin, where"
+                    f" the {joint.type} joint {joint.name} holds it"
                 )
                 values.report.add(f"{key}.{deformation.kind}.shapes", what, _hint(deformation, beam))
 
@@ -113,7 +123,11 @@ def _is_held(twist: Array, free: Array) -> bool:
 def _hint(deformation: Deformation, beam: Beam) -> str:
     if beam.start < 0.0:
         return "clamped_free shapes and start = 0, the frame at the beam's first end; or a free joint"
-    return 'shapes = "clamped_free"' if deformation.shapes not in ("polynomial", "finite_elements") else 'ends = "clamped_free"'
+    return (
+        'shapes = "clamped_free"'
+        if deformation.shapes not in ("polynomial", "finite_elements")
+        else 'ends = "clamped_free"'
+    )
 
 
 def _moved(deformation: Deformation, beam: Beam) -> list[int]:
@@ -129,7 +143,8 @@ def _moved(deformation: Deformation, beam: Beam) -> list[int]:
 
 
 def _freedoms(joint: Joint, carried: Mapping[str, Joint], bodies: Mapping[str, Body], values: Values) -> Array:
-    """Return an orthonormal basis (6, n) of the twists that a joint, and joints of massless bodies before it, leave to the child.
+    """Return an orthonormal basis (6, n) of the twists that a joint, and joints of massless bodies before it, leave to
+    the child.
 
     Neutral positions are looked at, and a chain of joints at one place.
     """
@@ -146,7 +161,8 @@ def _freedoms(joint: Joint, carried: Mapping[str, Joint], bodies: Mapping[str, B
 
 
 def _motions(joint: Joint) -> Array:
-    """Return the twists (6, n) of a joint in its child's frame; a screw's travel cannot follow a deflection by itself."""
+    """Return the twists (6, n) of a joint in its child's frame; a screw's travel cannot follow a deflection by
+    itself."""
     neutral = np.zeros(joint.kind.q_size)
     if joint.kind.group in GROUPS.values():
         neutral[0] = 1.0

@@ -38,8 +38,12 @@ def check_names(document: Document, refused: Mapping[str, set[str]], report: Rep
 
 #: Sections whose entries formulas call by their names alone, and what an entry is.
 _BARE = {
-    "parameters": "a parameter", "inputs": "an input", "states": "a state", "controllers": "a controller", "curves": "a curve",
-}  # fmt: skip
+    "parameters": "a parameter",
+    "inputs": "an input",
+    "states": "a state",
+    "controllers": "a controller",
+    "curves": "a curve",
+}
 
 
 def _fault(section: str, name: str, document: Document) -> tuple[str, str]:
@@ -80,7 +84,11 @@ def _fault_of_made(name: str, document: Document) -> tuple[str, str]:
         for made in names:
             if not is_legal(made):
                 fault = f"the controller makes {_BARE[section]} {shown(made)}, whose name is"
-                return (f"{fault} too long", "a shorter name") if len(made) > NAME_LENGTH else (f"{fault} not legal", NAME_RULE)
+                return (
+                    (f"{fault} too long", "a shorter name")
+                    if len(made) > NAME_LENGTH
+                    else (f"{fault} not legal", NAME_RULE)
+                )
             if made in others:
                 fault = f"the controllers {name} and {others[made]} both make {_BARE[section]} {made}"
                 return fault, "another name for one of them"
@@ -102,7 +110,9 @@ def check_simulation(simulation: Simulation, report: Report) -> None:
     if not 0.0 <= simulation.rho_inf <= 1.0:
         report.add("simulation.rho_inf", f"rho_inf {simulation.rho_inf:.6g} is not between 0 and 1", "0.8")
     if "rho_inf" in simulation.model_fields_set and simulation.alpha is not None:
-        report.add("simulation.alpha", "alpha and rho_inf say the same: rho_inf = (1 - alpha)/(1 + alpha)", "one of them")
+        report.add(
+            "simulation.alpha", "alpha and rho_inf say the same: rho_inf = (1 - alpha)/(1 + alpha)", "one of them"
+        )
 
 
 def body_inertias(bodies: Iterable[Body], values: Values) -> dict[str, Inertia]:
@@ -131,7 +141,9 @@ def unused_names(document: Document, values: Values) -> list[str]:
         unused = [name for name in names if (kind, name) not in values.mentioned]
         if unused:
             plural = len(unused) > 1
-            what = f"the {kind}s {listed(unused)} change nothing" if plural else f"the {kind} {unused[0]} changes nothing"
+            what = (
+                f"the {kind}s {listed(unused)} change nothing" if plural else f"the {kind} {unused[0]} changes nothing"
+            )
             notes.append(f"{what}: no formula mentions {'them' if plural else 'it'}")
     return notes
 

@@ -11,7 +11,8 @@ from eomgen.scene.reading.kinds import NUMBER_SCHEMA, QUANTITY_SCHEMA
 
 
 def schema() -> dict[str, Any]:
-    """Return the JSON Schema of scene files; ``x-unit`` and ``x-names`` say the unit of a key and the scope of its formulas.
+    """Return the JSON Schema of scene files; ``x-unit`` and ``x-names`` say the unit of a key and the scope of its
+    formulas.
 
     It holds what draft 4 and later ones read alike, because that is what editors of TOML know.
     """

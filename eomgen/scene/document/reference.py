@@ -1,7 +1,8 @@
-"""The tables of ``docs/scene.md``, made from the schema: ``python -m eomgen.scene.document.reference docs/scene.md`` renews them.
+"""The tables of ``docs/scene.md``, made from the schema: ``python -m eomgen.scene.document.reference docs/scene.md``
+renews them.
 
-A table stands between ``<!-- keys of Joint -->`` and ``<!-- end -->``, Joint being a class of the schema; that of units between
-``<!-- units -->`` and ``<!-- end -->``. All else on the page is written by hand.
+A table stands between ``<!-- keys of Joint -->`` and ``<!-- end -->``, Joint being a class of the schema; that of units
+between ``<!-- units -->`` and ``<!-- end -->``. All else on the page is written by hand.
 """
 
 from __future__ import annotations
@@ -58,8 +59,14 @@ _KINDS: tuple[tuple[Any, str], ...] = (
 )
 _MODULES = (
     rotation_schema,
-    schema_places, schema_bodies, schema_joints, schema_signals, schema_beams, schema_control, schema,
-)  # fmt: skip
+    schema_places,
+    schema_bodies,
+    schema_joints,
+    schema_signals,
+    schema_beams,
+    schema_control,
+    schema,
+)
 _ENTRIES = {"bodies": "body", "torsion_springs": "torsion spring"}
 
 

@@ -1,6 +1,7 @@
 """The shape of a scene file, as pydantic models: which keys exist, what kind of value each takes and what it means.
 
-What needs more than one key to judge is in ``checks``; the tables of ``docs/scene.md`` are made from here by ``reference``.
+What needs more than one key to judge is in ``checks``; the tables of ``docs/scene.md`` are made from here by
+``reference``.
 """
 
 from __future__ import annotations
@@ -27,7 +28,9 @@ from eomgen.system.terms import TERMS
 class Include(Table):
     """Another scene file, or a URDF, as a part of this scene."""
 
-    file: Annotated[str, Field(min_length=1, max_length=1000)] = key("path, from the folder of this file", kind="text", path=True)
+    file: Annotated[str, Field(min_length=1, max_length=1000)] = key(
+        "path, from the folder of this file", kind="text", path=True
+    )
     prefix: Annotated[str, Field(max_length=64)] | None = key(
         "goes before every name of the file", None, kind="text", shown_default="the entry's name and `_`"
     )
@@ -76,7 +79,9 @@ class Simulation(Table):
     alpha: Finite | None = key("the same for `hht`, `wbz` and `newmark`, in place of `rho_inf`", None, kind="0 to 1")
     beta: Finite | None = key("of `newmark`", None, kind="number", shown_default="0.25")
     gamma: Finite | None = key("of `newmark`", None, kind="number", shown_default="0.5")
-    tolerance: Finite | None = key("of local errors of `taylor`; 0: fixed steps", None, kind="0 to 0.1", shown_default="`1e-12`")
+    tolerance: Finite | None = key(
+        "of local errors of `taylor`; 0: fixed steps", None, kind="0 to 0.1", shown_default="`1e-12`"
+    )
     order: Annotated[int, Field(ge=2, le=40)] | None = key(
         "of `taylor`", None, kind="whole number, 2 to 40", shown_default="what suits the tolerance"
     )

@@ -62,7 +62,8 @@ class _Converter:
         return result
 
     def label(self, key: str, data: Mapping[str, Any], result: dict[str, Any], name: str) -> None:
-        """Give the label of what has any unit: that of SI where a unit string was converted, else the one that is written."""
+        """Give the label of what has any unit: that of SI where a unit string was converted, else the one that is
+        written."""
         written, number = data.get(name), result.get(name)
         label = data.get("unit", "")
         if not isinstance(label, str):
@@ -111,7 +112,9 @@ class _Converter:
             units = (unit,) * len(value) if isinstance(unit, str) else (*unit, *[""] * len(value))
             return [self.value(units[place], f"{key}[{place}]", entry, depth + 1) for place, entry in enumerate(value)]
         if isinstance(value, Mapping) and depth < _DEPTH:
-            return {name: self.value(unit, f"{key}.{key_of(str(name))}", entry, depth + 1) for name, entry in value.items()}
+            return {
+                name: self.value(unit, f"{key}.{key_of(str(name))}", entry, depth + 1) for name, entry in value.items()
+            }
         return value
 
     def text(self, unit: Units, key: str, text: str) -> float | Refused:
@@ -120,11 +123,16 @@ class _Converter:
         try:
             quantity = read_quantity(text, self.known)
             if not isinstance(unit, str):
-                raise UnitError(f"{shown(text)} is one value, and {len(unit)} are needed here", f"units {', '.join(unit)}")
+                raise UnitError(
+                    f"{shown(text)} is one value, and {len(unit)} are needed here", f"units {', '.join(unit)}"
+                )
             if unit:
                 return to_si(quantity)[0] if unit == ANY_UNIT else to_unit(quantity, unit)
             number, coherent = to_si(quantity)
-            what, hint = f"{shown(text)} has a unit, and a number without one is needed here", repr(number).removesuffix(".0")
+            what, hint = (
+                f"{shown(text)} has a unit, and a number without one is needed here",
+                repr(number).removesuffix(".0"),
+            )
             if measure(quantity.factors)[0] != 1:
                 hint = f"{hint}, which it is in {coherent}"
         except UnitError as error:

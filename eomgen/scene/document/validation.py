@@ -86,7 +86,12 @@ def explained(kind: str, message: str, location: tuple[str | int, ...], given: o
         sign = "-" if given[0] == "-" else ""
         entries = ", ".join(f"{sign}1" if axis == given[-1] else "0" for axis in _AXES)
         return message[0].lower() + message[1:], f"[{entries}]"
-    plain = {"string_type": "a text", "bool_type": "true or false", "int_type": "a whole number", "dict_type": "a table"}
+    plain = {
+        "string_type": "a text",
+        "bool_type": "true or false",
+        "int_type": "a whole number",
+        "dict_type": "a table",
+    }
     plain |= {"model_type": "a table", "tuple_type": "a list", "int_from_float": "a whole number"}
     if kind in plain:
         return f"{plain[kind]} is needed here, not {described(given)}", ""
@@ -100,7 +105,9 @@ def _keys_at(location: tuple[str | int, ...]) -> list[str]:
         if isinstance(model, type) and issubclass(model, BaseModel) and part in model.model_fields:
             model = model.model_fields[str(part)].annotation
             while not isinstance(model, type) or not issubclass(model, BaseModel):
-                candidates = [candidate for candidate in get_args(model) if candidate is not type(None) and candidate is not str]
+                candidates = [
+                    candidate for candidate in get_args(model) if candidate is not type(None) and candidate is not str
+                ]
                 if not candidates:
                     return []
                 model = candidates[-1] if candidates[-1] is not Ellipsis else candidates[0]

@@ -32,15 +32,23 @@ class BushingEntry(Table):
 
     first: FrameEntry = key("a frame in one body", kind="frame, see [constraints](#constraints)")
     second: FrameEntry = key("a frame in another", kind="frame, see [constraints](#constraints)")
-    stiffness: Triple | None = key("along x, y, z of the first frame", None, unit="N/m", names=PARAMETERS, shown_default=_NOTHING)
+    stiffness: Triple | None = key(
+        "along x, y, z of the first frame", None, unit="N/m", names=PARAMETERS, shown_default=_NOTHING
+    )
     damping: Triple | None = key("along x, y, z", None, unit="N s/m", names=PARAMETERS, shown_default=_NOTHING)
     rotational_stiffness: Triple | None = key(
         "about x, y, z of the first frame", None, unit="N m/rad", names=PARAMETERS, shown_default=_NOTHING
     )
-    rotational_damping: Triple | None = key("about x, y, z", None, unit="N m s/rad", names=PARAMETERS, shown_default=_NOTHING)
-    stiffness_matrix: SixBySix | None = key("symmetric, rotations first, in place of both stiffnesses", None, kind="6x6 numbers")
+    rotational_damping: Triple | None = key(
+        "about x, y, z", None, unit="N m s/rad", names=PARAMETERS, shown_default=_NOTHING
+    )
+    stiffness_matrix: SixBySix | None = key(
+        "symmetric, rotations first, in place of both stiffnesses", None, kind="6x6 numbers"
+    )
     damping_matrix: SixBySix | None = key("rotations first, in place of both dampings", None, kind="6x6 numbers")
-    rest: Triple = key("origin of the second frame in the first where the springs are slack", _ZEROS, unit="m", names=PARAMETERS)
+    rest: Triple = key(
+        "origin of the second frame in the first where the springs are slack", _ZEROS, unit="m", names=PARAMETERS
+    )
     rest_rotation: Rotations = key("axes of the second frame in the first then, by angles of fixed parameters", ())
     preload: Triple = key("force on the second frame then, in the first one's axes", _ZEROS, unit="N", names=PARAMETERS)
     rotational_preload: Triple = key("moment on the second frame then", _ZEROS, unit="N m", names=PARAMETERS)
@@ -123,7 +131,10 @@ def _check_matrix(key: str, rows_given: Sequence[Sequence[float]], what: str, va
     size = float(np.max(np.abs(matrix)))
     for row, column in zip(*np.nonzero(np.abs(matrix - matrix.T) > 1e-9 * size), strict=True):
         if what == "stiffness" and row < column:
-            fault = f"the matrix is not symmetric, so it has no potential: entry [{row}][{column}] differs from [{column}][{row}]"
+            fault = (
+                f"the matrix is not symmetric, so it has no potential: entry [{row}][{column}] differs from"
+                f" [{column}][{row}]"
+            )
             values.report.add(key, fault, "the mean of both")
             return
     smallest = float(np.linalg.eigvalsh(0.5 * (matrix + matrix.T))[0])

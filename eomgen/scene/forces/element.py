@@ -1,4 +1,5 @@
-"""What every kind of force element says of itself: a row of the register, and what the rest of the package asks an element."""
+"""What every kind of force element says of itself: a row of the register, and what the rest of the package asks an
+element."""
 
 from __future__ import annotations
 
@@ -50,7 +51,8 @@ class ForceElement:
         return None
 
     def places(self) -> Iterator[tuple[tuple[str, ...], str, Vector]]:
-        """Yield the places on bodies that it holds by itself, not by a point: the parts of their keys, body and position."""
+        """Yield the places on bodies that it holds by itself, not by a point: the parts of their keys, body and
+        position."""
         for side, frame in zip(("first", "second"), self.frames() or (), strict=False):
             yield (side, "position"), frame.body, frame.position
 

@@ -72,6 +72,9 @@ def read_spring(name: str, spring: SpringEntry, site: Site) -> Spring:
 
 
 ROW = Row(
-    Spring, SpringEntry, read_spring, dict.fromkeys(("stiffness", "damping", "length")),
+    Spring,
+    SpringEntry,
+    read_spring,
+    dict.fromkeys(("stiffness", "damping", "length")),
     offers={"length": "element", "rate": "element", "tension": "tension"},
-)  # fmt: skip
+)

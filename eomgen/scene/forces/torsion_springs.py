@@ -19,7 +19,9 @@ class TorsionSpringEntry(Table):
     """A spring and damper between the angles of two joints."""
 
     first: str = key("one angle", refers="joints", kind="joint that has an angle")
-    second: str = key("the other angle", "", refers="joints", kind="joint that has an angle", shown_default='`""`, none')
+    second: str = key(
+        "the other angle", "", refers="joints", kind="joint that has an angle", shown_default='`""`, none'
+    )
     stiffness: Value = key("effort by angle", 0.0, unit="N m/rad", names=PARAMETERS)
     damping: Value = key("effort by rate", 0.0, unit="N m s/rad", names=PARAMETERS)
     rest: Value = key("difference of the angles at which the spring is slack", 0.0, unit="rad", names=PARAMETERS)
@@ -64,7 +66,9 @@ def read_torsion_spring(name: str, spring: TorsionSpringEntry, site: Site) -> To
             what = f"the {joints[joint]} joint {joint} has no angle {index}"
             values.report.add(f"{key}.{field}_index", what, "0" if angles == 1 else "0 or 1")
     if spring.first == spring.second in joints and spring.first_index == spring.second_index:
-        values.report.add(f"{key}.second", f"the spring connects the joint {spring.first} to itself", "another joint, or none")
+        values.report.add(
+            f"{key}.second", f"the spring connects the joint {spring.first} to itself", "another joint, or none"
+        )
     fields = ("stiffness", "damping", "rest")
     constants = [values.formula(f"{key}.{field}", getattr(spring, field), PARAMETERS) for field in fields]
     stiffness, damping, rest = constants

@@ -28,7 +28,9 @@ class SlipEntry(Table):
     )
     stiffness: ValuesEntry = key("force per slip and load; two values: longitudinal, lateral", names=PARAMETERS)
     friction: Value = key("largest force per load", 1.0, names=PARAMETERS)
-    velocity: Value = key("added in squares to the rolling speed, for wheels at rest", 0.1, unit="m/s", names=PARAMETERS)
+    velocity: Value = key(
+        "added in squares to the rolling speed, for wheels at rest", 0.1, unit="m/s", names=PARAMETERS
+    )
 
 
 class TyreEntry(Table):
@@ -138,7 +140,10 @@ def _height(key: str, value: float | str, center: str, values: Values) -> Formul
     formula = values.formula(key, value, ROAD)
     for symbol in sorted((s for s in symbols(formula) if s.kind == "position"), key=lambda s: (s.name, s.index)):
         if symbol.name != center or symbol.index == 2:
-            what = f"position.{symbol.name}[{symbol.index}] cannot be used here: a road has a height over its own wheel's x and y"
+            what = (
+                f"position.{symbol.name}[{symbol.index}] cannot be used here: a road has a height over its own wheel's"
+                " x and y"
+            )
             values.report.add(key, what, f"position.{center}[0] or position.{center}[1]")
             break
     return formula

@@ -89,7 +89,8 @@ def _visible(names: Names, spaces: tuple[Namespace, ...]) -> Names:
     space, outer = spaces[0], _visible(names, spaces[1:])
     visible: dict[str, Any] = {}
     offered = {
-        kind: replace(item, names=tuple(_locally(space, item.section, item.names))) for kind, item in outer.offered.items()
+        kind: replace(item, names=tuple(_locally(space, item.section, item.names)))
+        for kind, item in outer.offered.items()
     }
     for field in fields(Names):
         known = getattr(outer, field.name)
@@ -97,7 +98,9 @@ def _visible(names: Names, spaces: tuple[Namespace, ...]) -> Names:
         visible[field.name] = _Renamed(known, here) if isinstance(known, Mapping) else tuple(here)
     bound = {}
     for name, value in space.values.items():
-        bound[name] = any(names.parameters.get(symbol.name, False) for symbol in symbols(_bound(value, spaces[1:], names)))
+        bound[name] = any(
+            names.parameters.get(symbol.name, False) for symbol in symbols(_bound(value, spaces[1:], names))
+        )
     return replace(outer, **{**visible, "parameters": {**visible["parameters"], **bound}, "offered": offered})
 
 
@@ -124,7 +127,8 @@ class _Renamed(Mapping[str, Entry]):
 
 
 def _bound(value: str, spaces: tuple[Namespace, ...], names: Names) -> Formula:
-    """Return what a parameter of an included file is in the scene: nothing known where that cannot be read and is reported."""
+    """Return what a parameter of an included file is in the scene: nothing known where that cannot be read and is
+    reported."""
     try:
         return _read(value, spaces, names, PARAMETERS)
     except FormulaError:

@@ -93,9 +93,13 @@ class _Reader:
             return self.bare(node)
         if isinstance(node, ast.Attribute | ast.Subscript):
             return self.quantity(node), None
-        raise self.error(node, "this is not a number, a name, an operation or a function", "one expression that gives one number")
+        raise self.error(
+            node, "this is not a number, a name, an operation or a function", "one expression that gives one number"
+        )
 
-    def operation(self, node: ast.expr, name: str, parts: list[tuple[Formula, float | None]]) -> tuple[Formula, float | None]:
+    def operation(
+        self, node: ast.expr, name: str, parts: list[tuple[Formula, float | None]]
+    ) -> tuple[Formula, float | None]:
         values = [value for _, value in parts if value is not None]
         value = None
         if len(values) == len(parts):
@@ -105,7 +109,9 @@ class _Reader:
                 raise self.error(node, f"the constant {error}", "a finite constant") from None
         return Operation(name, tuple(formula for formula, _ in parts)), value
 
-    def fold(self, node: ast.expr, name: str, parts: list[tuple[Formula, float | None]]) -> tuple[Formula, float | None]:
+    def fold(
+        self, node: ast.expr, name: str, parts: list[tuple[Formula, float | None]]
+    ) -> tuple[Formula, float | None]:
         """Apply an associative operation to many arguments by halves, which keeps the depth small."""
         if len(parts) == 1:
             return parts[0]
@@ -173,13 +179,17 @@ class _Reader:
         name = name.removeprefix(PREFIX)
         call = f"{word}.{name}" if word else name
         if word and word not in DERIVATIVES:
-            raise self.error(node, f"only functions can be called, not {shown(f'{word}.{name}')}", _plain_hint(word, name))
+            raise self.error(
+                node, f"only functions can be called, not {shown(f'{word}.{name}')}", _plain_hint(word, name)
+            )
         if name not in self.names.curves:
             hint = nearest(name, self.names.curves) or "a [curves] section"
             raise self.error(node, f"there is no curve {shown(name)}", hint)
         self.allow(node, "curve", f"the curve {shown(name)}")
         if len(node.args) != 1 or node.keywords or isinstance(node.args[0], ast.Starred):
-            raise self.error(node, f"{call}() takes 1 argument, not {len(node.args) + len(node.keywords)}", f"{call}(t)")
+            raise self.error(
+                node, f"{call}() takes 1 argument, not {len(node.args) + len(node.keywords)}", f"{call}(t)"
+            )
         argument, _ = self.convert(node.args[0], depth + 1)
         return Application(self.names.curves[name], argument, DERIVATIVES.get(word, 0)), None
 
@@ -238,7 +248,9 @@ class _Reader:
             what = f"rate.{name}: the rate of a state has no name, or it could depend on itself"
             raise self.error(node, what, f"its formula, or the state {name}")
         if name not in known:
-            what = "joint or beam" if kind in ("q", "v", "a") and self.names.beams else _words(self.names.section_of(kind))
+            what = (
+                "joint or beam" if kind in ("q", "v", "a") and self.names.beams else _words(self.names.section_of(kind))
+            )
             raise self.error(node, f"{kind}.{name[:64]}: there is no {what} {shown(name)}", nearest(name, known))
         if size is None:
             return Symbol(kind, name, index or 0)
@@ -269,7 +281,10 @@ def _plain_hint(word: str, name: str) -> str:
     if word in _MODULES and name in FUNCTIONS:
         return f"{name}(...)"
     if word in _MODULES and re.fullmatch(r"u?int\d*|float\d*|longdouble|double|single|half", name):
-        return f'the number alone: NumPy writes its own as {word}.{name}(...) into a text; f"{{float(x)}}" writes a plain one'
+        return (
+            f'the number alone: NumPy writes its own as {word}.{name}(...) into a text; f"{{float(x)}}" writes a'
+            " plain one"
+        )
     return f"one of {', '.join(sorted(FUNCTIONS))}"
 
 

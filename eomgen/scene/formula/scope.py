@@ -27,21 +27,39 @@ class Scope:
 
 
 _STATE = frozenset(
-    {"parameter", "time", "curve", "input", "state", "controller", "q", "v", "position", "velocity", "energy", "element"}
+    {
+        "parameter",
+        "time",
+        "curve",
+        "input",
+        "state",
+        "controller",
+        "q",
+        "v",
+        "position",
+        "velocity",
+        "energy",
+        "element",
+    }
 )
 FIXED_PARAMETERS = Scope("fixed parameters", frozenset({"fixed"}))
 PARAMETERS = Scope("parameters", frozenset({"parameter"}))
 TIME = Scope("time, parameters and curves", frozenset({"parameter", "time", "curve"}))
 _ROAD = frozenset({"parameter", "time", "curve", "input", "position"})
 ROAD = Scope("time, parameters, inputs, curves and the position of the wheel's centre", _ROAD)
-SPRING_FORCE = Scope("time, parameters, inputs, states, positions and velocities (not accelerations or tensions)", _STATE)
-STATE = Scope("time, parameters, inputs, states, positions, velocities and tensions (not accelerations)", _STATE | {"tension"})
+SPRING_FORCE = Scope(
+    "time, parameters, inputs, states, positions and velocities (not accelerations or tensions)", _STATE
+)
+STATE = Scope(
+    "time, parameters, inputs, states, positions, velocities and tensions (not accelerations)", _STATE | {"tension"}
+)
 EVERYTHING = Scope("any quantity", _STATE | {"tension", "a", "acceleration", "power"})
 
 
 @dataclass(frozen=True)
 class Offered:
-    """A kind of quantity that the force elements of a section offer: where it is allowed, and the names of the elements."""
+    """A kind of quantity that the force elements of a section offer: where it is allowed, and the names of the
+    elements."""
 
     section: str
     scope: str

@@ -1,7 +1,7 @@
 """Mass properties of bodies, and whether they are physical.
 
-Conditions on the second moments of a density: Wensing, Kim, Slotine, "Linear matrix inequalities for physically consistent
-inertial parameter identification", IEEE RA-L 3(1), 2018.
+Conditions on the second moments of a density: Wensing, Kim, Slotine, "Linear matrix inequalities for physically
+consistent inertial parameter identification", IEEE RA-L 3(1), 2018.
 """
 
 from __future__ import annotations
@@ -74,21 +74,27 @@ def impossible(mass: float, about_center: Array) -> str:
     if not_positive:
         return f"the inertia is not positive semidefinite: its principal moments are {listed}"
     if one_sided:
-        return f"the principal moments {listed} violate the triangle inequality: the largest exceeds the sum of the other two"
+        return (
+            f"the principal moments {listed} violate the triangle inequality: the largest exceeds the sum of the"
+            " other two"
+        )
     return ""
 
 
 def _impossible_moments(moments: NDArray[np.floating[Any]]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Tell whether principal moments (..., 3), increasing, are negative, and whether they violate the triangle inequality."""
+    """Tell whether principal moments (..., 3), increasing, are negative, and whether they violate the triangle
+    inequality."""
     smallest, middle, largest = moments[..., 0], moments[..., 1], moments[..., 2]
     rounding = _RELATIVE * np.max(np.abs(moments), axis=-1)
     return np.asarray(smallest < -rounding), np.asarray(smallest + middle < largest - rounding)
 
 
 def not_physical(entries: Sequence[Numbers]) -> Flags:
-    """Tell of inertias (xx, yy, zz, xy, xz, yz) about a centre of mass, numbers or batches, whether no real body has them.
+    """Tell of inertias (xx, yy, zz, xy, xz, yz) about a centre of mass, numbers or batches, whether no real body has
+    them.
 
-    Both conditions are that half the trace less the inertia, the second moments of the density, is positive semidefinite.
+    Both conditions are that half the trace less the inertia, the second moments of the density, is positive
+    semidefinite.
     """
     xx, yy, zz, xy, xz, yz = entries
     second_moments = (0.5 * (yy + zz - xx), 0.5 * (xx + zz - yy), 0.5 * (xx + yy - zz), -xy, -xz, -yz)
@@ -114,14 +120,17 @@ def singular(entries: Sequence[Numbers]) -> Flags:
 def smallest_moment_above(entries: Sequence[Numbers], least: Numbers) -> Flags:
     """Tell of symmetric matrices whether their smallest eigenvalue is surely above ``least``; False is inconclusive.
 
-    Where the leading minors are positive, the product of the two larger eigenvalues is below the square of half the trace.
+    Where the leading minors are positive, the product of the two larger eigenvalues is below the square of half the
+    trace.
     """
     xx, yy, zz, xy, xz, yz = entries
     minor = xx * yy - xy * xy
     determinant = zz * minor - xx * yz * yz - yy * xz * xz + 2.0 * xy * xz * yz
     trace = xx + yy + zz
     above = 4.0 * determinant > least * trace * trace
-    return np.logical_and(np.logical_and(np.greater(xx, 0.0), np.greater(minor, 0.0)), np.logical_and(determinant > 0.0, above))
+    return np.logical_and(
+        np.logical_and(np.greater(xx, 0.0), np.greater(minor, 0.0)), np.logical_and(determinant > 0.0, above)
+    )
 
 
 def _unless(sure: Flags, exactly: Callable[[Array], Flags], entries: Sequence[Numbers]) -> Flags:

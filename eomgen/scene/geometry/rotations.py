@@ -2,10 +2,10 @@
 
 A matrix maps the rotated frame's axes to the fixed frame's; sequences are intrinsic, in order.
 
-What is near a coordinate axis or a right angle is decided here and nowhere else. Within ``SNAP`` it is made exact, which
-changes what is computed by no more than that; beyond, it is a direction like any other. Where a frame has to be chosen, the
-choice is the same for directions that differ by less than ``ALIKE``: it does not change where an axis is a little off a
-coordinate axis, or off a diagonal between two of them.
+What is near a coordinate axis or a right angle is decided here and nowhere else. Within ``SNAP`` it is made exact,
+which changes what is computed by no more than that; beyond, it is a direction like any other. Where a frame has to be
+chosen, the choice is the same for directions that differ by less than ``ALIKE``: it does not change where an axis is a
+little off a coordinate axis, or off a diagonal between two of them.
 """
 
 from __future__ import annotations
@@ -68,8 +68,8 @@ def snapped(entries: Array) -> Array:
 def snapped_rotation(matrix: Array) -> Array:
     """Return a rotation with right angles made exact, and still a rotation.
 
-    Where only some entries of a row are near 0 or 1, as of a turn by 1e-5, rounding them alone leaves the matrix skew by up
-    to 1e-10; then the nearest rotation (the orthogonal polar factor) is taken instead.
+    Where only some entries of a row are near 0 or 1, as of a turn by 1e-5, rounding them alone leaves the matrix skew
+    by up to 1e-10; then the nearest rotation (the orthogonal polar factor) is taken instead.
     """
     result = snapped(matrix)
     if np.max(np.abs(result @ result.T - np.eye(3))) <= _ORTHONORMAL:
@@ -114,8 +114,8 @@ def frame_about(axis: Array, x_axis: Array | None = None) -> Array:
     Parameters
     ----------
     x_axis : (3,) array, optional
-        The first column is along the part of it across ``axis``; the coordinate axis farthest from ``axis`` when omitted, the
-        first of those that are equally far.
+        The first column is along the part of it across ``axis``; the coordinate axis farthest from ``axis`` when
+        omitted, the first of those that are equally far.
     """
     sizes = np.abs(axis)
     wanted = np.eye(3)[first_near(sizes.tolist(), sizes.min())] if x_axis is None else x_axis
@@ -144,7 +144,9 @@ def quaternion_of(rotations: Iterable[tuple[Array, float]]) -> tuple[float, floa
     for axis, angle in rotations:
         w, vector = quaternion[0], quaternion[1:]
         cosine, turned = math.cos(angle / 2.0), math.sin(angle / 2.0) * axis
-        quaternion = np.array([w * cosine - vector @ turned, *(w * turned + cosine * vector + np.cross(vector, turned))])
+        quaternion = np.array(
+            [w * cosine - vector @ turned, *(w * turned + cosine * vector + np.cross(vector, turned))]
+        )
     quaternion /= np.linalg.norm(quaternion)
     return float(quaternion[0]), float(quaternion[1]), float(quaternion[2]), float(quaternion[3])
 

@@ -2,4 +2,14 @@
 
 __all__ = ["constraint_model", "model", "unresisted"]
 #: Open to the other parts of ``scene`` as well.
-WITHIN = ["constraints", "displacement", "frame_schema", "frames", "mimics", "moved_inertia", "reading", "schema", "tree"]
+WITHIN = [
+    "constraints",
+    "displacement",
+    "frame_schema",
+    "frames",
+    "mimics",
+    "moved_inertia",
+    "reading",
+    "schema",
+    "tree",
+]

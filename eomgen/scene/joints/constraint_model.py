@@ -31,12 +31,12 @@ class Constraint:
     Attributes
     ----------
     type : str
-        ``revolute``, ``cylindrical``, ``helical`` and ``prismatic`` share the z axis, along which the second frame of ``helical``
-        travels ``pitch`` per radian it turns; ``planar`` keeps the second frame's origin in
-        the first's xy plane with parallel z; ``universal`` keeps first x and second y perpendicular, and the origins together;
-        ``point_on_line`` keeps the second's origin on the first's z axis; ``distance`` keeps the origins ``length`` apart;
-        ``rolling`` lets a disc about the second frame's z axis (or a sphere) of ``radius`` roll on the first's xy plane
-        without slip.
+        ``revolute``, ``cylindrical``, ``helical`` and ``prismatic`` share the z axis, along which the second frame of
+        ``helical`` travels ``pitch`` per radian it turns; ``planar`` keeps the second frame's origin in
+        the first's xy plane with parallel z; ``universal`` keeps first x and second y perpendicular, and the origins
+        together; ``point_on_line`` keeps the second's origin on the first's z axis; ``distance`` keeps the origins
+        ``length`` apart; ``rolling`` lets a disc about the second frame's z axis (or a sphere) of ``radius`` roll on
+        the first's xy plane without slip.
     drive : formula of t and parameters, or None
         Prescribes the free displacement: the angle or the travel that the type names.
     """

@@ -31,9 +31,14 @@ def read_constraint(
     """Return a checked constraint; what is wrong with it goes to the report of ``values``."""
     key = key_of("constraints", name)
     for field in _KEYS:
-        given, types = getattr(entry, field) is not None, [row.name for row in TYPES.values() if field in row.constraint_keys]
+        given, types = (
+            getattr(entry, field) is not None,
+            [row.name for row in TYPES.values() if field in row.constraint_keys],
+        )
         if given and entry.type not in types:
-            values.report.add(f"{key}.{field}", f"a {entry.type} constraint has no {field}", f"type = {' or '.join(types)}")
+            values.report.add(
+                f"{key}.{field}", f"a {entry.type} constraint has no {field}", f"type = {' or '.join(types)}"
+            )
         elif not given and entry.type in types and field in _EXAMPLES:
             values.report.add(key, f"a {entry.type} constraint needs a {field}", f"{field} = {_EXAMPLES[field]}")
     first, second = (

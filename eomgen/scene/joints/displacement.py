@@ -13,7 +13,9 @@ from eomgen.scene.joint_types import Connection, ElementaryMotion
 Vector = Sequence[float] | Array
 
 
-def displaced(kind: Connection, axis: Vector, second_axis: Vector, q: Vector, pitch: float = 0.0) -> tuple[Array, Array, Array]:
+def displaced(
+    kind: Connection, axis: Vector, second_axis: Vector, q: Vector, pitch: float = 0.0
+) -> tuple[Array, Array, Array]:
     """Return what a joint at coordinates q makes of its child's frame, and the twists that it leaves to it.
 
     Parameters

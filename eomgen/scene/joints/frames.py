@@ -34,7 +34,9 @@ def read_frame(
     report = values.report
     orientation = _orientation(key, title, frame, need, values)
     if frame.point is None:
-        position = ZERO_VECTOR if frame.position is None else values.vector(f"{key}.position", frame.position, PARAMETERS)
+        position = (
+            ZERO_VECTOR if frame.position is None else values.vector(f"{key}.position", frame.position, PARAMETERS)
+        )
         if frame.body is None:
             report.add(key, "the frame belongs to no body", f'body = "{BASE}", or a point')
             return Frame(BASE, position, orientation)
@@ -63,7 +65,9 @@ def _orientation(
         return rows(sequence(values.constant_rotations(f"{key}.rotation", frame.rotation) or []))
     if frame.axis is None:
         if frame.x_axis is not None:
-            report.add(f"{key}.x_axis", "x_axis has no meaning without axis, the z axis of the frame", "axis = [0, 0, 1]")
+            report.add(
+                f"{key}.x_axis", "x_axis has no meaning without axis, the z axis of the frame", "axis = [0, 0, 1]"
+            )
         elif need not in ("nothing", "any"):
             extra = ", x_axis = [1, 0, 0]" if need == "x and z" else ""
             report.add(key, f"a {title} needs the axes of this frame", f"axis = [0, 0, 1]{extra}, or rotation")
@@ -86,7 +90,13 @@ def _orientation(
 
 
 def check_two_bodies(
-    section: str, name: str, first: Frame, second: Frame, joints: Sequence[Joint], beams: Collection[str], report: Report
+    section: str,
+    name: str,
+    first: Frame,
+    second: Frame,
+    joints: Sequence[Joint],
+    beams: Collection[str],
+    report: Report,
 ) -> None:
     """Report frames in one rigid body, which fixed joints make of several.
 

@@ -24,14 +24,22 @@ def check_mimics(joints: Mapping[str, Joint], refused: Iterable[str], report: Re
         while leader.mimic is not None and leader.mimic.joint in joints and leader.mimic.joint not in path:
             leader = joints[leader.mimic.joint]
             path.append(leader.name)
-        if leader.mimic is not None and leader.mimic.joint == joint.name == next(name for name in joints if name in path):
+        if leader.mimic is not None and leader.mimic.joint == joint.name == next(
+            name for name in joints if name in path
+        ):
             circle = listed([*path, joint.name]) if len(path) > 1 else ""
-            what = f"the joints follow one another in a circle: {circle}" if circle else f"the joint {joint.name} follows itself"
+            what = (
+                f"the joints follow one another in a circle: {circle}"
+                if circle
+                else f"the joint {joint.name} follows itself"
+            )
             report.add(f"{key}.joint", what, "one joint that leads")
         if joint.mimic is None or joint.mimic.joint in refused:
             continue
         if joint.mimic.joint not in joints:
-            report.add(f"{key}.joint", f"there is no joint {shown(joint.mimic.joint)}", nearest(joint.mimic.joint, joints))
+            report.add(
+                f"{key}.joint", f"there is no joint {shown(joint.mimic.joint)}", nearest(joint.mimic.joint, joints)
+            )
             continue
         first = joints[joint.mimic.joint]
         if first.kind.v_size != 1:

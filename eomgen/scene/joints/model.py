@@ -13,8 +13,8 @@ from eomgen.system.description import Limit, component_names
 class Stop:
     """Compliant stops of one coordinate of a joint, at either end or both (None where there is none).
 
-    Beyond ``lower`` or ``upper`` by d the effort is s(d / onset) max(0, stiffness d + damping d'), back into the range; s rises
-    from 0 to 1 over the onset.
+    Beyond ``lower`` or ``upper`` by d the effort is s(d / onset) max(0, stiffness d + damping d'), back into the range;
+    s rises from 0 to 1 over the onset.
     """
 
     index: int
@@ -61,11 +61,13 @@ class Joint:
 
     Attributes
     ----------
-    axis : (3,) unit vector in the child's (= joint's) frame: of revolute, prismatic, helical and cylindrical joints; the first
+    axis : (3,) unit vector in the child's (= joint's) frame: of revolute, prismatic, helical and cylindrical joints;
+        the first
         axis of universal ones, the normal of planar ones.
     second_axis : (3,) unit vector across ``axis``: the second axis of universal joints, the x axis of planar ones.
     pitch : formula of parameters, m/rad: travel of helical joints per angle.
-    orientation : (3, 3) constant rotation matrix, child axes to parent axes at neutral q, row by row; right angles snapped.
+    orientation : (3, 3) constant rotation matrix, child axes to parent axes at neutral q, row by row; right angles
+        snapped.
     stiffness, damping : coefficients; effort -stiffness (q - rest) - damping v. On joints of real coordinates only.
     rotor_inertia : coefficients, added to the joint's diagonal of M.
     stops, friction : at most one each per coordinate. On joints of real coordinates only.
@@ -107,7 +109,9 @@ class Joint:
         if not self.kind.coordinates:
             return ()
         first = self.kind.angles
-        ends = [end for stop in self.stops if stop.index >= first for end in (stop.lower, stop.upper) if end is not None]
+        ends = [
+            end for stop in self.stops if stop.index >= first for end in (stop.lower, stop.upper) if end is not None
+        ]
         return (*self.each(self.rest)[first:], *ends)
 
     @property

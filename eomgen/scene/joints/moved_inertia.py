@@ -22,7 +22,7 @@ Triple = tuple[Numbers, Numbers, Numbers]
 KEYS = (
     "bodies.mass", "bodies.center_of_mass", "bodies.inertia", "joints.position", "joints.rotor_inertia", "joints.pitch",
     "joints.mimic.multiplier",
-)  # fmt: skip
+)  # fmt: skip  # a table
 
 
 @dataclass(frozen=True)
@@ -118,11 +118,13 @@ class Movable:
     Attributes
     ----------
     kind : of the joint; free in absolute coordinates
-    axes : (3, 3), axis (the normal of a planar joint), direction across it (a universal joint's second axis) and the third of the
+    axes : (3, 3), axis (the normal of a planar joint), direction across it (a universal joint's second axis) and the
+        third of the
         frame, in the joint's frame, row by row
     parts : of the assembly
     rotors, pitch : places of the numbers of the joint
-    followers : places of the multipliers of joints that follow it: the rule is about the joint alone, while all of them are zero
+    followers : places of the multipliers of joints that follow it: the rule is about the joint alone, while all of them
+        are zero
     words, hint : what is wrong, with ``{}`` for the cause, and what to try
     """
 
@@ -152,7 +154,9 @@ class Movable:
         across = bool(turns and travels) and AXIS not in travels
         if turns == 1 and not across:
             pitch = numbers[self.pitch] if self.kind.has("screw") else 0.0
-            none = about_axis + mass * pitch * pitch <= NO_INERTIA * (about_origin[0] + about_origin[1] + about_origin[2])
+            none = about_axis + mass * pitch * pitch <= NO_INERTIA * (
+                about_origin[0] + about_origin[1] + about_origin[2]
+            )
             causes.append((none, "what it carries has no inertia about its axis"))
         if travels and not across:
             causes.append((mass + rotors[-1] == 0.0, "what it carries has no mass"))
@@ -251,7 +255,9 @@ class _Places:
         return tuple(range(start, start + len(formulas)))
 
 
-def check_motion(joints: Sequence[Joint], bodies: Mapping[str, Body], values: Values, *, absolute: bool = False) -> None:
+def check_motion(
+    joints: Sequence[Joint], bodies: Mapping[str, Body], values: Values, *, absolute: bool = False
+) -> None:
     """Require of a tree that a joint moves, and of its outermost joints that they move inertia.
 
     In ``absolute`` coordinates every moving body is free, and all that is fixed to it has to have mass and inertia.
@@ -298,7 +304,9 @@ def check_motion(joints: Sequence[Joint], bodies: Mapping[str, Body], values: Va
             if bodies[joint.child].beam is not None:
                 hint = "polar_inertia for the beam, or another joint"
             rotors = places.put_each(joint.each(joint.rotor_inertia))
-            led = places.put_each([item.mimic.multiplier for item in followers.get(joint.name, ()) if item.mimic is not None])
+            led = places.put_each(
+                [item.mimic.multiplier for item in followers.get(joint.name, ()) if item.mimic is not None]
+            )
         rule = Movable(kind, _directions(joint), tuple(parts), rotors, pitch, led, words, hint)
         values.require(key, rule, places.formulas)
 
@@ -346,7 +354,8 @@ def led_or_following(joints: Sequence[Joint], values: Values) -> set[str]:
 
 
 def _check_led(joints: Sequence[Joint], bodies: Mapping[str, Body], values: Values) -> None:
-    """Require of joints that lead others that something which they move, by themselves or by others, has mass or inertia."""
+    """Require of joints that lead others that something which they move, by themselves or by others, has mass or
+    inertia."""
     named = {joint.name: joint for joint in joints}
     for first, following in _followers(joints).items():
         places = _Places()
@@ -358,14 +367,20 @@ def _check_led(joints: Sequence[Joint], bodies: Mapping[str, Body], values: Valu
         multipliers = [places.put(joint.mimic.multiplier) for joint in following if joint.mimic is not None]
         words = f"the joint {first} cannot be moved by a force: neither it nor what follows it carries mass or inertia"
         hint = f"mass for a body that it moves, rotor_inertia, or a fixed joint (URDF: lock {first})"
-        rule = Led(leader, tuple(zip(multipliers, rest, strict=True)), f"{words}, so the inertia matrix would be singular", hint)
+        rule = Led(
+            leader,
+            tuple(zip(multipliers, rest, strict=True)),
+            f"{words}, so the inertia matrix would be singular",
+            hint,
+        )
         values.require(key_of("joints", first), rule, places.formulas)
 
 
 def _beyond(
     joint: Joint, joints: Sequence[Joint], bodies: Mapping[str, Body], values: Values, places: _Places
 ) -> tuple[int, ...] | None:
-    """Return the places of masses, inertias and rotor inertias of a joint and all beyond it; None where some are not known."""
+    """Return the places of masses, inertias and rotor inertias of a joint and all beyond it; None where some are not
+    known."""
     reached, formulas = {joint.child: joint}, [*joint.each(joint.rotor_inertia)]
     for other in joints:
         if other.parent in reached:

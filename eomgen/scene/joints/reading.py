@@ -84,7 +84,7 @@ def _axes(key: str, joint: written.Joint, values: Values) -> tuple[Direction, Di
     if second is not None and abs(float(axis @ second)) > 1.0 - _PERPENDICULAR:
         report.add(f"{key}.{field}", f"{field} is parallel to axis", "a direction across it")
         return neutral
-    (x, _, z) = rows(frame_about(axis, second).T)
+    x, _, z = rows(frame_about(axis, second).T)
     return z, x
 
 
@@ -157,7 +157,9 @@ def _initial_position(key: str, joint: written.Joint, values: Values) -> tuple[f
         return tuple(given or [0.0] * kind.q_size)
     if kind.group == "SO3":
         return _quaternion(place, "position", initial.position, initial, values)
-    position = _known(f"{place}.position", initial.position, 3, f"the position of a {joint.type} joint", values) or [0.0] * 3
+    position = (
+        _known(f"{place}.position", initial.position, 3, f"the position of a {joint.type} joint", values) or [0.0] * 3
+    )
     return (*_quaternion(place, "orientation", initial.orientation, initial, values), *position)
 
 

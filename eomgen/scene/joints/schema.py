@@ -5,7 +5,15 @@ from __future__ import annotations
 from typing import Literal
 
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS, TIME
-from eomgen.scene.joint_types import CONSTRAINTS, DRIVE_UNITS, JOINTS, ConstraintType, JointType, by_component, by_coordinate
+from eomgen.scene.joint_types import (
+    CONSTRAINTS,
+    DRIVE_UNITS,
+    JOINTS,
+    ConstraintType,
+    JointType,
+    by_component,
+    by_coordinate,
+)
 from eomgen.scene.joints.frame_schema import Frame
 from eomgen.scene.reading.keys import Table, key
 from eomgen.scene.reading.kinds import Bounds, Matrix, Triple, Value, Values
@@ -19,8 +27,12 @@ _RATE, _EFFORT = by_coordinate("rad/s", "m/s"), by_coordinate("N m", "N")
 class Limits(Table):
     """Compliant stops of a joint's coordinates."""
 
-    lower: Bounds | None = key("lower end of the range; -inf for none", None, unit=_LIMITED, names=PARAMETERS, kind=_OF_RANGE)
-    upper: Bounds | None = key("upper end of the range; inf for none", None, unit=_LIMITED, names=PARAMETERS, kind=_OF_RANGE)
+    lower: Bounds | None = key(
+        "lower end of the range; -inf for none", None, unit=_LIMITED, names=PARAMETERS, kind=_OF_RANGE
+    )
+    upper: Bounds | None = key(
+        "upper end of the range; inf for none", None, unit=_LIMITED, names=PARAMETERS, kind=_OF_RANGE
+    )
     stiffness: Values = key("of the stop", unit=by_coordinate("N m/rad", "N/m"), names=PARAMETERS)
     damping: Values | None = key(
         "of the stop", None, unit=by_coordinate("N m s/rad", "N s/m"), names=PARAMETERS, shown_default="`0`"
@@ -38,7 +50,9 @@ class Friction(Table):
     """Dry friction of a joint's coordinates."""
 
     coulomb: Values = key("level of the friction", unit=_EFFORT, names=PARAMETERS)
-    velocity: Values = key("regularisation: well below this speed the joint counts as sticking", unit=_RATE, names=PARAMETERS)
+    velocity: Values = key(
+        "regularisation: well below this speed the joint counts as sticking", unit=_RATE, names=PARAMETERS
+    )
     static: Values | None = key("level at which it breaks loose; with `stribeck`", None, unit=_EFFORT, names=PARAMETERS)
     stribeck: Values | None = key(
         "speed over which the static level falls to Coulomb's, above `velocity`", None, unit=_RATE, names=PARAMETERS
@@ -91,7 +105,9 @@ class Joint(Table):
     parent: str = key("where it hangs", refers="bodies", kind="body, or `base`")
     child: str = key("the body that this joint carries", refers="bodies")
     position: Triple = key("origin of the child's frame in the parent's frame", _ORIGIN, unit="m", names=PARAMETERS)
-    rotation: Rotations | None = key("axes of the child in the parent, angles of fixed parameters", None, shown_default="`[]`")
+    rotation: Rotations | None = key(
+        "axes of the child in the parent, angles of fixed parameters", None, shown_default="`[]`"
+    )
     orientation: Matrix | None = key("the same as a matrix, child axes to parent axes; either this or `rotation`", None)
     axis: Triple | None = key(
         "in the child's axes; any length; the normal of a planar joint, the first axis of a universal one",
@@ -164,7 +180,9 @@ class Constraint(Table):
         unit={name: DRIVE_UNITS[row.drive] for name, row in CONSTRAINTS.items() if row.drive},
         names=TIME,
     )
-    length: Value | None = key("between the origins", None, unit="m", names=PARAMETERS, shown_default="required for `distance`")
+    length: Value | None = key(
+        "between the origins", None, unit="m", names=PARAMETERS, shown_default="required for `distance`"
+    )
     radius: Value | None = key(
         "of the disc or sphere", None, unit="m", names=PARAMETERS, shown_default="required for `rolling`"
     )

@@ -98,4 +98,6 @@ def _report_lost(order: Sequence[Link], carrier: Mapping[str, Link], bodies: Map
         if body not in carrier:
             others = hanging.get(body, [])
             rest = f", nor what hangs from it: {listed(others)}" if others else ""
-            report.add(key_of(section, body), f"no joint carries the body {body}{rest}", f'a joint with child = "{body}"')
+            report.add(
+                key_of(section, body), f"no joint carries the body {body}{rest}", f'a joint with child = "{body}"'
+            )

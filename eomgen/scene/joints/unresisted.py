@@ -1,8 +1,9 @@
 """Joints whose motion meets no inertia because of the bodies they carry, such as a free massless root link.
 
-A joint that carries nothing is refused where it stands (``moved_inertia``). Here it carries something, but joints beyond it
-can take up its motion, so that nothing with mass moves: the inertia matrix is singular in every position. Elimination by
-articulated bodies (Featherstone 1983), on numbers and at one arbitrary position, finds that joint by joint.
+A joint that carries nothing is refused where it stands (``moved_inertia``). Here it carries something, but joints
+beyond it can take up its motion, so that nothing with mass moves: the inertia matrix is singular in every position.
+Elimination by articulated bodies (Featherstone 1983), on numbers and at one arbitrary position, finds that joint by
+joint.
 """
 
 from __future__ import annotations
@@ -33,14 +34,16 @@ def unresisted_motions(
 ) -> list[str]:
     """Return a note on each joint that can move without moving any mass, together with joints beyond it.
 
-    Joints that follow others, and those that lead, are taken as held: what is found without their motion is there with it.
+    Joints that follow others, and those that lead, are taken as held: what is found without their motion is there with
+    it.
 
     Parameters
     ----------
     joints : sequence of Joint
         Parents first.
     inertias : mapping
-        Of each body, in its own frame; a body missing here, and any of ``beams``, counts as one that resists everything.
+        Of each body, in its own frame; a body missing here, and any of ``beams``, counts as one that resists
+        everything.
     sections : mapping
         The section of each body.
     """
@@ -48,7 +51,9 @@ def unresisted_motions(
         return _motions(joints, inertias, sections, values)
 
 
-def _motions(joints: Sequence[Joint], inertias: Mapping[str, Inertia], sections: Mapping[str, str], values: Values) -> list[str]:
+def _motions(
+    joints: Sequence[Joint], inertias: Mapping[str, Inertia], sections: Mapping[str, str], values: Values
+) -> list[str]:
     rng = np.random.default_rng(0)
     held = led_or_following(joints, values)
     own = {body: _spatial(inertias.get(body), section) for body, section in sections.items()}
@@ -90,15 +95,23 @@ def _note(joint: Joint, moved: Array, beyond: Sequence[tuple[Joint, Array]], ine
     """Say which joints move together without moving mass, and which body would stop that."""
     rates = {other.name: float(np.linalg.norm(rate @ moved)) for other, rate in beyond}
     with_it = [name for name, rate in rates.items() if rate > _SHARE * max(rates.values())]
-    what = f"{UNRESISTED}the {joint.type} joint {joint.name}" + (f" together with {listed(with_it[::-1])}" if with_it else "")
-    what += ": they can move without moving any mass, so the inertia matrix is singular and forward dynamics has no answer"
+    what = f"{UNRESISTED}the {joint.type} joint {joint.name}" + (
+        f" together with {listed(with_it[::-1])}" if with_it else ""
+    )
+    what += (
+        ": they can move without moving any mass, so the inertia matrix is singular and forward dynamics has no answer"
+    )
     light = inertias.get(joint.child)
     missing = "mass and inertia" if light is None or not light.mass else "inertia"
-    return f"{what}; try: {missing} for the body {joint.child}, or a fixed joint in place of one of them (URDF: root or lock)"
+    return (
+        f"{what}; try: {missing} for the body {joint.child}, or a fixed joint in place of one of them (URDF: root or"
+        " lock)"
+    )
 
 
 def _spatial(inertia: Inertia | None, section: str) -> Array:
-    """Return a (6, 6) inertia about the frame's origin, angular part first; of what is not known one that resists everything."""
+    """Return a (6, 6) inertia about the frame's origin, angular part first; of what is not known one that resists
+    everything."""
     if inertia is None or section == "beams":
         return np.eye(6)
     arm = cross_matrix(inertia.mass * inertia.center)
@@ -106,7 +119,8 @@ def _spatial(inertia: Inertia | None, section: str) -> Array:
 
 
 def _moved(joint: Joint, values: Values, rng: np.random.Generator) -> tuple[Array, Array, Array]:
-    """Return rotation and shift of a joint at an arbitrary position, and its motion subspace (6, n) in the child's axes."""
+    """Return rotation and shift of a joint at an arbitrary position, and its motion subspace (6, n) in the child's
+    axes."""
     q = rng.uniform(0.3, 1.2, joint.kind.q_size)
     if joint.kind.group in GROUPS.values():
         q[:4] = rng.normal(size=4)

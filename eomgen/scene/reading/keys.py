@@ -1,6 +1,7 @@
 """Metadata of scene keys, one place for each: unit, scope of formulas, reference, and description.
 
-The check of unit strings, the JSON Schema, the prefixes of included files and the tables of ``docs/scene.md`` all read this.
+The check of unit strings, the JSON Schema, the prefixes of included files and the tables of ``docs/scene.md`` all read
+this.
 """
 
 from __future__ import annotations
@@ -34,7 +35,8 @@ class Meaning:
 
     Attributes
     ----------
-    unit : SI unit of its numbers; by component; or by the ``type`` of the entry, of what is around it, or of its ``joint``.
+    unit : SI unit of its numbers; by component; or by the ``type`` of the entry, of what is around it, or of its
+        ``joint``.
     names : which names its formulas may use; None where it takes no formulas.
     refers : the section whose entries it names.
     path : whether it is the path of a file, from the folder of the file that it is written in.
@@ -62,7 +64,8 @@ def key(
     shown_default: str = "",
     **constraints: Any,
 ) -> Any:
-    """Return a field of a table with its meaning; ``constraints`` (``alias``, ``ge``, ``le``, ...) are those of pydantic.
+    """Return a field of a table with its meaning; ``constraints`` (``alias``, ``ge``, ``le``, ...) are those of
+    pydantic.
 
     Parameters
     ----------

@@ -65,7 +65,9 @@ def _list_of(*lengths: int) -> Callable[[object], object]:
         if not isinstance(value, list | tuple) or len(value) not in lengths:
             got = f"{len(value)}" if isinstance(value, list | tuple) else described(value)
             needed = " or ".join(str(length) for length in lengths)
-            raise PydanticCustomError("list", "{text}", {"text": f"a list of {needed} entries is needed here, not {got}"})
+            raise PydanticCustomError(
+                "list", "{text}", {"text": f"a list of {needed} entries is needed here, not {got}"}
+            )
         return tuple(value)
 
     return check
@@ -118,7 +120,9 @@ def _inertia(value: object) -> object:
         if len(value) == 3 and all(isinstance(row, list | tuple) and len(row) == 3 for row in value):
             for row, column in ((0, 1), (0, 2), (1, 2)):
                 if not _same(value[row][column], value[column][row]):
-                    text = f"the inertia matrix is not symmetric: entry [{row}][{column}] differs from [{column}][{row}]"
+                    text = (
+                        f"the inertia matrix is not symmetric: entry [{row}][{column}] differs from [{column}][{row}]"
+                    )
                     raise PydanticCustomError("inertia", "{text}", {"text": text})
             return value[0][0], value[1][1], value[2][2], value[0][1], value[0][2], value[1][2]
         if len(value) == 3:

@@ -79,7 +79,9 @@ class Report:
         """
         problems = [problem for _, problem in sorted(self.found, key=itemgetter(0))]
         if len(problems) > _MOST:
-            more = Problem(self.file, f"{len(problems) - _MOST} more problems are not listed", "the first ones repaired")
+            more = Problem(
+                self.file, f"{len(problems) - _MOST} more problems are not listed", "the first ones repaired"
+            )
             problems[_MOST:] = [more]
         if problems:
             raise DescriptionError(problems)
@@ -89,5 +91,7 @@ def check_reference(key: str, name: str, known: Iterable[str], what: str, report
     """Report a reference to something that is not there; tell whether it is."""
     every = list(known)
     if name not in every:
-        report.add(key, f"there is no {what} {shown(name)}", nearest(name, every) or f"a [{what.replace(' ', '_')}s] section")
+        report.add(
+            key, f"there is no {what} {shown(name)}", nearest(name, every) or f"a [{what.replace(' ', '_')}s] section"
+        )
     return name in every

@@ -1,7 +1,8 @@
 """Requirements of scene values, one table for the validation of a scene and of parameters at every call.
 
-A row is a rule for one value (``BOUNDS``, by key) or a relation between several (``RELATIONS``). Readers apply it to formulas: at
-the default parameters at once, and, where tunable parameters decide, by a ``Requirement`` that the scene keeps.
+A row is a rule for one value (``BOUNDS``, by key) or a relation between several (``RELATIONS``). Readers apply it to
+formulas: at the default parameters at once, and, where tunable parameters decide, by a ``Requirement`` that the scene
+keeps.
 """
 
 from __future__ import annotations
@@ -122,7 +123,8 @@ def bounds(by_key: Mapping[str, Bound]) -> dict[str, Row]:
 #: What each value that formulas of parameters may give must be by itself, by key; force elements bring their own.
 BOUNDS: Mapping[str, Row] = bounds(_BOUNDS)
 
-#: Keys whose values may be any number by themselves: places, rests, preloads, gains, springs and dampers that may push back.
+#: Keys whose values may be any number by themselves: places, rests, preloads, gains, springs and dampers that may push
+#: back.
 UNBOUNDED = frozenset(
     {
         "gravity",
@@ -155,7 +157,8 @@ def _limits(unit: str) -> Row:
     return Row(("joints.limits.lower", "joints.limits.upper"), operator.ge, words, "lower below upper")
 
 
-#: What values must be together. Whether a joint moves any inertia is a rule for each joint of a scene, ``moved_inertia.Movable``.
+#: What values must be together. Whether a joint moves any inertia is a rule for each joint of a scene,
+#: ``moved_inertia.Movable``.
 RELATIONS: Mapping[str, Row] = {
     "inertia": Row(
         ("bodies.inertia",),

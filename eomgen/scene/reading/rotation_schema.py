@@ -15,7 +15,9 @@ class Rotation(Table):
     """A rotation by an angle about an axis."""
 
     axis: Triple = key("of any length", names=FIXED_PARAMETERS)
-    angle: Value = key("of the time for the base, of fixed parameters elsewhere", unit="rad", names=TIME, kind="value, rad")
+    angle: Value = key(
+        "of the time for the base, of fixed parameters elsewhere", unit="rad", names=TIME, kind="value, rad"
+    )
 
 
 Rotations = Annotated[tuple[Rotation, ...], Field(strict=False)]

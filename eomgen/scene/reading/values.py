@@ -80,7 +80,9 @@ class Values:
             if not self.mentions_refused(value):
                 self.report.add(key, error.what, error.hint)
             return UNKNOWN
-        self.mentioned |= {(symbol.kind, symbol.name) for symbol in symbols(formula) if symbol.kind in ("parameter", "input")}
+        self.mentioned |= {
+            (symbol.kind, symbol.name) for symbol in symbols(formula) if symbol.kind in ("parameter", "input")
+        }
         if scope in (PARAMETERS, FIXED_PARAMETERS):
             try:
                 self.value(formula)
@@ -115,7 +117,9 @@ class Values:
             self.requirements.append(Requirement(self.report.where(key), tuple(formulas), rule))
 
     def _tunable(self, formula: Formula) -> bool:
-        return any(symbol.kind == "parameter" and self.names.parameters.get(symbol.name, False) for symbol in symbols(formula))
+        return any(
+            symbol.kind == "parameter" and self.names.parameters.get(symbol.name, False) for symbol in symbols(formula)
+        )
 
     def mentions_refused(self, text: str) -> bool:
         """Tell whether a formula mentions an entry that was left out, whatever its name is made of."""

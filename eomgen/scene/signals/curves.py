@@ -26,7 +26,8 @@ LARGEST = 1e100
 
 
 def fault(x: Array, y: Array, interpolation: Interpolation, outside: Outside) -> tuple[int, str, str] | None:
-    """Return the index of the first point that is wrong, what is wrong with it, and what to try; None when all is well."""
+    """Return the index of the first point that is wrong, what is wrong with it, and what to try; None when all is
+    well."""
     if len(x) < 2:
         return 0, f"a curve needs two points or more, not {len(x)}", "more points"
     huge = np.flatnonzero(np.maximum(np.abs(x), np.abs(y)) > LARGEST)
@@ -38,7 +39,7 @@ def fault(x: Array, y: Array, interpolation: Interpolation, outside: Outside) ->
         what = f"the points are not in order: {x[index]:.9g} comes after {x[index - 1]:.9g}"
         return index, what, "rows sorted by the first of the two columns"
     equal = steps == 0.0
-    hint = "one value for each, or interpolation = \"linear\", which jumps there"
+    hint = 'one value for each, or interpolation = "linear", which jumps there'
     if interpolation == "linear":
         single = np.zeros(len(steps), bool)
         single[[0, -1]] = True
@@ -50,7 +51,7 @@ def fault(x: Array, y: Array, interpolation: Interpolation, outside: Outside) ->
     if interpolation == "quintic" and np.min(steps) < CLOSEST * np.max(steps):
         index = int(np.argmin(steps)) + 1
         what = f"points are {np.min(steps):.3g} apart here and {np.max(steps):.3g} elsewhere, too uneven for a spline"
-        return index, what, "points more evenly spread, or interpolation = \"linear\""
+        return index, what, 'points more evenly spread, or interpolation = "linear"'
     if outside == "periodic" and interpolation == "quintic":
         gap, scale = abs(float(y[-1] - y[0])), float(np.max(np.abs(y)))
         if gap > 1e-9 * scale:
@@ -167,7 +168,9 @@ class Curves:
 
     def wave(self, key: str, name: str, wave: written.Wave) -> Curve:
         """Return a periodic curve that jumps or bends between two values."""
-        period, start, duty, low, high = self.values.constants(key, (wave.period, wave.start, wave.duty, wave.low, wave.high))
+        period, start, duty, low, high = self.values.constants(
+            key, (wave.period, wave.start, wave.duty, wave.low, wave.high)
+        )
         if not period > 0.0:
             self.report.add(f"{key}.period", f"the period {period:.6g} is not positive", "a period such as 0.5")
         if not 0.0 < duty < 1.0:
@@ -201,7 +204,11 @@ class Curves:
             self.refuse_options(key, entry, "an input without points or a table")
         if not given:
             return []
-        made = self.wave(f"{key}.wave", key, entry.wave) if entry.wave is not None else self.through_points(key, key, entry)
+        made = (
+            self.wave(f"{key}.wave", key, entry.wave)
+            if entry.wave is not None
+            else self.through_points(key, key, entry)
+        )
         return [Application(made, Symbol("time"))]
 
     def refuse_options(self, key: str, entry: written.Shape, what: str) -> None:
@@ -212,7 +219,11 @@ class Curves:
 
     def road(self, key: str, road: written.Road) -> tuple[Harmonic, ...] | Formula:
         """Return the road under a wheel over time: harmonics where it is one of a class, else a formula."""
-        given = [word for word, entry in (("class", road.road_class), *((kind, getattr(road, kind)) for kind in _ROADS)) if entry]
+        given = [
+            word
+            for word, entry in (("class", road.road_class), *((kind, getattr(road, kind)) for kind in _ROADS))
+            if entry
+        ]
         if len(given) != 1:
             got = " and ".join(given) or "none"
             self.report.add(key, f"a road needs one of class, {', '.join(_ROADS)}, not {got}", 'class = "C"')
@@ -232,9 +243,14 @@ class Curves:
 
     def travelled(self, key: str, road: written.Road) -> tuple[float, float] | None:
         """Return speed and offset of a wheel; None where they are not known."""
-        speed, offset = self.values.constant(f"{key}.speed", road.speed), self.values.constant(f"{key}.offset", road.offset)
+        speed, offset = (
+            self.values.constant(f"{key}.speed", road.speed),
+            self.values.constant(f"{key}.offset", road.offset),
+        )
         if speed <= 0.0 or speed > FASTEST:
-            self.report.add(f"{key}.speed", f"the speed {speed:.6g} m/s is not between 0 and {FASTEST:.0f}", "a speed such as 20")
+            self.report.add(
+                f"{key}.speed", f"the speed {speed:.6g} m/s is not between 0 and {FASTEST:.0f}", "a speed such as 20"
+            )
         if abs(offset) > FARTHEST:
             what = f"the offset {offset:.6g} m is beyond {FARTHEST:.0f} m, where phases lose their digits"
             self.report.add(f"{key}.offset", what, "the distance in m by which this wheel follows the first")
@@ -249,7 +265,9 @@ def digest(curves: Iterable[AnyCurve]) -> str:
     for curve in curves:
         total.update(repr((curve.name, type(curve).__name__)).encode())
         if isinstance(curve, Curve):
-            total.update(f"{curve.interpolation}|{curve.outside}|{len(curve.x)}".encode() + curve.x.tobytes() + curve.y.tobytes())
+            total.update(
+                f"{curve.interpolation}|{curve.outside}|{len(curve.x)}".encode() + curve.x.tobytes() + curve.y.tobytes()
+            )
     return total.hexdigest()
 
 

@@ -1,7 +1,7 @@
 """Random road profiles as sums of harmonics, so that a road is the same smooth formula of time in Python and C.
 
-ISO 8608:2016: one-sided displacement spectrum G(n) = G(n0) (n / n0)^-2 over the spatial frequency n, n0 = 0.1 cycle/m, with the
-geometric mean of G(n0) for each class.
+ISO 8608:2016: one-sided displacement spectrum G(n) = G(n0) (n / n0)^-2 over the spatial frequency n, n0 = 0.1 cycle/m,
+with the geometric mean of G(n0) for each class.
 """
 
 from __future__ import annotations

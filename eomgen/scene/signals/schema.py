@@ -25,7 +25,9 @@ class TableFile(Table):
     file: Annotated[str, Field(min_length=1, max_length=1000)] = key(
         "path, from the folder of the scene file", kind="text", path=True
     )
-    argument: Column = key("column of the argument (time, distance, ...), which increases from row to row", 0, kind=_COLUMN)
+    argument: Column = key(
+        "column of the argument (time, distance, ...), which increases from row to row", 0, kind=_COLUMN
+    )
     value: Column = key("column of the value", 1, kind=_COLUMN)
     argument_unit: Unit = key("unit that the argument's column is in, to be brought to SI", "")
     value_unit: Unit = key("unit that the value's column is in, to be brought to SI: `mm`", "")
@@ -77,9 +79,11 @@ class Shape(Table):
         "between points", None, shown_default="`quintic`", kind="`quintic`, `linear` or `steps`"
     )
     outside: Literal["error", "hold", "periodic"] | None = key(
-        "beyond the points", None, shown_default="`error`; `hold` for `points` that are `linear` or `steps`",
+        "beyond the points",
+        None,
+        shown_default="`error`; `hold` for `points` that are `linear` or `steps`",
         kind="`error`, `hold` or `periodic`",
-    )  # fmt: skip
+    )
 
 
 class Curve(Shape):
@@ -100,7 +104,10 @@ class Road(Shape):
     speed: Value = key("of the vehicle, up to 10 000", unit="m/s", names=FIXED_PARAMETERS)
     seed: Seed = key("of the random phases of a class", 0, kind="whole number from 0")
     offset: Value = key(
-        "distance by which this wheel follows the one with offset 0 in the same track", 0.0, unit="m", names=FIXED_PARAMETERS
+        "distance by which this wheel follows the one with offset 0 in the same track",
+        0.0,
+        unit="m",
+        names=FIXED_PARAMETERS,
     )
     harmonics: Harmonics = key("of a class: number of harmonics between 0.011 and 2.83 cycles/m", 200)
 

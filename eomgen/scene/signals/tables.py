@@ -71,7 +71,9 @@ def read_columns(
 def _text(path: Path, name: str) -> str:
     try:
         if path.exists() and not path.is_file():
-            raise TableError(name, f"{str(path)!a} is not a file", "the path of a CSV file, from the scene file's folder")
+            raise TableError(
+                name, f"{str(path)!a} is not a file", "the path of a CSV file, from the scene file's folder"
+            )
         with path.open("rb") as stream:
             data = stream.read(LARGEST_TABLE + 1)
     except (OSError, ValueError) as error:
@@ -109,7 +111,9 @@ def _rows(text: str, name: str, delimiter: str | None) -> Iterator[tuple[int, li
         try:
             (cells,) = csv.reader(io.StringIO(line), delimiter=mark, strict=True)
         except (csv.Error, ValueError) as error:
-            raise TableError(f"{name}:{number}", f"this is not CSV: {error}", "plain numbers between delimiters") from None
+            raise TableError(
+                f"{name}:{number}", f"this is not CSV: {error}", "plain numbers between delimiters"
+            ) from None
         yield number, cells
 
 
@@ -145,7 +149,9 @@ def _place(column: str | int, titles: Sequence[str], head: tuple[int, list[str]]
         raise TableError(f"{name}:{line}", f"{len(found)} columns are called {shown(column)}", hint)
     what = f"there is no column {shown(column)}; there are {listed(titles)}"
     hint = nearest(column, titles)
-    raise TableError(f"{name}:{line}", what, f"the delimiter that separates {shown(titles[0])}" if len(titles) == 1 else hint)
+    raise TableError(
+        f"{name}:{line}", what, f"the delimiter that separates {shown(titles[0])}" if len(titles) == 1 else hint
+    )
 
 
 def _number(row: tuple[int, list[str]], place: int, titles: Sequence[str], name: str, decimal: str) -> float:

@@ -1,7 +1,7 @@
 """Inclusion of files: their entries under a prefix, their base on a body of the scene.
 
-A part is read as data with its values in SI; then its names and references are renamed as the schema says of each key, while
-its formulas keep their text and take their namespace along.
+A part is read as data with its values in SI; then its names and references are renamed as the schema says of each key,
+while its formulas keep their text and take their namespace along.
 """
 
 from __future__ import annotations
@@ -58,10 +58,13 @@ class _Includer:
         self.files = 0
 
     def expanded(self, part: Part, report: Report, folder: Path, chain: Sequence[Path]) -> Part:
-        """Put what a file includes into its part; ``report`` is the file's own, ``chain`` leads from the scene to it."""
+        """Put what a file includes into its part; ``report`` is the file's own, ``chain`` leads from the scene to
+        it."""
         written = part.data.pop("include", {})
         if not isinstance(written, Mapping):
-            report.add("include", f"a table is needed here, not {described(written)}", '[include.left] and file = "left.toml"')
+            report.add(
+                "include", f"a table is needed here, not {described(written)}", '[include.left] and file = "left.toml"'
+            )
             return part
         opened: list[tuple[str, Include, Part]] = []
         for name, raw in written.items():
@@ -104,7 +107,9 @@ class _Includer:
             text, options = read_text(path), all_options()
             for name in sorted(options.keys() & entry.model_fields_set):
                 if options[name][0] is not source:
-                    report.add(f"{key}.{name}", f"{name} is for {options[name][0].name} only", "the joint in the included file")
+                    report.add(
+                        f"{key}.{name}", f"{name} is for {options[name][0].name} only", "the joint in the included file"
+                    )
             if source is TOML:
                 return self.scene(text, path, [*chain, path])
             return _part(source, text, path, entry)
@@ -150,7 +155,9 @@ def _entry(name: str, raw: object, report: Report) -> Include | None:
 
 def _part(source: Source, text: str, path: Path, entry: Include) -> Part:
     file = shown_file(path)
-    options = {option.name: getattr(entry, option.name) for option in source.options if option.name in Include.model_fields}
+    options = {
+        option.name: getattr(entry, option.name) for option in source.options if option.name in Include.model_fields
+    }
     read = source.read(text, file=file, included=True, **options)
     places = {key: line if isinstance(line, str) else f"{file}:{line}" for key, line in read.lines.items()}
     judged = set(read.data["bodies"]) if read.inertias_checked else set()
@@ -160,7 +167,11 @@ def _part(source: Source, text: str, path: Path, entry: Include) -> Part:
 def _check_top_level(data: dict[str, Any], report: Report) -> None:
     """Report problems in the keys of an included file that the including scene does not use."""
     if data.get("format") != 1:
-        what = f"this eomgen reads format 1, not {described(data['format'])}" if "format" in data else "the key format is missing"
+        what = (
+            f"this eomgen reads format 1, not {described(data['format'])}"
+            if "format" in data
+            else "the key format is missing"
+        )
         report.add("format", what, "format = 1")
     for key in list(data):
         if key not in Document.model_fields:

@@ -41,7 +41,9 @@ class Renamer:
             if section in SECTIONS and inner is not None and isinstance(data.get(section), Mapping):
                 names = self.space.names[section]
                 entries = data[section].items()
-                result[section] = {names[name]: self.entry(inner.model, entry) for name, entry in entries if name in names}
+                result[section] = {
+                    names[name]: self.entry(inner.model, entry) for name, entry in entries if name in names
+                }
         return result
 
     def entry(self, model: type[Table], entry: Any) -> Any:
@@ -92,9 +94,7 @@ class Renamer:
         return {name: self.texts(entry) for name, entry in value.items()} if isinstance(value, Mapping) else value
 
 
-def overridden(
-    key: str, entry: Include, data: dict[str, Any], known: frozenset[str], report: Report
-) -> dict[str, str]:
+def overridden(key: str, entry: Include, data: dict[str, Any], known: frozenset[str], report: Report) -> dict[str, str]:
     """Put the values of an include in place of the parameters of a file, and return those that are formulas.
 
     Parameters

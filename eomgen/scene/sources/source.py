@@ -53,8 +53,9 @@ class Source:
     article : str
         How hints call such a file: ``a .urdf file``.
     read : callable
-        ``read(text, file=, strict=, included=, **options) -> Read``; ``strict`` refuses what would be left out with a note,
-        ``included`` is set where the file is a part of a scene, which may not be fixed to the base. Raises DescriptionError.
+        ``read(text, file=, strict=, included=, **options) -> Read``; ``strict`` refuses what would be left out with a
+        note, ``included`` is set where the file is a part of a scene, which may not be fixed to the base. Raises
+        DescriptionError.
     options : tuple of Option
     elsewhere : mapping
         Endings of files that become this kind by another program, and what to try.

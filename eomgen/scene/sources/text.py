@@ -29,7 +29,9 @@ def read_text(path: Path) -> str:
         raise FileError(Problem(ascii(str(path)), f"cannot be read: {reason}", "another path")) from None
     if len(data) > LARGEST_FILE:
         raise FileError(
-            Problem(shown_file(path), f"the file is larger than {LARGEST_FILE // 1_000_000} MB", "a smaller description")
+            Problem(
+                shown_file(path), f"the file is larger than {LARGEST_FILE // 1_000_000} MB", "a smaller description"
+            )
         )
     try:
         return data.decode("utf-8-sig")

@@ -15,8 +15,8 @@ _BLANK, _DECLARATION = re.compile(r"\s+"), re.compile(r"<\?xml\s")
 class Element:
     """An XML element: tag, line (from 1), attributes and children, which it hands out and then counts as read.
 
-    What nobody asks for is not read: ``unread_attributes``, ``unread_children`` and ``has_text`` say what that is, so a reader
-    of a format can report it without a list of what it knows.
+    What nobody asks for is not read: ``unread_attributes``, ``unread_children`` and ``has_text`` say what that is, so a
+    reader of a format can report it without a list of what it knows.
     """
 
     def __init__(self, tag: str, attributes: dict[str, str], line: int) -> None:
@@ -84,8 +84,8 @@ class Element:
 def read_xml(text: str, file: str) -> Element:
     """Return the root element of an XML text; ``file`` is the name for messages.
 
-    An XML declaration may follow a byte order mark, white space and comments, though XML wants it first: many a generator of
-    robot descriptions puts an empty line before it.
+    An XML declaration may follow a byte order mark, white space and comments, though XML wants it first: many a
+    generator of robot descriptions puts an empty line before it.
 
     Raises
     ------
@@ -93,7 +93,8 @@ def read_xml(text: str, file: str) -> Element:
         If it is not well formed, nested more than 100 deep, or has a document type (which could define entities).
     """
     late = _late_declaration(text)
-    if late:  # the declaration is looked at by itself and blanked out in its place, so lines and columns stay what they are
+    # the declaration is looked at by itself and blanked out in its place, so lines and columns stay what they are
+    if late:
         before, declaration, after = text[: late.start], text[late], text[late.stop :]
         _parsed(f"{declaration}<a/>", file, lines_before=before.count("\n"))
         text = before + re.sub(r"[^\n]", " ", declaration) + after
@@ -101,7 +102,8 @@ def read_xml(text: str, file: str) -> Element:
 
 
 def _late_declaration(text: str) -> slice | None:
-    """Return where an XML declaration stands behind blanks and comments, and not at the start of the file where XML wants it."""
+    """Return where an XML declaration stands behind blanks and comments, and not at the start of the file where XML
+    wants it."""
     first = place = 1 if text.startswith("\ufeff") else 0
     while not _DECLARATION.match(text, place):
         blank = _BLANK.match(text, place)
@@ -141,7 +143,9 @@ def _parsed(text: str, file: str, *, lines_before: int = 0) -> Element:
             stack[-1].has_text = True
 
     def document_type(*_details: object) -> None:
-        raise refused(parser.CurrentLineNumber, "document types and entities are refused", "the file without <!DOCTYPE>")
+        raise refused(
+            parser.CurrentLineNumber, "document types and entities are refused", "the file without <!DOCTYPE>"
+        )
 
     parser.StartElementHandler = start
     parser.EndElementHandler = end

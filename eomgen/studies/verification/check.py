@@ -31,7 +31,8 @@ if TYPE_CHECKING:
     from eomgen.pipeline.pipeline import Described
     from eomgen.system.system import System
 
-#: Velocity components beyond which whole matrices, which no stepper of long trees needs, are not built for the check alone.
+#: Velocity components beyond which whole matrices, which no stepper of long trees needs, are not built for the check
+#: alone.
 LARGE = 128
 #: Velocity components up to which the matrices of the closed form are built: they have six rows for each link.
 CLOSED = 8
@@ -51,8 +52,8 @@ def check(
 ) -> CheckReport:
     """Check every closed form of a scene: separated terms, partials, constraints, bodies, energies.
 
-    The compiled functions are held against central differences of other compiled functions over a ladder of steps, against
-    complex steps on the tape, and against second derivations where there are any.
+    The compiled functions are held against central differences of other compiled functions over a ladder of steps,
+    against complex steps on the tape, and against second derivations where there are any.
 
     Parameters
     ----------
@@ -90,7 +91,9 @@ def check(
     found, space = draw(model, engine, states, rng)
     claims = _chosen(_claims(space, engine, system, model), only)
     reports = tuple(_explained(judged(claim, engine, tape, system, found, rng), model, found) for claim in claims)
-    corners = NonSmoothOperations(system, tuple(name for name in _OF_FORMULAS if name in system.functions)).kinks_and_jumps()
+    corners = NonSmoothOperations(
+        system, tuple(name for name in _OF_FORMULAS if name in system.functions)
+    ).kinks_and_jumps()
     return CheckReport(model.name, found.names, seed, reports, found.notes, tuple(corners))
 
 
@@ -139,5 +142,7 @@ def _chosen(claims: Sequence[Claim], only: Sequence[str]) -> list[Claim]:
     for name in only:
         if not any(claim.name.startswith(name) for claim in claims):
             known = [*(claim.name for claim in claims), *(term.name for term in _CHECKED)]
-            raise UsageError(Problem("only", f"no closed form of this scene is called {shown(name)}", nearest(name, known)))
+            raise UsageError(
+                Problem("only", f"no closed form of this scene is called {shown(name)}", nearest(name, known))
+            )
     return [claim for claim in claims if not only or any(claim.name.startswith(name) for name in only)]

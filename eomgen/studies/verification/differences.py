@@ -1,9 +1,9 @@
 """Derivatives by a ladder of central differences, each entry with its own error bar, and by complex steps.
 
-The bar of an entry is what the difference changes by between neighbouring steps, plus round-off divided by the step. Round-off is
-measured, as what the smallest steps scatter by, and is the last place of the function's largest number at least. So cancellation
-inside the functions widens the bars by itself, and so does truncation where steps are too large (Ridders 1982 estimates in this
-way, too). One-sided differences that do not meet as steps shrink tell a kink.
+The bar of an entry is what the difference changes by between neighbouring steps, plus round-off divided by the step.
+Round-off is measured, as what the smallest steps scatter by, and is the last place of the function's largest number at
+least. So cancellation inside the functions widens the bars by itself, and so does truncation where steps are too large
+(Ridders 1982 estimates in this way, too). One-sided differences that do not meet as steps shrink tell a kink.
 """
 
 from __future__ import annotations
@@ -58,7 +58,8 @@ def differences(claim: Claim, engine: Engine, state: Blocks) -> Differences:
         scatter = np.nan_to_num(np.max(change[_SCATTER:] * _by_step(LADDER[_SCATTER + 1 :], change), axis=0), nan=0.0)
         between = np.maximum(change[:-1], change[1:])
         bars = between + (scatter + floor) / _by_step(LADDER[1:-1], between)
-    unnoticed = (central == 0.0) & np.maximum.accumulate(np.nan_to_num(np.abs(central)) > 0.0, axis=0)  # a step below rounding
+    # a step below rounding
+    unnoticed = (central == 0.0) & np.maximum.accumulate(np.nan_to_num(np.abs(central)) > 0.0, axis=0)
     known = np.isfinite(bars) & np.isfinite(central[1:-1]) & ~unnoticed[1:-1]
     bars = np.where(known, bars, np.inf)
     chosen = np.argmin(bars, axis=0)[np.newaxis]

@@ -1,7 +1,8 @@
 """Engines that evaluate the same functions: the compiled model in doubles, and its tape in complex numbers.
 
-A state is a mapping from input block to array (..., size); ``t`` is a block of size 1 like the others. Motions of a state along
-directions are written once for both: by the groups' exponential for real steps, and to first order for infinitesimal ones.
+A state is a mapping from input block to array (..., size); ``t`` is a block of size 1 like the others. Motions of a
+state along directions are written once for both: by the groups' exponential for real steps, and to first order for
+infinitesimal ones.
 """
 
 from __future__ import annotations
@@ -67,10 +68,14 @@ def on_tape(system: System) -> Engine:
         count = int(np.prod(batch))
         part = max(1, _HELD // (2 * max(lengths[function], 1)))
         with np.errstate(all="ignore"):
-            values = np.concatenate([
-                evaluate_tape(tape, system.functions[function].refs, {n: a[first : first + part] for n, a in flat.items()})
-                for first in range(0, count, part)
-            ])  # fmt: skip
+            values = np.concatenate(
+                [
+                    evaluate_tape(
+                        tape, system.functions[function].refs, {n: a[first : first + part] for n, a in flat.items()}
+                    )
+                    for first in range(0, count, part)
+                ]
+            )
         found, start = {}, 0
         for block in outputs:
             size = len(block.refs)

@@ -54,10 +54,19 @@ class Remarks:
 
 
 def non_smooth_entries(
-    claim: Claim, engine: Engine, operations: NonSmoothOperations, state: Blocks, names: tuple[str, ...],
-    value: Array, finite: Array, found: Differences, sizes: Sizes, remarks: Remarks,
-) -> Array:  # fmt: skip
-    """Return the entries near a kink or jump of a formula (S, R, C) that affects differences, and remark the formula."""
+    claim: Claim,
+    engine: Engine,
+    operations: NonSmoothOperations,
+    state: Blocks,
+    names: tuple[str, ...],
+    value: Array,
+    finite: Array,
+    found: Differences,
+    sizes: Sizes,
+    remarks: Remarks,
+) -> Array:
+    """Return the entries near a kink or jump of a formula (S, R, C) that affects differences, and remark the
+    formula."""
     with np.errstate(all="ignore"):
         off = np.abs(found.best - value) > BARS * found.bar + sizes.differences
     vague = finite & ~(found.bar <= NO_DIGITS * sizes.state)
@@ -87,7 +96,13 @@ def non_smooth_entries(
 
 
 def _decided(
-    operations: NonSmoothOperations, engine: Engine, here: Blocks, rates: Blocks, state: int, direction: int, step: float
+    operations: NonSmoothOperations,
+    engine: Engine,
+    here: Blocks,
+    rates: Blocks,
+    state: int,
+    direction: int,
+    step: float,
 ) -> list[str]:
     """Return the operations that take another branch a step before or after a state."""
     along = {}
@@ -99,7 +114,8 @@ def _decided(
 
 _BY_SIGN = {Op.ABS: "abs", Op.SIGN: "sign", Op.SELECT: "select"}
 _BY_ORDER = {Op.MIN: "min", Op.MAX: "max", Op.LT: "comparison", Op.LE: "comparison"}  # a > b is b < a on the tape
-#: Functions whose derivative is unbounded at some argument inside their domain or at its edge, and that argument's distance.
+#: Functions whose derivative is unbounded at some argument inside their domain or at its edge, and that argument's
+#: distance.
 _UNBOUNDED: dict[Op, tuple[str, Callable[[Array, Array], Array]]] = {
     Op.SQRT: ("sqrt", lambda x, _: np.abs(x)),
     Op.POW: ("power", lambda x, _: np.abs(x)),
@@ -130,15 +146,23 @@ class NonSmoothOperations:
         values = [self._operands(nodes, state) for state in states]
         found: list[str] = []
         for number, (node, op) in enumerate(nodes):
-            taken = [_decision(op, operands[number], self._breaks(node) if op is Op.CURVE else None) for operands in values]
+            taken = [
+                _decision(op, operands[number], self._breaks(node) if op is Op.CURVE else None) for operands in values
+            ]
             if any(decision != taken[0] for decision in taken):
-                what = f"curve {tape.curves[tape.b[node]][0].name}" if op is Op.CURVE else _BY_SIGN.get(op) or _BY_ORDER[op]
+                what = (
+                    f"curve {tape.curves[tape.b[node]][0].name}"
+                    if op is Op.CURVE
+                    else _BY_SIGN.get(op) or _BY_ORDER[op]
+                )
                 found.append(f"{what} in {tape.label(node) or 'the scene'}")
         return list(dict.fromkeys(found))
 
     def kinks_and_jumps(self) -> list[str]:
         """Return the operations that have a kink or jump somewhere, near a state or not, as text; curves apart."""
-        found = [(_BY_SIGN.get(op) or _BY_ORDER[op], node) for node, op in self._live() if op in _BY_SIGN or op in _BY_ORDER]
+        found = [
+            (_BY_SIGN.get(op) or _BY_ORDER[op], node) for node, op in self._live() if op in _BY_SIGN or op in _BY_ORDER
+        ]
         return list(dict.fromkeys(f"{what} in {self.system.tape.label(node) or 'the scene'}" for what, node in found))
 
     def singular(self, state: Blocks) -> list[str]:

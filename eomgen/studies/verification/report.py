@@ -17,7 +17,8 @@ from eomgen.errors import FileError, Problem
 from eomgen.files import write_text
 from eomgen.studies.verification.differences import LADDER
 
-#: ``agrees``; ``FAILS``; ``undecided``: neither way of differentiating gives digits; ``no state``: none where it is finite.
+#: ``agrees``; ``FAILS``; ``undecided``: neither way of differentiating gives digits; ``no state``: none where it is
+#: finite.
 Verdict = Literal["agrees", "FAILS", "undecided", "no state"]
 #: How remarks and notes begin that tell of states where a function or its derivative is not defined.
 _NOT_DEFINED = ("not a number", "not smooth", "unbounded derivative", "left out")
@@ -57,20 +58,23 @@ class Disagreement:
         if self.explained:
             return self.explained
         entry = f"{self.entry}: " if self.entry else ""
-        return f"{entry}{self.value:.9g}, but {self.expected:.9g} by {self.by} (known to {self.bar:.2g}), at {self.state}"
+        return (
+            f"{entry}{self.value:.9g}, but {self.expected:.9g} by {self.by} (known to {self.bar:.2g}), at {self.state}"
+        )
 
 
 @dataclass(frozen=True)
 class FormReport:
-    """What was found of one closed form. Agreements are norm-wise: largest difference over the largest entry of a state.
+    """What was found of one closed form. Agreements are norm-wise: largest difference over the largest entry of a
+    state.
 
     Attributes
     ----------
     name, meaning, family : str
     agreement, step, slope : float or None
-        The best agreement with finite differences over the ladder, the step where it occurs (in the units of the directions'
-        scale: 1 rad, 1 s, the scene's size), and the slope of the error above it; None where the form is no derivative, the
-        slope also where differences are exact up to round-off.
+        The best agreement with finite differences over the ladder, the step where it occurs (in the units of the
+        directions' scale: 1 rad, 1 s, the scene's size), and the slope of the error above it; None where the form is no
+        derivative, the slope also where differences are exact up to round-off.
     complex_step : float or None
     second, second_name : agreement with the second derivation, and what that is
     errors : by step of the ladder
@@ -163,7 +167,8 @@ _LEAST = 1e-17
 
 
 def write(report: CheckReport, folder: Path) -> list[Path]:
-    """Write ``check.json``, ``check.csv`` and ``check.png`` to a folder, which is made where it is missing, and return them.
+    """Write ``check.json``, ``check.csv`` and ``check.png`` to a folder, which is made where it is missing, and return
+    them.
 
     Raises
     ------
@@ -221,7 +226,8 @@ def _panels(forms: Sequence[FormReport]) -> list[tuple[str, list[FormReport]]]:
 
 
 def _draw(report: CheckReport, forms: Sequence[FormReport], path: Path) -> None:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415  # slow to import, and only drawing needs it
+    # slow to import, and only drawing needs it
+    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
     from matplotlib.figure import Figure  # noqa: PLC0415
 
     panels = _panels(forms)
@@ -237,12 +243,15 @@ def _draw(report: CheckReport, forms: Sequence[FormReport], path: Path) -> None:
     verdict = report.summary if report.passed else f"failed: {', '.join(form.name for form in report.failures[:4])}"
     figure.suptitle(
         f"{report.scene}: closed forms against central differences at {len(report.states)} states; {verdict}\n"
-        "dotted: against complex steps", fontsize=11,
-    )  # fmt: skip
+        "dotted: against complex steps",
+        fontsize=11,
+    )
     try:
         figure.savefig(path)
     except OSError as error:
-        raise FileError(Problem(str(path), f"cannot be written ({error.strerror or error})", "another folder")) from None
+        raise FileError(
+            Problem(str(path), f"cannot be written ({error.strerror or error})", "another folder")
+        ) from None
 
 
 def _panel(axis: Any, family: str, forms: Sequence[FormReport]) -> None:
@@ -250,7 +259,9 @@ def _panel(axis: Any, family: str, forms: Sequence[FormReport]) -> None:
         errors = np.clip(np.array(form.errors, dtype=float), _LEAST, None)
         failed = form.verdict != "agrees"
         label = f"{form.name} ({form.verdict})" if failed else form.name
-        axis.loglog(LADDER, errors, color=colour, marker=mark, markersize=3.5, linewidth=2.4 if failed else 1.2, label=label)
+        axis.loglog(
+            LADDER, errors, color=colour, marker=mark, markersize=3.5, linewidth=2.4 if failed else 1.2, label=label
+        )
         if form.complex_step is not None:
             axis.axhline(max(form.complex_step, _LEAST), color=colour, linewidth=1.0, linestyle=":")
     axis.set_ylim(3e-18, 30.0)

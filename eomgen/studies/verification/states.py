@@ -14,10 +14,11 @@ from eomgen.model import Model
 from eomgen.studies.verification.claims.claim import FEW, Space, directions
 from eomgen.studies.verification.engines import Array, Engine
 
-#: Random states are this far from the initial one: in rad and rad/s, and in this part of the scene's size for travels. Beams
-#: deform less: as little as is small against their length.
+#: Random states are this far from the initial one: in rad and rad/s, and in this part of the scene's size for travels.
+#: Beams deform less: as little as is small against their length.
 AMPLITUDE, TRAVEL = 0.5, 0.2
-#: Beams deform by this part of their length, or rad, where other bodies travel by 1: they are made for small deflections.
+#: Beams deform by this part of their length, or rad, where other bodies travel by 1: they are made for small
+#: deflections.
 DEFLECTION = 0.05
 #: Halvings of that distance before a state is given up.
 _HALVINGS = 8
@@ -52,7 +53,9 @@ def draw(model: Model, engine: Engine, count: int, rng: np.random.Generator) -> 
         else:
             kept.append((f"random state {number}", state))
     if missing:
-        notes.append(f"around the motion {missing} of {count - len(motion)} states were not found: no finite or consistent ones")
+        notes.append(
+            f"around the motion {missing} of {count - len(motion)} states were not found: no finite or consistent ones"
+        )
     blocks = {name: np.stack([state[name] for _, state in kept]) for name in kept[0][1]} if kept else {}
     return States(blocks, tuple(name for name, _ in kept), tuple(notes)), _space(model, engine, scales, length, rng)
 
@@ -79,10 +82,13 @@ def _motion(model: Model, count: int, notes: list[str]) -> tuple[list[dict[str, 
 
 
 def _length(model: Model) -> float:
-    """Return how far the bodies' frames are from each other and from the base, in m; 1 where they are all in one place."""
+    """Return how far the bodies' frames are from each other and from the base, in m; 1 where they are all in one
+    place."""
     if "poses" not in model.functions or not model.bodies:
         return 1.0
-    places = np.concatenate([np.stack([model.pose(body, model.initial_q)[4:] for body in model.bodies]), np.zeros((1, 3))])
+    places = np.concatenate(
+        [np.stack([model.pose(body, model.initial_q)[4:] for body in model.bodies]), np.zeros((1, 3))]
+    )
     extent = float(np.max(np.ptp(places, axis=0)))
     return extent if 0.0 < extent < np.inf else 1.0
 
@@ -104,7 +110,8 @@ def _scales(model: Model, motion: list[dict[str, Array]], length: float) -> dict
 def _random(
     model: Model, motion: list[dict[str, Array]], scales: dict[str, Array], rng: np.random.Generator
 ) -> dict[str, Array] | None:
-    """Return a state around one of the motion at any time of a run, ever nearer to it until all terms are finite there."""
+    """Return a state around one of the motion at any time of a run, ever nearer to it until all terms are finite
+    there."""
     draws = {name: rng.uniform(-1.0, 1.0, model.nv) for name in ("q", "v")} | {"z": rng.uniform(-1.0, 1.0, model.nz)}
     around = motion[int(rng.integers(len(motion)))]
     time = rng.uniform(0.0, model.description.simulation.duration)
@@ -133,8 +140,8 @@ def _random(
 def _completed(
     model: Model, state: dict[str, Array], rng: np.random.Generator, scales: dict[str, Array], part: float
 ) -> dict[str, Array] | None:
-    """Return a state with all blocks, or None where the residual is not finite: inputs near their formulas, accelerations
-    at random, those and multipliers of the motion where there are constraints."""
+    """Return a state with all blocks, or None where the residual is not finite: inputs near their formulas,
+    accelerations at random, those and multipliers of the motion where there are constraints."""
     functions, t = model.functions, float(state["t"][0])
     blocks = {**state, "p": model.parameter_array(), "base": model.base(t), "u": model.input_values(t)}
     blocks["u"] = blocks["u"] + 0.3 * part * np.maximum(np.abs(blocks["u"]), 1.0) * rng.uniform(-1.0, 1.0, model.nu)
@@ -167,6 +174,11 @@ def _space(model: Model, engine: Engine, scales: dict[str, Array], length: float
     }
     along |= {"a": along["v"], "q": along["v"]}
     return Space(
-        nv=model.nv, holonomic=model.functions.sizes["holonomic"], bodies=model.bodies, along=along,
-        few=directions(components["v"], scales["v"], rng, FEW), rows=components, length=length,
-    )  # fmt: skip
+        nv=model.nv,
+        holonomic=model.functions.sizes["holonomic"],
+        bodies=model.bodies,
+        along=along,
+        few=directions(components["v"], scales["v"], rng, FEW),
+        rows=components,
+        length=length,
+    )

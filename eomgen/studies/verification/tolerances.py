@@ -1,9 +1,9 @@
 """Tolerances of a check: bounds of the rounding errors of the compared numbers.
 
-What is compared exactly (complex steps, second derivations) may differ by 1e-11 of the largest entry of its row or column,
-whichever is smaller, by 1e-13 of the largest entry of its state, and by 100 times what rounding of the arguments does to the
-closed form: that is measured, and is the condition. What is compared with differences may differ by 1e-7 and 1e-9 besides, and by
-10 error bars.
+What is compared exactly (complex steps, second derivations) may differ by 1e-11 of the largest entry of its row or
+column, whichever is smaller, by 1e-13 of the largest entry of its state, and by 100 times what rounding of the
+arguments does to the closed form: that is measured, and is the condition. What is compared with differences may differ
+by 1e-7 and 1e-9 besides, and by 10 error bars.
 """
 
 from __future__ import annotations
@@ -27,7 +27,8 @@ _BRANCH = 1e-7
 
 @dataclass(frozen=True)
 class Sizes:
-    """Sizes of entries by row and column (1 or S, R, C), of states (S, 1, 1), and what rounding of arguments does (S, R, C)."""
+    """Sizes of entries by row and column (1 or S, R, C), of states (S, 1, 1), and what rounding of arguments does (S,
+    R, C)."""
 
     entry: Array
     state: Array
@@ -64,7 +65,9 @@ def sizes_of(claim: Claim, engine: Engine, state: Blocks, value: Array, rng: np.
 def _rounded(engine: Engine, state: Blocks, rng: np.random.Generator) -> dict[str, Array]:
     """Return the state with all its numbers changed as rounding may change them."""
     relative = {
-        name: array * (1.0 + _ROUNDING * rng.uniform(-1.0, 1.0, array.shape)) for name, array in state.items() if name != "q"
+        name: array * (1.0 + _ROUNDING * rng.uniform(-1.0, 1.0, array.shape))
+        for name, array in state.items()
+        if name != "q"
     }
     reach = np.ones(state["v"].shape)
     for factor in engine.factors:

@@ -16,7 +16,9 @@ from eomgen.studies.verification.tolerances import BARS, Sizes, sizes_of
 from eomgen.system.system import System
 
 
-def judged(claim: Claim, engine: Engine, tape: Engine, system: System, states: States, rng: np.random.Generator) -> FormReport:
+def judged(
+    claim: Claim, engine: Engine, tape: Engine, system: System, states: States, rng: np.random.Generator
+) -> FormReport:
     """Return the report of a claim at states.
 
     Parameters
@@ -34,7 +36,9 @@ def judged(claim: Claim, engine: Engine, tape: Engine, system: System, states: S
         names = tuple(names[k] for k in np.flatnonzero(inside))
     if not names:
         return replace(report, remarks=remarks.texts)
-    operations = NonSmoothOperations(system, (*claim.functions, "base") if "base" in system.functions else claim.functions)
+    operations = NonSmoothOperations(
+        system, (*claim.functions, "base") if "base" in system.functions else claim.functions
+    )
     value = claim.value(engine, state)
     finite = np.array(np.isfinite(value))
     value = np.where(finite, value, 0.0)
@@ -54,9 +58,13 @@ def judged(claim: Claim, engine: Engine, tape: Engine, system: System, states: S
             by_step = np.max((np.abs(found.ladder - value) / sizes.state)[:, smooth], axis=(1, 2, 3), initial=0.0)
         best, step, slope = _best(by_step) if smooth.any() else (None, None, None)
         report = replace(
-            report, agreement=best, step=step, slope=slope, complex_step=_largest(exact - value, sizes, smooth),
+            report,
+            agreement=best,
+            step=step,
+            slope=slope,
+            complex_step=_largest(exact - value, sizes, smooth),
             errors=tuple(by_step.tolist()),
-        )  # fmt: skip
+        )
     if claim.second is not None:
         second = claim.second(engine, state)
         failures += _worst(claim, names, finite, value, second, sizes.exact, claim.second_name)
@@ -66,7 +74,12 @@ def judged(claim: Claim, engine: Engine, tape: Engine, system: System, states: S
 
 
 def _not_numbers(
-    claim: Claim, operations: NonSmoothOperations, state: Blocks, names: tuple[str, ...], finite: Array, remarks: Remarks
+    claim: Claim,
+    operations: NonSmoothOperations,
+    state: Blocks,
+    names: tuple[str, ...],
+    finite: Array,
+    remarks: Remarks,
 ) -> list[Disagreement]:
     """Return the states at which the closed form is not a number without a cause in the formulas; remark the others."""
     failures = []
@@ -76,7 +89,9 @@ def _not_numbers(
             remarks.add(names[k], "unbounded derivative", what)
         if not found:
             entry = _named(claim, np.argwhere(~finite[k])[0])
-            failures.append(Disagreement(names[k], entry, float("nan"), 0.0, "any other way a finite number", float("inf")))
+            failures.append(
+                Disagreement(names[k], entry, float("nan"), 0.0, "any other way a finite number", float("inf"))
+            )
     return failures
 
 

@@ -1,7 +1,7 @@
 """Seeds of tangents and jets for the inputs of a configuration, a product of Lie groups.
 
-Left-trivialised (body-frame) throughout: SO(3) q' = 1/2 q (0, omega); SE(3) besides x' = R(q) v. So a unit quaternion is never
-differentiated as if its four numbers were free.
+Left-trivialised (body-frame) throughout: SO(3) q' = 1/2 q (0, omega); SE(3) besides x' = R(q) v. So a unit quaternion
+is never differentiated as if its four numbers were free.
 """
 
 from __future__ import annotations
@@ -49,7 +49,8 @@ def tangent_seeds(tape: Tape, group: str, q: Sequence[Ref], first: int = 0) -> d
 def configuration_seeds(
     tape: Tape, factors: Iterable[tuple[str, int, int, int]], block: str = "q"
 ) -> dict[Ref | InputSymbol, Tangent]:
-    """Return the seeds of a configuration from ``factors`` (group, q_start, q_size, v_start); directions are those of v."""
+    """Return the seeds of a configuration from ``factors`` (group, q_start, q_size, v_start); directions are those of
+    v."""
     seeds: dict[Ref | InputSymbol, Tangent] = {}
     for group, q_start, q_size, v_start in factors:
         seeds |= tangent_seeds(tape, group, [tape.input(block, q_start + k) for k in range(q_size)], v_start)
@@ -66,7 +67,12 @@ def quaternion_jet(tape: Tape, q: Sequence[Ref], omega: Sequence[Jet], order: in
         total = [ZERO] * 4
         for i, (w, x, y, z) in enumerate(jet):
             a, b, c = (coefficient(component, k - i) for component in omega)
-            rate = (((-x, a), (-y, b), (-z, c)), ((w, a), (y, c), (-z, b)), ((w, b), (z, a), (-x, c)), ((w, c), (x, b), (-y, a)))
+            rate = (
+                ((-x, a), (-y, b), (-z, c)),
+                ((w, a), (y, c), (-z, b)),
+                ((w, b), (z, a), (-x, c)),
+                ((w, c), (x, b), (-y, a)),
+            )
             for row, pairs in enumerate(rate):
                 for left, right in pairs:
                     total[row] = tape.add(total[row], tape.mul(left, right))
@@ -76,7 +82,8 @@ def quaternion_jet(tape: Tape, q: Sequence[Ref], omega: Sequence[Jet], order: in
 
 
 def pose_jet(tape: Tape, pose: Sequence[Ref], twist: Sequence[Jet], order: int) -> list[list[Ref]]:
-    """Return the jets of a pose (quaternion, then position) from those of its body twist (omega, R^T x'): x' = R(q) v."""
+    """Return the jets of a pose (quaternion, then position) from those of its body twist (omega, R^T x'): x' = R(q)
+    v."""
     turning = quaternion_jet(tape, pose[:4], twist[:3], order)
     entries = [ref for row in rotation(tape, pose[:4]) for ref in row]
     matrix = jets(tape, entries, dict(zip(pose[:4], turning, strict=True)), order)

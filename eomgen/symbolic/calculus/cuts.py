@@ -1,8 +1,8 @@
 """Sparse partials of long recursions: named intermediates are kept as unknowns and not eliminated.
 
-The Jacobian of y = f(x, s(x)) with s given step by step is dense, but that of the pair (y, definitions of s) is sparse: each
-step of a recursion knows only its neighbour. Eliminating the intermediates again in a good order is the linear-time recursion
-(Griewank and Walther 2008, chapter 9: the extended system).
+The Jacobian of y = f(x, s(x)) with s given step by step is dense, but that of the pair (y, definitions of s) is sparse:
+each step of a recursion knows only its neighbour. Eliminating the intermediates again in a good order is the
+linear-time recursion (Griewank and Walther 2008, chapter 9: the extended system).
 """
 
 from __future__ import annotations

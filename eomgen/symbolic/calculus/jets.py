@@ -1,10 +1,10 @@
 """Jets: truncated Taylor expansions in time of all values of a tape, recorded on the same tape.
 
-A jet is the list of normalised coefficients x_k = x^(k) / k!. Recurrences: Griewank and Walther, Evaluating Derivatives (2008),
-table 13.2. Input symbols own their jets: see ``configuration``.
+A jet is the list of normalised coefficients x_k = x^(k) / k!. Recurrences: Griewank and Walther, Evaluating Derivatives
+(2008), table 13.2. Input symbols own their jets: see ``configuration``.
 
-Where a function is not smooth, the branch taken at order 0 is followed (as in ``derivatives``). The recurrences of SQRT, LOG,
-POW, ASIN, ACOS and ATAN2 divide by what vanishes at their singular points.
+Where a function is not smooth, the branch taken at order 0 is followed (as in ``derivatives``). The recurrences of
+SQRT, LOG, POW, ASIN, ACOS and ATAN2 divide by what vanishes at their singular points.
 """
 
 from __future__ import annotations
@@ -20,14 +20,16 @@ from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 Jet = Sequence[Ref]
 
 
-def jets(tape: Tape, outputs: Sequence[Ref], input_jets: Mapping[Ref | InputSymbol, Jet], order: int) -> list[list[Ref]]:
+def jets(
+    tape: Tape, outputs: Sequence[Ref], input_jets: Mapping[Ref | InputSymbol, Jet], order: int
+) -> list[list[Ref]]:
     """Return the Taylor coefficients of outputs from those of independent quantities.
 
     Parameters
     ----------
     input_jets : mapping from InputSymbol, or reference of a node, to [x_0, x_1, ...]
-        Normalised coefficients; those beyond the list are zero, and all other inputs are constant in time. x_0 is usually the
-        input itself; another reference there substitutes it.
+        Normalised coefficients; those beyond the list are zero, and all other inputs are constant in time. x_0 is
+        usually the input itself; another reference there substitutes it.
     order : int
         Highest power of time.
 
@@ -62,7 +64,9 @@ def jets(tape: Tape, outputs: Sequence[Ref], input_jets: Mapping[Ref | InputSymb
         else:
             operands = [jet(ref) for ref in tape.operands(node)]
             value = record(tape, op, [operand[0] for operand in operands])
-            known[node] = algebra.apply(op, value, operands) if any(map(_varies, operands)) else [value] + [ZERO] * order
+            known[node] = (
+                algebra.apply(op, value, operands) if any(map(_varies, operands)) else [value] + [ZERO] * order
+            )
     return [jet(ref) for ref in outputs]
 
 
@@ -138,12 +142,16 @@ class JetAlgebra:
                 condition = tape.call(Op.LE, *first)
                 return [value, *(tape.select(condition, p, q) for p, q in zip(x[1:], operands[1][1:], strict=True))]
             case Op.SELECT:
-                return [value, *(tape.select(x[0], p, q) for p, q in zip(operands[1][1:], operands[2][1:], strict=True))]
+                return [
+                    value,
+                    *(tape.select(x[0], p, q) for p, q in zip(operands[1][1:], operands[2][1:], strict=True)),
+                ]
             case _:  # SIGN, LT and LE are flat
                 return flat
 
     def curve(self, curve: CurveLike, derivative: int, x: Jet) -> list[Ref]:
-        """Return the jet of a curve c(x): c' is the curve's derivative, with a jet one coefficient shorter, times x'."""
+        """Return the jet of a curve c(x): c' is the curve's derivative, with a jet one coefficient shorter, times
+        x'."""
         value = self.tape.curve(curve, derivative, x[0])
         if not _varies(x):
             return [value] + [ZERO] * (len(x) - 1)

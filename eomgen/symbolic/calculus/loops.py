@@ -1,7 +1,7 @@
 """Calculus on Maps: the derivative, the adjoint and the jet of a loop are loops again.
 
-The kernel is differentiated once, whatever the number of elements; derivatives of carries are carries (Griewank and Walther
-2008, chapter 3), adjoints of carries run backwards through the elements over stored carries (chapter 4).
+The kernel is differentiated once, whatever the number of elements; derivatives of carries are carries (Griewank and
+Walther 2008, chapter 3), adjoints of carries run backwards through the elements over stored carries (chapter 4).
 What differentiates the kernel is an argument, since a kernel may hold loops itself.
 """
 
@@ -27,8 +27,8 @@ def map_partials(
 ) -> list[Tangent]:
     """Return the tangent of every result of a Map, numbered like its results, from the tangents of nodes.
 
-    One loop carries all directions. Only where that would multiply mostly zeros (no carries, and each element reached by few of
-    the directions) the loop gives the local partials of each element instead, which are combined outside.
+    One loop carries all directions. Only where that would multiply mostly zeros (no carries, and each element reached
+    by few of the directions) the loop gives the local partials of each element instead, which are combined outside.
     """
     loop = cast("Map", tape.maps[number])
     outer = {symbol: [signed_tangent(tangents, ref) for ref in refs] for symbol, refs in _outer(loop).items()}
@@ -47,9 +47,7 @@ def map_partials(
     return growth.finish(tape, forward_partials(growth.kernel, growth.refs, seeds))
 
 
-def map_jets(
-    tape: Tape, number: int, jet: Callable[[Ref], Sequence[Ref]], order: int, jets: Jets
-) -> list[list[Ref]]:
+def map_jets(tape: Tape, number: int, jet: Callable[[Ref], Sequence[Ref]], order: int, jets: Jets) -> list[list[Ref]]:
     """Return the jet of every result of a Map, numbered like its results, from the jets of outer references."""
     loop = cast("Map", tape.maps[number])
     outer = {symbol: [jet(ref) for ref in refs] for symbol, refs in _outer(loop).items()}
@@ -104,12 +102,21 @@ def map_adjoints(
         *(stored[InputSymbol("carry", k)] for k in range(len(last))),
         *(kernel.input("gather", j) for j in range(len(loop.gather))),
     ]
-    of_shared, of_carry, of_gather = _split(weighted_gradient(kernel, outputs, weights, inputs), len(loop.shared), len(last))
+    of_shared, of_carry, of_gather = _split(
+        weighted_gradient(kernel, outputs, weights, inputs), len(loop.shared), len(last)
+    )
     backward = Map(
-        kernel, loop.count, tuple(tuple(reversed(column)) for column in loop.elements), tuple(shared), tuple(gather),
+        kernel,
+        loop.count,
+        tuple(tuple(reversed(column)) for column in loop.elements),
+        tuple(shared),
+        tuple(gather),
         tuple(adjoints.get(len(sums) + k, ZERO) for k in range(len(last))),
-        tuple(of_shared), tuple(of_carry), tuple(of_gather), loop.label,
-    )  # fmt: skip
+        tuple(of_shared),
+        tuple(of_carry),
+        tuple(of_gather),
+        loop.label,
+    )
     found = add_map(tape, compact(backward, range(len(last))))
     pairs = [*zip(loop.shared, found.sums, strict=True), *zip(loop.initial, found.last, strict=True)]
     for row, i in zip(found.rows, reversed(range(loop.count)), strict=True):
@@ -130,14 +137,23 @@ def compact(loop: Map, wanted: Iterable[int]) -> Map:
     kernel = Tape()
     kept = {block: sorted(symbol.index for symbol in needed if symbol.block == block) for block in KERNEL_BLOCKS}
     kept["carry"] = carries
-    bindings = {InputSymbol(name, old): kernel.input(name, new) for name in KERNEL_BLOCKS for new, old in enumerate(kept[name])}
+    bindings = {
+        InputSymbol(name, old): kernel.input(name, new) for name in KERNEL_BLOCKS for new, old in enumerate(kept[name])
+    }
     refs = splice(kernel, loop.kernel, [*loop.sums, *(loop.last[k] for k in carries), *loop.stacked], bindings)
     sums, last, stacked = _split(refs, len(loop.sums), len(carries))
     return Map(
-        kernel, loop.count, tuple(loop.elements[k] for k in kept["element"]), tuple(loop.shared[k] for k in kept["shared"]),
-        tuple(loop.gather[k] for k in kept["gather"]), tuple(loop.initial[k] for k in carries),
-        tuple(sums), tuple(last), tuple(stacked), loop.label,
-    )  # fmt: skip
+        kernel,
+        loop.count,
+        tuple(loop.elements[k] for k in kept["element"]),
+        tuple(loop.shared[k] for k in kept["shared"]),
+        tuple(loop.gather[k] for k in kept["gather"]),
+        tuple(loop.initial[k] for k in carries),
+        tuple(sums),
+        tuple(last),
+        tuple(stacked),
+        loop.label,
+    )
 
 
 class _Growth:
@@ -151,7 +167,8 @@ class _Growth:
         self._carried: list[tuple[int, int]] = []
 
     def add_input(self, symbol: InputSymbol, label: int, column: Sequence[Ref]) -> Ref:
-        """Return the kernel reference of companion ``label`` of a kernel input; ``column`` holds its outer references."""
+        """Return the kernel reference of companion ``label`` of a kernel input; ``column`` holds its outer
+        references."""
         constant = column[0] in (ZERO, ONE) and all(ref == column[0] for ref in column)
         if symbol.block == "carry":
             self._initial.append(column[0])
@@ -172,16 +189,26 @@ class _Growth:
         old = len(loop.last)
         old_last = self.refs[len(sums) : len(sums) + old]
         grown = Map(
-            self.kernel, loop.count, loop.elements, tuple(self._shared), tuple(self._gather), tuple(self._initial),
+            self.kernel,
+            loop.count,
+            loop.elements,
+            tuple(self._shared),
+            tuple(self._gather),
+            tuple(self._initial),
             tuple(ref for row in sums for ref in row.values()),
             (*old_last, *(last[k].get(label, ZERO) for k, label in self._carried)),
-            tuple(ref for row in stacked for ref in row.values()), loop.label,
-        )  # fmt: skip
+            tuple(ref for row in stacked for ref in row.values()),
+            loop.label,
+        )
         found = add_map(tape, compact(grown, range(old, len(self._initial))))
         finals: list[Tangent] = [{} for _ in loop.last]
         for (k, label), ref in zip(self._carried, found.last, strict=False):  # old carries that are still needed follow
             finals[k][label] = ref
-        tangents = _labelled(sums, found.sums) + finals + [tangent for row in found.rows for tangent in _labelled(stacked, row)]
+        tangents = (
+            _labelled(sums, found.sums)
+            + finals
+            + [tangent for row in found.rows for tangent in _labelled(stacked, row)]
+        )
         return [{label: ref for label, ref in tangent.items() if ref != ZERO} for tangent in tangents]
 
 
@@ -199,12 +226,14 @@ def _combined_partials(
         tape,
         compact(
             replace(
-                loop, kernel=kernel, sums=tuple(ref for row in summed for ref in row.values()),
+                loop,
+                kernel=kernel,
+                sums=tuple(ref for row in summed for ref in row.values()),
                 stacked=tuple(ref for row in local for ref in row.values()),
             ),
             (),
         ),
-    )  # fmt: skip
+    )
     totals = [_combine(tape, {}, row, [outer[symbol][0] for symbol in active]) for row in _labelled(summed, found.sums)]
     rows: list[Tangent] = []
     for i, row in enumerate(found.rows):
@@ -235,7 +264,9 @@ def _carries_of_elements(tape: Tape, loop: Map) -> list[tuple[Ref, ...]]:
 
 def _outer(loop: Map) -> dict[InputSymbol, tuple[Ref, ...]]:
     """Return the outer references behind each kernel input; one for shared and carry, one per element for gather."""
-    columns: dict[InputSymbol, tuple[Ref, ...]] = {InputSymbol("shared", k): (ref,) for k, ref in enumerate(loop.shared)}
+    columns: dict[InputSymbol, tuple[Ref, ...]] = {
+        InputSymbol("shared", k): (ref,) for k, ref in enumerate(loop.shared)
+    }
     columns |= {InputSymbol("gather", k): slot for k, slot in enumerate(loop.gather)}
     return columns | {InputSymbol("carry", k): (ref,) for k, ref in enumerate(loop.initial)}
 

@@ -2,9 +2,9 @@
 
 Griewank and Walther, Evaluating Derivatives (2008), chapter 3. Input symbols own their tangents: see ``configuration``.
 
-Where a function is not smooth, a derivative is chosen: ABS gives sign(x), so 0 at 0; SIGN, LT and LE give 0; MIN and MAX take
-the operand they return, the first one recorded where both are equal; SELECT takes the branch it returns and never
-differentiates its condition. POW with an exponent that varies needs a positive base.
+Where a function is not smooth, a derivative is chosen: ABS gives sign(x), so 0 at 0; SIGN, LT and LE give 0; MIN and
+MAX take the operand they return, the first one recorded where both are equal; SELECT takes the branch it returns and
+never differentiates its condition. POW with an exponent that varies needs a positive base.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 __all__ = [
     "Seeds", "Tangent", "forward_partials", "gradient", "jacobian_vector", "second_directional", "signed_tangent",
     "tangent_seeds", "weighted_gradient",
-]  # fmt: skip
+]  # fmt: skip  # a table
 Seeds = Mapping[Ref | InputSymbol, Mapping[int, Ref]]
 
 
@@ -41,7 +41,8 @@ def forward_partials(tape: Tape, outputs: Sequence[Ref], seeds: Seeds) -> list[T
 
     Notes
     -----
-    Linear in (live nodes) x (directions that reach them). Each local partial is recorded once and shared by all directions.
+    Linear in (live nodes) x (directions that reach them). Each local partial is recorded once and shared by all
+    directions.
     """
     seeded = seeds_by_node(tape, seeds)
     tangents: dict[int, Tangent] = {}
@@ -76,8 +77,9 @@ def second_directional(
 ) -> list[Ref]:
     """Differentiate along ``first``, then the result along ``second``.
 
-    The tangents in ``first`` are part of the expression that is differentiated again: where they depend on the configuration,
-    as those of a quaternion do, the order of the two matters (left-trivialised second derivatives do not commute).
+    The tangents in ``first`` are part of the expression that is differentiated again: where they depend on the
+    configuration, as those of a quaternion do, the order of the two matters (left-trivialised second derivatives do not
+    commute).
     """
     return jacobian_vector(tape, jacobian_vector(tape, outputs, first), second)
 
@@ -88,7 +90,8 @@ def gradient(tape: Tape, output: Ref, wrt: Sequence[Ref]) -> list[Ref]:
 
 
 def weighted_gradient(tape: Tape, outputs: Sequence[Ref], weights: Sequence[Ref], wrt: Sequence[Ref]) -> list[Ref]:
-    """Differentiate sum_k weights[k] outputs[k], the weights held constant, with respect to nodes treated as independent."""
+    """Differentiate sum_k weights[k] outputs[k], the weights held constant, with respect to nodes treated as
+    independent."""
     wanted = {abs(ref) for ref in wrt}
     adjoints: dict[int, Ref] = {}
     for output, weight in zip(outputs, weights, strict=True):
@@ -105,7 +108,8 @@ def weighted_gradient(tape: Tape, outputs: Sequence[Ref], weights: Sequence[Ref]
             pending[number] -= 1
             if follow:
                 of_maps.setdefault(number, {})[tape.b[node]] = adjoints[node]
-            if not pending[number] and number in of_maps:  # the first recorded of its results: all adjoints are complete
+            # the first recorded of its results: all adjoints are complete
+            if not pending[number] and number in of_maps:
                 for ref, adjoint in map_adjoints(tape, number, of_maps[number], weighted_gradient):
                     _accumulate(tape, adjoints, ref, adjoint)
         elif follow and op not in LEAVES:

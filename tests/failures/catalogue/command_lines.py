@@ -14,247 +14,261 @@ def thesis(folder: Path) -> None:
 
 FAILURES = [
     Failure(
-        "A verb that there is not", 2,
+        "A verb that there is not",
+        2,
         "usage error: eomgen: there is no verb 'simulat'; try: simulate",
         command="simulat scene.toml",
     ),
     Failure(
-        "A missing option", 2,
+        "A missing option",
+        2,
         "usage error: eomgen simulate: missing option '--out'; try: eomgen simulate --help",
         command="simulate scene.toml",
     ),
     Failure(
-        "An option that there is not", 2,
+        "An option that there is not",
+        2,
         "usage error: eomgen info: no such option '--fast'; try: eomgen info --help",
         command="info scene.toml --fast",
     ),
     Failure(
-        "A word for a number", 2,
-        (
-            "usage error: eomgen simulate: invalid value for '--step': 'fast' is not a valid float; try: eomgen simulate "
-            "--help"
-        ),
+        "A word for a number",
+        2,
+        "usage error: eomgen simulate: invalid value for '--step': 'fast' is not a valid float; try: eomgen simulate "
+        "--help",
         command="simulate scene.toml --out out --step fast",
     ),
     Failure(
-        "A negative step", 2,
+        "A negative step",
+        2,
         "usage error: step: the step must be positive, not -1; try: 1e-3",
         command="simulate scene.toml --out out --step -1",
     ),
     Failure(
-        "An end before the start", 2,
+        "An end before the start",
+        2,
         "usage error: t_end: the end -1 s lies before the start 0 s; try: a later t_end",
         command="simulate scene.toml --out out --t-end -1",
     ),
     Failure(
-        "A run of too many steps", 2,
+        "A run of too many steps",
+        2,
         "usage error: step: 1e+300 s in steps of 1e-09 s are inf steps; try: a larger step",
         command="simulate scene.toml --out out --t-end 1e300 --step 1e-9",
     ),
     Failure(
-        "A run that fills the memory", 2,
-        (
-            "usage error: record_every: 1000000000002 rows of 4 numbers would take about 9.6e+04 GB, this machine has {any}; "
-            "try: record_every = {any} or more"
-        ),
+        "A run that fills the memory",
+        2,
+        "usage error: record_every: 1000000000002 rows of 4 numbers would take about 9.6e+04 GB, this machine has"
+        " {any}; try: record_every = {any} or more",
         command="simulate scene.toml --out out --t-end 1e9 --step 1e-3",
     ),
     Failure(
-        "A damping out of its range", 2,
+        "A damping out of its range",
+        2,
         "usage error: rho_inf: rho_inf must lie between 0 and 1, not 1.5; try: 0.8",
         command="simulate scene.toml --out out --rho-inf 1.5",
     ),
     Failure(
-        "A parameter that there is not", 2,
+        "A parameter that there is not",
+        2,
         "usage error: there is no parameter 'laod'; try: load",
         command="simulate scene.toml --out out --set laod=2",
     ),
     Failure(
-        "A parameter that is fixed", 2,
-        (
-            "usage error: the parameter length exists, but its value is fixed in the code; try: length = { value = ..., "
-            "tunable = true } in the scene's [parameters]"
-        ),
+        "A parameter that is fixed",
+        2,
+        "usage error: the parameter length exists, but its value is fixed in the code; try: length = { value = ..., "
+        "tunable = true } in the scene's [parameters]",
         command="simulate scene.toml --out out --set length=2",
     ),
     Failure(
-        "A value that the scene would refuse as its own", 2,
-        "usage error: scene.toml:12 (bodies.upper.mass): the mass -0.5 is negative at load = -1.5; try: a positive number of kg",
+        "A value that the scene would refuse as its own",
+        2,
+        "usage error: scene.toml:12 (bodies.upper.mass): the mass -0.5 is negative at load = -1.5; try: a positive"
+        " number of kg",
         command="simulate scene.toml --out out --set load=-1.5",
     ),
     Failure(
-        "A parameter without a value", 2,
+        "A parameter without a value",
+        2,
         "usage error: --set load: a name and a number are needed; try: --set length=0.5",
         command="simulate scene.toml --out out --set load",
     ),
     Failure(
-        "A parameter that is no number", 2,
+        "A parameter that is no number",
+        2,
         "usage error: --set load=heavy: 'heavy' is not a number; try: --set load=0.5",
         command="simulate scene.toml --out out --set load=heavy",
     ),
     Failure(
-        "A parameter that is not finite", 2,
+        "A parameter that is not finite",
+        2,
         "usage error: parameters: parameter load is nan, not a finite number; try: a finite number",
         command="simulate scene.toml --out out --set load=nan",
     ),
     Failure(
-        "An input that there is not", 2,
+        "An input that there is not",
+        2,
         "usage error: there is no input 'moter'; try: motor",
         command="simulate scene.toml --out out --input moter=1",
     ),
     Failure(
-        "A term that there is not", 2,
+        "A term that there is not",
+        2,
         "usage error: no term is called 'forces'; try: force",
         command="info scene.toml --terms mass,forces",
     ),
     Failure(
-        "A method that cannot bear constraints", 4,
-        (
-            "model error: rk4 cannot run on this scene: runge_kutta needs a system without constraints: it steps ordinary "
-            "differential equations and would ignore the constraint equations; try: generalized_alpha"
-        ),
+        "A method that cannot bear constraints",
+        4,
+        "model error: rk4 cannot run on this scene: runge_kutta needs a system without constraints: it steps ordinary "
+        "differential equations and would ignore the constraint equations; try: generalized_alpha",
         command="simulate scene.toml --out out --method rk4 --coordinates absolute",
     ),
     Failure(
-        "A Taylor series of constrained motion", 4,
-        (
-            "model error: taylor cannot run on this scene: taylor needs a system without constraints: it expands ordinary "
-            "differential equations and would ignore the constraint equations; try: generalized_alpha"
-        ),
+        "A Taylor series of constrained motion",
+        4,
+        "model error: taylor cannot run on this scene: taylor needs a system without constraints: it expands ordinary "
+        "differential equations and would ignore the constraint equations; try: generalized_alpha",
         command="simulate scene.toml --out out --method taylor --coordinates absolute",
     ),
     Failure(
-        "A Taylor series of a force with corners", 4,
-        (
-            "model error: taylor cannot run on this scene: a Taylor series needs smooth equations, or discontinuities at known "
-            "times; here are abs(), decided by the motion; try: generalized_alpha"
-        ),
+        "A Taylor series of a force with corners",
+        4,
+        "model error: taylor cannot run on this scene: a Taylor series needs smooth equations, or discontinuities at"
+        " known times; here are abs(), decided by the motion; try: generalized_alpha",
         command="simulate scene.toml --out out --method taylor",
-        old='effort = "motor"', new='effort = "motor - abs(v.shoulder) * v.shoulder"',
+        old='effort = "motor"',
+        new='effort = "motor - abs(v.shoulder) * v.shoulder"',
     ),
     Failure(
-        "A tolerance that is none", 2,
-        (
-            "usage error: tolerance: the tolerance must lie in 0..0.1, not -1e-06; try: 1e-10, or 0 for steps of the time grid"
-        ),
+        "A tolerance that is none",
+        2,
+        "usage error: tolerance: the tolerance must lie in 0..0.1, not -1e-06; try: 1e-10, or 0 for steps of the time"
+        " grid",
         command="simulate scene.toml --out out --method taylor --tolerance -1e-6",
     ),
     Failure(
-        "A tolerance that no number can show", 2,
-        (
-            "usage error: tolerance: the tolerance 1e-30 is far below what double precision can tell; try: 1e-16 or more, or 0 "
-            "for steps of the time grid"
-        ),
+        "A tolerance that no number can show",
+        2,
+        "usage error: tolerance: the tolerance 1e-30 is far below what double precision can tell; try: 1e-16 or more,"
+        " or 0 for steps of the time grid",
         command="simulate scene.toml --out out --method taylor --tolerance 1e-30",
     ),
     Failure(
-        "Taylor steps too short to reach the next row", 6,
-        (
-            "stopped at t = 0 s, after 0 of 10 steps: 100000 series were not enough for one row: the motion is stiff, or the "
-            "tolerance cannot be met at this order; try: generalized_alpha, a larger tolerance, or shorter rows\n"
-            "written to out: solution.npz, solution.csv, summary.json"
+        "Taylor steps too short to reach the next row",
+        6,
+        "stopped at t = 0 s, after 0 of 10 steps: 100000 series were not enough for one row: the motion is stiff, or"
+        " the tolerance cannot be met at this order; try: generalized_alpha, a larger tolerance, or shorter"
+        " rows\nwritten to out: solution.npz, solution.csv, summary.json",
+        command=(
+            "simulate scene.toml --out out --method taylor --tolerance 1e-16 --order 2 --step 0.1 --t-end 1 --no-plots"
         ),
-        command="simulate scene.toml --out out --method taylor --tolerance 1e-16 --order 2 --step 0.1 --t-end 1 --no-plots",
     ),
     Failure(
-        "Fixed Taylor steps without an order", 2,
-        (
-            "usage error: order: without a tolerance, the series needs an order; try: order = 12, or a tolerance, from which the "
-            "order follows"
-        ),
+        "Fixed Taylor steps without an order",
+        2,
+        "usage error: order: without a tolerance, the series needs an order; try: order = 12, or a tolerance, from"
+        " which the order follows",
         command="simulate scene.toml --out out --method taylor --tolerance 0",
     ),
     Failure(
-        "An order that is too high", 2,
+        "An order that is too high",
+        2,
         "usage error: order: the order must be a whole number, 2 to 40, not 50; try: 20",
         command="simulate scene.toml --out out --method taylor --order 50",
     ),
     Failure(
-        "A folder without a name", 2,
+        "A folder without a name",
+        2,
         "usage error: --out: the name of the folder is empty; try: --out . for this folder",
         command="generate scene.toml --out ''",
     ),
     Failure(
-        "A folder that holds other things", 7,
-        (
-            "input/output error: mine is not empty and was not written by eomgen (it has no manifest.json of eomgen's); "
-            "nothing was overwritten; try: a new or empty folder"
-        ),
+        "A folder that holds other things",
+        7,
+        "input/output error: mine is not empty and was not written by eomgen (it has no manifest.json of eomgen's); "
+        "nothing was overwritten; try: a new or empty folder",
         command="generate scene.toml --out mine",
         prepare=thesis,
         preparation="mine/ holds thesis.txt",
     ),
     Failure(
-        "A file in the place of the folder", 7,
+        "A file in the place of the folder",
+        7,
         "input/output error: scene.toml: the folder cannot be made: File exists; try: another folder",
         command="simulate scene.toml --out scene.toml",
     ),
     Failure(
-        "A check at no state", 2,
+        "A check at no state",
+        2,
         "usage error: states: a check needs at least one state, not 0; try: 8",
         command="check scene.toml --states 0",
     ),
     Failure(
-        "A check with a negative seed", 2,
+        "A check with a negative seed",
+        2,
         "usage error: seed: the seed must not be negative, which -1 is; try: 0",
         command="check scene.toml --seed -1",
     ),
     Failure(
-        "A closed form that there is not", 2,
+        "A closed form that there is not",
+        2,
         "usage error: only: no closed form of this scene is called 'partial.K'; try: partials",
         command="check scene.toml --only partial.K",
     ),
     Failure(
-        "A check where no formula has a value", 6,
-        (
-            "left out: initial state, where the equations of motion are not finite\n"
-            "around the motion 1 of 1 states were not found: no finite or consistent ones\n"
-            "1 of 1 closed form not shown to agree\n"
-            "partials.K was not checked: no state where it is finite"
-        ),
-        old='effort = "motor"', new='effort = "log(q.shoulder - 100)"',
+        "A check where no formula has a value",
+        6,
+        "left out: initial state, where the equations of motion are not finite\n"
+        "around the motion 1 of 1 states were not found: no finite or consistent ones\n"
+        "1 of 1 closed form not shown to agree\n"
+        "partials.K was not checked: no state where it is finite",
+        old='effort = "motor"',
+        new='effort = "log(q.shoulder - 100)"',
         command="check scene.toml --only partials.K --states 2",
     ),
     Failure(
-        "A check whose folder is a file", 7,
+        "A check whose folder is a file",
+        7,
         "input/output error: scene.toml: cannot be made (File exists); try: another folder",
         command="check scene.toml --only partials.K --states 1 --out scene.toml",
     ),
     Failure(
-        "An animation of a kind that there is not", 2,
+        "An animation of a kind that there is not",
+        2,
         "usage error: arm.gif: an animation cannot be saved as .gif; try: arm.html",
         command="animate scene.toml --out arm.gif",
     ),
     Failure(
-        "A solution that is not there", 7,
+        "A solution that is not there",
+        7,
         "input/output error: solution.npz: cannot be read: No such file or directory; try: another path",
         command="animate solution.npz --out arm.html",
     ),
     Failure(
-        "A solution that is none", 7,
-        (
-            "input/output error: solution.npz: this is not a solution written by eomgen: it is no .npz archive, or not all "
-            "of one; try: a .npz file of Solution.save"
-        ),
+        "A solution that is none",
+        7,
+        "input/output error: solution.npz: this is not a solution written by eomgen: it is no .npz archive, or not all "
+        "of one; try: a .npz file of Solution.save",
         command="animate solution.npz --out arm.html",
         files={"solution.npz": "PK no zip"},
     ),
     Failure(
-        "Options of a run for a stored one", 2,
-        (
-            "usage error: solution.npz: --t-end would change a run, and this one is stored; try: the scene in place of its "
-            "solution, or no such option"
-        ),
+        "Options of a run for a stored one",
+        2,
+        "usage error: solution.npz: --t-end would change a run, and this one is stored; try: the scene in place of its "
+        "solution, or no such option",
         command="animate solution.npz --out arm.html --t-end 2",
         files={"solution.npz": "PK no zip"},
     ),
     Failure(
-        "A checkpoint that is none", 7,
-        (
-            "input/output error: run.ckpt: this is not a checkpoint written by eomgen: it is no .npz archive, or not all of "
-            "one; try: a file that simulate(checkpoint=...) wrote"
-        ),
+        "A checkpoint that is none",
+        7,
+        "input/output error: run.ckpt: this is not a checkpoint written by eomgen: it is no .npz archive, or not all of"
+        " one; try: a file that simulate(checkpoint=...) wrote",
         command="simulate scene.toml --out out --resume run.ckpt",
         files={"run.ckpt": "no checkpoint"},
     ),
-]  # fmt: skip
+]

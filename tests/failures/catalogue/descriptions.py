@@ -6,101 +6,101 @@ from tests.failures.failure import Failure
 
 FAILURES = [
     Failure(
-        "A file that is not there", 7,
+        "A file that is not there",
+        7,
         "input/output error: 'arm.toml': cannot be read: No such file or directory; try: another path",
         command="info arm.toml",
     ),
     Failure(
-        "A folder in the place of a file", 2,
+        "A folder in the place of a file",
+        2,
         "usage error: '.' is not a kind of file that can be read; try: a .toml scene or a .urdf file",
         command="info .",
     ),
     Failure(
-        "A file of unknown kind", 2,
+        "A file of unknown kind",
+        2,
         "usage error: 'scene.yaml' is not a kind of file that can be read; try: a .toml scene or a .urdf file",
         command="info scene.yaml",
         files={"scene.yaml": "name: arm\n"},
     ),
     Failure(
-        "TOML that is not closed", 3,
-        (
-            "description error: scene.toml:2: this is not TOML: Illegal character '\\n' (column 12); try: TOML syntax: key = "
-            "value, texts in quotes"
-        ),
+        "TOML that is not closed",
+        3,
+        "description error: scene.toml:2: this is not TOML: Illegal character '\\n' (column 12); try: TOML syntax: key"
+        " = value, texts in quotes",
         old='name = "arm"',
         new='name = "arm',
     ),
     Failure(
-        "A key given twice", 3,
-        (
-            "description error: scene.toml:3: this is not TOML: Cannot overwrite a value (column 13); try: TOML syntax: key "
-            "= value, texts in quotes"
-        ),
+        "A key given twice",
+        3,
+        "description error: scene.toml:3: this is not TOML: Cannot overwrite a value (column 13); try: TOML syntax: key"
+        " = value, texts in quotes",
         old='name = "arm"',
-        new=(
-            'name = "arm"\n'
-            'name = "leg"'
-        ),
+        new='name = "arm"\nname = "leg"',
     ),
     Failure(
-        "Bytes that are no UTF-8", 3,
+        "Bytes that are no UTF-8",
+        3,
         "description error: scene.toml:2: byte 22 is not UTF-8; try: the file saved as UTF-8",
         files={"scene.toml": b'format = 1\nname = "arm\xff"\n'},
     ),
     Failure(
-        "An empty file", 3,
+        "An empty file",
+        3,
         'description error: scene.toml: the scene is empty; try: format = 1, name = "...", and [bodies] and [joints]',
         files={"scene.toml": ""},
     ),
     Failure(
-        "Another version of the format", 3,
+        "Another version of the format",
+        3,
         "description error: scene.toml:1 (format): this eomgen reads format 1, not 2; try: format = 1",
         old="format = 1",
         new="format = 2",
     ),
     Failure(
-        "A key that there is not", 3,
-        (
-            "description error: 2 problems\n"
-            "  1. scene.toml:11 (bodies.upper.mass): the key mass is missing; try: mass = ...\n"
-            "  2. scene.toml:12 (bodies.upper.mas): the key 'mas' is unknown here; try: mass"
-        ),
+        "A key that there is not",
+        3,
+        "description error: 2 problems\n"
+        "  1. scene.toml:11 (bodies.upper.mass): the key mass is missing; try: mass = ...\n"
+        "  2. scene.toml:12 (bodies.upper.mas): the key 'mas' is unknown here; try: mass",
         old='mass = "1 + load"',
         new='mas = "1 + load"',
     ),
     Failure(
-        "A section that there is not", 3,
+        "A section that there is not",
+        3,
         "description error: scene.toml:33 (body): the key 'body' is unknown here; try: bodies",
-        more=(
-            "[body.lower]\n"
-            "mass = 1.0"
-        ),
+        more="[body.lower]\nmass = 1.0",
     ),
     Failure(
-        "A word for a number that it is not", 3,
+        "A word for a number that it is not",
+        3,
         "description error: scene.toml:6 (parameters.load.tunable): true or false is needed here, not 'yes'",
         old="tunable = true",
         new='tunable = "yes"',
     ),
     Failure(
-        "A vector of two numbers", 3,
+        "A vector of two numbers",
+        3,
         "description error: scene.toml:20 (joints.shoulder.axis): a list of 3 entries is needed here, not 2",
         old="axis = [0, 1, 0]",
         new="axis = [0, 1]",
     ),
     Failure(
-        "An axis without a direction", 3,
-        (
-            "description error: scene.toml:20 (joints.shoulder.axis): the axis has no direction; try: an axis such as [0, 0, "
-            "1]"
-        ),
+        "An axis without a direction",
+        3,
+        "description error: scene.toml:20 (joints.shoulder.axis): the axis has no direction; try: an axis such as [0,"
+        " 0, 1]",
         old="axis = [0, 1, 0]",
         new="axis = [0, 0, 0]",
     ),
     Failure(
-        "A number that is none", 3,
+        "A number that is none",
+        3,
         "description error: scene.toml:14 (bodies.upper.inertia[1]): a finite number is needed here, not nan",
         old="inertia = [0.03, 0.03, 0.002]",
         new="inertia = [0.03, nan, 0.002]",
     ),
-]  # fmt: skip
+]

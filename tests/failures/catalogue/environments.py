@@ -6,87 +6,79 @@ from tests.failures.failure import Failure
 
 FAILURES = [
     Failure(
-        "A compiler that is not there", 5,
-        (
-            "toolchain error: environment variable CC: no C compiler 'no-such-cc' on the path; try: unset CC, or name one "
-            "that is installed"
-        ),
+        "A compiler that is not there",
+        5,
+        "toolchain error: environment variable CC: no C compiler 'no-such-cc' on the path; try: unset CC, or name one "
+        "that is installed",
         command="simulate scene.toml --out out --t-end 0.01 --no-plots",
         environment={"CC": "no-such-cc"},
     ),
     Failure(
-        "A compiler's command that cannot be read", 5,
-        "toolchain error: environment variable CC: \"gcc 'x\" cannot be read: No closing quotation; try: CC=gcc",
+        "A compiler's command that cannot be read",
+        5,
+        'toolchain error: environment variable CC: "gcc \'x" cannot be read: No closing quotation; try: CC=gcc',
         command="simulate scene.toml --out out --t-end 0.01 --no-plots",
         environment={"CC": "gcc 'x"},
     ),
     Failure(
-        "No compiler at all", 5,
-        (
-            "toolchain error: no C compiler found: looked for cc, gcc, clang on the path and in CC; try: the package of your "
-            "system that holds gcc or clang"
-        ),
+        "No compiler at all",
+        5,
+        "toolchain error: no C compiler found: looked for cc, gcc, clang on the path and in CC; try: the package of"
+        " your system that holds gcc or clang",
         command="simulate scene.toml --out out --t-end 0.01 --no-plots",
         environment={"CC": None, "PATH": "{folder}"},
     ),
     Failure(
-        "A cache of a user that there is not", 7,
-        (
-            "input/output error: environment variable EOMGEN_CACHE: the folder '~no_such_user/cache' cannot be found: Could "
-            "not determine home directory; try: a full path"
-        ),
+        "A cache of a user that there is not",
+        7,
+        "input/output error: environment variable EOMGEN_CACHE: the folder '~no_such_user/cache' cannot be found: Could"
+        " not determine home directory; try: a full path",
         command="simulate scene.toml --out out --t-end 0.01 --no-plots",
         environment={"EOMGEN_CACHE": "~no_such_user/cache"},
     ),
     Failure(
-        "A command of the shell in CC", 5,
-        (
-            "toolchain error: environment variable CC: no C compiler 'cc;' on the path; try: unset CC, or name one that is "
-            "installed"
-        ),
+        "A command of the shell in CC",
+        5,
+        "toolchain error: environment variable CC: no C compiler 'cc;' on the path; try: unset CC, or name one that is "
+        "installed",
         command="simulate scene.toml --out out --t-end 0.01 --no-plots",
         environment={"CC": "cc; touch stolen"},
     ),
     Failure(
-        "A run that leaves the numbers", 6,
-        (
-            "stopped at t = 0.5 s, after 500 of 1000 steps: a value became infinite or not a number; the first block that is "
-            "not finite is Q (the generalized force), component v.shoulder at t = 0.501 s; try: a step smaller than 0.001 s; "
-            "then the forces and formulas near that time\n"
-            "written to out: solution.npz, solution.csv, summary.json"
-        ),
+        "A run that leaves the numbers",
+        6,
+        "stopped at t = 0.5 s, after 500 of 1000 steps: a value became infinite or not a number; the first block that"
+        " is not finite is Q (the generalized force), component v.shoulder at t = 0.501 s; try: a step smaller than"
+        " 0.001 s; then the forces and formulas near that time\nwritten to out: solution.npz, solution.csv,"
+        " summary.json",
         command="simulate scene.toml --out out --t-end 1 --no-plots",
         old='effort = "motor"',
         new='effort = "sqrt(0.5 - t)"',
     ),
     Failure(
-        "A force that breaks at once", 6,
-        (
-            "stopped at t = 0 s, after 0 of 1000 steps: a value became infinite or not a number; the first block that is not "
-            "finite is Q (the generalized force), component v.shoulder at t = 0 s; try: other parameters, formulas or "
-            "coordinates there: no smaller step helps\n"
-            "written to out: solution.npz, solution.csv, summary.json"
-        ),
+        "A force that breaks at once",
+        6,
+        "stopped at t = 0 s, after 0 of 1000 steps: a value became infinite or not a number; the first block that is"
+        " not finite is Q (the generalized force), component v.shoulder at t = 0 s; try: other parameters, formulas or"
+        " coordinates there: no smaller step helps\nwritten to out: solution.npz, solution.csv, summary.json",
         command="simulate scene.toml --out out --t-end 1 --no-plots",
         old='effort = "motor"',
         new='effort = "log(load - 1 - t)"',
     ),
     Failure(
-        "A folder that cannot be made", 7,
-        (
-            "input/output error: /proc/nowhere/out: the folder cannot be made: No such file or directory; try: another folder"
-        ),
+        "A folder that cannot be made",
+        7,
+        "input/output error: /proc/nowhere/out: the folder cannot be made: No such file or directory; try: another"
+        " folder",
         command="simulate scene.toml --out /proc/nowhere/out",
     ),
     Failure(
-        "A cache that cannot be written", 0,
-        (
-            "warning: the cache /proc/nowhere cannot be written (No such file or directory); building in {any} instead. Set "
-            "EOMGEN_CACHE to a folder that can be written to keep compiled models\n"
-            "reached t = 0 s in 0 steps\n"
-            "written to out: solution.npz, solution.csv, summary.json"
-        ),
+        "A cache that cannot be written",
+        0,
+        "warning: the cache /proc/nowhere cannot be written (No such file or directory); building in {any} instead. Set"
+        " EOMGEN_CACHE to a folder that can be written to keep compiled models\nreached t = 0 s in 0 steps\nwritten to"
+        " out: solution.npz, solution.csv, summary.json",
         command="simulate scene.toml --out out --t-end 0 --no-plots --method rk4",
         environment={"EOMGEN_CACHE": "/proc/nowhere"},
     ),
-]  # fmt: skip
+]

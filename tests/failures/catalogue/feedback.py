@@ -6,23 +6,17 @@ from tests.failures.failure import Failure
 
 FAILURES = [
     Failure(
-        "State feedback without gains", 3,
-        (
-            "description error: scene.toml:33 (controllers.hold): a state_feedback needs gains or a calibration; try: "
-            '[controllers.hold.calibration] and method = "lqr"'
-        ),
-        more=(
-            "[controllers.hold]\n"
-            'type = "state_feedback"\n'
-            'coordinates = ["shoulder"]'
-        ),
+        "State feedback without gains",
+        3,
+        "description error: scene.toml:33 (controllers.hold): a state_feedback needs gains or a calibration; try: "
+        '[controllers.hold.calibration] and method = "lqr"',
+        more='[controllers.hold]\ntype = "state_feedback"\ncoordinates = ["shoulder"]',
     ),
     Failure(
-        "State feedback of nothing", 3,
-        (
-            "description error: scene.toml:33 (controllers.hold): a state_feedback needs coordinates or signals; try: "
-            'coordinates = ["joint"]'
-        ),
+        "State feedback of nothing",
+        3,
+        "description error: scene.toml:33 (controllers.hold): a state_feedback needs coordinates or signals; try: "
+        'coordinates = ["joint"]',
         more=(
             "[controllers.hold]\n"
             'type = "state_feedback"\n'
@@ -34,24 +28,17 @@ FAILURES = [
         ),
     ),
     Failure(
-        "State feedback of a joint that there is not", 3,
-        (
-            "description error: scene.toml:35 (controllers.hold.coordinates[0]): there is no joint 'sholder'; try: "
-            "shoulder"
-        ),
-        more=(
-            "[controllers.hold]\n"
-            'type = "state_feedback"\n'
-            'coordinates = ["sholder"]\n'
-            "position_gains = { sholder = 1 }"
-        ),
+        "State feedback of a joint that there is not",
+        3,
+        "description error: scene.toml:35 (controllers.hold.coordinates[0]): there is no joint 'sholder'; try: "
+        "shoulder",
+        more='[controllers.hold]\ntype = "state_feedback"\ncoordinates = ["sholder"]\nposition_gains = { sholder = 1 }',
     ),
     Failure(
-        "State feedback of a beam as if it were a joint", 3,
-        (
-            "description error: scene.toml:43 (controllers.hold.coordinates[0]): 'mast' is a beam: signals name its elastic "
-            'coordinates; try: signals = { mast_0 = "q.mast[0]", mast_0_rate = "v.mast[0]", ... }'
-        ),
+        "State feedback of a beam as if it were a joint",
+        3,
+        "description error: scene.toml:43 (controllers.hold.coordinates[0]): 'mast' is a beam: signals name its"
+        ' elastic coordinates; try: signals = { mast_0 = "q.mast[0]", mast_0_rate = "v.mast[0]", ... }',
         more=(
             "[beams.mast]\n"
             "length = 2.0\n"
@@ -68,11 +55,10 @@ FAILURES = [
         ),
     ),
     Failure(
-        "A weight on a beam as if it were a joint", 3,
-        (
-            "description error: scene.toml:45 (controllers.hold.calibration.position_weights.mast): 'mast' is a beam, not a "
-            'joint; try: a signal "q.mast[0]", or "v.mast[0]", and its weight in signal_weights'
-        ),
+        "A weight on a beam as if it were a joint",
+        3,
+        "description error: scene.toml:45 (controllers.hold.calibration.position_weights.mast): 'mast' is a beam, not"
+        ' a joint; try: a signal "q.mast[0]", or "v.mast[0]", and its weight in signal_weights',
         more=(
             "[beams.mast]\n"
             "length = 2.0\n"
@@ -92,11 +78,10 @@ FAILURES = [
         ),
     ),
     Failure(
-        "Gains that are no numbers", 3,
-        (
-            "description error: scene.toml:36 (controllers.hold.position_gains.shoulder[0]): a finite number is needed "
-            "here, not nan"
-        ),
+        "Gains that are no numbers",
+        3,
+        "description error: scene.toml:36 (controllers.hold.position_gains.shoulder[0]): a finite number is needed "
+        "here, not nan",
         more=(
             "[controllers.hold]\n"
             'type = "state_feedback"\n'
@@ -105,11 +90,10 @@ FAILURES = [
         ),
     ),
     Failure(
-        "Gains of another number than outputs", 3,
-        (
-            "description error: scene.toml:37 (controllers.hold.position_gains.shoulder): 1 gain given for 2 outputs; "
-            "try: one gain for each output"
-        ),
+        "Gains of another number than outputs",
+        3,
+        "description error: scene.toml:37 (controllers.hold.position_gains.shoulder): 1 gain given for 2 outputs; "
+        "try: one gain for each output",
         more=(
             "[controllers.hold]\n"
             'type = "state_feedback"\n'
@@ -119,11 +103,10 @@ FAILURES = [
         ),
     ),
     Failure(
-        "Gains, and a calibration that would find them", 3,
-        (
-            "description error: scene.toml:36 (controllers.hold.position_gains): gains are given, and a calibration that "
-            "would find them, too; try: one of them"
-        ),
+        "Gains, and a calibration that would find them",
+        3,
+        "description error: scene.toml:36 (controllers.hold.position_gains): gains are given, and a calibration that "
+        "would find them, too; try: one of them",
         more=(
             "[controllers.hold]\n"
             'type = "state_feedback"\n'
@@ -136,11 +119,10 @@ FAILURES = [
         ),
     ),
     Failure(
-        "A negative weight", 3,
-        (
-            "description error: scene.toml:39 (controllers.hold.calibration.position_weights.shoulder): the weight -10 is"
-            " negative; try: 0 or more"
-        ),
+        "A negative weight",
+        3,
+        "description error: scene.toml:39 (controllers.hold.calibration.position_weights.shoulder): the weight -10 is"
+        " negative; try: 0 or more",
         more=(
             "[controllers.hold]\n"
             'type = "state_feedback"\n'
@@ -153,11 +135,10 @@ FAILURES = [
         ),
     ),
     Failure(
-        "A weight on a joint that there is not", 3,
-        (
-            "description error: scene.toml:39 (controllers.hold.calibration.position_weights.elbow): there is no joint "
-            "'elbow'; try: one of shoulder"
-        ),
+        "A weight on a joint that there is not",
+        3,
+        "description error: scene.toml:39 (controllers.hold.calibration.position_weights.elbow): there is no joint "
+        "'elbow'; try: one of shoulder",
         more=(
             "[controllers.hold]\n"
             'type = "state_feedback"\n'
@@ -170,11 +151,10 @@ FAILURES = [
         ),
     ),
     Failure(
-        "A list of weights of the wrong length", 3,
-        (
-            "description error: scene.toml:40 (controllers.hold.calibration.effort_weights): 2 numbers given for 1 "
-            "output; try: a list of 1"
-        ),
+        "A list of weights of the wrong length",
+        3,
+        "description error: scene.toml:40 (controllers.hold.calibration.effort_weights): 2 numbers given for 1 "
+        "output; try: a list of 1",
         more=(
             "[controllers.hold]\n"
             'type = "state_feedback"\n'
@@ -187,11 +167,10 @@ FAILURES = [
         ),
     ),
     Failure(
-        "A weight that the method does not know", 3,
-        (
-            "description error: scene.toml:39 (controllers.hold.calibration.effort_weights): effort_weights has no "
-            "meaning for pole_placement; try: method = lqr or imsc"
-        ),
+        "A weight that the method does not know",
+        3,
+        "description error: scene.toml:39 (controllers.hold.calibration.effort_weights): effort_weights has no "
+        "meaning for pole_placement; try: method = lqr or imsc",
         more=(
             "[controllers.hold]\n"
             'type = "state_feedback"\n'
@@ -204,11 +183,10 @@ FAILURES = [
         ),
     ),
     Failure(
-        "Modal control without the weight of its forces", 3,
-        (
-            "description error: scene.toml:37 (controllers.hold.calibration): imsc needs effort_weights; try: "
-            "effort_weights = 1e-3"
-        ),
+        "Modal control without the weight of its forces",
+        3,
+        "description error: scene.toml:37 (controllers.hold.calibration): imsc needs effort_weights; try: "
+        "effort_weights = 1e-3",
         more=(
             "[controllers.hold]\n"
             'type = "state_feedback"\n'
@@ -219,18 +197,14 @@ FAILURES = [
         ),
     ),
     Failure(
-        "A mode that nothing stabilises", 4,
-        (
-            "model error: scene.toml:38 (controllers.hold.calibration): the mode of shoulder that grows at 5.625 1/s "
-            "without oscillating cannot be stabilised: no actuator moves it; try: an actuator that works on it, or a "
-            "spring and a damper that hold it"
-        ),
+        "A mode that nothing stabilises",
+        4,
+        "model error: scene.toml:38 (controllers.hold.calibration): the mode of shoulder that grows at 5.625 1/s "
+        "without oscillating cannot be stabilised: no actuator moves it; try: an actuator that works on it, or a "
+        "spring and a damper that hold it",
         command="generate scene.toml --out c",
         old="axis = [0, 1, 0]",
-        new=(
-            "axis = [0, 1, 0]\n"
-            "initial = { position = 3.1416 }"
-        ),
+        new="axis = [0, 1, 0]\ninitial = { position = 3.1416 }",
         more=(
             "[controllers.hold]\n"
             'type = "state_feedback"\n'
@@ -243,11 +217,10 @@ FAILURES = [
         ),
     ),
     Failure(
-        "Efforts that cost nothing", 3,
-        (
-            "description error: scene.toml:37 (controllers.hold.calibration): some effort has zero weight, so the optimal "
-            "gain is unbounded; try: a positive weight for every effort, or for accelerations that they give"
-        ),
+        "Efforts that cost nothing",
+        3,
+        "description error: scene.toml:37 (controllers.hold.calibration): some effort has zero weight, so the optimal "
+        "gain is unbounded; try: a positive weight for every effort, or for accelerations that they give",
         command="generate scene.toml --out c",
         more=(
             "[controllers.hold]\n"
@@ -265,11 +238,10 @@ FAILURES = [
         ),
     ),
     Failure(
-        "Poles without their conjugates", 3,
-        (
-            "description error: scene.toml:37 (controllers.hold.calibration): the pole -1+2i is there without its "
-            "conjugate; try: -1-2i too"
-        ),
+        "Poles without their conjugates",
+        3,
+        "description error: scene.toml:37 (controllers.hold.calibration): the pole -1+2i is there without its "
+        "conjugate; try: -1-2i too",
         command="generate scene.toml --out c",
         more=(
             "[controllers.hold]\n"
@@ -286,11 +258,10 @@ FAILURES = [
         ),
     ),
     Failure(
-        "More poles than the model has", 3,
-        (
-            "description error: scene.toml:37 (controllers.hold.calibration): 3 poles are given, and the model has 2 "
-            "eigenvalues; try: 2 poles"
-        ),
+        "More poles than the model has",
+        3,
+        "description error: scene.toml:37 (controllers.hold.calibration): 3 poles are given, and the model has 2 "
+        "eigenvalues; try: 2 poles",
         command="generate scene.toml --out c",
         more=(
             "[controllers.hold]\n"
@@ -307,11 +278,11 @@ FAILURES = [
         ),
     ),
     Failure(
-        "More modes to place than actuators", 4,
-        (
-            "model error: scene.toml:44 (controllers.hold.calibration): the modes 2, 3 cannot be placed each by itself: hold "
-            "acts on them in 1 independent way only; try: 1 of the modes, an output more, all poles in place of modes, or lqr"
-        ),
+        "More modes to place than actuators",
+        4,
+        "model error: scene.toml:44 (controllers.hold.calibration): the modes 2, 3 cannot be placed each by itself:"
+        " hold acts on them in 1 independent way only; try: 1 of the modes, an output more, all poles in place of"
+        " modes, or lqr",
         command="generate scene.toml --out c",
         more=(
             "[beams.mast]\n"
@@ -336,7 +307,8 @@ FAILURES = [
         ),
     ),
     Failure(
-        "A mode beyond the model", 3,
+        "A mode beyond the model",
+        3,
         "description error: scene.toml:37 (controllers.hold.calibration): there is no mode 2: the model has 1; try: 1",
         command="generate scene.toml --out c",
         more=(
@@ -355,12 +327,11 @@ FAILURES = [
         ),
     ),
     Failure(
-        "Signals that do not determine the state", 4,
-        (
-            "model error: scene.toml:37 (controllers.hold.calibration): the feedback needs v.shoulder, which the "
-            "coordinates and signals of hold do not determine; try: v.shoulder among its signals, or its joint among its "
-            "coordinates"
-        ),
+        "Signals that do not determine the state",
+        4,
+        "model error: scene.toml:37 (controllers.hold.calibration): the feedback needs v.shoulder, which the "
+        "coordinates and signals of hold do not determine; try: v.shoulder among its signals, or its joint among its "
+        "coordinates",
         command="generate scene.toml --out c",
         more=(
             "[controllers.hold]\n"
@@ -378,12 +349,11 @@ FAILURES = [
         ),
     ),
     Failure(
-        "A calibration at a state that is not in balance", 4,
-        (
-            "model error: scene.toml:37 (controllers.hold.calibration): the initial state is not in balance: it "
-            'accelerates with 9.68 m/s^2 or rad/s^2; try: at = "equilibrium", or an initial state of rest or of steady '
-            "motion"
-        ),
+        "A calibration at a state that is not in balance",
+        4,
+        "model error: scene.toml:37 (controllers.hold.calibration): the initial state is not in balance: it "
+        'accelerates with 9.68 m/s^2 or rad/s^2; try: at = "equilibrium", or an initial state of rest or of steady '
+        "motion",
         command="generate scene.toml --out c",
         more=(
             "[controllers.hold]\n"
@@ -407,11 +377,10 @@ FAILURES = [
         ),
     ),
     Failure(
-        "Feedback of forces that lag", 4,
-        (
-            "model error: scene.toml:37 (controllers.hold.calibration): forces depend on the internal states lag, and "
-            "these methods are for models of second order; try: a controller without memory between, or gains of your own"
-        ),
+        "Feedback of forces that lag",
+        4,
+        "model error: scene.toml:37 (controllers.hold.calibration): forces depend on the internal states lag, and "
+        "these methods are for models of second order; try: a controller without memory between, or gains of your own",
         command="generate scene.toml --out c",
         more=(
             "[controllers.hold]\n"
@@ -432,23 +401,17 @@ FAILURES = [
         ),
     ),
     Failure(
-        "A skyhook on no spring", 3,
-        (
-            "description error: scene.toml:33 (controllers.sky): a skyhook controller needs spring; try: spring = "
-            '"suspension"'
-        ),
-        more=(
-            "[controllers.sky]\n"
-            'type = "skyhook"\n'
-            "damping = 100"
-        ),
+        "A skyhook on no spring",
+        3,
+        "description error: scene.toml:33 (controllers.sky): a skyhook controller needs spring; try: spring = "
+        '"suspension"',
+        more='[controllers.sky]\ntype = "skyhook"\ndamping = 100',
     ),
     Failure(
-        "A clipped skyhook without its hardest damper", 3,
-        (
-            "description error: scene.toml:41 (controllers.sky): a clipped skyhook needs maximum_damping: no damper is "
-            "infinitely hard; try: maximum_damping = 4000"
-        ),
+        "A clipped skyhook without its hardest damper",
+        3,
+        "description error: scene.toml:41 (controllers.sky): a clipped skyhook needs maximum_damping: no damper is "
+        "infinitely hard; try: maximum_damping = 4000",
         more=(
             "[points.mount]\n"
             'body = "base"\n'
@@ -466,11 +429,10 @@ FAILURES = [
         ),
     ),
     Failure(
-        "A clipped skyhook whose limits cross", 3,
-        (
-            "description error: scene.toml:46 (controllers.sky.minimum_damping): the range is empty: "
-            "minimum_damping 300 is not below maximum_damping 200; try: a smaller minimum_damping"
-        ),
+        "A clipped skyhook whose limits cross",
+        3,
+        "description error: scene.toml:46 (controllers.sky.minimum_damping): the range is empty: "
+        "minimum_damping 300 is not below maximum_damping 200; try: a smaller minimum_damping",
         more=(
             "[points.mount]\n"
             'body = "base"\n'
@@ -490,14 +452,13 @@ FAILURES = [
         ),
     ),
     Failure(
-        "Poles that do not decay", 3,
-        (
-            "description error: 2 problems\n"
-            "  1. scene.toml:39 (controllers.hold.calibration.poles[0]): the pole [1, 0] does not decay: its real part is "
-            "not below 0; try: [-1, 0]\n"
-            "  2. scene.toml:39 (controllers.hold.calibration.poles[1]): the pole [0, 0] does not decay: its real part is "
-            "not below 0; try: [-1, 0]"
-        ),
+        "Poles that do not decay",
+        3,
+        "description error: 2 problems\n"
+        "  1. scene.toml:39 (controllers.hold.calibration.poles[0]): the pole [1, 0] does not decay: its real part is "
+        "not below 0; try: [-1, 0]\n"
+        "  2. scene.toml:39 (controllers.hold.calibration.poles[1]): the pole [0, 0] does not decay: its real part is "
+        "not below 0; try: [-1, 0]",
         more=(
             "[controllers.hold]\n"
             'type = "state_feedback"\n'

@@ -17,126 +17,116 @@ child = "stone"
 
 FAILURES = [
     Failure(
-        "A state that there is not", 2,
-        (
-            "usage error: --at rest: this is neither a state nor a time; try: --at equilibrium, --at steady, --at "
-            "initial, or --at 2.5"
-        ),
+        "A state that there is not",
+        2,
+        "usage error: --at rest: this is neither a state nor a time; try: --at equilibrium, --at steady, --at "
+        "initial, or --at 2.5",
         command="linearize scene.toml --at rest",
     ),
     Failure(
-        "A run that leads nowhere", 2,
+        "A run that leads nowhere",
+        2,
         "usage error: --at -1: a run that leads there needs a positive time; try: --at initial, or --at 2.5",
         command="linearize scene.toml --at -1",
     ),
     Failure(
-        "No equilibrium to linearise about", 6,
-        (
-            "numerical error: equilibrium: nothing holds v.flight[5]: it accelerates with -9.81 m/s^2, and no "
-            "stiffness opposes it; try: a spring, a stop, a constraint, or a fixed joint"
-        ),
+        "No equilibrium to linearise about",
+        6,
+        "numerical error: equilibrium: nothing holds v.flight[5]: it accelerates with -9.81 m/s^2, and no "
+        "stiffness opposes it; try: a spring, a stop, a constraint, or a fixed joint",
         command="linearize falling.toml --at equilibrium",
         files={"falling.toml": FALLING},
     ),
     Failure(
-        "Balance at an instant only", 6,
-        (
-            "numerical error: steady motion: forces balance at this instant only, for they change along the "
-            "motion or with time: later v.shoulder accelerates with 23.1 rad/s^2; try: rest: in this scene forces "
-            "depend on all coordinates, so none can move steadily"
-        ),
+        "Balance at an instant only",
+        6,
+        "numerical error: steady motion: forces balance at this instant only, for they change along the "
+        "motion or with time: later v.shoulder accelerates with 23.1 rad/s^2; try: rest: in this scene forces "
+        "depend on all coordinates, so none can move steadily",
         command="linearize scene.toml --at steady --velocity shoulder=2 --input motor=0",
     ),
     Failure(
-        "A velocity without a steady motion", 2,
+        "A velocity without a steady motion",
+        2,
         "usage error: --velocity: it belongs to a steady motion; try: --at steady",
         command="linearize scene.toml --velocity shoulder=2",
     ),
     Failure(
-        "A response without a folder", 2,
+        "A response without a folder",
+        2,
         "usage error: eomgen linearize: there is no folder to draw roots or responses to; try: --out DIR",
         command="linearize scene.toml --response motor:tip[0]",
     ),
     Failure(
-        "A response without a folder, of an output that there is not", 2,
-        (
-            "usage error: frequency response: there is no output or state 'top'; try: one of tip[0], tip[1], tip[2], "
-            "shoulder, v.shoulder"
-        ),
+        "A response without a folder, of an output that there is not",
+        2,
+        "usage error: frequency response: there is no output or state 'top'; try: one of tip[0], tip[1], tip[2], "
+        "shoulder, v.shoulder",
         command="linearize scene.toml --response motor:top",
     ),
     Failure(
-        "A linear model with a negative mass", 2,
-        "usage error: scene.toml:12 (bodies.upper.mass): the mass -1 is negative at load = -2; try: a positive number of kg",
+        "A linear model with a negative mass",
+        2,
+        "usage error: scene.toml:12 (bodies.upper.mass): the mass -1 is negative at load = -2; try: a positive number"
+        " of kg",
         command="linearize scene.toml --at initial --set load=-2",
     ),
     Failure(
-        "A response of an output that there is not", 2,
-        (
-            "usage error: frequency response: there is no output or state 'tip[3]'; try: tip[2] or tip[1] or "
-            "tip[0]"
-        ),
+        "A response of an output that there is not",
+        2,
+        "usage error: frequency response: there is no output or state 'tip[3]'; try: tip[2] or tip[1] or tip[0]",
         command="linearize scene.toml --out out --response motor:tip[3]",
     ),
     Failure(
-        "A response to an input that there is not", 2,
+        "A response to an input that there is not",
+        2,
         "usage error: frequency response: there is no input or disturbance 'wind'; try: one of motor",
         command="linearize scene.toml --out out --response wind:tip[0]",
     ),
     Failure(
-        "A response that is not one", 2,
-        (
-            "usage error: --response motor: an input and an output are needed; try: --response "
-            "road:body_acceleration"
-        ),
+        "A response that is not one",
+        2,
+        "usage error: --response motor: an input and an output are needed; try: --response road:body_acceleration",
         command="linearize scene.toml --out out --response motor",
     ),
     Failure(
-        "A band without an end", 2,
-        (
-            "usage error: --band 10: two positive frequencies in Hz are needed, the lower first; try: --band "
-            "0.1:50"
-        ),
+        "A band without an end",
+        2,
+        "usage error: --band 10: two positive frequencies in Hz are needed, the lower first; try: --band 0.1:50",
         command="linearize scene.toml --out out --response motor:tip[0] --band 10",
     ),
     Failure(
-        "Roots over no values", 2,
-        (
-            "usage error: --root-locus load=1:2: a parameter, two values and their number are needed; try: "
-            "--root-locus damping=10:1000:40, or damping=10:1000:40:log"
-        ),
+        "Roots over no values",
+        2,
+        "usage error: --root-locus load=1:2: a parameter, two values and their number are needed; try: "
+        "--root-locus damping=10:1000:40, or damping=10:1000:40:log",
         command="linearize scene.toml --out out --root-locus load=1:2",
     ),
     Failure(
-        "Roots over one value", 2,
-        (
-            "usage error: --root-locus load=1:2:1: finite values, and 2 to 10000 of them, are needed; try: "
-            "--root-locus damping=10:1000:40, or damping=10:1000:40:log"
-        ),
+        "Roots over one value",
+        2,
+        "usage error: --root-locus load=1:2:1: finite values, and 2 to 10000 of them, are needed; try: "
+        "--root-locus damping=10:1000:40, or damping=10:1000:40:log",
         command="linearize scene.toml --out out --root-locus load=1:2:1",
     ),
     Failure(
-        "Equal ratios through zero", 2,
-        (
-            "usage error: --root-locus load=0:2:10:log: values in equal ratios must be positive; try: values "
-            "without :log"
-        ),
+        "Equal ratios through zero",
+        2,
+        "usage error: --root-locus load=0:2:10:log: values in equal ratios must be positive; try: values without :log",
         command="linearize scene.toml --out out --root-locus load=0:2:10:log",
     ),
     Failure(
-        "Roots over a parameter that is fixed", 2,
-        (
-            "usage error: at length = 0.4: the parameter length exists, but its value is fixed in the code; try: "
-            "length = { value = ..., tunable = true } in the scene's [parameters]"
-        ),
+        "Roots over a parameter that is fixed",
+        2,
+        "usage error: at length = 0.4: the parameter length exists, but its value is fixed in the code; try: "
+        "length = { value = ..., tunable = true } in the scene's [parameters]",
         command="linearize scene.toml --out out --root-locus length=0.4:0.6:5",
     ),
     Failure(
-        "Roots at a mass that no body has", 2,
-        (
-            "usage error: at load = -2: scene.toml:12 (bodies.upper.mass): the mass -1 is negative at load = -2; try: a positive "
-            "number of kg"
-        ),
+        "Roots at a mass that no body has",
+        2,
+        "usage error: at load = -2: scene.toml:12 (bodies.upper.mass): the mass -1 is negative at load = -2; try: a"
+        " positive number of kg",
         command="linearize scene.toml --at equilibrium --out out --root-locus load=1:-2:4",
     ),
 ]

@@ -6,73 +6,62 @@ from tests.failures.failure import Failure
 
 FAILURES = [
     Failure(
-        "A negative mass", 3,
+        "A negative mass",
+        3,
         "description error: scene.toml:12 (bodies.upper.mass): the mass -1 is negative; try: a positive number of kg",
         old='mass = "1 + load"',
         new="mass = -1.0",
     ),
     Failure(
-        "Moments of inertia that no body has", 3,
-        (
-            "description error: scene.toml:14 (bodies.upper.inertia): the principal moments 0.002, 0.01, 0.03 violate the "
-            "triangle inequality: the largest exceeds the sum of the other two; try: the values of upper about its centre of "
-            "mass, in its own axes"
-        ),
+        "Moments of inertia that no body has",
+        3,
+        "description error: scene.toml:14 (bodies.upper.inertia): the principal moments 0.002, 0.01, 0.03 violate the"
+        " triangle inequality: the largest exceeds the sum of the other two; try: the values of upper about its centre"
+        " of mass, in its own axes",
         old="inertia = [0.03, 0.03, 0.002]",
         new="inertia = [0.03, 0.01, 0.002]",
     ),
     Failure(
-        "A mass that a tunable parameter makes negative", 3,
+        "A mass that a tunable parameter makes negative",
+        3,
         "description error: scene.toml:12 (bodies.upper.mass): the mass -1 is negative; try: a positive number of kg",
         old='mass = "1 + load"',
         new='mass = "load - 2"',
     ),
     Failure(
-        "A type of joint that there is not", 3,
-        (
-            "description error: scene.toml:17 (joints.shoulder.type): 'hinge' is not known here; try: one of fixed, "
-            "revolute, prismatic, helical, cylindrical, universal, planar, spherical or free"
-        ),
+        "A type of joint that there is not",
+        3,
+        "description error: scene.toml:17 (joints.shoulder.type): 'hinge' is not known here; try: one of fixed, "
+        "revolute, prismatic, helical, cylindrical, universal, planar, spherical or free",
         old='type = "revolute"',
         new='type = "hinge"',
     ),
     Failure(
-        "A parent that there is not", 3,
+        "A parent that there is not",
+        3,
         "description error: scene.toml:18 (joints.shoulder.parent): there is no body 'bse'; try: base",
         old='parent = "base"',
         new='parent = "bse"',
     ),
     Failure(
-        "A body that hangs on nothing", 3,
-        (
-            "description error: scene.toml:33 (bodies.lower): no joint carries the body lower; try: a joint with child = "
-            '"lower"'
-        ),
-        more=(
-            "[bodies.lower]\n"
-            "mass = 1.0"
-        ),
+        "A body that hangs on nothing",
+        3,
+        "description error: scene.toml:33 (bodies.lower): no joint carries the body lower; try: a joint with child = "
+        '"lower"',
+        more="[bodies.lower]\nmass = 1.0",
     ),
     Failure(
-        "A body that two joints carry", 3,
-        (
-            "description error: scene.toml:36 (joints.second.child): the body upper is already carried by the joint "
-            "shoulder; try: one joint for each body, and [constraints] for what closes a loop"
-        ),
-        more=(
-            "[joints.second]\n"
-            'type = "revolute"\n'
-            'parent = "base"\n'
-            'child = "upper"\n'
-            "axis = [0, 0, 1]"
-        ),
+        "A body that two joints carry",
+        3,
+        "description error: scene.toml:36 (joints.second.child): the body upper is already carried by the joint "
+        "shoulder; try: one joint for each body, and [constraints] for what closes a loop",
+        more='[joints.second]\ntype = "revolute"\nparent = "base"\nchild = "upper"\naxis = [0, 0, 1]',
     ),
     Failure(
-        "Joints in a circle", 3,
-        (
-            "description error: scene.toml:16 (joints.shoulder): the joints carry the bodies lower, upper in a circle; try: "
-            "base as the parent of one of them"
-        ),
+        "Joints in a circle",
+        3,
+        "description error: scene.toml:16 (joints.shoulder): the joints carry the bodies lower, upper in a circle; try:"
+        " base as the parent of one of them",
         old='parent = "base"',
         new='parent = "lower"',
         more=(
@@ -88,25 +77,19 @@ FAILURES = [
         ),
     ),
     Failure(
-        "A joint that moves nothing that resists", 3,
-        (
-            "description error: scene.toml:14 (joints.shoulder): the joint shoulder cannot be moved by a force: it carries "
-            "neither mass nor inertia, so the inertia matrix would be singular; try: mass or inertia for the body upper, "
-            "rotor_inertia, or a fixed joint (URDF: lock)"
-        ),
-        old=(
-            'mass = "1 + load"\n'
-            'center_of_mass = [0, 0, "-length / 2"]\n'
-            "inertia = [0.03, 0.03, 0.002]"
-        ),
+        "A joint that moves nothing that resists",
+        3,
+        "description error: scene.toml:14 (joints.shoulder): the joint shoulder cannot be moved by a force: it carries "
+        "neither mass nor inertia, so the inertia matrix would be singular; try: mass or inertia for the body upper, "
+        "rotor_inertia, or a fixed joint (URDF: lock)",
+        old='mass = "1 + load"\ncenter_of_mass = [0, 0, "-length / 2"]\ninertia = [0.03, 0.03, 0.002]',
         new="mass = 0",
     ),
     Failure(
-        "A quaternion that is not of unit length", 3,
-        (
-            "description error: scene.toml:41 (joints.ball.initial.position): the quaternion has norm 1.41421, not 1; try: "
-            "[0.707106781, 0.707106781, 0, 0]"
-        ),
+        "A quaternion that is not of unit length",
+        3,
+        "description error: scene.toml:41 (joints.ball.initial.position): the quaternion has norm 1.41421, not 1; try: "
+        "[0.707106781, 0.707106781, 0, 0]",
         more=(
             "[bodies.ball]\n"
             "mass = 1.0\n"
@@ -120,11 +103,10 @@ FAILURES = [
         ),
     ),
     Failure(
-        "A spring between points that never part", 4,
-        (
-            "model error: spring coil: the points tip and twin coincide whatever the coordinates, so it has no direction; "
-            "try: points that can move apart, or a torsion spring"
-        ),
+        "A spring between points that never part",
+        4,
+        "model error: spring coil: the points tip and twin coincide whatever the coordinates, so it has no direction; "
+        "try: points that can move apart, or a torsion spring",
         more=(
             "[points.twin]\n"
             'body = "upper"\n'
@@ -137,40 +119,32 @@ FAILURES = [
         ),
     ),
     Failure(
-        "An output of a point that there is not", 3,
+        "An output of a point that there is not",
+        3,
         "description error: scene.toml:31 (outputs.tip.position): there is no point 'top'; try: tip",
         old='tip = { position = "tip" }',
         new='tip = { position = "top" }',
     ),
     Failure(
-        "An output of two kinds at once", 3,
-        (
-            "description error: scene.toml:31 (outputs.tip): an output needs one of position, velocity, acceleration, "
-            'formula, energy, not position and velocity; try: position = "tip"'
-        ),
+        "An output of two kinds at once",
+        3,
+        "description error: scene.toml:31 (outputs.tip): an output needs one of position, velocity, acceleration, "
+        'formula, energy, not position and velocity; try: position = "tip"',
         old='tip = { position = "tip" }',
         new='tip = { position = "tip", velocity = "tip" }',
     ),
     Failure(
-        "A constraint within one body", 3,
-        (
-            "description error: scene.toml:36 (constraints.rod.second): both frames are in the same rigid body: upper; try: "
-            "frames in two bodies that move against each other"
-        ),
-        more=(
-            "[constraints.rod]\n"
-            'type = "distance"\n'
-            'first = "tip"\n'
-            'second = { body = "upper" }\n'
-            "length = 0.5"
-        ),
+        "A constraint within one body",
+        3,
+        "description error: scene.toml:36 (constraints.rod.second): both frames are in the same rigid body: upper; try:"
+        " frames in two bodies that move against each other",
+        more='[constraints.rod]\ntype = "distance"\nfirst = "tip"\nsecond = { body = "upper" }\nlength = 0.5',
     ),
     Failure(
-        "Constraints that contradict each other", 4,
-        (
-            "model error: constraints: the positions of the constraints cannot be met together: after 50 corrections still "
-            "off: rod: distance by 2; try: an initial state nearer to assembly, or lengths and axes that fit"
-        ),
+        "Constraints that contradict each other",
+        4,
+        "model error: constraints: the positions of the constraints cannot be met together: after 50 corrections still "
+        "off: rod: distance by 2; try: an initial state nearer to assembly, or lengths and axes that fit",
         more=(
             "[points.wall]\n"
             'body = "world"\n'
@@ -184,127 +158,90 @@ FAILURES = [
         ),
     ),
     Failure(
-        "Several mistakes at once", 3,
-        (
-            "description error: 3 problems\n"
-            "  1. scene.toml:12 (bodies.upper.mass): unknown name 'lod' (column 5); try: load or log\n"
-            "  2. scene.toml:34 (points.hand.body): there is no body 'lower'; try: one of base, world, upper\n"
-            "  3. scene.toml:37 (outputs.hand.position): there is no point 'hnd'; try: hand"
-        ),
+        "Several mistakes at once",
+        3,
+        "description error: 3 problems\n"
+        "  1. scene.toml:12 (bodies.upper.mass): unknown name 'lod' (column 5); try: load or log\n"
+        "  2. scene.toml:34 (points.hand.body): there is no body 'lower'; try: one of base, world, upper\n"
+        "  3. scene.toml:37 (outputs.hand.position): there is no point 'hnd'; try: hand",
         old='mass = "1 + load"',
         new='mass = "1 + lod"',
-        more=(
-            "[points.hand]\n"
-            'body = "lower"\n'
-            "\n"
-            "[outputs.hand]\n"
-            'position = "hnd"'
-        ),
+        more='[points.hand]\nbody = "lower"\n\n[outputs.hand]\nposition = "hnd"',
     ),
     Failure(
-        "A scene without a moving joint", 3,
-        (
-            "description error: 3 problems\n"
-            "  1. scene.toml:16 (joints): no joint can move; try: a revolute, prismatic, spherical or free joint\n"
-            "  2. scene.toml:20 (joints.shoulder.axis): a fixed joint has no axis; try: rotation, for its placement\n"
-            "  3. scene.toml:26 (efforts.motor.index): the fixed joint shoulder has no component 0; try: a moving joint"
-        ),
+        "A scene without a moving joint",
+        3,
+        "description error: 3 problems\n"
+        "  1. scene.toml:16 (joints): no joint can move; try: a revolute, prismatic, spherical or free joint\n"
+        "  2. scene.toml:20 (joints.shoulder.axis): a fixed joint has no axis; try: rotation, for its placement\n"
+        "  3. scene.toml:26 (efforts.motor.index): the fixed joint shoulder has no component 0; try: a moving joint",
         old='type = "revolute"',
         new='type = "fixed"',
     ),
     Failure(
-        "A method that there is not", 3,
-        (
-            "description error: scene.toml:34 (simulation.method): there is no method 'newmrk'; try: newmark or "
-            "newmark_index3"
-        ),
+        "A method that there is not",
+        3,
+        "description error: scene.toml:34 (simulation.method): there is no method 'newmrk'; try: newmark or "
+        "newmark_index3",
         command="simulate scene.toml --out out",
-        more=(
-            "[simulation]\n"
-            'method = "newmrk"'
-        ),
+        more='[simulation]\nmethod = "newmrk"',
     ),
     Failure(
-        "A helical joint without its pitch", 3,
-        "description error: scene.toml:16 (joints.shoulder): a helical joint needs a pitch; try: pitch = 0.01, in m/rad",
+        "A helical joint without its pitch",
+        3,
+        "description error: scene.toml:16 (joints.shoulder): a helical joint needs a pitch; try: pitch = 0.01, in"
+        " m/rad",
         old='type = "revolute"',
         new='type = "helical"',
     ),
     Failure(
-        "A stop below the other", 3,
-        (
-            "description error: scene.toml:21 (joints.shoulder.limits): the lower limit 1 rad is not below the upper one, -1 "
-            "rad; try: lower below upper"
-        ),
+        "A stop below the other",
+        3,
+        "description error: scene.toml:21 (joints.shoulder.limits): the lower limit 1 rad is not below the upper one,"
+        " -1 rad; try: lower below upper",
         old="axis = [0, 1, 0]",
-        new=(
-            "axis = [0, 1, 0]\n"
-            "limits = { lower = 1.0, upper = -1.0, stiffness = 500 }"
-        ),
+        new="axis = [0, 1, 0]\nlimits = { lower = 1.0, upper = -1.0, stiffness = 500 }",
     ),
     Failure(
-        "A stop without stiffness", 3,
-        (
-            "description error: scene.toml:21 (joints.shoulder.limits.stiffness): the key stiffness is missing; try: "
-            "stiffness = ..."
-        ),
+        "A stop without stiffness",
+        3,
+        "description error: scene.toml:21 (joints.shoulder.limits.stiffness): the key stiffness is missing; try: "
+        "stiffness = ...",
         old="axis = [0, 1, 0]",
-        new=(
-            "axis = [0, 1, 0]\n"
-            "limits = { lower = -1.0, upper = 1.0 }"
-        ),
+        new="axis = [0, 1, 0]\nlimits = { lower = -1.0, upper = 1.0 }",
     ),
     Failure(
-        "Friction without the speed that makes it smooth", 3,
-        (
-            "description error: scene.toml:21 (joints.shoulder.friction.velocity): the key velocity is missing; try: "
-            "velocity = ..."
-        ),
+        "Friction without the speed that makes it smooth",
+        3,
+        "description error: scene.toml:21 (joints.shoulder.friction.velocity): the key velocity is missing; try: "
+        "velocity = ...",
         old="axis = [0, 1, 0]",
-        new=(
-            "axis = [0, 1, 0]\n"
-            "friction = { coulomb = 0.3 }"
-        ),
+        new="axis = [0, 1, 0]\nfriction = { coulomb = 0.3 }",
     ),
     Failure(
-        "A tyre about a point that there is not", 3,
+        "A tyre about a point that there is not",
+        3,
         "description error: scene.toml:34 (tyres.wheel.center): there is no point 'hub'; try: one of tip",
-        more=(
-            "[tyres.wheel]\n"
-            'center = "hub"\n'
-            "radius = 0.3\n"
-            "stiffness = 2e5"
-        ),
+        more='[tyres.wheel]\ncenter = "hub"\nradius = 0.3\nstiffness = 2e5',
     ),
     Failure(
-        "A tyre without a radius", 3,
+        "A tyre without a radius",
+        3,
         "description error: scene.toml:35 (tyres.wheel.radius): the radius of a tyre is 0; try: a number above 0",
-        more=(
-            "[tyres.wheel]\n"
-            'center = "tip"\n'
-            "radius = 0\n"
-            "stiffness = 2e5"
-        ),
+        more='[tyres.wheel]\ncenter = "tip"\nradius = 0\nstiffness = 2e5',
     ),
     Failure(
-        "A bushing within one body", 3,
-        (
-            "description error: scene.toml:35 (bushings.mount.second): both frames are in the same rigid body: upper; try: "
-            "frames in two bodies that move against each other"
-        ),
-        more=(
-            "[bushings.mount]\n"
-            'first = "tip"\n'
-            'second = { body = "upper" }\n'
-            "stiffness = [1e5, 1e5, 1e5]"
-        ),
+        "A bushing within one body",
+        3,
+        "description error: scene.toml:35 (bushings.mount.second): both frames are in the same rigid body: upper; try: "
+        "frames in two bodies that move against each other",
+        more='[bushings.mount]\nfirst = "tip"\nsecond = { body = "upper" }\nstiffness = [1e5, 1e5, 1e5]',
     ),
     Failure(
-        "A joint that follows itself", 3,
-        (
-            "description error: scene.toml:42 (joints.elbow.mimic.joint): the joint elbow follows itself; try: one joint "
-            "that leads"
-        ),
+        "A joint that follows itself",
+        3,
+        "description error: scene.toml:42 (joints.elbow.mimic.joint): the joint elbow follows itself; try: one joint "
+        "that leads",
         more=(
             "[bodies.lower]\n"
             "mass = 1.0\n"
@@ -318,4 +255,4 @@ FAILURES = [
             'mimic = { joint = "elbow" }'
         ),
     ),
-]  # fmt: skip
+]

@@ -6,85 +6,58 @@ from tests.failures.failure import Failure
 
 FAILURES = [
     Failure(
-        "A state without its rate", 3,
+        "A state without its rate",
+        3,
         "description error: scene.toml:34 (states.lag.rate): the key rate is missing; try: rate = ...",
-        more=(
-            "[states]\n"
-            "lag = { initial = 1.0 }"
-        ),
+        more="[states]\nlag = { initial = 1.0 }",
     ),
     Failure(
-        "A state in a mass", 3,
-        (
-            "description error: scene.toml:12 (bodies.upper.mass): the state 'lag' cannot be used here (column 5); try: "
-            "parameters only"
-        ),
+        "A state in a mass",
+        3,
+        "description error: scene.toml:12 (bodies.upper.mass): the state 'lag' cannot be used here (column 5); try: "
+        "parameters only",
         old='mass = "1 + load"',
         new='mass = "1 + lag"',
-        more=(
-            "[states]\n"
-            'lag = { rate = "-lag" }'
-        ),
+        more='[states]\nlag = { rate = "-lag" }',
     ),
     Failure(
-        "A state called like a parameter", 3,
-        (
-            "description error: scene.toml:34 (states.load): the name load is both a parameter and a state; try: another "
-            "name for one of them"
-        ),
-        more=(
-            "[states]\n"
-            'load = { rate = "-load" }'
-        ),
+        "A state called like a parameter",
+        3,
+        "description error: scene.toml:34 (states.load): the name load is both a parameter and a state; try: another "
+        "name for one of them",
+        more='[states]\nload = { rate = "-load" }',
     ),
     Failure(
-        "A rate with a name that there is not", 3,
+        "A rate with a name that there is not",
+        3,
         "description error: scene.toml:34 (states.lag.rate): unknown name 'motr' (column 1); try: motor",
-        more=(
-            "[states]\n"
-            'lag = { rate = "motr - lag" }'
-        ),
+        more='[states]\nlag = { rate = "motr - lag" }',
     ),
     Failure(
-        "A controller of a kind that there is not", 3,
-        (
-            "description error: scene.toml:34 (controllers.servo.type): 'pdi' is not known here; try: one of pi, pid, "
-            "low_pass, lead_lag, state_feedback or skyhook"
-        ),
-        more=(
-            "[controllers.servo]\n"
-            'type = "pdi"\n'
-            'signal = "q.shoulder"\n'
-            "proportional = 2"
-        ),
+        "A controller of a kind that there is not",
+        3,
+        "description error: scene.toml:34 (controllers.servo.type): 'pdi' is not known here; try: one of pi, pid, "
+        "low_pass, lead_lag, state_feedback or skyhook",
+        more='[controllers.servo]\ntype = "pdi"\nsignal = "q.shoulder"\nproportional = 2',
     ),
     Failure(
-        "A controller without a signal", 3,
+        "A controller without a signal",
+        3,
         "description error: scene.toml:33 (controllers.servo.signal): the key signal is missing; try: signal = ...",
-        more=(
-            "[controllers.servo]\n"
-            'type = "pi"\n'
-            "proportional = 2"
-        ),
+        more='[controllers.servo]\ntype = "pi"\nproportional = 2',
     ),
     Failure(
-        "A filter without its time", 3,
-        (
-            "description error: scene.toml:33 (controllers.servo): a low_pass controller needs time_constant; try: "
-            "time_constant = 0.01"
-        ),
-        more=(
-            "[controllers.servo]\n"
-            'type = "low_pass"\n'
-            'signal = "q.shoulder"'
-        ),
+        "A filter without its time",
+        3,
+        "description error: scene.toml:33 (controllers.servo): a low_pass controller needs time_constant; try: "
+        "time_constant = 0.01",
+        more='[controllers.servo]\ntype = "low_pass"\nsignal = "q.shoulder"',
     ),
     Failure(
-        "A limit below the other", 3,
-        (
-            "description error: scene.toml:38 (controllers.servo.minimum): the range is empty: minimum 1 is not below "
-            "maximum -1; try: a smaller minimum"
-        ),
+        "A limit below the other",
+        3,
+        "description error: scene.toml:38 (controllers.servo.minimum): the range is empty: minimum 1 is not below "
+        "maximum -1; try: a smaller minimum",
         more=(
             "[controllers.servo]\n"
             'type = "pi"\n'
@@ -96,25 +69,18 @@ FAILURES = [
         ),
     ),
     Failure(
-        "A gain that another kind of controller has", 3,
-        (
-            "description error: scene.toml:36 (controllers.servo.gain): gain has no meaning for pi; try: type = low_pass or "
-            "lead_lag"
-        ),
-        more=(
-            "[controllers.servo]\n"
-            'type = "pi"\n'
-            'signal = "q.shoulder"\n'
-            "gain = 2"
-        ),
+        "A gain that another kind of controller has",
+        3,
+        "description error: scene.toml:36 (controllers.servo.gain): gain has no meaning for pi; try: type = low_pass or"
+        " lead_lag",
+        more='[controllers.servo]\ntype = "pi"\nsignal = "q.shoulder"\ngain = 2',
     ),
     Failure(
-        "Controllers that need each other at once", 3,
-        (
-            "description error: scene.toml:33 (controllers.first): an algebraic loop: controllers.first uses "
-            "controllers.second uses controllers.first, with no state between; try: a low_pass controller, or a state, "
-            "somewhere in the loop"
-        ),
+        "Controllers that need each other at once",
+        3,
+        "description error: scene.toml:33 (controllers.first): an algebraic loop: controllers.first uses "
+        "controllers.second uses controllers.first, with no state between; try: a low_pass controller, or a state, "
+        "somewhere in the loop",
         more=(
             "[controllers.first]\n"
             'type = "pi"\n'
@@ -128,16 +94,10 @@ FAILURES = [
         ),
     ),
     Failure(
-        "A controller of an acceleration", 3,
-        (
-            "description error: scene.toml:35 (controllers.servo.signal): a.shoulder cannot be used here (column 1); try: "
-            "time, parameters, inputs, states, positions, velocities and tensions (not accelerations) only"
-        ),
-        more=(
-            "[controllers.servo]\n"
-            'type = "pi"\n'
-            'signal = "a.shoulder"\n'
-            "proportional = 2"
-        ),
+        "A controller of an acceleration",
+        3,
+        "description error: scene.toml:35 (controllers.servo.signal): a.shoulder cannot be used here (column 1); try: "
+        "time, parameters, inputs, states, positions, velocities and tensions (not accelerations) only",
+        more='[controllers.servo]\ntype = "pi"\nsignal = "a.shoulder"\nproportional = 2',
     ),
-]  # fmt: skip
+]

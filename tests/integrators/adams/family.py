@@ -1,4 +1,5 @@
-"""A family of another distribution, as small as one may be: the methods of Adams and Bashforth on Lie groups, orders 1 and 2.
+"""A family of another distribution, as small as one may be: the methods of Adams and Bashforth on Lie groups, orders 1
+and 2.
 
     v' = v + h (3 vdot - vdot_before)/2,    q' = q o exp(h (3 v - v_before)/2)
 
@@ -83,7 +84,11 @@ class AdamsBashforth(Family):
         return (Field("starts", "steps without history", kind="long"), Field("max_speed", "largest |v_i|"))
 
     def statuses(self, constrained: bool, angles: bool) -> tuple[Status, ...]:
-        return (NOT_FINITE, BAD_ARGUMENT, Status(17, "TOO_FAST", "a velocity is beyond largest_speed", "less than {step:.3g} s"))
+        return (
+            NOT_FINITE,
+            BAD_ARGUMENT,
+            Status(17, "TOO_FAST", "a velocity is beyond largest_speed", "less than {step:.3g} s"),
+        )
 
     def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
         return {"input_times": [0.0, 1.0]}

@@ -10,7 +10,9 @@ WIDTH = 120
 _INDENT = "    "
 _COMMENT_LINE = re.compile(r"\s*(/\*|\*) ")
 #: Where a line may end: behind a comma or an assignment, before an operator.
-_BREAK = re.compile(r"(?<=,) (?=\S)|(?<= =) (?=\S)| (?=(?:&&|\|\||[+?:-]) )|(?<=:) (?=return )|(?<=[;{]) (?=return |\(void\))")
+_BREAK = re.compile(
+    r"(?<=,) (?=\S)|(?<= =) (?=\S)| (?=(?:&&|\|\||[+?:-]) )|(?<=:) (?=return )|(?<=[;{]) (?=return |\(void\))"
+)
 #: What no break may be in: texts and comments.
 _CLOSED = re.compile(r'"(?:[^"\\]|\\.)*"|/\*.*?\*/')
 
@@ -51,15 +53,17 @@ def _folded_comment(line: str) -> list[str]:
 
 
 def _folded_code(line: str, indent: str) -> list[str]:
-    """Break where the fewest brackets are open, as late as that allows, in the second half of the line if at all possible."""
+    """Break where the fewest brackets are open, as late as that allows, in the second half of the line if at all
+    possible."""
     pieces = []
     while len(line) > WIDTH:
         closed = [match.span() for match in _CLOSED.finditer(line)]
         start = len(line) - len(line.lstrip())
         found = [
-            match.start() for match in _BREAK.finditer(line, start, WIDTH + 1)
+            match.start()
+            for match in _BREAK.finditer(line, start, WIDTH + 1)
             if match.start() <= WIDTH and not any(first < match.start() < last for first, last in closed)
-        ]  # fmt: skip
+        ]
         if not found:  # a long name of a function with one long argument
             place = line.rfind("(", start, WIDTH) + 1
             if place == 0 or any(first < place < last for first, last in closed):

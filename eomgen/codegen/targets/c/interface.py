@@ -1,7 +1,7 @@
 """The interface that all compiled models share: one text is both the cdef for cffi and a C header.
 
-``eomgen_call`` evaluates one function for ``count`` samples. Input ``j`` (in the order of the function's inputs) of sample ``i``
-starts at ``inputs[j] + i * strides[j]``; a stride of 0 gives all samples the same values. Outputs are
+``eomgen_call`` evaluates one function for ``count`` samples. Input ``j`` (in the order of the function's inputs) of
+sample ``i`` starts at ``inputs[j] + i * strides[j]``; a stride of 0 gives all samples the same values. Outputs are
 contiguous, sample after sample.
 A complex model takes and gives pairs of doubles; strides count doubles.
 """

@@ -48,7 +48,8 @@ def comment(text: str, limit: int = 200) -> str:
 
 
 def c_string(text: str) -> str:
-    """Return a string literal of C: letters, digits and underscores as they are; any other text in octal escapes throughout."""
+    """Return a string literal of C: letters, digits and underscores as they are; any other text in octal escapes
+    throughout."""
     plain = re.fullmatch(r"[A-Za-z0-9_]*", text) is not None
     return f'"{text}"' if plain else '"' + "".join(f"\\{byte:03o}" for byte in text.encode()) + '"'
 
@@ -56,9 +57,13 @@ def c_string(text: str) -> str:
 def check_prefix(prefix: str) -> str:
     """Return the prefix of a model's symbols. Raises ModelError unless it is a free C identifier."""
     if not _IDENTIFIER.fullmatch(prefix):
-        raise ModelError(f"the model's name {prefix!r} is not a C identifier", "letters, digits and underscores, a letter first")
+        raise ModelError(
+            f"the model's name {prefix!r} is not a C identifier", "letters, digits and underscores, a letter first"
+        )
     if _STANDARD_HEADERS.fullmatch(prefix.lower()):
-        raise ModelError(f"the model's name {prefix!r} would let {prefix}.h hide a header of C itself", f"{prefix}_model")
+        raise ModelError(
+            f"the model's name {prefix!r} would let {prefix}.h hide a header of C itself", f"{prefix}_model"
+        )
     if prefix.lower() in ("main", "interface", "eg", "eomgen", "eomgen_real"):
         raise ModelError(f"the model's name {prefix!r} is taken by the generated code", f"{prefix}_model")
     return prefix
@@ -83,7 +88,8 @@ _LONGEST_LOCAL = 32
 
 
 def local_names(names: Sequence[tuple[int, str]], taken: Collection[str]) -> dict[int, str]:
-    """Return C identifiers for local values by number: legal, distinct, out of the way of arguments; others have no name."""
+    """Return C identifiers for local values by number: legal, distinct, out of the way of arguments; others have no
+    name."""
     found: dict[int, str] = {}
     used = set(taken)
     for number, text in names:
@@ -99,7 +105,7 @@ NAMES = Names(check_prefix, check_identifier, mangle, output_name)
 _POINTERS = {
     "q": "NQ", "v": "NV", "a": "NV", "j": "NV", "s": "NV", "a_higher": "NA_HIGHER", "z": "NZ", "lam": "NLAM", "u": "NU",
     "u_dot": "NU", "u_ddot": "NU", "u_higher": "NU_HIGHER", "base_rates": "NBASE_RATES",
-}  # fmt: skip
+}  # fmt: skip  # a table
 _DERIVATIVES = ("j", "s", "a_higher", "u_dot", "u_ddot", "u_higher", "base_rates")
 #: What only the functions of a Taylor stepper read.
 _SERIES = ("followed", "t_k", "q_k", "v_k", "z_k", "sums", "left", "right", "kept", "order")
@@ -191,26 +197,39 @@ class CNames:
     def direct_arguments(self, function: ProgramFunction) -> str:
         """Return the arguments of a call from the interface of doubles, on the caller's own arrays."""
         texts = [
-            f"&{block}" if block in ("p", "base") else block if block == "t" else f"inputs[{index}] + i * strides[{index}]"
+            (
+                f"&{block}"
+                if block in ("p", "base")
+                else block
+                if block == "t"
+                else f"inputs[{index}] + i * strides[{index}]"
+            )
             for index, block in enumerate(function.inputs)
         ]
         if function.name == "base":
             return ", ".join([*texts, "&base"])
-        return ", ".join([*texts, *(f"outputs[{index}] + i * {output.size}" for index, output in enumerate(function.outputs))])
+        return ", ".join(
+            [*texts, *(f"outputs[{index}] + i * {output.size}" for index, output in enumerate(function.outputs))]
+        )
 
     def buffered_arguments(self, function: ProgramFunction) -> str:
         """Return the arguments of a call from the other interfaces, on local copies."""
         texts = [f"&{block}" if block in ("p", "base") else block for block in function.inputs]
-        return ", ".join([*texts, *(["&base"] if function.name == "base" else [output.argument for output in function.outputs])])
+        return ", ".join(
+            [*texts, *(["&base"] if function.name == "base" else [output.argument for output in function.outputs])]
+        )
 
     def buffers(self, function: ProgramFunction) -> list[tuple[str, str]]:
         """Return the local copies of those interfaces, name and size; structs and the time need none."""
         inputs = [(block, self.input_size(block)) for block in function.inputs if block not in ("p", "t", "base")]
-        outputs = [] if function.name == "base" else [(output.argument, str(output.size)) for output in function.outputs]
+        outputs = (
+            [] if function.name == "base" else [(output.argument, str(output.size)) for output in function.outputs]
+        )
         return inputs + outputs
 
     def main_arguments(self, function: ProgramFunction, target: str) -> str:
-        """Return the arguments of a call from the stand-alone program; results go to ``target`` or to arrays of their own."""
+        """Return the arguments of a call from the stand-alone program; results go to ``target`` or to arrays of their
+        own."""
         texts = [f"&{block}" if block in ("p", "base") else block for block in function.inputs]
         if function.name == "base":
             return ", ".join([*texts, "&base"])

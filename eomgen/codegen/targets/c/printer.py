@@ -65,9 +65,14 @@ class Printer:
     """
 
     def __init__(
-        self, inputs: Mapping[str, str | Sequence[str]], outputs: Sequence[str | Sequence[str]] = (), prefix: str = "",
-        local: str = "x", constants: Mapping[float, str] | None = None, names: Mapping[int, str] | None = None,
-    ) -> None:  # fmt: skip
+        self,
+        inputs: Mapping[str, str | Sequence[str]],
+        outputs: Sequence[str | Sequence[str]] = (),
+        prefix: str = "",
+        local: str = "x",
+        constants: Mapping[float, str] | None = None,
+        names: Mapping[int, str] | None = None,
+    ) -> None:
         self.constants = constants or {}
         self.names = names or {}
         self.prefix = prefix

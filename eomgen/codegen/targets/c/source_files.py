@@ -21,7 +21,8 @@ class SourceFile:
 
 
 def plan_files(program: Program, limit: int = FILE_LIMIT) -> list[SourceFile]:
-    """Return the files of a Program; the first is named after the prefix and defines what calls the parts in the others."""
+    """Return the files of a Program; the first is named after the prefix and defines what calls the parts in the
+    others."""
     first = SourceFile(program.prefix)
     files = [first]
     total = sum(function.operations for function in program.functions)

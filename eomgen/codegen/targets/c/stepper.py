@@ -35,12 +35,13 @@ class StepperProgram(Protocol):
 def stepper_names(program: StepperProgram) -> dict[str, Any]:
     """Return what every template of a stepper may name, beside ``program``.
 
-    ``P``, ``N``: prefix of functions and of constants; ``nq, nv, nz, nu``: sizes; ``method``; ``turns``: numbers in q that are
-    stepped without whole turns; ``wrapped``: a step has another around it, which knows turns or angles; ``begin``: what a run
-    begins with; ``remembers``: a state holds the inputs and parameters of its accelerations; ``rotations``: runs of the
-    configuration that are rotations or poses; ``blocks`` of a state, with sizes; ``kernels``: functions on the groups;
-    ``number, call, copy_state, finite``: see ``Calls``.
-    With constraints also ``un``: the unknowns; ``nl, nh``: rows, and holonomic ones; ``ni``: independent components; ``point``:
+    ``P``, ``N``: prefix of functions and of constants; ``nq, nv, nz, nu``: sizes; ``method``; ``turns``: numbers in q
+    that are stepped without whole turns; ``wrapped``: a step has another around it, which knows turns or angles;
+    ``begin``: what a run begins with; ``remembers``: a state holds the inputs and parameters of its accelerations;
+    ``rotations``: runs of the configuration that are rotations or poses; ``blocks`` of a state, with sizes;
+    ``kernels``: functions on the groups; ``number, call, copy_state, finite``: see ``Calls``.
+    With constraints also ``un``: the unknowns; ``nl, nh``: rows, and holonomic ones; ``ni``: independent components;
+    ``point``:
     arguments.
     """
     prefix, sizes, method = program.prefix, program.sizes, program.method
@@ -71,7 +72,11 @@ def stepper_names(program: StepperProgram) -> dict[str, Any]:
         un = method["unknowns"]
         names |= {"un": un, "nh": un["holonomic"], "ni": un["v"] - un["lam"], "point": POINT}
     if "solver" in method:
-        names |= _newton(program) | {"differ": calls.differ, "copied": calls.copied, "evaluate_residual": calls.residual}
+        names |= _newton(program) | {
+            "differ": calls.differ,
+            "copied": calls.copied,
+            "evaluate_residual": calls.residual,
+        }
     if "room" in method:
         texts = {"angle": "angles and quaternions, which 1 rad is large for", "length": "lengths"}
         kinds = ", and ".join(texts[kind["name"]] for kind in method["kinds"])
@@ -83,12 +88,13 @@ def _newton(program: StepperProgram) -> dict[str, Any]:
     """Return what the templates of implicit steps choose by.
 
     ``solver``; ``scaled``: kinetic energy measures the unknowns; ``direct``: accelerations are a function of the model;
-    ``perturbed``: positions alone are constrained (index 3); ``held``: velocities are brought onto the constraints in each
-    iteration; ``spatial, exponentials``: variants; ``by_radius``: one number gives all coefficients; ``matrix``: what fills the
-    iteration matrix; ``partials``: where its numbers begin; ``moved``: statements of the increment, where it is written out;
-    ``violation``: of row i of Phi; ``jacobian``: B at the start of a step; ``nonzeros_of_B``: their rows and columns;
-    ``good_settings``: the test of settings; ``tolerance`` of velocities, ``rounding`` of them and ``multiplier_rounding``;
-    ``unrolled`` rows and ``substitution`` of an elimination that is written out; ``kinds`` of one by fronts; ``iterate``:
+    ``perturbed``: positions alone are constrained (index 3); ``held``: velocities are brought onto the constraints in
+    each iteration; ``spatial, exponentials``: variants; ``by_radius``: one number gives all coefficients; ``matrix``:
+    what fills the iteration matrix; ``partials``: where its numbers begin; ``moved``: statements of the increment,
+    where it is written out; ``violation``: of row i of Phi; ``jacobian``: B at the start of a step; ``nonzeros_of_B``:
+    their rows and columns; ``good_settings``: the test of settings; ``tolerance`` of velocities, ``rounding`` of them
+    and ``multiplier_rounding``; ``unrolled`` rows and ``substitution`` of an elimination that is written out; ``kinds``
+    of one by fronts; ``iterate``:
     arguments.
     """
     method, solver, un = program.method, program.method["solver"], program.method["unknowns"]
@@ -131,23 +137,36 @@ def _settings(program: StepperProgram) -> dict[str, str]:
     conditions = [f"{finite}(&s->step, 1)", "s->step > K(0.0)"]
     if "rho_inf" in method["parameters"]:
         below = method["rho_inf_below"]
-        conditions += ["s->rho_inf >= K(0.0)", f"s->rho_inf {'<= K(1.0)' if below is None else f'< {Calls.number(below)}'}"]
+        conditions += [
+            "s->rho_inf >= K(0.0)",
+            f"s->rho_inf {'<= K(1.0)' if below is None else f'< {Calls.number(below)}'}",
+        ]
     else:
         conditions += ["s->alpha_m <= s->alpha_f", "s->alpha_f <= K(0.5)", "s->gamma >= K(0.5)", "s->beta > K(0.0)"]
         conditions += [f"{finite}(&s->{name}, 1)" for name in ("alpha_m", "beta", "gamma")]
     conditions += ["s->rtol >= K(0.0)", "s->atol >= K(0.0)", f"{finite}(&s->rtol, 1)", f"{finite}(&s->atol, 1)"]
-    conditions += ["s->rtol + s->atol > K(0.0)", "s->max_iterations > 0", "s->max_halvings >= 0", "s->max_halvings <= 30"]
+    conditions += [
+        "s->rtol + s->atol > K(0.0)",
+        "s->max_iterations > 0",
+        "s->max_halvings >= 0",
+        "s->max_halvings <= 30",
+    ]
     return {"good_settings": " && ".join(conditions)}
 
 
 def _tolerances(program: StepperProgram) -> dict[str, str]:
-    """Return what velocities and multipliers are measured by: kinetic energy, or where it is unknown the largest of a kind."""
+    """Return what velocities and multipliers are measured by: kinetic energy, or where it is unknown the largest of a
+    kind."""
     un, scaled = program.method["unknowns"], bool(program.method["solver"]["inertia"])
     rounding = f"K(4.0) * {program.prefix}_EPSILON * work->speed[{'0' if scaled else 'angular[i]'}]"
     with_positions = f"{rounding} + work->position_rounding" if un["holonomic"] else rounding
     if un["holonomic"] and not un["eta"]:
         tolerance = "(least * work->speed[0] + work->position_rounding) * work->unit[i]"
-        return {"tolerance": tolerance, "rounding": f"({with_positions}) * work->unit[i]", "multiplier_rounding": with_positions}
+        return {
+            "tolerance": tolerance,
+            "rounding": f"({with_positions}) * work->unit[i]",
+            "multiplier_rounding": with_positions,
+        }
     if scaled:
         tolerance, rounding = "least * work->speed[0] * work->unit[i]", f"({rounding}) * work->unit[i]"
     else:
@@ -165,7 +184,10 @@ def _elimination(program: StepperProgram) -> dict[str, Any]:
         """Return the test of a pivot, a_diagonal, against the rest of its row, in the units of the unknowns."""
         if not upper:
             return f"EG_ABS(a{diagonal}) > K(0.0)"
-        return f"EG_ABS(a{diagonal}){unit} > {smallest} * ({' + '.join(f'EG_ABS(a{slot}){other}' for slot, other in upper)})"
+        return (
+            f"EG_ABS(a{diagonal}){unit} > {smallest} *"
+            f" ({' + '.join(f'EG_ABS(a{slot}){other}' for slot, other in upper)})"
+        )
 
     if "unrolled" in data:
         rows, columns = data["rows"], data["columns"]
@@ -221,10 +243,12 @@ def _kernels(method: Mapping[str, Any]) -> list[dict[str, Any]]:
         arguments = ", ".join([*(f"const real *{name}" for name, _ in kernel["inputs"]), "real *out"])
         result.append(
             {
-                "name": kernel["name"], "description": kernel["description"], "arguments": arguments,
+                "name": kernel["name"],
+                "description": kernel["description"],
+                "arguments": arguments,
                 "body": indented(printer.lines(statements), 1),
             }
-        )  # fmt: skip
+        )
     return result
 
 
@@ -232,7 +256,11 @@ def _assembled(solver: Mapping[str, Any]) -> dict[str, Any]:
     """Return the ``text`` that assembles an iteration matrix, whether it is ``looped``, and its ``workspace``."""
     made = assembly(solver)
     numbers = "numbers" if made.looped else "w"
-    inputs: dict[str, str | Sequence[str]] = {"numbers": f"{numbers}[{{}}]", "tangents": "T[{}]", "jacobian": "jacobian[{}]"}
+    inputs: dict[str, str | Sequence[str]] = {
+        "numbers": f"{numbers}[{{}}]",
+        "tangents": "T[{}]",
+        "jacobian": "jacobian[{}]",
+    }
     inputs["weights"] = [f"c->{name}" for name in WEIGHTS]
     text = indented(Printer(inputs, ["S", "w"]).lines(made.statements), 1)
     return {"text": text, "looped": made.looped, "numbers": numbers, "workspace": made.workspace}
@@ -256,16 +284,24 @@ def _increment(method: Mapping[str, Any]) -> str:
 
 #: What implicit steppers call the functions of a model with: their iterate.
 ITERATE = {
-    "p": "p", "t": "t", "q": "work->q", "v": "work->v", "a": "work->vdot", "z": "work->z", "lam": "work->lam", "u": "work->u",
+    "p": "p",
+    "t": "t",
+    "q": "work->q",
+    "v": "work->v",
+    "a": "work->vdot",
+    "z": "work->z",
+    "lam": "work->lam",
+    "u": "work->u",
     "base": "&work->base",
-}  # fmt: skip
+}
 
 
-#: What coordinate partitioning calls them with: a point on the way, at the accelerations of the dependent components alone.
+#: What coordinate partitioning calls them with: a point on the way, at the accelerations of the dependent components
+#: alone.
 POINT = {
     "p": "p", "t": "t", "q": "q", "v": "v", "a": "work->offset", "z": "work->z", "lam": "work->no_lam", "u": "work->u",
     "base": "&work->base",
-}  # fmt: skip
+}  # fmt: skip  # a table
 
 
 class Calls:
@@ -289,7 +325,9 @@ class Calls:
         """
         function = self.program.function(name)
         outputs = [results if isinstance(results, str) else results[output.name] for output in function.outputs]
-        return f"{self.program.prefix}_{name}({', '.join([*(arguments[block] for block in function.inputs), *outputs])});"
+        return (
+            f"{self.program.prefix}_{name}({', '.join([*(arguments[block] for block in function.inputs), *outputs])});"
+        )
 
     def finite(self, place: str, parts: str = "q v z") -> str:
         """Return the condition that parts of a place are finite; those that begin with a are as large as v."""
@@ -321,7 +359,8 @@ class Calls:
         return f"\n{indent}".join(f"{left}{name} = {right}{name};" for name in self.program.method["parameters"])
 
     def copy_state(self, to: str, source: str) -> str:
-        """Return the copy of a state without what its accelerations were evaluated with, which a step does not change."""
+        """Return the copy of a state without what its accelerations were evaluated with, which a step does not
+        change."""
         if not self.program.method["remembers"]:
             return f"{to} = {source};"
         places = [text[1:] if text[0] == "*" else f"&{text}" for text in (to, source)]

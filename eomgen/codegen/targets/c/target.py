@@ -91,7 +91,9 @@ class _Context:
 
     def body(self, function: ProgramFunction, part: int) -> str:
         """Return the statements of one part, indented, each line ended."""
-        outputs = [self.c.base_targets()] if function.name == "base" else [output.argument for output in function.outputs]
+        outputs = (
+            [self.c.base_targets()] if function.name == "base" else [output.argument for output in function.outputs]
+        )
         statements = function.parts[part].statements
         declared = ["int i;"] if any(statement.kind in COUNTING for statement in statements) else []
         taken = {*function.inputs, *(output.argument for output in function.outputs)}
@@ -128,8 +130,8 @@ class _Context:
 def generate_files(program: Program, *, file_limit: int = FILE_LIMIT) -> dict[str, str]:
     """Return the stand-alone folder of a Program: file name to text. The same Program gives the same bytes.
 
-    ``<prefix>.h``, ``<prefix>.c`` (and ``<prefix>_2.c``... of large models), ``<prefix>_step.c`` where there is a method,
-    ``main.c``, ``eomgen_real.h``, ``README.md`` and ``manifest.json``.
+    ``<prefix>.h``, ``<prefix>.c`` (and ``<prefix>_2.c``... of large models), ``<prefix>_step.c`` where there is a
+    method, ``main.c``, ``eomgen_real.h``, ``README.md`` and ``manifest.json``.
     """
     context = _Context(program, file_limit)
     files = {f"{program.prefix}.h": context.render("c/model/model.h.jinja")}

@@ -50,7 +50,8 @@ def urdf_data(
     Parameters
     ----------
     root : str
-        ``fixed``: the root link is the base. ``attached``: it is a body, fixed to the base. ``free``: a body on a free joint.
+        ``fixed``: the root link is the base. ``attached``: it is a body, fixed to the base. ``free``: a body on a free
+        joint.
 
     Raises
     ------
@@ -88,13 +89,17 @@ def _from_root(robot: Robot, report: Report) -> list[Joint]:
     for joint in robot.joints.values():
         if joint.child in carrier:
             what = f"the link {joint.child} is already carried by the joint {carrier[joint.child].name}"
-            report.add_at(joint.line, f"joints.{joint.name}", what, "one joint for each link: closed loops are not part of URDF")
+            report.add_at(
+                joint.line, f"joints.{joint.name}", what, "one joint for each link: closed loops are not part of URDF"
+            )
         carrier.setdefault(joint.child, joint)
         children[joint.parent].append(joint)
     roots = [name for name in robot.links if name not in carrier]
     if len(roots) != 1:
         what = (
-            f"there are {len(roots)} root links: {listed(roots)}" if roots else "no link is the root: the joints run in a circle"
+            f"there are {len(roots)} root links: {listed(roots)}"
+            if roots
+            else "no link is the root: the joints run in a circle"
         )
         report.add_at(1, "", what, "one link that is no joint's child")
     report.raise_problems()
@@ -108,7 +113,10 @@ def _from_root(robot: Robot, report: Report) -> list[Joint]:
     lost = [name for name in robot.joints if name not in reached]
     if lost:
         report.add_at(
-            robot.joints[lost[0]].line, "", f"the joints {listed(lost)} run in a circle, away from the root {roots[0]}", ""
+            robot.joints[lost[0]].line,
+            "",
+            f"the joints {listed(lost)} run in a circle, away from the root {roots[0]}",
+            "",
         )
     report.raise_problems()
     return order
@@ -127,9 +135,16 @@ class _Merger:
     """Makes one body of links that are fixed to one another; their frames stay as points."""
 
     def __init__(
-        self, robot: Robot, order: Sequence[Joint], held: Mapping[str, float], leaders: Mapping[str, str], root: str,
-        *, limits: bool, friction: bool,
-    ) -> None:  # fmt: skip
+        self,
+        robot: Robot,
+        order: Sequence[Joint],
+        held: Mapping[str, float],
+        leaders: Mapping[str, str],
+        root: str,
+        *,
+        limits: bool,
+        friction: bool,
+    ) -> None:
         self.robot = robot
         self.held = held
         self.leaders = leaders
@@ -221,7 +236,11 @@ class _Merger:
         merged = [name for name in self.data["points"] if name in self.robot.links]
         if merged:
             one = len(merged) == 1
-            many = "1 link is merged into the body it is" if one else f"{len(merged)} links are merged into the bodies they are"
+            many = (
+                "1 link is merged into the body it is"
+                if one
+                else f"{len(merged)} links are merged into the bodies they are"
+            )
             self.notes.append(f"{many} fixed to and kept as {'a point' if one else 'points'}: {listed(merged)}")
         for body, parts in self.parts.items():
             if body != BASE:

@@ -1,7 +1,8 @@
 """Supported elements of a URDF, links and joints, and a list of all unread ones.
 
-The format is that of the Unified Robot Description Format, http://wiki.ros.org/urdf/XML, versions 1.0 to 1.2. Which attributes
-and elements are read is not listed anywhere: every element knows what of it was asked for, and what is left over is told.
+The format is that of the Unified Robot Description Format, http://wiki.ros.org/urdf/XML, versions 1.0 to 1.2. Which
+attributes and elements are read is not listed anywhere: every element knows what of it was asked for, and what is left
+over is told.
 """
 
 from __future__ import annotations
@@ -29,7 +30,8 @@ _VERSION = re.compile(r"([0-9]{1,9})(?:\.([0-9]{1,9}))?")
 NEWEST, WITH_QUATERNIONS = 2, 1
 #: By how much the length of a quaternion may differ from 1: three digits of each number.
 _UNIT_LENGTH = 1e-3
-#: Numbers of the format that stay out with the limits they belong to; acceleration, deceleration and jerk are of version 1.2.
+#: Numbers of the format that stay out with the limits they belong to; acceleration, deceleration and jerk are of
+#: version 1.2.
 _OTHER_LIMITS = ("velocity", "acceleration", "deceleration", "jerk")
 #: What is to be seen and touched, which has no part in the equations of motion.
 _GEOMETRY = ("visual", "collision", "material")
@@ -65,7 +67,8 @@ class Limit:
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint: its type in eomgen's words, empty where there is none; placement of the child's frame in the parent's."""
+    """A joint: its type in eomgen's words, empty where there is none; placement of the child's frame in the
+    parent's."""
 
     name: str
     line: int
@@ -187,7 +190,8 @@ class _Reader:
         return ""
 
     def tell_left_over(self, element: Element, owner: str) -> None:
-        """Keep what of a link, a joint or the robot nothing was read; a unit is refused, for the format has SI units only."""
+        """Keep what of a link, a joint or the robot nothing was read; a unit is refused, for the format has SI units
+        only."""
         for kind in _GEOMETRY:
             self.out.geometry[kind] = self.out.geometry.get(kind, 0) + sum(1 for _ in element.named(kind))
         for attribute in element.unread_attributes:
@@ -213,7 +217,9 @@ class _Reader:
     def leave_unread(self, what: str, element: Element, owner: str) -> None:
         self.out.unread.setdefault(what, []).append((element.line, owner))
 
-    def numbers(self, element: Element | None, attribute: str, key: str, default: tuple[float, ...]) -> tuple[float, ...]:
+    def numbers(
+        self, element: Element | None, attribute: str, key: str, default: tuple[float, ...]
+    ) -> tuple[float, ...]:
         """Return as many finite numbers as the default has."""
         if element is None or not element.has(attribute):
             return default
@@ -230,7 +236,8 @@ class _Reader:
         return values
 
     def placement(self, element: Element, key: str, name: str) -> tuple[Array, Array, bool, str]:
-        """Return orientation, position, whether right angles were snapped, and an angle that is nearly right but not exact."""
+        """Return orientation, position, whether right angles were snapped, and an angle that is nearly right but not
+        exact."""
         origin = element.first("origin")
         roll, pitch, yaw = self.numbers(origin, "rpy", key, (0.0, 0.0, 0.0))
         quaternion = self.quaternion(origin, key, name)
@@ -281,7 +288,9 @@ class _Reader:
         key = f"joints.{name}"
         written = element.get("type")
         if written not in JOINT_TYPES:
-            self.report.add_at(element.line, key, f"the joint type {shown(written)} is not known", nearest(written, JOINT_TYPES))
+            self.report.add_at(
+                element.line, key, f"the joint type {shown(written)} is not known", nearest(written, JOINT_TYPES)
+            )
         orientation, position, was_snapped, nearly = self.placement(element, key, name)
         if nearly:
             self.out.nearly_right[name] = nearly
@@ -336,13 +345,17 @@ class _Reader:
             self.report.add_at(element.line, key, f"the joint has no <{tag} link=...>", "")
         elif written not in self.link_names:
             self.report.add_at(
-                end.line if end else element.line, key, f"there is no link {shown(written)}", nearest(written, self.link_names)
+                end.line if end else element.line,
+                key,
+                f"there is no link {shown(written)}",
+                nearest(written, self.link_names),
             )
         return self.link_names.get(written, "")
 
 
 def _off_right(angle: float) -> float:
-    """Return how far an angle is from the nearest right or straight one; 0 for those nearest to zero, which round nothing."""
+    """Return how far an angle is from the nearest right or straight one; 0 for those nearest to zero, which round
+    nothing."""
     quarters = round(angle / (0.5 * math.pi))
     return abs(angle - quarters * 0.5 * math.pi) if quarters else 0.0
 

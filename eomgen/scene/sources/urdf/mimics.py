@@ -13,7 +13,9 @@ from eomgen.scene.sources.urdf.elements import Robot
 from eomgen.text import listed, nearest, shown
 
 
-def held_and_following(robot: Robot, locked: Collection[str], report: Report) -> tuple[dict[str, float], dict[str, str]]:
+def held_and_following(
+    robot: Robot, locked: Collection[str], report: Report
+) -> tuple[dict[str, float], dict[str, str]]:
     """Return the joints that are held, with their coordinates, and for each joint that follows another its leader.
 
     What is wrong goes to the report: leaders that are not there or have not one coordinate, and circles.

@@ -22,7 +22,8 @@ _OF_MOVING_JOINTS = ("safety_controller", "calibration")
 
 
 def notes_of_what_has_no_effect(robot: Robot, still: Collection[str]) -> list[str]:
-    """Return what has no part in the motion, which is no reason to refuse a file; ``still`` are joints that are held."""
+    """Return what has no part in the motion, which is no reason to refuse a file; ``still`` are joints that are
+    held."""
     notes = []
     counts = [f"{count} <{kind}>" for kind, count in robot.geometry.items() if count]
     if counts:
@@ -44,7 +45,9 @@ def notes_of_names_and_angles(robot: Robot, locked: set[str]) -> list[str]:
         notes.append(f"joints locked at zero: {listed(sorted(locked))}")
     if robot.original:
         pairs = [f"{shown(written)} is {name}" for name, written in robot.original.items()]
-        notes.append(f"names made legal: {', '.join(pairs[:8])}{f' and {len(pairs) - 8} more' if len(pairs) > 8 else ''}")
+        notes.append(
+            f"names made legal: {', '.join(pairs[:8])}{f' and {len(pairs) - 8} more' if len(pairs) > 8 else ''}"
+        )
     if robot.snapped:
         notes.append(f"right angles made exact in the placement of {_joints(robot.snapped)}")
     if robot.nearly_right:
@@ -71,7 +74,10 @@ def notes_of_mimics(robot: Robot, locked: set[str], held: Mapping[str, float], l
 
 
 def _joints(names: Sequence[str]) -> str:
-    return f"the joint{'s' * (len(names) != 1)} {', '.join(names[:8])}{f' and {len(names) - 8} more' if len(names) > 8 else ''}"
+    return (
+        f"the joint{'s' * (len(names) != 1)}"
+        f" {', '.join(names[:8])}{f' and {len(names) - 8} more' if len(names) > 8 else ''}"
+    )
 
 
 def inertia_warnings(robot: Robot) -> list[tuple[int, str]]:
@@ -93,7 +99,10 @@ def left_out(robot: Robot, still: set[str]) -> list[tuple[int, str]]:
     if robot.minor > NEWEST:
         found.append((1, f"version 1.{robot.minor} of URDF is newer than 1.{NEWEST}: what is new in it is not known"))
     if robot.quaternions and robot.minor < WITH_QUATERNIONS:
-        what = f"quat_xyzw belongs to version 1.{WITH_QUATERNIONS} of URDF, and is read from this file of version 1.{robot.minor}"
+        what = (
+            f"quat_xyzw belongs to version 1.{WITH_QUATERNIONS} of URDF, and is read from this file of version"
+            f" 1.{robot.minor}"
+        )
         names = [name for _, name in robot.quaternions]
         found.append((robot.quaternions[0][0], f"{what} ({len(names)}: {listed(names)})"))
     for tag, names in robot.left_out.items():

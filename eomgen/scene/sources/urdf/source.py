@@ -27,7 +27,9 @@ def read_urdf(
     from eomgen.scene.sources.urdf.conversion import urdf_data  # noqa: PLC0415  # most scenes are no URDF
 
     held = "attached" if included and root == "fixed" else root
-    data, lines, notes = urdf_data(text, file=file, strict=strict, root=held, lock=lock, limits=limits, friction=friction)
+    data, lines, notes = urdf_data(
+        text, file=file, strict=strict, root=held, lock=lock, limits=limits, friction=friction
+    )
     return Read(data, lines, notes, inertias_checked=True)
 
 

@@ -37,7 +37,8 @@ class _Change:
 def beam_claims(space: Space, engine: Engine, system: System, scene: object) -> list[Claim]:
     """Return the claims of the term ``elastic``.
 
-    What shortening adds to the partials of the elastic rows is K_geo where beams are straight and their coordinates at rest.
+    What shortening adds to the partials of the elastic rows is K_geo where beams are straight and their coordinates at
+    rest.
     """
     if "elastic" not in engine or "inverse_dynamics" not in engine or not isinstance(scene, Scene):
         return []
@@ -83,9 +84,14 @@ def _straight(factors: list[Factor]) -> Callable[[Blocks], dict[str, Array]]:
 
 
 def _claim(
-    space: Space, name: str, block: str, meaning: str, change: _Change, at: Callable[[Blocks], dict[str, Array]],
+    space: Space,
+    name: str,
+    block: str,
+    meaning: str,
+    change: _Change,
+    at: Callable[[Blocks], dict[str, Array]],
     kept: Array | None = None,
-) -> Claim:  # fmt: skip
+) -> Claim:
     """Return the claim of one matrix, of whose second derivation only the rows and columns ``kept`` count, if given."""
     along = space.along[block].matrix
 
@@ -97,6 +103,12 @@ def _claim(
         return np.asarray(found @ along)
 
     return Claim(
-        f"elastic.{name}", meaning, FAMILY, lambda engine, state: np.asarray(engine("elastic", at(state))[name] @ along),
-        second=second, second_name=change.name, rows=space.rows["v"], columns=space.along[block].names,
-    )  # fmt: skip
+        f"elastic.{name}",
+        meaning,
+        FAMILY,
+        lambda engine, state: np.asarray(engine("elastic", at(state))[name] @ along),
+        second=second,
+        second_name=change.name,
+        rows=space.rows["v"],
+        columns=space.along[block].names,
+    )

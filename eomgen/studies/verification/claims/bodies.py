@@ -51,9 +51,15 @@ def _twists(space: Space) -> Claim:
         return column(configuration_rate(factors, poses, twists))
 
     return Claim(
-        "twists", "d pose / dt", FAMILY, value, source=lambda engine, state: _flat(engine("poses", state)["pose"]),
-        directions=_along_motion(("q", "v")), rows=_named(space, _POSE), functions=("poses",),
-    )  # fmt: skip
+        "twists",
+        "d pose / dt",
+        FAMILY,
+        value,
+        source=lambda engine, state: _flat(engine("poses", state)["pose"]),
+        directions=_along_motion(("q", "v")),
+        rows=_named(space, _POSE),
+        functions=("poses",),
+    )
 
 
 def _accelerations(space: Space) -> Claim:
@@ -66,11 +72,16 @@ def _accelerations(space: Space) -> Claim:
         return column(_flat(rates + turning))
 
     return Claim(
-        "accelerations", "d twist / dt", FAMILY,
+        "accelerations",
+        "d twist / dt",
+        FAMILY,
         lambda engine, state: column(_flat(engine("accelerations", state)["acceleration"])),
         source=lambda engine, state: _flat(engine("twists", state)["twist"]),
-        directions=_along_motion(("q", "v"), ("v", "a")), combine=combine, rows=_named(space, _TWIST), functions=("twists",),
-    )  # fmt: skip
+        directions=_along_motion(("q", "v"), ("v", "a")),
+        combine=combine,
+        rows=_named(space, _TWIST),
+        functions=("twists",),
+    )
 
 
 def _jacobians(space: Space) -> Claim:
@@ -81,6 +92,13 @@ def _jacobians(space: Space) -> Claim:
         return np.asarray(J.reshape(*J.shape[:-3], -1, J.shape[-1]))
 
     return Claim(
-        "jacobians", "d twist / dv", FAMILY, value, source=lambda engine, state: _flat(engine("twists", state)["twist"]),
-        directions=lambda _: {"v": along.matrix.T}, rows=_named(space, _TWIST), columns=along.names, functions=("twists",),
-    )  # fmt: skip
+        "jacobians",
+        "d twist / dv",
+        FAMILY,
+        value,
+        source=lambda engine, state: _flat(engine("twists", state)["twist"]),
+        directions=lambda _: {"v": along.matrix.T},
+        rows=_named(space, _TWIST),
+        columns=along.names,
+        functions=("twists",),
+    )

@@ -12,7 +12,8 @@ import numpy as np
 
 from eomgen.studies.verification.engines import Array, Blocks, Engine
 
-#: Components of a block up to which every direction is taken alone; beyond, that many are drawn, half of them combinations.
+#: Components of a block up to which every direction is taken alone; beyond, that many are drawn, half of them
+#: combinations.
 COLUMNS = 64
 #: The same where each direction is paired with each.
 FEW = 12
@@ -114,9 +115,18 @@ def column(values: Array) -> Array:
 
 
 def jacobian(
-    space: Space, name: str, function: str, entry: str, source: tuple[str, str], block: str, meaning: str, family: str,
-    rows: Sequence[str], second: Value | None = None, second_name: str = "",
-) -> Claim:  # fmt: skip
+    space: Space,
+    name: str,
+    function: str,
+    entry: str,
+    source: tuple[str, str],
+    block: str,
+    meaning: str,
+    family: str,
+    rows: Sequence[str],
+    second: Value | None = None,
+    second_name: str = "",
+) -> Claim:
     """Return the claim of a matrix of partials of ``source`` (function, output) in a block, left-trivialised in q."""
     along = space.along[block]
     matrix = along.matrix
@@ -128,10 +138,18 @@ def jacobian(
         return np.asarray(second(engine, state) @ matrix) if second is not None else np.zeros(0)
 
     return Claim(
-        name, meaning, family, value, source=output(*source), directions=lambda _: {block: matrix.T},
-        second=of_second if second is not None else None, second_name=second_name,
-        rows=tuple(rows), columns=along.names, functions=(source[0],),
-    )  # fmt: skip
+        name,
+        meaning,
+        family,
+        value,
+        source=output(*source),
+        directions=lambda _: {block: matrix.T},
+        second=of_second if second is not None else None,
+        second_name=second_name,
+        rows=tuple(rows),
+        columns=along.names,
+        functions=(source[0],),
+    )
 
 
 def fixed(rates: dict[str, Array]) -> Callable[[Blocks], dict[str, Array]]:

@@ -20,8 +20,15 @@ def linear_claims(space: Space, engine: Engine, system: System, description: Des
     claims: list[Claim] = []
     residual, rate = ("residual", "r"), ("internal_rate", "zdot")
     if "linearization" in engine:
-        of = {"M0": (residual, "a"), "C0": (residual, "v"), "K0": (residual, "q"), "Rz": (residual, "z"),
-              "Fq": (rate, "q"), "Fv": (rate, "v"), "Fz": (rate, "z")}  # fmt: skip
+        of = {
+            "M0": (residual, "a"),
+            "C0": (residual, "v"),
+            "K0": (residual, "q"),
+            "Rz": (residual, "z"),
+            "Fq": (rate, "q"),
+            "Fv": (rate, "v"),
+            "Fz": (rate, "z"),
+        }
         claims += _of_states(space, system, "linearization", of)
         driven = {"B0": (residual, -1.0), "Fu": (rate, 1.0)}
         disturbed = {"E0": (residual, -1.0), "Fw": (rate, 1.0)}
@@ -48,22 +55,33 @@ def _rows(space: Space, system: System, function: str) -> tuple[str, ...]:
     return space.rows["z" if function == "internal_rate" else "v"]
 
 
-def _of_states(
-    space: Space, system: System, term: str, of: Mapping[str, tuple[tuple[str, str], str]]
-) -> list[Claim]:
+def _of_states(space: Space, system: System, term: str, of: Mapping[str, tuple[tuple[str, str], str]]) -> list[Claim]:
     there = _named(system, term)
     return [
-        jacobian(space, f"{term}.{name}", term, name, source, block, f"d {source[1]} / d{block}", FAMILY,
-                 _rows(space, system, source[0]))
+        jacobian(
+            space,
+            f"{term}.{name}",
+            term,
+            name,
+            source,
+            block,
+            f"d {source[1]} / d{block}",
+            FAMILY,
+            _rows(space, system, source[0]),
+        )
         for name, (source, block) in of.items()
         if name in there
-    ]  # fmt: skip
+    ]
 
 
 def _of_drives(
-    space: Space, system: System, description: Description, term: str, driven: Mapping[str, tuple[tuple[str, str], float]],
+    space: Space,
+    system: System,
+    description: Description,
+    term: str,
+    driven: Mapping[str, tuple[tuple[str, str], float]],
     disturbed: Mapping[str, tuple[tuple[str, str], float]],
-) -> list[Claim]:  # fmt: skip
+) -> list[Claim]:
     """Return the claims of partials in driven inputs, and in given inputs with the base's accelerations."""
     there, nu = _named(system, term), system.nu
     given = [number for number, item in enumerate(description.inputs) if item.given]
@@ -85,11 +103,19 @@ def _of_drives(
         for name, (source, sign) in entries.items():
             if name in there:
                 meaning = f"{'-' if sign < 0 else ''}d {source[1]} / d{'u' if entries is driven else 'w'}"
-                claims.append(Claim(
-                    f"{term}.{name}", meaning, FAMILY, output(term, name), source=_times(sign, output(*source)),
-                    directions=fixed(rates), rows=_rows(space, system, source[0]), columns=columns,
-                    functions=(source[0],),
-                ))  # fmt: skip
+                claims.append(
+                    Claim(
+                        f"{term}.{name}",
+                        meaning,
+                        FAMILY,
+                        output(term, name),
+                        source=_times(sign, output(*source)),
+                        directions=fixed(rates),
+                        rows=_rows(space, system, source[0]),
+                        columns=columns,
+                        functions=(source[0],),
+                    )
+                )
     return claims
 
 
@@ -113,7 +139,10 @@ def _of_rows(space: Space, system: System) -> list[Claim]:
 
 def _of_joints(space: Space, system: System, description: Description) -> list[Claim]:
     """Return the claims of the velocities of joints: their partials, their rates, and the partials of these."""
-    term, names = "joint_velocities", [name for f in description.joints for name in component_names("", f.name, f.v_size)]
+    term, names = (
+        "joint_velocities",
+        [name for f in description.joints for name in component_names("", f.name, f.v_size)],
+    )
     v, a = (term, "joint_v"), (term, "joint_a")
     there = _named(system, term)
 
@@ -131,23 +160,38 @@ def _of_joints(space: Space, system: System, description: Description) -> list[C
     partials = (("Pv", v, "v", None), ("Pq", v, "q", speed), ("Pav", a, "v", speed), ("Paq", a, "q", turning))
     claims = [
         replace(
-            jacobian(space, f"{term}.{name}", term, name, source, block, f"d {source[1]} / d{block}", FAMILY, names), size=scale
+            jacobian(space, f"{term}.{name}", term, name, source, block, f"d {source[1]} / d{block}", FAMILY, names),
+            size=scale,
         )
         for name, source, block, scale in partials
         if name in there
     ]
-    return [*claims, Claim(
-        f"{term}.joint_a", "d joint_v / dt", FAMILY, lambda engine, state: column(engine(term, state)["joint_a"]),
-        source=output(*v), directions=motion, rows=tuple(names), functions=(term,),
-    )]  # fmt: skip
+    return [
+        *claims,
+        Claim(
+            f"{term}.joint_a",
+            "d joint_v / dt",
+            FAMILY,
+            lambda engine, state: column(engine(term, state)["joint_a"]),
+            source=output(*v),
+            directions=motion,
+            rows=tuple(names),
+            functions=(term,),
+        ),
+    ]
 
 
 def _of_accelerations(
     space: Space, name: str, rows: Value, block: str, along: Directions, names: Sequence[str]
 ) -> Claim:
     return Claim(
-        f"acceleration_partials.{name}", f"d (B a + g) / d{block}", FAMILY,
+        f"acceleration_partials.{name}",
+        f"d (B a + g) / d{block}",
+        FAMILY,
         lambda engine, state: np.asarray(engine("acceleration_partials", state)[name] @ along.matrix),
-        source=rows, directions=lambda _: {block: along.matrix.T}, rows=tuple(names), columns=along.names,
+        source=rows,
+        directions=lambda _: {block: along.matrix.T},
+        rows=tuple(names),
+        columns=along.names,
         functions=("constraint_jacobian", "constraint_bias"),
-    )  # fmt: skip
+    )

@@ -1,6 +1,7 @@
 """Claims of the equations of motion: M, h and b from the kinetic energy, sums of blocks, the energy balance.
 
-Euler-Poincare equations of the kinetic energy T, left-trivialised: M a + h + b = dp/dt - ad(v)^T p - dT/dq with p = dT/dv.
+Euler-Poincare equations of the kinetic energy T, left-trivialised: M a + h + b = dp/dt - ad(v)^T p - dT/dq with p =
+dT/dv.
 """
 
 from __future__ import annotations
@@ -70,11 +71,18 @@ def _mass(space: Space, engine: Engine) -> Claim:
 
     also = "partials" in engine
     return Claim(
-        "mass.M", "d2 T / dv2", FAMILY, value,
-        source=lambda engine, state: momentum(engine, state, few.T), directions=lambda _: {"v": few.T},
-        second=of_partials if also else None, second_name="partials" if also else "",
-        rows=space.few.names, columns=space.few.names, functions=("energy",),
-    )  # fmt: skip
+        "mass.M",
+        "d2 T / dv2",
+        FAMILY,
+        value,
+        source=lambda engine, state: momentum(engine, state, few.T),
+        directions=lambda _: {"v": few.T},
+        second=of_partials if also else None,
+        second_name="partials" if also else "",
+        rows=space.few.names,
+        columns=space.few.names,
+        functions=("energy",),
+    )
 
 
 def _definite() -> Claim:
@@ -90,9 +98,15 @@ def _definite() -> Claim:
         return np.zeros((*state["q"].shape[:-1], 2, 1))
 
     return Claim(
-        "mass.M, definite", "symmetric, positive definite", FAMILY, value, second=nothing, second_name="eigenvalues",
-        size=lambda _, state: np.ones(state["q"].shape[:-1]), rows=("M - M^T", "1 - smallest eigenvalue of M"),
-    )  # fmt: skip
+        "mass.M, definite",
+        "symmetric, positive definite",
+        FAMILY,
+        value,
+        second=nothing,
+        second_name="eigenvalues",
+        size=lambda _, state: np.ones(state["q"].shape[:-1]),
+        rows=("M - M^T", "1 - smallest eigenvalue of M"),
+    )
 
 
 def _coupling(space: Space) -> Claim:
@@ -113,9 +127,16 @@ def _coupling(space: Space) -> Claim:
         return column(by_time - 0.5 * by_place)
 
     return Claim(
-        "coupling.h", "by d M / dq", FAMILY, lambda engine, state: column(engine("coupling", state)["h"] @ W),
-        source=source, directions=along, combine=combine, rows=space.along["q"].names, functions=("mass",),
-    )  # fmt: skip
+        "coupling.h",
+        "by d M / dq",
+        FAMILY,
+        lambda engine, state: column(engine("coupling", state)["h"] @ W),
+        source=source,
+        directions=along,
+        combine=combine,
+        rows=space.along["q"].names,
+        functions=("mass",),
+    )
 
 
 def _by_blocks(engine: Engine, state: Blocks) -> Array:
@@ -146,9 +167,16 @@ def _inertia(space: Space, name: str, meaning: str, of: Value) -> Claim:
         return column(G[..., :-1, 0] - momentum(engine, state, turned) - G[..., -1, 1:])
 
     return Claim(
-        name, meaning, FAMILY, lambda engine, state: column(of(engine, state) @ few),
-        source=source, directions=along, combine=combine, rows=space.few.names, functions=("energy",),
-    )  # fmt: skip
+        name,
+        meaning,
+        FAMILY,
+        lambda engine, state: column(of(engine, state) @ few),
+        source=source,
+        directions=along,
+        combine=combine,
+        rows=space.few.names,
+        functions=("energy",),
+    )
 
 
 def _without_acceleration(space: Space) -> Claim:
@@ -156,10 +184,15 @@ def _without_acceleration(space: Space) -> Claim:
         return column(engine("inverse_dynamics", {**state, "a": np.zeros_like(state["a"])})["tau"])
 
     return Claim(
-        "coupling.h", "h + b - Q = tau at a = 0", FAMILY,
-        lambda engine, state: column(np.sum(_parts(engine, state)[1:], axis=0)), second=second, second_name="inverse_dynamics",
-        size=lambda engine, state: _largest(_parts(engine, state)), rows=space.rows["v"],
-    )  # fmt: skip
+        "coupling.h",
+        "h + b - Q = tau at a = 0",
+        FAMILY,
+        lambda engine, state: column(np.sum(_parts(engine, state)[1:], axis=0)),
+        second=second,
+        second_name="inverse_dynamics",
+        size=lambda engine, state: _largest(_parts(engine, state)),
+        rows=space.rows["v"],
+    )
 
 
 def _motion_first(rate: Array, others: Array) -> Array:
@@ -183,11 +216,15 @@ def _largest(values: list[Array]) -> Array:
 
 def _sum_of_blocks(space: Space) -> Claim:
     return Claim(
-        "inverse_dynamics.tau", "tau = M a + h + b - Q", FAMILY,
+        "inverse_dynamics.tau",
+        "tau = M a + h + b - Q",
+        FAMILY,
         lambda engine, state: column(engine("inverse_dynamics", state)["tau"]),
-        second=lambda engine, state: column(np.sum(_parts(engine, state), axis=0)), second_name="sum of blocks",
-        size=lambda engine, state: _largest(_parts(engine, state)), rows=space.rows["v"],
-    )  # fmt: skip
+        second=lambda engine, state: column(np.sum(_parts(engine, state), axis=0)),
+        second_name="sum of blocks",
+        size=lambda engine, state: _largest(_parts(engine, state)),
+        rows=space.rows["v"],
+    )
 
 
 def _reactions(space: Space) -> Claim:
@@ -198,10 +235,15 @@ def _reactions(space: Space) -> Claim:
         return column(tau)
 
     return Claim(
-        "residual.r", "r = tau + B^T lam", FAMILY, lambda engine, state: column(engine("residual", state)["r"]),
-        second=second, second_name="sum of blocks", size=lambda engine, state: _largest(_parts(engine, state)),
+        "residual.r",
+        "r = tau + B^T lam",
+        FAMILY,
+        lambda engine, state: column(engine("residual", state)["r"]),
+        second=second,
+        second_name="sum of blocks",
+        size=lambda engine, state: _largest(_parts(engine, state)),
         rows=space.rows["v"],
-    )  # fmt: skip
+    )
 
 
 def _forward(space: Space) -> Claim:
@@ -214,10 +256,15 @@ def _forward(space: Space) -> Claim:
         return column(times(engine("mass", state)["M"], engine("forward_dynamics", state)["vdot"]))
 
     return Claim(
-        "forward_dynamics.vdot", "M vdot = Q - h - b", FAMILY, value,
-        second=lambda engine, state: column(-np.sum(_parts(engine, state)[1:], axis=0)), second_name="sum of blocks",
-        size=lambda engine, state: _largest(_parts(engine, at(engine, state))), rows=space.rows["v"],
-    )  # fmt: skip
+        "forward_dynamics.vdot",
+        "M vdot = Q - h - b",
+        FAMILY,
+        value,
+        second=lambda engine, state: column(-np.sum(_parts(engine, state)[1:], axis=0)),
+        second_name="sum of blocks",
+        size=lambda engine, state: _largest(_parts(engine, at(engine, state))),
+        rows=space.rows["v"],
+    )
 
 
 def _there_and_back(space: Space) -> Claim:
@@ -226,10 +273,15 @@ def _there_and_back(space: Space) -> Claim:
         return column(engine("inverse_dynamics", there)["tau"])
 
     return Claim(
-        "forward_dynamics.vdot", "tau at vdot = 0", FAMILY, value,
-        second=lambda engine, state: np.zeros((*state["v"].shape, 1)), second_name="inverse_dynamics",
-        size=lambda engine, state: _largest(_parts(engine, state)), rows=space.rows["v"],
-    )  # fmt: skip
+        "forward_dynamics.vdot",
+        "tau at vdot = 0",
+        FAMILY,
+        value,
+        second=lambda engine, state: np.zeros((*state["v"].shape, 1)),
+        second_name="inverse_dynamics",
+        size=lambda engine, state: _largest(_parts(engine, state)),
+        rows=space.rows["v"],
+    )
 
 
 def _balance(engine: Engine) -> Claim:
@@ -256,22 +308,38 @@ def _balance(engine: Engine) -> Claim:
         return np.asarray(np.sum([np.sum(np.abs(powers), axis=-1), *works], axis=0))
 
     return Claim(
-        "energy", "d(T + V) / dt = powers", FAMILY, value,
-        source=lambda engine, state: engine("energy", state)["energy"][..., :2], directions=along,
-        combine=lambda engine, state, G: np.sum(G, axis=-2, keepdims=True), size=size,
-        rows=("T + V",), functions=("energy",),
-    )  # fmt: skip
+        "energy",
+        "d(T + V) / dt = powers",
+        FAMILY,
+        value,
+        source=lambda engine, state: engine("energy", state)["energy"][..., :2],
+        directions=along,
+        combine=lambda engine, state, G: np.sum(G, axis=-2, keepdims=True),
+        size=size,
+        rows=("T + V",),
+        functions=("energy",),
+    )
 
 
 def _base() -> Claim:
     def value(engine: Engine, state: Blocks) -> Array:
         base = engine("base", state)["base"]
-        return column(np.concatenate([configuration_rate(_POSE, base[..., :7], base[..., 7:13]), base[..., 13:]], axis=-1))
+        return column(
+            np.concatenate([configuration_rate(_POSE, base[..., :7], base[..., 7:13]), base[..., 13:]], axis=-1)
+        )
 
-    names = [f"{what}[{k}]" for what, size in (("quaternion", 4), ("position", 3), ("omega", 3), ("velocity", 3))
-             for k in range(size)]  # fmt: skip
+    names = [
+        f"{what}[{k}]"
+        for what, size in (("quaternion", 4), ("position", 3), ("omega", 3), ("velocity", 3))
+        for k in range(size)
+    ]
     return Claim(
-        "base", "d pose, d twist / dt", FAMILY, value,
-        source=lambda engine, state: engine("base", state)["base"][..., :13], directions=lambda _: {"t": np.ones((1, 1))},
-        rows=tuple(names), functions=("base",),
-    )  # fmt: skip
+        "base",
+        "d pose, d twist / dt",
+        FAMILY,
+        value,
+        source=lambda engine, state: engine("base", state)["base"][..., :13],
+        directions=lambda _: {"t": np.ones((1, 1))},
+        rows=tuple(names),
+        functions=("base",),
+    )

@@ -34,18 +34,48 @@ def partial_claims(space: Space, engine: Engine, system: System) -> list[Claim]:
             meaning = f"d residual / d{block}"
             claims.append(
                 jacobian(
-                    space, f"partials.{name}", "partials", name, residual, block, meaning, PARTIALS, space.rows["v"], second, of
+                    space,
+                    f"partials.{name}",
+                    "partials",
+                    name,
+                    residual,
+                    block,
+                    meaning,
+                    PARTIALS,
+                    space.rows["v"],
+                    second,
+                    of,
                 )
             )
     if "internal_partials" in there:
         rate = ("internal_rate", "zdot")
-        claims.append(jacobian(space, "internal_partials.Rz", "internal_partials", "Rz", residual, "z", "d residual / dz",
-                              PARTIALS, space.rows["v"]))  # fmt: skip
+        claims.append(
+            jacobian(
+                space,
+                "internal_partials.Rz",
+                "internal_partials",
+                "Rz",
+                residual,
+                "z",
+                "d residual / dz",
+                PARTIALS,
+                space.rows["v"],
+            )
+        )
         claims += [
-            jacobian(space, f"internal_partials.F{block}", "internal_partials", f"F{block}", rate, block, f"d zdot / d{block}",
-                     PARTIALS, space.rows["z"])
+            jacobian(
+                space,
+                f"internal_partials.F{block}",
+                "internal_partials",
+                f"F{block}",
+                rate,
+                block,
+                f"d zdot / d{block}",
+                PARTIALS,
+                space.rows["z"],
+            )
             for block in ("q", "v", "z")
-        ]  # fmt: skip
+        ]
     return claims
 
 
@@ -65,34 +95,75 @@ def constraint_claims(space: Space, engine: Engine) -> list[Claim]:
 
     rows, claims = space.rows["lam"], []
     if first:
-        claims.append(Claim(
-            "constraint_jacobian.B", "d Phi / dq", CONSTRAINTS,
-            lambda engine, state: np.asarray(engine("constraint_jacobian", state)["B"][..., :first, :] @ along_q.matrix),
-            source=output("constraint", "Phi"), directions=lambda _: {"q": along_q.matrix.T}, rows=rows[:first],
-            columns=along_q.names, functions=("constraint",),
-        ))  # fmt: skip
-        claims.append(Claim(
-            "constraint_velocity.w", "d Phi / dt", CONSTRAINTS,
-            lambda engine, state: column(engine("constraint_velocity", _beside(state))["w"][..., :first]),
-            source=output("constraint", "Phi"), directions=lambda state: motion(_beside(state)), rows=rows[:first],
-            functions=("constraint",),
-            size=_rates_of_rows,
-        ))  # fmt: skip
-    claims.append(Claim(
-        "constraint_jacobian.B by w", "d w / dv", CONSTRAINTS,
-        lambda engine, state: np.asarray(engine("constraint_jacobian", state)["B"] @ along_v.matrix),
-        source=output("constraint_velocity", "w"), directions=lambda _: {"v": along_v.matrix.T}, rows=rows,
-        columns=along_v.names, functions=("constraint_velocity",),
-        second=of_reactions, second_name="d residual / d lam",
-    ))  # fmt: skip
-    claims.append(Claim(
-        "constraint_bias.g", "d w / dt at vdot = 0", CONSTRAINTS,
-        lambda engine, state: column(engine("constraint_bias", state)["g"]),
-        source=output("constraint_velocity", "w"), directions=motion, rows=rows, functions=("constraint_velocity",),
-        size=_partials_of_rows,
-    ))  # fmt: skip
-    claims.append(jacobian(space, "velocity_partials.Z", "velocity_partials", "Z", ("constraint_velocity", "w"), "q", "d w / dq",
-                          CONSTRAINTS, rows))  # fmt: skip
+        claims.append(
+            Claim(
+                "constraint_jacobian.B",
+                "d Phi / dq",
+                CONSTRAINTS,
+                lambda engine, state: np.asarray(
+                    engine("constraint_jacobian", state)["B"][..., :first, :] @ along_q.matrix
+                ),
+                source=output("constraint", "Phi"),
+                directions=lambda _: {"q": along_q.matrix.T},
+                rows=rows[:first],
+                columns=along_q.names,
+                functions=("constraint",),
+            )
+        )
+        claims.append(
+            Claim(
+                "constraint_velocity.w",
+                "d Phi / dt",
+                CONSTRAINTS,
+                lambda engine, state: column(engine("constraint_velocity", _beside(state))["w"][..., :first]),
+                source=output("constraint", "Phi"),
+                directions=lambda state: motion(_beside(state)),
+                rows=rows[:first],
+                functions=("constraint",),
+                size=_rates_of_rows,
+            )
+        )
+    claims.append(
+        Claim(
+            "constraint_jacobian.B by w",
+            "d w / dv",
+            CONSTRAINTS,
+            lambda engine, state: np.asarray(engine("constraint_jacobian", state)["B"] @ along_v.matrix),
+            source=output("constraint_velocity", "w"),
+            directions=lambda _: {"v": along_v.matrix.T},
+            rows=rows,
+            columns=along_v.names,
+            functions=("constraint_velocity",),
+            second=of_reactions,
+            second_name="d residual / d lam",
+        )
+    )
+    claims.append(
+        Claim(
+            "constraint_bias.g",
+            "d w / dt at vdot = 0",
+            CONSTRAINTS,
+            lambda engine, state: column(engine("constraint_bias", state)["g"]),
+            source=output("constraint_velocity", "w"),
+            directions=motion,
+            rows=rows,
+            functions=("constraint_velocity",),
+            size=_partials_of_rows,
+        )
+    )
+    claims.append(
+        jacobian(
+            space,
+            "velocity_partials.Z",
+            "velocity_partials",
+            "Z",
+            ("constraint_velocity", "w"),
+            "q",
+            "d w / dq",
+            CONSTRAINTS,
+            rows,
+        )
+    )
     return claims
 
 
@@ -129,17 +200,31 @@ def packed_claims(space: Space, engine: Engine, system: System) -> list[Claim]:
     claims: list[Claim] = []
     if "equations" in engine:
         same = {"r": ("residual", "v"), "Phi": ("constraint", "lam"), "w": ("constraint_velocity", "lam"),
-                "zdot": ("internal_rate", "z")}  # fmt: skip
-        names = [block.name for block in system.functions["equations"].outputs if same[block.name][0] in engine and block.refs]
-        claims += [_same(f"equations.{name}", "equations", name, same[name][0], space.rows[same[name][1]]) for name in names]
+                "zdot": ("internal_rate", "z")}  # fmt: skip  # a table
+        names = [
+            block.name
+            for block in system.functions["equations"].outputs
+            if same[block.name][0] in engine and block.refs
+        ]
+        claims += [
+            _same(f"equations.{name}", "equations", name, same[name][0], space.rows[same[name][1]]) for name in names
+        ]
     if "iteration" in engine:
-        sources = {"K": "partials", "C": "partials", "M": "partials", "B": "constraint_jacobian", "Z": "velocity_partials"}
+        sources = {
+            "K": "partials",
+            "C": "partials",
+            "M": "partials",
+            "B": "constraint_jacobian",
+            "Z": "velocity_partials",
+        }
         sources |= dict.fromkeys(("Rz", "Fq", "Fv", "Fz"), "internal_partials")
         blocks = [block.name for block in system.functions["iteration"].outputs]
         if "X" in blocks:
             claims += _eliminated(space, engine, system)
         else:
-            claims += [_unpacked("iteration", name, sources[name], system) for name in blocks if sources[name] in engine]
+            claims += [
+                _unpacked("iteration", name, sources[name], system) for name in blocks if sources[name] in engine
+            ]
     if "jacobian_values" in engine:
         claims.append(_unpacked("jacobian_values", "B", "constraint_jacobian", system))
     return claims
@@ -167,9 +252,13 @@ def _unpacked(function: str, name: str, other: str, system: System) -> Claim:
         return _dense(engine(function, state)[name], system.patterns[name], shape)
 
     return Claim(
-        f"{function}.{name}", f"nonzeros of {name}", PARTIALS, value,
-        second=lambda engine, state: engine(other, state)[name], second_name=other,
-    )  # fmt: skip
+        f"{function}.{name}",
+        f"nonzeros of {name}",
+        PARTIALS,
+        value,
+        second=lambda engine, state: engine(other, state)[name],
+        second_name=other,
+    )
 
 
 def _dense(values: Array, places: Sequence[tuple[int, int]], shape: Sequence[int]) -> Array:
@@ -200,12 +289,18 @@ def _eliminated(space: Space, engine: Engine, system: System) -> list[Claim]:
         W = space.along[block].matrix
         also = "partials" in engine
         return Claim(
-            f"iteration.{name}", f"d residual / d{block}", PARTIALS, lambda engine, state: one(name, W, state, engine),
-            source=output("residual", "r"), directions=fixed({block: W.T}),
+            f"iteration.{name}",
+            f"d residual / d{block}",
+            PARTIALS,
+            lambda engine, state: one(name, W, state, engine),
+            source=output("residual", "r"),
+            directions=fixed({block: W.T}),
             second=(lambda engine, state: np.asarray(engine("partials", state)[name] @ W)) if also else None,
-            second_name="partials" if also else "", rows=space.rows["v"], columns=space.along[block].names,
+            second_name="partials" if also else "",
+            rows=space.rows["v"],
+            columns=space.along[block].names,
             functions=("residual",),
-        )  # fmt: skip
+        )
 
     return [claim(name, block) for name, block in (("K", "q"), ("C", "v"), ("M", "a"))]
 

@@ -49,23 +49,46 @@ def rate_claims(space: Space, engine: Engine) -> list[Claim]:
             names = _entries(space, name) if term in _OF_COMPONENTS else ()
             other = _SECOND.get(term, "")
             second = _column_of(other, name) if other in engine else None
-            claims.append(Claim(
-                f"{term}.{name}", f"d {source[1]} / dt", FAMILY, _column_of(term, name), source=_vector_of(*source),
-                directions=along_motion(engine, source[0], free=term == "forward_rates"), rows=names, functions=(source[0],),
-                size=_rounding_of(function, entry, order, *_of_mass(engine, term, order)),
-                second=second, second_name=other if second is not None else "",
-            ))  # fmt: skip
+            claims.append(
+                Claim(
+                    f"{term}.{name}",
+                    f"d {source[1]} / dt",
+                    FAMILY,
+                    _column_of(term, name),
+                    source=_vector_of(*source),
+                    directions=along_motion(engine, source[0], free=term == "forward_rates"),
+                    rows=names,
+                    functions=(source[0],),
+                    size=_rounding_of(function, entry, order, *_of_mass(engine, term, order)),
+                    second=second,
+                    second_name=other if second is not None else "",
+                )
+            )
             source = (term, name)
     if "rates" in engine:
-        claims.append(Claim(
-            "rates.tau", "as inverse_dynamics", FAMILY, _column_of("rates", "tau"),
-            second=_column_of("inverse_dynamics", "tau"), second_name="inverse_dynamics", rows=space.rows["v"],
-        ))  # fmt: skip
+        claims.append(
+            Claim(
+                "rates.tau",
+                "as inverse_dynamics",
+                FAMILY,
+                _column_of("rates", "tau"),
+                second=_column_of("inverse_dynamics", "tau"),
+                second_name="inverse_dynamics",
+                rows=space.rows["v"],
+            )
+        )
     if "forward_rates" in engine:
-        claims.append(Claim(
-            "forward_rates.vdot", "as forward_dynamics", FAMILY, _column_of("forward_rates", "vdot"),
-            second=_column_of("forward_dynamics", "vdot"), second_name="forward_dynamics", rows=space.rows["v"],
-        ))  # fmt: skip
+        claims.append(
+            Claim(
+                "forward_rates.vdot",
+                "as forward_dynamics",
+                FAMILY,
+                _column_of("forward_rates", "vdot"),
+                second=_column_of("forward_dynamics", "vdot"),
+                second_name="forward_dynamics",
+                rows=space.rows["v"],
+            )
+        )
     return claims + _closed(space, engine) + _drivers(engine)
 
 
@@ -74,15 +97,23 @@ def _closed(space: Space, engine: Engine) -> list[Claim]:
     claims = []
     of_tau = [_rounding_of("inverse_dynamics", "tau", order, *_of_mass(engine, "rates", order)) for order in range(3)]
     if "rates_closed" in engine and "inverse_dynamics" in engine:
-        claims.append(Claim(
-            "rates_closed.tau", "as inverse_dynamics", FAMILY, _column_of("rates_closed", "tau"),
-            second=_column_of("inverse_dynamics", "tau"), second_name="inverse_dynamics", rows=space.rows["v"],
-            size=of_tau[0],
-        ))  # fmt: skip
+        claims.append(
+            Claim(
+                "rates_closed.tau",
+                "as inverse_dynamics",
+                FAMILY,
+                _column_of("rates_closed", "tau"),
+                second=_column_of("inverse_dynamics", "tau"),
+                second_name="inverse_dynamics",
+                rows=space.rows["v"],
+                size=of_tau[0],
+            )
+        )
         claims += [
             _same("rates_closed", name, "rates", space.rows["v"], of_tau[order])
-            for order, name in ((1, "tau_dot"), (2, "tau_ddot")) if "rates" in engine
-        ]  # fmt: skip
+            for order, name in ((1, "tau_dot"), (2, "tau_ddot"))
+            if "rates" in engine
+        ]
     if "mass_rates_closed" in engine and "mass_rates" in engine:
         claims += [
             _same("mass_rates_closed", name, "mass_rates", _entries(space, name), _rounding_of("mass", "M", order))
@@ -90,35 +121,60 @@ def _closed(space: Space, engine: Engine) -> list[Claim]:
         ]
     for term in ("coriolis", "coriolis_skew"):
         if term in engine and "coupling" in engine:
-            claims.append(Claim(
-                f"{term}.C", "C v = h", FAMILY, _turned(term), second=_column_of("coupling", "h"), second_name="coupling",
-                size=_rounding_of(term, "C", 1, *_of_mass(engine, "rates", 0)), rows=space.rows["v"],
-            ))  # fmt: skip
+            claims.append(
+                Claim(
+                    f"{term}.C",
+                    "C v = h",
+                    FAMILY,
+                    _turned(term),
+                    second=_column_of("coupling", "h"),
+                    second_name="coupling",
+                    size=_rounding_of(term, "C", 1, *_of_mass(engine, "rates", 0)),
+                    rows=space.rows["v"],
+                )
+            )
     if "coriolis_skew" in engine and "mass_rates" in engine:
-        claims.append(Claim(
-            "coriolis_skew.C, skew", "C + C^T = M'", FAMILY, _symmetric, second=lambda engine, state: np.asarray(
-                engine("mass_rates", state)["M_dot"]), second_name="mass_rates", rows=space.rows["v"], columns=space.rows["v"],
-            size=_rounding_of("coriolis_skew", "C", 0, ("mass_rates", "M_dot", 0), *_of_mass(engine, "coriolis", 0)),
-        ))  # fmt: skip
+        claims.append(
+            Claim(
+                "coriolis_skew.C, skew",
+                "C + C^T = M'",
+                FAMILY,
+                _symmetric,
+                second=lambda engine, state: np.asarray(engine("mass_rates", state)["M_dot"]),
+                second_name="mass_rates",
+                rows=space.rows["v"],
+                columns=space.rows["v"],
+                size=_rounding_of(
+                    "coriolis_skew", "C", 0, ("mass_rates", "M_dot", 0), *_of_mass(engine, "coriolis", 0)
+                ),
+            )
+        )
     return claims
 
 
 def _of_mass(engine: Engine, term: str, order: int) -> list[tuple[str, str, int]]:
-    """Return M, with which tau goes as the square of the rate, and Coriolis matrices as the rate; nothing for other terms."""
+    """Return M, with which tau goes as the square of the rate, and Coriolis matrices as the rate; nothing for other
+    terms."""
     more = {"rates": 2, "coupling_rates": 2, "base_motion_rates": 2}.get(term, 1 if term.startswith("coriolis") else 0)
     return [("mass", "M", order + more)] if more and "mass" in engine else []
 
 
-def _rounding_of(function: str, entry: str, order: int, *more: tuple[str, str, int]) -> Callable[[Engine, Blocks], Array]:
+def _rounding_of(
+    function: str, entry: str, order: int, *more: tuple[str, str, int]
+) -> Callable[[Engine, Blocks], Array]:
     """Return the size below which a derivative is what rounding leaves of terms that cancel in it.
 
-    The terms are the quantity, times the rate of the motion to the power of the order; ``more`` are others, in the same way.
+    The terms are the quantity, times the rate of the motion to the power of the order; ``more`` are others, in the same
+    way.
     """
     quantities = [(_vector_of(of, name), power) for of, name, power in ((function, entry, order), *more)]
 
     def size(engine: Engine, state: Blocks) -> Array:
         rate = _rate(state)
-        parts = [(_PART + _PART_OF_TERMS * rate**power) * np.max(np.abs(of(engine, state)), axis=-1) for of, power in quantities]
+        parts = [
+            (_PART + _PART_OF_TERMS * rate**power) * np.max(np.abs(of(engine, state)), axis=-1)
+            for of, power in quantities
+        ]
         return np.asarray(np.max(parts, axis=0))
 
     return size
@@ -132,8 +188,16 @@ def _rate(state: Blocks) -> Array:
 
 
 def _same(term: str, name: str, other: str, rows: tuple[str, ...], size: Callable[[Engine, Blocks], Array]) -> Claim:
-    return Claim(f"{term}.{name}", f"as {other}", FAMILY, _column_of(term, name), second=_column_of(other, name),
-                second_name=other, rows=rows, size=size)  # fmt: skip
+    return Claim(
+        f"{term}.{name}",
+        f"as {other}",
+        FAMILY,
+        _column_of(term, name),
+        second=_column_of(other, name),
+        second_name=other,
+        rows=rows,
+        size=size,
+    )
 
 
 def _turned(term: str) -> Value:
@@ -146,7 +210,8 @@ def _symmetric(engine: Engine, state: Blocks) -> Array:
 
 
 def along_motion(engine: Engine, function: str, *, free: bool = False) -> Callable[[Blocks], dict[str, Array]]:
-    """Return the direction of the motion, in all blocks that a function takes; a ``free`` one has its own acceleration."""
+    """Return the direction of the motion, in all blocks that a function takes; a ``free`` one has its own
+    acceleration."""
     taken = set(engine.functions[function])
 
     def directions(state: Blocks) -> dict[str, Array]:
@@ -198,10 +263,28 @@ def _drivers(engine: Engine) -> list[Claim]:
             rows = engine("base_rates", state)["base_rates"]
             return column(rows.reshape(*rows.shape[:-2], -1))
 
-        claims.append(Claim("base_rates", "each row from the one before", FAMILY, rates, source=of_base,
-                          directions=lambda _: time, functions=("base", "base_rates")))  # fmt: skip
+        claims.append(
+            Claim(
+                "base_rates",
+                "each row from the one before",
+                FAMILY,
+                rates,
+                source=of_base,
+                directions=lambda _: time,
+                functions=("base", "base_rates"),
+            )
+        )
     if "input_rates" in engine:
         for name, source in (("u_dot", ("inputs", "u")), ("u_ddot", ("input_rates", "u_dot"))):
-            claims.append(Claim(f"input_rates.{name}", f"d {source[1]} / dt", FAMILY, _column_of("input_rates", name),
-                              source=_vector_of(*source), directions=lambda _: time, functions=(source[0],)))  # fmt: skip
+            claims.append(
+                Claim(
+                    f"input_rates.{name}",
+                    f"d {source[1]} / dt",
+                    FAMILY,
+                    _column_of("input_rates", name),
+                    source=_vector_of(*source),
+                    directions=lambda _: time,
+                    functions=(source[0],),
+                )
+            )
     return claims
