@@ -203,7 +203,10 @@ LATE: dict[str, dict[str, str]] = {
         "scene.sources": "most scenes include nothing, and are no URDF",
     },
     "scene.sources.urdf.source": {"scene.sources.urdf.conversion": "most scenes are no URDF"},
-    "simulation.settings": {"formula.jumps": "it evaluates on the tape; most scenes prescribe smooth motions"},
+    "simulation.settings": {
+        "formula.jumps": "it evaluates on the tape; most scenes prescribe no motion",
+        "formula.steepness": "likewise",
+    },
     "simulation.run": {"analysis.equilibrium": "SciPy; most runs do not start from equilibrium"},
     "simulation.simulate": {"analysis.linearize": "SciPy; only linear models about motions need it"},
     "system.system": {"symbolic.reading": "SymPy; only for reading a term"},

@@ -1,3 +1,13 @@
 """Formulas as small trees, and curves: evaluation, recording on the tape, discontinuities and kinks."""
 
-__all__ = ["discontinuities", "evaluate", "jumps", "nodes", "piecewise", "prescribed_motion", "recording", "words"]
+__all__ = [
+    "discontinuities",
+    "evaluate",
+    "jumps",
+    "nodes",
+    "piecewise",
+    "prescribed_motion",
+    "recording",
+    "steepness",
+    "words",
+]

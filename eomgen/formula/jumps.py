@@ -18,12 +18,9 @@ from eomgen.arrays import Array
 from eomgen.errors import Problem
 from eomgen.formula.discontinuities import breakpoints
 from eomgen.formula.evaluate import symbols
-from eomgen.formula.nodes import Formula, Symbol
+from eomgen.formula.law_values import law_and_rate
+from eomgen.formula.nodes import Formula
 from eomgen.formula.prescribed_motion import Law, smooth
-from eomgen.formula.recording import record
-from eomgen.symbolic.evaluate import evaluate
-from eomgen.symbolic.scalar import Algebra, Scalar
-from eomgen.symbolic.tape import Tape
 
 #: Times of the grid.
 _GRID = 1025
@@ -36,27 +33,7 @@ _PERIODS = 64
 _HALVINGS = 80
 #: Intervals that are looked at more closely: those that bend most.
 _INTERVALS = 64
-_STEP = 1e-30  # of the complex step
 _EPSILON = float(np.finfo(float).eps)
-
-
-#: What a step may leave out of a law, in parts of how far the law leaves a straight line: from here on it is said, and
-#: refused.
-REPORTED, REFUSED = 0.01, 0.05
-#: How many steps a law is measured over at least: in a few, everything is straight or steep.
-_LEAST_STEPS = 256
-#: What is left out of a law at steps that resolve it.
-_RESOLVED = 0.003
-
-
-class Steepness(NamedTuple):
-    """Where a law is steepest for a step: time, by how much a step misses it, in parts of its range, and a step that
-    does not."""
-
-    time: float
-    missed: float
-    part: float
-    enough: float
 
 
 class Jump(NamedTuple):
@@ -104,7 +81,7 @@ def first_jump(
         Whether whole turns make no difference to the law.
     """
     known = dict(values)
-    law = _evaluated(formula, known)
+    law = law_and_rate(formula, known)
     beside: list[Any] = [np.linspace(start, end, _GRID if end > start else 1)]
     for point in breakpoints(formula, lambda symbol: known.get(symbol.name)):
         first = np.ceil((start - point.time) / point.period) if point.period else 0.0
@@ -120,102 +97,6 @@ def first_jump(
             before, after = law(sides)[order]
             return Jump(found, order, float(before), float(after))
     return None
-
-
-def steep(
-    laws: Iterable[Law], values: Mapping[str, float], start: float, end: float, step: float
-) -> tuple[list[Problem], list[str]]:
-    """Return a problem for each law that a step cannot follow, and a sentence for each that it follows badly.
-
-    Parameters
-    ----------
-    values : mapping
-        All parameters.
-    start, end, step : float
-        Of the run, s.
-    """
-    refused, reported = [], []
-    for law in laws:
-        names = sorted({symbol.name for symbol in symbols(law.formula) if symbol.kind == "parameter"})
-        known = tuple((name, values[name]) for name in names)
-        found = steepest(law.formula, known, start, end, step, law.unit == "rad")
-        if found is None:
-            continue
-        what = (
-            f"the {law.what} is too steep for a step of {step:.3g} s near t = {found.time:.6g} s: over one step it"
-            " changes by "
-        )
-        what += (
-            f"{found.missed:.3g} {law.unit} more or less than its rates tell, {100.0 * found.part:.2g} % of its range"
-        )
-        hint = f"a step of {found.enough:.2g} s"
-        if found.part > REFUSED:
-            refused.append(Problem(law.where, what, hint))
-        else:
-            reported.append(f"{law.where}: {what}; try: {hint}")
-    return refused, reported
-
-
-@functools.lru_cache(maxsize=256)
-def steepest(
-    formula: Formula, values: tuple[tuple[str, float], ...], start: float, end: float, step: float, angle: bool
-) -> Steepness | None:
-    """Return where a step misses most of a law, None where all steps follow it.
-
-    Steppers take positions of a law at the ends of steps, and its rates and accelerations there; a law that moves
-    between otherwise than they say is not followed. Measured is the trapezoidal rule for the rate against the change of
-    the law.
-
-    Parameters
-    ----------
-    values : tuple of (name, value)
-        Of the parameters in the formula.
-    start, end, step : float
-        Of the run, s.
-    angle : bool
-        Whether whole turns make no difference to the law.
-    """
-    law = _evaluated(formula, dict(values))
-    times = np.linspace(start, end, _GRID)
-    if end <= start or not np.all(np.isfinite(law(times)[0])):
-        return None
-    x = law(np.linspace(start, max(end, start + _LEAST_STEPS * step), _GRID))[0]
-    size = float(np.ptp(x - np.linspace(x[0], x[-1], _GRID)))
-    if not size > 64.0 * _EPSILON * np.max(np.abs(x)):
-        return None
-
-    def missed(middle: Array, width: float) -> Array:
-        low, high = np.clip(middle - 0.5 * width, start, end), np.clip(middle + 0.5 * width, start, end)
-        (x0, v0), (x1, v1) = law(low), law(high)
-        lost = np.abs(x1 - x0 - 0.5 * (high - low) * (v0 + v1))
-        return np.abs(np.remainder(lost + np.pi, 2.0 * np.pi) - np.pi) if angle else lost
-
-    low, width = times[:-1], (end - start) / (_GRID - 1)
-    while width > step:
-        middle = low + 0.5 * width
-        deviation = np.abs(law(middle)[0] - 0.5 * (law(low)[0] + law(low + width)[0]))
-        curved = np.flatnonzero(deviation > _RESOLVED * size)
-        low, middle = low[curved], middle[curved]
-        if len(curved) > _INTERVALS:
-            most = np.sort(np.argsort(deviation[curved])[-_INTERVALS:])
-            low, middle = low[most], middle[most]
-        low, width = np.stack([low, middle], 1).ravel(), 0.5 * width
-        if not len(low):
-            return None
-    middle = np.unique(np.add.outer(low + 0.5 * width, step * np.arange(-0.5, 0.75, 0.25)).ravel())
-    lost = missed(middle, step)
-    worst = int(np.argmax(lost))
-    if not lost[worst] > REPORTED * size:
-        return None
-    place, enough = middle[worst], step
-    for _ in range(_HALVINGS):
-        enough *= 0.5
-        around = place + enough * np.arange(-2.0, 2.5, 0.5)
-        left = missed(around, enough)
-        place = around[int(np.argmax(left))]
-        if not np.max(left) > _RESOLVED * size:
-            break
-    return Steepness(float(place), float(lost[worst]), float(lost[worst]) / size, enough)
 
 
 def _lasting_change(
@@ -272,25 +153,6 @@ def _rounding(law: Callable[[Array], tuple[Array, Array]], start: float, end: fl
         noise = np.abs(before - 2.0 * here + after)
     noise = noise[np.isfinite(noise)]
     return float(np.quantile(noise, 0.75)) if len(noise) else 0.0
-
-
-def _evaluated(formula: Formula, known: Mapping[str, float]) -> Callable[[Array], tuple[Array, Array]]:
-    """Return a function that gives a law and its rate at times."""
-    tape = Tape()
-    algebra = Algebra(tape)
-    time = Scalar(tape, tape.input("t", 0))
-
-    def resolved(symbol: Symbol) -> Scalar:
-        return time if symbol.kind == "time" else algebra.scalar(known[symbol.name])
-
-    law = record(algebra, formula, resolved)
-
-    def values(t: Array) -> tuple[Array, Array]:
-        with np.errstate(all="ignore"):
-            result = evaluate(tape, [law.ref], {"t": t[:, np.newaxis] + 1j * _STEP})[:, 0]
-        return result.real, result.imag / _STEP
-
-    return values
 
 
 def _described(law: Law, jump: Jump) -> tuple[str, str]:

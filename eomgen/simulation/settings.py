@@ -140,7 +140,8 @@ def followed_laws(
     laws = [law for law in model.description.laws if not constant(law.formula)]
     if not laws:
         return [], []
-    from eomgen.formula.jumps import jumps, steep  # noqa: PLC0415  # most scenes need none of it
+    from eomgen.formula.jumps import jumps  # noqa: PLC0415  # most scenes need none of it
+    from eomgen.formula.steepness import steep  # noqa: PLC0415
 
     values = model.description.values(dict(zip(model.parameters, p.tolist(), strict=True)))
     if refused := jumps(laws, values, grid.start, grid.reached):

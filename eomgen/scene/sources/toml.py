@@ -1,4 +1,7 @@
-"""Line numbers of the keys of a TOML text, by a scan that relies on valid TOML (tomllib has parsed it before)."""
+"""TOML as a source: the data of a scene file, and the line of every key.
+
+Lines are found by a scan that trusts the text to be valid TOML, since tomllib has read it before.
+"""
 
 from __future__ import annotations
 
