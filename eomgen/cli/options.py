@@ -50,7 +50,7 @@ def _source_option(source: Source, option: Option) -> Callable[[Command], Comman
 
 
 def run_options(command: Command) -> Command:
-    """Add what a run may be told besides its scene."""
+    """Add the options of a run."""
     for decorate in (
         click.option(
             "--input", "inputs", multiple=True, metavar="NAME=VALUE", help="A constant input; may be repeated."

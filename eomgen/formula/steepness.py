@@ -25,17 +25,17 @@ _GRID = 1025
 _INTERVALS = 64
 _HALVINGS = 80
 _EPSILON = float(np.finfo(float).eps)
-#: What a step may leave out of a law, in parts of how far the law leaves a straight line: from here on it is said, and
-#: refused.
+#: Error of the trapezoidal rule over one step, as a share of the law's range beside its linear trend: reported above
+#: the first, refused above the second.
 REPORTED, REFUSED = 0.01, 0.05
 #: How many steps a law is measured over at least: in a few, everything is straight or steep.
 _LEAST_STEPS = 256
-#: What is left out of a law at steps that resolve it.
+#: The same share at steps that resolve the law.
 _RESOLVED = 0.003
 
 
 class Steepness(NamedTuple):
-    """Where a step misses most of a law: time, by how much, in parts of its range, and a step that follows it."""
+    """Where the error over one step is largest: time, error, its share of the range, and a step that resolves it."""
 
     time: float
     missed: float
@@ -63,11 +63,9 @@ def steep(
         if found is None:
             continue
         what = (
-            f"the {law.what} is too steep for a step of {step:.3g} s near t = {found.time:.6g} s: over one step it"
-            " changes by "
-        )
-        what += (
-            f"{found.missed:.3g} {law.unit} more or less than its rates tell, {100.0 * found.part:.2g} % of its range"
+            f"the {law.what} is too steep for a step of {step:.3g} s near t = {found.time:.6g} s: over one step it "
+            f"changes by {found.missed:.3g} {law.unit} more or less than its rates tell, "
+            f"{100.0 * found.part:.2g} % of its range"
         )
         hint = f"a step of {found.enough:.2g} s"
         if found.part > REFUSED:

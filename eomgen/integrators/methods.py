@@ -63,15 +63,15 @@ def method_parameters(name: str, given: Mapping[str, float | None], scene: Mappi
         A parameter is given that the method does not take, or two that say the same.
     """
     row = row_of(name)[1]
-    said = {key: value for key, value in given.items() if value is not None}
-    for key in said:
+    specified = {key: value for key, value in given.items() if value is not None}
+    for key in specified:
         if key not in (*row.parameters, *row.idle):
             hint = f"only {', '.join(row.parameters)}" if row.parameters else "leave it out"
             raise UsageError(Problem(key, f"{row.name} takes no {key}", hint))
-    if {"alpha", "rho_inf"} <= set(said):
+    if {"alpha", "rho_inf"} <= set(specified):
         what = "alpha and rho_inf say the same: rho_inf = (1 - alpha)/(1 + alpha)"
         raise UsageError(Problem("alpha", what, "one of them"))
-    return said or {key: value for key in row.parameters if (value := scene.get(key)) is not None}
+    return specified or {key: value for key in row.parameters if (value := scene.get(key)) is not None}
 
 
 def terms_of(name: str, constrained: bool = False, internal: bool = False, mass: bool = True) -> tuple[str, ...]:

@@ -127,7 +127,7 @@ def from_data(
     notes, metadata
         Handed on to the scene.
     inertias_checked : bool
-        True where whoever made the data has judged the inertias already.
+        True where the source has checked the inertias already.
     coordinates : str, optional
         ``joint`` or ``absolute``, in place of what the data say.
     folder : Path, optional

@@ -90,7 +90,7 @@ def resume(
     every = int(saved_run["record_every"])
     check_memory((grid.steps - stepper.count) // every + 2, stepper.sizes["row"])
     given = read_signals(_inputs(saved, inputs), model.inputs, grid.steps)
-    check_span(model, library, settings, p, given, grid)
+    check_span(model, library, method, p, given, grid)
     signals = InputSignals(
         model.inputs, given, lambda times: model.input_values(times, parameters=p), step, start, jumps_known(library)
     )

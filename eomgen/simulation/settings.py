@@ -107,7 +107,7 @@ def stepper_library(model: CompiledModel, name: str, method: Method) -> Library:
 def check_span(
     model: CompiledModel,
     library: Library,
-    settings: Mapping[str, float],
+    method: Method,
     p: Array,
     given: Mapping[str, CheckedSignal],
     grid: TimeGrid,
@@ -117,21 +117,19 @@ def check_span(
     Parameters
     ----------
     library : with the stepper
-    settings : of the stepper
+    method : of the run
     p : (np,) parameters
     given : inputs from the caller, in the place of the scene's
     """
     start, end = grid.start, grid.reached
     check_reach(model.library.layout, given, start, end)
-    if refused := followed_laws(model, settings, p, grid)[0]:
+    if refused := followed_laws(model, method, p, grid)[0]:
         raise UsageError(refused)
     check_angles(model.description, dict(zip(model.parameters, p.tolist(), strict=True)), given, start, end)
     check_jumps(library.layout["method"], grid.step)
 
 
-def followed_laws(
-    model: CompiledModel, settings: Mapping[str, float], p: Array, grid: TimeGrid
-) -> tuple[list[Problem], list[str]]:
+def followed_laws(model: CompiledModel, method: Method, p: Array, grid: TimeGrid) -> tuple[list[Problem], list[str]]:
     """Return what is wrong with the drives and the law of the base, and what there is to say about them, in a run.
 
     They may jump at the parameters of the run, (np,), or be too steep for the step; methods with steps of their own
@@ -146,7 +144,7 @@ def followed_laws(
     values = model.description.values(dict(zip(model.parameters, p.tolist(), strict=True)))
     if refused := jumps(laws, values, grid.start, grid.reached):
         return refused, []
-    if settings.get("tolerance", 0.0) > 0.0:
+    if method.chooses_steps:
         return [], []
     return steep(laws, values, grid.start, grid.reached, grid.step)
 

@@ -177,7 +177,7 @@ def simulate(
     stepper = Stepper(library, chosen, p)
     check_memory(grid.steps // every + 2, stepper.sizes["row"])
     from_caller = read_signals(inputs, model.inputs, grid.steps)
-    check_span(model, library, chosen, p, from_caller, grid)
+    check_span(model, library, stepped_by, p, from_caller, grid)
     if stepped_by.inputs == "series":
         check_held(name, from_caller)
     signals = InputSignals(
@@ -263,7 +263,7 @@ def solution_of(
     jumps = model.jumps_between(t, 1e-9 * (float(np.abs(t).max()) + 1.0))
     conservative = model.library.layout["facts"]["conservative"]
     epsilon = float(np.finfo(np.float32 if model.library.real == "float" else np.float64).eps)
-    between = run.every > 1 or run.settings.get("tolerance", 0.0) > 0.0  # there are steps between the rows
+    between = run.every > 1 or run.method.chooses_steps  # there are steps between the rows
     balance = energy_balance(t, energy, jumps, conservative=conservative, sparse=between, epsilon=epsilon)
     if balance.error is not None and balance.error > REPORTED and at_rest(run, trajectory.rows):
         balance = Balance(0.0)
@@ -281,7 +281,7 @@ def solution_of(
     if balance.error is not None:
         statistics = {**statistics, "energy_error": balance.error}
     of_method, of_scene = run.method.warnings(bool(model.multipliers)), tuple(model.library.layout["warnings"])
-    badly_followed = followed_laws(model, run.settings, run.parameters, run.grid)[1]
+    badly_followed = followed_laws(model, run.method, run.parameters, run.grid)[1]
     message, notes = "; ".join((message, *of_scene, *of_method, *badly_followed)), [*model.notes, *of_method]
     described = _metadata(run)
     return Solution(

@@ -26,7 +26,7 @@ from eomgen.toolchain.locks import abandoned, claimed, hold
 
 #: Bytes that the cache may hold; the least recently used entries go first.
 DEFAULT_LIMIT = 2_000_000_000
-#: Damaged entries, and failed builds, of which the newest are kept for whoever wants to know why.
+#: Damaged entries, and failed builds, of which the newest are kept for diagnosis.
 KEPT = 8
 #: Age in s after which an unlocked build folder is removed: between making and locking it a process needs a moment.
 ABANDONED_AFTER = 60.0

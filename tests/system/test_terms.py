@@ -64,6 +64,23 @@ def test_a_term_is_recorded_where_its_row_says(name: str) -> None:
         assert len(function.outputs) == term.order - term.first + 1
 
 
+def test_what_a_rigid_tree_on_a_base_at_rest_has_no_use_for() -> None:
+    """By name, since the rows themselves decide what the other tests expect."""
+    of_constraints = {name for name in TERMS if name.startswith("constraint")} | {"equations", "iteration"}
+    of_constraints |= {"velocity_partials", "acceleration_partials", "jacobian_values", "joint_velocities"}
+    of_others = {"internal_rate", "internal_partials", "outputs", "output_partials", "elastic"}
+    of_base = {"base_motion", "base_motion_rates", "base_motion_rates_1"}
+    recorded = derive(scene_with("plain"), list(TERMS)).functions
+    assert set(TERMS) - set(recorded) == of_constraints | of_others | of_base
+    of_closed_form = {"rates_closed", "mass_rates_closed"} | {
+        name for name in TERMS if name.startswith(("system_jacobian", "adjoints", "joint_br", "link_br", "coriolis"))
+    }
+    elastic = derive(scene_with("elastic"), list(TERMS)).functions
+    assert set(recorded) - set(elastic) == of_closed_form and "elastic" in elastic
+    constrained = derive(scene_with("constraints"), list(TERMS)).functions
+    assert set(recorded) - set(constrained) == {"forward_dynamics", "forward_rates", "forward_rates_1"}
+
+
 @pytest.mark.parametrize("fact", ["plain", "constraints", "states", "outputs", "moving_base", "absolute", "elastic"])
 def test_without_a_list_all_is_recorded_but_what_is_on_request(fact: str) -> None:
     recorded = set(derive(scene_with(fact)).functions) & set(TERMS)

@@ -1,6 +1,6 @@
 """Conversion of unit strings in scene data to SI, by the unit of each key, before any other validation.
 
-What cannot be converted is reported and becomes a ``Refused`` text, about which nobody complains again.
+What cannot be converted is reported and becomes a ``Refused`` text, which later checks pass over.
 """
 
 from __future__ import annotations

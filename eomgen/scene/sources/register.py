@@ -70,7 +70,7 @@ def checked_options(source: Source | None, given: Mapping[str, Any]) -> dict[str
     if unknown := [name for name in given if name not in known]:
         names = ["path", "strict", "coordinates", *known]
         raise UsageError(Problem("load", f"there is no argument {shown(unknown[0])}", nearest(unknown[0], names)))
-    own = {option.name for option in source.options} if source is not None else set()
+    own = {option.name: option for option in source.options} if source is not None else {}
     specified = [name for name, value in given.items() if name not in own and _differs(value, known[name][1].default)]
     if specified and source is None:
         other = known[specified[0]][0]
@@ -81,10 +81,9 @@ def checked_options(source: Source | None, given: Mapping[str, Any]) -> dict[str
         *first, last = (option.name for option in other.options)
         every = f"{', '.join(first)} and {last}" if first else last
         raise UsageError(f"{every} are for {other.name} only", "keys of the joint in the scene file")
-    for name in own & set(given):
-        choices = known[name][1].choices
-        if choices and given[name] not in choices:
-            raise UsageError(f"{name} is {shown(given[name])}", " or ".join(choices))
+    for name in own.keys() & given.keys():
+        if own[name].choices and given[name] not in own[name].choices:
+            raise UsageError(f"{name} is {shown(given[name])}", " or ".join(own[name].choices))
     return {name: value for name, value in given.items() if name in own}
 
 

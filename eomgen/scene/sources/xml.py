@@ -15,8 +15,8 @@ _BLANK, _DECLARATION = re.compile(r"\s+"), re.compile(r"<\?xml\s")
 class Element:
     """An XML element: tag, line (from 1), attributes and children, which it hands out and then counts as read.
 
-    What nobody asks for is not read: ``unread_attributes``, ``unread_children`` and ``has_text`` say what that is, so a
-    reader of a format can report it without a list of what it knows.
+    ``unread_attributes``, ``unread_children`` and ``has_text`` give what was not requested, so a reader of a format can
+    report it without a list of what it knows.
     """
 
     def __init__(self, tag: str, attributes: dict[str, str], line: int) -> None:

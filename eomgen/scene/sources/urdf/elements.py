@@ -1,8 +1,8 @@
 """Supported elements of a URDF, links and joints, and a list of all unread ones.
 
 The format is that of the Unified Robot Description Format, http://wiki.ros.org/urdf/XML, versions 1.0 to 1.2. Which
-attributes and elements are read is not listed anywhere: every element knows what of it was asked for, and what is left
-over is told.
+attributes and elements are read is not listed anywhere: every element records what of it was requested, and the rest is
+reported.
 """
 
 from __future__ import annotations
