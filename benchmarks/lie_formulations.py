@@ -50,7 +50,13 @@ def measured(formulation: Formulation, exponent: int, rho_inf: float, settings: 
     model = formulation.model()
     known = settings if "alpha" in formulation.method else {}
     solution = model.simulate(
-        1.0, 1.0 / steps, method=formulation.method, rho_inf=rho_inf, record_every=steps // MARKS, settings=known
+        1.0,
+        1.0 / steps,
+        method=formulation.method,
+        rho_inf=rho_inf,
+        record_every=steps // MARKS,
+        settings=known,
+        error_estimate=False,
     )
     if not solution.success:
         return Row(formulation.name, exponent, failure=solution.message)

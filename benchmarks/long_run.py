@@ -152,7 +152,8 @@ def measured(case: Case, steps: int, rho_inf: float) -> LongRun:
 
 
 def _run(model: Model, steps: int, step: float, rho_inf: float) -> Solution:
-    return model.simulate(steps * step, step, method=METHOD, rho_inf=rho_inf, record_every=max(1, steps // ROWS))
+    every = max(1, steps // ROWS)
+    return model.simulate(steps * step, step, method=METHOD, rho_inf=rho_inf, record_every=every, error_estimate=False)
 
 
 def trend(solution: Solution, part: float = 1.0) -> float:

@@ -99,7 +99,7 @@ def run_for(model: Model, case: Case, method: str, duration: float, calls: int) 
     """Return CPU seconds of some equal simulations, and the solution."""
     start = time.thread_time()
     for _ in range(calls):
-        solution = model.simulate(duration, case.step, method=method, record_every=10**9)
+        solution = model.simulate(duration, case.step, method=method, record_every=10**9, error_estimate=False)
     seconds = time.thread_time() - start
     if not solution.success:
         raise RuntimeError(f"{case.name}, {method}: {solution.message}")

@@ -110,7 +110,9 @@ def reference(marks: int, spin: tuple[float, ...] = FAST, duration: float = 1.0)
     """Return the motion at the ends of ``marks`` equal intervals, by RK4 with steps so small that round-off is left."""
     model = JOINT_RK4.model(spin)
     steps = int(REFERENCE_STEPS_PER_SECOND * duration)
-    solution = model.simulate(duration, duration / steps, method="rk4", record_every=steps // marks)
+    solution = model.simulate(
+        duration, duration / steps, method="rk4", record_every=steps // marks, error_estimate=False
+    )
     return of_solution(model, solution)
 
 

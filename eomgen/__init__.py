@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from eomgen.results.solution import Solution
     from eomgen.scene.builder import SceneBuilder
     from eomgen.scene.scene import Scene
+    from eomgen.studies import Extremes, RealTime, Tradeoff, Tuned, extremes, tradeoff, tune
+    from eomgen.studies.savings.study import savings
     from eomgen.system.system import System
 
 _HOMES = {
@@ -36,6 +38,8 @@ _HOMES = {
     "SceneBuilder": "eomgen.scene.builder",
     "Scene": "eomgen.scene.scene",
     "System": "eomgen.system.system",
+    **dict.fromkeys(("Extremes", "extremes", "RealTime", "Tradeoff", "Tuned", "tradeoff", "tune"), "eomgen.studies"),
+    "savings": "eomgen.studies.savings.study",
     **dict.fromkeys(
         (
             "DescriptionError",
@@ -54,22 +58,30 @@ _HOMES = {
 __all__ = [
     "DescriptionError",
     "EomgenError",
+    "Extremes",
     "FileError",
     "Model",
     "ModelError",
     "NumericalError",
     "Problem",
+    "RealTime",
     "Scene",
     "SceneBuilder",
     "Solution",
     "System",
     "ToolchainError",
+    "Tradeoff",
+    "Tuned",
     "UsageError",
     "__version__",
     "build",
     "derive",
+    "extremes",
     "generate",
     "load",
+    "savings",
+    "tradeoff",
+    "tune",
 ]
 
 

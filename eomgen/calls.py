@@ -26,6 +26,7 @@ OF_MODELS = frozenset(
     {
         "simulate",
         "resume",
+        "attach",
         "equilibrium",
         "steady_motion",
         "linearize",
@@ -109,8 +110,7 @@ def checked_call(what_to_try: str = "", **meant: str) -> Callable[[Callable[P, R
 
 
 def checked_calls(what_to_try: str = "", **meant: str) -> Callable[[C], C]:
-    """Return a class decorator that puts ``checked_call`` on the constructor and the public methods, inherited ones
-    too."""
+    """Return a class decorator that puts ``checked_call`` on constructor and public methods, also inherited ones."""
 
     def decorated(kind: C) -> C:
         for name in dir(kind):

@@ -32,8 +32,7 @@ def write_arrays(path: Path, arrays: Mapping[str, Array], metadata: Mapping[str,
 def read_arrays(
     path: Path, kind: str = "solution", hint: str = "a .npz file of Solution.save"
 ) -> tuple[dict[str, Array], dict[str, Any]]:
-    """Return the arrays and the metadata of an archive of ours; ``kind`` and ``hint`` are for messages. Raises
-    FileError."""
+    """Return arrays and metadata of an archive of ours; ``kind``, ``hint`` for messages. Raises FileError."""
     try:
         with path.open("rb") as stream:
             if not zipfile.is_zipfile(stream):
@@ -88,6 +87,8 @@ def make_folder(path: Path) -> Path:
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
+        if path.is_file():
+            raise FileError(Problem(str(path), "this is a file, and a folder is needed", "another folder")) from None
         raise FileError(
             Problem(str(path), f"the folder cannot be made: {error.strerror or error}", "another folder")
         ) from None

@@ -134,8 +134,7 @@ class Model(CompiledModel):
     def root_locus(
         self, parameter: str, values: Sequence[float], *, parameters: Mapping[str, float] | None = None, **options: Any
     ) -> RootLocus:
-        """Return the eigenvalues of linear models over values of a tunable parameter, each root followed from value to
-        value.
+        """Return the eigenvalues of linear models over values of a tunable parameter, each root followed.
 
         Parameters
         ----------
@@ -159,3 +158,9 @@ class Model(CompiledModel):
         from eomgen.simulation.resume import resume  # noqa: PLC0415
 
         return resume(self, path, t_end, **options)
+
+    def attach(self, solution: Solution, inputs: Mapping[str, Any] | None = None) -> Solution:
+        """Return a stored solution of this model with the model at hand; see ``eomgen.simulation.run_model.attach``."""
+        from eomgen.simulation.run_model import attach  # noqa: PLC0415
+
+        return attach(self, solution, inputs)

@@ -1,11 +1,14 @@
-"""Validation of user-given names, and formatting of user text in messages."""
+"""Validation of user-given names, formatting of user text in messages, and JSON as text."""
 
 from __future__ import annotations
 
 import difflib
 import itertools
+import json
+import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 NAME_LENGTH = 64
 NAME_RULE = f"up to {NAME_LENGTH} ASCII letters, digits and underscores, no digit first"
@@ -63,3 +66,17 @@ def nearest(name: str, known: Iterable[str]) -> str:
     if close:
         return " or ".join(close)
     return f"one of {listed(every)}" if every else ""
+
+
+def json_text(data: Any) -> str:
+    """Return data as indented JSON; numbers that JSON does not have become null."""
+    return json.dumps(finite(data), indent=2)
+
+
+def finite(data: Any) -> Any:
+    """Return JSON data without the infinities and NaN that JSON does not have."""
+    if isinstance(data, Mapping):
+        return {str(key): finite(value) for key, value in data.items()}
+    if isinstance(data, Sequence) and not isinstance(data, str):
+        return [finite(value) for value in data]
+    return None if isinstance(data, float) and not math.isfinite(data) else data

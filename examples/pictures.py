@@ -46,6 +46,32 @@ def trajectory(axes: plt.Axes, across: np.ndarray, up: np.ndarray, title: str, c
     axes.legend(frameon=False, loc="upper right")
 
 
+def bouncing_ball() -> None:
+    run = simulated("bouncing_ball")
+    assert run.events is not None
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.4), layout="constrained")
+    left.plot(run.q[:, 0], run.q[:, 1], color=BLUE, linewidth=1.0)
+    for name, label, colour in (
+        ("bounce", "impact", VERMILION),
+        ("top", "highest", GREEN),
+        ("catch", "caught", "black"),
+    ):
+        found = run.events[name]
+        left.plot(found.q[:, 0], found.q[:, 1], "o", color=colour, markersize=4, label=label)
+    left.axvline(1.2, color="#888888", linewidth=0.8, linestyle=":")
+    left.set(xlabel="distance, m", ylabel="height, m")
+    left.set_title("Path of the ball", loc="left")
+    left.legend(frameon=False)
+    bounces = run.events["bounce"]
+    right.vlines(bounces.t, np.abs(bounces.v_before[:, 1]), bounces.v[:, 1], color="#888888", linewidth=0.8)
+    right.plot(bounces.t, np.abs(bounces.v_before[:, 1]), "v", color=VERMILION, label="before, downwards")
+    right.plot(bounces.t, bounces.v[:, 1], "^", color=BLUE, label="after, upwards")
+    right.set(xlabel="time, s", ylabel="speed at the impacts, m/s", ylim=(0.0, None))
+    right.set_title("The plate gives and takes", loc="left")
+    right.legend(frameon=False)
+    save(figure, "bouncing_ball")
+
+
 def double_pendulum_on_shaking_base() -> None:
     run = simulated("double_pendulum_on_shaking_base")
     figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.6), layout="constrained")
@@ -475,6 +501,7 @@ def main() -> int:
         pendulum_on_shaking_base,
         spherical_pendulum,
         heavy_top,
+        bouncing_ball,
         symmetric_top,
         slider_crank_planar,
         slider_crank_spatial,

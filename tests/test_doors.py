@@ -47,7 +47,19 @@ DOORS: dict[str, set[str]] = {
     "codegen": {"errors", "extensions", "integrators", "resources", "symbolic", "system", "text", "version"},
     # a compiled model, and what it can do
     "compiled": {"arrays", "calls", "errors", "formula", "lie", "solvers", "system", "text", "toolchain", "units"},
-    "results": {"arrays", "calls", "compiled", "errors", "files", "formula", "lie", "linear", "resources", "system"},
+    "results": {
+        "arrays",
+        "calls",
+        "compiled",
+        "errors",
+        "files",
+        "formula",
+        "lie",
+        "linear",
+        "resources",
+        "system",
+        "text",
+    },
     "analysis": {"arrays", "compiled", "errors", "formula", "lie", "linear", "solvers", "system", "text"},
     "simulation": {
         "analysis",
@@ -91,17 +103,23 @@ DOORS: dict[str, set[str]] = {
     },
     "studies": {
         "analysis",
+        "arrays",
         "compiled",
         "errors",
         "files",
         "formula",
+        "integrators",
         "lie",
         "model",
         "pipeline",
+        "results",
         "scene",
+        "simulation",
         "symbolic",
         "system",
         "text",
+        "toolchain",
+        "version",
     },
     "cli": {
         "analysis",
@@ -134,11 +152,13 @@ ORDER: dict[str, tuple[str, ...]] = {
         "bodies",
         "joints",
         "forces",
-        "control",
-        "scene",
+        "control events",
+        "scene sources",
         "document",
-        "sources",
+        "includes scaling",
         "load",
+        "builder_methods",
+        "builder_keys",
         "builder",
     ),
     "mechanics": (
@@ -168,8 +188,33 @@ ORDER: dict[str, tuple[str, ...]] = {
     "integrators": (
         "newton step_splitting",
         "families",
-        "methods stepper_layout",
+        "events methods stepper_layout",
         "stepper_data",
+    ),
+    "studies.tuning": (
+        "contender scene_text verification",
+        "race real_time result",
+        "tune",
+    ),
+    "studies.ladders": (
+        "runs",
+        "subject verdicts",
+        "references structure table",
+        "picture",
+        "result",
+        "study",
+    ),
+    "studies.work_precision": (
+        "common_start configuration formulations machine observation",
+        "axes running",
+        "measured reference times",
+        "journal picture",
+        "result",
+        "study",
+    ),
+    "studies.savings": (
+        "variants",
+        "study",
     ),
     "studies.verification": (
         "engines",
@@ -200,15 +245,17 @@ LATE: dict[str, dict[str, str]] = {
     "units.labels": {"units.conversion": "Pint; most scenes have no units of their own"},
     "scene.load": {
         "scene.document": "pydantic is slow to import, and the cached path of a made Scene needs none",
-        "scene.sources": "most scenes include nothing, and are no URDF",
+        "scene.includes": "most scenes include nothing",
     },
     "scene.sources.urdf.source": {"scene.sources.urdf.conversion": "most scenes are no URDF"},
+    "studies.ladders.result": {"studies.ladders.picture": "matplotlib; a map is used without it"},
+    "studies.work_precision.result": {"studies.work_precision.picture": "matplotlib; a study is used without it"},
     "simulation.settings": {
         "formula.jumps": "it evaluates on the tape; most scenes prescribe no motion",
         "formula.steepness": "likewise",
     },
     "simulation.run": {"analysis.equilibrium": "SciPy; most runs do not start from equilibrium"},
-    "simulation.simulate": {"analysis.linearize": "SciPy; only linear models about motions need it"},
+    "simulation.run_model": {"analysis.linearize": "SciPy; only linear models about motions need it"},
     "system.system": {"symbolic.reading": "SymPy; only for reading a term"},
 }
 SYMPY_ROOMS = {"symbolic", "mechanics", "lie"}
@@ -226,7 +273,7 @@ class Kind(Enum):
 @cache
 def _modules() -> tuple[tuple[str, Path], ...]:
     found = []
-    for path in sorted(PACKAGE.rglob("*.py")):
+    for path in sorted([*PACKAGE.rglob("*.py"), *PACKAGE.rglob("*.pyi")]):
         parts = path.relative_to(PACKAGE).with_suffix("").parts
         found.append((".".join(parts[:-1] if parts[-1] == "__init__" else parts), path))
     return tuple(found)
@@ -263,7 +310,7 @@ def _imports(path: Path) -> tuple[tuple[str, Kind], ...]:
 @cache
 def _is_module(name: str) -> bool:
     path = PACKAGE.parent.joinpath(*name.split("."))
-    return path.with_suffix(".py").is_file() or path.is_dir()
+    return any(path.with_suffix(ending).is_file() for ending in (".py", ".pyi")) or path.is_dir()
 
 
 def _own() -> Iterator[tuple[str, str, Kind]]:
@@ -305,11 +352,25 @@ def test_no_door_is_open_for_nobody() -> None:
 
 @cache
 def _open(room: str, name: str) -> tuple[str, ...]:
-    """Return a list that the ``__init__`` of a room declares; nothing where it declares none."""
-    tree = ast.parse((PACKAGE.joinpath(*room.split(".")) / "__init__.py").read_text(encoding="utf-8"))
+    """Return a list that the ``__init__`` of a room declares; nothing where it declares none.
+
+    Where it names in place of ``__all__`` the module of its register, by ``OPENED_BY``, what this imports is open.
+    """
+    folder = PACKAGE.joinpath(*room.split("."))
+    tree = ast.parse((folder / "__init__.py").read_text(encoding="utf-8"))
     for node in tree.body:
-        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name) and node.targets[0].id == name:
-            return tuple(ast.literal_eval(node.value))
+        if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name) and node.value is not None:
+            declared, value = node.target.id, node.value
+        elif isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
+            declared, value = node.targets[0].id, node.value
+        else:
+            continue
+        if declared == name:
+            return tuple(ast.literal_eval(value))
+        if declared == "OPENED_BY" and name == "__all__":
+            inside = f"eomgen.{room}."
+            imported = (module for module, _ in _imports(folder / f"{ast.literal_eval(value)}.py"))
+            return tuple(module.removeprefix(inside) for module in imported if module.startswith(inside))
     return ()
 
 

@@ -72,10 +72,10 @@ def linear_range_exceeded(model: CompiledModel, t: Array, q: Array, p: Array) ->
     Looked at are the rows in which each of them deforms most, the last one, and up to 200 between.
     """
     first = {item.name for item in model.description.coordinates if item.linear}
-    places = [factor.q for factor in model.factors if factor.name in first]
-    if not places:
+    parts = [factor.q for factor in model.factors if factor.name in first]
+    if not parts:
         return ""
-    rows = {int(np.argmax(np.linalg.norm(q[:, place], axis=1))) for place in places} | {len(t) - 1}
+    rows = {int(np.argmax(np.linalg.norm(q[:, part], axis=1))) for part in parts} | {len(t) - 1}
     for row in sorted(rows | set(range(0, len(t), len(t) // 200 + 1))):
         if beams := beams_beyond_linear_range(model, q[row], p):
             named = f"beam{'s' * (len(beams) > 1)} {', '.join(beams)}"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from eomgen.analysis.equilibrium_warnings import SAME, Places, equilibrium_notes
+from eomgen.analysis.equilibrium_warnings import SAME, Measures, equilibrium_notes
 from eomgen.arrays import Array
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import initial_state
@@ -27,7 +27,7 @@ _ELSEWHERE = "it is not where a damped motion"
 #: By how much internal states follow a damped motion more slowly, where it does not settle with those that follow at
 #: once.
 _SLOWER = (1.0, 100.0)
-#: Places where a damped motion lingers from which Newton's path is followed, too.
+#: Measures where a damped motion lingers from which Newton's path is followed, too.
 _LINGERING = 4
 #: Components of a direction below this part of the largest are left out when it is named.
 _NAMED = 0.05
@@ -136,8 +136,8 @@ def equilibrium(
     if p.ndim != 1:
         raise UsageError(Problem("parameters", f"one set of parameters is needed, not a batch of shape {p.shape}"))
     start = initial_state(model, initial, p)
-    places = Places(model, p, time, held_base(model, p, time))
-    statics = _statics(model, places, start.q, u)
+    measures = Measures(model, p, time, held_base(model, p, time))
+    statics = _statics(model, measures, start.q, u)
     try:
         first = examine(statics, start.q, start.z)
     except np.linalg.LinAlgError:
@@ -147,28 +147,28 @@ def equilibrium(
         raise _not_finite(model, first)
     damped = _by_damped_motion(statics, start.q, start.z)
     others = [] if damped.balanced and not any_kind else _by_newton(statics, start.z, damped)
-    found = min(
+    chosen = min(
         (search for search in (damped, *others) if search.balanced), key=partial(_distance, statics), default=None
     )
-    if found is None:
+    if chosen is None:
         raise _failure(model, statics, damped)
-    deviations = model.check_left_out(found.point.q, np.zeros(model.nv), time, p)
-    notes = [*deviations, *_elsewhere(model, statics, found, damped), *equilibrium_notes(places, found.path, u)]
-    return _result(model, statics, found, time, places.base, notes)
+    deviations = model.check_left_out(chosen.point.q, np.zeros(model.nv), time, p)
+    notes = [*deviations, *_elsewhere(model, statics, chosen, damped), *equilibrium_notes(measures, chosen.path, u)]
+    return _result(model, statics, chosen, time, measures.base, notes)
 
 
 def _by_damped_motion(statics: Statics, q: Array, z: Array) -> Search:
     """Return the equilibrium that a damped motion reaches; if internal states prevent it, with slower internal
     states."""
-    found = Search(examine(statics, q, z), False, 0)
+    search = Search(examine(statics, q, z), False, 0)
     for slower in _SLOWER if len(z) else (1.0,):
         try:
-            found = follow_damped_motion(statics, q, z, slower)
+            search = follow_damped_motion(statics, q, z, slower)
         except np.linalg.LinAlgError:
             continue
-        if found.balanced:
+        if search.balanced:
             break
-    return found
+    return search
 
 
 def _by_newton(statics: Statics, z: Array, damped: Search) -> list[Search]:
@@ -176,14 +176,14 @@ def _by_newton(statics: Statics, z: Array, damped: Search) -> list[Search]:
     path = [*damped.path, damped.point.q]
     forces = [examine(statics, q, z).force for q in path] if not len(z) else []
     slow = [k for k in range(1, len(forces) - 1) if forces[k - 1] > forces[k] < forces[k + 1]]
-    found = []
+    searches = []
     for k in (0, *slow[:_LINGERING]):
         try:
             search = follow_newton(statics, path[k], z)
         except np.linalg.LinAlgError:
             continue
-        found.append(replace(search, path=[*path[:k], *search.path]))
-    return found
+        searches.append(replace(search, path=[*path[:k], *search.path]))
+    return searches
 
 
 def _distance(statics: Statics, search: Search) -> float:
@@ -193,15 +193,15 @@ def _distance(statics: Statics, search: Search) -> float:
     return float(np.sqrt(way @ statics.mass(start) @ way))
 
 
-def _elsewhere(model: CompiledModel, statics: Statics, found: Search, damped: Search) -> list[str]:
+def _elsewhere(model: CompiledModel, statics: Statics, chosen: Search, damped: Search) -> list[str]:
     """Return a note if a damped motion from the start ends at another equilibrium, or at none."""
-    if found is damped:
+    if chosen is damped:
         return []
     if not damped.balanced:
         return [
             "whether a motion from the start comes to rest here is not known, for a damped one was not seen to settle"
         ]
-    off = difference(statics.factors, found.point.q, damped.point.q)
+    off = difference(statics.factors, chosen.point.q, damped.point.q)
     k = int(np.argmax(np.abs(off) / statics.sizes)) if len(off) else 0
     if not len(off) or abs(off[k]) <= SAME * statics.sizes[k]:
         return []
@@ -210,11 +210,11 @@ def _elsewhere(model: CompiledModel, statics: Statics, found: Search, damped: Se
     return [f"{_ELSEWHERE} from the start settles, which is {where}"]
 
 
-def _statics(model: CompiledModel, places: Places, q: Array, u: Inputs) -> Statics:
+def _statics(model: CompiledModel, measures: Measures, q: Array, u: Inputs) -> Statics:
     """Return the model at rest, its base held where it is, with lengths measured by those of the scene and of the
     start."""
-    rest, rows, p = np.zeros(model.nv), len(model.multipliers), places.p
-    given: dict[str, Any] = {"t": places.t, "parameters": p, "base": places.base}
+    rest, rows, p = np.zeros(model.nv), len(model.multipliers), measures.p
+    given: dict[str, Any] = {"t": measures.t, "parameters": p, "base": measures.base}
     forces = given | {"u": u}
     holonomic = model.functions.sizes["holonomic"]
 
@@ -238,10 +238,10 @@ def _statics(model: CompiledModel, places: Places, q: Array, u: Inputs) -> Stati
         stiffness=lambda q, lam, z: model.partials(q, rest, rest, z=z, multipliers=lam, **forces)[0],
         rates=lambda q, z: model.internal_rates(q, rest, z, **forces) if model.nz else np.zeros(0),
         couplings=couplings,
-        followed=lambda q: model.evaluator.followed(q, places.t, p, places.base),
-        length=places.length(q),
-        gravity=places.gravity(),
-        total=places.mass(),
+        followed=lambda q: model.evaluator.followed(q, measures.t, p, measures.base),
+        length=measures.length(q),
+        gravity=measures.gravity(),
+        total=measures.mass(),
     )
 
 
@@ -255,9 +255,9 @@ def held_base(model: CompiledModel, p: Array, t: float) -> Array | None:
 
 
 def _result(
-    model: CompiledModel, statics: Statics, found: Search, t: float, base: Array | None, notes: Sequence[str]
+    model: CompiledModel, statics: Statics, search: Search, t: float, base: Array | None, notes: Sequence[str]
 ) -> Equilibrium:
-    point = found.point
+    point = search.point
     scale = point.largest_stiffness
     values, vectors = np.linalg.eigh(point.symmetric)
     soft = np.abs(values) <= max(1e2 * SOFT * scale, _no_stiffness(statics))
@@ -270,7 +270,7 @@ def _result(
     frequencies = np.where(soft, 0.0, np.sign(values) * np.sqrt(np.abs(values)))
     acceleration = float(np.max(np.abs(point.acceleration), initial=0.0))
     residual = float(np.max(np.abs(point.residual), initial=0.0))
-    message = f"at rest after {found.steps} steps, unbalanced acceleration {acceleration:.3g}"
+    message = f"at rest after {search.steps} steps, unbalanced acceleration {acceleration:.3g}"
     if stable is False:
         worst = _components(model, directions[:, [int(np.argmin(values))]])
         message += f"; unstable along {', '.join(worst[:4])}: it would leave with e^({np.sqrt(-np.min(values)):.3g} t)"
@@ -287,7 +287,7 @@ def _result(
         t,
         residual,
         acceleration,
-        found.steps,
+        search.steps,
         frequencies,
         stable,
         tuple(undetermined),
@@ -353,6 +353,5 @@ def _failure(model: CompiledModel, statics: Statics, search: Search) -> Numerica
         f"no equilibrium was found in {steps} steps: {model.v_names[k]} still accelerates with {acceleration[k]:.4g}"
         f" {unit}"
     )
-    return NumericalError(
-        Problem("equilibrium", what, "an initial state nearer to rest, or any_kind=True for an unstable one")
-    )
+    hint = "an initial state nearer to rest, or any_kind=True (--any-kind) for an unstable one"
+    return NumericalError(Problem("equilibrium", what, hint))

@@ -28,8 +28,8 @@ _LISTED = 4
 SAME = 1e-6
 
 
-class Places:
-    """Places of a scene at given parameters, and where its points are in a configuration.
+class Measures:
+    """Measures of a scene at given parameters, and where its points are in a configuration.
 
     Parameters
     ----------
@@ -53,8 +53,7 @@ class Places:
         return np.array([self.number(formula) for formula in formulas])
 
     def length(self, q: Array) -> float:
-        """Return the largest length of the scene, m: places on bodies, free lengths, radii, stops, travels in q; 1 m if
-        none."""
+        """Return the largest length of the scene at q, m: lengths of the description, travels; 1 m if there is none."""
         lengths = [float(np.linalg.norm(self.vector(vector))) for vector in self.model.description.lengths]
         lengths += [abs(float(value)) for value, unit in zip(q, self.model.q_units, strict=True) if unit == "m"]
         finite = [length for length in lengths if np.isfinite(length)]
@@ -72,38 +71,37 @@ class Places:
         """Return quaternion and position (rows, ...) in world axes of all bodies at configurations (rows, nq)."""
         rows, model = len(path), self.model
         pose = model.evaluate("poses", path, t=self.t, parameters=self.p, base=self.base)["pose"]
-        found = {name: pose[:, index] for index, name in enumerate(model.bodies)}
+        pose_of = {name: pose[:, index] for index, name in enumerate(model.bodies)}
         still = np.tile([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], (rows, 1))
-        found |= {WORLD: still, BASE: still if self.base is None else np.tile(self.base[:7], (rows, 1))}
-        return {name: (values[:, :4], values[:, 4:]) for name, values in found.items()}
+        pose_of |= {WORLD: still, BASE: still if self.base is None else np.tile(self.base[:7], (rows, 1))}
+        return {name: (values[:, :4], values[:, 4:]) for name, values in pose_of.items()}
 
 
-def equilibrium_notes(places: Places, path: Sequence[Array], u: Inputs) -> list[str]:
-    """Return the warnings about an equilibrium at the end of a path of configurations; none for a model without
-    poses."""
-    if "poses" not in places.model.functions or len(path) < 2:
+def equilibrium_notes(measures: Measures, path: Sequence[Array], u: Inputs) -> list[str]:
+    """Return warnings about an equilibrium at the end of a path of configurations; none without poses."""
+    if "poses" not in measures.model.functions or len(path) < 2:
         return []
-    poses = places.poses(np.array(path))
-    notes = [*_springs(places, poses), *_tyres(places, poses, u)]
-    return notes or _far(places, poses, places.length(path[0]))
+    poses = measures.poses(np.array(path))
+    notes = [*_springs(measures, poses), *_tyres(measures, poses, u)]
+    return notes or _far(measures, poses, measures.length(path[0]))
 
 
-def _positions(places: Places, poses: Mapping[str, tuple[Array, Array]]) -> dict[str, tuple[str, Array]]:
+def _positions(measures: Measures, poses: Mapping[str, tuple[Array, Array]]) -> dict[str, tuple[str, Array]]:
     """Return body and world position (rows, 3) of each point."""
-    found = {}
-    for point in places.model.description.drawing.points:
+    points = {}
+    for point in measures.model.description.drawing.points:
         turn, origin = poses[point.body]
-        found[point.name] = point.body, origin + rotated(turn, places.vector(point.position))
-    return found
+        points[point.name] = point.body, origin + rotated(turn, measures.vector(point.position))
+    return points
 
 
-def _springs(places: Places, poses: Mapping[str, tuple[Array, Array]]) -> list[str]:
+def _springs(measures: Measures, poses: Mapping[str, tuple[Array, Array]]) -> list[str]:
     """Return a note on springs that are inside out, and one on those whose ends have moved farther than they were
     apart."""
-    points = _positions(places, poses)
+    points = _positions(measures, poses)
     passed: list[str] = []
     moved: list[str] = []
-    for spring in places.model.description.drawing.lines:
+    for spring in measures.model.description.drawing.lines:
         (first, start), (second, end) = points[spring.first], points[spring.second]
         in_bodies = [rotated(poses[body][0] * _BACK, end - start) for body in (first, second)]
         apart = float(np.linalg.norm(in_bodies[0][0]))
@@ -139,22 +137,22 @@ def _passed_one_another(vectors: Array) -> bool:
     return bool(vectors[0] @ vectors[-1] < 0.0 and shortest < _PASSED * ends)
 
 
-def _tyres(places: Places, poses: Mapping[str, tuple[Array, Array]], u: Inputs) -> list[str]:
+def _tyres(measures: Measures, poses: Mapping[str, tuple[Array, Array]], u: Inputs) -> list[str]:
     """Return a note on each wheel whose centre is below its road, and was not at the start."""
-    model = places.model
+    model = measures.model
     sunk: list[str] = []
     tyres = model.description.drawing.wheels
     if not tyres:
         return []
-    points = _positions(places, poses)
-    of_scene = dict(zip(model.inputs, model.input_values(places.t, parameters=places.p).tolist(), strict=True))
+    points = _positions(measures, poses)
+    of_scene = dict(zip(model.inputs, model.input_values(measures.t, parameters=measures.p).tolist(), strict=True))
     given: Mapping[str, Any] = u if isinstance(u, Mapping) else {}
     inputs = of_scene | {name: float(np.asarray(value)) for name, value in given.items()}
     inputs |= {} if u is None or isinstance(u, Mapping) else dict(zip(model.inputs, np.ravel(u).tolist(), strict=True))
     for tyre in tyres:
         center = points[tyre.center][1]
         try:
-            before, after = (_clearance(places, tyre, center[row], inputs) for row in (0, -1))
+            before, after = (_clearance(measures, tyre, center[row], inputs) for row in (0, -1))
         except ArithmeticError:  # a road given by a curve has no value but in the compiled model
             continue
         if before > 0.0 > after:
@@ -164,24 +162,24 @@ def _tyres(places: Places, poses: Mapping[str, tuple[Array, Array]], u: Inputs) 
     )
 
 
-def _clearance(places: Places, tyre: Wheel, center: Array, inputs: Mapping[str, float]) -> float:
+def _clearance(measures: Measures, tyre: Wheel, center: Array, inputs: Mapping[str, float]) -> float:
     """Return the height of a wheel's centre over its road. Raises ArithmeticError."""
 
     def value_of(symbol: Symbol) -> float:
         if symbol.kind == "position":
             return float(center[symbol.index])
         if symbol.kind == "time":
-            return places.t
-        return inputs[symbol.name] if symbol.kind == "input" else places.values[symbol.name]
+            return measures.t
+        return inputs[symbol.name] if symbol.kind == "input" else measures.values[symbol.name]
 
     return float(center[2]) - evaluate(tyre.road, value_of)
 
 
-def _far(places: Places, poses: Mapping[str, tuple[Array, Array]], length: float) -> list[str]:
+def _far(measures: Measures, poses: Mapping[str, tuple[Array, Array]], length: float) -> list[str]:
     """Return a note on the body that has gone farthest, if that is farther than the scene is large at the start."""
     ways = {name: float(np.linalg.norm(position[-1] - position[0])) for name, (_, position) in poses.items()}
     at_start = np.array([position[0] for name, (_, position) in poses.items() if name != WORLD])
-    at_start = np.concatenate([at_start, *(position[:1] for _, position in _positions(places, poses).values())])
+    at_start = np.concatenate([at_start, *(position[:1] for _, position in _positions(measures, poses).values())])
     large = max(float(np.linalg.norm(np.ptp(at_start, axis=0))), length)
     name = max(ways, key=lambda name: ways[name])
     if not ways[name] > _LONGER * large:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from eomgen.analysis.equilibrium import equilibrium
-from eomgen.analysis.steady_motion import steady_motion
+from eomgen.analysis.equilibrium import Equilibrium, equilibrium
+from eomgen.analysis.steady_motion import SteadyMotion, steady_motion
 from eomgen.arrays import Array
 from eomgen.compiled.arguments import check_finite, check_name, components, number_of
 from eomgen.compiled.initial_state import initial_state
@@ -31,25 +31,8 @@ if TYPE_CHECKING:
 MET = 1e-6
 #: How blocks of the terms are called in ``Partials``; others have the same name there.
 _IN_PARTIALS = {"M0": "M", "C0": "C", "K0": "K", "B0": "B", "E0": "E", "B": "J"}
-
-
-class EquilibriumState(Protocol):
-    """A state that ``model.equilibrium`` or ``model.steady_motion`` found."""
-
-    @property
-    def q(self) -> Array: ...
-    @property
-    def v(self) -> Array: ...
-    @property
-    def z(self) -> Array: ...
-    @property
-    def a(self) -> Array: ...
-    @property
-    def multipliers(self) -> Array: ...
-    @property
-    def t(self) -> float: ...
-    @property
-    def base(self) -> Array | None: ...
+#: What ``model.equilibrium`` or ``model.steady_motion`` found.
+EquilibriumState = Equilibrium | SteadyMotion
 
 
 @dataclass(frozen=True)

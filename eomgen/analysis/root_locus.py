@@ -37,8 +37,7 @@ def roots_over(
 
 
 def state_of(lin: Linearization) -> dict[str, Any] | None:
-    """Return the state of a linear model as ``initial`` takes it, to look for the next one near it; None of an initial
-    state."""
+    """Return a linear model's state as ``initial`` takes it, for the next one near it; None of an initial state."""
     r = lin.reference
     if r.what == "initial state":
         return None

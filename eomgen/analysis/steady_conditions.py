@@ -163,8 +163,7 @@ class Conditions:
         return self._term("constraint_jacobian", q, rest, rest)[0]
 
     def sample(self, q: Array, rng: np.random.Generator) -> tuple[Array, Array, Array, Array] | None:
-        """Return an arbitrary state near q that meets the constraints, any a, and multipliers of their size; None
-        without."""
+        """Return an arbitrary state near q on the constraints, any a, and multipliers of their size; None without."""
         model = self.model
         v, a, pushed = (rng.normal(0.0, self.pace**power, model.nv) * self.extents for power in (1, 2, 2))
         eta = rng.normal(0.0, 0.5, model.nv)
@@ -242,10 +241,12 @@ def named_values(
     q, v = q.copy(), np.zeros(model.nv)
     held_q, held_v = np.zeros(model.nv, dtype=bool), np.zeros(model.nv, dtype=bool)
     names = [name.removeprefix("v.") for name in model.v_names]
-    for what, given in (("velocities", velocities), ("coordinates", coordinates)):
+    for quantity, given in (("velocities", velocities), ("coordinates", coordinates)):
         if given is not None and not isinstance(given, Mapping):
             raise UsageError(
-                Problem(what, f"a mapping is needed, not {type(given).__name__}", f'{what}={{"{names[0]}": 2.0}}')
+                Problem(
+                    quantity, f"a mapping is needed, not {type(given).__name__}", f'{quantity}={{"{names[0]}": 2.0}}'
+                )
             )
     for name, value in (velocities or {}).items():
         check_name("component", str(name).removeprefix("v."), names)
@@ -260,8 +261,8 @@ def named_values(
     }
     for name, numbers_of in (coordinates or {}).items():
         if name in single:
-            place, component = single[name]
-            q[place], held_q[component] = _number(f"coordinate {name}", numbers_of), True
+            index, component = single[name]
+            q[index], held_q[component] = _number(f"coordinate {name}", numbers_of), True
             continue
         check_name("coordinate or joint", name, [*single, *(joint for joint in joints if joint not in single)])
         factor = joints[name]

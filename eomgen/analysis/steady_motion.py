@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from eomgen.analysis.definiteness import beams_beyond_linear_range, inertia_warning
-from eomgen.analysis.equilibrium_warnings import Places
+from eomgen.analysis.equilibrium_warnings import Measures
 from eomgen.analysis.steady_conditions import At, Conditions, named_values
 from eomgen.analysis.symmetries import Fields, constant, symmetries
 from eomgen.arrays import Array
@@ -199,10 +199,10 @@ class _Search(NamedTuple):
 def _conditions(model: CompiledModel, p: Array, t: float, u: Inputs, q: Array, v: Array) -> Conditions:
     """Return the conditions, measured by the scene's largest length and by the velocities given or a pendulum of that
     length."""
-    places = Places(model, p, t, None)
-    length = places.length(q)
+    measures = Measures(model, p, t, None)
+    length = measures.length(q)
     extents = np.where([unit == "rad/s" for unit in model.v_units], 1.0, length)
-    pace = max(float(np.max(np.abs(v) / extents, initial=0.0)), float(np.sqrt(places.gravity() / length))) or 1.0
+    pace = max(float(np.max(np.abs(v) / extents, initial=0.0)), float(np.sqrt(measures.gravity() / length))) or 1.0
     return Conditions(model, p, t, u, extents, pace)
 
 
@@ -467,16 +467,16 @@ def _rows_not_met(model: CompiledModel, linear: _Linear) -> list[str]:
     at = linear.at
     sets = [("", at.position, "m or rad"), ("the rate of ", at.velocity, "m/s or rad/s")]
     sets.append(("the acceleration of ", at.acceleration, "m/s^2 or rad/s^2"))
-    start, found = model.nv, []
-    for what, values, unit in sets:
+    start, clauses = model.nv, []
+    for level, values, unit in sets:
         measured = np.abs(linear.values[start : start + len(values)])
         start += len(values)
-        found += [
-            (size, f"{what}{name} is off by {value:.4g} {unit}")
+        clauses += [
+            (size, f"{level}{name} is off by {value:.4g} {unit}")
             for size, name, value in zip(measured, model.multipliers, values, strict=False)
             if size > _STEADY
         ]
-    return [text for _, text in sorted(found, key=lambda item: -item[0])[:_ROWS]]
+    return [text for _, text in sorted(clauses, key=lambda item: -item[0])[:_ROWS]]
 
 
 def _not_positive_definite(model: CompiledModel, q: Array, p: Array) -> ModelError:

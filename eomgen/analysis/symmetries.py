@@ -57,8 +57,7 @@ class Field:
 
 @dataclass(frozen=True)
 class Fields:
-    """Fields of a model, for motions along combinations of them: v = X(q) g; whether they are symmetries of its
-    equations."""
+    """Fields of a model, for motions along combinations of them, v = X(q) g; whether they are symmetries."""
 
     model: CompiledModel
     every: Sequence[Field]
@@ -71,8 +70,8 @@ class Fields:
         """Return X(q), (nv, number of fields)."""
         if not self.every:
             return np.zeros((self.model.nv, 0))
-        places, frames = _places(self.model, q), _moved_frames(self.model, q)
-        return np.column_stack([field.e + field.A @ places + frames @ field.xi for field in self.every])
+        coordinates, frames = _single_coordinates(self.model, q), _moved_frames(self.model, q)
+        return np.column_stack([field.e + field.A @ coordinates + frames @ field.xi for field in self.every])
 
     def along(self, g: Array) -> Field:
         """Return a combination as one field."""
@@ -97,11 +96,11 @@ class Fields:
         field, nv = self.along(g), self.model.nv
         affine = np.zeros((nv + 1, nv + 1))
         affine[:nv, :nv], affine[:nv, nv] = field.A, field.e
-        places = (expm(seconds * affine) @ np.append(_places(self.model, q), 1.0))[:nv]
+        coordinates = (expm(seconds * affine) @ np.append(_single_coordinates(self.model, q), 1.0))[:nv]
         result = q.copy()
         for factor in self.model.factors:
             if factor.group == "R":
-                result[factor.q] = places[factor.v]
+                result[factor.q] = coordinates[factor.v]
                 continue
             group = group_named(factor.group, factor.v_size)
             carried = numeric.compose(group, numeric.exp(group, seconds * field.xi[factor.v]), q[factor.q])
@@ -132,8 +131,8 @@ def symmetries(conditions: Conditions, q: Array, z: Array) -> Fields:
     matrix = matrix[np.all(np.isfinite(matrix), axis=1)]
     _, singular, Vt = np.linalg.svd(matrix)
     rank = int(np.sum(singular > _NOTHING * np.max(singular, initial=1e-300)))
-    found = (Fields(model, basis).along(one) for one in Vt[rank:])
-    return Fields(model, [_scaled(model, field, q, conditions.extents) for field in found])
+    fields = (Fields(model, basis).along(one) for one in Vt[rank:])
+    return Fields(model, [_scaled(model, field, q, conditions.extents) for field in fields])
 
 
 def _scaled(model: CompiledModel, field: Field, q: Array, extents: Array) -> Field:
@@ -147,13 +146,13 @@ def _candidates(model: CompiledModel, extents: Array) -> list[Field]:
     nv = model.nv
     none, rest = np.zeros((nv, nv)), np.zeros(nv)
     unit = np.diag(extents)
-    found = []
+    fields = []
     for factor in model.factors:
         for k in range(factor.v_start, factor.v_start + factor.v_size):
             W = none if factor.group == "R" else -np.asarray(bracket_matrix(model.factors, unit[k]), dtype=float)
-            found.append(Field(unit[k], none, rest, W))
+            fields.append(Field(unit[k], none, rest, W))
             if factor.group != "R":
-                found.append(Field(rest, none, unit[k], none))
+                fields.append(Field(rest, none, unit[k], none))
     single = [
         k
         for factor in model.factors
@@ -164,8 +163,8 @@ def _candidates(model: CompiledModel, extents: Array) -> list[Field]:
     for i, j in itertools.combinations(travels, 2) if len(travels) <= _MOST_TRAVELS else ():
         A = np.zeros((nv, nv))
         A[i, j], A[j, i] = -1.0, 1.0
-        found.append(Field(rest, A, rest, A))
-    return found
+        fields.append(Field(rest, A, rest, A))
+    return fields
 
 
 def _equations(
@@ -178,7 +177,7 @@ def _equations(
     """
     at = conditions.at(q, v, a, z, lam)
     holonomic = len(at.position)
-    places, frames = _places(conditions.model, q), _moved_frames(conditions.model, q)
+    coordinates, frames = _single_coordinates(conditions.model, q), _moved_frames(conditions.model, q)
     one, speed = conditions.extents, np.abs(v)
     free = np.eye(len(v))
     if len(at.B) and np.all(np.isfinite(at.B)):
@@ -186,7 +185,7 @@ def _equations(
         free = one[:, np.newaxis] * Vt[int(np.sum(singular > _FREE * np.max(singular, initial=0.0))) :].T
     columns = []
     for field in basis:
-        eta, by_v, by_a = field.e + field.A @ places + frames @ field.xi, field.W @ v, field.W @ a
+        eta, by_v, by_a = field.e + field.A @ coordinates + frames @ field.xi, field.W @ v, field.W @ a
         forces = at.K @ eta + at.C @ by_v + at.M @ by_a + field.W.T @ at.residual
         columns.append(
             np.concatenate(
@@ -204,7 +203,7 @@ def _equations(
     return np.asarray(np.column_stack(columns) / np.where(size > 0.0, size, 1.0)[:, np.newaxis])
 
 
-def _places(model: CompiledModel, q: Array) -> Array:
+def _single_coordinates(model: CompiledModel, q: Array) -> Array:
     """Return the plain coordinates in the places of their velocities, (nv,); 0 in those of rotations and poses."""
     result = np.zeros(model.nv)
     for factor in model.factors:

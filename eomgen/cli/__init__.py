@@ -26,11 +26,15 @@ INTERRUPTED = 130
 VERBS: dict[str, tuple[str, str]] = {
     "info": ("Degrees of freedom, kept and dropped terms, operation counts.", "eomgen.cli.info"),
     "generate": ("Write the model and its stepper as a folder of C.", "eomgen.cli.generate"),
+    "savings": ("Costs as asked, against more than is asked for.", "eomgen.cli.savings"),
     "check": ("Hold every closed form against differences and complex steps.", "eomgen.cli.check"),
     "equilibrium": ("Find where a scene comes to rest.", "eomgen.cli.equilibrium"),
     "linearize": ("Modes, stability and responses of the linear model.", "eomgen.cli.linearize"),
     "simulate": ("Integrate, and save the solution with plots.", "eomgen.cli.simulate"),
     "animate": ("Write the motion as one HTML page in three dimensions.", "eomgen.cli.animate"),
+    "tradeoff": ("Measure speed against accuracy: methods, formulations, steps.", "eomgen.cli.tradeoff"),
+    "tune": ("Find the cheapest settings that meet a demand on the error.", "eomgen.cli.tune"),
+    "extremes": ("Map what holds, is said and fails under extreme conditions.", "eomgen.cli.extremes"),
     "schema": ("Print the JSON Schema of scene files.", "eomgen.cli.machine"),
     "doctor": ("Examine the machine: compiler, headers, cache, packages.", "eomgen.cli.machine"),
 }
@@ -104,9 +108,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except OSError as error:
         if "--debug" in words:
             traceback.print_exc()
-        place = f"{error.filename}: " if error.filename is not None else ""
+        file = f"{error.filename}: " if error.filename is not None else ""
         reason = error.strerror or error
-        click.echo(f"{FileError.title}: {place}{reason}; try: space on the disk, and where the output goes", err=True)
+        click.echo(f"{FileError.title}: {file}{reason}; try: space on the disk, and where the output goes", err=True)
         return FileError.exit_code
     except Exception as error:
         if "--debug" in words:

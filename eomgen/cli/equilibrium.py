@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from eomgen.cli.options import debug_option, json_option, scene_options
-from eomgen.cli.printing import building, finite, print_json, print_table, say
+from eomgen.cli.options import (
+    any_kind_option,
+    debug_option,
+    initial_option,
+    input_option,
+    json_option,
+    scene_options,
+    set_option,
+    time_option,
+)
+from eomgen.cli.printing import building, print_json, print_table, say
 from eomgen.cli.running import read_scene
+from eomgen.text import json_text
 
 if TYPE_CHECKING:
     from eomgen.analysis.equilibrium import Equilibrium
@@ -22,15 +31,11 @@ _SHOWN = 40
 @click.command()
 @scene_options
 @click.option("--out", "path", default=None, metavar="FILE.json", help="Write the result to this file, too.")
-@click.option(
-    "--t", "time", type=float, default=0.0, show_default=True, metavar="S", help="Time of inputs and of the base."
-)
-@click.option("--any-kind", is_flag=True, help="An unstable equilibrium will do: the nearest.")
-@click.option("--set", "parameters", multiple=True, metavar="NAME=VALUE", help="A tunable parameter; may be repeated.")
-@click.option(
-    "--initial", multiple=True, metavar="NAME=VALUE", help="Where a state or a joint starts; may be repeated."
-)
-@click.option("--input", "inputs", multiple=True, metavar="NAME=VALUE", help="A constant input; may be repeated.")
+@time_option
+@any_kind_option
+@set_option
+@initial_option
+@input_option
 @json_option
 @debug_option
 def equilibrium(scene: str, path: str | None, time: float, any_kind: bool, as_json: bool, **options: Any) -> int:
@@ -40,47 +45,47 @@ def equilibrium(scene: str, path: str | None, time: float, any_kind: bool, as_js
     described = read_scene(scene, options)
     with building(described.name):
         model = pipeline.build(described)
-    found = model.equilibrium(options["initial"], options["parameters"], time, options["inputs"], any_kind=any_kind)
-    data = _described(model, found)
+    result = model.equilibrium(options["initial"], options["parameters"], time, options["inputs"], any_kind=any_kind)
+    data = _described(model, result)
     if path is not None:
         from eomgen.files import write_text  # noqa: PLC0415
 
-        write_text(Path(path), json.dumps(finite(data), indent=2) + "\n")
+        write_text(Path(path), json_text(data) + "\n")
     if as_json:
         print_json(data)
     else:
         rows = [
             (name, f"{value:.9g}", unit)
-            for name, value, unit in zip(model.q_names, found.q, model.q_units, strict=True)
+            for name, value, unit in zip(model.q_names, result.q, model.q_units, strict=True)
         ]
         rows += [
             (name, f"{value:.9g}", unit)
-            for name, value, unit in zip(model.z_names, found.z, model.z_units, strict=True)
+            for name, value, unit in zip(model.z_names, result.z, model.z_units, strict=True)
         ]
         print_table(f"{model.name} at rest", ("coordinate", "value", "unit"), rows[:_SHOWN], numeric=(1,))
         if len(rows) > _SHOWN:
             say(f"{len(rows) - _SHOWN} more with --json")
         say(
             "angular frequencies of small motions, rad/s:"
-            f" {', '.join(f'{value:.5g}' for value in found.frequencies[:12])}"
+            f" {', '.join(f'{value:.5g}' for value in result.frequencies[:12])}"
         )
-    say(found.message + (f"\nwritten to {path}" if path is not None else ""))
+    say(result.message + (f"\nwritten to {path}" if path is not None else ""))
     return 0
 
 
-def _described(model: Model, found: Equilibrium) -> dict[str, Any]:
+def _described(model: Model, result: Equilibrium) -> dict[str, Any]:
     return {
         "scene": model.name,
-        "t": found.t,
-        "q": dict(zip(model.q_names, found.q.tolist(), strict=True)),
-        "z": dict(zip(model.z_names, found.z.tolist(), strict=True)),
-        "multipliers": dict(zip(model.multipliers, found.multipliers.tolist(), strict=True)),
-        "residual": found.residual,
-        "acceleration": found.acceleration,
-        "iterations": found.iterations,
-        "frequencies": found.frequencies.tolist(),
-        "stable": found.stable,
-        "undetermined": list(found.undetermined),
-        "notes": list(found.notes),
-        "message": found.message,
+        "t": result.t,
+        "q": dict(zip(model.q_names, result.q.tolist(), strict=True)),
+        "z": dict(zip(model.z_names, result.z.tolist(), strict=True)),
+        "multipliers": dict(zip(model.multipliers, result.multipliers.tolist(), strict=True)),
+        "residual": result.residual,
+        "acceleration": result.acceleration,
+        "iterations": result.iterations,
+        "frequencies": result.frequencies.tolist(),
+        "stable": result.stable,
+        "undetermined": list(result.undetermined),
+        "notes": list(result.notes),
+        "message": result.message,
     }

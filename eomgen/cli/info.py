@@ -59,6 +59,11 @@ def described(system: System) -> dict[str, Any]:
         "inputs": [item.name for item in system.inputs],
         "states": _states(system),
         "outputs": [item.name for item in system.outputs],
+        "modes": {mode.name: system.parameters[mode.parameter].value for mode in system.modes},
+        "events": [
+            {"name": row.name, "direction": _DIRECTIONS[row.sign], "action": row.action, "description": row.description}
+            for row in system.events
+        ],
         "facts": dataclasses.asdict(system.facts),
         "functions": {
             name: {"description": function.description, "inputs": list(function.inputs), "counts": counts[name]}
@@ -73,6 +78,7 @@ def described(system: System) -> dict[str, Any]:
 
 
 _LISTED = 8
+_DIRECTIONS = {1: "rising", -1: "falling", 0: "both"}
 
 
 def _jumps(discontinuities: Sequence[Discontinuity]) -> list[str]:
@@ -142,6 +148,10 @@ def _print(data: dict[str, Any]) -> None:
             for s in data["states"]
         ]
         print_table("Internal states", ("name", "initial", "unit", "flops of its rate"), states, numeric=(1, 3))
+    if data["events"]:
+        out.print()
+        table = [(e["name"], e["direction"], e["action"], e["description"]) for e in data["events"]]
+        print_table("Events", ("name", "direction", "action", "description"), table)
     out.print()
     operations = [
         (

@@ -9,10 +9,21 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from eomgen.cli.options import assignments, debug_option, json_option, scene_options
-from eomgen.cli.printing import building, counted, finite, print_json, print_table, say
+from eomgen.cli.options import (
+    any_kind_option,
+    assignments,
+    debug_option,
+    initial_option,
+    input_option,
+    json_option,
+    scene_options,
+    set_option,
+    time_option,
+)
+from eomgen.cli.printing import building, counted, print_json, print_table, say
 from eomgen.cli.running import read_scene
 from eomgen.errors import Problem, UsageError
+from eomgen.text import json_text
 
 if TYPE_CHECKING:
     from eomgen.linear.linearization import Linearization
@@ -25,19 +36,15 @@ _POINTS = 600
 @click.command()
 @scene_options
 @click.option("--at", default=None, metavar="STATE", help="equilibrium, steady, initial, or a time of a run in s.")
-@click.option(
-    "--t", "time", type=float, default=0.0, show_default=True, metavar="S", help="Time of inputs and of the base."
-)
-@click.option("--any-kind", is_flag=True, help="An unstable equilibrium will do: the nearest.")
+@time_option
+@any_kind_option
 @click.option(
     "--velocity", "velocities", multiple=True, metavar="NAME=VALUE", help="Of a steady motion; may be repeated."
 )
 @click.option("--coordinate", "held", multiple=True, metavar="NAME=VALUE", help="Of a steady motion; may be repeated.")
-@click.option("--set", "parameters", multiple=True, metavar="NAME=VALUE", help="A tunable parameter; may be repeated.")
-@click.option(
-    "--initial", multiple=True, metavar="NAME=VALUE", help="Where a state or a joint starts; may be repeated."
-)
-@click.option("--input", "inputs", multiple=True, metavar="NAME=VALUE", help="A constant input; may be repeated.")
+@set_option
+@initial_option
+@input_option
 @click.option(
     "--out", "folder", default=None, metavar="DIR", help="Write modes, matrices and figures to this folder, too."
 )
@@ -97,7 +104,13 @@ class _Request:
         """Return the linear model with some parameters changed; equilibria are looked for where the last one was."""
         parameters = {**self.parameters, **changes}
         if isinstance(self.at, float):
-            run = self.model.simulate(self.at, parameters=parameters, initial=self.initial, inputs=self.inputs or None)
+            run = self.model.simulate(
+                self.at,
+                parameters=parameters,
+                initial=self.initial,
+                inputs=self.inputs or None,
+                error_estimate=False,
+            )
             return run.linearize(self.at)
         from eomgen.analysis.root_locus import state_of  # noqa: PLC0415
 
@@ -121,8 +134,6 @@ class _Request:
         band: tuple[float, float] | None,
     ) -> list[Path]:
         """Write everything that is wanted; computed before the first file is made."""
-        import json  # noqa: PLC0415
-
         import numpy as np  # noqa: PLC0415
 
         from eomgen.files import make_folder, write_text  # noqa: PLC0415
@@ -139,7 +150,7 @@ class _Request:
             else None
         )
         make_folder(folder)
-        write_text(folder / "modes.json", json.dumps(finite(data), indent=2) + "\n")
+        write_text(folder / "modes.json", json_text(data) + "\n")
         files = [folder / "modes.json", linear_files.write_modes(modes, folder / "modes.csv")]
         files.append(linear_files.write_matrices(lin, name, folder / "matrices.npz"))
         if len(modes):
@@ -215,8 +226,9 @@ def _said(lin: Linearization) -> str:
     import numpy as np  # noqa: PLC0415
 
     modes = lin.modes()
-    moving = np.any(lin.reference.v) and np.abs(lin.reference.a).max() > 1e-9  # steady motions keep their linear model
-    frozen = f", frozen at t = {lin.reference.t:.6g} s" if moving else ""
+    # steady motions and equilibria keep their linear model, states that accelerate leave it
+    accelerating = np.abs(lin.reference.a).max(initial=0.0) > 1e-9
+    frozen = f", frozen at t = {lin.reference.t:.6g} s in a state that accelerates" if accelerating else ""
     match modes.stability:
         case "stable":
             slowest = -float(max(modes.eigenvalues.real))
@@ -232,10 +244,10 @@ def _said(lin: Linearization) -> str:
 def _span(lin: Linearization) -> tuple[float, float]:
     """Return the band in Hz around the frequencies of all modes."""
     modes = lin.modes()
-    found = [
+    frequencies = [
         float(f) for f, v, d in zip(modes.frequency, modes.eigenvalues, modes.uncertainty, strict=True) if abs(v) > d
     ]
-    return (0.1 * min(found), 10.0 * max(found)) if found else (0.01, 100.0)
+    return (0.1 * min(frequencies), 10.0 * max(frequencies)) if frequencies else (0.01, 100.0)
 
 
 def _state(text: str | None) -> str | float | None:

@@ -20,6 +20,19 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 
 debug_option = click.option("--debug", is_flag=True, expose_value=False, help="Show tracebacks of errors.")
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
+input_option = click.option(
+    "--input", "inputs", multiple=True, metavar="NAME=VALUE", help="A constant input; may be repeated."
+)
+set_option = click.option(
+    "--set", "parameters", multiple=True, metavar="NAME=VALUE", help="A tunable parameter; may be repeated."
+)
+initial_option = click.option(
+    "--initial", multiple=True, metavar="NAME=VALUE", help="Where a state or a joint starts; may be repeated."
+)
+time_option = click.option(
+    "--t", "time", type=float, default=0.0, show_default=True, metavar="S", help="Time of inputs and of the base."
+)
+any_kind_option = click.option("--any-kind", is_flag=True, help="An unstable equilibrium will do: the nearest.")
 
 
 def scene_options(command: Command) -> Command:
@@ -52,17 +65,17 @@ def _source_option(source: Source, option: Option) -> Callable[[Command], Comman
 def run_options(command: Command) -> Command:
     """Add the options of a run."""
     for decorate in (
-        click.option(
-            "--input", "inputs", multiple=True, metavar="NAME=VALUE", help="A constant input; may be repeated."
-        ),
-        click.option(
-            "--set", "parameters", multiple=True, metavar="NAME=VALUE", help="A tunable parameter; may be repeated."
-        ),
-        click.option(
-            "--initial", multiple=True, metavar="NAME=VALUE", help="Where a state or a joint starts; may be repeated."
-        ),
+        input_option,
+        set_option,
+        initial_option,
         click.option(
             "--start", type=click.Choice(["initial", "equilibrium"]), default=None, help="The scene's by default."
+        ),
+        click.option(
+            "--error-estimate/--no-error-estimate",
+            default=True,
+            show_default=True,
+            help="Estimate the discretisation error by runs at other steps or tolerances.",
         ),
         click.option("--record-every", type=int, default=None, metavar="N", help="Steps between recorded rows."),
         click.option("--gamma", type=float, default=None, help="Of newmark; 1/2 by default, above it order 1."),
@@ -71,7 +84,10 @@ def run_options(command: Command) -> Command:
             "--order", type=int, default=None, metavar="P", help="Of taylor; what suits the tolerance by default."
         ),
         click.option(
-            "--tolerance", type=float, default=None, help="Of taylor's local errors; 1e-12 by default, 0: fixed steps."
+            "--tolerance",
+            type=float,
+            default=None,
+            help="Of local errors: generalized-alpha chooses its steps by it, as rk45 and taylor do.",
         ),
         click.option(
             "--alpha", type=float, default=None, help="Numerical damping of hht (0 to 1/3), wbz or newmark (0 to 1)."
@@ -82,7 +98,9 @@ def run_options(command: Command) -> Command:
             default=None,
             help="Spectral radius of generalized-alpha at infinite frequency, 0 to 1.",
         ),
-        click.option("--method", default=None, help="generalized_alpha, hht, rk4, taylor ...; the scene's by default."),
+        click.option(
+            "--method", default=None, help="generalized_alpha, rk4, taylor, auto ...; the scene's by default."
+        ),
         click.option("--step", type=float, default=None, metavar="S", help="Step size; the scene's by default."),
         click.option("--t-end", type=float, default=None, metavar="S", help="End of the run; the scene's by default."),
     ):

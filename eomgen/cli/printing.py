@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import json
-import math
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
@@ -12,6 +10,8 @@ from typing import Any
 import click
 from rich.console import Console
 from rich.table import Table
+
+from eomgen.text import json_text
 
 _PLAIN_WIDTH = 120
 
@@ -79,16 +79,7 @@ def print_table(
 
 def print_json(data: Any) -> None:
     """Print JSON to stdout; numbers that JSON does not have become null."""
-    click.echo(json.dumps(finite(data), indent=2))
-
-
-def finite(data: Any) -> Any:
-    """Return JSON data without the infinities and NaN that JSON does not have."""
-    if isinstance(data, dict):
-        return {str(key): finite(value) for key, value in data.items()}
-    if isinstance(data, list | tuple):
-        return [finite(value) for value in data]
-    return None if isinstance(data, float) and not math.isfinite(data) else data
+    click.echo(json_text(data))
 
 
 def counted(count: int, singular: str, plural: str = "") -> str:

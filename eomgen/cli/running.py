@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 _OF_SCENES = ("strict", "coordinates", *all_options())
 #: Options of a run that may be given again where it goes on.
-_OPEN = ("parameters", "inputs", "checkpoint", "checkpoint_every")
+_OPEN = ("parameters", "inputs", "checkpoint", "checkpoint_every", "error_estimate")
 
 
 def read_scene(path: str, options: dict[str, Any]) -> Scene:

@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from eomgen.cli.options import debug_option, folder_option, json_option, run_options, scene_options
-from eomgen.cli.printing import counted, finite, print_json, print_table, say
+from eomgen.cli.printing import counted, print_json, print_table, say
 from eomgen.cli.running import outcome_code, read_scene, run
+from eomgen.text import json_text
 
 if TYPE_CHECKING:
     from eomgen.model import Model
+    from eomgen.results.events import Events
     from eomgen.results.solution import Solution
 
 
@@ -51,18 +53,18 @@ def simulate(scene: str, folder: str, plots: bool, as_json: bool, **options: Any
 
 
 def _write(solution: Solution, folder: Path, plots: bool) -> list[Path]:
-    import json  # noqa: PLC0415
-
     from eomgen.files import write_text  # noqa: PLC0415
 
     files = [solution.save(folder / "solution.npz"), solution.save(folder / "solution.csv")]
+    if solution.events is not None:
+        files.append(solution.events.write(folder / "events.csv", solution.metadata["names"]))
     if plots:
         from eomgen.results.plots import draw  # noqa: PLC0415  # matplotlib comes with it
 
         files += draw(solution, folder)
     summary = folder / "summary.json"
     files.append(summary)
-    write_text(summary, json.dumps(finite(_outcome(solution, files)), indent=2) + "\n")
+    write_text(summary, json_text(_outcome(solution, files)) + "\n")
     return files
 
 
@@ -72,6 +74,7 @@ def _outcome(solution: Solution, files: list[Path]) -> dict[str, Any]:
         "message": solution.message,
         "stats": dict(solution.stats),
         **solution.metadata,
+        "error": solution.error.summary(),
         "rows": len(solution.t),
         "files": [file.name for file in files],
     }
@@ -92,6 +95,8 @@ def _print(solution: Solution, model: Model, inputs: dict[str, float]) -> None:
     rows: list[tuple[str, str]] = [("method", method), ("start", solution.metadata["start"])]
     rows += [("", sentence) for sentence in solution.metadata["corrections"] if sentence.startswith("corrected onto ")]
     rows.append(("end", end))
+    if solution.events is not None:
+        rows += [(f"event {name}", _times(solution.events, name)) for name in solution.events.counts]
     units = {item.name: item.unit for item in model.scene.parameters} | {
         item.name: item.unit for item in model.scene.inputs
     }
@@ -101,12 +106,13 @@ def _print(solution: Solution, model: Model, inputs: dict[str, float]) -> None:
                 (f"parameter {name}", f"{_with_unit(value, units[name])}, in the scene {model.parameters[name]:.9g}")
             )
     rows += [(f"input {name}", f"{_with_unit(value, units[name])}, constant") for name, value in inputs.items()]
+    by_tolerance = stats.get("own_steps") or stats.get("expansions")
+    if by_tolerance or stats.get("steps"):
+        rows.append(("steps", f"{by_tolerance} of its own" if by_tolerance else str(stats["steps"])))
     for key, label in (
-        ("steps", "steps"),
         ("newton_iterations", "Newton iterations"),
         ("factorizations", "factorizations"),
         ("halvings", "halved steps"),
-        ("expansions", "Taylor series"),
         ("rejections", "steps taken anew"),
     ):
         if stats.get(key):
@@ -115,6 +121,14 @@ def _print(solution: Solution, model: Model, inputs: dict[str, float]) -> None:
     total = solution.energy.get("total")
     if total is not None:
         rows.append(("total energy", f"{total[0]:.9g} J at the start, {total[-1]:.9g} J at the end"))
+    error = solution.error
+    rows.append(("estimated error", str(error.largest or error)))
+    if error.available:
+        rows.append(("", error.evidence))
+    if error.largest_output is not None and not error.largest_output.share <= error.relative:
+        rows.append(("", str(error.largest_output)))
+    if error.unresolved:
+        rows.append(("not in it", error.unresolved))
     rows.append(("energy balance", str(solution.metadata["energy_balance"])))
     for name, unit, value in list(zip(model.q_names, solution.metadata["units"]["q"], solution.q[-1], strict=True))[
         :12
@@ -123,6 +137,15 @@ def _print(solution: Solution, model: Model, inputs: dict[str, float]) -> None:
     if model.nq > 12:
         rows.append(("...", f"{model.nq - 12} more in solution.csv"))
     print_table(model.name, ("", ""), rows)
+
+
+def _times(events: Events, name: str) -> str:
+    """Return how often an event came, and when."""
+    count, times = events.counts[name], events[name].t
+    if not len(times):
+        return counted(count, "time")
+    last = "" if len(times) == 1 else f", the last at t = {times[-1]:.9g} s"
+    return f"{counted(count, 'time')}, {'the first at ' if last else ''}t = {times[0]:.9g} s{last}"
 
 
 def _with_unit(value: float, unit: str) -> str:

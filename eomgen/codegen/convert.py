@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict, replace
 from typing import Any
 
-from eomgen.codegen.program import Named, OutputArray, Part, Program, ProgramCurve, ProgramFunction
+from eomgen.codegen.program import OutputArray, Part, Program, ProgramCurve, ProgramFunction
 from eomgen.codegen.scheduling.maps import program_loop
 from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, PART_LIMIT, schedule
 from eomgen.codegen.series.functions import series_functions
@@ -14,14 +14,13 @@ from eomgen.codegen.targets.c.naming import NAMES
 from eomgen.codegen.targets.target import Names
 from eomgen.errors import ModelError
 from eomgen.integrators.step_splitting import jump_data
+from eomgen.symbolic.map import Map
 from eomgen.symbolic.operations import CurveLike, Op
-from eomgen.system.system import BASE_LAYOUT, INPUT_BLOCKS, Function, Quantity, System
+from eomgen.system.system import BASE_LAYOUT, BASE_SIZE, INPUT_BLOCKS, OBSERVED, Function, Quantity, System
 from eomgen.version import __version__
 
 #: Values between the parts and loops of one function at most: they live on the stack, 4 MB of it as doubles.
 WORKSPACE_LIMIT = 500_000
-
-BASE_SIZE = sum(size for _, size, _ in BASE_LAYOUT)
 
 
 def to_program(
@@ -56,16 +55,17 @@ def to_program(
     if unknown:
         raise ModelError(f"the model has no function {', '.join(unknown)}", f"one of {', '.join(system.functions)}")
     tape = system.tape
-    loop_numbers: dict[int, int] = {}
+    loops: list[Map] = []
     curve_numbers: dict[int, int] = {}
-    made = _functions(names, system, wanted, loop_numbers, curve_numbers, part_limit, nest_limit)
+    made = _functions(names, system, wanted, loops, curve_numbers, part_limit, nest_limit)
     series: tuple[ProgramFunction, ...] = ()
     data = dict(method or {})
     if data.get("inputs") == "series":
-        series, sizes, corners = series_functions(system, curve_numbers)
+        series, sizes, breakpoints = series_functions(system, curve_numbers)
         data |= sizes
-        if data["max_order"] > data["order"] and corners:
-            data["jumps"] = jump_data((*system.discontinuities, *corners), data["max_order"])
+        if data["max_order"] > data["order"] and breakpoints:
+            data["jumps"] = jump_data((*system.discontinuities, *breakpoints), data["max_order"])
+    base_read, base_of_step = _base_of_step(system, wanted, nest_limit) if method else ((), None)
     curves = {id(curve): curve for curve, _ in tape.curves}
     return Program(
         prefix=names.model(system.name),
@@ -82,7 +82,7 @@ def to_program(
             "base": BASE_SIZE,
             **{block: size for block, size in system.rate_sizes.items() if size},
         },
-        factors=tuple(dataclasses.asdict(factor) for factor in system.factors),
+        factors=tuple(asdict(factor) for factor in system.factors),
         angles=system.angles,
         parameters=_named(names, system.parameters, "p_"),
         inputs=_named(names, system.inputs, "u_"),
@@ -94,27 +94,48 @@ def to_program(
         warnings=system.warnings,
         left_out=system.left_out,
         base_fields=BASE_LAYOUT,
+        base_zeros=system.base_zeros,
+        base_read=base_read,
+        base_of_step=base_of_step,
         functions=made,
-        loops=tuple(program_loop(tape, number) for number in loop_numbers),
+        loops=tuple(map(program_loop, loops)),
         initial_q=system.initial_q,
         initial_v=system.initial_v,
         initial_z=system.initial_z,
         dof_parent=system.dof_parent,
-        discontinuities=tuple(dataclasses.asdict(item) for item in system.discontinuities),
-        validity=tuple(dataclasses.asdict(item) for item in system.validity),
-        modes=system.modes,
-        facts=dataclasses.asdict(system.facts),
+        discontinuities=tuple(asdict(item) for item in system.discontinuities),
+        validity=tuple(asdict(item) for item in system.validity),
+        facts=asdict(system.facts),
         defaults=dict(system.defaults),
         kept=system.kept,
         dropped=system.dropped,
         notes=system.notes,
         constants=_constants(names, system, wanted),
         beams=system.beams,
+        slopes=tuple(asdict(item) for item in system.slopes),
         version=__version__,
         method=data,
         series=series,
         curves=tuple(_curve(curves[key]) for key in curve_numbers),
     )
+
+
+def _base_of_step(system: System, wanted: Sequence[str], nest_limit: int) -> tuple[tuple[int, ...], Part | None]:
+    """Return the components of the base struct that the equations of a step read, and the statements of these alone.
+
+    The function ``base`` gives all: a quaternion that no equation asks for costs a sine and a cosine. Tables and loops
+    are functions of the model's own file, which steppers do not see: then there are no statements.
+    """
+    if "base" not in wanted:
+        return (), None
+    tape, law = system.tape, system.functions["base"].refs
+    equations = [ref for name in wanted if name not in OBSERVED for ref in system.functions[name].refs]
+    read = tuple(sorted(symbol.index for symbol in tape.depends_on(equations) if symbol.block == "base"))
+    refs = [law[component] for component in read]
+    if any(tape.op[node] in (Op.MAP, Op.CURVE) for node in tape.live(refs)):
+        return read, None
+    (part,) = schedule(tape, [refs], INPUT_BLOCKS, len(tape.op) + 1, nest_limit, fill=False, reroll=False).parts
+    return read, part
 
 
 def _curve(curve: CurveLike) -> ProgramCurve:
@@ -123,7 +144,7 @@ def _curve(curve: CurveLike) -> ProgramCurve:
     return ProgramCurve(curve.name, tuple(rows), curve.outside, *curve.held)
 
 
-def _constants(names: Names, system: System, wanted: Sequence[str]) -> tuple[Named, ...]:
+def _constants(names: Names, system: System, wanted: Sequence[str]) -> tuple[Quantity, ...]:
     """Return the named numbers that the functions hold; of several names for one number, the first."""
     if not system.constants:
         return ()
@@ -135,18 +156,15 @@ def _constants(names: Names, system: System, wanted: Sequence[str]) -> tuple[Nam
     return _named(names, held, "")
 
 
-def _named(names: Names, quantities: Sequence[Quantity], prefix: str) -> tuple[Named, ...]:
-    return tuple(
-        Named(item.name, names.member(item.name, prefix), float(item.value), item.size, item.unit, item.description)
-        for item in quantities
-    )
+def _named(names: Names, quantities: Sequence[Quantity], prefix: str) -> tuple[Quantity, ...]:
+    return tuple(replace(item, member=names.member(item.name, prefix), value=float(item.value)) for item in quantities)
 
 
 def _functions(
     names: Names,
     system: System,
     wanted: Sequence[str],
-    loop_numbers: dict[int, int],
+    loops: list[Map],
     curve_numbers: dict[int, int],
     part_limit: int,
     nest_limit: int,
@@ -159,11 +177,11 @@ def _functions(
         key = (function.inputs, tuple(block.refs for block in function.outputs))
         first = known.get(key)
         if first is None:
-            made.append(_function(names, system, function, loop_numbers, curve_numbers, part_limit, nest_limit))
+            made.append(_function(names, system, function, loops, curve_numbers, part_limit, nest_limit))
             known[key] = made[-1]
             continue
         outputs = tuple(
-            dataclasses.replace(  # the same numbers may be another shape here: packed nonzeros of a full matrix
+            replace(  # the same numbers may be another shape here: packed nonzeros of a full matrix
                 output,
                 name=block.name,
                 argument=names.output(block.name, first.inputs),
@@ -173,7 +191,7 @@ def _functions(
             for output, block in zip(first.outputs, (b for b in function.outputs if b.refs), strict=True)
         )
         made.append(
-            dataclasses.replace(
+            replace(
                 first,
                 name=names.function(name, "the function"),
                 description=function.description,
@@ -191,7 +209,7 @@ def _function(
     names: Names,
     system: System,
     function: Function,
-    loop_numbers: dict[int, int],
+    loops: list[Map],
     curve_numbers: dict[int, int],
     part_limit: int,
     nest_limit: int,
@@ -217,7 +235,7 @@ def _function(
         blocks = [("base", (BASE_SIZE,), refs, "state of the base")]
     outputs = [refs for _, _, refs, _ in blocks]
     result = schedule(
-        system.tape, outputs, INPUT_BLOCKS, part_limit, nest_limit, loop_numbers, curve_numbers, fill=name != "base"
+        system.tape, outputs, INPUT_BLOCKS, part_limit, nest_limit, loops, curve_numbers, fill=name != "base"
     )  # the base is a struct, which no loop over its components can fill
     missing = sorted({block for part in result.parts for block in part.inputs} - set(inputs))
     if missing:
@@ -238,5 +256,5 @@ def _function(
         parts=result.parts,
         workspace=result.workspace,
         operations=result.operations,
-        counts=dataclasses.asdict(system.counts[function.name]),
+        counts=asdict(system.counts[function.name]),
     )

@@ -27,7 +27,7 @@ def interface_layout(program: Program) -> dict[str, Any]:
     layout: dict[str, Any] = {
         field.name: getattr(program, field.name)
         for field in dataclasses.fields(program)
-        if field.name not in ("functions", "loops", "curves", "series", "constants")
+        if field.name not in ("functions", "loops", "curves", "series", "constants", "base_read", "base_of_step")
     }
     for key in ("parameters", "inputs", "states", "outputs"):
         layout[key] = [dataclasses.asdict(named) for named in layout[key]]

@@ -14,6 +14,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Union
 
+from eomgen.system.system import Quantity
+
 Expression = Union[int, tuple[Any, ...]]  # noqa: UP007  # evaluated at run time by readers of the type
 
 
@@ -92,7 +94,8 @@ class ProgramLoop:
     ----------
     gathered, results : int
         Values it reads from, and leaves in, the workspace.
-    constants : (count, columns) numbers; ``index`` : (count, slots) places among the gathered values.
+    lanes : elements taken side by side; sum ``lane`` of each is of every lanes-th element, and these are added last.
+    constants : (columns, count) numbers; ``index`` : (count, slots) places among the gathered values.
     shared, initial : places among the gathered values, of values that all elements share and of the first carries.
     statements : outputs 0, 1 and 2 are the terms of the sums, the next carries and the element's rows; ``reads`` names
         the
@@ -101,6 +104,7 @@ class ProgramLoop:
 
     label: str
     count: int
+    lanes: int
     gathered: int
     results: int
     constants: tuple[tuple[float, ...], ...]
@@ -133,18 +137,6 @@ class ProgramCurve:
 
 
 @dataclass(frozen=True)
-class Named:
-    """A number of the interface. ``member`` is the mangled name, the only one that code may use."""
-
-    name: str
-    member: str
-    value: float
-    size: int
-    unit: str
-    description: str
-
-
-@dataclass(frozen=True)
 class Program:
     """The complete input of the templates.
 
@@ -156,6 +148,11 @@ class Program:
         ``q, v, z, u, p, lam, bodies``, ``base``, and of the blocks of derivatives that functions ask for.
     factors : tuple of mappings
         group, name, q_start, q_size, v_start, v_size.
+    base_zeros : tuple of int
+        Components of the base struct that are zero at all times: no function reads them.
+    base_read, base_of_step : tuple of int, Part
+        Components of the base struct that the equations of a step read, and the statements that give these alone, as
+        one output. No statements where tables or loops give them.
     angles : tuple of str
         Numbers of q behind the factors: references of angles that are counted over turns.
     base_fields : tuple of (name, size, meaning)
@@ -164,7 +161,7 @@ class Program:
     curves : tuple of ProgramCurve
     series : tuple of ProgramFunction
         Of a Taylor stepper: order 0, and coefficient k + 1; see ``codegen.recurrence_functions`` for their blocks.
-    constants : tuple of Named
+    constants : tuple of Quantity
         Numbers in the functions that have a name.
     method : mapping
         Filled by the integrators; empty when the model is functions only.
@@ -182,10 +179,10 @@ class Program:
     description: str
     sizes: Mapping[str, int]
     factors: tuple[Mapping[str, Any], ...]
-    parameters: tuple[Named, ...]
-    inputs: tuple[Named, ...]
-    states: tuple[Named, ...]
-    outputs: tuple[Named, ...]
+    parameters: tuple[Quantity, ...]
+    inputs: tuple[Quantity, ...]
+    states: tuple[Quantity, ...]
+    outputs: tuple[Quantity, ...]
     bodies: tuple[str, ...]
     multipliers: tuple[str, ...]
     base_fields: tuple[tuple[str, int, str], ...]
@@ -196,21 +193,24 @@ class Program:
     initial_z: tuple[float, ...]
     dof_parent: tuple[int, ...]
     discontinuities: tuple[Mapping[str, float], ...]
-    modes: tuple[str, ...]
     facts: Mapping[str, bool]
     defaults: Mapping[str, Any]
     kept: tuple[str, ...]
     dropped: tuple[str, ...]
     notes: tuple[str, ...]
     version: str
-    constants: tuple[Named, ...] = ()
+    constants: tuple[Quantity, ...] = ()
     beams: tuple[str, ...] = ()
+    slopes: tuple[Mapping[str, Any], ...] = ()
     method: Mapping[str, Any] = field(default_factory=dict)
     curves: tuple[ProgramCurve, ...] = ()
     series: tuple[ProgramFunction, ...] = ()
     validity: tuple[Mapping[str, Any], ...] = ()
     start: str = ""
     angles: tuple[str, ...] = ()
+    base_zeros: tuple[int, ...] = ()
+    base_read: tuple[int, ...] = ()
+    base_of_step: Part | None = None
     warnings: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
     row_units: tuple[str, ...] = ()

@@ -7,16 +7,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.compiled.functions import Functions
 from eomgen.errors import NumericalError, Problem
-
-if TYPE_CHECKING:
-    pass
 
 NEEDED = ("mass", "residual", "constraint_jacobian", "constraint_bias")
 

@@ -44,8 +44,7 @@ def coordinate_units(factors: Sequence[Factor], coordinates: Iterable[Coordinate
 
 
 def reaches(factors: Sequence[Factor], coordinates: Iterable[Coordinates]) -> list[float]:
-    """Return for each component of v how far its coordinate may be drawn at random, in its own unit; infinity for any
-    value."""
+    """Return how far each component of v may be drawn at random, in its own unit; infinity for any value."""
     known = {item.name: item.reach for item in coordinates if item.reach}
     found = [math.inf] * sum(factor.v_size for factor in factors)
     for factor in factors:

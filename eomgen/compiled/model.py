@@ -12,31 +12,27 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
-from eomgen.calls import ByName, unknown_attribute
-from eomgen.compiled.arguments import components, numbers, read_only
-from eomgen.compiled.bodies import Bodies
+from eomgen.calls import unknown_attribute
+from eomgen.compiled import bodies, equations, prescribed, time_derivatives
+from eomgen.compiled.arguments import components, read_only
 from eomgen.compiled.coordinates import configuration_rate, coordinate_names, coordinate_units, with_unit_quaternions
 from eomgen.compiled.functions import DRIVERS
-from eomgen.compiled.internal_states import InternalStates
-from eomgen.compiled.prescribed import Prescribed
-from eomgen.compiled.rates import Rates
-from eomgen.compiled.requirements import Requirements
-from eomgen.compiled.terms import Inputs, Parameters, States, Terms, check_derivatives
+from eomgen.compiled.terms import Inputs, Parameters, Terms
 from eomgen.errors import UsageError
 from eomgen.solvers.consistency import Assembly, Constrained, EveryRow, assemble, check_left_out, split_sizes
 from eomgen.system.description import Description
 from eomgen.system.terms import PURPOSES, TERMS
 from eomgen.toolchain.library import Library
 
-#: What the function ``energy`` gives, in order: J, J, W, W.
-ENERGIES = ("kinetic", "potential", "power", "base_power")
-
 Gains = Callable[[Mapping[str, float]], dict[str, float]]
 Start = Callable[[Mapping[str, float]], tuple[Sequence[float], Sequence[float]]]
 
 
-class CompiledModel(Bodies, InternalStates, Prescribed, Rates):
+class CompiledModel:
     """The functions of a compiled scene on arrays; ``eomgen.model.Model`` has analyses and runs as well.
+
+    Functions of ``equations``, ``time_derivatives``, ``prescribed`` and ``bodies`` are its methods: all that they need
+    of it is ``evaluator``.
 
     Parameters
     ----------
@@ -81,7 +77,7 @@ class CompiledModel(Bodies, InternalStates, Prescribed, Rates):
         self._every_row = every_row
         self._others: dict[tuple[str, ...], Self] = {}
         self._parameters = MappingProxyType({item["name"]: float(item["value"]) for item in layout["parameters"]})
-        self.evaluator = Terms(library, list(description.fixed), Requirements(description, tuple(self._parameters)))
+        self.evaluator = Terms(library, description)
         self.functions, self.factors, self.inputs = (
             self.evaluator.functions,
             self.evaluator.factors,
@@ -94,8 +90,7 @@ class CompiledModel(Bodies, InternalStates, Prescribed, Rates):
         self.q_units += ["rad"] * len(self.angles)
         self.z_names = [f"z.{name}" for name in self.states]
         self.z_units = [str(item["unit"]) for item in layout["states"]]
-        self.bodies: tuple[str, ...] = tuple(layout["bodies"])
-        self.beams = frozenset(item.name for item in description.coordinates if item.length)
+        self.bodies, self.beams = self.evaluator.bodies, self.evaluator.beams
         self.initial_q = read_only(layout["initial_q"])
         self.initial_v = read_only(layout["initial_v"])
         self.initial_z = read_only(layout["initial_z"])
@@ -107,6 +102,21 @@ class CompiledModel(Bodies, InternalStates, Prescribed, Rates):
 
     def __repr__(self) -> str:
         return f"<Model {self.name}: nq {self.nq}, nv {self.nv}, nu {self.nu}; {', '.join(self.terms)}>"
+
+    # -- functions of the model ----------------------------------------------------------------------------------------
+
+    mass, coupling, force, base_motion = equations.mass, equations.coupling, equations.force, equations.base_motion
+    inverse_dynamics, forward_dynamics = equations.inverse_dynamics, equations.forward_dynamics
+    constrained_dynamics, partials = equations.constrained_dynamics, equations.partials
+    evaluate, energy, outputs = equations.evaluate, equations.energy, equations.outputs
+    internal_rates, internal_partials = equations.internal_rates, equations.internal_partials
+    rates, forward_rates, coriolis = time_derivatives.rates, time_derivatives.forward_rates, time_derivatives.coriolis
+    mass_rates, coupling_rates = time_derivatives.mass_rates, time_derivatives.coupling_rates
+    force_rates, base_motion_rates = time_derivatives.force_rates, time_derivatives.base_motion_rates
+    base, input_values = prescribed.base, prescribed.input_values
+    discontinuity_times, jumps_between = prescribed.discontinuity_times, prescribed.jumps_between
+    pose, twist, point = bodies.pose, bodies.twist, bodies.point
+    body_jacobian, point_jacobian = bodies.body_jacobian, bodies.point_jacobian
 
     # -- sizes and names -----------------------------------------------------------------------------------------------
 
@@ -137,7 +147,12 @@ class CompiledModel(Bodies, InternalStates, Prescribed, Rates):
     @property
     def multipliers(self) -> tuple[str, ...]:
         """Names of the constraints' multipliers, row by row."""
-        return tuple(self.library.layout["multipliers"])
+        return self.evaluator.multipliers
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the internal states, in the order of z."""
+        return self.evaluator.state_names
 
     @property
     def parameters(self) -> Mapping[str, float]:
@@ -194,96 +209,6 @@ class CompiledModel(Bodies, InternalStates, Prescribed, Rates):
         self.parameter_array(parameters)
         return {} if self._gains is None else self._gains(dict(parameters or {}))
 
-    # -- separated terms -----------------------------------------------------------------------------------------------
-
-    def mass(self, q: ArrayLike, *, parameters: Parameters = None) -> Array:
-        """Return the inertia matrix M(q), (..., nv, nv)."""
-        return self._one("mass", q=q, parameters=parameters)
-
-    def coupling(self, q: ArrayLike, v: ArrayLike, *, parameters: Parameters = None) -> Array:
-        """Return the nonlinear coupling vector h(q, v), (..., nv): inertia terms quadratic in v, base at rest."""
-        return self._one("coupling", q=q, v=v, parameters=parameters)
-
-    def force(
-        self,
-        q: ArrayLike,
-        v: ArrayLike,
-        t: ArrayLike = 0.0,
-        u: Inputs = None,
-        *,
-        z: States = None,
-        parameters: Parameters = None,
-        base: ArrayLike | None = None,
-    ) -> Array:
-        """Return the generalized force Q, (..., nv): gravity, springs, dampers, actuators, formulas."""
-        return self._one("force", q=q, v=v, t=t, u=u, z=z, parameters=parameters, base=base)
-
-    def base_motion(
-        self,
-        q: ArrayLike,
-        v: ArrayLike,
-        t: ArrayLike = 0.0,
-        *,
-        parameters: Parameters = None,
-        base: ArrayLike | None = None,
-    ) -> Array:
-        """Return the base-motion terms b, (..., nv): inertia terms that vanish when the base is at rest."""
-        if not self.evaluator.moving_base and base is None:
-            q, v, p = (
-                self.evaluator.configuration(q),
-                self.evaluator.velocity("v", v),
-                self.evaluator.parameters(parameters),
-            )
-            shapes = (q.shape[:-1], v.shape[:-1], p.shape[:-1], numbers("t", t).shape)
-            return np.zeros((*np.broadcast_shapes(*shapes), self.nv))
-        return self._one("base_motion", q=q, v=v, t=t, parameters=parameters, base=base)
-
-    def inverse_dynamics(
-        self,
-        q: ArrayLike,
-        v: ArrayLike,
-        a: ArrayLike,
-        t: ArrayLike = 0.0,
-        u: Inputs = None,
-        *,
-        z: States = None,
-        parameters: Parameters = None,
-        base: ArrayLike | None = None,
-    ) -> Array:
-        """Return tau = M a + h + b - Q, (..., nv): what is missing to the motion a."""
-        return self._one("inverse_dynamics", q=q, v=v, a=a, t=t, u=u, z=z, parameters=parameters, base=base)
-
-    def forward_dynamics(
-        self,
-        q: ArrayLike,
-        v: ArrayLike,
-        t: ArrayLike = 0.0,
-        u: Inputs = None,
-        *,
-        z: States = None,
-        parameters: Parameters = None,
-        base: ArrayLike | None = None,
-    ) -> Array:
-        """Return the acceleration vdot, (..., nv): M^-1 (Q - h - b), held to the constraints where there are any."""
-        if self.multipliers:
-            return self.constrained_dynamics(q, v, t, u, z=z, parameters=parameters, base=base)[0]
-        return self._one("forward_dynamics", q=q, v=v, t=t, u=u, z=z, parameters=parameters, base=base)
-
-    def constrained_dynamics(
-        self,
-        q: ArrayLike,
-        v: ArrayLike,
-        t: ArrayLike = 0.0,
-        u: Inputs = None,
-        *,
-        z: States = None,
-        parameters: Parameters = None,
-        base: ArrayLike | None = None,
-    ) -> tuple[Array, Array]:
-        """Return vdot, (..., nv), and the multipliers, (..., rows), of M vdot + h + b + B^T lam = Q with B vdot =
-        -g."""
-        return self.evaluator.accelerations(q=q, v=v, t=t, u=u, z=z, parameters=parameters, base=base)
-
     def consistent(self, q: ArrayLike, v: ArrayLike, t: float = 0.0, *, parameters: Parameters = None) -> Assembly:
         """Return the state nearest to a guess that meets the constraints, and how far each row was off.
 
@@ -297,8 +222,7 @@ class CompiledModel(Bodies, InternalStates, Prescribed, Rates):
         return consistent(self, self.evaluator.configuration(q), self.evaluator.velocity("v", v), t, p)
 
     def check_left_out(self, q: Array, v: Array, t: float, p: Array) -> list[str]:
-        """Raise ModelError where rows that were left out at the default parameters do not follow from the others at p
-        (np,).
+        """Raise ModelError where rows left out at the default parameters do not follow from the others at p (np,).
 
         Returns a sentence for each that does so all but for a little.
         """
@@ -308,103 +232,6 @@ class CompiledModel(Bodies, InternalStates, Prescribed, Rates):
         if left_out and changed and self._every_row is not None:
             return check_left_out(self._every_row()(p), left_out, q, v, t, at=", ".join(changed))
         return []
-
-    def partials(
-        self,
-        q: ArrayLike,
-        v: ArrayLike,
-        a: ArrayLike,
-        t: ArrayLike = 0.0,
-        u: Inputs = None,
-        *,
-        z: States = None,
-        multipliers: ArrayLike | None = None,
-        parameters: Parameters = None,
-        base: ArrayLike | None = None,
-    ) -> tuple[Array, Array, Array]:
-        """Return K, C, M, each (..., nv, nv): exact partials of the residual in q (left-trivialised), v and a.
-
-        The residual is that of inverse dynamics, with the constraints' B^T lam where there are any.
-        """
-        given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base}
-        K, C, M = self.evaluator.call("partials", **given, multipliers=multipliers, parameters=parameters)
-        return K, C, M
-
-    def evaluate(
-        self,
-        term: str,
-        q: ArrayLike,
-        v: ArrayLike | None = None,
-        a: ArrayLike | None = None,
-        t: ArrayLike = 0.0,
-        u: Inputs = None,
-        *,
-        z: States = None,
-        multipliers: ArrayLike | None = None,
-        parameters: Parameters = None,
-        base: ArrayLike | None = None,
-        **rates: ArrayLike,
-    ) -> dict[str, Array]:
-        """Return the outputs of any term that the model was built with (``model.terms``), by the names that the C code
-        uses.
-
-        ``rates`` are the time derivatives that some terms take: j, s, a_higher, u_dot, u_ddot, u_higher and base_rates.
-        """
-        check_derivatives(rates)
-        given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base, **rates}
-        values = self.evaluator.call(term, **given, multipliers=multipliers, parameters=parameters)
-        return dict(zip(self.functions.output_names(term), values, strict=True))
-
-    # -- outputs, energies ---------------------------------------------------------------------------------------------
-
-    def energy(
-        self,
-        q: ArrayLike,
-        v: ArrayLike,
-        a: ArrayLike | None = None,
-        t: ArrayLike = 0.0,
-        u: Inputs = None,
-        *,
-        z: States = None,
-        multipliers: ArrayLike | None = None,
-        parameters: Parameters = None,
-        base: ArrayLike | None = None,
-    ) -> dict[str, Array]:
-        """Return inertial energies and powers, each (...).
-
-        ``kinetic``, ``potential`` and ``total`` in J; ``power`` of all non-conservative forces and ``base_power`` of
-        the reaction at the base in W. Accelerations come from forward dynamics where they are needed and ``a`` is not
-        given.
-        """
-        given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base}
-        values = self._one("energy", **given, multipliers=multipliers, parameters=parameters)
-        result = {name: values[..., index] for index, name in enumerate(ENERGIES)}
-        with np.errstate(invalid="ignore"):  # of infinite energies
-            return {**result, "total": result["kinetic"] + result["potential"]}
-
-    def outputs(
-        self,
-        q: ArrayLike,
-        v: ArrayLike,
-        a: ArrayLike | None = None,
-        t: ArrayLike = 0.0,
-        u: Inputs = None,
-        *,
-        z: States = None,
-        parameters: Parameters = None,
-        base: ArrayLike | None = None,
-    ) -> dict[str, Array]:
-        """Return the scene's outputs by name, (...) for one component and (..., size) for several."""
-        if not self.library.layout["outputs"]:
-            self.evaluator.parameters(parameters)
-            return ByName("output", {})
-        values = self._one("outputs", q=q, v=v, a=a, t=t, u=u, z=z, parameters=parameters, base=base)
-        result, start = ByName[Array]("output", {}), 0
-        for item in self.library.layout["outputs"]:
-            size = int(item["size"])
-            result[str(item["name"])] = values[..., start] if size == 1 else values[..., start : start + size]
-            start += size
-        return result
 
     # -- solvers of others ---------------------------------------------------------------------------------------------
 
@@ -437,9 +264,6 @@ class CompiledModel(Bodies, InternalStates, Prescribed, Rates):
             Unknown names, wrong shapes, values that are not finite, or that the scene would refuse as its own.
         """
         return self.evaluator.parameters(parameters)
-
-    def _one(self, term: str, **given: Any) -> Array:
-        return self.evaluator.call(term, **given)[0]
 
 
 def consistent(model: CompiledModel, q: Array, v: Array, t: float, parameters: Array) -> Assembly:

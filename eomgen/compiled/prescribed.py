@@ -10,86 +10,82 @@ from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
 from eomgen.compiled.arguments import numbers
-from eomgen.compiled.terms import Parameters, Terms
+from eomgen.compiled.terms import Evaluated, Parameters
 from eomgen.errors import UsageError
-from eomgen.toolchain.library import Library
 
 #: More discontinuities than these are no list that anyone can use.
 _MOST_TIMES = 10_000_000
 
 
-class Prescribed:
-    """The prescribed functions of time of a model; callers can override their values at every call."""
+def base(model: Evaluated, t: ArrayLike = 0.0, *, parameters: Parameters = None) -> Array:
+    """Return the prescribed state of the base at t, (..., 19).
 
-    library: Library
-    evaluator: Terms
+    Quaternion (4) and position (3) in the world; omega, velocity, and the time derivatives of their components, in
+    base axes (3 each). An array of this kind can be handed in as ``base`` in place of the scene's law.
+    """
+    p = model.evaluator.parameters(parameters)
+    if "base" not in model.evaluator.functions:
+        rest = np.zeros(
+            (*np.broadcast_shapes(numbers("t", t).shape, p.shape[:-1]), model.evaluator.functions.sizes["base"])
+        )
+        rest[..., 0] = 1.0
+        return rest
+    return model.evaluator.functions("base", {"t": numbers("t", t), "p": p})[0]
 
-    def base(self, t: ArrayLike = 0.0, *, parameters: Parameters = None) -> Array:
-        """Return the prescribed state of the base at t, (..., 19).
 
-        Quaternion (4) and position (3) in the world; omega, velocity, and the time derivatives of their components, in
-        base axes (3 each). An array of this kind can be handed in as ``base`` in place of the scene's law.
-        """
-        p = self.evaluator.parameters(parameters)
-        if "base" not in self.evaluator.functions:
-            rest = np.zeros(
-                (*np.broadcast_shapes(numbers("t", t).shape, p.shape[:-1]), self.evaluator.functions.sizes["base"])
-            )
-            rest[..., 0] = 1.0
-            return rest
-        return self.evaluator.functions("base", {"t": numbers("t", t), "p": p})[0]
+def input_values(model: Evaluated, t: ArrayLike = 0.0, *, parameters: Parameters = None) -> Array:
+    """Return the inputs that the scene's formulas give at t, (..., nu); 0 where there is none."""
+    return model.evaluator.formula_inputs({"t": numbers("t", t), "p": model.evaluator.parameters(parameters)})
 
-    def input_values(self, t: ArrayLike = 0.0, *, parameters: Parameters = None) -> Array:
-        """Return the inputs that the scene's formulas give at t, (..., nu); 0 where there is none."""
-        return self.evaluator.formula_inputs({"t": numbers("t", t), "p": self.evaluator.parameters(parameters)})
 
-    def discontinuity_times(self, start: float, end: float, *, order: int = 2) -> Array:
-        """Return the times from start to end, (n,), at which a derivative of forces up to an order is known to jump.
+def discontinuity_times(model: Evaluated, start: float, end: float, *, order: int = 2) -> Array:
+    """Return the times from start to end, (n,), at which a derivative of forces up to an order is known to jump.
 
-        0: forces themselves, 1: their rates, 2: their second derivatives. The steppers end their steps there by
-        themselves; for solvers of others these are the times between which the motion is smooth.
+    0: forces themselves, 1: their rates, 2: their second derivatives. The steppers end their steps there by
+    themselves; for solvers of others these are the times between which the motion is smooth.
 
-        Raises
-        ------
-        UsageError
-            The end lies before the start, or there are more than ten million such times.
-        """
-        if end < start:
-            raise UsageError(f"the end {end:.9g} s lies before the start {start:.9g} s", "a later end")
-        found: list[Array] = [np.zeros(0)]
-        waves = [(time, period) for time, period in self._jumps(order) if period > 0.0]
-        count = (end - start) * jumps_per_second(waves)
-        if count > _MOST_TIMES:
-            shortest = min(period for _, period in waves)
-            what = f"there are {count:.3g} such times from {start:.9g} s to {end:.9g} s, in waves of {shortest:.3g} s"
-            raise UsageError(what, f"an earlier end: {_MOST_TIMES:.3g} times at most")
-        for time, period in self._jumps(order):
-            if period == 0.0:
-                found.append(np.array([time] if start <= time <= end else []))
-                continue
-            counts: Array = np.arange(math.ceil((start - time) / period), math.floor((end - time) / period) + 1.0)
-            found.append(time + counts * period)
-        return np.unique(np.concatenate(found)) + 0.0  # no minus zero
+    Raises
+    ------
+    UsageError
+        The end lies before the start, or there are more than ten million such times.
+    """
+    if end < start:
+        raise UsageError(f"the end {end:.9g} s lies before the start {start:.9g} s", "a later end")
+    found: list[Array] = [np.zeros(0)]
+    waves = [(time, period) for time, period in _jumps(model, order) if period > 0.0]
+    count = (end - start) * jumps_per_second(waves)
+    if count > _MOST_TIMES:
+        shortest = min(period for _, period in waves)
+        what = f"there are {count:.3g} such times from {start:.9g} s to {end:.9g} s, in waves of {shortest:.3g} s"
+        raise UsageError(what, f"an earlier end: {_MOST_TIMES:.3g} times at most")
+    for time, period in _jumps(model, order):
+        if period == 0.0:
+            found.append(np.array([time] if start <= time <= end else []))
+            continue
+        counts: Array = np.arange(math.ceil((start - time) / period), math.floor((end - time) / period) + 1.0)
+        found.append(time + counts * period)
+    return np.unique(np.concatenate(found)) + 0.0  # no minus zero
 
-    def jumps_between(self, t: Array, near: float) -> Array:
-        """Return times (n,) at which forces jump: of each wave one in every interval of times t (m,), widened by
-        ``near`` (s)."""
-        found: list[Array] = [np.zeros(0)]
-        for time, period in self._jumps(0):
-            if period == 0.0:
-                found.append(np.array([time]))
-                continue
-            first = time + np.ceil((t[:-1] - near - time) / period) * period
-            found.append(first[first <= t[1:] + near])
-        return np.unique(np.concatenate(found))
 
-    def _jumps(self, order: int) -> list[tuple[float, float]]:
-        """Return time and period (s, 0 where it comes once) of what is known to jump up to an order."""
-        return [
-            (float(item["time"]), float(item["period"]))
-            for item in self.library.layout["discontinuities"]
-            if item["order"] <= order
-        ]
+def jumps_between(model: Evaluated, t: Array, near: float) -> Array:
+    """Return times (n,) of jumps of forces: of each wave one per interval of times t (m,), wider by ``near`` (s)."""
+    found: list[Array] = [np.zeros(0)]
+    for time, period in _jumps(model, 0):
+        if period == 0.0:
+            found.append(np.array([time]))
+            continue
+        first = time + np.ceil((t[:-1] - near - time) / period) * period
+        found.append(first[first <= t[1:] + near])
+    return np.unique(np.concatenate(found))
+
+
+def _jumps(model: Evaluated, order: int) -> list[tuple[float, float]]:
+    """Return time and period (s, 0 where it comes once) of what is known to jump up to an order."""
+    return [
+        (float(item["time"]), float(item["period"]))
+        for item in model.evaluator.library.layout["discontinuities"]
+        if item["order"] <= order
+    ]
 
 
 def jumps_per_second(waves: Iterable[tuple[float, float]]) -> float:

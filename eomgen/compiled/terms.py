@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,7 +14,8 @@ from eomgen.compiled.constraints import accelerations, blocks_of, solvable
 from eomgen.compiled.functions import Functions
 from eomgen.compiled.requirements import Requirements
 from eomgen.errors import Problem, UsageError
-from eomgen.system.description import Factor
+from eomgen.system.description import Description, Factor
+from eomgen.system.system import base_component, base_place
 from eomgen.toolchain.library import Library
 
 Parameters = Mapping[str, ArrayLike | str] | ArrayLike | None
@@ -23,32 +24,28 @@ States = Mapping[str, ArrayLike] | ArrayLike | None
 
 
 class Terms:
-    """The terms of a compiled model.
+    """The terms of a compiled model, and what their arguments and results are: all that functions of a model need."""
 
-    Parameters
-    ----------
-    library : Library
-    fixed_parameters : sequence of str
-        Those that the scene has besides the tunable ones, for messages.
-    requirements : Requirements
-        Of the scene, for tunable parameters.
-    """
-
-    def __init__(self, library: Library, fixed_parameters: Sequence[str], requirements: Requirements) -> None:
+    def __init__(self, library: Library, description: Description) -> None:
         layout: Mapping[str, Any] = library.layout
+        self.library = library
         self.functions = Functions(library)
+        self.bodies: tuple[str, ...] = tuple(layout["bodies"])
+        self.beams = frozenset(item.name for item in description.coordinates if item.length)
+        self.multipliers: tuple[str, ...] = tuple(layout["multipliers"])
         self.factors = tuple(Factor(**factor) for factor in layout["factors"])
         self.angles = tuple(str(name) for name in layout["angles"])
         self._first_angles = np.array(layout["initial_q"], dtype=float)[int(layout["sizes"]["q"]) - len(self.angles) :]
         self.moving_base = bool(layout["facts"]["moving_base"])
-        self.fixed_parameters = tuple(fixed_parameters)
+        self.fixed_parameters = tuple(description.fixed)
         self.parameter_names = [str(item["name"]) for item in layout["parameters"]]
         self.parameter_units = {str(item["name"]): str(item["unit"]) for item in layout["parameters"]}
         self.input_names = tuple(str(item["name"]) for item in layout["inputs"])
         self.state_names = tuple(str(item["name"]) for item in layout["states"])
         self._initial_z = read_only(layout["initial_z"])
+        self._base_zeros = [int(component) for component in layout["base_zeros"]]
         self._defaults = read_only([item["value"] for item in layout["parameters"]])
-        self._requirements = requirements
+        self._requirements = Requirements(description, self.parameter_names)
 
     def parameters(self, parameters: Parameters) -> Array:
         """Return tunable parameters as (..., np).
@@ -90,8 +87,7 @@ class Terms:
         )
 
     def followed(self, q: Array, t: float, parameters: Array, base: Array | None = None) -> Array:
-        """Return q (..., nq) with its references of angles put to the angles themselves, each within half a turn of
-        them."""
+        """Return q (..., nq), its references of angles put to the angles, each within half a turn of them."""
         if not self.angles:
             return q
         return np.concatenate(
@@ -159,12 +155,7 @@ class Terms:
             size = self.functions.sizes["lam"]
             multipliers = given.get("multipliers")
             values["lam"] = np.zeros(size) if multipliers is None else components("multipliers", multipliers, size)
-        if given.get("base") is not None:
-            values["base"] = self.base(given["base"])
-        elif "base" in blocks:
-            values["base"] = self.functions("base", values)[0]
-        if "u" in blocks or given.get("u") is not None:
-            values["u"] = self.inputs(given.get("u"), values)
+        self._add_prescribed(values, given, blocks)
         if missing_a and constrained:
             values["a"], multipliers = accelerations(self.functions, values)
             if given.get("multipliers") is None:
@@ -182,20 +173,58 @@ class Terms:
         values = {"q": self.configuration(given["q"]), "v": self.velocity("v", given["v"])}
         values |= {"p": self.parameters(given["parameters"]), "t": numbers("t", given.get("t", 0.0))}
         values["z"] = self.internal(given.get("z"))
-        blocks = blocks_of(self.functions)
+        self._add_prescribed(values, given, blocks_of(self.functions))
+        return accelerations(self.functions, values)
+
+    def _add_prescribed(self, values: dict[str, Array], given: Mapping[str, Any], blocks: set[str]) -> None:
+        """Add the state of the base and the inputs, by the caller or by the scene, where blocks have them."""
         if given.get("base") is not None:
             values["base"] = self.base(given["base"])
         elif "base" in blocks:
             values["base"] = self.functions("base", values)[0]
         if "u" in blocks or given.get("u") is not None:
             values["u"] = self.inputs(given.get("u"), values)
-        return accelerations(self.functions, values)
 
     def base(self, base: ArrayLike) -> Array:
-        """Return the caller's state of the base as (..., 19). Raises UsageError when the scene's base is at rest."""
+        """Return the caller's state of the base as (..., 19).
+
+        Raises
+        ------
+        UsageError
+            The scene's base is at rest, or a component is not zero that its law keeps at zero at all times.
+        """
         if not self.moving_base:
             raise UsageError(Problem("base", "the base of this scene is at rest", "a [base] section in the scene"))
-        return components("base", base, self.functions.sizes["base"])
+        given = components("base", base, self.functions.sizes["base"])
+        self._check_zeros("base", given, [(component, component) for component in self._base_zeros])
+        return given
+
+    def base_rates(self, rates: ArrayLike) -> Array:
+        """Return the caller's further derivatives of the base's twist, (orders, 6) in order, as (..., size)."""
+        if not self.moving_base:
+            raise UsageError(
+                Problem("base_rates", "the base of this scene is at rest", "a [base] section in the scene")
+            )
+        size = self.functions.sizes["base_rates"]
+        given = _flat("base_rates", rates, (size // 6, 6), size)
+        first = base_place("omega_dot")
+        of_twist = [component for component in self._base_zeros if component >= first]
+        places = [(6 * row + component - first, component) for row in range(size // 6) for component in of_twist]
+        self._check_zeros("base_rates", given, places)
+        return given
+
+    def _check_zeros(self, name: str, given: Array, places: Sequence[tuple[int, int]]) -> None:
+        """Raise UsageError where components are not zero that equations do not have, since the base's law keeps them
+        at zero."""
+        for place, component in places:
+            wrong = given[..., place][given[..., place] != 0.0]
+            if wrong.size:
+                of_base = base_component(component)
+                what = (
+                    f"component {place} is {wrong[0]:.6g}, but {of_base} of the base is 0 at all times by the scene's"
+                    " law, and the equations are without it"
+                )
+                raise UsageError(Problem(name, what, f"0 there, or a law in [base] by which {of_base} changes"))
 
     def formula_inputs(self, values: Mapping[str, Array]) -> Array:
         """Return the inputs that the scene specifies at ``values["t"]``, 0 for others."""
@@ -209,6 +238,13 @@ class Terms:
             return components("u", u, len(self.input_names))
         of_scene = self.formula_inputs(values)
         return of_scene if u is None else by_name("input", u, self.input_names, of_scene)
+
+
+class Evaluated(Protocol):
+    """A model whose terms can be evaluated: what functions of models take, and have as methods."""
+
+    @property
+    def evaluator(self) -> Terms: ...
 
 
 #: Blocks of time derivatives.
@@ -297,12 +333,7 @@ def _of_inputs(
 
 def _of_base(terms: Terms, given: Mapping[str, Any], values: Mapping[str, Array]) -> Array:
     if given.get("base_rates") is not None:
-        if not terms.moving_base:
-            raise UsageError(
-                Problem("base_rates", "the base of this scene is at rest", "a [base] section in the scene")
-            )
-        size = terms.functions.sizes["base_rates"]
-        return _flat("base_rates", given["base_rates"], (size // 6, 6), size)
+        return terms.base_rates(given["base_rates"])
     if given.get("base") is not None:
         what = "a base that is given needs the further derivatives of its twist as well"
         raise UsageError(

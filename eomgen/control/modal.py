@@ -71,8 +71,7 @@ class ModalFeedback:
 
 
 def modes_of(plant: Plant) -> Modes:
-    """Return the undamped modes. Raises ModelError where there are none: K is not symmetric, or an equilibrium
-    unstable."""
+    """Return the undamped modes. Raises ModelError where K is not symmetric, or an equilibrium unstable."""
     if not np.allclose(plant.K, plant.K.T, rtol=0.0, atol=_ASYMMETRY * np.abs(plant.K).max(initial=0.0)):
         raise ModelError("the stiffness matrix is not symmetric, so there are no modes that keep their shape", "lqr")
     squares, shapes = eigh((plant.K + plant.K.T) / 2.0, (plant.M + plant.M.T) / 2.0)
@@ -139,8 +138,8 @@ def modal_feedback(plant: Plant, modes: Modes, controlled: Sequence[int], g: Arr
     reach = modes.shapes[:, chosen].T @ plant.B
     sizes = np.linalg.norm(reach, axis=1)
     largest = float(np.linalg.norm(modes.shapes.T @ plant.B, 2))
-    for place, k in enumerate(chosen):
-        if not sizes[place] > _RANK * largest:
+    for column, k in enumerate(chosen):
+        if not sizes[column] > _RANK * largest:
             frequency = modes.frequencies[k] / (2.0 * np.pi)
             raise ModelError(
                 f"no actuator reaches mode {k + 1} at {frequency:.4g} Hz", "another place for one, or other modes"

@@ -115,8 +115,7 @@ class Plant:
 
     @cached_property
     def scaled(self) -> tuple[Array, Array, Array]:
-        """Stiffness k, damping c (n, n) and actuation b (n, m) of q^'' + c q^' + k q^ = b u in the units of
-        ``scales``."""
+        """Stiffness k, damping c (n, n), actuation b (n, m) of q^'' + c q^' + k q^ = b u in the units of ``scales``."""
         rate = self.scales.rate
 
         def congruent(matrix: Array) -> Array:
@@ -127,8 +126,7 @@ class Plant:
         return congruent(self.K) / rate**2, congruent(self.C) / rate, np.asarray(b)
 
     def state_space(self, G_p: ArrayLike | None = None, G_v: ArrayLike | None = None) -> tuple[Array, Array]:
-        """Return A (2n, 2n) and B (2n, m) of x' = A x + B u, x = [q, v], with u = -G_p q - G_v v closed where it is
-        given."""
+        """Return A (2n, 2n), B (2n, m) of x' = A x + B u, x = [q, v], closed by u = -G_p q - G_v v where given."""
         n, m = self.n, self.m
         K = self.K if G_p is None else self.K + self.B @ real_matrix("G_p", G_p, m, n)
         C = self.C if G_v is None else self.C + self.B @ real_matrix("G_v", G_v, m, n)
@@ -147,9 +145,9 @@ class Plant:
             k = k + b @ (real_matrix("G_p", G_p, m, n) @ back[:n, :n])
         if G_v is not None:
             c = c + b @ (real_matrix("G_v", G_v, m, n) @ back[n:, n:])
-        found = self.scales.rate * np.linalg.eigvals(first_order(k, c))
-        order = np.lexsort((found.imag, found.real, np.round(np.abs(found), 12)))
-        return np.asarray(found[order], dtype=complex)
+        values = self.scales.rate * np.linalg.eigvals(first_order(k, c))
+        order = np.lexsort((values.imag, values.real, np.round(np.abs(values), 12)))
+        return np.asarray(values[order], dtype=complex)
 
 
 def first_order(k: Array, c: Array) -> Array:

@@ -25,8 +25,7 @@ _RANK = 1e-9
 
 
 def check_stabilisable(plant: Plant) -> None:
-    """Raise ModelError where a mode that does not decay is out of the actuators' reach; of several the fastest is
-    named."""
+    """Raise ModelError where a mode that does not decay is out of the actuators' reach, naming the fastest."""
     lost = [(value, shape) for value, shape, reach in _reached(plant) if reach < _RANK]
     lost = [(value, shape) for value, shape in lost if value.real > -_ON_AXIS * plant.scales.rate]
     if lost:
@@ -84,12 +83,12 @@ def _reached(plant: Plant) -> Iterator[tuple[complex, Complex, float]]:
 
 def _distinct(values: ArrayLike) -> list[complex]:
     """Return eigenvalues with one of each pair, and one of those that are the same."""
-    found: list[complex] = []
+    distinct: list[complex] = []
     for value in sorted(map(complex, np.asarray(values)), key=lambda value: (round(abs(value), 9), -value.imag)):
         near = math.sqrt(np.finfo(float).eps) * max(1.0, abs(value))
-        if value.imag >= -near and all(abs(value - other) > near for other in found):
-            found.append(value)
-    return found
+        if value.imag >= -near and all(abs(value - other) > near for other in distinct):
+            distinct.append(value)
+    return distinct
 
 
 def described(plant: Plant, value: complex, shape: Complex) -> str:

@@ -14,13 +14,12 @@ def applications(formula: Formula) -> Sequence[Application]:
     if isinstance(formula, Application):
         return [formula, *applications(formula.argument)]
     if isinstance(formula, Operation):
-        return [found for argument in formula.arguments for found in applications(argument)]
+        return [node for argument in formula.arguments for node in applications(argument)]
     return []
 
 
 def affine(formula: Formula, value_of: Callable[[Symbol], float | None]) -> tuple[float, float] | None:
-    """Return a and b where a formula is a t + b; ``value_of`` gives the number of a fixed parameter, None for
-    others."""
+    """Return a, b where a formula is a t + b; ``value_of`` gives numbers of fixed parameters, None for others."""
     if isinstance(formula, Number):
         return 0.0, formula.value
     if isinstance(formula, Symbol):
@@ -95,10 +94,10 @@ def breakpoints(
         linear = affine(formula.argument, value_of)
         if linear is not None and linear[0] != 0.0:
             a, b = linear
-            for place, order in formula.curve.kinks():
+            for kink, order in formula.curve.kinks():
                 period = getattr(formula.curve, "period", 0.0) / abs(a)
-                lowest, blur = order - formula.derivative - derivatives, (abs(place) + abs(b)) / abs(a)
-                yield Breakpoint((place - b) / a, period, lowest, blur)
+                lowest, blur = order - formula.derivative - derivatives, (abs(kink) + abs(b)) / abs(a)
+                yield Breakpoint((kink - b) / a, period, lowest, blur)
         yield from breakpoints(formula.argument, value_of, derivatives)
     elif isinstance(formula, Operation):
         if formula.name in _NON_SMOOTH:

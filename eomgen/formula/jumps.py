@@ -70,8 +70,7 @@ def jumps(laws: Iterable[Law], values: Mapping[str, float], start: float, end: f
 def first_jump(
     formula: Formula, values: tuple[tuple[str, float], ...], start: float, end: float, angle: bool
 ) -> Jump | None:
-    """Return the first jump of a law from start to end, of the law itself before one of its rate; None where there is
-    none.
+    """Return the first jump of a law from start to end, its own before one of its rate; None without.
 
     Parameters
     ----------
@@ -85,17 +84,17 @@ def first_jump(
     beside: list[Any] = [np.linspace(start, end, _GRID if end > start else 1)]
     for point in breakpoints(formula, lambda symbol: known.get(symbol.name)):
         first = np.ceil((start - point.time) / point.period) if point.period else 0.0
-        places = point.time + point.period * (first + np.arange(_PERIODS if point.period else 1))
-        margin = 64.0 * _EPSILON * np.maximum(np.abs(places), point.blur)
-        beside += [places - margin, places, places + margin]
+        times = point.time + point.period * (first + np.arange(_PERIODS if point.period else 1))
+        margin = 64.0 * _EPSILON * np.maximum(np.abs(times), point.blur)
+        beside += [times - margin, times, times + margin]
     known_times = np.unique(np.concatenate(beside))
     known_times = known_times[(known_times >= start) & (known_times <= end)]
     for order in (0, 1):
-        found = _lasting_change(law, known_times, order, turns=angle and order == 0)
-        if found is not None:
-            sides = np.clip(np.array([found - 1e-12 * (end - start), found + 1e-12 * (end - start)]), start, end)
+        time = _lasting_change(law, known_times, order, turns=angle and order == 0)
+        if time is not None:
+            sides = np.clip(np.array([time - 1e-12 * (end - start), time + 1e-12 * (end - start)]), start, end)
             before, after = law(sides)[order]
-            return Jump(found, order, float(before), float(after))
+            return Jump(time, order, float(before), float(after))
     return None
 
 

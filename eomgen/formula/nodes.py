@@ -46,8 +46,7 @@ class Number(Node):
 
 @dataclass(frozen=True)
 class Symbol(Node):
-    """A name: ``t``, a parameter, an input, a state, a controller, or a quantity such as ``q.hinge`` or
-    ``velocity.tip[2]``.
+    """A name: ``t``, a parameter, input, state, controller, or a quantity as ``q.hinge``, ``velocity.tip[2]``.
 
     Attributes
     ----------
@@ -85,8 +84,7 @@ class Operation(Node):
 
 @dataclass(frozen=True)
 class Application(Node):
-    """A curve of the scene at an argument, ``road(20 * t)``, or a derivative of it there, ``derivative.road(20 *
-    t)``."""
+    """A curve of the scene at an argument, ``road(20 * t)``, or its derivative, ``derivative.road(20 * t)``."""
 
     curve: AnyCurve
     argument: Formula

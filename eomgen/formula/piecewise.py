@@ -27,8 +27,7 @@ _EPSILON = float(np.finfo(float).eps)
 
 @dataclass(frozen=True)
 class Bump:
-    """A haversine bump: height/2 (1 - cos(2 pi (x - position)/length)) from ``position`` over ``length``, zero
-    elsewhere."""
+    """A haversine bump: height/2 (1 - cos(2 pi (x - position)/length)) from ``position`` over ``length``, else 0."""
 
     name: str
     position: float
@@ -133,22 +132,22 @@ class Curve:
         high = low + slope * np.diff(self.breaks)
         before, after = (high, slope), (low, slope)
         if self.outside == "periodic":
-            places = self.breaks[:-1]
+            positions = self.breaks[:-1]
             left, right = ([np.roll(part, 1) for part in before], list(after))
         else:
-            places = self.breaks
+            positions = self.breaks
             first, last = float(self.y[0]), float(self.y[-1])
             left = [np.append(first, high), np.append(0.0, slope)]
             right = [np.append(low, last), np.append(slope, 0.0)]
             if self.outside == "error":
-                places, left, right = places[1:-1], [part[1:-1] for part in left], [part[1:-1] for part in right]
+                positions, left, right = positions[1:-1], [part[1:-1] for part in left], [part[1:-1] for part in right]
         scale = np.max(np.abs(self.y)) or 1.0
         steepest = np.max(np.abs(slope), initial=0.0)
         jumps = np.abs(right[0] - left[0]) > 1e-12 * scale
         slope_jumps = np.abs(right[1] - left[1]) > 1e-12 * steepest
         return [
-            (float(place), 0 if jump else 1)
-            for place, jump, kink in zip(places, jumps, slope_jumps, strict=True)
+            (float(position), 0 if jump else 1)
+            for position, jump, kink in zip(positions, jumps, slope_jumps, strict=True)
             if jump or kink
         ]
 
@@ -196,8 +195,8 @@ def _quintic(x: Array, y: Array, outside: Outside) -> Array:
         y = np.append(y[:-1], y[0])
     spline: Any = make_interp_spline(x, y, k=5, bc_type=ends)
     pieces = PPoly.from_spline(spline)
-    found = np.searchsorted(pieces.x, x[:-1], side="right") - 1  # from_spline keeps empty pieces at the ends
-    return np.ascontiguousarray(pieces.c[::-1, found].T)
+    piece = np.searchsorted(pieces.x, x[:-1], side="right") - 1  # from_spline keeps empty pieces at the ends
+    return np.ascontiguousarray(pieces.c[::-1, piece].T)
 
 
 AnyCurve = Curve | Bump | Waves

@@ -21,8 +21,7 @@ class Law(NamedTuple):
 
 
 def smooth(formula: Formula) -> bool:
-    """Tell whether a formula of time and its rate can have no jump, by the operations and curves that it is made of
-    alone."""
+    """Return whether neither a formula of time nor its rate can jump, by its operations and curves alone."""
     if constant(formula) or not isinstance(formula, Operation | Application):
         return True
     if isinstance(formula, Application):  # a spline's third derivative jumps at its ends

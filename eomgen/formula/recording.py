@@ -9,10 +9,11 @@ from collections.abc import Callable, Mapping, Sequence
 from eomgen.errors import ModelError, Problem
 from eomgen.formula.nodes import Application, Formula, Number, Symbol
 from eomgen.formula.piecewise import AnyCurve, Bump, Waves
+from eomgen.formula.unit_circle import unit_circle
 from eomgen.symbolic.map import Map, add_map
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra, Scalar
-from eomgen.symbolic.tape import Tape
+from eomgen.symbolic.tape import Ref, Tape
 
 Resolver = Callable[[Symbol], Scalar]
 #: What scalars write as operators; all other operations of formulas are the tape's, by the same names.
@@ -79,22 +80,52 @@ def curve_at(algebra: Algebra, curve: AnyCurve, argument: Scalar, derivative: in
 
 
 def waves(algebra: Algebra, curve: Waves, argument: Scalar, derivative: int = 0) -> Scalar:
-    """Return a sum of harmonics as one loop over a table; derivatives are harmonics again, a quarter turn ahead
-    each."""
+    """Return a sum of harmonics as one loop over a table; derivatives are harmonics again, a quarter turn ahead each.
+
+    Angle addition puts phases, and constants that the argument adds, into the two amplitudes of a harmonic. So roads
+    with the same frequencies along the same argument (tracks of other seeds, wheels that follow, slopes) have the
+    cosines and sines of their loops in common, which are joined where the C is made (``Map.joined``).
+    """
+    along, scale, shift = _affine(algebra.tape, argument.ref)
     kernel = Tape()
     inner = Algebra(kernel)
-    amplitude, frequency, phase = inner.block("element", 3)
-    wave = amplitude * inner.call(Op.COS, frequency * inner.block("shared", 1)[0] + phase)
-    rows = [(a * w**derivative, w, p + derivative * math.pi / 2) for a, w, p in curve.harmonics]
+    in_phase, frequency, quadrature = inner.block("element", 3)
+    angle = frequency * inner.block("shared", 1)[0]
+    wave = in_phase * inner.call(Op.COS, angle) + quadrature * inner.call(Op.SIN, angle)
+    rows = []
+    for amplitude, w, phase in curve.harmonics:
+        cosine, sine = unit_circle(phase + w * shift, derivative)
+        size = amplitude * w**derivative
+        rows.append((size * cosine, w * abs(scale), math.copysign(size, -scale) * sine))
     loop = Map(
         kernel,
         len(rows),
         elements=tuple(zip(*rows, strict=True)),
-        shared=(argument.ref,),
+        shared=(along,),
         sums=(wave.ref,),
         label=f"harmonics of {curve.name}",
     )
     return Scalar(algebra.tape, add_map(algebra.tape, loop).sums[0])
+
+
+def _affine(tape: Tape, ref: Ref) -> tuple[Ref, float, float]:
+    """Return x, scale and shift of a reference that is scale x + shift, with constants as far as they are outermost."""
+    scale, shift = 1.0, 0.0
+    while True:
+        node, sign = abs(ref), 1.0 if ref > 0 else -1.0
+        op = tape.op[node]
+        if op not in (Op.ADD, Op.SUB, Op.MUL):
+            return node, sign * scale, shift
+        first, second = tape.value(tape.a[node]), tape.value(tape.b[node])
+        scale *= sign
+        if op is Op.MUL and first is not None:
+            scale, ref = scale * first, tape.b[node]
+        elif op is not Op.MUL and first is not None:
+            shift, ref = shift + scale * first, tape.b[node] if op is Op.ADD else -tape.b[node]
+        elif op is not Op.MUL and second is not None:
+            shift, ref = shift + scale * (second if op is Op.ADD else -second), tape.a[node]
+        else:
+            return node, scale, shift
 
 
 def _bump(algebra: Algebra, bump: Bump, argument: Scalar, derivative: int) -> Scalar:

@@ -59,16 +59,16 @@ def steep(
     for law in laws:
         names = sorted({symbol.name for symbol in symbols(law.formula) if symbol.kind == "parameter"})
         known = tuple((name, values[name]) for name in names)
-        found = steepest(law.formula, known, start, end, step, law.unit == "rad")
-        if found is None:
+        worst = steepest(law.formula, known, start, end, step, law.unit == "rad")
+        if worst is None:
             continue
         what = (
-            f"the {law.what} is too steep for a step of {step:.3g} s near t = {found.time:.6g} s: over one step it "
-            f"changes by {found.missed:.3g} {law.unit} more or less than its rates tell, "
-            f"{100.0 * found.part:.2g} % of its range"
+            f"the {law.what} is too steep for a step of {step:.3g} s near t = {worst.time:.6g} s: over one step it "
+            f"changes by {worst.missed:.3g} {law.unit} more or less than its rates tell, "
+            f"{100.0 * worst.part:.2g} % of its range"
         )
-        hint = f"a step of {found.enough:.2g} s"
-        if found.part > REFUSED:
+        hint = f"a step of {worst.enough:.2g} s"
+        if worst.part > REFUSED:
             refused.append(Problem(law.where, what, hint))
         else:
             reported.append(f"{law.where}: {what}; try: {hint}")
@@ -126,12 +126,12 @@ def steepest(
     worst = int(np.argmax(lost))
     if not lost[worst] > REPORTED * size:
         return None
-    place, enough = middle[worst], step
+    time, enough = middle[worst], step
     for _ in range(_HALVINGS):
         enough *= 0.5
-        around = place + enough * np.arange(-2.0, 2.5, 0.5)
+        around = time + enough * np.arange(-2.0, 2.5, 0.5)
         left = missed(around, enough)
-        place = around[int(np.argmax(left))]
+        time = around[int(np.argmax(left))]
         if not np.max(left) > _RESOLVED * size:
             break
-    return Steepness(float(place), float(lost[worst]), float(lost[worst]) / size, enough)
+    return Steepness(float(time), float(lost[worst]), float(lost[worst]) / size, enough)

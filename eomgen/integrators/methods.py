@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 #: A method of integration: see ``families.family``.
 Method = Family
+#: What stands for a method that is chosen before each run, and the one that models are built with then.
+AUTO, STANDARD = "auto", "generalized_alpha"
 #: Every name of eomgen's own methods, and the one it stands for.
 METHOD_NAMES: Mapping[str, str] = {
     name: row.name for family in BUILT_IN for row in family.names() for name in (row.name, *row.aliases)
@@ -36,9 +38,11 @@ def check_needs(method: Method, facts: Facts) -> None:
         raise ModelError(problems)
 
 
-def canonical_name(name: str) -> str:
-    """Return the name of a method for an alias. Raises UsageError with the nearest names."""
-    return row_of(name)[1].name
+def canonical_name(name: str, tolerance: float | None = None) -> str:
+    """Return the name of a method for an alias, or of the method that is meant where a tolerance is given. Raises
+    UsageError with the nearest names."""
+    row = row_of(name)[1]
+    return row.name if tolerance is None else row.by_tolerance or row.name
 
 
 def method_named(name: str, rho_inf: float | None = 0.8, **parameters: float | None) -> Method:
@@ -54,8 +58,13 @@ def method_named(name: str, rho_inf: float | None = 0.8, **parameters: float | N
     return row.make(**{key: given[key] for key in row.parameters if given.get(key) is not None})
 
 
+#: Parameters of which one may say what the others do.
+_SAYING_THE_SAME = ({"rho_inf", "alpha", "beta", "gamma"}, {"order", "tolerance"})
+
+
 def method_parameters(name: str, given: Mapping[str, float | None], scene: Mapping[str, Any]) -> dict[str, float]:
-    """Return the parameters of a method: those given, else the scene's, as far as the method takes them.
+    """Return the parameters of a method: those given, else the scene's, as far as the method takes them. Where one is
+    given that says the same as others, the scene's values of these are not taken.
 
     Raises
     ------
@@ -71,7 +80,9 @@ def method_parameters(name: str, given: Mapping[str, float | None], scene: Mappi
     if {"alpha", "rho_inf"} <= set(specified):
         what = "alpha and rho_inf say the same: rho_inf = (1 - alpha)/(1 + alpha)"
         raise UsageError(Problem("alpha", what, "one of them"))
-    return specified or {key: value for key in row.parameters if (value := scene.get(key)) is not None}
+    said = {key for group in _SAYING_THE_SAME if group & set(specified) for key in group}
+    left = {key: value for key in row.parameters if key not in said and (value := scene.get(key)) is not None}
+    return {**left, **specified}
 
 
 def terms_of(name: str, constrained: bool = False, internal: bool = False, mass: bool = True) -> tuple[str, ...]:

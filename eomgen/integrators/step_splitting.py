@@ -27,8 +27,7 @@ class DiscontinuityLike(Protocol):
 
 
 def jump_data(discontinuities: tuple[DiscontinuityLike, ...], order: int) -> dict[str, Any]:
-    """Return the times that matter to a method of an order: ``once``, and ``first`` and ``period`` of those that come
-    again.
+    """Return the times that matter to a method of an order: ``once``; ``first`` and ``period`` of waves.
 
     Empty where there are none.
     """

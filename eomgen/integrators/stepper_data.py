@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from eomgen.errors import ModelError, Problem, UsageError
+from eomgen.integrators.events import STATUSES, event_data, event_state
 from eomgen.integrators.families.family import Family, Field, GroupFunction, Setting, Sizes, velocities
 from eomgen.integrators.methods import check_needs
 from eomgen.integrators.step_splitting import jump_data
@@ -27,6 +28,7 @@ _KERNELS: Mapping[GroupFunction, Callable[[Group], kernels.Kernel]] = {
 _GROUPS = {
     "statistics": "What was counted and measured since the state was initialized.",
     "conditions": "What accelerations were evaluated with, beside t, q, v and z.",
+    "event_state": "Where the functions of the events are, and what their actions have set.",
 }
 
 
@@ -85,12 +87,14 @@ def method_data(method: Family, system: System, step: float = 1e-3, samples: Any
         "rows_text": _rows_text(own["input_times"]) if sampled else "the first held over the step",
         "renewal": method.renewal,
         "projection": method.projection,
+        "own_steps": False,
         "groups": {**_GROUPS, **dict(method.groups)},
         "row_notes": [],
         "lie": _lie_data(system.factors, method.group_functions),
         "turning": list(system.turning),
         "positions": system.positions,
         **({"jumps": jumps} if jumps else {}),
+        **({"events": event_data(system.events, system.modes)} if system.events else {}),
         "parameters": list(method.parameters),
         **{name: float(value) for name, value in method.parameters.items()},
         **own,
@@ -100,9 +104,14 @@ def method_data(method: Family, system: System, step: float = 1e-3, samples: Any
             dataclasses.asdict(item) | {"whole": list(item.whole or ())}
             for item in (*settings, *method.settings(sizes))
         ],
+        "bounds": [dataclasses.asdict(item) for item in method.bounds(sizes)],
+        "choices": dict(method.choices(sizes)),
         "state": [dataclasses.asdict(item) for item in state],
         "bound": " or ".join(filter(None, [", ".join(bound[:-1]), bound[-1]])),
-        "statuses": [dataclasses.asdict(item) for item in method.statuses(sizes.lam > 0, bool(system.angles))],
+        "statuses": [
+            dataclasses.asdict(item)
+            for item in (*method.statuses(sizes.lam > 0, bool(system.angles)), *(STATUSES if system.events else ()))
+        ],
     }
 
 
@@ -127,6 +136,7 @@ def _state(method: Family, system: System, sizes: Sizes) -> list[Field]:
         *([Field("z", "internal states", sizes.z), Field("zdot", "", sizes.z)] if sizes.z else []),
         *method.state(sizes),
         *([Field("angle_remainder", beyond, len(system.turning))] if len(system.turning) else []),
+        *event_state(system.events, system.modes),
         Field("step", "t = origin + count * step"),
         Field("origin"),
         Field("count", "", 0, "long"),

@@ -14,8 +14,9 @@ int eomgen_run(const double *parameters, const double *settings, double *state, 
     long record_every, const double *u_table, double *record, long *recorded);
 const char *eomgen_status_text(int status);
 """
-#: Meaning of the argument of ``eomgen_stepper_size``.
-STEPPER_SIZES = ("state", "settings", "row", "rows_per_step", "workspace")
+#: Meaning of the argument of ``eomgen_stepper_size``; with events, also where their log and its length are in the
+#: workspace, and the size of an entry, all in bytes; else -1.
+STEPPER_SIZES = ("state", "settings", "row", "rows_per_step", "workspace", "found", "found_count", "event")
 
 
 def default_settings(data: Mapping[str, Any]) -> dict[str, float]:

@@ -154,8 +154,7 @@ class Rotations(Group):
 
 
 class Poses(Group):
-    """SE(3) stored as quaternion and position; v = (omega, R^T x_dot), the body twist. S^3 semidirect R^3 is this
-    group."""
+    """SE(3) as quaternion and position, S^3 semidirect R^3; v = (omega, R^T x_dot), the body twist."""
 
     def exp(self, algebra: Algebra, theta: Values) -> list[Value]:
         tangent = rotations.tangent(algebra, theta[:3])
@@ -207,8 +206,7 @@ class Poses(Group):
 
 
 class RotationsAndTranslations(Group):
-    """R^3 x SO(3), a direct product, stored as quaternion and position; v = (omega in body axes, x_dot in reference
-    axes)."""
+    """R^3 x SO(3) as quaternion and position; v = (omega in body axes, x_dot in reference axes)."""
 
     def exp(self, algebra: Algebra, theta: Values) -> list[Value]:
         return [*rotations.exponential(algebra, theta[:3]), *theta[3:]]
@@ -251,6 +249,5 @@ _NAMED = {group.name: group for group in (SO3, SE3, R3xSO3)}
 
 
 def group_named(name: str, size: int = 1) -> Group:
-    """Return a group by the name that a Factor carries; ``size`` is that of R^n. Raises KeyError for an unknown
-    name."""
+    """Return a group by its name in a Factor; ``size`` is that of R^n. Raises KeyError for an unknown name."""
     return real_space(size) if name == "R" else _NAMED[name]

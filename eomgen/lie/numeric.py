@@ -22,8 +22,7 @@ def exp(group: Group, theta: Array) -> Array:
 
 
 def log(group: Group, q: Array) -> Array:
-    """Return increments (..., v_size) with rotation angles of at most pi, whose exp is q up to the quaternion's
-    sign."""
+    """Return increments (..., v_size), angles of at most pi, whose exp is q but for the quaternion's sign."""
     return _join(group.log(_ALGEBRA, _split(q)))
 
 

@@ -184,6 +184,5 @@ class Linearization:
         return modes(m.A, m.R_all, self.names.components, np.diag(self.partials.M))
 
     def frequency_response(self, omega: ArrayLike, input: str, output: str) -> Complex:
-        """Return the complex response of an output to an input at angular frequencies; see
-        ``StateSpace.frequency_response``."""
+        """Return the complex response of an output to an input; see ``StateSpace.frequency_response``."""
         return self.state_space().frequency_response(omega, input, output)

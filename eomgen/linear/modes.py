@@ -99,8 +99,8 @@ def modes(A: Array, of_coordinates: Array, coordinates: Sequence[str], inertias:
             np.sqrt(np.abs(inertias)),
         )
     balanced, back = scipy.linalg.matrix_balance(A, separate=False)
-    found: Any = scipy.linalg.eig(balanced, left=True, right=True)  # the stubs know of one kind of vectors only
-    values, left, right = found
+    solution: Any = scipy.linalg.eig(balanced, left=True, right=True)  # the stubs know of one kind of vectors only
+    values, left, right = solution
     cosines = np.abs(np.sum(left.conj() * right, axis=0))
     with np.errstate(divide="ignore", over="ignore"):
         condition = np.minimum(1.0 / cosines, 1.0 / np.sqrt(_EPSILON))

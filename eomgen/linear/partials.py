@@ -75,8 +75,8 @@ class Partials:
         shapes |= {f"F{letter}": (nz, columns[letter]) for letter in "qvzuw"}
         shapes |= {f"Y{letter}": (outputs, size) for letter, size in columns.items()}
         shapes |= dict.fromkeys(("J", "Z", "Aq", "Av"), (rows, nv))
-        found = {
+        partials = {
             name: np.array(blocks.get(name, np.zeros(shape)), dtype=float).reshape(shape)
             for name, shape in shapes.items()
         }
-        return Partials(**found, holonomic=holonomic)
+        return Partials(**partials, holonomic=holonomic)

@@ -107,8 +107,8 @@ def first_order(partials: Partials, free: Freedom, velocities: Sequence[str]) ->
     p = partials
     sizes = [len(free.coordinates), len(free.velocities), len(p.Fz), p.B.shape[1], p.E.shape[1]]
     ends = np.cumsum(sizes)
-    places = [slice(int(end) - size, int(end)) for end, size in zip(ends, sizes, strict=True)]
-    x, y, z, u, w = places
+    parts_of_state = [slice(int(end) - size, int(end)) for end, size in zip(ends, sizes, strict=True)]
+    x, y, z, u, w = parts_of_state
     every = int(ends[-1])
 
     def over(rows: int, *parts: tuple[slice, Array]) -> Array:
@@ -135,14 +135,14 @@ def first_order(partials: Partials, free: Freedom, velocities: Sequence[str]) ->
     return FirstOrder(rates[:, s], rates[:, u], rates[:, w], out[:, s], out[:, u], out[:, w], dq[:, s])
 
 
-def _number(what: str, name: str, known: Sequence[str]) -> int:
+def _number(kind: str, name: str, known: Sequence[str]) -> int:
     """Return the number of a name. Raises UsageError with the nearest names."""
     if name in known:
         return known.index(name)
     close = difflib.get_close_matches(str(name)[:64], known, n=3)
     hint = " or ".join(close) or ("one of " + ", ".join(known[:12]) if known else "")
-    missing = "" if known else f": the linear model has no {what}"
-    raise UsageError(Problem("frequency response", f"there is no {what} {ascii(name)[:64]}{missing}", hint))
+    missing = "" if known else f": the linear model has no {kind}"
+    raise UsageError(Problem("frequency response", f"there is no {kind} {ascii(name)[:64]}{missing}", hint))
 
 
 def _solved(M: Array, right: Array, names: Sequence[str]) -> Array:

@@ -15,7 +15,7 @@ from eomgen.mechanics.tree.beam_body import ElasticBody, deformations
 from eomgen.mechanics.tree.links import Tree
 from eomgen.scene.bodies.beam import Beam
 from eomgen.symbolic.scalar import Scalar
-from eomgen.system.system import Quantity
+from eomgen.system.system import BeamSlopes, Quantity
 
 #: What each shape integral is, and its unit where mass per length is folded into it and where it is not.
 _MASS = {
@@ -30,23 +30,38 @@ _DIGITS = 8  # a number that is shorter says itself what it is
 
 def named_constants(tree: Tree, quantities: Quantities) -> tuple[Quantity, ...]:
     """Return the constants of all beams by name, as magnitudes; numbers with few digits stay literals."""
-    found: dict[str, Quantity] = {}
+    constants: dict[str, Quantity] = {}
     for link in tree.links:
         if link.elastic is not None:
-            places = [
-                x for (body, x), place in tree.stations.items() if body == link.name and tree.links[place].station
+            stations = [
+                x for (body, x), number in tree.stations.items() if body == link.name and tree.links[number].station
             ]
-            for suffix, value, unit, meaning in _numbers(link.elastic, places, quantities.formula):
+            for suffix, value, unit, meaning in _numbers(link.elastic, stations, quantities.formula):
                 if len(repr(abs(value)).replace(".", "")) > _DIGITS:
-                    found.setdefault(
+                    constants.setdefault(
                         f"{link.name}_{suffix}", Quantity(f"{link.name}_{suffix}", abs(value), 1, unit, meaning)
                     )
-    return tuple(found.values())
+    return tuple(constants.values())
 
 
 def described(tree: Tree) -> tuple[str, ...]:
     """Return one sentence per beam: which effects its equations contain."""
     return tuple(_described(link.name, link.elastic.beam) for link in tree.links if link.elastic is not None)
+
+
+def slopes(tree: Tree) -> tuple[BeamSlopes, ...]:
+    """Return the squares of the slopes of all beams that bend."""
+    return tuple(
+        _slopes(link.name, link.elastic)
+        for link in tree.links
+        if link.elastic is not None and any(kind.startswith("bending") for kind in link.elastic.mass.integrals.kinds)
+    )
+
+
+def _slopes(name: str, body: ElasticBody) -> BeamSlopes:
+    beam, at = body.beam, body.mass.integrals.at
+    squares = at(beam.start + beam.length).shortening - at(beam.start).shortening
+    return BeamSlopes(name, beam.length, tuple(map(tuple, squares.tolist())))
 
 
 def _described(name: str, beam: Beam) -> str:
@@ -60,7 +75,7 @@ def _described(name: str, beam: Beam) -> str:
 
 
 def _numbers(
-    body: ElasticBody, places: list[float], number: Callable[[Formula], Scalar]
+    body: ElasticBody, stations: list[float], number: Callable[[Formula], Scalar]
 ) -> Iterator[tuple[str, float, str, str]]:
     integrals, unit = body.mass.integrals, body.mass.unit
     folded = number(body.beam.mass_per_length).constant is not None
@@ -78,16 +93,16 @@ def _numbers(
         for indices, value in _entries(getattr(integrals, field)):
             folded_in = 1.0 if polar is None else polar
             yield f"{field}_{indices}", value * folded_in, "m" if polar is None else "kg m^2", "inertia of twist"
-    for x in places:
+    for x in stations:
         yield from _at(integrals, x)
 
 
 def _at(integrals: ShapeIntegrals, x: float) -> Iterator[tuple[str, float, str, str]]:
     station = integrals.at(x)
     where = f"at_{x:g}".replace(".", "p").replace("-", "m").replace("+", "")
-    for field, what in (("value", "f"), ("slope", "slope of f"), ("shortening", "H")):
+    for field, quantity in (("value", "f"), ("slope", "slope of f"), ("shortening", "H")):
         for indices, value in _entries(getattr(station, field)):
-            yield f"{field}_{indices}_{where}", value, "", f"{what} at x = {x:g} m"
+            yield f"{field}_{indices}_{where}", value, "", f"{quantity} at x = {x:g} m"
 
 
 def _entries(values: Array, first: int = 0) -> Iterator[tuple[str, float]]:

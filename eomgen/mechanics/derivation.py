@@ -45,10 +45,15 @@ MANY = 64
 
 
 class Derivation:
-    """Trees, loads and constraints of one scene on one tape; methods named as terms return their blocks
-    (``terms.recorders``)."""
+    """Trees, loads and constraints of one scene on one tape; methods named as terms return their blocks.
 
-    def __init__(self, scene: Scene, without_rows: Sequence[int] = ()) -> None:
+    Parameters
+    ----------
+    without_rows : constraint rows to leave out
+    disturbed : whether accelerations of the base are disturbances, which may differ from its law
+    """
+
+    def __init__(self, scene: Scene, without_rows: Sequence[int] = (), *, disturbed: bool = False) -> None:
         self.scene = scene
         self.without_rows = without_rows
         self.tape = Tape()
@@ -64,13 +69,13 @@ class Derivation:
             )
         self.grouped: Tree = grouped(self.tree)
         gravity = self.algebra.vector([self.constant(item) for item in scene.gravity])
-        prescribed = base_state(self.algebra, scene, gravity)
-        self.base = resting_base(self.algebra, gravity) if self.absolute else prescribed
+        self.prescribed = base_state(self.algebra, scene, gravity, disturbed=disturbed)
+        self.base = resting_base(self.algebra, gravity) if self.absolute else self.prescribed
         self.motion = self.base.motion()
-        self.kinematics = Kinematics(self.tree, self.base, prescribed if self.absolute else None)
+        self.kinematics = Kinematics(self.tree, self.base, self.prescribed if self.absolute else None)
         made = AbsoluteQuantities if self.absolute else Quantities
         self.quantities: Quantities = made(scene, self.tree, self.kinematics, OFFERED)
-        self.constraints = self._constraint_calculus(prescribed.moving)
+        self.constraints = self._constraint_calculus()
         self.quantities.energies = self._energies_without_formulas()
         self.loads: Loads = applied_loads(scene, self.tree, self.quantities)
         self._energies: dict[str, Scalar] | None = None
@@ -79,17 +84,19 @@ class Derivation:
         self.inner_owners: tuple[int, ...] = ()
         self.composites = separated.composites(self.grouped)
 
-    def _constraint_calculus(self, moving_base: bool) -> ConstraintCalculus | None:
+    def _constraint_calculus(self) -> ConstraintCalculus | None:
         items = list(self.scene.constraints)
         if self.absolute:
-            items = [found for joint in self.scene.joints if (found := joint_constraint(joint)) is not None] + items
+            items = [
+                as_constraint for joint in self.scene.joints if (as_constraint := joint_constraint(joint)) is not None
+            ] + items
         if not items:
             return None
         rows = constraint_rows(self.quantities, items)
         if isinstance(self.quantities, AbsoluteQuantities):
             rows.holonomic[:0] = following_rows(self.quantities)
         rows = rows.without(self.without_rows)
-        return ConstraintCalculus(self.tree, rows, moving_base) if rows.all else None
+        return ConstraintCalculus(self.tree, rows, self.prescribed) if rows.all else None
 
     def _energies_without_formulas(self) -> dict[str, Scalar]:
         """Return the energies for formulas of forces and rates: what formulas push has no potential."""
@@ -106,10 +113,12 @@ class Derivation:
     # -- terms ------------------------------------------------------------------------------------------------------
 
     def mass(self) -> list[Block]:
+        """Return the inertia matrix M, (nv, nv), kg, kg m or kg m^2 by the coordinates of row and column."""
         M = separated.mass_matrix(self.grouped, self.composites)
         return [self._matrix("M", M, "inertia matrix")]
 
     def coupling(self) -> list[Block]:
+        """Return h(q, v), (nv,): inertia forces quadratic in v, base at rest; N, or N m of angles."""
         return [self._vector("h", separated.coupling(self.grouped), "nonlinear coupling vector")]
 
     def applied(self) -> list[Scalar]:
@@ -120,17 +129,21 @@ class Derivation:
         return [x + y for x, y in zip(projected, self.loads.efforts, strict=True)]
 
     def force(self) -> list[Block]:
+        """Return Q, (nv,): gravity and all applied loads; N, or N m of angles."""
         weight = separated.gravity_force(self.grouped, self.motion.gravity, self.composites)
         Q = [x + y for x, y in zip(weight, self.applied(), strict=True)]
         return [self._vector("Q", Q, "generalized force")]
 
     def base_motion(self) -> list[Block]:
+        """Return b, (nv,): inertia forces of the prescribed motion of the base; N, or N m of angles."""
         return [self._vector("b", separated.base_motion(self.grouped, self.motion), "base-motion terms")]
 
     def inverse_dynamics(self) -> list[Block]:
+        """Return tau = M a + h + b - Q, (nv,)."""
         return [self._vector("tau", self.inverse(), "generalized force that the motion a needs")]
 
     def residual(self) -> list[Block]:
+        """Return r = M a + h + b - Q + B^T lam, (nv,)."""
         r = self.inverse()
         if self.constraints is not None:
             reactions = self.constraints.forces()
@@ -160,6 +173,7 @@ class Derivation:
         return depths
 
     def partials(self) -> list[Block]:
+        """Return K, C, M, (nv, nv) each: partials of the residual in q (left-trivialised), v and a."""
         nv = self.tree.nv
         K, C, M = (differentiated_partials if self.tree.elastic else inertial_partials)(self.grouped, self.motion)
         seeds = configuration_directions(self.tree)
@@ -184,26 +198,31 @@ class Derivation:
         ]
 
     def poses(self) -> list[Block]:
+        """Return quaternion (body to world axes) and position in the world, m, of each body, (bodies, 7)."""
         values = poses(self.scene, self.tree, self.kinematics)
         return [
             self.block("pose", (len(self.scene.bodies), 7), values, "quaternion (w, x, y, z) and position of each body")
         ]
 
     def twists(self) -> list[Block]:
+        """Return the inertial twist of each body in its own axes, angular first, (bodies, 6); rad/s, m/s."""
         values = twists(self.scene, self.tree, self.kinematics)
         return [self.block("twist", (len(self.scene.bodies), 6), values, "angular and linear velocity of each body")]
 
     def accelerations(self) -> list[Block]:
+        """Return angular acceleration and that of the origin of each body, in its axes, (bodies, 6)."""
         values = accelerations(self.scene, self.tree, self.kinematics)
         what = "angular acceleration of each body and acceleration of its origin"
         return [self.block("acceleration", (len(self.scene.bodies), 6), values, what)]
 
     def jacobians(self) -> list[Block]:
+        """Return the twist of each body per unit of v, base at rest, in its axes, (bodies, 6, nv)."""
         values = body_jacobians(self.scene, self.tree)
         what = "twist of each body against the base per unit of v, angular first"
         return [self.block("J", (len(self.scene.bodies), 6, self.tree.nv), values, what)]
 
     def energies(self) -> dict[str, Scalar]:
+        """Return ``kinetic``, ``potential``, J, and ``power``, ``base_power``, W, of the inertial motion."""
         if self._energies is None:
             drivers = self.constraints.driving_power() if self.constraints is not None else self.algebra.zero
             self._energies = energies(self.tree, self.kinematics, self.loads, drivers)
@@ -211,12 +230,14 @@ class Derivation:
         return self._energies
 
     def energy(self) -> list[Block]:
-        found = self.energies()
-        values = [found[name] for name in ("kinetic", "potential", "power", "base_power")]
+        """Return the energies and powers as one block, (4,)."""
+        energies_by_name = self.energies()
+        values = [energies_by_name[name] for name in ("kinetic", "potential", "power", "base_power")]
         what = "kinetic, potential (J), non-conservative power, power of base and drivers (W)"
         return [self.block("energy", (4,), values, what)]
 
     def elastic(self) -> list[Block]:
+        """Return structural stiffness and damping, and geometric stiffness of the present motion, (nv, nv) each."""
         K, D = structural(self.tree, self.quantities)
         geometric_stiffness = geometric(self.tree, self.motion, self.loads.wrenches)
         return [
@@ -226,6 +247,7 @@ class Derivation:
         ]
 
     def outputs(self) -> list[Block]:
+        """Return the components of all outputs of the scene, in their order and SI units."""
         self.energies()
         values = []
         for output in self.scene.outputs:
@@ -246,9 +268,11 @@ class Derivation:
     # -- internal states ----------------------------------------------------------------------------------------------
 
     def internal_rate(self) -> list[Block]:
+        """Return zdot, (nz,)."""
         return [self._vector("zdot", self.internal.rates(), "rates of the internal states")]
 
     def internal_partials(self) -> list[Block]:
+        """Return the partials of the residual in z, and those of zdot in q (left-trivialised), v and z."""
         if not self.scene.states:
             return []
         return [
@@ -264,18 +288,23 @@ class Derivation:
         return self.constraints
 
     def constraint(self) -> list[Block]:
+        """Return Phi, (holonomic,), m or 1; zero on the constraints. Raises ModelError without constraints."""
         return [self._vector("Phi", [row.value for row in self._calculus().rows.holonomic], "holonomic constraints")]
 
     def constraint_velocity(self) -> list[Block]:
+        """Return w = B v + Phi_t, then the rows at velocity level; m/s or 1/s."""
         return [self._vector("w", self._calculus().velocity(), "B v + Phi_t, then constraints at velocity level")]
 
     def constraint_bias(self) -> list[Block]:
+        """Return g, (rows,), with d/dt w = B vdot + g."""
         return [self._vector("g", self._calculus().bias(), "rate of the velocity rows at vdot = 0")]
 
     def constraint_jacobian(self) -> list[Block]:
+        """Return B, (rows, nv), left-trivialised."""
         return [self._matrix("B", self._calculus().jacobian(), "constraint Jacobian, left-trivialised")]
 
     def constraint_size(self) -> list[Block]:
+        """Return by what violations of each row are measured: the size of its summands, and its extent, m."""
         rows = self._calculus().rows.all
         sizes, extents = [row.size for row in rows], self._extents(rows)
         return [
@@ -296,6 +325,7 @@ class Derivation:
         return [machine if row.extent.is_zero else row.extent for row in rows]
 
     def velocity_partials(self) -> list[Block]:
+        """Return Z = dw/dq, (rows, nv), left-trivialised."""
         rows = self._calculus().by_configuration(self._calculus().velocity())
         return [self._matrix("Z", rows, "left-trivialised partials in q of the velocity rows")]
 

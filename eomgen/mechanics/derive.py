@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from eomgen.errors import ModelError, Problem
-from eomgen.mechanics.constants import described, named_constants
+from eomgen.mechanics.constants import described, named_constants, slopes
 from eomgen.mechanics.constraints.counted_angles import angle_labels
 from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.discontinuities import discontinuities, validity
@@ -14,6 +14,7 @@ from eomgen.mechanics.forces.symbols import input_signal
 from eomgen.mechanics.initial_coordinates import absolute_start, joint_start
 from eomgen.mechanics.rates.drivers import base_rates, input_rates
 from eomgen.mechanics.summary import kept_and_dropped
+from eomgen.mechanics.terms.events import event_rows, modes, needs_impulse
 from eomgen.mechanics.terms.rates import rate_blocks
 from eomgen.mechanics.terms.recorders import RECORDERS
 from eomgen.mechanics.tree.base import base_law
@@ -21,9 +22,11 @@ from eomgen.scene.joints.unresisted import UNRESISTED
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.tape import Tape
-from eomgen.system.system import BASE_LAYOUT, INPUT_BLOCKS, Block, Facts, Function, Quantity, System
+from eomgen.system.system import BASE_SIZE, INPUT_BLOCKS, Block, Facts, Function, Quantity, System
 from eomgen.system.terms import TERMS
 
+#: Terms with partials in the accelerations of the base.
+_DISTURBED = frozenset({"linearization", "output_partials"})
 _NON_SMOOTH = frozenset({Op.ABS, Op.SIGN, Op.MIN, Op.MAX, Op.LT, Op.LE, Op.SELECT})
 
 
@@ -43,7 +46,8 @@ def derive(scene: Scene, terms: Sequence[str] | None = None, without_rows: Seque
         For an unknown term, or one that the scene cannot have; for numbers that no double can hold together.
     """
     try:
-        derivation = Derivation(scene, without_rows)
+        disturbed = not _DISTURBED.isdisjoint(scene.terms if terms is None else terms)
+        derivation = Derivation(scene, without_rows, disturbed=disturbed)
         return _assembled(derivation, _chosen(derivation, terms))
     except (ZeroDivisionError, OverflowError):
         if cause := next((note for note in scene.notes if note.startswith(UNRESISTED)), None):
@@ -64,7 +68,7 @@ def _chosen(derivation: Derivation, terms: Sequence[str] | None) -> list[str]:
     facts = _existence_facts(derivation)
     existing = [term for term in TERMS.values() if term.exists_with(facts)]
     if requested:
-        return [term.name for term in existing if term.name in requested]
+        return [term.name for term in existing if term.name in requested or term.of_events]
     whole = not derivation.large or derivation.constraints is not None
     return [term.name for term in existing if not term.on_request and (whole or not term.quadratic)]
 
@@ -83,6 +87,9 @@ def _existence_facts(derivation: Derivation) -> set[str]:
         "elastic": derivation.tree.elastic,
         "rigid": not derivation.tree.elastic,
         "large": derivation.large,
+        "events": bool(scene.events),
+        "event_actions": any(event.action in ("reset", "impact", "switch") for event in scene.events),
+        "event_impulse": needs_impulse(derivation),
     }
     return {name for name, holds in facts.items() if holds}
 
@@ -124,6 +131,7 @@ def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
         initial_q=initial_q,
         initial_v=initial_v,
         angles=angles,
+        base_zeros=derivation.prescribed.zeros,
         multipliers=tuple(row.name for row in rows.all) if rows is not None else (),
         row_units=tuple(row.unit for row in rows.all) if rows is not None else (),
         holonomic=len(rows.holonomic) if rows is not None else 0,
@@ -136,10 +144,13 @@ def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
         kept=kept,
         dropped=dropped,
         notes=scene.notes,
+        events=event_rows(derivation) if scene.events else (),
+        modes=modes(derivation),
         discontinuities=discontinuities(scene),
         validity=validity(scene),
         constants=named_constants(tree, derivation.quantities),
         beams=described(tree),
+        slopes=slopes(tree),
         description=scene.description,
         defaults=dict(vars(scene.simulation)),
         order=order,
@@ -161,8 +172,7 @@ def _drivers(derivation: Derivation, order: int, taken: set[str]) -> dict[str, F
     drivers: dict[str, Function] = {}
     if scene.base is not None:
         law = base_law(derivation.algebra, scene.base, derivation.tree.parameters)
-        size = sum(count for _, count, _ in BASE_LAYOUT)
-        block = derivation.block("base", (size,), law, "base struct")
+        block = derivation.block("base", (BASE_SIZE,), law, "base struct")
         drivers["base"] = Function("base", "motion of the base at time t", inputs, (block,))
         if "base_rates" in taken:
             of_base = base_rates(derivation.tape, law, order)

@@ -53,7 +53,7 @@ def describe(scene: Scene) -> Description:
         gravity=scene.gravity,
         drawing=_drawing(scene),
         simulation=scene.simulation,
-        places={key: place for key, place in scene.source.items() if key.startswith("simulation")},
+        places={key: location for key, location in scene.source.items() if key.startswith("simulation")},
     )
 
 
@@ -76,10 +76,10 @@ def laws_of(scene: Scene) -> Iterator[Law]:
             key, what = where(key_of("constraints", constraint.name, "drive")), constraint.kind.drive
             yield Law(key, f"driven {what}", DRIVE_UNITS[what], constraint.drive)
     if scene.base is not None:
-        for place, formula in enumerate(scene.base.position):
-            yield Law(where(key_of("base", "position", place)), "position of the base", "m", formula)
-        for place, rotation in enumerate(scene.base.rotations):
-            yield Law(where(key_of("base", "rotation", place, "angle")), "angle of the base", "rad", rotation.angle)
+        for axis, formula in enumerate(scene.base.position):
+            yield Law(where(key_of("base", "position", axis)), "position of the base", "m", formula)
+        for axis, rotation in enumerate(scene.base.rotations):
+            yield Law(where(key_of("base", "rotation", axis, "angle")), "angle of the base", "rad", rotation.angle)
 
 
 def formulas_of_forces(scene: Scene) -> Iterator[tuple[Formula, int]]:
@@ -143,7 +143,7 @@ def _limits(scene: Scene) -> Iterator[Limit]:
 
 
 def _lengths(scene: Scene) -> Iterator[tuple[Formula, ...]]:
-    """Yield places on bodies, free lengths, radii, stops of travels."""
+    """Yield positions on bodies, free lengths, radii, stops of travels."""
     yield from (point.position for point in scene.points)
     yield from (body.center_of_mass for body in scene.bodies)
     yield from (joint.position for joint in scene.joints)

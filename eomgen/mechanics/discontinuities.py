@@ -16,14 +16,14 @@ def discontinuities(scene: Scene) -> tuple[Discontinuity, ...]:
     def value_of(symbol: Symbol) -> float | None:
         return fixed.get(symbol.name)
 
-    found: dict[tuple[float, float], Breakpoint] = {}
+    first: dict[tuple[float, float], Breakpoint] = {}
     of_inputs = [(item.formula, 0) for item in scene.inputs if item.formula is not None]
     for formula, derivatives in (*of_inputs, *formulas_of_forces(scene)):
         for point in breakpoints(formula, value_of, derivatives):
-            other = found.get((point.time, point.period))
+            other = first.get((point.time, point.period))
             if other is None or point.order < other.order:
-                found[point.time, point.period] = point
-    ordered = sorted(found.values(), key=lambda point: (point.period, point.time))
+                first[point.time, point.period] = point
+    ordered = sorted(first.values(), key=lambda point: (point.period, point.time))
     return tuple(Discontinuity(point.time, point.period, max(point.order, 0), point.blur) for point in ordered)
 
 
@@ -32,9 +32,9 @@ def validity(scene: Scene) -> tuple[Validity, ...]:
     fixed = {item.name: item.value for item in scene.parameters if not item.tunable}
     owners = [(item.name, item.formula) for item in scene.inputs if item.formula is not None]
     owners += [("", formula) for formula, _ in formulas_of_forces(scene)]
-    found = [
+    ranges = [
         Validity(reach.name, owner, reach.start, reach.end)
         for owner, formula in owners
         for reach in reaches(formula, lambda symbol: fixed.get(symbol.name))
     ]
-    return tuple(dict.fromkeys(found))
+    return tuple(dict.fromkeys(ranges))

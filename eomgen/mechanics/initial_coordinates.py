@@ -51,15 +51,15 @@ def absolute_start(derivation: Derivation) -> tuple[tuple[float, ...], tuple[flo
         )
         R = _matrix(pose[:4])
         velocity = twist[3:] + np.cross(twist[:3], offset)
-        place, speed = slice(factor.q_start, None), slice(factor.v_start, None)
+        position, speed = slice(factor.q_start, None), slice(factor.v_start, None)
         match factor.group:
             case "SE3":
-                q[place][:7] = np.concatenate([pose[:4], pose[4:] + R @ offset])
+                q[position][:7] = np.concatenate([pose[:4], pose[4:] + R @ offset])
                 v[speed][:6] = np.concatenate([twist[:3], velocity])
             case "SO3":
-                q[place][:4], v[speed][:3] = pose[:4], twist[:3]
+                q[position][:4], v[speed][:3] = pose[:4], twist[:3]
             case _:
-                q[place][:3], v[speed][:3] = pose[4:] + R @ offset, R @ velocity
+                q[position][:3], v[speed][:3] = pose[4:] + R @ offset, R @ velocity
     return tuple(map(float, q)), tuple(map(float, v))
 
 

@@ -35,15 +35,15 @@ class Saving:
 def savings(scene: Scene) -> list[Saving]:
     """Derive the scene again without each applicable simplification, and return the differences of operation counts."""
     actual = derive(scene, COMPARED).counts
-    found = []
-    for what, variant in _variants(scene):
+    differences = []
+    for simplification, variant in _variants(scene):
         try:
             counts = derive(variant, COMPARED).counts
         except ModelError:  # a variant that cannot be derived has no cost to compare with
             continue
         pairs = [(term, actual[term].flops, counts[term].flops) for term in COMPARED if term in actual]
-        found += [Saving(what, term, kept, without) for term, kept, without in pairs if without != kept]
-    return found
+        differences += [Saving(simplification, term, kept, without) for term, kept, without in pairs if without != kept]
+    return differences
 
 
 def _variants(scene: Scene) -> list[tuple[str, Scene]]:

@@ -18,9 +18,9 @@ def kept_and_dropped(
     dropped: list[str] = []
     kept += [f"curve {curve.name}: {curve}" for curve in scene.curves]
 
-    def note(present: bool, what: str, why: str) -> None:
+    def note(present: bool, effect: str, why: str) -> None:
         if not present:
-            dropped.append(f"{what}: {why}")
+            dropped.append(f"{effect}: {why}")
 
     joints = scene.joints
     followers = [f"{joint.name} follows {joint.mimic.joint}" for joint in joints if joint.mimic is not None]

@@ -54,8 +54,8 @@ def calibrated(scene: Scene, build: Callable[[Scene, list[str]], Model]) -> Scen
     """
     if not any(item.calibration for item in scene.feedback):
         return scene
-    found, notes = gains(scene, {}, build)
-    parameters = tuple(replace(item, value=found.get(item.name, item.value)) for item in scene.parameters)
+    values, notes = gains(scene, {}, build)
+    parameters = tuple(replace(item, value=values.get(item.name, item.value)) for item in scene.parameters)
     return replace(scene, parameters=parameters, notes=(*scene.notes, *notes))
 
 
@@ -73,13 +73,13 @@ def gains(
             continue
         key = f"controllers.{item.name}.calibration"
         try:
-            found, note = _one(opened, item, item.calibration, model, values)
+            gains_of_one, note = _one(opened, item, item.calibration, model, values)
         except EomgenError as error:
-            place = f"{scene.source.get(key, scene.name)} ({key})"
+            where = f"{scene.source.get(key, scene.name)} ({key})"
             # what was called for stands in the scene
             kind = DescriptionError if isinstance(error, UsageError) else type(error)
-            raise kind([Problem(place, problem.what, problem.hint) for problem in error.problems]) from None
-        values |= found
+            raise kind([Problem(where, problem.what, problem.hint) for problem in error.problems]) from None
+        values |= gains_of_one
         notes.append(note)
     return {name: values[name] for name in opened.calibrated}, notes
 
@@ -119,7 +119,7 @@ def _opened(scene: Scene) -> _Opened:
         rows[output.name] = slice(start, start + len(output.values))
         start += len(output.values)
     inputs = (*scene.inputs, *(Input(_input_of(name)) for name in acting))
-    legal = tuple(replace(output, name=f"output_{place}") for place, output in enumerate(outputs))
+    legal = tuple(replace(output, name=f"output_{number}") for number, output in enumerate(outputs))
     opened = replace(
         scene,
         controllers=controllers,

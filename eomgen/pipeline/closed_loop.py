@@ -18,14 +18,13 @@ _OFF = 1e-3
 
 
 def slowest_motion(plant: Plant, G: Array) -> str:
-    """Return how fast the slowest motion of the plant decays under the gains G of [q, v], (m, 2n), or what does not
-    decay."""
+    """Return how fast the slowest motion decays under gains G of [q, v], (m, 2n), or what does not decay."""
     n = plant.n
     A, _ = plant.state_space(G[:, :n], G[:, n:])
-    found = modes(A, np.eye(n, 2 * n), plant.names, np.diag(plant.M))
-    slowest = int(np.argmax(found.eigenvalues.real))
-    rate, mover = -float(found.eigenvalues[slowest].real), found.dominant(slowest, 1)[0][0]
-    if abs(rate) <= found.uncertainty[slowest]:
+    result = modes(A, np.eye(n, 2 * n), plant.names, np.diag(plant.M))
+    slowest = int(np.argmax(result.eigenvalues.real))
+    rate, mover = -float(result.eigenvalues[slowest].real), result.dominant(slowest, 1)[0][0]
+    if abs(rate) <= result.uncertainty[slowest]:
         return f"the closed loop does not decay: {mover}"
     if rate < 0.0:
         return f"the closed loop grows at {-rate:.4g} 1/s: {mover}"
@@ -48,8 +47,8 @@ def not_reached(modal: ModalFeedback, wanted: ArrayLike, ratios: Array) -> str:
     differences = []
     for k, w, zeta in zip(modal.controlled, np.asarray(wanted), ratios, strict=True):
         pole = w * (-zeta + np.sqrt(complex(zeta**2 - 1.0)))
-        found = modal.eigenvalues[np.argmin(np.abs(modal.eigenvalues - pole))]
-        if abs(found - pole) > _OFF * w:
-            got = f"{abs(found):.4g} rad/s with a damping ratio of {-found.real / abs(found):.3g}"
+        nearest_pole = modal.eigenvalues[np.argmin(np.abs(modal.eigenvalues - pole))]
+        if abs(nearest_pole - pole) > _OFF * w:
+            got = f"{abs(nearest_pole):.4g} rad/s with a damping ratio of {-nearest_pole.real / abs(nearest_pole):.3g}"
             differences.append(f"mode {k + 1} gets {got}, not {w:.4g} with {zeta:.3g}")
     return f"damping couples the modes: {', '.join(differences)}; " if differences else ""

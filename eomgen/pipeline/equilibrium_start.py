@@ -12,8 +12,9 @@ from eomgen.errors import EomgenError
 from eomgen.system.terms import PURPOSES
 
 if TYPE_CHECKING:
-    from eomgen.codegen.program import Named, Program
+    from eomgen.codegen.program import Program
     from eomgen.model import Model
+    from eomgen.system.system import Quantity
 
 #: Parameters that are named with their values.
 _LISTED = 12
@@ -31,8 +32,8 @@ def with_equilibrium_start(program: Program, build: Callable[[Sequence[str]], Mo
     """
     try:
         model = build(PURPOSES["equilibrium"])
-        found = model.equilibrium()
-        q, v = found.q, model.initial_v
+        rest = model.equilibrium()
+        q, v = rest.q, model.initial_v
         if model.multipliers:
             consistent = model.consistent(q, v)
             q, v = consistent.q, consistent.v
@@ -45,7 +46,7 @@ def with_equilibrium_start(program: Program, build: Callable[[Sequence[str]], Mo
         )
         warnings.warn(f"{program.prefix}: {start}", RuntimeWarning, stacklevel=3)
         return replace(program, start=f"{start}.")
-    left = f"below 1e{math.ceil(math.log10(found.acceleration))}" if found.acceleration else "zero"
+    left = f"below 1e{math.ceil(math.log10(rest.acceleration))}" if rest.acceleration else "zero"
     start = (
         f"It starts at static equilibrium, found when this code was made, {_at(program.parameters, program.inputs)}."
     )
@@ -53,15 +54,15 @@ def with_equilibrium_start(program: Program, build: Callable[[Sequence[str]], Mo
         f" The accelerations left unbalanced there, in m/s^2 or rad/s^2, are {left}; velocities are those of the"
         " joints."
     )
-    for note in found.message.split("; ")[1:]:
+    for note in rest.message.split("; ")[1:]:
         start += f" Note: {note}."
     if program.parameters or program.inputs:
         start += " Other values have their equilibrium elsewhere, and the C does not look for it."
-    state = [tuple(map(float, values)) for values in (q, v, found.z)]
+    state = [tuple(map(float, values)) for values in (q, v, rest.z)]
     return replace(program, start=start, initial_q=state[0], initial_v=state[1], initial_z=state[2])
 
 
-def _at(parameters: tuple[Named, ...], inputs: tuple[Named, ...]) -> str:
+def _at(parameters: tuple[Quantity, ...], inputs: tuple[Quantity, ...]) -> str:
     """Return at which values the equilibrium was found."""
     listed = ", ".join(
         f"{item.name} = {item.value:.9g}{f' {item.unit}' if item.unit else ''}" for item in parameters[:_LISTED]

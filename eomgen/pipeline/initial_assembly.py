@@ -60,50 +60,48 @@ def with_initial_assembly(
     if not system.multipliers:
         return derive(terms, ())
     equations = constrained(system)
-    found = assemble(equations, np.array(system.initial_q), np.array(system.initial_v))
-    rows = redundancy(equations, found.q)
-    prescribed, locked = _without_freedom(system, equations, found.q, rows)
-    sensitive = _sensitive(system, equations, found.q, found.v, rows.dependent)
+    assembly = assemble(equations, np.array(system.initial_q), np.array(system.initial_v))
+    rows = redundancy(equations, assembly.q)
+    prescribed, locked = _without_freedom(system, equations, assembly.q, rows)
+    sensitive = _sensitive(system, equations, assembly.q, assembly.v, rows.dependent)
     units = coordinate_units(system.factors, coordinates)
     guess = np.array(system.initial_q), np.array(system.initial_v)
-    corrections = [*found.corrections(), *corrected_start(found, guess, coordinate_names(system.factors), units)]
+    corrections = [*assembly.corrections(), *corrected_start(assembly, guess, coordinate_names(system.factors), units)]
     if rows.dependent:  # what contradicts the others by a little no longer holds them off
-        found = assemble(equations.without(rows.dependent), found.q, found.v)
-    notes = [*_left_out(system, equations, found.q, rows), *prescribed, *locked, *corrections, *found.deviations]
+        assembly = assemble(equations.without(rows.dependent), assembly.q, assembly.v)
+    notes = [*_left_out(system, equations, assembly.q, rows), *prescribed, *locked, *corrections, *assembly.deviations]
     system = derive(terms, rows.dependent)
     return replace(
         system,
-        initial_q=tuple(map(float, found.q)),
-        initial_v=tuple(map(float, found.v)),
+        initial_q=tuple(map(float, assembly.q)),
+        initial_v=tuple(map(float, assembly.v)),
         notes=(*system.notes, *notes),
         warnings=(*system.warnings, *locked),
         left_out=sensitive,
     )
 
 
-def _left_out(system: System, equations: Constrained, q: Array, found: Redundancy) -> list[str]:
+def _left_out(system: System, equations: Constrained, q: Array, rows: Redundancy) -> list[str]:
     """Return a sentence for each row that follows from others, and by how much it does not where lengths or axes hardly
     fit."""
-    off = left_over(equations, q, found.dependent)
+    off = left_over(equations, q, rows.dependent)
     by = {row: f", though it is off by {abs(value):.3g}" for row, value in off.items()}
     return [
         f"{system.multipliers[row]} follows from the constraints before it and is left out{by.get(row, '')}"
-        for row in found.dependent
+        for row in rows.dependent
     ]
 
 
-def _without_freedom(
-    system: System, equations: Constrained, q: Array, found: Redundancy
-) -> tuple[list[str], list[str]]:
+def _without_freedom(system: System, equations: Constrained, q: Array, rows: Redundancy) -> tuple[list[str], list[str]]:
     """Return a note if the constraints leave no velocity free: the motion is prescribed, or there is none."""
-    kept = [row for row in range(len(system.multipliers)) if row not in found.dependent]
+    kept = [row for row in range(len(system.multipliers)) if row not in rows.dependent]
     if len(kept) < system.nv:
         return [], []
     undriven = [row for row in range(len(system.multipliers)) if not _driven(system, row)]
     if len(undriven) - len(redundancy(equations, q, rows=undriven).dependent) < system.nv:
         drivers = ", ".join(system.multipliers[row] for row in kept if _driven(system, row))
         return [f"all motion is prescribed: {drivers} and the constraints leave no velocity free"], []
-    almost = "; ".join(f"of {system.multipliers[row]} only {part:.1g} is new" for row, part in found.hardly.items())
+    almost = "; ".join(f"of {system.multipliers[row]} only {part:.1g} is new" for row, part in rows.hardly.items())
     what = (
         f"nothing can move: {system.nv} velocities are held by as many constraint rows that do not follow from each"
         " other"
@@ -132,8 +130,8 @@ def _sensitive(system: System, equations: Constrained, q: Array, v: Array, left_
         nearby[entering] += _NEARBY * (np.abs(defaults[entering]) + extent) * generator.uniform(0.5, 1.0, len(entering))
         other = constrained(system, nearby)
         try:
-            found = assemble(other.without(left_out), q, v)
-            check_left_out(other, names, found.q, found.v)
+            assembly = assemble(other.without(left_out), q, v)
+            check_left_out(other, names, assembly.q, assembly.v)
         except ModelError:
             return names
     return ()

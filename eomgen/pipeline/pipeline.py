@@ -157,7 +157,7 @@ def build(
         Functions wanted; the scene's own list, or all that it can use, by default. Fewer compile faster.
     method : str, optional
         Whose stepper is compiled in, and the one that ``simulate`` uses by default; the scene's by default.
-        Others are compiled when ``simulate`` asks for them.
+        Others are compiled when ``simulate`` asks for them. ``auto``: each run chooses, see ``simulate``.
     profile : str
         ``fast`` (this processor), ``reproducible`` (same bits everywhere) or ``quick`` (compiles fastest).
     real : str
@@ -172,6 +172,19 @@ def build(
     RuntimeWarning
         Some motion of the joints moves no mass, so forward dynamics has no answer; names the joints.
     """
+    return built_in(None, scene, terms, method, profile, real)
+
+
+def built_in(
+    cache: Path | None,
+    scene: Described,
+    terms: Sequence[str] | None = None,
+    method: str | None = None,
+    profile: str = "fast",
+    real: str = "double",
+) -> Model:
+    """Return the compiled model of a scene as ``build`` does, with libraries kept in this folder, the user's cache by
+    default."""
     _check_terms(terms)
     from eomgen.integrators.methods import terms_of  # noqa: PLC0415
     from eomgen.model import Model  # noqa: PLC0415
@@ -179,9 +192,15 @@ def build(
 
     document, front_end = as_document(scene)
     described = front_end.describe(document)
+    if method is not None:
+        described = replace(described, simulation=replace(described.simulation, method=method))
     if real not in ("double", "float"):
         raise UsageError(f"a model cannot be built with real = {real!r}", "double or float")
-    library = _library(document, front_end, terms, _method_name(described, method), profile, real)
+    from eomgen.toolchain.builder import Builder  # noqa: PLC0415
+    from eomgen.toolchain.cache import Cache  # noqa: PLC0415
+
+    builder = Builder(profile=profile, real=real, cache=None if cache is None else Cache(cache))
+    library = _library(document, front_end, terms, _method_name(described, method), builder)
     constrained = bool(library.layout["multipliers"])  # all rows of a scene may follow from its joints
     there = [function["name"] for function in library.layout["functions"]]
     long = not constrained and not described.states and "iteration" in there
@@ -190,17 +209,30 @@ def build(
         """Return a library with another method's stepper; of long trees without their dense partials."""
         needed = terms_of(other, constrained, bool(described.states), "mass" in there)
         wanted = [("iteration" if long and term == "partials" else term) for term in needed]
-        return _library(document, front_end, wanted, other, profile, real)
+        return _library(document, front_end, wanted, other, builder)
 
     def built(others: Sequence[str]) -> Model:
-        return build(document, others, method=method, profile=profile, real=real)
+        return built_in(cache, document, others, method, profile, real)
 
     for note in library.layout["notes"] if "forward_dynamics" in there else ():
         if note.startswith(UNRESISTED):
-            warnings.warn(f"{described.name}: {note}", RuntimeWarning, stacklevel=2)
+            warnings.warn(f"{described.name}: {note}", RuntimeWarning, stacklevel=3)
     every_row = None if front_end.every_row is None else functools.cache(partial(front_end.every_row, document))
     gains = front_end.gains(document, _reproducible)
     return Model(described, library, stepper, front_end.start(document), built, gains, every_row, document)
+
+
+def method_of(scene: Scene, method: str | None) -> str:
+    """Return the name of a method, or of the scene's. Raises UsageError or DescriptionError where there is none."""
+    return _method_name(SCENES.describe(scene), method)
+
+
+def terms_of_step(scene: Scene, method: str) -> tuple[str, ...]:
+    """Return the terms that a step of a method calls."""
+    from eomgen.integrators.methods import terms_of  # noqa: PLC0415
+
+    constrained = bool(scene.constraints) or scene.coordinates == "absolute"
+    return terms_of(method, constrained, bool(scene.states))
 
 
 def _reproducible(document: Document, terms: Sequence[str]) -> Model:
@@ -245,18 +277,22 @@ def _check_terms(terms: Sequence[str] | None) -> None:
 
 
 def _method_name(described: Description, method: str | None) -> str:
-    """Return the method asked for, or the described one. Raises UsageError or DescriptionError when there is none of
-    its name."""
-    from eomgen.integrators.methods import canonical_name  # noqa: PLC0415
+    """Return the method asked for, or the described one; the standard one where runs choose.
 
+    Raises UsageError or DescriptionError when there is none of its name.
+    """
+    from eomgen.integrators.methods import AUTO, STANDARD, canonical_name  # noqa: PLC0415
+
+    if (described.simulation.method if method is None else method) == AUTO:
+        return STANDARD
     if method is not None:
         return canonical_name(method)
     try:
-        return canonical_name(described.simulation.method)
+        return canonical_name(described.simulation.method, described.simulation.tolerance)
     except UsageError as error:
-        place = described.places.get("simulation.method", described.name)
+        where = described.places.get("simulation.method", described.name)
         raise DescriptionError(
-            [Problem(f"{place} (simulation.method)", p.what, p.hint) for p in error.problems]
+            [Problem(f"{where} (simulation.method)", p.what, p.hint) for p in error.problems]
         ) from None
 
 
@@ -303,15 +339,12 @@ def _program(
 
 
 def _library(
-    document: Document, front_end: FrontEnd, terms: Sequence[str] | None, method: str, profile: str, real: str
+    document: Document, front_end: FrontEnd, terms: Sequence[str] | None, method: str, builder: Builder
 ) -> Library:
-    from eomgen.toolchain.builder import Builder  # noqa: PLC0415
-
-    builder = Builder(profile=profile, real=real)
     content = _content(document, front_end, terms, method)
-    found = builder.find(content)
-    if found is not None:
-        return found
+    cached = builder.find(content)
+    if cached is not None:
+        return cached
     with builder.claim(content):
         return builder.find(content) or _made(document, front_end, terms, method, builder, content)
 

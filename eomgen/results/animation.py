@@ -30,6 +30,7 @@ RATE, FEWEST, LARGEST = 60.0, 600, 24_000_000
 _SCRIPTS = {
     "style": "animation.css",
     "geometry": "geometry.js",
+    "colours": "colours.js",
     "stage": "stage.js",
     "drawing": "drawing.js",
     "page": "page.js",
@@ -131,8 +132,8 @@ def _packed(solution: Animated, poses: Mapping[str, Array], scenery: Mapping[str
     if not points:
         last = scenery["bodies"][-1]
         name = f"centre of {last['name']}"
-        place = {"body": last["name"], "position": last["solid"]["center"]}
-        points[name] = {"name": name, **at(place), "body": len(order) - 1, "trace": True, "drawn": True}
+        camera = {"body": last["name"], "position": last["solid"]["center"]}
+        points[name] = {"name": name, **at(camera), "body": len(order) - 1, "trace": True, "drawn": True}
     return {
         "name": str(solution.metadata.get("scene", "scene")),
         "description": scenery["description"],

@@ -49,7 +49,7 @@ def factors_of(metadata: Mapping[str, Any]) -> list[Factor]:
             "this solution does not say which groups its coordinates are of: it was made by hand or by an older eomgen"
         )
         raise UsageError(Problem("at", what, "a solution of simulate"))
-    return [Factor(group, "", *places) for group, *places in metadata["factors"]]
+    return [Factor(group, "", *spans) for group, *spans in metadata["factors"]]
 
 
 def state_at(rows: Rows, metadata: Mapping[str, Any], t: ArrayLike, between: Between | None = None) -> State:
@@ -141,8 +141,7 @@ def _check_turns(rows: Rows, factors: Sequence[Factor], index: Index) -> None:
 
 
 def largest_errors(rows: Rows, metadata: Mapping[str, Any]) -> dict[str, float]:
-    """Return by how much ``state_at`` through every third row misses the rows between: q in the algebra, v, a, and z if
-    any.
+    """Return by how much ``state_at`` through every third row misses those between: q in the algebra, v, a, z.
 
     Halfway between two rows the velocities of a quintic are better than elsewhere, so every second row would not do.
     """
@@ -150,9 +149,9 @@ def largest_errors(rows: Rows, metadata: Mapping[str, Any]) -> dict[str, float]:
         raise UsageError(Problem("interpolation_error", f"seven rows are needed, not {len(rows.t)}", "a longer run"))
     kept = Rows(*(array[::3] for array in rows))
     left_out = [k for k in range(3 * len(kept.t) - 3) if k % 3]
-    found = state_at(kept, metadata, rows.t[left_out])
-    q = product.difference(factors_of(metadata), rows.q[left_out], found.q)
-    errors = {"q": q, "v": found.v - rows.v[left_out], "a": found.a - rows.a[left_out]}
+    interpolated = state_at(kept, metadata, rows.t[left_out])
+    q = product.difference(factors_of(metadata), rows.q[left_out], interpolated.q)
+    errors = {"q": q, "v": interpolated.v - rows.v[left_out], "a": interpolated.a - rows.a[left_out]}
     if rows.z.shape[1]:
-        errors["z"] = found.z - rows.z[left_out]
+        errors["z"] = interpolated.z - rows.z[left_out]
     return {name: float(np.max(np.abs(error), initial=0.0)) for name, error in errors.items()}

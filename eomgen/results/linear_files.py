@@ -71,8 +71,7 @@ def write_modes(modes: Modes, path: Path) -> Path:
 
 
 def write_matrices(lin: Linearization, scene: str, path: Path) -> Path:
-    """Write all matrices and their names: M0, C0, K0, B0, E0 where there are any, then A, B, E, C, D, F, and the
-    state."""
+    """Write the matrices and their names: M0, C0, K0, B0, E0 if there are any, A, B, E, C, D, F, and the state."""
     space, reference = lin.state_space(), lin.reference
     arrays = {name: getattr(space, name) for name in "ABECDF"}
     if lin.free.holonomic:

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.arrays import Array
-from eomgen.errors import FileError, Problem
 from eomgen.linear.modes import Modes
 from eomgen.linear.root_locus import RootLocus
+from eomgen.results.figures import new_figure, saved
 
 Complex = NDArray[np.complex128]
 #: Modes and coordinates in one figure: more of them cannot be told apart.
@@ -32,7 +32,7 @@ def draw_modes(modes: Modes, title: str, path: Path) -> Path:
     columns = min(3, max(1, len(shown)))
     rows = max(1, -(-len(shown) // columns))
     count = min(len(modes.coordinates), _COORDINATES)
-    figure = _figure((4.6 * columns + 0.6, 0.8 + rows * (1.1 + 0.28 * count)))
+    figure = new_figure((4.6 * columns + 0.6, 0.8 + rows * (1.1 + 0.28 * count)))
     axes = np.atleast_1d(figure.subplots(rows, columns, squeeze=False)).ravel()
     for axis, k in zip(axes, shown, strict=False):
         _shape(axis, modes, k, count)
@@ -42,18 +42,18 @@ def draw_modes(modes: Modes, title: str, path: Path) -> Path:
     figure.suptitle(
         f"{title}: shapes of modes" + (f" ({left_out} more are not drawn)" if left_out else ""), fontsize=11
     )
-    return _saved(figure, path)
+    return saved(figure, path)
 
 
 def _shape(axis: Any, modes: Modes, k: int, count: int) -> None:
     chosen = np.sort(np.argsort(-modes.weights * np.abs(modes.shapes[:, k]), kind="stable")[:count])
     values = modes.shapes[chosen, k]
-    place = np.arange(len(chosen))[::-1]
-    axis.barh(place, np.abs(values), color="#0B62C4", height=0.6)
-    for y, value in zip(place, values, strict=True):
+    height = np.arange(len(chosen))[::-1]
+    axis.barh(height, np.abs(values), color="#0B62C4", height=0.6)
+    for y, value in zip(height, values, strict=True):
         if abs(value) > 1e-3:
             axis.text(abs(value) + 0.02, y, f"{degrees(value)}°", va="center", fontsize=8, color="#444444")
-    axis.set_yticks(place, [modes.coordinates[index] for index in chosen], fontsize=9)
+    axis.set_yticks(height, [modes.coordinates[index] for index in chosen], fontsize=9)
     axis.set_xlim(0.0, 1.2)
     axis.set_ylim(-0.6, len(chosen) - 0.4)
     axis.set_xlabel("amplitude (rad, m; largest is 1), phase", fontsize=9)
@@ -83,15 +83,14 @@ def _rounded(ratio: float) -> str:
 
 
 def draw_root_locus(locus: RootLocus, unit: str, title: str, path: Path) -> Path:
-    """Draw the upper half of the plane of roots, coloured by the parameter; crosses at the first value, rings at the
-    last."""
+    """Draw the upper half plane of roots, coloured by the parameter; crosses at its first value, rings at the last."""
     from matplotlib.colors import LogNorm, Normalize  # noqa: PLC0415  # slow to import, and only drawing needs it
 
     low, high = float(np.min(locus.values)), float(np.max(locus.values))
     ratios = locus.values[1:] / locus.values[:-1] if np.all(locus.values > 0.0) else np.zeros(0)
     logarithmic = len(ratios) > 1 and np.allclose(ratios, ratios[0], rtol=1e-9) and ratios[0] != 1.0
     norm = (LogNorm if logarithmic else Normalize)(low, high)
-    figure = _figure((8.4, 6.0))
+    figure = new_figure((8.4, 6.0))
     axis = figure.subplots()
     exact = np.abs(locus.eigenvalues.real) > _ROUNDING * np.abs(locus.eigenvalues)
     eigenvalues = np.where(exact, locus.eigenvalues, 1j * locus.eigenvalues.imag)
@@ -128,7 +127,7 @@ def draw_root_locus(locus: RootLocus, unit: str, title: str, path: Path) -> Path
     first, last = locus.values[0], locus.values[-1]
     axis.set_title(f"× {locus.parameter} = {first:.6g}   ○ {locus.parameter} = {last:.6g}", fontsize=10, loc="left")
     figure.suptitle(f"{title}: roots over {locus.parameter}", fontsize=11)
-    return _saved(figure, path)
+    return saved(figure, path)
 
 
 def draw_responses(
@@ -137,7 +136,7 @@ def draw_responses(
     """Draw magnitude and phase of each response over the frequency in Hz; one column for each."""
     from matplotlib.ticker import MultipleLocator  # noqa: PLC0415  # slow to import, and only drawing needs it
 
-    figure = _figure((6.2 * len(responses) + 0.4, 6.4))
+    figure = new_figure((6.2 * len(responses) + 0.4, 6.4))
     axes = figure.subplots(2, len(responses), squeeze=False, sharex=True, gridspec_kw={"height_ratios": [3, 2]})
     for column, ((of_input, output), values) in zip(axes.T, responses.items(), strict=True):
         magnitude, phase = column
@@ -162,29 +161,9 @@ def draw_responses(
             axis.set_axisbelow(True)
     figure.align_ylabels(list(axes.ravel()))
     figure.suptitle(f"{title}: frequency responses", fontsize=11)
-    return _saved(figure, path)
+    return saved(figure, path)
 
 
 def _ratio(over: str, under: str) -> str:
     """Return the unit of a response; nothing where a unit is not known or both are the same."""
     return f"{over} per {under}" if over and under and over != under else ""
-
-
-def _figure(size: tuple[float, float]) -> Any:
-    # slow to import, and only drawing needs it
-    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
-    from matplotlib.figure import Figure  # noqa: PLC0415
-
-    figure = Figure(figsize=size, layout="constrained", dpi=110)
-    FigureCanvasAgg(figure)
-    return figure
-
-
-def _saved(figure: Any, path: Path) -> Path:
-    try:
-        figure.savefig(path)
-    except OSError as error:
-        raise FileError(
-            Problem(str(path), f"cannot be written ({error.strerror or error})", "another folder")
-        ) from None
-    return path

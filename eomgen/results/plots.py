@@ -12,13 +12,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from eomgen.arrays import Array
-from eomgen.errors import FileError, Problem
+from eomgen.results.figures import new_figure, saved
+from eomgen.text import listed
 
 if TYPE_CHECKING:
+    from eomgen.results.events import Events
     from eomgen.results.solution import Solution
 
 #: Curves in one panel, panels in one figure, points of one curve: more of them cannot be told apart.
 _CURVES, _PANELS, _POINTS = 6, 24, 4000
+#: Events that are marked by lines; more of them would be a surface.
+_EVENTS = 200
 #: Smaller changes are shown as none: they are rounding errors.
 _FLAT = 1e-12
 #: What is measured in a unit, as far as the unit alone says it; coordinates of joints and bodies say more.
@@ -50,8 +54,7 @@ class Curve:
 
 
 def draw(solution: Solution, folder: Path) -> list[Path]:
-    """Draw ``coordinates.png``, ``velocities.png``, and ``states.png``, ``outputs.png`` and ``energy.png`` where there
-    are any.
+    """Draw ``coordinates.png``, ``velocities.png``; ``states.png``, ``outputs.png``, ``energy.png`` if there are any.
 
     Raises
     ------
@@ -68,7 +71,7 @@ def draw(solution: Solution, folder: Path) -> list[Path]:
     }
     title = str(solution.metadata.get("scene", ""))
     return [
-        _figure(solution.t, curves, f"{title}: {name}", folder / f"{name}.png")
+        _figure(solution.t, curves, f"{title}: {name}", folder / f"{name}.png", solution.events)
         for name, curves in figures.items()
         if curves
     ]
@@ -145,20 +148,17 @@ def _panels(curves: Sequence[Curve]) -> list[list[Curve]]:
     return panels
 
 
-def _figure(t: Array, curves: Sequence[Curve], title: str, path: Path) -> Path:
-    # slow to import, and only drawing needs it
-    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
-    from matplotlib.figure import Figure  # noqa: PLC0415
-
+def _figure(t: Array, curves: Sequence[Curve], title: str, path: Path, events: Events | None) -> Path:
     panels = _panels(curves)
     shown = panels[:_PANELS]
     columns = 1 if len(shown) <= 3 else 2
     rows = -(-len(shown) // columns)
-    figure = Figure(figsize=(9.0 if columns == 1 else 15.0, 0.6 + 2.9 * rows), layout="constrained", dpi=110)
-    FigureCanvasAgg(figure)
+    figure = new_figure((9.0 if columns == 1 else 15.0, 0.6 + 2.9 * rows))
     axes = np.atleast_1d(figure.subplots(rows, columns, sharex=True, squeeze=False)).ravel()
     for axis, panel in zip(axes, shown, strict=False):
         _panel(axis, t, panel)
+        for time in _marked(events):
+            axis.axvline(time, color="#888888", linewidth=0.7, linestyle=":", zorder=0.5)
     for axis in axes[len(shown) :]:
         axis.set_visible(False)
     for axis in axes[max(0, len(shown) - columns) : len(shown)]:
@@ -166,14 +166,16 @@ def _figure(t: Array, curves: Sequence[Curve], title: str, path: Path) -> Path:
         axis.tick_params(labelbottom=True)
     figure.align_ylabels(list(axes[: len(shown)]))
     hidden = sum(len(panel) for panel in panels[_PANELS:])
-    figure.suptitle(title + (f" (the first {len(curves) - hidden} of {len(curves)})" if hidden else ""), fontsize=11)
-    try:
-        figure.savefig(path)
-    except OSError as error:
-        raise FileError(
-            Problem(str(path), f"cannot be written ({error.strerror or error})", "another folder, or --no-plots")
-        ) from None
-    return path
+    title += f" (the first {len(curves) - hidden} of {len(curves)})" if hidden else ""
+    if events is not None and len(_marked(events)):
+        title += f"; dotted: {listed(dict.fromkeys(events.names))}"
+    figure.suptitle(title, fontsize=11)
+    return saved(figure, path, "another folder, or --no-plots")
+
+
+def _marked(events: Events | None) -> Array:
+    """Return the times of events that are drawn; none where they are too many to be told apart."""
+    return np.empty(0) if events is None or len(events) > _EVENTS else np.unique(events.t)
 
 
 def _panel(axis: Any, t: Array, panel: Sequence[Curve]) -> None:
@@ -200,8 +202,8 @@ def _label(panel: Sequence[Curve], alone: bool) -> str:
     """Return what the panel shows over its unit: the quantity that is known of it, else the name where there is one."""
     first = panel[0]
     named = (first.output or (first.name if len(panel) == 1 else "")) if alone else ""
-    what = first.quantity or named or _QUANTITIES.get(first.unit, "") or "value"
-    return what if first.unit in ("", "1") else f"{what}, {first.unit}"
+    quantity = first.quantity or named or _QUANTITIES.get(first.unit, "") or "value"
+    return quantity if first.unit in ("", "1") else f"{quantity}, {first.unit}"
 
 
 def _thinned(t: Array, values: Array) -> tuple[Array, Array]:

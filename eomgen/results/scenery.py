@@ -61,11 +61,11 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
         except ArithmeticError as error:
             raise NumericalError(Problem(where, f"cannot be drawn: {error}", "other parameters")) from None
 
-    def place(where: str, formulas: Sequence[Formula]) -> list[float]:
+    def vector(where: str, formulas: Sequence[Formula]) -> list[float]:
         return [number(where, formula) for formula in formulas]
 
     points: dict[str, dict[str, Any]] = {
-        item.name: {"body": item.body, "position": place(f"points.{item.name}", item.position)}
+        item.name: {"body": item.body, "position": vector(f"points.{item.name}", item.position)}
         for item in drawing.points
     }
     links: dict[str, list[list[float]]] = {
@@ -73,7 +73,7 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
     }
     joints = []
     for hinge in drawing.hinges:
-        position = place(f"joints.{hinge.name}.position", hinge.position)
+        position = vector(f"joints.{hinge.name}.position", hinge.position)
         joints.append(
             {
                 "name": hinge.name,
@@ -91,7 +91,7 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
     rods = []
     for link in drawing.links:
         ends: list[dict[str, Any]] = [
-            {"body": end.body, "position": place(f"constraints.{link.name}", end.position)}
+            {"body": end.body, "position": vector(f"constraints.{link.name}", end.position)}
             for end in (link.first, link.second)
         ]
         for end in ends:
@@ -107,17 +107,17 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
         links[points[name]["body"]].append(points[name]["position"])
     bodies = []
     for item in drawing.solids:
-        xx, yy, zz, xy, xz, yz = place(f"bodies.{item.name}.inertia", item.inertia)
+        xx, yy, zz, xy, xz, yz = vector(f"bodies.{item.name}.inertia", item.inertia)
         tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        center = np.array(place(f"bodies.{item.name}.center_of_mass", item.center_of_mass))
+        center = np.array(vector(f"bodies.{item.name}.center_of_mass", item.center_of_mass))
         solid = equivalent_solid(number(f"bodies.{item.name}.mass", item.mass), center, tensor)
         hub = center.tolist() if item.hub == "center" else [0.0, 0.0, 0.0]
-        places = [hub, *links[item.name]] if solid["kind"] == "none" else [center.tolist(), *links[item.name]]
-        ties = [place for place in places if place != hub]
+        positions = [hub, *links[item.name]] if solid["kind"] == "none" else [center.tolist(), *links[item.name]]
+        ties = [tie for tie in positions if tie != hub]
         bodies.append({"name": item.name, "solid": solid, "hub": hub, "links": ties})
     return {
         "description": description.description,
-        "gravity": place("gravity", description.gravity),
+        "gravity": vector("gravity", description.gravity),
         "bodies": bodies,
         "joints": joints,
         "points": [{"name": name, **point, "trace": name in shown} for name, point in points.items()],

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,11 +18,27 @@ from eomgen.compiled.state import State
 from eomgen.errors import EomgenError, FileError, Problem, UsageError
 from eomgen.files import read_arrays, write_arrays, write_table
 from eomgen.results.dense_output import Between, Rows, largest_errors, state_at
+from eomgen.results.error_estimate import ErrorEstimate
+from eomgen.results.events import Events, events_from
 from eomgen.results.scenery import PosesAndScenery
 from eomgen.system.description import component_names
 
 if TYPE_CHECKING:
     from eomgen.linear.linearization import Linearization
+
+
+class ModelOfRun(Protocol):
+    """The model of a run with its inputs and parameters, for what rows do not hold."""
+
+    @property
+    def between(self) -> Between | None:
+        """States between rows by the method itself; None where they are interpolated."""
+
+    def poses_and_scenery(self, t: Array, q: Array) -> PosesAndScenery: ...
+
+    def outputs(self, state: State) -> dict[str, Array]: ...
+
+    def linear(self, state: State) -> Linearization: ...
 
 
 @checked_calls('eomgen.Solution.load("run.npz"), or what model.simulate returns')
@@ -43,11 +59,9 @@ class Solution:
         known
     success : False when the run ended before its time; ``message`` says why, where, and what to try
     metadata : scene, version, method, step, parameters, names and units of components
-    evaluate_poses : gives poses and scenery on first use; None where they are not known
-    between : gives states between rows by the method itself; None where they are interpolated
-    evaluate : gives the outputs of a ``State`` with the run's inputs and parameters; None where the model is not at
-        hand
-    linear : likewise the linear model about a ``State``
+    model : the model with the run's inputs and parameters; None where it is not at hand, see ``Model.attach``
+    error : estimated discretisation error of states, multipliers and outputs
+    events : what happened at the roots of the scene's events; None without any
     """
 
     t: Array
@@ -63,10 +77,9 @@ class Solution:
     success: bool = True
     interrupted: bool = False
     metadata: Mapping[str, Any] = field(default_factory=dict)
-    evaluate_poses: Callable[[], PosesAndScenery] | None = None
-    evaluate: Callable[[State], dict[str, Array]] | None = None
-    linear: Callable[[State], Linearization] | None = None
-    between: Between | None = None
+    model: ModelOfRun | None = None
+    error: ErrorEstimate = field(default_factory=lambda: ErrorEstimate.missing("no estimate was made"))
+    events: Events | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "outputs", ByName("output", self.outputs))
@@ -84,16 +97,16 @@ class Solution:
         """Return what goes to another process: all that ``save`` keeps, poses among it, but not the way to the
         model."""
         self._poses_or_none()
-        return {**vars(self), "evaluate_poses": None, "evaluate": None, "linear": None, "between": None}
+        return {**vars(self), "model": None}
 
     @cached_property
     def poses_and_scenery(self) -> PosesAndScenery:
         """Poses and scenery together; see ``poses``."""
-        if self.evaluate_poses is None:
+        if self.model is None:
             what = "it was stored without poses of bodies, so there is nothing to draw"
             hint = "eomgen simulate, or model.simulate(...).save, with a model that has the term poses"
             raise UsageError(Problem("solution", what, hint))
-        return self.evaluate_poses()
+        return self.model.poses_and_scenery(self.t, self.q)
 
     @property
     def poses(self) -> Mapping[str, Array]:
@@ -109,15 +122,13 @@ class Solution:
         return self.poses_and_scenery.poses
 
     def animate(self, path: str | Path) -> Path:
-        """Write the motion as one HTML file that needs nothing but a browser; see
-        ``results.animation.write_animation``."""
+        """Write the motion as one self-contained HTML file; see ``results.animation.write_animation``."""
         from eomgen.results.animation import write_animation  # noqa: PLC0415  # solutions are used without it too
 
         return write_animation(self, path)
 
     def save(self, path: str | Path) -> Path:
-        """Write the solution: all of it as ``.npz``, or a table as ``.csv``. A file of that name is replaced as a
-        whole.
+        """Write the solution, all of it as ``.npz`` or a table as ``.csv``; a file of that name is replaced.
 
         An ``.npz`` holds the poses of the bodies too, where the model can give them; a table does not.
 
@@ -134,7 +145,9 @@ class Solution:
             named = poses_and_scenery.poses if poses_and_scenery else {}
             poses = {f"poses.{name}": array for name, array in named.items()}
             shown = {"scenery": poses_and_scenery.scenery} if poses_and_scenery else {}
-            write_arrays(path, {**self._arrays(), **poses}, {**self.metadata, **self._outcome(), **shown})
+            error = {f"error.{name}": array for name, array in self.error.arrays().items()}
+            described = {**self.metadata, **self._outcome(), **shown, "error": self.error.described()}
+            write_arrays(path, {**self._arrays(), **error, **poses}, described)
         elif path.suffix == ".csv":
             columns = self.columns()
             write_table(path, list(columns), np.stack(list(columns.values()), axis=1))
@@ -153,7 +166,7 @@ class Solution:
             The file cannot be read or is not a solution.
         """
         arrays, metadata = read_arrays(Path(path))
-        groups: dict[str, dict[str, Array]] = {"outputs": {}, "energy": {}, "poses": {}}
+        groups: dict[str, dict[str, Array]] = {"outputs": {}, "energy": {}, "poses": {}, "error": {}, "events": {}}
         plain: dict[str, Array] = {}
         for name, array in arrays.items():
             group, _, member = name.partition(".")
@@ -164,6 +177,7 @@ class Solution:
         try:
             outcome = {name: metadata.pop(name) for name in ("stats", "message", "success", "interrupted")}
             states: dict[str, Any] = {name: plain[name] for name in ("t", "q", "v", "a", "z", "multipliers")}
+            events = events_from(metadata["events"], groups["events"]) if "events" in metadata else None
         except KeyError as error:
             raise FileError(
                 Problem(str(path), f"this is not a solution written by eomgen: {error.args[0]} is missing")
@@ -179,16 +193,11 @@ class Solution:
         if wrong:
             what = f"this is not a solution written by eomgen: the poses of {wrong[0]} do not fit to its times"
             raise FileError(Problem(str(path), what))
-        scenery = metadata.pop("scenery", None)
-        evaluate_poses = None if scenery is None else lambda: PosesAndScenery(groups["poses"], scenery)
-        return cls(
-            **states,
-            outputs=groups["outputs"],
-            energy=groups["energy"],
-            **outcome,
-            metadata=metadata,
-            evaluate_poses=evaluate_poses,
-        )
+        scenery, summary = metadata.pop("scenery", None), metadata.pop("error", None)
+        known: dict[str, Any] = {} if summary is None else {"error": ErrorEstimate.from_file(groups["error"], summary)}
+        known |= {"outputs": groups["outputs"], "energy": groups["energy"], "metadata": metadata, "events": events}
+        solution = cls(**states, **outcome, **known)
+        return solution if scenery is None else solution._with(PosesAndScenery(groups["poses"], scenery))
 
     def at(self, t: ArrayLike) -> State:
         """Return the state at any time within the solution: t (...), q (..., nq), v and a (..., nv), z (..., nz).
@@ -203,7 +212,7 @@ class Solution:
         UsageError
             Times outside the solution, or half a turn or more between two rows.
         """
-        return state_at(self._rows, self.metadata, t, self.between)
+        return state_at(self._rows, self.metadata, t, self.model.between if self.model else None)
 
     def outputs_at(self, t: ArrayLike) -> dict[str, Array]:
         """Return the outputs at any time within the solution, name -> (...) or (..., size), by the states of ``at``.
@@ -213,19 +222,10 @@ class Solution:
         Raises
         ------
         UsageError
-            As of ``at``; or the solution comes from a file or from another process, so that the model is not at hand.
+            As of ``at``; or the model is not at hand, as the solution comes from a file or from another process.
+            ``Model.attach`` gives it back.
         """
-        if self.evaluate is None:
-            what = (
-                "the outputs between rows need the model and the inputs of the run, which a stored solution does not"
-                " hold"
-            )
-            hint = (
-                "s = solution.at(t), then model.outputs(s.q, s.v, s.a, s.t, u, z=s.z, parameters=...) with those of"
-                " the run"
-            )
-            raise UsageError(Problem("outputs_at", what, hint))
-        return self.evaluate(self.at(t))
+        return self._model_for("outputs_at", "the outputs between rows need").outputs(self.at(t))
 
     def linearize(self, t: float) -> Linearization:
         """Return the linear model about the motion at a time within the solution; see ``Model.linearize``.
@@ -236,20 +236,20 @@ class Solution:
         Raises
         ------
         UsageError
-            As of ``at``; or the solution comes from a file or from another process, so that the model is not at hand.
+            As of ``at``; or the model is not at hand, as the solution comes from a file or from another process.
+            ``Model.attach`` gives it back.
         """
-        if self.linear is None:
-            what = "a linear model needs the model and the inputs of the run, which a stored solution does not hold"
-            hint = (
-                "s = solution.at(t), then model.linearize(s.q, s.v, t=s.t, u=..., z=s.z, parameters=...) with those of"
-                " the run"
-            )
-            raise UsageError(Problem("linearize", what, hint))
-        return self.linear(self.at(number_of("t", t)))
+        return self._model_for("linearize", "a linear model needs").linear(self.at(number_of("t", t)))
+
+    def _model_for(self, call: str, need: str) -> ModelOfRun:
+        if self.model is None:
+            what = f"{need} the model and the inputs of the run, which a stored solution does not hold"
+            hint = "model.attach(solution), with inputs={...} for the functions and tables that drove the run"
+            raise UsageError(Problem(call, what, hint))
+        return self.model
 
     def interpolation_error(self) -> dict[str, float]:
-        """Return how far ``at`` is off, at most, where it bridges three spacings of rows: q (an increment), ``v``,
-        ``a``, ``z``.
+        """Return the largest error of ``at`` across three spacings of rows: q (an increment), ``v``, ``a``, ``z``.
 
         That is more than it is off between rows, by 3^3 to 3^6 where rows follow the motion.
         """
@@ -260,8 +260,7 @@ class Solution:
         return Rows(self.t, self.q, self.v, self.a, self.z)
 
     def followed_by(self, later: Solution) -> Solution:
-        """Return both parts of a run as one: this one up to where ``later``, from ``model.resume``, begins, and
-        ``later``.
+        """Return both parts of a run as one: this one up to where ``later`` (of ``model.resume``) begins, and it.
 
         The rows are those of a run in one piece. Raises UsageError where the parts are not of one run.
         """
@@ -281,13 +280,14 @@ class Solution:
 
         wall = float(self.stats.get("wall_time", 0.0)) + float(later.stats.get("wall_time", 0.0))
 
-        def poses_and_scenery() -> PosesAndScenery:
-            poses = {name: joined(self.poses[name], array) for name, array in later.poses.items()}
-            return PosesAndScenery(poses, later.poses_and_scenery.scenery)
-
-        return replace(
+        events, metadata = later.events, later.metadata
+        if events is not None and self.events is not None:
+            events = self.events.followed_by(events, float(later.t[0]))
+            metadata = {**metadata, "events": events.described()}
+        whole = replace(
             later,
-            evaluate_poses=poses_and_scenery,
+            events=events,
+            metadata=metadata,
             t=joined(self.t, later.t),
             q=joined(self.q, later.q),
             v=joined(self.v, later.v),
@@ -297,11 +297,16 @@ class Solution:
             stats={**later.stats, "wall_time": wall},
             outputs={name: joined(self.outputs[name], array) for name, array in later.outputs.items()},
             energy={name: joined(self.energy[name], array) for name, array in later.energy.items()},
+            error=ErrorEstimate.missing("the estimate of each part begins where the part begins"),
         )
+        seen = None if later.model else later._poses_or_none()
+        if seen is None or self._poses_or_none() is None:
+            return whole
+        poses = {name: joined(self.poses[name], array) for name, array in seen.poses.items()}
+        return whole._with(PosesAndScenery(poses, seen.scenery))
 
     def columns(self) -> dict[str, Array]:
-        """Return everything as columns (nt,) by name: ``t``, ``q.hinge``, ``v.ball[2]``, ``output.tip[0]``,
-        ``energy.total``."""
+        """Return all columns (nt,) by name: ``t``, ``q.hinge``, ``v.ball[2]``, ``output.tip[0]``, ``energy.total``."""
         names: Mapping[str, list[str]] = self.metadata.get("names", {})
         columns = {"t": self.t}
         for letter, array in (
@@ -322,6 +327,16 @@ class Solution:
             }
         return columns | {f"energy.{name}": array for name, array in self.energy.items()}
 
+    def with_model(self, model: ModelOfRun) -> Solution:
+        """Return this solution with the model of its run at hand; ``Model.attach`` makes one."""
+        whole, known = replace(self, model=model), vars(self).get("poses_and_scenery")
+        return whole if known is None else whole._with(known)
+
+    def _with(self, known: PosesAndScenery) -> Solution:
+        """Return this solution, whose poses are known."""
+        vars(self)["poses_and_scenery"] = known
+        return self
+
     def _poses_or_none(self) -> PosesAndScenery | None:
         try:
             return self.poses_and_scenery
@@ -331,6 +346,9 @@ class Solution:
     def _arrays(self) -> dict[str, Array]:
         arrays = {name: getattr(self, name) for name in ("t", "q", "v", "a", "z", "multipliers")}
         arrays |= {f"outputs.{name}": array for name, array in self.outputs.items()}
+        arrays |= (
+            {} if self.events is None else {f"events.{name}": array for name, array in self.events.arrays().items()}
+        )
         return arrays | {f"energy.{name}": array for name, array in self.energy.items()}
 
     def _outcome(self) -> dict[str, Any]:

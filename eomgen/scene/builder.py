@@ -5,17 +5,42 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Self, Unpack
 
 from eomgen.calls import checked_calls, unknown_attribute
 from eomgen.errors import Problem
+from eomgen.scene.builder_methods import Rotations, Value, enters
 from eomgen.scene.load import from_data
 from eomgen.scene.scene import Scene
 from eomgen.text import key_of
 
-Value = float | str
+if TYPE_CHECKING:
+    from eomgen.scene.builder_keys import (
+        BaseKeys,
+        BeamKeys,
+        BodyKeys,
+        BushingKeys,
+        ConstraintKeys,
+        ControllerKeys,
+        CurveKeys,
+        EffortKeys,
+        EventKeys,
+        ForceKeys,
+        IncludeKeys,
+        InputKeys,
+        JointKeys,
+        ModeKeys,
+        OutputKeys,
+        ParameterKeys,
+        PointKeys,
+        SimulationKeys,
+        SpringKeys,
+        StateKeys,
+        TorsionSpringKeys,
+        TyreKeys,
+    )
+
 _PACKAGE = __name__.partition(".")[0]
-Rotations = Sequence[tuple[Sequence[Value], Value]]
 
 
 @checked_calls(
@@ -71,465 +96,167 @@ class SceneBuilder:
         def __getattr__(self, name: str) -> object:
             raise unknown_attribute(self, name)
 
-    def include(
-        self,
-        name: str,
-        file: str | Path,
-        *,
-        prefix: str | None = None,
-        parent: str = "base",
-        position: Sequence[Value] = (0.0, 0.0, 0.0),
-        rotation: Rotations | None = None,
-        parameters: Mapping[str, Value] | None = None,
-        root: str | None = None,
-        lock: Sequence[str] | None = None,
-        limits: bool | None = None,
-    ) -> Self:
+    @enters("include", others=True)
+    def include(self, name: str, file: str | Path, **keys: Unpack[IncludeKeys]) -> Self:
         """Put another scene file, or a URDF, into the scene: its names after ``prefix``, its base on ``parent``.
 
-        The path starts in the current folder; ``prefix`` is the name and ``_`` by default. ``parameters`` go in
-        place of those of the file. ``root``, ``lock`` and ``limits`` are for URDF.
+        The path starts in the current folder; ``prefix`` is the name and ``_`` by default. Options of the file's
+        source are keys, too.
         """
-        return self._enter(
-            "include",
-            name,
-            file=str(file),
-            prefix=prefix,
-            parent=parent,
-            position=position,
-            rotation=rotation,
-            parameters=parameters,
-            root=root,
-            lock=lock,
-            limits=limits,
-        )
+        return self._enter("include", name, file=file, **keys)
 
-    def simulation(
-        self,
-        *,
-        method: str | None = None,
-        step: Value | None = None,
-        duration: Value | None = None,
-        rho_inf: float | None = None,
-        alpha: float | None = None,
-        beta: float | None = None,
-        gamma: float | None = None,
-        tolerance: float | None = None,
-        order: int | None = None,
-        record_every: int | None = None,
-        start: str | None = None,
-    ) -> Self:
+    @enters("simulation")
+    def simulation(self, **keys: Unpack[SimulationKeys]) -> Self:
         """Set the defaults of ``simulate`` (steps and durations in seconds)."""
-        return self._enter(
-            "simulation",
-            "",
-            method=method,
-            step=step,
-            duration=duration,
-            rho_inf=rho_inf,
-            alpha=alpha,
-            beta=beta,
-            gamma=gamma,
-            tolerance=tolerance,
-            order=order,
-            record_every=record_every,
-            start=start,
-        )
+        return self._enter("simulation", "", **keys)
 
-    def base(self, position: Sequence[Value] = (0.0, 0.0, 0.0), rotation: Rotations = ()) -> Self:
-        """Prescribe the motion of the base: position in world axes, intrinsic rotations (axis, angle); of time and
-        parameters."""
-        return self._enter("base", "", position=position, rotation=rotation)
-
-    def body(
-        self,
-        name: str,
-        mass: Value,
-        *,
-        center_of_mass: Sequence[Value] = (0.0, 0.0, 0.0),
-        inertia: Sequence[Any] | Mapping[str, Value] = (0.0, 0.0, 0.0),
-        group: str | None = None,
+    @enters("base")
+    def base(
+        self, position: Sequence[Value] = (0.0, 0.0, 0.0), rotation: Rotations = (), **keys: Unpack[BaseKeys]
     ) -> Self:
+        """Prescribe the motion of the base: position in world axes, intrinsic rotations (axis, angle); of time and
+        parameters.
+        """
+        return self._enter("base", "", position=position, rotation=rotation, **keys)
+
+    @enters("bodies")
+    def body(self, name: str, mass: Value, **keys: Unpack[BodyKeys]) -> Self:
         """Add a rigid body: mass (kg), centre of mass in its frame (m), inertia about it (kg m^2; 3, 6, table or 3x3).
 
         ``group`` is for absolute coordinates: SE3 (the default) suits bodies jointed to the ground or to slow bodies,
         R3xSO3 those that spin fast and freely.
         """
-        return self._enter("bodies", name, mass=mass, center_of_mass=center_of_mass, inertia=inertia, group=group)
+        return self._enter("bodies", name, mass=mass, **keys)
 
-    def beam(
-        self,
-        name: str,
-        length: Value,
-        *,
-        start: Value = 0.0,
-        mass_per_length: Value | None = None,
-        polar_inertia: Value | None = None,
-        section: Mapping[str, Any] | None = None,
-        mass_profile: Sequence[Value] = (1.0,),
-        polar_profile: Sequence[Value] = (1.0,),
-        bending_y: Mapping[str, Any] | None = None,
-        bending_z: Mapping[str, Any] | None = None,
-        stretch: Mapping[str, Any] | None = None,
-        torsion: Mapping[str, Any] | None = None,
-        order: int = 1,
-        stiffening: bool = True,
-    ) -> Self:
+    @enters("beams")
+    def beam(self, name: str, length: Value, **keys: Unpack[BeamKeys]) -> Self:
         """Add an elastic beam along x of its frame, from ``start`` on (m), with mass_per_length (kg/m) or a section.
 
-        Each way to deform is a table with the keys modes, stiffness and where wanted shapes, ends, elements,
-        damping_ratio, initial and others, as in a scene file; those that are not given do not happen. Joints carry a
-        beam as any body.
+        Each way to deform is a table; those that are not given do not happen. Joints carry a beam as any body.
         """
-        return self._enter(
-            "beams",
-            name,
-            length=length,
-            start=start,
-            mass_per_length=mass_per_length,
-            polar_inertia=polar_inertia,
-            section=section,
-            mass_profile=mass_profile,
-            polar_profile=polar_profile,
-            bending_y=bending_y,
-            bending_z=bending_z,
-            stretch=stretch,
-            torsion=torsion,
-            order=order,
-            stiffening=stiffening,
-        )
+        return self._enter("beams", name, length=length, **keys)
 
-    def joint(
-        self,
-        name: str,
-        type: str,
-        parent: str,
-        child: str,
-        *,
-        axis: Sequence[Value] | None = None,
-        second_axis: Sequence[Value] | None = None,
-        x_axis: Sequence[Value] | None = None,
-        pitch: Value | None = None,
-        position: Sequence[Value] = (0.0, 0.0, 0.0),
-        rotation: Rotations | None = None,
-        orientation: Sequence[Sequence[float]] | None = None,
-        stiffness: Value | Sequence[Value] | None = None,
-        damping: Value | Sequence[Value] | None = None,
-        rest: Value | Sequence[Value] | None = None,
-        rotor_inertia: Value | Sequence[Value] | None = None,
-        limits: Mapping[str, Value] | None = None,
-        friction: Mapping[str, Value] | None = None,
-        mimic: Mapping[str, Value] | None = None,
-        initial: Mapping[str, Any] | None = None,
-    ) -> Self:
+    @enters("joints")
+    def joint(self, name: str, type: str, parent: str, child: str, **keys: Unpack[JointKeys]) -> Self:
         """Add a joint of type fixed, revolute, prismatic, helical, cylindrical, universal, planar, spherical or free.
 
         Its placement is in the parent's frame; what joints of several coordinates have in each is a list, angles first.
-
-        ``limits`` are compliant stops, with the keys lower, upper, stiffness and where wanted damping and onset;
-        ``friction`` is dry friction with coulomb, velocity and where wanted static and stribeck. ``mimic`` makes the
-        coordinate follow another, with the keys joint and where wanted multiplier and offset.
         """
-        return self._enter(
-            "joints",
-            name,
-            type=type,
-            parent=parent,
-            child=child,
-            axis=axis,
-            second_axis=second_axis,
-            x_axis=x_axis,
-            pitch=pitch,
-            position=position,
-            rotation=rotation,
-            orientation=orientation,
-            stiffness=stiffness,
-            damping=damping,
-            rest=rest,
-            rotor_inertia=rotor_inertia,
-            limits=limits,
-            friction=friction,
-            mimic=mimic,
-            initial=initial,
-        )
+        return self._enter("joints", name, type=type, parent=parent, child=child, **keys)
 
+    @enters("constraints")
     def constraint(
         self,
         name: str,
         type: str,
         first: str | Mapping[str, Any],
         second: str | Mapping[str, Any],
-        *,
-        drive: Value | None = None,
-        length: Value | None = None,
-        radius: Value | None = None,
-        shape: str | None = None,
-        pitch: Value | None = None,
+        **keys: Unpack[ConstraintKeys],
     ) -> Self:
         """Add a constraint that closes a loop between two frames.
 
         A frame is a point's name, or a table with body and position (or point) and with axis, the frame's z (x_axis
         too where the angle about it matters), or rotation. Types: spherical, revolute, universal, cylindrical, helical
         (with pitch), prismatic, planar, fixed, distance (with length), point_on_line, rolling (with radius, and shape
-        disc or sphere). ``drive``, a formula of time and parameters, prescribes the angle of revolute, or the travel of
-        prismatic and cylindrical.
+        disc or sphere).
         """
-        return self._enter(
-            "constraints",
-            name,
-            type=type,
-            first=first,
-            second=second,
-            drive=drive,
-            length=length,
-            radius=radius,
-            shape=shape,
-            pitch=pitch,
-        )
+        return self._enter("constraints", name, type=type, first=first, second=second, **keys)
 
-    def point(self, name: str, body: str, position: Sequence[Value] = (0.0, 0.0, 0.0)) -> Self:
+    @enters("points")
+    def point(
+        self, name: str, body: str, position: Sequence[Value] = (0.0, 0.0, 0.0), **keys: Unpack[PointKeys]
+    ) -> Self:
         """Add a point fixed in a body, in the ``base``, or in the ``world`` (what rests while the base moves)."""
-        return self._enter("points", name, body=body, position=position)
+        return self._enter("points", name, body=body, position=position, **keys)
 
-    def parameter(
-        self, name: str, value: Value, *, tunable: bool = False, unit: str = "", description: str = ""
-    ) -> Self:
+    @enters("parameters")
+    def parameter(self, name: str, value: Value, **keys: Unpack[ParameterKeys]) -> Self:
         """Add a named number, or a text of a number and its unit; a tunable one can be changed without recompiling."""
-        return self._enter("parameters", name, value=value, tunable=tunable, unit=unit, description=description)
+        return self._enter("parameters", name, value=value, **keys)
 
-    def input(
-        self,
-        name: str,
-        formula: Value | None = None,
-        *,
-        road: Mapping[str, Any] | None = None,
-        unit: str = "",
-        description: str = "",
-        **shape: Any,
-    ) -> Self:
+    @enters("inputs")
+    def input(self, name: str, formula: Value | None = None, **keys: Unpack[InputKeys]) -> Self:
         """Add an input; the given formula is its value unless the caller specifies another.
 
         ``formula`` is of time and parameters; ``road`` has the keys speed (m/s), where needed offset (m), and one of
-        class (A to H, ISO 8608), table, points and bump; ``shape`` is one of table, points and wave, with interpolation
-        and outside.
+        class (A to H, ISO 8608), table, points and bump; besides, one of table, points and wave says its shape.
         """
-        return self._enter("inputs", name, formula=formula, road=road, unit=unit, description=description, **shape)
+        return self._enter("inputs", name, formula=formula, **keys)
 
-    def curve(self, name: str, **shape: Any) -> Self:
+    @enters("curves")
+    def curve(self, name: str, **keys: Unpack[CurveKeys]) -> Self:
         """Add a function of one number: table, points, wave, bump or road as in a scene file, interpolation and
-        outside."""
-        return self._enter("curves", name, **shape)
+        outside.
+        """
+        return self._enter("curves", name, **keys)
 
-    def state(self, name: str, rate: Value, *, initial: Value = 0.0, unit: str = "", description: str = "") -> Self:
+    @enters("states")
+    def state(self, name: str, rate: Value, **keys: Unpack[StateKeys]) -> Self:
         """Add an internal state: ``rate``, a formula of everything but accelerations, is its time derivative."""
-        return self._enter("states", name, rate=rate, initial=initial, unit=unit, description=description)
+        return self._enter("states", name, rate=rate, **keys)
 
-    def controller(
-        self,
-        name: str,
-        type: str,
-        signal: Value | None = None,
-        *,
-        proportional: Value | None = None,
-        integral: Value | None = None,
-        derivative: Value | None = None,
-        gain: Value | None = None,
-        time_constant: Value | None = None,
-        lead: Value | None = None,
-        minimum: Value | None = None,
-        maximum: Value | None = None,
-        tracking: Value | None = None,
-        initial: Value = 0.0,
-        initial_filtered: Value | None = None,
-        unit: str = "",
-        description: str = "",
-        **feedback: Any,
-    ) -> Self:
+    @enters("controllers")
+    def controller(self, name: str, type: str, signal: Value | None = None, **keys: Unpack[ControllerKeys]) -> Self:
         """Add a controller, filter or actuator of type pi, pid, low_pass, lead_lag, state_feedback or skyhook.
 
-        Formulas use its output by its name. ``feedback`` holds the keys of the last two types as a scene file has them:
-        coordinates, signals, gains, calibration, ...; spring, damping, clipped, ....
+        Formulas use its output by its name.
         """
-        return self._enter(
-            "controllers",
-            name,
-            type=type,
-            signal=signal,
-            proportional=proportional,
-            integral=integral,
-            derivative=derivative,
-            gain=gain,
-            time_constant=time_constant,
-            lead=lead,
-            minimum=minimum,
-            maximum=maximum,
-            tracking=tracking,
-            initial=initial,
-            initial_filtered=initial_filtered,
-            unit=unit,
-            description=description,
-            **feedback,
-        )
+        return self._enter("controllers", name, type=type, signal=signal, **keys)
 
-    def output(
-        self,
-        name: str,
-        *,
-        formula: Value | Sequence[Value] | None = None,
-        position: str | None = None,
-        velocity: str | None = None,
-        acceleration: str | None = None,
-        energy: str | None = None,
-        unit: str = "",
-        description: str = "",
-    ) -> Self:
+    @enters("outputs")
+    def output(self, name: str, **keys: Unpack[OutputKeys]) -> Self:
         """Add an output: formulas, a point's position, velocity or acceleration (world axes), or an energy."""
-        return self._enter(
-            "outputs",
-            name,
-            formula=formula,
-            position=position,
-            velocity=velocity,
-            acceleration=acceleration,
-            energy=energy,
-            unit=unit,
-            description=description,
-        )
+        return self._enter("outputs", name, **keys)
 
-    def spring(
-        self,
-        name: str,
-        first: str,
-        second: str,
-        *,
-        stiffness: Value = 0.0,
-        damping: Value = 0.0,
-        length: Value = 0.0,
-        force: Value = 0.0,
-    ) -> Self:
+    @enters("modes")
+    def mode(self, name: str, value: float, **keys: Unpack[ModeKeys]) -> Self:
+        """Add a number that only events change, ``mode.name`` in formulas."""
+        return self._enter("modes", name, value=value, **keys)
+
+    @enters("events")
+    def event(self, name: str, when: Value, **keys: Unpack[EventKeys]) -> Self:
+        """Add an event at the roots of a formula."""
+        return self._enter("events", name, when=when, **keys)
+
+    @enters("springs")
+    def spring(self, name: str, first: str, second: str, **keys: Unpack[SpringKeys]) -> Self:
         """Add a spring, damper or actuator along the line between two points; ``force`` is a tension."""
-        return self._enter(
-            "springs",
-            name,
-            first=first,
-            second=second,
-            stiffness=stiffness,
-            damping=damping,
-            length=length,
-            force=force,
-        )
+        return self._enter("springs", name, first=first, second=second, **keys)
 
-    def torsion_spring(
-        self,
-        name: str,
-        first: str,
-        second: str = "",
-        *,
-        stiffness: Value = 0.0,
-        damping: Value = 0.0,
-        rest: Value = 0.0,
-        first_index: int = 0,
-        second_index: int = 0,
-    ) -> Self:
+    @enters("torsion_springs")
+    def torsion_spring(self, name: str, first: str, second: str = "", **keys: Unpack[TorsionSpringKeys]) -> Self:
         """Add a torsion spring between two joints' angles, or between one and its rest angle."""
-        return self._enter(
-            "torsion_springs",
-            name,
-            first=first,
-            second=second,
-            stiffness=stiffness,
-            damping=damping,
-            rest=rest,
-            first_index=first_index,
-            second_index=second_index,
-        )
+        return self._enter("torsion_springs", name, first=first, second=second, **keys)
 
+    @enters("bushings")
     def bushing(
-        self,
-        name: str,
-        first: str | Mapping[str, Any],
-        second: str | Mapping[str, Any],
-        *,
-        stiffness: Sequence[Value] | None = None,
-        damping: Sequence[Value] | None = None,
-        rotational_stiffness: Sequence[Value] | None = None,
-        rotational_damping: Sequence[Value] | None = None,
-        stiffness_matrix: Sequence[Sequence[float]] | None = None,
-        damping_matrix: Sequence[Sequence[float]] | None = None,
-        rest: Sequence[Value] = (0.0, 0.0, 0.0),
-        rest_rotation: Rotations = (),
-        preload: Sequence[Value] = (0.0, 0.0, 0.0),
-        rotational_preload: Sequence[Value] = (0.0, 0.0, 0.0),
+        self, name: str, first: str | Mapping[str, Any], second: str | Mapping[str, Any], **keys: Unpack[BushingKeys]
     ) -> Self:
         """Add a spring and damper in six directions between two frames (as of constraints), in the first one's axes.
 
         Stiffnesses and dampings are given along and about x, y, z, or as 6 x 6 matrices, rotations first. At ``rest``
         and ``rest_rotation``, the second frame's place in the first, only the preload acts on the second frame.
         """
-        return self._enter(
-            "bushings",
-            name,
-            first=first,
-            second=second,
-            stiffness=stiffness,
-            damping=damping,
-            rotational_stiffness=rotational_stiffness,
-            rotational_damping=rotational_damping,
-            stiffness_matrix=stiffness_matrix,
-            damping_matrix=damping_matrix,
-            rest=rest,
-            rest_rotation=rest_rotation,
-            preload=preload,
-            rotational_preload=rotational_preload,
-        )
+        return self._enter("bushings", name, first=first, second=second, **keys)
 
-    def tyre(
-        self,
-        name: str,
-        center: str,
-        *,
-        radius: Value,
-        stiffness: Value,
-        damping: Value = 0.0,
-        onset: Value = 1e-3,
-        road: Value = 0.0,
-        road_rate: Value | None = None,
-        slip: Mapping[str, Any] | None = None,
-    ) -> Self:
+    @enters("tyres")
+    def tyre(self, name: str, center: str, **keys: Unpack[TyreKeys]) -> Self:
         """Add a tyre, a point contact below a wheel's centre that can lift off.
 
-        ``road`` is the height of the road, a formula of time, inputs and the centre's x and y. ``slip`` has the keys
-        stiffness (per load, one value or longitudinal and lateral) and where wanted axis, friction and velocity.
+        ``road`` is the height of the road, a formula of time, inputs and the centre's x and y; stiffnesses of ``slip``
+        are per load, one value or longitudinal and lateral.
         """
-        return self._enter(
-            "tyres",
-            name,
-            center=center,
-            radius=radius,
-            stiffness=stiffness,
-            damping=damping,
-            onset=onset,
-            road=road,
-            road_rate=road_rate,
-            slip=slip,
-        )
+        return self._enter("tyres", name, center=center, **keys)
 
-    def force(
-        self,
-        name: str,
-        body: str,
-        *,
-        point: Sequence[Value] = (0.0, 0.0, 0.0),
-        force: Sequence[Value] = (0.0, 0.0, 0.0),
-        torque: Sequence[Value] = (0.0, 0.0, 0.0),
-        axes: str = "world",
-    ) -> Self:
+    @enters("forces")
+    def force(self, name: str, body: str, **keys: Unpack[ForceKeys]) -> Self:
         """Add a force (N) and torque (N m) on a body at a point of its frame, in ``world`` or ``body`` axes."""
-        return self._enter("forces", name, body=body, point=point, force=force, torque=torque, axes=axes)
+        return self._enter("forces", name, body=body, **keys)
 
-    def effort(self, name: str, joint: str, effort: Value, *, index: int = 0) -> Self:
+    @enters("efforts")
+    def effort(self, name: str, joint: str, effort: Value, **keys: Unpack[EffortKeys]) -> Self:
         """Add a generalized force on one component of a joint."""
-        return self._enter("efforts", name, joint=joint, effort=effort, index=index)
+        return self._enter("efforts", name, joint=joint, effort=effort, **keys)
 
     def build(self) -> Scene:
         """Return the checked scene.
@@ -580,6 +307,8 @@ def _plain(value: Any) -> Any:
         and not isinstance(value[0], str)
     ):
         return {"axis": _plain(value[0]), "angle": _plain(value[1])}
+    if isinstance(value, Path):
+        return str(value)
     if isinstance(value, list | tuple):
         return [_plain(entry) for entry in value]
     return value

@@ -155,7 +155,7 @@ class Connection:
         return tuple(k for motion in self.chain if motion.kind == "turn" for k in motion.components)
 
     @property
-    def only_turns(self) -> bool:
+    def is_revolute(self) -> bool:
         """Whether it is one turn about its axis."""
         return self.chain == (_turn(),)
 

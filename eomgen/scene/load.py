@@ -44,14 +44,25 @@ def load(
         If the kind of file is not known, or an option does not fit it.
     """
     path = Path(path)
+    if coordinates not in (None, "joint", "absolute"):
+        raise UsageError(f"coordinates are {shown(coordinates)}", "joint or absolute")
+    return _from_read(_read(path, strict=strict, **options), shown_file(path), coordinates, path.parent)
+
+
+def data_of(path: str | Path, *, strict: bool = False, **options: Any) -> dict[str, Any]:
+    """Return nested data of a scene, as ``from_data`` takes them, from a file of any kind in the register of sources.
+
+    Raises FileError, DescriptionError or UsageError, as ``load``.
+    """
+    return dict(_read(Path(path), strict=strict, **options).data)
+
+
+def _read(path: Path, *, strict: bool, **options: Any) -> Read:
     source = source_of(path)
     if source is None:
         raise UsageError(f"{str(path)!a} is not a kind of file that can be read", readable(path))
     specified = checked_options(source, options)
-    if coordinates not in (None, "joint", "absolute"):
-        raise UsageError(f"coordinates are {shown(coordinates)}", "joint or absolute")
-    found = source.read(read_text(path), file=shown_file(path), strict=strict, included=False, **specified)
-    return _from_read(found, shown_file(path), coordinates, path.parent)
+    return source.read(read_text(path), file=shown_file(path), strict=strict, included=False, **specified)
 
 
 def load_toml(
@@ -147,7 +158,7 @@ def from_data(
         report.raise_problems()
     part = Part(dict(data), {})
     if "include" in data:
-        from eomgen.scene.sources.include import with_included  # noqa: PLC0415  # most scenes have none
+        from eomgen.scene.includes.include import with_included  # noqa: PLC0415  # most scenes have none
 
         part = with_included(data, report, folder or Path())
         report.lines = part.lines

@@ -16,6 +16,7 @@ from eomgen.formula.nodes import Formula, Number
 from eomgen.formula.piecewise import AnyCurve
 from eomgen.scene.bodies.model import Base, Body
 from eomgen.scene.control.model import Controller, StateFeedback
+from eomgen.scene.events.model import Event
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.joints.constraint_model import Constraint
 from eomgen.scene.joints.model import Joint
@@ -56,6 +57,8 @@ class Scene:
     curves : those that formulas can name, and those that inputs are made of.
     feedback : the state feedbacks among the controllers, whose gains a calibration may fill.
     constraints : what closes loops, besides the joints of the tree.
+    modes : numbers that only events change; their values are the tunable parameters ``mode_...``
+    events : roots of formulas that stop a run, are counted, or change the state, in their order
     coordinates : ``joint``, or ``absolute`` where every body moves on its own and joints are constraints.
     groups : by body, ``SE3`` or ``R3xSO3``; for absolute coordinates, unused in joint coordinates. ``SE3`` where
         nothing
@@ -84,6 +87,8 @@ class Scene:
     elements: tuple[ForceElement, ...] = ()
     outputs: tuple[Output, ...] = ()
     constraints: tuple[Constraint, ...] = ()
+    modes: tuple[str, ...] = ()
+    events: tuple[Event, ...] = ()
     coordinates: Literal["joint", "absolute"] = "joint"
     groups: Mapping[str, str] = field(default_factory=dict)
     simulation: Simulation = field(default_factory=Simulation)

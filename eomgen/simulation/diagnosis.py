@@ -1,4 +1,4 @@
-"""Diagnosis of a failed or unreliable run: the first quantity that is not finite, the evidence, and what to try."""
+"""Diagnosis of a failed run: the first quantity that is not finite, the evidence, and what to try."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from eomgen.integrators.methods import Method
 from eomgen.lie import product
 from eomgen.simulation.angle_range import HINT, REASON, large_angles, large_joint_angles
 from eomgen.simulation.constraint_violation import FAILED, Violation
-from eomgen.simulation.energy_balance import REPORTED, Balance
+from eomgen.simulation.energy_balance import Balance
 from eomgen.simulation.growth import Growth
 from eomgen.system.description import Description
 
@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
     from eomgen.simulation.inputs import InputSignals
 
-#: Part of the multipliers that rounding may make.
-ROUNDED = 0.01
 #: Largest turn of a joint within a step that steppers count, rad.
 COUNTED = 0.9 * 2.0 * np.pi
 _ORDER = (
@@ -145,33 +143,6 @@ def _at(model: CompiledModel, t: float, q: Array, v: Array, z: Array, p: Array, 
                 )
                 return f"{label}, component {' and '.join(dict.fromkeys(names[index] for index in place))}"
     return ""
-
-
-def run_warnings(
-    statistics: Mapping[str, float],
-    balance: Balance,
-    step: float,
-    cause: Callable[[], str] = str,
-    violation: Violation | None = None,
-) -> str:
-    """Return the warnings about a run that reached its end, with what to try; empty without any.
-
-    ``cause`` looks for a cause other than too large a step, called only if there are warnings; its text says what to
-    try.
-    """
-    found = []
-    halvings = int(statistics.get("halvings", 0))
-    if halvings:
-        found.append(f"the step was halved {halvings} time{'s' * (halvings != 1)}")
-    if balance.error is not None and balance.error > REPORTED:
-        found.append(f"the energy is out of balance by {100.0 * balance.error:.3g} % of the energies at work")
-    if violation is not None:
-        found.append(violation.what)
-    rounding, coarser = statistics.get("max_rounding", 0.0), ""
-    if rounding > ROUNDED:
-        found.append(f"up to {100.0 * rounding:.2g} % of the multipliers is rounding, which grows as 1/step^2")
-        coarser = f"try: generalized_alpha, a step larger than {step:.3g} s, or double precision"
-    return f"{', and '.join(found)}; {coarser or cause() or f'try: a step smaller than {step:.3g} s'}" if found else ""
 
 
 def instability(growth: Growth, method: Method) -> tuple[str, str]:

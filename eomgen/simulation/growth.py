@@ -35,6 +35,8 @@ _LONGEST = 4096
 #: rounding.
 _ROUNDING = 1e-6
 _REST = 1e-12
+#: The same of changes of coordinates between the rows of a motion at rest.
+_SETTLED = 1e-9
 #: How many times smaller than the last one the sizes are that are looked at when a run has stopped.
 _BEHIND = (3.0, 1e2, 1e4, 1e8, 1e16, 1e32)
 #: Differences of logarithms, in parts of that of the growth, within which two sizes are equal, and beyond which they
@@ -150,8 +152,11 @@ def own_growth(run: Run, library: Library, rows: Array) -> Growth | None:
 
 
 def at_rest(run: Run, rows: Array) -> bool:
-    """Return whether nothing moves in rows (n, width) but by the rounding of coordinates."""
-    return not np.any(_moved(run, rows, _REST)[: run.model.nv])
+    """Return whether nothing moves in rows (n, width) but by the rounding of coordinates, neither by its velocities nor
+    between rows."""
+    q = rows[:, 1 : 1 + run.model.nq]
+    sizes = np.array([_longest(run, rows) if unit == "m" else 1.0 for unit in run.model.q_units])
+    return not np.any(_moved(run, rows, _REST)[: run.model.nv]) and bool(np.all(np.ptp(q, axis=0) <= _SETTLED * sizes))
 
 
 def _by_method(
@@ -266,10 +271,15 @@ def _moved(run: Run, rows: Array, part: float) -> NDArray[np.bool_]:
     model = run.model
     size = _sizes(run, rows)[0]
     travel = size[: model.nv] * (rows[-1, 0] - rows[0, 0])
-    lengths = [index for index, unit in enumerate(model.q_units) if unit == "m"]
-    longest = np.max(np.abs(rows[0, 1 : 1 + model.nq][lengths]), initial=0.0)
+    longest = _longest(run, rows)
     scale = np.array([longest if unit == "m/s" else 1.0 for unit in model.v_units])
     return np.concatenate([travel > part * scale, size[model.nv :] > 0.0])
+
+
+def _longest(run: Run, rows: Array) -> float:
+    """Return the largest coordinate in m at the first of some rows."""
+    lengths = [index for index, unit in enumerate(run.model.q_units) if unit == "m"]
+    return float(np.max(np.abs(rows[0, 1 : 1 + run.model.nq][lengths]), initial=0.0))
 
 
 def _again(run: Run, library: Library, row: Array, steps: int, parts: int) -> Array | None:

@@ -65,14 +65,20 @@ class InputSignals:
         return nothing.rows(times)
 
 
+def kind_of(signal: CheckedSignal) -> str:
+    """Return what an input is given by: ``function``, ``table`` or ``number``."""
+    return "function" if callable(signal) else "table" if isinstance(signal, np.ndarray) else "number"
+
+
 def jumps_known(library: Library) -> bool:
     """Return whether a stepper evaluates the scene's formulas itself beside what is given.
 
-    Because it knows where they jump, or expands them in series.
+    Because it knows where they jump, takes steps of its own, or expands them in series.
     """
     by_formulas = any(function["name"] == "inputs" for function in library.layout["functions"])
     method = library.layout["method"]
-    return by_formulas and ("jumps" in method or method.get("inputs") != "sampled")
+    own = "jumps" in method or method.get("own_steps", False) or method.get("inputs") != "sampled"
+    return by_formulas and own
 
 
 def check_reach(layout: Mapping[str, Any], given: Mapping[str, CheckedSignal], start: float, end: float) -> None:

@@ -16,15 +16,14 @@ from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.methods import method_named
-from eomgen.integrators.stepper_layout import default_settings
 from eomgen.results.solution import Solution
 from eomgen.simulation.checkpoint import Checkpoint
-from eomgen.simulation.inputs import InputSignals, Signal, jumps_known, read_signals
-from eomgen.simulation.run import SCENE_START, Run, checkpoint_writer
+from eomgen.simulation.error_estimate import ErrorEstimation
+from eomgen.simulation.inputs import Signal
+from eomgen.simulation.run import checkpoint_writer, stored_run
 from eomgen.simulation.settings import check_memory, check_span, stepper_library
 from eomgen.simulation.simulate import solution_of
 from eomgen.simulation.stepper import Progress, Stepper, run_chunks
-from eomgen.simulation.time_grid import time_grid
 
 
 @checked_call(u="inputs", p="parameters", file="path", tend="t_end", duration="t_end")
@@ -38,6 +37,7 @@ def resume(
     progress: Progress | None = None,
     checkpoint: str | os.PathLike[str] | None = None,
     checkpoint_every: int | None = None,
+    error_estimate: bool = True,
 ) -> Solution:
     """Go on with a run from its checkpoint: same method, step, settings, parameters, inputs and time grid.
 
@@ -53,6 +53,8 @@ def resume(
         Functions of t must be given again; numbers and tables are in the file, and refused where they differ.
     progress, checkpoint, checkpoint_every
         As in ``simulate``; checkpoints go to ``path`` by default.
+    error_estimate : bool
+        As in ``simulate``; the estimate takes the state of the checkpoint for exact.
 
     Returns
     -------
@@ -76,40 +78,23 @@ def resume(
     method = method_named(saved_run["method"], **saved_run["method_parameters"])
     library = stepper_library(model, saved_run["method"], method)
     saved.check(file, model.name, library)
-    settings = _in_order(saved_run["settings"], library.layout["method"])
-    p = model.parameter_array({name: saved_run["parameters"][name] for name in model.parameters})
-    _same_parameters(model, p, parameters)
-    start, step = float(saved_run["t_start"]), settings["step"]
     end = float(saved_run["t_end"]) if t_end is None else number_of("t_end", t_end)
-    grid = time_grid(start, end, step, library.real)
-    stepper = Stepper(library, settings, p)
+    run = stored_run(model, saved_run, method, library, end, _inputs(saved, inputs))
+    grid, p = run.grid, run.parameters
+    _same_parameters(model, p, parameters)
+    stepper = Stepper(library, run.settings, p)
     stepper.restore(saved.state, saved.workspace)
     if grid.whole < stepper.count:
         what = f"the end {end:.9g} s lies before the checkpoint's time {stepper.t:.9g} s"
         raise UsageError(Problem("t_end", what, "a later t_end"))
-    every = int(saved_run["record_every"])
-    check_memory((grid.steps - stepper.count) // every + 2, stepper.sizes["row"])
-    given = read_signals(_inputs(saved, inputs), model.inputs, grid.steps)
-    check_span(model, library, method, p, given, grid)
-    signals = InputSignals(
-        model.inputs, given, lambda times: model.input_values(times, parameters=p), step, start, jumps_known(library)
-    )
-    run = Run(
-        model,
-        saved_run["method"],
-        method,
-        settings,
-        p,
-        signals,
-        grid,
-        every,
-        saved_run.get("corrections", []),
-        saved_run.get("start", SCENE_START),
-    )
+    check_memory((grid.steps - stepper.count) // run.every + 2, stepper.sizes["row"])
+    check_span(model, library, method, p, run.signals.given, grid)
     began = time.perf_counter()
     writer = checkpoint_writer(run, library, file if checkpoint is None else checkpoint, checkpoint_every)
-    trajectory = run_chunks(stepper, grid, min(every, grid.steps + 1), run.driven, progress, writer)
-    return solution_of(run, stepper, trajectory, time.perf_counter() - began, writer)
+    wanted = ErrorEstimation(progress) if error_estimate else None
+    report = wanted.shown(run, grid.steps - stepper.count) if wanted else progress
+    trajectory = run_chunks(stepper, grid, min(run.every, grid.steps + 1), run.driven, report, writer)
+    return solution_of(run, stepper, trajectory, time.perf_counter() - began, writer, wanted)
 
 
 def _same_parameters(model: CompiledModel, known: Array, given: Parameters) -> None:
@@ -158,8 +143,3 @@ def _goes_on(known: Array, given: Signal) -> bool:
         return False
     beginning = again[: len(known)] if again.ndim == 1 and known.ndim == 1 else again
     return bool(np.array_equal(beginning, known))
-
-
-def _in_order(settings: Mapping[str, float], data: Mapping[str, object]) -> dict[str, float]:
-    """Return settings in the order of the flat array, which JSON does not keep."""
-    return {name: float(settings[name]) for name in default_settings(data)}

@@ -15,11 +15,12 @@ from eomgen.compiled.corrected_start import CORRECTED, corrected_start
 from eomgen.compiled.initial_state import InitialState, initial_state
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.methods import Method
+from eomgen.integrators.stepper_layout import default_settings
 from eomgen.simulation.checkpoint import Checkpoint, CheckpointWriter
-from eomgen.simulation.inputs import InputSignals
+from eomgen.simulation.inputs import InputSignals, Signal, jumps_known, kind_of, read_signals
 from eomgen.simulation.settings import count_of
 from eomgen.simulation.stepper import Stepper
-from eomgen.simulation.time_grid import TimeGrid
+from eomgen.simulation.time_grid import TimeGrid, time_grid
 from eomgen.toolchain.library import Library
 
 if TYPE_CHECKING:
@@ -63,11 +64,8 @@ class Run:
 
     def described(self, library: Library, stepper: Stepper) -> Checkpoint:
         """Return a checkpoint of the run where the stepper is."""
-        kinds, values = {}, {}
-        for name, signal in self.signals.given.items():
-            kinds[name] = "function" if callable(signal) else "table" if isinstance(signal, np.ndarray) else "number"
-            if not callable(signal):
-                values[name] = np.asarray(signal, dtype=float)
+        given = self.signals.given
+        values = {name: np.asarray(signal, dtype=float) for name, signal in given.items() if not callable(signal)}
         state, workspace = stepper.memory
         run_data = {
             "scene": self.model.name,
@@ -80,12 +78,34 @@ class Run:
             "t_end": self.grid.end,
             "corrections": list(self.corrections),
             "start": self.begun,
-            "inputs": kinds,
+            "inputs": {name: kind_of(signal) for name, signal in given.items()},
             "fingerprint": library.fingerprint,
             "build": library.digest,
         }
         start = {name: state[place] for name, place in stepper.places.items() if name in ("t", "q", "v", "z")}
         return Checkpoint(run_data, state, workspace, values, start)
+
+
+def stored_run(
+    model: CompiledModel,
+    data: Mapping[str, Any],
+    method: Method,
+    library: Library,
+    end: float,
+    inputs: Mapping[str, Signal],
+) -> Run:
+    """Return the run that a checkpoint or a solution describes, up to an end in s, with all its inputs."""
+    settings = {name: float(data["settings"][name]) for name in default_settings(library.layout["method"])}
+    p = model.parameter_array({name: data["parameters"][name] for name in model.parameters})
+    start, step = float(data["t_start"]), settings["step"]
+    grid = time_grid(start, end, step, library.real)
+    given = read_signals(inputs, model.inputs, grid.steps)
+    signals = InputSignals(
+        model.inputs, given, lambda times: model.input_values(times, parameters=p), step, start, jumps_known(library)
+    )
+    every, corrections = int(data["record_every"]), data.get("corrections", [])
+    begun = data.get("start", SCENE_START)
+    return Run(model, data["method"], method, settings, p, signals, grid, every, corrections, begun)
 
 
 def start_description(*, equilibrium_start: bool, given: bool, chosen: str | None, of_scene: str) -> str:

@@ -7,31 +7,37 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from eomgen.analysis.bending import largest_bending
 from eomgen.analysis.definiteness import inertia_warning, linear_range_exceeded
 from eomgen.arrays import Array
 from eomgen.calls import checked_call
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import InitialState
 from eomgen.compiled.model import CompiledModel
-from eomgen.compiled.state import State
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
+from eomgen.integrators.events import STATUSES, STOPPED
 from eomgen.integrators.families.family import BAD_ARGUMENT
-from eomgen.integrators.methods import canonical_name
-from eomgen.results.scenery import poses_and_scenery
+from eomgen.integrators.methods import AUTO, canonical_name
 from eomgen.results.solution import Solution
+from eomgen.simulation.automatic import automatic
 from eomgen.simulation.checkpoint import CheckpointWriter
 from eomgen.simulation.constraint_violation import largest_violation
-from eomgen.simulation.diagnosis import advice, failure, fast_joint, first_non_finite, instability, run_warnings
+from eomgen.simulation.diagnosis import advice, failure, fast_joint, first_non_finite, instability
 from eomgen.simulation.energy_balance import FAILED, REPORTED, Balance, energy_balance
+from eomgen.simulation.error_estimate import ErrorEstimation, no_estimate
+from eomgen.simulation.events import acting, ending, parameters_over, table_of
+from eomgen.simulation.fast_motions import unresolved_motion
 from eomgen.simulation.growth import at_rest, own_growth, unstable_growth
-from eomgen.simulation.inputs import InputSignals, Signal, check_held, jumps_known, read_signals
+from eomgen.simulation.inputs import InputSignals, Signal, check_held, jumps_known, kind_of, read_signals
+from eomgen.simulation.momentum import momentum_drift
 from eomgen.simulation.run import Run, checkpoint_writer, start_description, start_of
+from eomgen.simulation.run_model import run_model
 from eomgen.simulation.settings import (
     check_memory,
     check_span,
@@ -44,12 +50,14 @@ from eomgen.simulation.settings import (
 )
 from eomgen.simulation.singular_positions import nearest_singular, passages, singular_ahead, way_past, way_through
 from eomgen.simulation.stepper import Progress, Stepper, Trajectory, run_chunks
-from eomgen.simulation.taylor_output import between_of
 from eomgen.simulation.time_grid import time_grid
-from eomgen.simulation.warnings import starts_beyond_limits, unresolved_damping, unresolved_states
-
-if TYPE_CHECKING:
-    from eomgen.linear.linearization import Linearization
+from eomgen.simulation.unit_quaternions import largest_stretch
+from eomgen.simulation.warnings import (
+    run_warnings,
+    starts_beyond_limits,
+    unresolved_damping,
+    unresolved_states,
+)
 
 _BATCH = 8192
 
@@ -94,6 +102,7 @@ def simulate(
     checkpoint: str | os.PathLike[str] | None = None,
     checkpoint_every: int | None = None,
     start: str | None = None,
+    error_estimate: bool = True,
 ) -> Solution:
     """Integrate the equations of motion on a grid of equal steps.
 
@@ -111,9 +120,12 @@ def simulate(
     method : str
         ``generalized_alpha`` (also ``chung_hulbert``), for constraints also ``generalized_alpha_index3``, each with
         ``_f1`` or ``_f2`` behind it; its named cases ``hht``, ``wbz``, ``newmark`` and ``trapezoidal``, each also with
-        ``_index3``; ``rk4`` (also ``rkmk4``, ``runge_kutta``); ``rk4_partitioned`` for constrained scenes; ``taylor``,
+        ``_index3``; ``rk4`` (also ``rkmk4``, ``runge_kutta``); ``rk45``, of order 5 with steps of its own between rows
+        that are ``step`` apart; ``rk4_partitioned`` for constrained scenes; ``taylor``,
         whose steps are its own and ``step`` the spacing of the time grid on which it gives states; ``hermite``, of
         order 4 from accelerations and their rates.
+        ``auto``: chosen once, before the run, from the eigenvalues of the equations at its start, the constraints, and
+        whether forces are smooth; the message and ``metadata["method"]`` name the choice.
     rho_inf : float
         Spectral radius of generalized-alpha at infinite frequency, 0 to 1; of ``hht`` 1/2 to 1, of ``wbz`` 0 to 1.
     alpha : float
@@ -123,8 +135,10 @@ def simulate(
     order : int
         Of ``taylor``, 2 to 40; the one that suits its tolerance by default.
     tolerance : float
-        Of the local error of ``taylor``, relative to what lengths and angles move within a step, or to a hundredth of
-        the machine and of 1 rad; of z relative to the largest, or to 1; 1e-12 by default.
+        Of the local error, relative to what the motion moves within a step: ``generalized_alpha``, ``hht``, ``wbz``
+        and ``trapezoidal`` then choose their steps between rows that are ``step`` apart, and so does ``rk45``, by 1e-8
+        by default. Of ``taylor``, relative to what lengths and angles move within a step, or to a hundredth of the
+        machine and of 1 rad; of z relative to the largest, or to 1; 1e-12 by default.
         0: each step of the time grid is one step, of the order that is given.
     initial : mapping
         ``q`` and ``v`` as arrays, or joints by name: ``{"hinge": 0.3}``, ``{"hinge": {"position": 0.3, "velocity":
@@ -139,7 +153,7 @@ def simulate(
     settings : mapping
         The stepper's own, by name: ``rtol``, ``atol``, ``max_iterations``, ``max_halvings``, ``reuse``.
     progress : callable
-        Called with (steps done, all steps) some ten times a second.
+        Called with (steps done, all steps) some ten times a second; the steps of the error estimate are counted too.
     checkpoint : path
         File from which ``model.resume`` goes on with the same bits: written at the start, at the end, at Ctrl-C and
         meanwhile.
@@ -148,6 +162,8 @@ def simulate(
     start : str
         ``initial``: the initial state; ``equilibrium``: static equilibrium near it, with its velocities. The scene's
         where neither this nor ``initial`` is given.
+    error_estimate : bool
+        Whether the discretisation error is estimated, by runs at other steps or tolerances: ``Solution.error``.
 
     Raises
     ------
@@ -163,7 +179,10 @@ def simulate(
     if p.ndim != 1:
         what = f"one set of parameters is needed, not a batch of shape {p.shape}"
         raise UsageError(Problem("parameters", what, "one run for each"))
-    name = canonical_name(model.library.layout["built_method"] if method is None else method)
+    choice = ""
+    if (model.description.simulation.method if method is None else method) == AUTO:
+        method, choice = automatic(model, initial, p, t_first, step)
+    name = canonical_name(model.library.layout["built_method"] if method is None else method, tolerance)
     given = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma, "order": order, "tolerance": tolerance}
     stepped_by = chosen_method(name, given, defaults, bool(model.multipliers))
     library = stepper_library(model, name, stepped_by)
@@ -199,12 +218,16 @@ def simulate(
 
     began = time.perf_counter()
     writer = checkpoint_writer(run, library, checkpoint, checkpoint_every)
-    trajectory = _stepped(run, stepper, state, progress, writer)
-    solution = solution_of(run, stepper, trajectory, time.perf_counter() - began, writer)
+    wanted = ErrorEstimation(progress) if error_estimate else None
+    report = wanted.shown(run, grid.steps) if wanted else progress
+    trajectory = _stepped(run, stepper, state, report, writer)
+    solution = solution_of(run, stepper, trajectory, time.perf_counter() - began, writer, wanted)
     outside = [] if equilibrium_start else starts_beyond_limits(model, state.q, p)
     of_scene = starts_beyond_limits(model, model.initial_q, model.parameter_array())
     notes = [*(note for note in solution.metadata["notes"] if note not in of_scene), *outside]
-    message = "; ".join(filter(None, [solution.message, *_unresolved(run, state), *outside, *at_rest]))
+    message = "; ".join(filter(None, [solution.message, *_unresolved(run, state), *outside, *at_rest, choice]))
+    if choice:
+        notes = [*notes, choice]
     return replace(solution, message=message, metadata={**solution.metadata, "notes": notes})
 
 
@@ -247,35 +270,59 @@ def _starts_at_equilibrium(start: str | None, given: bool, defaults: Mapping[str
 
 
 def solution_of(
-    run: Run, stepper: Stepper, trajectory: Trajectory, wall: float, writer: CheckpointWriter | None = None
+    run: Run,
+    stepper: Stepper,
+    trajectory: Trajectory,
+    wall: float,
+    writer: CheckpointWriter | None = None,
+    estimation: ErrorEstimation | None = None,
 ) -> Solution:
     """Return what a trajectory came to: its rows with outputs and energies, how it ended, and what there is to say
     about it."""
     model, p = run.model, run.parameters
-    message = _message(run, stepper, trajectory)
-    if writer is not None and not trajectory.status:
+    events = table_of(trajectory, stepper, p)
+    last_run = replace(run, parameters=parameters_over(events, model, p, trajectory.rows[-1, 0]))
+    message = _message(last_run, stepper, trajectory)
+    ended = trajectory.status in (0, STOPPED.number)
+    if writer is not None and ended:
         last = f"; the checkpoint {writer.path} holds its last state" if trajectory.interrupted else ""
         message += writer.problem or last
-    statistics = stepper.statistics if not (trajectory.status and not trajectory.steps) else {}
+    statistics = stepper.statistics if not (not ended and not trajectory.steps) else {}
     t, q, v, a, multipliers, z = _split(trajectory.rows, model)
-    outputs, energy = _evaluate(model, (t, q, v, a, multipliers, z), run.signals if run.driven else None, p)
-    success = trajectory.status == 0 and not trajectory.interrupted and trajectory.failure is None
-    jumps = model.jumps_between(t, 1e-9 * (float(np.abs(t).max()) + 1.0))
-    conservative = model.library.layout["facts"]["conservative"]
+    present = parameters_over(events, model, p, t)
+    outputs, energy = _evaluate(model, (t, q, v, a, multipliers, z), run.signals if run.driven else None, present)
+    error = estimation.of(run, stepper.library, trajectory, present, wall) if estimation else no_estimate(run)
+    success = ended and not trajectory.interrupted and trajectory.failure is None
+    changes = acting(events, stepper.layout)
+    jumps = np.concatenate([model.jumps_between(t, 1e-9 * (float(np.abs(t).max()) + 1.0)), changes])
+    if error.available:
+        taken = statistics.get("own_steps") or statistics.get("expansions") or max(trajectory.steps, 1)
+        average = (float(t[-1]) - run.grid.start) / taken
+        fast = unresolved_motion(run, trajectory.rows, average, events, changes, jumps)
+        error = replace(error, unresolved=fast)
+    conservative = model.library.layout["facts"]["conservative"] and not len(changes)
     epsilon = float(np.finfo(np.float32 if model.library.real == "float" else np.float64).eps)
     between = run.every > 1 or run.method.chooses_steps  # there are steps between the rows
     balance = energy_balance(t, energy, jumps, conservative=conservative, sparse=between, epsilon=epsilon)
     if balance.error is not None and balance.error > REPORTED and at_rest(run, trajectory.rows):
         balance = Balance(0.0)
     if success:
-        growth = unstable_growth(run, stepper.library, trajectory)
+        growth = unstable_growth(last_run, stepper.library, trajectory)
         cause = partial(_cause_besides_step, run, t, q)
-        violation = largest_violation(model, t, q, p, statistics.get("max_constraint", 0.0))
+        found = largest_violation(model, t, q, p, statistics.get("max_constraint", 0.0)), largest_stretch(model, t, q)
+        violation = max(filter(None, found), key=lambda one: one.share, default=None)
+        bending = largest_bending(model, t, q)
+        drift = "" if len(changes) else momentum_drift(model, (t, q, v, z), p, run.signals if run.driven else None)
         if fault := failure(growth, balance, energy, run.method, violation):
             success, message = False, f"{message}, but {fault}"
-        elif warning := run_warnings(statistics, balance, run.settings["step"], cause, violation):
+        elif warning := run_warnings(statistics, balance, run.settings["step"], cause, violation, error, drift):
             success = balance.gain <= FAILED or (between and not conservative)  # rows may miss a pulse of power
             message = f"{message}{'; ' if success else ', but '}{warning}"
+        if bending is not None and success:
+            success = bending.possible
+            message = f"{message}{'; ' if success else ', but '}{bending}"
+        if success and error.unresolved:
+            message = f"{message}; {error.unresolved}"
         if passed := passages(int(statistics.get("singular_passages", 0))):
             message = f"{message}; {passed}"
     if balance.error is not None:
@@ -283,7 +330,7 @@ def solution_of(
     of_method, of_scene = run.method.warnings(bool(model.multipliers)), tuple(model.library.layout["warnings"])
     badly_followed = followed_laws(model, run.method, run.parameters, run.grid)[1]
     message, notes = "; ".join((message, *of_scene, *of_method, *badly_followed)), [*model.notes, *of_method]
-    described = _metadata(run)
+    described = _metadata(run) | ({} if events is None else {"events": events.described()})
     return Solution(
         t=t,
         q=q,
@@ -304,10 +351,9 @@ def solution_of(
             "notes": notes,
             "energy_balance": str(balance),
         },
-        evaluate_poses=lambda: poses_and_scenery(model, t, q, p),
-        evaluate=lambda state: outputs_of(model, state, run.signals if run.driven else None, p),
-        linear=lambda state: linear_of(model, state, run.signals if run.driven else None, p),
-        between=between_of(run, stepper),
+        model=run_model(run, stepper.library, events),
+        events=events,
+        error=error,
     )
 
 
@@ -337,7 +383,12 @@ def _message(run: Run, stepper: Stepper, trajectory: Trajectory) -> str:
     if trajectory.interrupted:
         return f"interrupted at t = {t:.9g} s, after {trajectory.steps} of {run.grid.steps} steps"
     if trajectory.status == 0:
-        return f"reached t = {t:.9g} s in {trajectory.steps} steps"
+        return f"reached t = {t:.9g} s in {trajectory.steps} steps{_own_steps(stepper.statistics)}"
+    if sentence := ending(trajectory.status, stepper):
+        taken = f"{trajectory.steps} of {run.grid.steps} steps{_own_steps(stepper.statistics)}"
+        sentence = f"{sentence}, after {taken}"
+        tried = next(item.advice for item in STATUSES if item.number == trajectory.status)
+        return sentence if trajectory.status == STOPPED.number else f"{sentence}; try: {tried}"
     text = stepper.status_text(trajectory.status)
     _, q, v, a, _, z = (part[0] for part in _split(trajectory.rows[-1:], model))
     block, already, cause = first_non_finite(model, float(t), (q, v, a, z), settings["step"], p, run.signals)
@@ -363,7 +414,21 @@ def _message(run: Run, stepper: Stepper, trajectory: Trajectory) -> str:
             "the signs and sizes of forces, stiffnesses and gains, for it is the equations that diverge: no smaller"
             " step helps"
         )
-    return f"stopped at t = {t:.9g} s, after {trajectory.steps} of {run.grid.steps} steps: {text}{details}; try: {hint}"
+    steps = f"{trajectory.steps} of {run.grid.steps} steps{_own_steps(stepper.statistics, model)}"
+    return f"stopped at t = {t:.9g} s, after {steps}: {text}{details}; try: {hint}"
+
+
+def _own_steps(statistics: Mapping[str, int | float], model: CompiledModel | None = None) -> str:
+    """Return how many steps of the method's own a run took; with a model also the smallest one, and what asked for
+    it."""
+    if not statistics.get("own_steps"):
+        return ""
+    text = f" ({statistics['own_steps']} of its own, {statistics['rejections']} taken again"
+    if model is not None:
+        name = (*model.v_names, *model.z_names)[int(statistics["hardest"])]
+        smallest, where = statistics["smallest_step"], statistics["smallest_step_time"]
+        text += f"; the smallest, {smallest:.3g} s at t = {where:.9g} s, for {name}"
+    return f"{text})"
 
 
 def _split(rows: Array, model: CompiledModel) -> tuple[Array, Array, Array, Array, Array, Array]:
@@ -386,25 +451,18 @@ def _evaluate(
         part = slice(start, start + _BATCH)
         u: ArrayLike | None = signals.rows(t[part]) if signals is not None else None
         if "outputs" in model.functions:
-            outputs.append(model.outputs(q[part], v[part], a[part], t[part], u, z=z[part], parameters=p))
+            outputs.append(model.outputs(q[part], v[part], a[part], t[part], u, z=z[part], parameters=_rows(p, part)))
         if "energy" in model.functions:
             held = {"multipliers": multipliers[part]} if model.multipliers else {}
-            energies.append(model.energy(q[part], v[part], a[part], t[part], u, z=z[part], parameters=p, **held))
+            energies.append(
+                model.energy(q[part], v[part], a[part], t[part], u, z=z[part], parameters=_rows(p, part), **held)
+            )
     return _joined(outputs), _joined(energies)
 
 
-def outputs_of(model: CompiledModel, state: State, signals: InputSignals | None, p: Array) -> dict[str, Array]:
-    """Return the outputs of a state at times (...), with the inputs of the run at these times."""
-    u = None if signals is None else signals.rows(state.t.ravel()).reshape(*state.t.shape, model.nu)
-    return model.outputs(state.q, state.v, state.a, state.t, u, z=state.z, parameters=p)
-
-
-def linear_of(model: CompiledModel, state: State, signals: InputSignals | None, p: Array) -> Linearization:
-    """Return the linear model about a state of a run, with its inputs at that time."""
-    from eomgen.analysis.linearize import about_motion  # noqa: PLC0415  # runs are made without it too
-
-    u = None if signals is None else signals.rows(np.atleast_1d(state.t))[0]
-    return about_motion(model, state, u, p)
+def _rows(p: Array, part: slice) -> Array:
+    """Return the parameters of a part of the rows; (np,) where they are the same for all."""
+    return p if p.ndim == 1 else p[part]
 
 
 def _joined(parts: Sequence[Mapping[str, Array]]) -> dict[str, Array]:
@@ -417,6 +475,11 @@ def _metadata(run: Run) -> dict[str, Any]:
         "scene": model.name,
         "version": layout["version"],
         "method": run.name,
+        "method_parameters": dict(run.method.keywords),
+        "inputs": {
+            name: kind_of(signal) if callable(signal) or isinstance(signal, np.ndarray) else signal
+            for name, signal in run.signals.given.items()
+        },
         "dense_output": run.method.dense_output,
         "step": settings["step"],
         "settings": dict(settings),

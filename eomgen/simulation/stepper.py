@@ -6,7 +6,7 @@ import contextlib
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import FrameType
 from typing import Any, Protocol
@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 
 from eomgen.arrays import Array
 from eomgen.errors import UsageError
+from eomgen.integrators.events import AT_EVENTS
 from eomgen.integrators.stepper_layout import STEPPER_SIZES, row_layout, state_layout, statistics_kinds
+from eomgen.simulation.event_log import Log, entry_type
 from eomgen.simulation.time_grid import TimeGrid
 from eomgen.toolchain.library import Library
 
@@ -65,7 +67,25 @@ class Stepper:
         self.parameters = np.ascontiguousarray(np.append(parameters, 0.0))
         self.state = np.zeros(self.sizes["state"])
         self.workspace = _on_cache_lines(self.sizes["workspace"])
+        self._entry = entry_type(self.layout, library.real) if "events" in method else None
         self.input_times = np.array(method.get("input_times", [0.0, 1.0]))
+
+    @property
+    def modes(self) -> Array | None:
+        """Values of the modes; None before the first step, and where there are none."""
+        known = "mode" in self.places and self.state[self.places["event_known"]][0]
+        return self.state[self.places["mode"]].copy() if known else None
+
+    @property
+    def found(self) -> Log:
+        """The events of the last call of ``run``."""
+        if self._entry is None:
+            return np.empty(0)
+        memory = self.workspace.view(np.uint8)
+        start = self.sizes["found_count"]
+        count = int(memory[start : start + np.dtype("l").itemsize].view("l")[0])
+        start = self.sizes["found"]
+        return memory[start : start + count * self._entry.itemsize].view(self._entry).copy()
 
     @property
     def t(self) -> float:
@@ -174,7 +194,8 @@ class Trajectory:
 
     ``middle`` and ``end`` hold every row of a window in the middle of the run and of the two windows at its end, the
     row before the first step of each included; ``middle`` is empty in short runs, and both are in runs that did not
-    come so far.
+    come so far. ``events`` are the logs of its parts, ``modes`` the modes at their start; None:
+    those of the parameters.
     """
 
     rows: Array
@@ -184,6 +205,8 @@ class Trajectory:
     failure: UsageError | None = None
     middle: Array | None = None
     end: Array | None = None
+    events: Sequence[Log] = ()
+    modes: Array | None = None
 
 
 def run_chunks(
@@ -218,6 +241,8 @@ def run_chunks(
     windows = [(half, half + WINDOW)] * (half + WINDOW < last) + [(last, grid.whole)]
     kept: list[list[Array]] = [[] for _ in windows]
     failure: UsageError | None = None
+    logs: list[Log] = []
+    modes = stepper.modes
     with _interrupts() as interrupted:
         while done < grid.whole and status == 0 and not interrupted.is_set():
             inside = next((number for number, (begin, end) in enumerate(windows) if begin <= done < end), None)
@@ -242,6 +267,7 @@ def run_chunks(
             record = np.empty((size // every + 1, width))
             status, rows = stepper.run(size, every, table, record)
             done = stepper.count
+            logs.append(stepper.found)
             found = record[:rows]
             if inside is not None:
                 kept[inside].append(found)
@@ -264,6 +290,7 @@ def run_chunks(
         if grid.rest and status == 0 and failure is None and not stopped:
             try:
                 status, last_row = _last_step(stepper, grid, inputs)
+                logs.append(stepper.found)
             except UsageError as error:
                 failure = error
     if last_row is not None:
@@ -271,10 +298,20 @@ def run_chunks(
         pieces.append(last_row[np.newaxis])
         if progress is not None:
             progress(done, grid.steps)
-    elif last_recorded != done:
+    elif last_recorded != done or status in AT_EVENTS:
         pieces.append(stepper.row[np.newaxis])
     *middle, end = (np.concatenate(rows) if rows else None for rows in kept)
-    return Trajectory(np.concatenate(pieces), status, stopped, done, failure, middle[0] if middle else None, end)
+    return Trajectory(
+        np.concatenate(pieces),
+        status,
+        stopped,
+        done,
+        failure,
+        middle[0] if middle else None,
+        end,
+        [log for log in logs if len(log)],
+        modes,
+    )
 
 
 def _last_step(stepper: Stepper, grid: TimeGrid, inputs: Callable[[Array], Array] | None) -> tuple[int, Array | None]:

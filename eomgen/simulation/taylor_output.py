@@ -6,14 +6,17 @@ spacing is longer than one series reaches, the stepper goes on to the next one b
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.errors import NumericalError
 from eomgen.results.dense_output import Index, Rows
+from eomgen.results.events import Events
+from eomgen.simulation.events import parameters_over
 from eomgen.simulation.inputs import InputSignals
 from eomgen.simulation.run import Run
 from eomgen.simulation.stepper import Stepper
@@ -22,11 +25,11 @@ from eomgen.toolchain.library import Library
 
 @dataclass(frozen=True)
 class StepsBetween:
-    """Steps from rows, with the settings, parameters and inputs of a run."""
+    """Steps from rows, with the settings, inputs and parameters of a run, the latter for times, modes among them."""
 
     library: Library
     settings: Mapping[str, float]
-    parameters: Array
+    parameters: Callable[[Array], Array]
     signals: InputSignals | None
 
     def __call__(self, rows: Rows, t: Array, index: Index) -> tuple[Array, Array, Array, Array]:
@@ -37,7 +40,7 @@ class StepsBetween:
         NumericalError
             The step cannot be taken.
         """
-        stepper = Stepper(self.library, self.settings, self.parameters)
+        stepper = Stepper(self.library, self.settings, self.parameters(rows.t[0]))
         record = np.empty((len(t), stepper.sizes["row"]))
         for place, (time, before) in enumerate(zip(t, index, strict=True)):
             row = before + 1 if time >= rows.t[before + 1] else before
@@ -46,7 +49,11 @@ class StepsBetween:
                 record[place] = np.concatenate([[time], *(array[row] for array in rows[1:])])
                 continue
             stepper.settings[0] = float(time) - start
-            table = None if self.signals is None else self.signals.table(np.full(2, start))
+            present = self.parameters(rows.t[row])
+            stepper.parameters[: len(present)] = present
+            times = start + stepper.settings[0] * stepper.input_times
+            held = stepper.layout["method"]["inputs"] != "sampled"
+            table = None if self.signals is None else self.signals.table(np.full(2, start) if held else times)
             status = stepper.initialize(start, rows.q[row], rows.v[row], table, rows.z[row])
             if not status:
                 status, _ = stepper.run(1, 1, table, record[place : place + 1])
@@ -57,8 +64,9 @@ class StepsBetween:
         return q, v, a, z
 
 
-def between_of(run: Run, stepper: Stepper) -> StepsBetween | None:
-    """Return the way to states between the rows of a run; None where they are to be interpolated."""
+def between_of(run: Run, library: Library, events: Events | None) -> StepsBetween | None:
+    """Return the way to states between the rows of a run with these events; None where they are to be interpolated."""
     if run.method.dense_output != "steps":
         return None
-    return StepsBetween(stepper.library, run.settings, run.parameters, run.signals if run.driven else None)
+    present = partial(parameters_over, events, run.model, run.parameters)
+    return StepsBetween(library, run.settings, present, run.signals if run.driven else None)

@@ -1,7 +1,8 @@
-"""Warnings of a run: joints that start beyond their limits, and noticeable numerical damping."""
+"""Warnings of a run: doubts about its result, joints that start beyond their limits, steps too long for damping."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,10 +11,75 @@ from numpy.typing import NDArray
 from eomgen.arrays import Array
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula
+from eomgen.results.error_estimate import ErrorEstimate
+from eomgen.simulation.constraint_violation import Violation
+from eomgen.simulation.energy_balance import REPORTED, Balance
 
 if TYPE_CHECKING:
     from eomgen.compiled.initial_state import InitialState
     from eomgen.compiled.model import CompiledModel
+
+#: Part of the motion from which on its estimated error is warned of.
+LARGE_ERROR = 0.1
+#: The part that advice aims at, and up to which errors follow powers of the step.
+AIM, FOLLOWED = 0.01, 0.5
+#: Part of the multipliers that rounding may make.
+ROUNDED = 0.01
+
+
+def run_warnings(
+    statistics: Mapping[str, float],
+    balance: Balance,
+    step: float,
+    cause: Callable[[], str] = str,
+    violation: Violation | None = None,
+    error: ErrorEstimate | None = None,
+    momentum: str = "",
+) -> str:
+    """Return the warnings about a run that reached its end, with what to try; empty without any.
+
+    ``cause`` looks for a cause other than too large a step, called only if there are warnings; its text says what to
+    try. ``momentum`` says which one drifts that has to be kept.
+    """
+    found = []
+    halvings = int(statistics.get("halvings", 0))
+    if halvings and not (error is not None and error.relative < AIM):
+        found.append(f"the step was halved {halvings} time{'s' * (halvings != 1)}")
+    doubted = "" if error is None else large_error(error)
+    if doubted:
+        found.append(doubted)
+    if balance.error is not None and balance.error > REPORTED:
+        found.append(f"the energy is out of balance by {100.0 * balance.error:.3g} % of the energies at work")
+    if momentum:
+        found.append(momentum)
+    if violation is not None:
+        found.append(violation.what)
+    rounding, coarser = statistics.get("max_rounding", 0.0), ""
+    if rounding > ROUNDED:
+        found.append(f"up to {100.0 * rounding:.2g} % of the multipliers is rounding, which grows as 1/step^2")
+        coarser = f"try: generalized_alpha, a step larger than {step:.3g} s, or double precision"
+    if not found:
+        return ""
+    smaller = f"smaller than {step:.3g} s"
+    if error is not None and found == [doubted]:
+        smaller = f"smaller than {step * error.refinement(AIM):.2g} s"
+        if error.unordered or error.relative > FOLLOWED:
+            end = error.above(min(LARGE_ERROR, error.relative / 2.0))
+            smaller = f"much smaller than {step:.3g} s, or a run to t = {end:.6g} s"
+    return f"{', and '.join(found)}; {coarser or cause() or f'try: a step {smaller}'}"
+
+
+def large_error(error: ErrorEstimate) -> str:
+    """Return what is doubtful of the estimated error of a run; empty where it is small, and shrinks with the step."""
+    if error.largest is None or not (error.relative > LARGE_ERROR or error.unordered):
+        return ""
+    since = (
+        f", above {100.0 * LARGE_ERROR:.0f} % from t = {error.above(LARGE_ERROR):.6g} s on"
+        if error.relative > LARGE_ERROR
+        else ""
+    )
+    unordered = ", and no less at half the step" if error.unordered else ""
+    return f"the estimated error is {error.largest}{since}{unordered}"
 
 
 def unresolved_states(

@@ -186,8 +186,7 @@ class _Rows:
         )
 
     def rate_limits(self, speeds: Array) -> Array:
-        """Return rates of the rows beyond which they are not met, where components of v are as large as ``speeds``,
-        (rows,)."""
+        """Return rates of rows, (rows,), beyond which they are not met at components of v as large as ``speeds``."""
         return np.maximum(
             CONTRADICTION * (self.possible @ speeds), WORST_ROUNDING * EPSILON * (self._of_summands @ speeds)
         )
@@ -428,18 +427,18 @@ def redundancy(
     here = _Rows(system, q, t)
     if _all_new(here, looked_at):
         return Redundancy((), {})
-    places = [here, *(_Rows(system, near, t) for near in _nearby(system, q, t, samples - 1))]
-    bases: list[list[Array]] = [[] for _ in places]
+    at_configurations = [here, *(_Rows(system, near, t) for near in _nearby(system, q, t, samples - 1))]
+    bases: list[list[Array]] = [[] for _ in at_configurations]
 
     def rests(row: int) -> list[Array]:
-        return [_remainder(place.weighed[row], basis) for place, basis in zip(places, bases, strict=True)]
+        return [_remainder(at.weighed[row], basis) for at, basis in zip(at_configurations, bases, strict=True)]
 
     def news(row: int, left: Sequence[Array]) -> list[float]:
         """Return which part of a row is new, place by place, 0 where that is nothing."""
         parts = []
-        for place, rest in zip(places, left, strict=True):
-            length, natural = float(np.linalg.norm(rest)), float(place.natural[row])
-            says = natural > 0.0 and length > max(REDUNDANT * natural, float(place.vanishing[row]))
+        for at, rest in zip(at_configurations, left, strict=True):
+            length, natural = float(np.linalg.norm(rest)), float(at.natural[row])
+            says = natural > 0.0 and length > max(REDUNDANT * natural, float(at.vanishing[row]))
             parts.append(length / natural if says else 0.0)
         return parts
 
@@ -471,7 +470,9 @@ def redundancy(
     if far:
         raise _lever_too_long(system, here, far[0], waiting)
     hidden = [
-        row for row in waiting if all(place.hides(row, rest) for place, rest in zip(places, rests(row), strict=True))
+        row
+        for row in waiting
+        if all(at.hides(row, rest) for at, rest in zip(at_configurations, rests(row), strict=True))
     ]
     if hidden:
         raise _too_far_away(system, here, hidden)
@@ -509,7 +510,7 @@ def _all_new(here: _Rows, rows: Sequence[int]) -> bool:
 def _nearby(system: Constrained, q: Array, t: float, count: int) -> list[Array]:
     """Return consistent configurations near a given one, as far away along each coordinate as inertia lets it go."""
     rows, generator = _Rows(system, q, t), np.random.default_rng(1)
-    found: list[Array] = []
+    configurations: list[Array] = []
     extent = float(np.max(rows.extent, initial=0.0))
     for attempt in range(3 * count):
         way = np.linalg.solve(rows.metric.T, generator.standard_normal(len(system.angular)))
@@ -522,10 +523,10 @@ def _nearby(system: Constrained, q: Array, t: float, count: int) -> list[Array]:
             )
         except ModelError:
             continue
-        found.append(near)
-        if len(found) == count:
+        configurations.append(near)
+        if len(configurations) == count:
             break
-    return found
+    return configurations
 
 
 def _remainder(row: Array, basis: Sequence[Array]) -> Array:

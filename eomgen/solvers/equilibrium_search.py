@@ -187,8 +187,7 @@ class Largest:
 
 @dataclass(frozen=True)
 class Search:
-    """The point a search ended at, whether it is balanced, how many steps it took, and the configurations on the
-    way."""
+    """Where a search ended, whether that is balanced, how many steps it took, and configurations on the way."""
 
     point: Point
     balanced: bool
@@ -235,8 +234,7 @@ class Trail:
 
 
 def examine(statics: Statics, q: Array, z: Array) -> Point:
-    """Return forces and stiffness at rest at q and z. Raises numpy.linalg.LinAlgError where M is not positive
-    definite."""
+    """Return forces and stiffness at rest at q, z. Raises numpy.linalg.LinAlgError if M is not positive definite."""
     q = statics.followed(q)
     M, B0, sizes = statics.mass(q), statics.jacobian(q), statics.sizes
     L = np.linalg.cholesky(M)
@@ -293,8 +291,7 @@ def unbalanced(point: Point) -> Array:
 
 
 def share_of_turn(statics: Statics, point: Point, change: Array) -> float:
-    """Return the part of a change after which something has turned by the largest turn of a step; 1 where nothing
-    does."""
+    """Return the part of a change after which something has turned by a step's largest turn; 1 without."""
     increment = point.basis @ change[: len(point.imbalance)]
     turn = float(np.max(np.abs(increment[statics.turning]), initial=0.0))
     return min(1.0, LARGEST_TURN / turn) if turn > 0.0 else 1.0

@@ -1,8 +1,38 @@
-"""Studies of whole scenes: checks of all closed forms."""
+"""Studies of whole scenes: checks of all closed forms, speed against accuracy, tuning, savings."""
 
 from __future__ import annotations
 
+from eomgen.studies.ladders.result import Extremes
+from eomgen.studies.ladders.study import extremes
+from eomgen.studies.ladders.table import LADDERS
+from eomgen.studies.ladders.verdicts import VERDICTS, Cell
+from eomgen.studies.tuning.real_time import RealTime
+from eomgen.studies.tuning.result import Tuned
+from eomgen.studies.tuning.tune import tune
 from eomgen.studies.verification.check import check
 from eomgen.studies.verification.report import CheckReport, Disagreement, FormReport
+from eomgen.studies.work_precision.measured import DEMANDS, Point, Slope
+from eomgen.studies.work_precision.result import Tradeoff
+from eomgen.studies.work_precision.study import tradeoff
 
-__all__ = ["CheckReport", "Disagreement", "FormReport", "check", "verification"]
+__all__ = [
+    "DEMANDS",
+    "LADDERS",
+    "VERDICTS",
+    "Cell",
+    "CheckReport",
+    "Disagreement",
+    "Extremes",
+    "FormReport",
+    "Point",
+    "RealTime",
+    "Slope",
+    "Tradeoff",
+    "Tuned",
+    "check",
+    "extremes",
+    "savings",
+    "tradeoff",
+    "tune",
+    "verification",
+]

@@ -136,8 +136,7 @@ def evaluate(tape: Tape, refs: Sequence[Ref], inputs: Mapping[str, ArrayLike]) -
 def evaluate_mpmath(
     tape: Tape, refs: Sequence[Ref], inputs: Mapping[str, Sequence[Any]], digits: int = 50
 ) -> list[Any]:
-    """Evaluate references over mpmath numbers of at least ``digits`` decimal digits (more if mpmath's context asks for
-    more).
+    """Evaluate references over mpmath numbers of ``digits`` decimal digits, or more if mpmath's context says so.
 
     Inputs map block names to sequences of numbers; a bare number stands for a block of size 1. Doubles, those of the
     tape included, enter exactly. Raises ValueError when a block is missing or too short.

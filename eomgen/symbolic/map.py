@@ -15,8 +15,9 @@ Results are numbered: first the sums, then the final carries, then the rows, ele
     stacked)
 
 The kernel is a Tape of its own with input blocks ``element``, ``shared``, ``gather`` and ``carry`` only, and without
-Maps. Sums start from zero and are added in the order of the elements. A loop and its unrolled form do the same
-operations, except that unrolling lets the tape fold the constants of the elements, which may round differently.
+Maps. Sums start from zero and are added in the order of the elements; C may add those of every n-th element first. A
+loop and its unrolled form do the same operations, except that unrolling lets the tape fold the constants of the
+elements, which may round differently.
 """
 
 from __future__ import annotations
@@ -137,6 +138,49 @@ class Map:
             n * (one.statements + len(self.sums)),
         )
 
+    def joined(self, other: Map) -> Map | None:
+        """Return one loop with the sums of both, this one's first; None where that would save no operation.
+
+        Loops of sums alone over the same references are joined; what their kernels share is computed once.
+        """
+        alike = self.count == other.count and set(self.gathered) == set(other.gathered)
+        if not alike or any((*loop.gather, *loop.last, *loop.stacked) for loop in (self, other)):
+            return None
+        kernel = Tape()
+        columns: dict[tuple[float, ...], Ref] = {}
+        shared: dict[Ref, Ref] = {}
+        sums: list[Ref] = []
+        for loop in (self, other):
+            bindings: dict[InputSymbol, Ref] = {}
+            for index, column in enumerate(loop.elements):
+                known = columns.setdefault(column, kernel.input("element", len(columns)))
+                bindings[InputSymbol("element", index)] = known
+            for index, ref in enumerate(loop.shared):
+                bindings[InputSymbol("shared", index)] = shared.setdefault(ref, kernel.input("shared", len(shared)))
+            sums += splice(kernel, loop.kernel, loop.sums, bindings)
+        apart = sum(loop.kernel.counts(loop.sums).statements for loop in (self, other))
+        if kernel.counts(sums).statements == apart:
+            return None
+        labels = dict.fromkeys(label for loop in (self, other) for label in loop.label.split("; ") if label)
+        return Map(kernel, self.count, tuple(columns), tuple(shared), sums=tuple(sums), label="; ".join(labels))
+
+    @staticmethod
+    def together(loops: Mapping[int, Map]) -> list[tuple[Map, dict[int, int]]]:
+        """Return the loops that are left of numbered ones where all are joined that can be.
+
+        Each comes with the numbers of those that it stands for, and where their results begin among its own.
+        """
+        found: list[tuple[Map, dict[int, int]]] = []
+        for number, loop in loops.items():
+            for place, (other, starts) in enumerate(found):
+                both = other.joined(loop)
+                if both is not None:
+                    found[place] = (both, {**starts, number: len(other.sums)})
+                    break
+            else:
+                found.append((loop, {number: 0}))
+        return found
+
     @cached_property
     def key(self) -> tuple[object, ...]:
         """Key that is equal for equal loops, independent of the order in which their kernels were recorded."""
@@ -210,8 +254,8 @@ def splice(
     of_maps: dict[int, list[Ref]] = {}
 
     def there(ref: Ref) -> Ref:
-        found = copy[abs(ref)]
-        return found if ref > 0 or found == ZERO else -found
+        copied = copy[abs(ref)]
+        return copied if ref > 0 or copied == ZERO else -copied
 
     for node in source.live(refs):
         op = source.op[node]

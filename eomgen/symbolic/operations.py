@@ -10,8 +10,7 @@ from typing import Any, Protocol
 
 
 class Op(IntEnum):
-    """Operation codes. ``LT`` and ``LE`` give 1.0 or 0.0, NaN with a NaN; ``SELECT`` takes condition, then,
-    otherwise."""
+    """Operation codes. ``LT``, ``LE`` give 1.0 or 0.0, NaN with a NaN; ``SELECT`` takes condition, then, otherwise."""
 
     CONST = auto()
     INPUT = auto()

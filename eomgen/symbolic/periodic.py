@@ -16,14 +16,14 @@ def periodic_inputs(tape: Tape, outputs: Iterable[Ref]) -> set[InputSymbol]:
     """
     outputs = [abs(ref) for ref in outputs]
     as_it_is = set(outputs)
-    found = set()
+    periodic = set()
     for node in reversed(tape.live(outputs)):
         op = tape.op[node]
         if op is Op.INPUT and node not in as_it_is:
-            found.add(tape.inputs[tape.a[node]])
+            periodic.add(tape.inputs[tape.a[node]])
         if op not in (Op.SIN, Op.COS) and (node in as_it_is or not _preserves_period(tape, node)):
             as_it_is.update(abs(ref) for ref in tape.operands(node))
-    return found
+    return periodic
 
 
 def _preserves_period(tape: Tape, node: int) -> bool:

@@ -103,8 +103,7 @@ def to_latex(
 
 
 def input_symbol(symbol: InputSymbol) -> sympy.Symbol:
-    """Return the real SymPy symbol of an input: ``q0``, ``v1``, ``t``; parameters and blocks with longer names as
-    ``p_0``."""
+    """Return the real SymPy symbol of an input: ``q0``, ``v1``, ``t``; ``p_0`` for parameters and longer names."""
     import sympy  # noqa: PLC0415  # as in block_to_sympy
 
     if symbol.block == "t":

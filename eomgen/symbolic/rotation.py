@@ -19,12 +19,15 @@ class MatrixFactor:
     matrix: Matrix
 
     def rotate(self, x: Vector) -> Vector:
+        """Return R x."""
         return apply(self.matrix, x)
 
     def rotate_back(self, x: Vector) -> Vector:
+        """Return R^T x."""
         return apply(transpose(self.matrix), x)
 
     def congruence(self, A: Matrix) -> Matrix:
+        """Return R A R^T."""
         planar = self._planar()
         if planar is not None:
             return planar.congruence(A)
@@ -59,6 +62,7 @@ class PlanarFactor:
 
     @property
     def matrix(self) -> Matrix:
+        """Return the matrix R."""
         algebra = Algebra(self.cosine.tape)
         i, j = (self.axis + 1) % 3, (self.axis + 2) % 3
         rows = [[algebra.one if r == c else algebra.zero for c in range(3)] for r in range(3)]
@@ -67,6 +71,7 @@ class PlanarFactor:
         return algebra.matrix(rows)
 
     def rotate(self, x: Vector) -> Vector:
+        """Return R x."""
         i, j = (self.axis + 1) % 3, (self.axis + 2) % 3
         y = list(x)
         y[i] = self.cosine * x[i] - self.sine * x[j]
@@ -74,9 +79,11 @@ class PlanarFactor:
         return (y[0], y[1], y[2])
 
     def rotate_back(self, x: Vector) -> Vector:
+        """Return R^T x."""
         return PlanarFactor(self.axis, self.cosine, -self.sine).rotate(x)
 
     def congruence(self, A: Matrix) -> Matrix:
+        """Return R A R^T, by 8 multiplications for a symmetric A."""
         k, i, j = self.axis, (self.axis + 1) % 3, (self.axis + 2) % 3
         B = [list(row) for row in A]
         symmetric = A[i][j].ref == A[j][i].ref
@@ -118,6 +125,7 @@ class Rotation:
         return A
 
     def matrix(self, algebra: Algebra) -> Matrix:
+        """Return the matrix R, child axes to parent axes."""
         product = algebra.identity
         for factor in self.factors:
             product = multiply(product, factor.matrix)

@@ -13,6 +13,7 @@ from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from typing import Any
 
 from eomgen.symbolic.operations import EVEN, FOLD, FOLD_TWO, LEAVES, ODD, UNARY, Counts, CurveLike, InputSymbol, Op
 
@@ -64,8 +65,7 @@ class Tape:
     # -- leaves ---------------------------------------------------------------------------------------------------
 
     def constant(self, value: float) -> Ref:
-        """Return the reference of a constant. Raises OverflowError when it is infinite, ValueError when it is not a
-        number."""
+        """Return the reference of a constant. Raises OverflowError for an infinite one, ValueError for NaN."""
         if math.isinf(value):
             raise OverflowError(f"a constant of a tape must be finite, not {value}")
         if not math.isfinite(value):
@@ -165,8 +165,7 @@ class Tape:
         return self._node(Op.DIV, x, y)
 
     def call(self, op: Op, x: Ref, y: Ref = 0) -> Ref:
-        """Apply a function of one or two arguments. Raises ValueError where a constant argument is outside its
-        domain."""
+        """Apply a function of one or two arguments. Raises ValueError for a constant outside its domain."""
         if op in UNARY:
             number = self.value(x)
             if number is not None:
@@ -246,8 +245,7 @@ class Tape:
         self.blocks.append((len(self.op), previous))
 
     def name(self, ref: Ref, text: str) -> None:
-        """Name the operation behind a reference, ``minus_text`` behind a negative; the first name stays. Leaves have
-        none."""
+        """Name the operation behind a reference (not a leaf), ``minus_text`` behind a negative; the first stays."""
         if self.op[abs(ref)] not in LEAVES:
             self.names.setdefault(abs(ref), text if ref > 0 else f"minus_{text}")
 
@@ -286,18 +284,18 @@ class Tape:
         return {self.inputs[self.a[node]] for node in self.live(outputs) if self.op[node] is Op.INPUT}
 
     def counts(self, outputs: Iterable[Ref]) -> Counts:
-        """Count the operations that the outputs need. A Map counts its kernel once per element."""
+        """Count the operations that outputs need: a Map's kernel once per element, what joined Maps share once."""
         total = Counts()
         tally = dict.fromkeys(Op, 0)
-        seen_maps: set[int] = set()
+        maps: dict[int, Any] = {}
         for node in self.live(outputs):
             op = self.op[node]
             if op is Op.MAP:
-                if self.a[node] not in seen_maps:
-                    seen_maps.add(self.a[node])
-                    total = total + self.maps[self.a[node]].counts()  # type: ignore[attr-defined]
+                maps[self.a[node]] = self.maps[self.a[node]]  # Map, which knows Tape
                 continue
             tally[op] += 1
+        for loop, _ in next(iter(maps.values())).together(maps) if maps else ():
+            total = total + loop.counts()
         functions = sum(tally[op] for op in UNARY) + tally[Op.POW] + tally[Op.ATAN2] + tally[Op.CURVE]
         selections = tally[Op.MIN] + tally[Op.MAX] + tally[Op.LT] + tally[Op.LE] + tally[Op.SELECT]
         statements = sum(count for op, count in tally.items() if op not in LEAVES)

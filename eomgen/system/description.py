@@ -32,8 +32,7 @@ def component_names(letter: str, name: str, size: int) -> list[str]:
 
 @dataclass(frozen=True)
 class Factor:
-    """One factor of the configuration group, with its slices of q and v. Groups: ``R`` (1), ``SO3`` (4, 3), ``SE3`` (7,
-    6)."""
+    """A factor of the configuration group with its slices: ``R`` (1), ``SO3`` (4 of q, 3 of v), ``SE3`` (7, 6)."""
 
     group: str
     name: str
@@ -90,8 +89,7 @@ class Limit:
     stiffness: Formula
 
     def passed(self, position: float, value: Callable[[Formula], float]) -> str:
-        """Return a sentence on a start beyond the range; empty within it. ``value`` gives what a formula of parameters
-        is."""
+        """Return a sentence on a start beyond the range, empty within; ``value`` evaluates formulas of parameters."""
         for side, bound, sign in (("lower", self.lower, -1.0), ("upper", self.upper, 1.0)):
             limit = math.inf * sign if bound is None else value(bound)
             depth = sign * (position - limit)

@@ -22,6 +22,7 @@ from eomgen.symbolic.operations import Counts, InputSymbol
 from eomgen.symbolic.periodic import periodic_inputs
 from eomgen.symbolic.tape import Ref, Tape
 from eomgen.system.description import Factor
+from eomgen.system.events import EventRow, Mode
 from eomgen.system.terms import TERMS, nearest_term
 
 if TYPE_CHECKING:
@@ -45,8 +46,11 @@ BASE_LAYOUT: tuple[tuple[str, int, str], ...] = (
     ("velocity_dot", 3, "time derivative of the components of velocity, m/s^2"),
 )
 
-#: Functions of a motion that is known: no stepper calls them.
-_OBSERVED = frozenset({"joint_angles", *(name for name, term in TERMS.items() if term.observed)})
+#: Numbers in the base struct.
+BASE_SIZE = sum(size for _, size, _ in BASE_LAYOUT)
+
+#: Functions of a motion that is known: no stepper calls them at each step.
+OBSERVED = frozenset({"joint_angles", *(name for name, term in TERMS.items() if term.observed)})
 
 #: How inputs without a name of their own, the time and intermediates are called in SymPy: no name of a scene may look
 #: like that.
@@ -57,6 +61,15 @@ def base_place(field_name: str) -> int:
     """Return where a field of the base struct begins."""
     names = [name for name, _, _ in BASE_LAYOUT]
     return sum(size for _, size, _ in BASE_LAYOUT[: names.index(field_name)])
+
+
+def base_component(position: int) -> str:
+    """Return the name of a component of the base struct, ``omega[2]``."""
+    for name, size, _ in BASE_LAYOUT:
+        if position < size:
+            return f"{name}[{position}]"
+        position -= size
+    raise ValueError("the base struct has no such component")
 
 
 @dataclass(frozen=True)
@@ -85,14 +98,17 @@ class Function:
 
 @dataclass(frozen=True)
 class Quantity:
-    """A named number of the interface: a tunable parameter or a state (value = default), an input, an output's
-    components."""
+    """A named number of the interface: a parameter or a state (``value`` is its default), an input, an output.
+
+    ``size`` counts the components of an output; ``member`` is the name that code may use, which a target gives.
+    """
 
     name: str
     value: float = 0.0
     size: int = 1
     unit: str = ""
     description: str = ""
+    member: str = ""
 
 
 @dataclass(frozen=True)
@@ -136,6 +152,16 @@ class Validity:
     end: float
 
 
+@dataclass(frozen=True)
+class BeamSlopes:
+    """Squares of the slopes of a beam: int f_k' f_l' dx over its ``length``, m, between bending coordinates of one
+    plane, 0 elsewhere; in the order of its elastic coordinates, the factor ``name``."""
+
+    name: str
+    length: float
+    squares: tuple[tuple[float, ...], ...]
+
+
 @checked_calls("eomgen.derive(scene)")
 @dataclass(frozen=True)
 class System:
@@ -171,8 +197,10 @@ class System:
         its link.
     extent : tuple of Ref
         Size of the machine, m, and of gravity, m/s^2: functions of the parameters.
-    guards : tuple of Ref
-        Functions whose sign changes are events; ``modes`` are integers held constant within a step.
+    events : tuple of EventRow
+        What happens at the roots of the functions that the term ``events`` gives, in its order.
+    modes : tuple of Mode
+        Numbers that only events change.
     discontinuities : tuple of Discontinuity
         Known times at which the right-hand side is not smooth.
     validity : tuple of Validity
@@ -181,12 +209,16 @@ class System:
         Numbers that have a name in the C.
     beams : tuple of str
         What the equations of each beam keep.
+    slopes : tuple of BeamSlopes
+        How far each beam bends.
     warnings : tuple of str
         What every run says again.
     left_out : tuple of str
         Constraint rows that follow from others at the default parameters, and may not at others.
     kept, dropped : tuples of str
         What the scene made necessary, and what it did not.
+    base_zeros : tuple of int
+        Components of the base struct that are zero at all times by the base's law: no function reads them.
     order : int
         Highest time derivative that a function gives: how many derivatives of inputs and of the base's acceleration it
         takes.
@@ -212,12 +244,13 @@ class System:
     patterns: Mapping[str, tuple[tuple[int, int], ...]] = field(default_factory=dict)
     inner_owners: tuple[int, ...] = ()
     extent: tuple[Ref, ...] = ()
-    guards: tuple[Ref, ...] = ()
-    modes: tuple[str, ...] = ()
+    events: tuple[EventRow, ...] = ()
+    modes: tuple[Mode, ...] = ()
     discontinuities: tuple[Discontinuity, ...] = ()
     validity: tuple[Validity, ...] = ()
     constants: tuple[Quantity, ...] = ()
     beams: tuple[str, ...] = ()
+    slopes: tuple[BeamSlopes, ...] = ()
     kept: tuple[str, ...] = ()
     dropped: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
@@ -227,6 +260,7 @@ class System:
     defaults: Mapping[str, Any] = field(default_factory=dict)
     order: int = 0
     angles: tuple[str, ...] = ()
+    base_zeros: tuple[int, ...] = ()
 
     if not TYPE_CHECKING:  # a checker knows the attributes by itself
 
@@ -274,7 +308,7 @@ class System:
         """
         if not self.holonomic:
             return ()
-        equations = [f for name, f in self.functions.items() if name not in _OBSERVED]
+        equations = [f for name, f in self.functions.items() if name not in OBSERVED]
         of_period = periodic_inputs(self.tape, [ref for f in equations for ref in f.refs])
         held = self.tape.depends_on(
             ref for f in equations for block in f.outputs if block.name == "Phi" for ref in block.refs

@@ -26,7 +26,8 @@ class Term:
         Input blocks that it may depend on.
     exists : tuple of str
         Facts of a system of which one must hold; a term without any exists in all systems. Facts: ``constraints``,
-        ``unconstrained``, ``states``, ``moving_base``, ``outputs``, ``absolute``, ``elastic``, ``rigid``, ``large``.
+        ``unconstrained``, ``states``, ``moving_base``, ``outputs``, ``absolute``, ``elastic``, ``rigid``, ``large``,
+        ``events``, ``event_actions``, ``event_impulse``.
     on_request : bool
         Recorded only when it is asked for by name.
     quadratic : bool
@@ -34,7 +35,9 @@ class Term:
     of_motion : bool
         May do without accelerations and multipliers, and then does not take them.
     observed : bool
-        A function of a motion that is known: no stepper calls it.
+        A function of a motion that is known: no equation of a step calls it.
+    of_events : bool
+        Steppers find and treat the scene's events by it: it is there whatever is asked for.
     source : str
         For time derivatives and matrices of the closed form: the quantity that is differentiated.
     first, order : int
@@ -49,6 +52,7 @@ class Term:
     quadratic: bool = False
     of_motion: bool = False
     observed: bool = False
+    of_events: bool = False
     source: str = ""
     first: int = 0
     order: int = 0
@@ -140,6 +144,32 @@ _PLAIN = (
     ),
     Term("outputs", _ALL, "the scene's named outputs", exists=("outputs",), of_motion=True, observed=True),
     Term(
+        "events",
+        _ALL,
+        "functions whose roots are the scene's events, and their rates along the motion",
+        exists=("events",),
+        of_motion=True,
+        observed=True,
+        of_events=True,
+    ),
+    Term(
+        "event_actions",
+        _ALL,
+        "new values of the state and of modes at the events, and restitutions",
+        exists=("event_actions",),
+        of_motion=True,
+        observed=True,
+        of_events=True,
+    ),
+    Term(
+        "event_impulse",
+        _KINEMATIC,
+        "M, B and the gradients of impacts: what impulses at the events follow from",
+        exists=("event_impulse",),
+        observed=True,
+        of_events=True,
+    ),
+    Term(
         "elastic",
         _MOTION,
         "beams: structural stiffness K, damping D, and geometric stiffness K_geo for the present motion",
@@ -218,10 +248,10 @@ def _rates() -> Iterator[Term]:
     inverse dynamics to any order, and ``forward_rates`` start with the quantity itself.
     """
     for order in range(1, HIGHEST_RATE + 1):
-        what = {1: "time derivative", 2: "first and second time derivative"}.get(
+        meaning = {1: "time derivative", 2: "first and second time derivative"}.get(
             order, f"time derivatives up to order {order}"
         )
-        text = f"tau and its {what}, tau = M a + h + b - Q along the motion"
+        text = f"tau and its {meaning}, tau = M a + h + b - Q along the motion"
         term = _rate("rates" if order == 2 else f"rates_{order}", "inverse_dynamics", (0, order), order, _STATE, text)
         yield term
         if order == 2:
@@ -241,11 +271,11 @@ def _rates() -> Iterator[Term]:
                 closed_mass = replace(term, name="mass_rates_closed", source="closed_mass", exists=("rigid",))
     for closed in (closed_tau, closed_mass):
         yield replace(closed, description=f"{closed.description}, {_SECOND_WAY}")
-    for name, (what, less) in _CLOSED.items():
+    for name, (meaning, less) in _CLOSED.items():
         for first, order, suffix in ((0, 0, ""), (1, 1, "_rates_1"), (1, 2, "_rates")):
             needed = order - less  # derivatives of v
             inputs = ("p", "q", "v") if needed >= 0 else ("p", "q")
-            text = ("", "first time derivative of ", "first and second time derivative of ")[order] + what
+            text = ("", "first time derivative of ", "first and second time derivative of ")[order] + meaning
             yield replace(_rate(f"{name}{suffix}", name, (first, order), needed - 1, inputs, text), exists=("rigid",))
     for order, suffix in ((1, "_1"), (2, "")):
         text = f"vdot and its {'' if order == 1 else 'first and second '}time derivative along the free motion"
@@ -291,8 +321,7 @@ def meant_term(name: str) -> str:
 
 
 def nearest_term(name: str) -> str:
-    """Return a hint for a name that is no term: the term that it stands for elsewhere, else those whose names are
-    closest."""
+    """Return a hint for a name that is no term: the term that it stands for elsewhere, else the nearest names."""
     if meant := meant_term(name):
         return meant
     plain = [term for term in TERMS if "rates" not in term]  # the others are near to what they are derivatives of

@@ -116,9 +116,9 @@ class Builder:
         layout : mapping
             JSON data, handed back as ``Library.layout``.
         """
-        found = self.find(content)
-        if found is not None:
-            return found
+        cached = self.find(content)
+        if cached is not None:
+            return cached
 
         def fill(folder: Path) -> None:
             for name, text in files.items():

@@ -62,8 +62,7 @@ def default_folder(environ: Mapping[str, str] | None = None) -> Path:
 
 
 class Cache:
-    """The store in one folder; where that cannot be written, what is in it serves, and new entries go to a temporary
-    one.
+    """The store in one folder; where that cannot be written, it is read, and new entries go to a temporary one.
 
     Parameters
     ----------
@@ -85,9 +84,9 @@ class Cache:
     def get(self, key: str) -> Entry | None:
         """Return the entry of a key, or None; an entry whose files are not what was written is put aside."""
         if self.read_only is not None:
-            found = _checked(self.read_only / key)
-            if found is not None or self.folder == self.read_only:
-                return found
+            cached = _checked(self.read_only / key)
+            if cached is not None or self.folder == self.read_only:
+                return cached
         folder = self.folder / key
         entry = _checked(folder)
         if entry is None:

@@ -120,8 +120,8 @@ def find_compiler(environ: Mapping[str, str] | None = None) -> Compiler:
         where = "environment variable CC"
         raise ToolchainError(Problem(where, f"{environ['CC']!r} cannot be read: {error}", "CC=gcc")) from None
     if chosen:
-        found = shutil.which(chosen[0], path=path)
-        if found is None:
+        program = shutil.which(chosen[0], path=path)
+        if program is None:
             raise ToolchainError(
                 Problem(
                     "environment variable CC",
@@ -129,11 +129,11 @@ def find_compiler(environ: Mapping[str, str] | None = None) -> Compiler:
                     "unset CC, or name one that is installed",
                 )
             )
-        return Compiler(tuple(chosen), Path(found))
+        return Compiler(tuple(chosen), Path(program))
     for candidate in CANDIDATES:
-        found = shutil.which(candidate, path=path)
-        if found is not None:
-            return Compiler((found,), Path(found))
+        program = shutil.which(candidate, path=path)
+        if program is not None:
+            return Compiler((program,), Path(program))
     raise ToolchainError(
         f"no C compiler found: looked for {', '.join(CANDIDATES)} on the path and in CC", install_hint()
     )

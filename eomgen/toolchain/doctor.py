@@ -39,8 +39,7 @@ _PROBE = "#include <math.h>\ndouble eomgen_probe(double x) { return sqrt(x); }\n
 
 @dataclass(frozen=True)
 class Check:
-    """One item: whether it is fine, what was found, the command that mends it, and whether building fails without
-    it."""
+    """One item: whether it is fine, what it is, the command that mends it, and whether building needs it."""
 
     name: str
     ok: bool
@@ -64,8 +63,8 @@ def _guarded(check: Callable[[], Check]) -> Check:
 
 def _python() -> Check:
     fine = sys.version_info >= (3, 11)
-    found = f"{platform.python_version()} on {platform.system()} {platform.machine()}"
-    return Check("python", fine, found, "" if fine else "python3.11 -m venv .venv && .venv/bin/pip install eomgen")
+    running = f"{platform.python_version()} on {platform.system()} {platform.machine()}"
+    return Check("python", fine, running, "" if fine else "python3.11 -m venv .venv && .venv/bin/pip install eomgen")
 
 
 def _temporary() -> Check:
@@ -111,10 +110,10 @@ def _headers() -> Check:
     folder = python_headers()
     if folder is not None:
         return Check("Python.h", True, str(folder), needed=False)
-    found = "missing; models are loaded in ABI mode, with a slower call"
+    result = "missing; models are loaded in ABI mode, with a slower call"
     if shutil.which("apt-get") and sys.base_prefix == "/usr":
-        return Check("Python.h", False, found, as_root("apt-get install -y python3-dev"), needed=False)
-    return Check("Python.h", False, found, "the headers of this Python, from where it was installed", needed=False)
+        return Check("Python.h", False, result, as_root("apt-get install -y python3-dev"), needed=False)
+    return Check("Python.h", False, result, "the headers of this Python, from where it was installed", needed=False)
 
 
 def _cache() -> Check:
@@ -147,19 +146,21 @@ def _room() -> Check:
     while not folder.is_dir() and folder != folder.parent:
         folder = folder.parent
     free = shutil.disk_usage(folder).free
-    found = f"{free / 1e6:.0f} MB free for the cache in {folder}"
+    result = f"{free / 1e6:.0f} MB free for the cache in {folder}"
     if free >= ROOM:
-        return Check("room", True, found, needed=False)
+        return Check("room", True, result, needed=False)
     elsewhere = "unset EOMGEN_CACHE" if os.environ.get("EOMGEN_CACHE") else "export EOMGEN_CACHE=/var/tmp/eomgen-cache"
-    return Check("room", False, found, elsewhere, needed=False)
+    return Check("room", False, result, elsewhere, needed=False)
 
 
 def _package(name: str) -> Check:
     install = f"{shlex.quote(sys.executable)} -m pip install"
     try:
-        found = version(name)
+        result = version(name)
     except PackageNotFoundError:
         return Check(name, False, "not installed", f"{install} {name}")
     if importlib.util.find_spec(name) is None:
-        return Check(name, False, f"{found} is recorded, but its files are gone", f"{install} --force-reinstall {name}")
-    return Check(name, True, found)
+        return Check(
+            name, False, f"{result} is recorded, but its files are gone", f"{install} --force-reinstall {name}"
+        )
+    return Check(name, True, result)

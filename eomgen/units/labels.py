@@ -33,8 +33,7 @@ def in_label(where: str, text: str, label: str) -> float:
 
 
 def number_in_label(text: str, label: str, known: Collection[str] = ()) -> tuple[float, str]:
-    """Return the number that a text with a unit is in the unit of a label, and that unit; in SI where there is no
-    label.
+    """Return the number of a text in the unit of a label, and that unit; in SI where there is no label.
 
     Raises
     ------

@@ -37,7 +37,7 @@ def simulated(out: Path) -> dict[str, eomgen.Solution]:
     runs = {}
     for name, (title, _) in RUNS.items():
         run = runs[name] = eomgen.build(FOLDER / f"{name}.toml").simulate()
-        if not run.success:
+        if not run.success and name != "without_stiffening":  # which shows how it fails
             raise eomgen.NumericalError(f"{title}: {run.message}")
         run.save(out / f"{name}.npz")
     return runs

@@ -130,8 +130,8 @@ void active_vehicle_energy(const active_vehicle_parameters *p, eomgen_real t, co
 
 /* inputs given by the scene
  *   u [4]  inputs
- *   1600 additions, 1600 multiplications,
- * 0 divisions, 800 functions */
+ *   1600 additions, 1800 multiplications,
+ * 0 divisions, 400 functions */
 void active_vehicle_inputs(const active_vehicle_parameters *p, eomgen_real t, eomgen_real *u);
 
 /* ---- time integration: generalized-alpha on Lie groups ---- */
@@ -184,7 +184,7 @@ typedef struct active_vehicle_state {
     eomgen_real vdot[7];
     eomgen_real a[7]; /* algorithmic acceleration */
     eomgen_real a_before[14]; /* that of the last two steps, newest first, for predictions */
-    long history; /* how many steps there are to predict from, at most 3 */
+    long history; /* how many steps there are to predict from, at most 3; -1: none, and the first is damped */
     long predictor_order; /* of the polynomial that would have predicted the last step best */
     eomgen_real rho_inf; /* of the method, with which a was made */
     eomgen_real step; /* t = origin + count * step */

@@ -154,7 +154,7 @@ typedef struct free_spinning_body_state {
     eomgen_real vdot[6];
     eomgen_real a[6]; /* algorithmic acceleration */
     eomgen_real a_before[12]; /* that of the last two steps, newest first, for predictions */
-    long history; /* how many steps there are to predict from, at most 3 */
+    long history; /* how many steps there are to predict from, at most 3; -1: none, and the first is damped */
     long predictor_order; /* of the polynomial that would have predicted the last step best */
     eomgen_real rho_inf; /* of the method, with which a was made */
     eomgen_real step; /* t = origin + count * step */

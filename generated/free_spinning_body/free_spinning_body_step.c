@@ -608,6 +608,15 @@ static free_spinning_body_coefficients free_spinning_body_coefficients_of(real r
     return c;
 }
 
+/* Those of implicit Euler: v' = v + step vdot', q' = q o exp(step v') where a = vdot = 0. */
+static free_spinning_body_coefficients free_spinning_body_implicit_euler(const free_spinning_body_coefficients *method)
+{
+    free_spinning_body_coefficients c = *method;
+    c.alpha_m = c.alpha_f = K(0.0);
+    c.beta = c.gamma = c.b = c.g = c.to_vdot = c.to_a = K(1.0);
+    return c;
+}
+
 static int free_spinning_body_settings_are_good(const free_spinning_body_settings *s)
 {
     return free_spinning_body_finite(&s->step, 1) && s->step > K(0.0) && s->rho_inf >= K(0.0) && s->rho_inf <= K(1.0)
@@ -633,25 +642,59 @@ static real free_spinning_body_size_by_inertia(const free_spinning_body_paramete
     return EG_SQRT(free_spinning_body_larger(sum, K(0.0)));
 }
 
+/* How many times the accelerations of a start may change on their way through a step: 4 are those of a damping c with
+ * step c/m = 4, or of a spring k with step^2 k/m = 8. */
+#define free_spinning_body_CHANGE_OF_START K(4.0)
+
+/* 1 where the accelerations vdot of the state in work would only excite motions that are too fast for the step: they
+ * make more velocity than there is, and where they lead within the step they are other ones by far. Overdamped joints
+ * that move, and stiff springs off their rest, are such starts. Methods without numerical damping keep what is
+ * excited. */
+static int free_spinning_body_too_fast(const free_spinning_body_parameters *p,
+    const free_spinning_body_coefficients *c, free_spinning_body_state *state, real step,
+    const real *vdot, free_spinning_body_workspace *work)
+{
+    real change[6], size;
+    free_spinning_body_status status;
+    int i;
+    if (!(c->gamma > K(0.5)))
+        return 0;
+    size = free_spinning_body_size_by_inertia(p, state->t, vdot, work);
+    if (!(step * size > free_spinning_body_size_by_inertia(p, state->t, state->v, work)))
+        return 0;
+    for (i = 0; i < 6; ++i) {
+        change[i] = K(0.5) * step * vdot[i];
+        work->v[i] = state->v[i] + step * vdot[i];
+    }
+    free_spinning_body_update(state->q, change, step, work->q);
+    status = free_spinning_body_solve_accelerations(p, state->t, work, &state->statistics);
+    for (i = 0; i < 6; ++i)
+        change[i] = work->vdot[i] - vdot[i];
+    return status != FREE_SPINNING_BODY_OK
+        || !(free_spinning_body_size_by_inertia(p, state->t, change,
+            work) <= free_spinning_body_CHANGE_OF_START * size);
+}
+
 /* Algorithmic acceleration at the start of steps of the given size: a = vdot + (alpha_m - alpha_f) step vddot.
  * step vddot = -3 f(0) + 4 f(1/2) - f(1) + O(step^3),
  * f(s) = vdot at q o exp(s step v + (s step)^2/2 vdot), v + s step vdot, t + s step:
  * forward, because what lies before t may be another regime. fraction and length place the step between the input rows.
  * Motions too fast for the step have no such derivative: where the accelerations change by more than step vddot if
- * the state is moved by what it does within half a step, it is left out.
+ * the state is moved by what it does within half a step, it is left out. Where they excite such motions, and `damp`
+ * allows it, history becomes -1: the first step is to be damped.
  * state->vdot becomes that of f(0). */
 static free_spinning_body_status free_spinning_body_start(const free_spinning_body_parameters *p,
     const free_spinning_body_settings *settings,
     const free_spinning_body_coefficients *c, free_spinning_body_state *state, real step, const real *first,
         const real *last,
-    real fraction, real length, free_spinning_body_workspace *work)
+    real fraction, real length, int damp, free_spinning_body_workspace *work)
 {
     static const double weight[3] = { -3.0, 4.0, -1.0 };
     real vdot[6], slope[6], increment[6];
-    int stage, i;
+    int stage, i, too_fast = 0;
     for (i = 0; i < 6; ++i)
         slope[i] = vdot[i] = K(0.0);
-    for (stage = 0; stage < 3; ++stage) {
+    for (stage = 0; stage < 3 && !too_fast; ++stage) {
         const real s = K(0.5) * (real)stage * step;
         const real t = state->t + s;
         free_spinning_body_status status = free_spinning_body_prepare(p, t, first, last, fraction
@@ -671,8 +714,11 @@ static free_spinning_body_status free_spinning_body_start(const free_spinning_bo
         }
         for (i = 0; i < 6; ++i)
             slope[i] = slope[i] + K(weight[stage]) * work->vdot[i];
+        too_fast = stage == 0 && damp && free_spinning_body_too_fast(p, c, state, step, vdot, work);
     }
-    {
+    if (too_fast) {
+        memset(slope, 0, sizeof slope);
+    } else {
         real size;
         free_spinning_body_status status = free_spinning_body_prepare(p, state->t, first, last, fraction, work);
         if (status != FREE_SPINNING_BODY_OK)
@@ -694,7 +740,8 @@ static free_spinning_body_status free_spinning_body_start(const free_spinning_bo
         state->vdot[i] = vdot[i];
         state->a[i] = vdot[i] + (c->alpha_m - c->alpha_f) * slope[i];
     }
-    state->history = state->predictor_order = 0;
+    state->history = too_fast ? -1 : 0;
+    state->predictor_order = 0;
     (void)settings;
     return free_spinning_body_finite(state->a, 6) ? FREE_SPINNING_BODY_OK : FREE_SPINNING_BODY_NOT_FINITE;
 }
@@ -728,7 +775,8 @@ static free_spinning_body_status free_spinning_body_renew(const free_spinning_bo
     status = free_spinning_body_know_units(p, &next, u_table, last, work);
     if (status == FREE_SPINNING_BODY_OK)
         status = free_spinning_body_start(p, settings, &work->coefficients, &next, next.step, u_table, last, K(0.0),
-            K(1.0), work);
+            K(1.0), 1,
+            work);
     if (status != FREE_SPINNING_BODY_OK)
         return status;
     *state = next;
@@ -1097,6 +1145,66 @@ static void free_spinning_body_accept(const free_spinning_body_coefficients *c, 
     state->t = t;
 }
 
+/* One step of any size to t: state becomes its end. Statistics are counted in any case. */
+static free_spinning_body_status free_spinning_body_part(const free_spinning_body_parameters *p,
+    const free_spinning_body_settings *settings,
+    const free_spinning_body_coefficients *c, free_spinning_body_state *state, real t, real step, const real *first,
+        const real *last,
+    real fraction, int refresh, free_spinning_body_workspace *work)
+{
+    free_spinning_body_status status;
+    status = free_spinning_body_prepare(p, t, first, last, fraction, work);
+    if (status == FREE_SPINNING_BODY_OK)
+        status = free_spinning_body_advance(p, settings, c, state, t, step, refresh, work, &state->statistics);
+    if (status == FREE_SPINNING_BODY_OK)
+        free_spinning_body_accept(c, t, state, work);
+    return status;
+}
+
+/* A step as four of implicit Euler (Rannacher 1984): what a start excites in motions too fast for the step is damped,
+ * by 4/(step w) each, so that accelerations w^2 q are small behind them too, and are those of a motion that the steps
+ * can follow. Where the velocity behind them is of the size that the accelerations of the start make, these are no
+ * excitation but the motion itself, as of a machine released from rest: then the step is taken as any other. fraction
+ * and length place the step between the input rows. */
+static free_spinning_body_status free_spinning_body_damped_step(const free_spinning_body_parameters *p,
+    const free_spinning_body_settings *settings,
+    const free_spinning_body_coefficients *c, free_spinning_body_state *state, real t, real step, const real *first,
+        const real *last,
+    real fraction, real length, free_spinning_body_workspace *work)
+{
+    const free_spinning_body_coefficients euler = free_spinning_body_implicit_euler(c);
+    const free_spinning_body_state start = *state;
+    const real part = K(0.25) * step;
+    free_spinning_body_status status = FREE_SPINNING_BODY_OK;
+    int quarter, excited = 0;
+    for (quarter = 1; quarter <= 4 && status == FREE_SPINNING_BODY_OK; ++quarter) {
+        const real share = K(0.25) * (real)quarter, end = quarter == 4 ? t : start.t + share * step;
+        memset(state->a, 0, sizeof state->a);
+        memset(state->vdot, 0, sizeof state->vdot);
+        state->history = state->predictor_order = 0;
+        status = free_spinning_body_part(p, settings, &euler, state, end, part, first, last, fraction + share * length,
+            quarter == 1, work);
+    }
+    work->factored_step = K(0.0); /* these factors are implicit Euler's */
+    if (status == FREE_SPINNING_BODY_OK) {
+        const real behind = free_spinning_body_size_by_inertia(p, t, state->v, work);
+        const real before = free_spinning_body_size_by_inertia(p, t, start.v, work);
+        excited = step * free_spinning_body_size_by_inertia(p, t, start.vdot, work)
+            > free_spinning_body_CHANGE_OF_START * free_spinning_body_larger(behind, before);
+    }
+    if (excited)
+        return free_spinning_body_start(p, settings, c, state, step, first, last, fraction + length, length, 0, work);
+    {
+        const free_spinning_body_statistics statistics = state->statistics;
+        *state = start;
+        state->statistics = statistics;
+    }
+    status = free_spinning_body_start(p, settings, c, state, step, first, last, fraction, length, 0, work);
+    if (status == FREE_SPINNING_BODY_OK)
+        status = free_spinning_body_part(p, settings, c, state, t, step, first, last, fraction + length, 1, work);
+    return status;
+}
+
 /* One step of the grid as 2^level sub-steps: state becomes its end. Statistics are counted in any case. */
 static free_spinning_body_status free_spinning_body_substeps(const free_spinning_body_parameters *p,
     const free_spinning_body_settings *settings,
@@ -1105,21 +1213,23 @@ static free_spinning_body_status free_spinning_body_substeps(const free_spinning
     free_spinning_body_workspace *work)
 {
     const long parts = 1L << level;
-    const real step = settings->step / (real)parts;
+    const real step = settings->step / (real)parts, length = K(1.0) / (real)parts;
     free_spinning_body_status status = FREE_SPINNING_BODY_OK;
     long part;
     if (level > 0)
-        status = free_spinning_body_start(p, settings, c, state, step, first, last, K(0.0), K(1.0) / (real)parts, work);
+        status = free_spinning_body_start(p, settings, c, state, step, first, last, K(0.0), length, 1, work);
     for (part = 1; part <= parts && status == FREE_SPINNING_BODY_OK; ++part) {
         const real t = state->origin + settings->step * ((real)state->count + (real)part / (real)parts);
-        status = free_spinning_body_prepare(p, t, first, last, (real)part / (real)parts, work);
-        if (status == FREE_SPINNING_BODY_OK)
-            status = free_spinning_body_advance(p, settings, c, state, t, step, refresh, work, &state->statistics);
-        if (status == FREE_SPINNING_BODY_OK)
-            free_spinning_body_accept(c, t, state, work);
+        if (state->history < 0)
+            status = free_spinning_body_damped_step(p, settings, c, state, t, step, first, last,
+                (real)(part - 1) / (real)parts,
+                length, work);
+        else
+            status = free_spinning_body_part(p, settings, c, state, t, step, first, last, (real)part / (real)parts,
+                refresh, work);
     }
     if (level > 0 && status == FREE_SPINNING_BODY_OK)
-        status = free_spinning_body_start(p, settings, c, state, settings->step, first, last, K(1.0), K(1.0), work);
+        status = free_spinning_body_start(p, settings, c, state, settings->step, first, last, K(1.0), K(1.0), 0, work);
     return status;
 }
 

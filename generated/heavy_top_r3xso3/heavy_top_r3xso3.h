@@ -225,7 +225,7 @@ typedef struct heavy_top_r3xso3_state {
     eomgen_real eta[3]; /* multipliers of the velocity constraints */
     eomgen_real inverse_inertia[6]; /* 1/M_ii at the start, by which they move positions */
     eomgen_real lam_before[6]; /* multipliers of the last two steps, newest first, for predictions */
-    long history; /* how many steps there are to predict from, at most 3 */
+    long history; /* how many steps there are to predict from, at most 3; -1: none, and the first is damped */
     long predictor_order; /* of the polynomial that would have predicted the last step best */
     eomgen_real rho_inf; /* of the method, with which a was made */
     eomgen_real step; /* t = origin + count * step */

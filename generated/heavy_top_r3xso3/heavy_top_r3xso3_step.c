@@ -1356,6 +1356,15 @@ static heavy_top_r3xso3_coefficients heavy_top_r3xso3_coefficients_of(real rho)
     return c;
 }
 
+/* Those of implicit Euler: v' = v + step vdot', q' = q o exp(step v') where a = vdot = 0. */
+static heavy_top_r3xso3_coefficients heavy_top_r3xso3_implicit_euler(const heavy_top_r3xso3_coefficients *method)
+{
+    heavy_top_r3xso3_coefficients c = *method;
+    c.alpha_m = c.alpha_f = K(0.0);
+    c.beta = c.gamma = c.b = c.g = c.to_vdot = c.to_a = K(1.0);
+    return c;
+}
+
 static int heavy_top_r3xso3_settings_are_good(const heavy_top_r3xso3_settings *s)
 {
     return heavy_top_r3xso3_finite(&s->step, 1) && s->step > K(0.0) && s->rho_inf >= K(0.0) && s->rho_inf <= K(1.0)
@@ -1381,25 +1390,58 @@ static real heavy_top_r3xso3_size_by_inertia(const heavy_top_r3xso3_parameters *
     return EG_SQRT(heavy_top_r3xso3_larger(sum, K(0.0)));
 }
 
+/* How many times the accelerations of a start may change on their way through a step: 4 are those of a damping c with
+ * step c/m = 4, or of a spring k with step^2 k/m = 8. */
+#define heavy_top_r3xso3_CHANGE_OF_START K(4.0)
+
+/* 1 where the accelerations vdot of the state in work would only excite motions that are too fast for the step: they
+ * make more velocity than there is, and where they lead within the step they are other ones by far. Overdamped joints
+ * that move, and stiff springs off their rest, are such starts. Methods without numerical damping keep what is
+ * excited. */
+static int heavy_top_r3xso3_too_fast(const heavy_top_r3xso3_parameters *p, const heavy_top_r3xso3_coefficients *c,
+    heavy_top_r3xso3_state *state, real step,
+    const real *vdot, heavy_top_r3xso3_workspace *work)
+{
+    real change[6], size;
+    heavy_top_r3xso3_status status;
+    int i;
+    if (!(c->gamma > K(0.5)))
+        return 0;
+    size = heavy_top_r3xso3_size_by_inertia(p, state->t, vdot, work);
+    if (!(step * size > heavy_top_r3xso3_size_by_inertia(p, state->t, state->v, work)))
+        return 0;
+    for (i = 0; i < 6; ++i) {
+        change[i] = K(0.5) * step * vdot[i];
+        work->v[i] = state->v[i] + step * vdot[i];
+    }
+    heavy_top_r3xso3_update(state->q, change, step, work->q);
+    status = heavy_top_r3xso3_solve_accelerations(p, state->t, work, &state->statistics);
+    for (i = 0; i < 6; ++i)
+        change[i] = work->vdot[i] - vdot[i];
+    return status != HEAVY_TOP_R3XSO3_OK
+        || !(heavy_top_r3xso3_size_by_inertia(p, state->t, change, work) <= heavy_top_r3xso3_CHANGE_OF_START * size);
+}
+
 /* Algorithmic acceleration at the start of steps of the given size: a = vdot + (alpha_m - alpha_f) step vddot.
  * step vddot = -3 f(0) + 4 f(1/2) - f(1) + O(step^3),
  * f(s) = vdot at q o exp(s step v + (s step)^2/2 vdot), v + s step vdot, t + s step:
  * forward, because what lies before t may be another regime. fraction and length place the step between the input rows.
  * Motions too fast for the step have no such derivative: where the accelerations change by more than step vddot if
- * the state is moved by what it does within half a step, it is left out.
+ * the state is moved by what it does within half a step, it is left out. Where they excite such motions, and `damp`
+ * allows it, history becomes -1: the first step is to be damped.
  * state->vdot and lam become those of f(0). */
 static heavy_top_r3xso3_status heavy_top_r3xso3_start(const heavy_top_r3xso3_parameters *p,
     const heavy_top_r3xso3_settings *settings,
     const heavy_top_r3xso3_coefficients *c, heavy_top_r3xso3_state *state, real step, const real *first,
         const real *last,
-    real fraction, real length, heavy_top_r3xso3_workspace *work)
+    real fraction, real length, int damp, heavy_top_r3xso3_workspace *work)
 {
     static const double weight[3] = { -3.0, 4.0, -1.0 };
     real vdot[6], slope[6], increment[6];
-    int stage, i;
+    int stage, i, too_fast = 0;
     for (i = 0; i < 6; ++i)
         slope[i] = vdot[i] = K(0.0);
-    for (stage = 0; stage < 3; ++stage) {
+    for (stage = 0; stage < 3 && !too_fast; ++stage) {
         const real s = K(0.5) * (real)stage * step;
         const real t = state->t + s;
         heavy_top_r3xso3_status status = heavy_top_r3xso3_prepare(p, t, first, last, fraction
@@ -1420,8 +1462,11 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_start(const heavy_top_r3xso3_par
         }
         for (i = 0; i < 6; ++i)
             slope[i] = slope[i] + K(weight[stage]) * work->vdot[i];
+        too_fast = stage == 0 && damp && heavy_top_r3xso3_too_fast(p, c, state, step, vdot, work);
     }
-    {
+    if (too_fast) {
+        memset(slope, 0, sizeof slope);
+    } else {
         real size;
         heavy_top_r3xso3_status status = heavy_top_r3xso3_prepare(p, state->t, first, last, fraction, work);
         if (status != HEAVY_TOP_R3XSO3_OK)
@@ -1442,7 +1487,8 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_start(const heavy_top_r3xso3_par
         state->vdot[i] = vdot[i];
         state->a[i] = vdot[i] + (c->alpha_m - c->alpha_f) * slope[i];
     }
-    state->history = state->predictor_order = 0;
+    state->history = too_fast ? -1 : 0;
+    state->predictor_order = 0;
     memset(state->eta, 0, sizeof state->eta);
     (void)settings;
     return heavy_top_r3xso3_finite(state->a, 6) ? HEAVY_TOP_R3XSO3_OK : HEAVY_TOP_R3XSO3_NOT_FINITE;
@@ -1484,7 +1530,8 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_renew(const heavy_top_r3xso3_par
         status = heavy_top_r3xso3_project(p, &next, work);
     if (status == HEAVY_TOP_R3XSO3_OK)
         status = heavy_top_r3xso3_start(p, settings, &work->coefficients, &next, next.step, u_table, last, K(0.0),
-            K(1.0), work);
+            K(1.0), 1,
+            work);
     if (status != HEAVY_TOP_R3XSO3_OK)
         return status;
     *state = next;
@@ -1949,6 +1996,68 @@ static void heavy_top_r3xso3_accept(const heavy_top_r3xso3_coefficients *c, real
     state->t = t;
 }
 
+/* One step of any size to t: state becomes its end. Statistics are counted in any case. */
+static heavy_top_r3xso3_status heavy_top_r3xso3_part(const heavy_top_r3xso3_parameters *p,
+    const heavy_top_r3xso3_settings *settings,
+    const heavy_top_r3xso3_coefficients *c, heavy_top_r3xso3_state *state, real t, real step, const real *first,
+        const real *last,
+    real fraction, int refresh, heavy_top_r3xso3_workspace *work)
+{
+    heavy_top_r3xso3_status status;
+    heavy_top_r3xso3_jacobian_values(state->q, work->jacobian);
+    heavy_top_r3xso3_weigh_jacobian(work);
+    status = heavy_top_r3xso3_prepare(p, t, first, last, fraction, work);
+    if (status == HEAVY_TOP_R3XSO3_OK)
+        status = heavy_top_r3xso3_advance(p, settings, c, state, t, step, refresh, work, &state->statistics);
+    if (status == HEAVY_TOP_R3XSO3_OK)
+        heavy_top_r3xso3_accept(c, t, state, work);
+    return status;
+}
+
+/* A step as four of implicit Euler (Rannacher 1984): what a start excites in motions too fast for the step is damped,
+ * by 4/(step w) each, so that accelerations w^2 q are small behind them too, and are those of a motion that the steps
+ * can follow. Where the velocity behind them is of the size that the accelerations of the start make, these are no
+ * excitation but the motion itself, as of a machine released from rest: then the step is taken as any other. fraction
+ * and length place the step between the input rows. */
+static heavy_top_r3xso3_status heavy_top_r3xso3_damped_step(const heavy_top_r3xso3_parameters *p,
+    const heavy_top_r3xso3_settings *settings,
+    const heavy_top_r3xso3_coefficients *c, heavy_top_r3xso3_state *state, real t, real step, const real *first,
+        const real *last,
+    real fraction, real length, heavy_top_r3xso3_workspace *work)
+{
+    const heavy_top_r3xso3_coefficients euler = heavy_top_r3xso3_implicit_euler(c);
+    const heavy_top_r3xso3_state start = *state;
+    const real part = K(0.25) * step;
+    heavy_top_r3xso3_status status = HEAVY_TOP_R3XSO3_OK;
+    int quarter, excited = 0;
+    for (quarter = 1; quarter <= 4 && status == HEAVY_TOP_R3XSO3_OK; ++quarter) {
+        const real share = K(0.25) * (real)quarter, end = quarter == 4 ? t : start.t + share * step;
+        memset(state->a, 0, sizeof state->a);
+        memset(state->vdot, 0, sizeof state->vdot);
+        state->history = state->predictor_order = 0;
+        status = heavy_top_r3xso3_part(p, settings, &euler, state, end, part, first, last, fraction + share * length,
+            quarter == 1, work);
+    }
+    work->factored_step = K(0.0); /* these factors are implicit Euler's */
+    if (status == HEAVY_TOP_R3XSO3_OK) {
+        const real behind = heavy_top_r3xso3_size_by_inertia(p, t, state->v, work);
+        const real before = heavy_top_r3xso3_size_by_inertia(p, t, start.v, work);
+        excited = step * heavy_top_r3xso3_size_by_inertia(p, t, start.vdot, work)
+            > heavy_top_r3xso3_CHANGE_OF_START * heavy_top_r3xso3_larger(behind, before);
+    }
+    if (excited)
+        return heavy_top_r3xso3_start(p, settings, c, state, step, first, last, fraction + length, length, 0, work);
+    {
+        const heavy_top_r3xso3_statistics statistics = state->statistics;
+        *state = start;
+        state->statistics = statistics;
+    }
+    status = heavy_top_r3xso3_start(p, settings, c, state, step, first, last, fraction, length, 0, work);
+    if (status == HEAVY_TOP_R3XSO3_OK)
+        status = heavy_top_r3xso3_part(p, settings, c, state, t, step, first, last, fraction + length, 1, work);
+    return status;
+}
+
 /* One step of the grid as 2^level sub-steps: state becomes its end. Statistics are counted in any case. */
 static heavy_top_r3xso3_status heavy_top_r3xso3_substeps(const heavy_top_r3xso3_parameters *p,
     const heavy_top_r3xso3_settings *settings,
@@ -1957,23 +2066,23 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_substeps(const heavy_top_r3xso3_
     heavy_top_r3xso3_workspace *work)
 {
     const long parts = 1L << level;
-    const real step = settings->step / (real)parts;
+    const real step = settings->step / (real)parts, length = K(1.0) / (real)parts;
     heavy_top_r3xso3_status status = HEAVY_TOP_R3XSO3_OK;
     long part;
     if (level > 0)
-        status = heavy_top_r3xso3_start(p, settings, c, state, step, first, last, K(0.0), K(1.0) / (real)parts, work);
+        status = heavy_top_r3xso3_start(p, settings, c, state, step, first, last, K(0.0), length, 1, work);
     for (part = 1; part <= parts && status == HEAVY_TOP_R3XSO3_OK; ++part) {
         const real t = state->origin + settings->step * ((real)state->count + (real)part / (real)parts);
-        heavy_top_r3xso3_jacobian_values(state->q, work->jacobian);
-        heavy_top_r3xso3_weigh_jacobian(work);
-        status = heavy_top_r3xso3_prepare(p, t, first, last, (real)part / (real)parts, work);
-        if (status == HEAVY_TOP_R3XSO3_OK)
-            status = heavy_top_r3xso3_advance(p, settings, c, state, t, step, refresh, work, &state->statistics);
-        if (status == HEAVY_TOP_R3XSO3_OK)
-            heavy_top_r3xso3_accept(c, t, state, work);
+        if (state->history < 0)
+            status = heavy_top_r3xso3_damped_step(p, settings, c, state, t, step, first, last,
+                (real)(part - 1) / (real)parts,
+                length, work);
+        else
+            status = heavy_top_r3xso3_part(p, settings, c, state, t, step, first, last, (real)part / (real)parts,
+                refresh, work);
     }
     if (level > 0 && status == HEAVY_TOP_R3XSO3_OK)
-        status = heavy_top_r3xso3_start(p, settings, c, state, settings->step, first, last, K(1.0), K(1.0), work);
+        status = heavy_top_r3xso3_start(p, settings, c, state, settings->step, first, last, K(1.0), K(1.0), 0, work);
     return status;
 }
 

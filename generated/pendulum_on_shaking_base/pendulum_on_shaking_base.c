@@ -44,38 +44,24 @@ void pendulum_on_shaking_base_base_motion(const real *q, const real *v,
     const pendulum_on_shaking_base_base_state *base, real *restrict b)
 {
     (void)v;
-    /* Rotation of link bob */
-    real sin_hinge, cos_hinge;
-    EG_SINCOS(q[0], &sin_hinge, &cos_hinge);
-
     /* Inertia forces of link bob */
-    b[0] = K(0.075) * (sin_hinge * base->velocity_dot[2] + cos_hinge * base->velocity_dot[0]);
+    b[0] = K(0.075) * (EG_SIN(q[0]) * base->velocity_dot[2]);
 }
 
 void pendulum_on_shaking_base_inverse_dynamics(const real *q, const real *v, const real *a,
     const pendulum_on_shaking_base_base_state *base, real *restrict tau)
 {
     (void)v;
-    /* Rotation of link bob */
-    real sin_hinge, cos_hinge;
-    EG_SINCOS(q[0], &sin_hinge, &cos_hinge);
-
     /* Inertia forces of link bob */
-    const real minus_M_bob_y = K(0.075) * (cos_hinge * base->velocity_dot[0]
-        + sin_hinge * (K(9.81) + base->velocity_dot[2]));
-    tau[0] = minus_M_bob_y + K(0.01875) * a[0];
+    tau[0] = K(0.075) * (EG_SIN(q[0]) * (K(9.81) + base->velocity_dot[2])) + K(0.01875) * a[0];
 }
 
 void pendulum_on_shaking_base_forward_dynamics(const real *q, const real *v,
     const pendulum_on_shaking_base_base_state *base, real *restrict vdot)
 {
     (void)v;
-    /* Rotation of link bob */
-    real sin_hinge, cos_hinge;
-    EG_SINCOS(q[0], &sin_hinge, &cos_hinge);
-
     /* Acceleration of joint hinge */
-    vdot[0] = -(K(4.0) * (cos_hinge * base->velocity_dot[0] + sin_hinge * (K(9.81) + base->velocity_dot[2])));
+    vdot[0] = -(K(4.0) * (EG_SIN(q[0]) * (K(9.81) + base->velocity_dot[2])));
 }
 
 void pendulum_on_shaking_base_residual(const real *q, const real *v, const real *a,
@@ -92,20 +78,16 @@ void pendulum_on_shaking_base_partials(const real *q, const real *v, const real 
     C[0] = K(0.0);
     M[0] = K(0.01875);
 
-    /* Rotation of link bob */
-    real sin_hinge, cos_hinge;
-    EG_SINCOS(q[0], &sin_hinge, &cos_hinge);
-
     /* Partials, joint hinge */
-    K[0] = -(K(0.075) * (sin_hinge * base->velocity_dot[0] - cos_hinge * (K(9.81) + base->velocity_dot[2])));
+    K[0] = K(0.075) * (EG_COS(q[0]) * (K(9.81) + base->velocity_dot[2]));
 }
 
 void pendulum_on_shaking_base_poses(const real *q, const pendulum_on_shaking_base_base_state *base, real *restrict pose)
 {
     pose[1] = K(0.0);
     pose[3] = K(0.0);
-    pose[4] = base->position[0];
-    pose[5] = base->position[1];
+    pose[4] = K(0.0);
+    pose[5] = K(0.0);
     pose[6] = base->position[2];
     real x1, x2;
     EG_SINCOS(K(0.5) * q[0], &x1, &x2);
@@ -119,27 +101,27 @@ void pendulum_on_shaking_base_twists(const real *q, const real *v, const pendulu
     twist[0] = K(0.0);
     twist[1] = -v[0];
     twist[2] = K(0.0);
-    twist[4] = base->velocity[1];
+    twist[4] = K(0.0);
 
     /* Rotation of link bob */
     real sin_hinge, cos_hinge;
     EG_SINCOS(q[0], &sin_hinge, &cos_hinge);
-    twist[3] = cos_hinge * base->velocity[0] + sin_hinge * base->velocity[2];
-    twist[5] = -(sin_hinge * base->velocity[0] - cos_hinge * base->velocity[2]);
+    twist[3] = sin_hinge * base->velocity[2];
+    twist[5] = cos_hinge * base->velocity[2];
 }
 
 void pendulum_on_shaking_base_outputs(const real *q, const real *v, const pendulum_on_shaking_base_base_state *base,
     real *restrict y)
 {
     (void)v;
-    y[1] = base->position[1];
+    y[1] = K(0.0);
 
     /* Rotation of link bob */
     real sin_hinge, cos_hinge;
     EG_SINCOS(q[0], &sin_hinge, &cos_hinge);
 
     /* Output bob */
-    y[0] = base->position[0] + K(0.25) * sin_hinge;
+    y[0] = K(0.25) * sin_hinge;
     y[2] = base->position[2] - K(0.25) * cos_hinge;
 
     /* Output lean */
@@ -158,21 +140,18 @@ void pendulum_on_shaking_base_energy(const real *q, const real *v, const real *a
     /* Centripetal and Coriolis acceleration of link bob */
     const real x3 = v[0] * v[0];
     const real x4 = K(9.81) + base->velocity_dot[2];
-    const real x5 = cos_hinge * base->velocity[0] + sin_hinge * base->velocity[2];
-    const real x6 = sin_hinge * base->velocity[0] - cos_hinge * base->velocity[2];
+    const real x5 = sin_hinge * base->velocity[2];
+    const real x6 = cos_hinge * base->velocity[2];
 
     /* Energy of link bob */
-    const real x7 = K(0.5) * (x5 * x5) + K(0.5) * (base->velocity[1] * base->velocity[1]);
-    const real x8 = K(0.009375) * x3 + K(0.075) * (v[0] * x5);
-    energy[0] = K(0.3) * (K(0.5) * (x6 * x6) + x7) + x8;
+    const real x7 = K(0.3) * (K(0.5) * (x5 * x5) + K(0.5) * (x6 * x6));
+    energy[0] = x7 + (K(0.009375) * x3 + K(0.075) * (v[0] * x5));
     energy[1] = -(K(9.81) * (K(0.075) * cos_hinge - K(0.3) * base->position[2]));
 
-    /* Inertia forces of link bob */
-    const real x9 = K(0.075) * a[0] + K(0.3) * (cos_hinge * base->velocity_dot[0] + sin_hinge * x4);
-    const real x10 = K(0.075) * x3 - K(0.3) * (sin_hinge * base->velocity_dot[0] - cos_hinge * x4);
-    const real x11 = base->velocity[0] * (sin_hinge * x10 - cos_hinge * x9);
-    const real x12 = base->velocity[2] * (cos_hinge * x10 + sin_hinge * x9);
-    energy[3] = -(x11 - base->velocity[1] * (K(0.3) * base->velocity_dot[1]) - x12);
+    /* Load that the base carries through joint hinge */
+    const real x8 = sin_hinge * (K(0.075) * a[0] + K(0.3) * (sin_hinge * x4));
+    const real x9 = cos_hinge * (K(0.075) * x3 + K(0.3) * (cos_hinge * x4)) + x8;
+    energy[3] = base->velocity[2] * x9;
 }
 
 void pendulum_on_shaking_base_base(real t, pendulum_on_shaking_base_base_state *restrict base)

@@ -84,6 +84,14 @@ static int pendulum_on_shaking_base_finite(const real *x, int size)
     return 1;
 }
 
+/* What the equations of a step read of the base's state at time t, into the workspace. */
+static void pendulum_on_shaking_base_base_of_step(const pendulum_on_shaking_base_parameters *p, real t,
+    pendulum_on_shaking_base_workspace *work)
+{
+    (void)p; (void)t;
+    work->base.velocity_dot[2] = -(K(450.0) * EG_COS(K(150.0) * t));
+}
+
 /* Inputs and base at time t into the workspace. first and last are input rows between which u is linear, fraction
  * says where; NULL: formulas. */
 static pendulum_on_shaking_base_status pendulum_on_shaking_base_prepare(const pendulum_on_shaking_base_parameters *p,
@@ -91,7 +99,7 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_prepare(const pe
     real fraction, pendulum_on_shaking_base_workspace *work)
 {
     (void)first; (void)last; (void)fraction;
-    pendulum_on_shaking_base_base(t, &work->base);
+    pendulum_on_shaking_base_base_of_step(p, t, work);
     (void)p; (void)t; (void)work;
     return PENDULUM_ON_SHAKING_BASE_OK;
 }
@@ -372,6 +380,16 @@ static pendulum_on_shaking_base_coefficients pendulum_on_shaking_base_coefficien
     return c;
 }
 
+/* Those of implicit Euler: v' = v + step vdot', q' = q o exp(step v') where a = vdot = 0. */
+static pendulum_on_shaking_base_coefficients pendulum_on_shaking_base_implicit_euler(
+    const pendulum_on_shaking_base_coefficients *method)
+{
+    pendulum_on_shaking_base_coefficients c = *method;
+    c.alpha_m = c.alpha_f = K(0.0);
+    c.beta = c.gamma = c.b = c.g = c.to_vdot = c.to_a = K(1.0);
+    return c;
+}
+
 static int pendulum_on_shaking_base_settings_are_good(const pendulum_on_shaking_base_settings *s)
 {
     return pendulum_on_shaking_base_finite(&s->step, 1) && s->step > K(0.0) && s->rho_inf >= K(0.0)
@@ -397,25 +415,59 @@ static real pendulum_on_shaking_base_size_by_inertia(const pendulum_on_shaking_b
     return EG_SQRT(pendulum_on_shaking_base_larger(sum, K(0.0)));
 }
 
+/* How many times the accelerations of a start may change on their way through a step: 4 are those of a damping c with
+ * step c/m = 4, or of a spring k with step^2 k/m = 8. */
+#define pendulum_on_shaking_base_CHANGE_OF_START K(4.0)
+
+/* 1 where the accelerations vdot of the state in work would only excite motions that are too fast for the step: they
+ * make more velocity than there is, and where they lead within the step they are other ones by far. Overdamped joints
+ * that move, and stiff springs off their rest, are such starts. Methods without numerical damping keep what is
+ * excited. */
+static int pendulum_on_shaking_base_too_fast(const pendulum_on_shaking_base_parameters *p,
+    const pendulum_on_shaking_base_coefficients *c, pendulum_on_shaking_base_state *state, real step,
+    const real *vdot, pendulum_on_shaking_base_workspace *work)
+{
+    real change[1], size;
+    pendulum_on_shaking_base_status status;
+    int i;
+    if (!(c->gamma > K(0.5)))
+        return 0;
+    size = pendulum_on_shaking_base_size_by_inertia(p, state->t, vdot, work);
+    if (!(step * size > pendulum_on_shaking_base_size_by_inertia(p, state->t, state->v, work)))
+        return 0;
+    for (i = 0; i < 1; ++i) {
+        change[i] = K(0.5) * step * vdot[i];
+        work->v[i] = state->v[i] + step * vdot[i];
+    }
+    pendulum_on_shaking_base_update(state->q, change, step, work->q);
+    status = pendulum_on_shaking_base_solve_accelerations(p, state->t, work, &state->statistics);
+    for (i = 0; i < 1; ++i)
+        change[i] = work->vdot[i] - vdot[i];
+    return status != PENDULUM_ON_SHAKING_BASE_OK
+        || !(pendulum_on_shaking_base_size_by_inertia(p, state->t, change,
+            work) <= pendulum_on_shaking_base_CHANGE_OF_START * size);
+}
+
 /* Algorithmic acceleration at the start of steps of the given size: a = vdot + (alpha_m - alpha_f) step vddot.
  * step vddot = -3 f(0) + 4 f(1/2) - f(1) + O(step^3),
  * f(s) = vdot at q o exp(s step v + (s step)^2/2 vdot), v + s step vdot, t + s step:
  * forward, because what lies before t may be another regime. fraction and length place the step between the input rows.
  * Motions too fast for the step have no such derivative: where the accelerations change by more than step vddot if
- * the state is moved by what it does within half a step, it is left out.
+ * the state is moved by what it does within half a step, it is left out. Where they excite such motions, and `damp`
+ * allows it, history becomes -1: the first step is to be damped.
  * state->vdot becomes that of f(0). */
 static pendulum_on_shaking_base_status pendulum_on_shaking_base_start(const pendulum_on_shaking_base_parameters *p,
     const pendulum_on_shaking_base_settings *settings,
     const pendulum_on_shaking_base_coefficients *c, pendulum_on_shaking_base_state *state, real step,
         const real *first, const real *last,
-    real fraction, real length, pendulum_on_shaking_base_workspace *work)
+    real fraction, real length, int damp, pendulum_on_shaking_base_workspace *work)
 {
     static const double weight[3] = { -3.0, 4.0, -1.0 };
     real vdot[1], slope[1], increment[1];
-    int stage, i;
+    int stage, i, too_fast = 0;
     for (i = 0; i < 1; ++i)
         slope[i] = vdot[i] = K(0.0);
-    for (stage = 0; stage < 3; ++stage) {
+    for (stage = 0; stage < 3 && !too_fast; ++stage) {
         const real s = K(0.5) * (real)stage * step;
         const real t = state->t + s;
         pendulum_on_shaking_base_status status = pendulum_on_shaking_base_prepare(p, t, first, last, fraction
@@ -435,8 +487,11 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_start(const pend
         }
         for (i = 0; i < 1; ++i)
             slope[i] = slope[i] + K(weight[stage]) * work->vdot[i];
+        too_fast = stage == 0 && damp && pendulum_on_shaking_base_too_fast(p, c, state, step, vdot, work);
     }
-    {
+    if (too_fast) {
+        memset(slope, 0, sizeof slope);
+    } else {
         real size;
         pendulum_on_shaking_base_status status = pendulum_on_shaking_base_prepare(p, state->t, first, last, fraction,
             work);
@@ -460,7 +515,8 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_start(const pend
         state->vdot[i] = vdot[i];
         state->a[i] = vdot[i] + (c->alpha_m - c->alpha_f) * slope[i];
     }
-    state->history = state->predictor_order = 0;
+    state->history = too_fast ? -1 : 0;
+    state->predictor_order = 0;
     (void)settings;
     return pendulum_on_shaking_base_finite(state->a, 1) ? PENDULUM_ON_SHAKING_BASE_OK
         : PENDULUM_ON_SHAKING_BASE_NOT_FINITE;
@@ -495,7 +551,8 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_renew(const pend
     status = pendulum_on_shaking_base_know_units(p, &next, u_table, last, work);
     if (status == PENDULUM_ON_SHAKING_BASE_OK)
         status = pendulum_on_shaking_base_start(p, settings, &work->coefficients, &next, next.step, u_table, last,
-            K(0.0), K(1.0), work);
+            K(0.0), K(1.0), 1,
+            work);
     if (status != PENDULUM_ON_SHAKING_BASE_OK)
         return status;
     *state = next;
@@ -568,7 +625,7 @@ static int pendulum_on_shaking_base_rotation_too_large(real step, const pendulum
 }
 
 /* What forming and factoring the matrix costs, in iterations. */
-#define pendulum_on_shaking_base_FACTORS_COST K(0.42857142857142855)
+#define pendulum_on_shaking_base_FACTORS_COST K(0.3684210526315789)
 
 /* What the increments of the unknowns are measured by, for some steps: a weighted RMS of 1 is small enough.
  * Tolerances are relative to each unknown's own size and to the size of the motion: of velocities,
@@ -856,6 +913,68 @@ static void pendulum_on_shaking_base_accept(const pendulum_on_shaking_base_coeff
     state->t = t;
 }
 
+/* One step of any size to t: state becomes its end. Statistics are counted in any case. */
+static pendulum_on_shaking_base_status pendulum_on_shaking_base_part(const pendulum_on_shaking_base_parameters *p,
+    const pendulum_on_shaking_base_settings *settings,
+    const pendulum_on_shaking_base_coefficients *c, pendulum_on_shaking_base_state *state, real t, real step,
+        const real *first, const real *last,
+    real fraction, int refresh, pendulum_on_shaking_base_workspace *work)
+{
+    pendulum_on_shaking_base_status status;
+    status = pendulum_on_shaking_base_prepare(p, t, first, last, fraction, work);
+    if (status == PENDULUM_ON_SHAKING_BASE_OK)
+        status = pendulum_on_shaking_base_advance(p, settings, c, state, t, step, refresh, work, &state->statistics);
+    if (status == PENDULUM_ON_SHAKING_BASE_OK)
+        pendulum_on_shaking_base_accept(c, t, state, work);
+    return status;
+}
+
+/* A step as four of implicit Euler (Rannacher 1984): what a start excites in motions too fast for the step is damped,
+ * by 4/(step w) each, so that accelerations w^2 q are small behind them too, and are those of a motion that the steps
+ * can follow. Where the velocity behind them is of the size that the accelerations of the start make, these are no
+ * excitation but the motion itself, as of a machine released from rest: then the step is taken as any other. fraction
+ * and length place the step between the input rows. */
+static pendulum_on_shaking_base_status pendulum_on_shaking_base_damped_step(
+    const pendulum_on_shaking_base_parameters *p, const pendulum_on_shaking_base_settings *settings,
+    const pendulum_on_shaking_base_coefficients *c, pendulum_on_shaking_base_state *state, real t, real step,
+        const real *first, const real *last,
+    real fraction, real length, pendulum_on_shaking_base_workspace *work)
+{
+    const pendulum_on_shaking_base_coefficients euler = pendulum_on_shaking_base_implicit_euler(c);
+    const pendulum_on_shaking_base_state start = *state;
+    const real part = K(0.25) * step;
+    pendulum_on_shaking_base_status status = PENDULUM_ON_SHAKING_BASE_OK;
+    int quarter, excited = 0;
+    for (quarter = 1; quarter <= 4 && status == PENDULUM_ON_SHAKING_BASE_OK; ++quarter) {
+        const real share = K(0.25) * (real)quarter, end = quarter == 4 ? t : start.t + share * step;
+        memset(state->a, 0, sizeof state->a);
+        memset(state->vdot, 0, sizeof state->vdot);
+        state->history = state->predictor_order = 0;
+        status = pendulum_on_shaking_base_part(p, settings, &euler, state, end, part, first, last, fraction
+            + share * length,
+            quarter == 1, work);
+    }
+    work->factored_step = K(0.0); /* these factors are implicit Euler's */
+    if (status == PENDULUM_ON_SHAKING_BASE_OK) {
+        const real behind = pendulum_on_shaking_base_size_by_inertia(p, t, state->v, work);
+        const real before = pendulum_on_shaking_base_size_by_inertia(p, t, start.v, work);
+        excited = step * pendulum_on_shaking_base_size_by_inertia(p, t, start.vdot, work)
+            > pendulum_on_shaking_base_CHANGE_OF_START * pendulum_on_shaking_base_larger(behind, before);
+    }
+    if (excited)
+        return pendulum_on_shaking_base_start(p, settings, c, state, step, first, last, fraction + length, length, 0,
+            work);
+    {
+        const pendulum_on_shaking_base_statistics statistics = state->statistics;
+        *state = start;
+        state->statistics = statistics;
+    }
+    status = pendulum_on_shaking_base_start(p, settings, c, state, step, first, last, fraction, length, 0, work);
+    if (status == PENDULUM_ON_SHAKING_BASE_OK)
+        status = pendulum_on_shaking_base_part(p, settings, c, state, t, step, first, last, fraction + length, 1, work);
+    return status;
+}
+
 /* One step of the grid as 2^level sub-steps: state becomes its end. Statistics are counted in any case. */
 static pendulum_on_shaking_base_status pendulum_on_shaking_base_substeps(const pendulum_on_shaking_base_parameters *p,
     const pendulum_on_shaking_base_settings *settings,
@@ -864,23 +983,23 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_substeps(const p
     pendulum_on_shaking_base_workspace *work)
 {
     const long parts = 1L << level;
-    const real step = settings->step / (real)parts;
+    const real step = settings->step / (real)parts, length = K(1.0) / (real)parts;
     pendulum_on_shaking_base_status status = PENDULUM_ON_SHAKING_BASE_OK;
     long part;
     if (level > 0)
-        status = pendulum_on_shaking_base_start(p, settings, c, state, step, first, last, K(0.0), K(1.0) / (real)parts,
-            work);
+        status = pendulum_on_shaking_base_start(p, settings, c, state, step, first, last, K(0.0), length, 1, work);
     for (part = 1; part <= parts && status == PENDULUM_ON_SHAKING_BASE_OK; ++part) {
         const real t = state->origin + settings->step * ((real)state->count + (real)part / (real)parts);
-        status = pendulum_on_shaking_base_prepare(p, t, first, last, (real)part / (real)parts, work);
-        if (status == PENDULUM_ON_SHAKING_BASE_OK)
-            status = pendulum_on_shaking_base_advance(p, settings, c, state, t, step, refresh, work,
-                &state->statistics);
-        if (status == PENDULUM_ON_SHAKING_BASE_OK)
-            pendulum_on_shaking_base_accept(c, t, state, work);
+        if (state->history < 0)
+            status = pendulum_on_shaking_base_damped_step(p, settings, c, state, t, step, first, last,
+                (real)(part - 1) / (real)parts,
+                length, work);
+        else
+            status = pendulum_on_shaking_base_part(p, settings, c, state, t, step, first, last,
+                (real)part / (real)parts, refresh, work);
     }
     if (level > 0 && status == PENDULUM_ON_SHAKING_BASE_OK)
-        status = pendulum_on_shaking_base_start(p, settings, c, state, settings->step, first, last, K(1.0), K(1.0),
+        status = pendulum_on_shaking_base_start(p, settings, c, state, settings->step, first, last, K(1.0), K(1.0), 0,
             work);
     return status;
 }

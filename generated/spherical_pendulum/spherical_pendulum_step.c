@@ -506,6 +506,15 @@ static spherical_pendulum_coefficients spherical_pendulum_coefficients_of(real r
     return c;
 }
 
+/* Those of implicit Euler: v' = v + step vdot', q' = q o exp(step v') where a = vdot = 0. */
+static spherical_pendulum_coefficients spherical_pendulum_implicit_euler(const spherical_pendulum_coefficients *method)
+{
+    spherical_pendulum_coefficients c = *method;
+    c.alpha_m = c.alpha_f = K(0.0);
+    c.beta = c.gamma = c.b = c.g = c.to_vdot = c.to_a = K(1.0);
+    return c;
+}
+
 static int spherical_pendulum_settings_are_good(const spherical_pendulum_settings *s)
 {
     return spherical_pendulum_finite(&s->step, 1) && s->step > K(0.0) && s->rho_inf >= K(0.0) && s->rho_inf <= K(1.0)
@@ -531,25 +540,59 @@ static real spherical_pendulum_size_by_inertia(const spherical_pendulum_paramete
     return EG_SQRT(spherical_pendulum_larger(sum, K(0.0)));
 }
 
+/* How many times the accelerations of a start may change on their way through a step: 4 are those of a damping c with
+ * step c/m = 4, or of a spring k with step^2 k/m = 8. */
+#define spherical_pendulum_CHANGE_OF_START K(4.0)
+
+/* 1 where the accelerations vdot of the state in work would only excite motions that are too fast for the step: they
+ * make more velocity than there is, and where they lead within the step they are other ones by far. Overdamped joints
+ * that move, and stiff springs off their rest, are such starts. Methods without numerical damping keep what is
+ * excited. */
+static int spherical_pendulum_too_fast(const spherical_pendulum_parameters *p,
+    const spherical_pendulum_coefficients *c, spherical_pendulum_state *state, real step,
+    const real *vdot, spherical_pendulum_workspace *work)
+{
+    real change[3], size;
+    spherical_pendulum_status status;
+    int i;
+    if (!(c->gamma > K(0.5)))
+        return 0;
+    size = spherical_pendulum_size_by_inertia(p, state->t, vdot, work);
+    if (!(step * size > spherical_pendulum_size_by_inertia(p, state->t, state->v, work)))
+        return 0;
+    for (i = 0; i < 3; ++i) {
+        change[i] = K(0.5) * step * vdot[i];
+        work->v[i] = state->v[i] + step * vdot[i];
+    }
+    spherical_pendulum_update(state->q, change, step, work->q);
+    status = spherical_pendulum_solve_accelerations(p, state->t, work, &state->statistics);
+    for (i = 0; i < 3; ++i)
+        change[i] = work->vdot[i] - vdot[i];
+    return status != SPHERICAL_PENDULUM_OK
+        || !(spherical_pendulum_size_by_inertia(p, state->t, change,
+            work) <= spherical_pendulum_CHANGE_OF_START * size);
+}
+
 /* Algorithmic acceleration at the start of steps of the given size: a = vdot + (alpha_m - alpha_f) step vddot.
  * step vddot = -3 f(0) + 4 f(1/2) - f(1) + O(step^3),
  * f(s) = vdot at q o exp(s step v + (s step)^2/2 vdot), v + s step vdot, t + s step:
  * forward, because what lies before t may be another regime. fraction and length place the step between the input rows.
  * Motions too fast for the step have no such derivative: where the accelerations change by more than step vddot if
- * the state is moved by what it does within half a step, it is left out.
+ * the state is moved by what it does within half a step, it is left out. Where they excite such motions, and `damp`
+ * allows it, history becomes -1: the first step is to be damped.
  * state->vdot becomes that of f(0). */
 static spherical_pendulum_status spherical_pendulum_start(const spherical_pendulum_parameters *p,
     const spherical_pendulum_settings *settings,
     const spherical_pendulum_coefficients *c, spherical_pendulum_state *state, real step, const real *first,
         const real *last,
-    real fraction, real length, spherical_pendulum_workspace *work)
+    real fraction, real length, int damp, spherical_pendulum_workspace *work)
 {
     static const double weight[3] = { -3.0, 4.0, -1.0 };
     real vdot[3], slope[3], increment[3];
-    int stage, i;
+    int stage, i, too_fast = 0;
     for (i = 0; i < 3; ++i)
         slope[i] = vdot[i] = K(0.0);
-    for (stage = 0; stage < 3; ++stage) {
+    for (stage = 0; stage < 3 && !too_fast; ++stage) {
         const real s = K(0.5) * (real)stage * step;
         const real t = state->t + s;
         spherical_pendulum_status status = spherical_pendulum_prepare(p, t, first, last, fraction
@@ -569,8 +612,11 @@ static spherical_pendulum_status spherical_pendulum_start(const spherical_pendul
         }
         for (i = 0; i < 3; ++i)
             slope[i] = slope[i] + K(weight[stage]) * work->vdot[i];
+        too_fast = stage == 0 && damp && spherical_pendulum_too_fast(p, c, state, step, vdot, work);
     }
-    {
+    if (too_fast) {
+        memset(slope, 0, sizeof slope);
+    } else {
         real size;
         spherical_pendulum_status status = spherical_pendulum_prepare(p, state->t, first, last, fraction, work);
         if (status != SPHERICAL_PENDULUM_OK)
@@ -592,7 +638,8 @@ static spherical_pendulum_status spherical_pendulum_start(const spherical_pendul
         state->vdot[i] = vdot[i];
         state->a[i] = vdot[i] + (c->alpha_m - c->alpha_f) * slope[i];
     }
-    state->history = state->predictor_order = 0;
+    state->history = too_fast ? -1 : 0;
+    state->predictor_order = 0;
     (void)settings;
     return spherical_pendulum_finite(state->a, 3) ? SPHERICAL_PENDULUM_OK : SPHERICAL_PENDULUM_NOT_FINITE;
 }
@@ -626,7 +673,8 @@ static spherical_pendulum_status spherical_pendulum_renew(const spherical_pendul
     status = spherical_pendulum_know_units(p, &next, u_table, last, work);
     if (status == SPHERICAL_PENDULUM_OK)
         status = spherical_pendulum_start(p, settings, &work->coefficients, &next, next.step, u_table, last, K(0.0),
-            K(1.0), work);
+            K(1.0), 1,
+            work);
     if (status != SPHERICAL_PENDULUM_OK)
         return status;
     *state = next;
@@ -997,6 +1045,66 @@ static void spherical_pendulum_accept(const spherical_pendulum_coefficients *c, 
     state->t = t;
 }
 
+/* One step of any size to t: state becomes its end. Statistics are counted in any case. */
+static spherical_pendulum_status spherical_pendulum_part(const spherical_pendulum_parameters *p,
+    const spherical_pendulum_settings *settings,
+    const spherical_pendulum_coefficients *c, spherical_pendulum_state *state, real t, real step, const real *first,
+        const real *last,
+    real fraction, int refresh, spherical_pendulum_workspace *work)
+{
+    spherical_pendulum_status status;
+    status = spherical_pendulum_prepare(p, t, first, last, fraction, work);
+    if (status == SPHERICAL_PENDULUM_OK)
+        status = spherical_pendulum_advance(p, settings, c, state, t, step, refresh, work, &state->statistics);
+    if (status == SPHERICAL_PENDULUM_OK)
+        spherical_pendulum_accept(c, t, state, work);
+    return status;
+}
+
+/* A step as four of implicit Euler (Rannacher 1984): what a start excites in motions too fast for the step is damped,
+ * by 4/(step w) each, so that accelerations w^2 q are small behind them too, and are those of a motion that the steps
+ * can follow. Where the velocity behind them is of the size that the accelerations of the start make, these are no
+ * excitation but the motion itself, as of a machine released from rest: then the step is taken as any other. fraction
+ * and length place the step between the input rows. */
+static spherical_pendulum_status spherical_pendulum_damped_step(const spherical_pendulum_parameters *p,
+    const spherical_pendulum_settings *settings,
+    const spherical_pendulum_coefficients *c, spherical_pendulum_state *state, real t, real step, const real *first,
+        const real *last,
+    real fraction, real length, spherical_pendulum_workspace *work)
+{
+    const spherical_pendulum_coefficients euler = spherical_pendulum_implicit_euler(c);
+    const spherical_pendulum_state start = *state;
+    const real part = K(0.25) * step;
+    spherical_pendulum_status status = SPHERICAL_PENDULUM_OK;
+    int quarter, excited = 0;
+    for (quarter = 1; quarter <= 4 && status == SPHERICAL_PENDULUM_OK; ++quarter) {
+        const real share = K(0.25) * (real)quarter, end = quarter == 4 ? t : start.t + share * step;
+        memset(state->a, 0, sizeof state->a);
+        memset(state->vdot, 0, sizeof state->vdot);
+        state->history = state->predictor_order = 0;
+        status = spherical_pendulum_part(p, settings, &euler, state, end, part, first, last, fraction + share * length,
+            quarter == 1, work);
+    }
+    work->factored_step = K(0.0); /* these factors are implicit Euler's */
+    if (status == SPHERICAL_PENDULUM_OK) {
+        const real behind = spherical_pendulum_size_by_inertia(p, t, state->v, work);
+        const real before = spherical_pendulum_size_by_inertia(p, t, start.v, work);
+        excited = step * spherical_pendulum_size_by_inertia(p, t, start.vdot, work)
+            > spherical_pendulum_CHANGE_OF_START * spherical_pendulum_larger(behind, before);
+    }
+    if (excited)
+        return spherical_pendulum_start(p, settings, c, state, step, first, last, fraction + length, length, 0, work);
+    {
+        const spherical_pendulum_statistics statistics = state->statistics;
+        *state = start;
+        state->statistics = statistics;
+    }
+    status = spherical_pendulum_start(p, settings, c, state, step, first, last, fraction, length, 0, work);
+    if (status == SPHERICAL_PENDULUM_OK)
+        status = spherical_pendulum_part(p, settings, c, state, t, step, first, last, fraction + length, 1, work);
+    return status;
+}
+
 /* One step of the grid as 2^level sub-steps: state becomes its end. Statistics are counted in any case. */
 static spherical_pendulum_status spherical_pendulum_substeps(const spherical_pendulum_parameters *p,
     const spherical_pendulum_settings *settings,
@@ -1005,21 +1113,23 @@ static spherical_pendulum_status spherical_pendulum_substeps(const spherical_pen
     spherical_pendulum_workspace *work)
 {
     const long parts = 1L << level;
-    const real step = settings->step / (real)parts;
+    const real step = settings->step / (real)parts, length = K(1.0) / (real)parts;
     spherical_pendulum_status status = SPHERICAL_PENDULUM_OK;
     long part;
     if (level > 0)
-        status = spherical_pendulum_start(p, settings, c, state, step, first, last, K(0.0), K(1.0) / (real)parts, work);
+        status = spherical_pendulum_start(p, settings, c, state, step, first, last, K(0.0), length, 1, work);
     for (part = 1; part <= parts && status == SPHERICAL_PENDULUM_OK; ++part) {
         const real t = state->origin + settings->step * ((real)state->count + (real)part / (real)parts);
-        status = spherical_pendulum_prepare(p, t, first, last, (real)part / (real)parts, work);
-        if (status == SPHERICAL_PENDULUM_OK)
-            status = spherical_pendulum_advance(p, settings, c, state, t, step, refresh, work, &state->statistics);
-        if (status == SPHERICAL_PENDULUM_OK)
-            spherical_pendulum_accept(c, t, state, work);
+        if (state->history < 0)
+            status = spherical_pendulum_damped_step(p, settings, c, state, t, step, first, last,
+                (real)(part - 1) / (real)parts,
+                length, work);
+        else
+            status = spherical_pendulum_part(p, settings, c, state, t, step, first, last, (real)part / (real)parts,
+                refresh, work);
     }
     if (level > 0 && status == SPHERICAL_PENDULUM_OK)
-        status = spherical_pendulum_start(p, settings, c, state, settings->step, first, last, K(1.0), K(1.0), work);
+        status = spherical_pendulum_start(p, settings, c, state, settings->step, first, last, K(1.0), K(1.0), 0, work);
     return status;
 }
 

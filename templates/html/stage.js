@@ -9,7 +9,6 @@ window.addEventListener("error", (event) => {
 });
 
 const scene = JSON.parse(byId("data").textContent);
-const PALETTE = ["#3f7fdb", "#ef8b2c", "#34a56f", "#e2586a", "#8d70d8", "#24a4b5", "#d3a21f", "#d667a6", "#9c7650", "#7c8aa0"];
 const bytes = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer;
 const moments = new Float64Array(bytes(scene.times));
 const poses = new Float32Array(bytes(scene.poses));
@@ -54,15 +53,6 @@ const up = norm(scene.gravity) > 0 ? unit(times(-1, scene.gravity)) : [0, 0, 1];
 const camera = new Camera(up);
 const massive = scene.bodies.filter((body) => body.solid.kind !== "none");
 const bodies = scene.bodies.map((body) => ({ ...body, colour: colourOf(body), reach: reachOf(body) }));
-
-/** Bodies with mass take the colours in their order; what only carries others is grey. */
-function colourOf(body) {
-  return rgbOf(body.solid.kind === "none" ? "#8a94a3" : PALETTE[massive.indexOf(body) % PALETTE.length]);
-}
-
-function rgbOf(text) {
-  return [1, 3, 5].map((k) => parseInt(text.slice(k, k + 2), 16));
-}
 
 /** Places of a body that its picture reaches: corners around its solid, and the ends of its links. */
 function reachOf({ solid: { kind, size, center, axes }, links }) {

@@ -8,7 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import generation_time, measure, robot_dynamics, spin_up_beam, stepping, time_derivatives
+from benchmarks import (
+    adaptive_steps,
+    generation_time,
+    measure,
+    robot_dynamics,
+    spin_up_beam,
+    stepping,
+    time_derivatives,
+)
 
 
 def test_robot_dynamics_finds_its_own_numbers_right(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -50,6 +58,16 @@ def test_stepping_reaches_the_reference(capsys: pytest.CaptureFixture[str]) -> N
     errors = {row[2].strip(): float(row[9]) for row in rows}
     assert errors["rk4"] < 1e-5
     assert errors["generalized_alpha"] < 1e-2
+
+
+def test_adaptive_steps_agree_with_radau() -> None:
+    for run, setting, bound in (
+        (adaptive_steps.own("generalized_alpha_adaptive"), 1e-4, 2e-4),
+        (adaptive_steps.own("generalized_alpha"), 4000.0, 1e-4),
+        (adaptive_steps.radau, 1e-5, 1e-6),
+    ):
+        times, q, _ = run(setting)
+        assert adaptive_steps.largest_error(times, q) < bound
 
 
 def test_tables_line_up() -> None:

@@ -120,7 +120,7 @@ def test_about_the_initial_state_and_a_time_of_a_run(top: str, capsys: pytest.Ca
     assert main(["linearize", top, "--at", "initial"]) == 0
     shown = capsys.readouterr()
     assert "top about the initial state at t = 0 s" in shown.out
-    assert "unstable: mode" in shown.err
+    assert "unstable, frozen at t = 0 s in a state that accelerates: mode" in shown.err
     assert main(["linearize", QUARTER_CAR, "--at", "0.5", "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
     assert (data["about"], data["t"]) == ("motion", 0.5)

@@ -136,6 +136,9 @@ def test_simulate_writes_everything_and_says_where(
         and "parameter shake" not in captured.out
     )
     assert re.search(r"input torque +0\.1 N m, constant *\n", captured.out)
+    error = r"\d\S* rad of q\.hinge at t = 0\.\d+ s, \S+ % of its motion"
+    how = r"order \d\.\d\d of 2, by runs at 2 and 4 times the step, in \S+ s"
+    assert re.search(rf"estimated error +{error} *\n +{how}", captured.out)
     assert "q.hinge at the end" in captured.out and "reached t = 0.5 s in 250 steps" in captured.err
     assert str(out) in captured.err and str(out) not in captured.out
     names = {
@@ -159,9 +162,58 @@ def test_simulate_writes_everything_and_says_where(
     summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
     assert summary["success"] and summary["scene"] == "shaken" and summary["parameters"]["length"] == 0.7
     assert set(summary["files"]) == names
+    assert summary["error"]["available"] and summary["error"]["q"] == pytest.approx(
+        solution.error.q.tolist(), rel=1e-12
+    )
     for file in names:
         if file.endswith(".png"):
             assert (out / file).read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_table_has_steps_of_its_own_apart_from_rows_and_errors_of_outputs(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    joints = [
+        f"""[bodies.{name}]
+mass = 1.0
+[joints.{name}]
+type = "prismatic"
+parent = "base"
+child = "{name}"
+axis = [1, 0, 0]
+stiffness = {stiffness}
+initial = {{ position = {start} }}
+"""
+        for name, start, stiffness in (("slow", 1.0, 1.0), ("fast", 1e-7, 1e7))
+    ]
+    others = """[outputs]
+pull = { formula = "1e7 * q.fast", unit = "N" }
+[events.half]
+when = "t - 0.5"
+action = "stop"
+"""
+    scene = tmp_path / "stiff.toml"
+    scene.write_text("\n".join(['format = 1\nname = "stiff"\ngravity = [0, 0, 0]', *joints, others]), encoding="utf-8")
+    words = ["simulate", str(scene), "--no-plots", "--t-end", "1", "--step", "0.01"]
+    assert main([*words, "--out", str(tmp_path / "own"), "--tolerance", "1e-3", "--json"]) == 0
+    stats = json.loads(capsys.readouterr().out)["stats"]
+    assert main([*words, "--out", str(tmp_path / "own"), "--tolerance", "1e-3"]) == 0
+    shown = capsys.readouterr()
+    assert re.search(rf"^steps +{stats['own_steps']} of its own", shown.out, re.MULTILINE) and "51 rows" in shown.out
+    assert f"({stats['own_steps']} of its own, {stats['rejections']} taken again)" in shown.err
+    assert main([*words, "--out", str(tmp_path / "fixed")]) == 0
+    shown = capsys.readouterr()
+    assert re.search(r"^ +[\d.e+]+ N of output pull at t = [\d.]+ s, \d+ % of its range", shown.out, re.MULTILINE)
+    assert re.search(r"^not in it +the start excites a motion of v\.fast at 503 Hz", shown.out, re.MULTILINE)
+    summary = json.loads((tmp_path / "fixed" / "summary.json").read_text(encoding="utf-8"))
+    assert summary["error"]["unresolved"] in shown.err and summary["error"]["largest_output"]["name"] == "output pull"
+
+
+def test_a_folder_to_write_to_that_is_a_file_is_called_one(
+    scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["simulate", str(scene_file), "--out", str(scene_file), "--no-plots"]) == 7
+    assert f"{scene_file}: this is a file, and a folder is needed; try: another folder" in capsys.readouterr().err
 
 
 def test_simulate_prints_json_on_request(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -85,6 +85,41 @@ def test_loop_equals_unrolled_and_the_tape(real: str, cache: Path, rng: np.rando
     assert np.max(np.abs(found - wanted)) < (2e-5 if real == "float" else 2e-14)
 
 
+def waves_system(count: int) -> System:
+    """Return two sums over the same frequencies, and their sum."""
+    tape = Tape()
+    sums = []
+    for op, phase in ((Op.COS, 0.2), (Op.SIN, 1.3)):
+        kernel = Tape()
+        angle = kernel.mul(kernel.input("element", 0), kernel.input("shared", 0))
+        wave = kernel.mul(kernel.input("element", 1), kernel.call(op, angle))
+        columns = (tuple(0.3 * k + 0.1 for k in range(count)), tuple(phase / (1 + k) for k in range(count)))
+        sums += add_map(tape, Map(kernel, count, columns, shared=(tape.input("q"),), sums=(wave,), label="waves")).sums
+    block = Block("y", (3,), (*sums, tape.add(*sums)))
+    return make_system(
+        "waves",
+        tape,
+        [Function("waves", "two sums", ("q",), (block,))],
+        initial_q=(0.0, 0.0),
+        factors=tuple(_factors(2)),
+    )
+
+
+@pytest.mark.parametrize("real", ["double", "lanes", "complex", "float"])
+@pytest.mark.parametrize(("count", "lanes"), [(5, 1), (6, 2), (12, 4), (40, 8)])
+def test_loops_that_share_run_as_one_side_by_side(real: str, count: int, lanes: int, cache: Path) -> None:
+    system = waves_system(count)
+    program = to_program(system)
+    [loop] = program.loops
+    assert (loop.sums, loop.lanes, len(loop.constants)) == (2, lanes, 3)
+    assert generate_files(program)["waves.c"].count("EG_SINCOS") == 1
+    compiled = compile_program(program, cache, real=real, profile="reproducible")
+    points = np.linspace(-3.0, 40.0, 11)
+    [found] = call(compiled, "waves", {"q": np.stack([points, points], axis=1)})
+    wanted = np.array([evaluate(system.tape, system.functions["waves"].refs, {"q": [x]}) for x in points])
+    assert np.max(np.abs(found - wanted)) < (3e-6 if real == "float" else 4e-15)
+
+
 def test_code_does_not_grow_with_the_elements(cache: Path) -> None:
     def statements(count: int) -> int:
         text = generate_files(to_program(chain_system(count, "loop")))["chain.c"]

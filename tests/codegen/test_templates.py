@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -61,3 +62,11 @@ def test_comments_are_folded_between_words_and_those_behind_code_go_above() -> N
 def test_texts_and_directives_stay_whole() -> None:
     for line in (f'    return "{"a, b " * 40}";', f"#define A_NAME {'(x) + ' * 30}0"):
         assert folded(line) == line
+
+
+def test_a_product_that_begins_with_a_star_is_no_comment() -> None:
+    name = "a_name_of_a_scene_that_is_rather_long"
+    line = f"        * {name}_larger({name}_extent(work->q, work), work->largest_size_so_far) / step_of_the_run;"
+    folds = folded(f"/* A comment\n * of two lines. */\n    x = K(2.0)\n{line}")
+    assert "/\n        * " not in folds
+    assert re.sub(r"\s+", "", folds).endswith(re.sub(r"\s+", "", line))

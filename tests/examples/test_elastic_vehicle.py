@@ -32,7 +32,7 @@ def script() -> dict[str, Any]:
     return runpy.run_path(str(FOLDER / "compare.py"))
 
 
-def test_passive_car_has_the_published_frequencies_and_the_matrices_of_first_principles(
+def test_passive_car_has_the_published_frequencies_and_its_matrices(
     model: eomgen.Model, script: dict[str, Any]
 ) -> None:
     linear = model.linearize(parameters=script["suspensions"](model, script["HALF_CAR"])["passive"])

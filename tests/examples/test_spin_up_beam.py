@@ -30,7 +30,7 @@ ENVIRONMENT = {**os.environ, "PYTHONPATH": str(FOLDER.parents[1])}
 @cache
 def run_of(name: str) -> Solution:
     run = eomgen.build(FOLDER / f"{name}.toml").simulate()
-    assert run.success, run.message
+    assert run.success or name == "without_stiffening", run.message
     return run
 
 
@@ -80,6 +80,7 @@ def test_stretch_is_that_of_a_turning_rod_and_changes_bending_little() -> None:
 
 def test_without_stiffening_it_runs_away_as_its_equation_says() -> None:
     run = run_of("without_stiffening")
+    assert not run.success and "but the beam blade bends by slopes of 1.09e+04" in run.message
     tip = run.outputs["tip_deflection"]
     assert run.t[np.abs(tip) > 10.0][0] < 10.0
     exact = simulate(SET_A, 3, end=12.0, stiffening=False).deflection([5.0, 10.0, 12.0])
@@ -107,8 +108,8 @@ def test_planar_scene_holds_nothing_of_the_spatial_beam(tmp_path: Path) -> None:
     planar, spatial = eomgen.derive(FOLDER / "scene.toml"), eomgen.derive(path)
     assert [planar.nv, spatial.nv] == [3, 8]
     assert planar.counts["coupling"].flops == 0  # along the beam nothing moves, so nothing quadratic is left
-    assert planar.counts["inverse_dynamics"].flops <= 97
-    assert spatial.counts["inverse_dynamics"].flops > 3 * planar.counts["inverse_dynamics"].flops
+    assert planar.counts["inverse_dynamics"].flops == 46
+    assert spatial.counts["inverse_dynamics"].flops == 122
 
 
 def test_demonstration_writes_code_solutions_table_and_figure(tmp_path: Path) -> None:

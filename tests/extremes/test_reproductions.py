@@ -7,13 +7,18 @@ behind a fault, the property test over the class is beside the code it is about.
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 import eomgen
+from tests.integrators.similar_scenes import similar
+from tests.oracles.similarity import UnitsOf
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 ARM = {"mass": 1.0, "center_of_mass": [0.3, 0.1, 0.2], "inertia": [0.02, 0.03, 0.04]}
 SLIDER = {"type": "prismatic", "axis": [1, 0, 0]}
 
@@ -153,6 +158,16 @@ def test_9_runs_that_explode_fail(steps: int, every: int) -> None:
         assert "step" in run.message
 
 
+@pytest.mark.parametrize("spin", [1e6, 1e8, 1e10, 1e12])
+def test_10_hermite_does_not_reach_the_end_of_spins_that_it_cannot_follow(spin: float) -> None:
+    body = {"mass": 1.0, "inertia": [0.01, 0.02, 0.03]}
+    run = eomgen.build(one({"type": "free"}, body=body)).simulate(
+        0.1, 0.01, method="hermite", initial={"v": [0, 0, spin, 0, 0, 0]}
+    )
+    said = "the corrections of a step do not settle: it is too large for the highest frequency"
+    assert run.message == f"stopped at t = 0 s, after 0 of 10 steps: {said}; try: a step smaller than 0.01 s"
+
+
 def test_11_waves_far_faster_than_the_step_are_refused_before_the_run() -> None:
     wave = {"u": {"wave": {"shape": "square", "period": 1e-12}}}
     model = eomgen.build(one(SLIDER, body={"mass": 1.0}, inputs=wave, efforts={"e": {"joint": "h", "effort": "u"}}))
@@ -166,6 +181,86 @@ def test_12_a_length_of_zero_at_the_run_is_refused() -> None:
     model = eomgen.build(one(body, gravity=(0, 0, -9.81), parameters=tunable(d=0.5), constraints=rope))
     with pytest.raises(eomgen.UsageError, match=r"constraints\.rope\.length\): 0 m is not positive at d = 0"):
         model.simulate(0.1, 1e-3, parameters={"d": 0.0})
+
+
+@pytest.mark.parametrize("step", [2e-4, 2e-5, 4e-6])
+def test_13_constrained_motions_in_single_precision_hold_or_say_what_is_rounding(step: float) -> None:
+    scene = EXAMPLES / "slider_crank_spatial" / "scene.toml"
+    exact = eomgen.build(scene).simulate(0.1, 2.5e-5, method="rk4_partitioned")
+    run = eomgen.build(scene, real="float").simulate(0.1, step, record_every=round(0.1 / step))
+    assert np.abs(run.q[-1] - exact.q[-1]).max() < 2e-3
+    rounded = re.search(r"up to (\S+) % of the multipliers is rounding, which grows as 1/step\^2", run.message)
+    assert (rounded is not None) is (step < 1e-5)
+
+
+def limp(stiffness: float) -> dict[str, Any]:
+    """Return a rod of 2 m that hangs from one end in its own weight, sideways."""
+    bending = {"modes": 2, "stiffness": stiffness, "normalisation": "unit"}
+    return {
+        "format": 1,
+        "name": "limp",
+        "gravity": [0, -9.81, 0],
+        "beams": {"rod": {"length": 2.0, "mass_per_length": 1.0, "bending_y": bending}},
+        "joints": {"h": {"type": "fixed", "parent": "base", "child": "rod"}},
+        "outputs": {"tip": {"formula": "q.rod[0] + q.rod[1]"}},
+    }
+
+
+def test_14_beams_bent_beyond_what_beams_are_for_are_said() -> None:
+    straight, bent, impossible = (eomgen.build(limp(stiffness)).simulate(2.0, 1e-3) for stiffness in (200.0, 50.0, 0.5))
+    assert straight.message == "reached t = 2 s in 2000 steps"
+    said = (
+        r"the beam rod bends by slopes of (\S+) \(root mean square\) at t = \S+ s, which shortens it by (\S+) % of its"
+    )
+    said += (
+        " length: its equations, linear in curvature, are wrong by as much; try: a stiffer beam, smaller loads, or"
+        " shorter beams in a chain"
+    )
+    mild = re.fullmatch(f"reached t = 2 s in 2000 steps; {said}", bent.message)
+    assert bent.success and mild is not None
+    slope, share = map(float, mild.groups())
+    assert share == pytest.approx(50.0 * slope**2, rel=5e-3)
+    # first mode of a cantilever with deflection 1 at its tip: half of int f'^2 over the length is 0.581 by its square
+    assert share == pytest.approx(58.1 * (np.abs(bent.outputs["tip"]).max() / 2.0) ** 2, rel=0.1)
+    assert not impossible.success
+    assert re.fullmatch(f"reached t = 2 s in 2000 steps, but {said}", impossible.message)
+
+
+def test_15_energies_beyond_the_finite_numbers_fail() -> None:
+    run = eomgen.build(one(SLIDER, body={"mass": 1.0})).simulate(
+        0.1, 0.01, initial={"h": {"position": 0.0, "velocity": 1e200}}
+    )
+    what = "but the energy is beyond the finite numbers from t = 0 s on; try: other initial velocities, forces or units"
+    assert not run.success and run.message == f"reached t = 0.1 s in 10 steps, {what}"
+
+
+def test_15_a_loop_without_freedom_is_not_out_of_balance() -> None:
+    body = {"mass": 1.0, "inertia": [1, 1, 1]}
+    crank = {"type": "revolute", "parent": "base", "child": "a", "axis": [0, 0, 1], "initial": {"position": 0.3}}
+    rod = {"type": "revolute", "parent": "a", "child": "b", "axis": [0, 0, 1], "position": [1, 0, 0]}
+    line = {"type": "point_on_line", "first": {"body": "base", "position": [1.5, 0, 0], "axis": [0, 0, 1]}}
+    held = {
+        "format": 1,
+        "name": "held",
+        "gravity": [0, 0, 0],
+        "bodies": {"a": body, "b": body},
+        "joints": {"p": crank, "r": {**rod, "initial": {"position": 0.4, "velocity": 1.0}}},
+        "points": {"e": {"body": "b", "position": [1, 0, 0]}},
+        "constraints": {"c": {**line, "second": "e"}},
+    }
+    run = eomgen.build(held).simulate(0.1, 1e-3)
+    what = "nothing can move: 2 velocities are held by as many constraint rows that do not follow from each other"
+    assert run.success and "balance" not in run.message and what in run.message
+
+
+@pytest.mark.parametrize("damping", [1e6, 1e9])
+def test_16_overdamped_joints_creep(damping: float) -> None:
+    hinge = {"type": "revolute", "axis": [0, 1, 0], "damping": "c", "initial": {"position": 0.5, "velocity": 1.0}}
+    run = eomgen.build(one(hinge, gravity=(0, 0, -9.81), parameters=tunable(c=1.0))).simulate(
+        1.0, 1e-3, parameters={"c": damping}
+    )
+    assert run.message == "reached t = 1 s in 1000 steps"
+    assert run.q[-1, 0] == pytest.approx(0.5 + 3.68 / damping, abs=0.02 / damping)
 
 
 @pytest.mark.parametrize("length", [1e-6, 1e-3, 1e3, 1e5])
@@ -184,3 +279,21 @@ def test_17_the_stabilised_form_does_not_depend_on_the_unit_of_length(length: fl
     assert runs[1].success
     assert runs[1].q[:, :4] == pytest.approx(runs[0].q[:, :4], abs=1e-9)
     assert runs[1].q[:, 4:] / length == pytest.approx(runs[0].q[:, 4:], abs=1e-9)
+
+
+@pytest.mark.parametrize("units", [(1e5, 1.0), (1e-9, 1.0), (1.0, 1e-9), (1.0, 1e9), (1e8, 1e-3), (1e-12, 1.0)])
+def test_18_machines_of_any_size_are_brought_onto_their_constraints(units: tuple[float, float]) -> None:
+    length, time = units
+    crank = similar("slider_crank")
+    sizes = crank.sizes(UnitsOf(length=length, time=time))
+    start = {"q": crank.q * sizes["q"], "v": crank.v * sizes["v"]}
+    values = {"unit_length": length, "unit_mass": 1.0, "unit_time": time}
+    for method in ("generalized_alpha", "rk4_partitioned"):
+        run = crank.model.simulate(0.01 * time, 2e-4 * time, method=method, parameters=values, initial=start)
+        assert run.success and re.fullmatch(r"reached t = \S+ s in 50 steps", run.message)
+
+
+def test_18_a_spin_beyond_the_step_is_told_to_take_a_smaller_one() -> None:
+    run = eomgen.build(one({"type": "spherical"})).simulate(0.1, 0.01, initial={"v": [0, 0, 1000]})
+    what = "a body turns by more than 0.9 of a full turn within one step; reduce the step"
+    assert run.message == f"stopped at t = 0 s, after 0 of 10 steps: {what}; try: a step smaller than 0.01 s"

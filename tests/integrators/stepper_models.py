@@ -49,6 +49,8 @@ class Model:
     multipliers: tuple[str, ...] = ()
     holonomic: int = 0
     discontinuities: tuple[()] = ()
+    events: tuple[()] = ()
+    modes: tuple[()] = ()
     turning: tuple[int, ...] = ()
     initial_z: tuple = ()
     patterns: Mapping[str, tuple[tuple[int, int], ...]] = field(default_factory=dict)

@@ -40,7 +40,7 @@ def tree_matrix(
 
 def solved(fronts: Fronts, elimination: Elimination, entries: Entries, right: np.ndarray) -> np.ndarray:
     """Run the fronts as the C does."""
-    S = np.array([entries[place][0] for place in fronts.places])
+    S = np.array([entries[place][0] for place in fronts.read_order])
     F = np.zeros(len(fronts.slots))
     y = right[list(elimination.rows)]
     for kind, at in zip(fronts.kind_of, fronts.table, strict=True):

@@ -28,6 +28,8 @@ METHODS: Mapping[str, tuple[str, Mapping[str, Any], Sequence[str]]] = {
     "newmark": ("newmark", {"beta": 0.3, "gamma": 0.6}, ("tree", "slider_crank")),
     "trapezoidal": ("trapezoidal", {}, ("servo", "slider_crank")),
     "rk4": ("rk4", {}, tuple(FREE)),
+    "adaptive": ("generalized_alpha_adaptive", {"tolerance": 1e-6}, (*FREE, *BOUND)),
+    "rk45": ("rk45", {"tolerance": 1e-8}, tuple(FREE)),
     "taylor": ("taylor", {"tolerance": 1e-12}, ("tree", "flight")),
     "hermite": ("hermite", {}, ("tree", "flight")),
     "rk4_partitioned": ("rk4_partitioned", {}, tuple(BOUND)),

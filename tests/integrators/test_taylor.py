@@ -480,6 +480,8 @@ def test_states_of_a_stored_solution_are_interpolated(tmp_path: Path) -> None:
     times = np.linspace(0.0, 0.8, 33)
     difference = np.abs(stored.at(times).q - solution.at(times).q).max()
     assert 1e-13 < difference < 1e-7
+    again = model("pendulum").attach(stored)
+    np.testing.assert_array_equal(again.at(times).q, solution.at(times).q)
 
 
 def test_states_between_rows_across_a_corner() -> None:

@@ -61,6 +61,8 @@ def test_along_a_run(driven: eomgen.Model) -> None:
     np.testing.assert_allclose(lin.reference.a, state.a, atol=1e-3)
     with pytest.raises(UsageError, match="a linear model needs the model and the inputs of the run"):
         pickle.loads(pickle.dumps(solution)).linearize(0.3)
+    again = driven.attach(pickle.loads(pickle.dumps(solution)), {"torque": lambda t: 2.0 * t})
+    np.testing.assert_array_equal(again.linearize(0.3).K0, lin.K0)
 
 
 def test_along_a_run_with_constraints(crank: eomgen.Model) -> None:

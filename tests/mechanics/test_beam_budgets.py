@@ -51,11 +51,11 @@ def system_of(name: str) -> System:
 
 #: Additions and multiplications of each term.
 COUNTS: dict[str, tuple[int, ...]] = {
-    "planar": (0, 0, 47, 65, 63, 28),
-    "spatial": (0, 0, 192, 241, 233, 73),
+    "planar": (0, 0, 19, 27, 25, 9),
+    "spatial": (0, 0, 75, 107, 97, 22),
     "planar, hinged": (16, 24, 0, 51, 49, 74),
     "spatial, hinged": (54, 74, 0, 165, 161, 219),
-    "planar, tip": (34, 38, 114, 153, 165, 341),
+    "planar, tip": (34, 38, 83, 112, 124, 308),
     "planar, hinged, tip": (87, 107, 0, 146, 186, 520),
 }
 

@@ -260,7 +260,7 @@ def test_animate_runs_a_scene_or_takes_a_solution(tmp_path: Path, capsys: pytest
         (["{npz}", "--out", "{dir}/page.gif"], 2, "an animation cannot be saved as .gif; try: page.html"),
         (["{npz}", "--out", "{dir}/p.html", "--t-end", "2"], 2, "--t-end would change a run, and this one is stored"),
         (["{dir}/none.npz", "--out", "{dir}/p.html"], 7, "none.npz: cannot be read: No such file or directory"),
-        (["{npz}", "--out", "{npz}/p.html"], 7, "the folder cannot be made: File exists"),
+        (["{npz}", "--out", "{npz}/p.html"], 7, "this is a file, and a folder is needed"),
     ],
 )
 def test_mistakes_are_named(

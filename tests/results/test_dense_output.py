@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -155,6 +156,40 @@ def test_outputs_between_rows_of_both_parts_of_a_run_and_of_a_stored_one(tmp_pat
         eomgen.UsageError, match="outputs_at: the outputs between rows need the model and the inputs of the run"
     ):
         stored.outputs_at(0.1)
+    again = model.attach(stored)
+    np.testing.assert_array_equal(again.outputs_at(TIMES)["all"], whole.outputs_at(TIMES)["all"])
+
+
+def test_a_stored_solution_gets_its_model_back_with_the_inputs_that_it_does_not_hold(tmp_path: Path) -> None:
+    model, step = lagging(), 2e-3
+
+    def push(t: float) -> float:
+        return float(np.cos(7.0 * t))
+
+    given = {"push": push, "more": 0.3 * np.arange(101) * step}
+    run = model.simulate(0.2, step, parameters={"gain": 3.0}, inputs=given)
+    for stored in (pickle.loads(pickle.dumps(run)), eomgen.Solution.load(run.save(tmp_path / "run.npz"))):
+        with pytest.raises(
+            eomgen.UsageError,
+            match=r"outputs_at: the outputs between rows need the model and the inputs of the run, which a stored"
+            r" solution does not hold; try: model\.attach\(solution\), with inputs=\{\.\.\.\}",
+        ):
+            stored.outputs_at(0.1)
+        with pytest.raises(
+            eomgen.UsageError,
+            match="input push: the run had a function here, which a solution does not hold",
+        ):
+            model.attach(stored, {"more": given["more"]})
+        again = model.attach(stored, given)
+        np.testing.assert_array_equal(again.outputs_at(run.t)["all"], run.outputs_at(run.t)["all"])
+    held = model.simulate(0.1, step, inputs={"push": 2.0})
+    assert model.attach(pickle.loads(pickle.dumps(held))).outputs_at(0.05) == held.outputs_at(0.05)
+    with pytest.raises(eomgen.UsageError, match="input push: the run had 2 here; try: leave it out"):
+        model.attach(held, {"push": 3.0})
+    with pytest.raises(eomgen.UsageError, match="input more: the run followed the scene here; try: leave it out"):
+        model.attach(held, {"more": 3.0})
+    with pytest.raises(eomgen.ModelError, match="attach: this is a solution of the scene 'lagging', the model is"):
+        flyer().attach(held)
 
 
 def test_a_stored_solution_is_as_dense(tmp_path: Path) -> None:

@@ -694,7 +694,7 @@ def spoiled(draw: st.DrawFn, text: str) -> dict[str, Any]:
 def test_hostile_parts_are_scenes_or_problems(part: dict[str, Any], car: dict[str, Any]) -> None:
     with tempfile.TemporaryDirectory() as name, pytest.MonkeyPatch.context() as patch:
         (Path(name) / "wheel.toml").touch()
-        patch.setattr("eomgen.scene.sources.include.toml_data", lambda text, file: (copy.deepcopy(part), {}))
+        patch.setattr("eomgen.scene.sources.toml.toml_data", lambda text, file: (copy.deepcopy(part), {}))
         try:
             scene = from_data(car, folder=Path(name))
         except eomgen.EomgenError as error:

@@ -7,16 +7,21 @@ import json
 import math
 from itertools import pairwise
 
+import mpmath
 import numpy as np
 import pytest
 from scipy.integrate import quad
 
 from eomgen.errors import DescriptionError
+from eomgen.formula.unit_circle import unit_circle
+from eomgen.mechanics.derive import derive
 from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.document.json_schema import schema
-from eomgen.scene.load import from_data
+from eomgen.scene.load import from_data, load
 from eomgen.scene.scene import Scene
 from eomgen.scene.signals.roads import Harmonic, road_harmonics
+from eomgen.symbolic.evaluate import evaluate
+from eomgen.system.system import System
 
 LOW, HIGH = 0.011, 2.83
 C_CLASS = 256e-6
@@ -108,6 +113,76 @@ def test_scene_file_reaches_the_harmonics() -> None:
     assert scene.inputs[0].given
     assert _scene({"class": "C", "speed": 20}).inputs[0].harmonics == road_harmonics("C", 20.0)
     assert scene.content != _scene({"class": "D", "speed": 25, "seed": 6, "offset": 3.0, "harmonics": 30}).content
+
+
+def test_phases_of_roads_are_in_the_amplitudes_to_the_last_bit() -> None:
+    harmonics = road_harmonics("C", 20.0, seed=11, offset=3.1)
+    for _, frequency, phase in harmonics:
+        for turns in range(4):
+            with mpmath.workdps(60):
+                exact = mpmath.mpf(phase) + turns * mpmath.pi / 2
+                wanted = (float(mpmath.cos(exact)), float(mpmath.sin(exact)))
+            assert unit_circle(phase, turns) == wanted
+            assert unit_circle(1e5 * frequency)[0] == pytest.approx(math.cos(1e5 * frequency), abs=2e-16)
+
+
+def _tracks(arguments: tuple[str, ...]) -> System:
+    """Return a scene of the heights of one profile at several places of a slider."""
+    return derive(
+        from_data(
+            {
+                "format": 1,
+                "name": "tracks",
+                "parameters": {"late": {"value": 1.5, "tunable": True}},
+                "curves": {"ground": {"road": {"class": "C", "seed": 3}}},
+                "bodies": {"cart": {"mass": 1.0}},
+                "joints": {"slide": {"type": "prismatic", "parent": "base", "child": "cart", "axis": [1, 0, 0]}},
+                "outputs": {f"y{k}": {"formula": f"ground({text})"} for k, text in enumerate(arguments)},
+            }
+        ),
+        ["outputs"],
+    )
+
+
+def test_constants_beside_the_argument_are_phases() -> None:
+    arguments = {
+        "q.slide + 1.25": lambda q: q + 1.25,
+        "q.slide - 2": lambda q: q - 2.0,
+        "3 - q.slide": lambda q: 3.0 - q,
+        "-q.slide": lambda q: -q,
+        "2 * (q.slide - 0.5)": lambda q: 2.0 * (q - 0.5),
+        "-(1 - 2 * q.slide) + 4": lambda q: 2.0 * q + 3.0,
+        "q.slide": lambda q: q,
+    }
+    system = _tracks(tuple(arguments))
+    harmonics = road_harmonics("C", 1.0, seed=3)
+    size = sum(amplitude for amplitude, _, _ in harmonics)
+    for q in (0.0, 0.3, -7.0, 200.0):
+        found = evaluate(system.tape, system.functions["outputs"].refs, {"q": [q], "p": [1.5]})
+        for value, place in zip(found, arguments.values(), strict=True):
+            exact = math.fsum(a * math.cos(w * place(q) + phase) for a, w, phase in harmonics)
+            assert value == pytest.approx(exact, abs=3e-15 * size * (1.0 + 18.0 * abs(q)))
+
+
+def test_wheels_over_one_profile_share_its_sines() -> None:
+    harmonics = 200
+    assert _tracks(("q.slide",)).counts["outputs"].functions == 2 * harmonics
+    assert (
+        _tracks(("q.slide + 1", "q.slide", "q.slide - 2.5", "4 - q.slide")).counts["outputs"].functions == 2 * harmonics
+    )
+    assert _tracks(("q.slide", "q.slide + late")).counts["outputs"].functions == 2 * 2 * harmonics
+
+
+def test_tracks_of_other_seeds_and_axles_share_their_sines() -> None:
+    system = derive(load("examples/active_vehicle/scene.toml"), ["residual"])
+    counts = system.counts["inputs"]
+    assert (counts.functions, counts.multiplications, counts.additions) == (2 * 200, 9 * 200, 8 * 200)
+    scene = load("examples/active_vehicle/scene.toml")
+    size = sum(amplitude for amplitude, _, _ in scene.inputs[0].harmonics)
+    for t in (0.0, 0.37, 19.0):
+        found = evaluate(system.tape, system.functions["inputs"].refs, {"t": t})
+        wanted = [math.fsum(a * math.cos(w * t + p) for a, w, p in item.harmonics) for item in scene.inputs]
+        np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-15 * size * (1.0 + 100.0 * t))
 
 
 def test_builder_and_file_say_the_same() -> None:

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import inspect
 from pathlib import Path
+from typing import get_type_hints
 
 import numpy as np
 import pytest
 
-from eomgen.errors import DescriptionError
+import eomgen
+from eomgen.errors import DescriptionError, UsageError
 from eomgen.scene.builder import SceneBuilder
+from eomgen.scene.document.schema import Document
 from eomgen.scene.load import load_toml
+from eomgen.scene.reading.keys import inner_table
+from tests.builder_keys import COMMAND, stub
 
 TEXT = """
 format = 1
@@ -149,3 +155,45 @@ def test_values_that_are_no_numbers(value: object) -> None:
 def test_a_name_that_is_no_text() -> None:
     with pytest.raises(DescriptionError, match=r"\(name\): a text is needed here, not 3"):
         SceneBuilder(3).build()  # type: ignore[arg-type]
+
+
+#: Sections of the schema, and the methods that enter them where their names are not those of the sections.
+METHODS = {"bodies": "body", "include": "include", "simulation": "simulation", "base": "base"}
+
+
+@pytest.mark.parametrize(
+    ("section", "table"),
+    [
+        (name, found.model)
+        for name, field in Document.model_fields.items()
+        if (found := inner_table(field.annotation)) is not None
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+def test_methods_have_the_keys_of_the_schema(section: str, table: type) -> None:
+    method = getattr(SceneBuilder, METHODS.get(section, section.removesuffix("s")))
+    signature = inspect.signature(method)
+    assert set(table.model_fields) == set(signature.parameters) - {"self", "name", "keys"}
+    assert get_type_hints(method)["return"]
+    for name, field in table.model_fields.items():
+        parameter = signature.parameters[name]
+        if parameter.kind is parameter.KEYWORD_ONLY:
+            assert (parameter.default is parameter.empty) == field.is_required()
+        assert f"\n{name} : " in inspect.getdoc(method)
+
+
+def test_type_checkers_know_the_keys_of_the_schema() -> None:
+    path = Path(eomgen.__file__).parent / "scene" / "builder_keys.pyi"
+    assert path.read_text(encoding="utf-8") == stub(), f"run {COMMAND}"
+
+
+def test_keys_that_the_schema_does_not_have() -> None:
+    with pytest.raises(
+        UsageError, match=r"tyre: the arguments radius, stiffness are missing; try: radius=\.\.\., stiff"
+    ):
+        SceneBuilder("one").tyre("front", "hub")
+    with pytest.raises(UsageError, match=r"curve: there is no argument 'pionts'; try: points"):
+        SceneBuilder("one").curve("bend", pionts=[[0, 0], [1, 1]])
+    wrong = SceneBuilder("one").include("arm", "arm.urdf", lck=["elbow"])  # a key of a source that only the file tells
+    with pytest.raises(DescriptionError, match=r"\(include\.arm\.lck\): the key 'lck' is unknown here; try: lock"):
+        wrong.build()

@@ -10,6 +10,7 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
+from eomgen.formula.nodes import Number
 from eomgen.scene.sources.register import BUILT_IN, all_options, source_of, sources
 from eomgen.scene.sources.source import Source
 
@@ -87,6 +88,22 @@ def test_a_distribution_s_source_may_be_included(installed: Path) -> None:
     scene = installed / "scene.toml"
     scene.write_text('format = 1\nname = "two"\n[include.left]\nfile = "rope.chain"\n', encoding="utf-8")
     assert [body.name for body in eomgen.load(scene).bodies] == ["left_link0", "left_link1"]
+
+
+def test_options_of_a_distribution_s_source_are_keys_of_an_include(installed: Path) -> None:
+    (installed / "rope.chain").write_text("2\n", encoding="utf-8")
+    scene = installed / "scene.toml"
+    text = 'format = 1\nname = "two"\n[include.left]\nfile = "rope.chain"\n{}\n'
+    scene.write_text(text.format("long = true"), encoding="utf-8")
+    assert eomgen.load(scene).bodies[0].center_of_mass[2] == Number(-1.0)
+    for line, problem in {
+        'long = "very"': r"scene\.toml:5 \(include\.left\.long\): true or false is needed here, not 'very'",
+        'root = "free"': r"scene\.toml:5 \(include\.left\.root\): root is for URDF only",
+        "lng = true": r"scene\.toml:5 \(include\.left\.lng\): the key 'lng' is unknown here; try: long",
+    }.items():
+        scene.write_text(text.format(line), encoding="utf-8")
+        with pytest.raises(eomgen.DescriptionError, match=problem):
+            eomgen.load(scene)
 
 
 def test_what_a_source_of_others_refuses_is_said_like_everything_else(installed: Path) -> None:

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.simulation.diagnosis import run_warnings
 from eomgen.simulation.energy_balance import Balance, energy_balance
+from eomgen.simulation.warnings import run_warnings
 from tests.models.scenes import pendulum
 
 
@@ -27,7 +27,9 @@ def test_a_run_with_too_large_steps_says_so() -> None:
     assert poor.success
     start, _, rest = poor.message.partition("; ")
     assert start == "reached t = 20 s in 80 steps"
-    assert rest.startswith("the energy is out of balance by ") and rest.endswith("; try: a step smaller than 0.25 s")
+    assert rest.startswith(f"the estimated error is {poor.error.largest}, above 10 % from t = ")
+    assert "and the energy is out of balance by " in rest
+    assert rest.endswith("; try: a step smaller than 0.25 s")
 
 
 def test_halved_steps_are_told() -> None:

@@ -119,10 +119,10 @@ def test_series_that_choose_their_steps_are_as_exact_as_asked(order: int) -> Non
 @pytest.mark.parametrize("position", [0.0, 1.0])
 def test_coarse_steps_that_stay_within_bounds_do_not_fail(method: str, frequency: float, position: float) -> None:
     start = {"rail": {"position": position, "velocity": 1.0}}
-    overshoots = method != "trapezoidal" and frequency >= 1e3 and position == 1.0  # to 180 times the energy, and more
     for steps in (10, 33, 200):
         solution = run((frequency / STEP) ** 2, steps, method=method, initial=start)
-        assert solution.success is not overshoots and "unstable" not in solution.message
+        assert solution.success and "unstable" not in solution.message
+        assert np.max(solution.energy["total"]) <= 1.1 * solution.energy["total"][0]
 
 
 def test_energy_from_nothing_is_a_failure() -> None:
@@ -136,11 +136,12 @@ def test_energy_from_nothing_is_a_failure() -> None:
         stiff = eomgen.build(scene | {"parameters": tunable, "joints": {"h": arm}}, profile="quick")
         grown = stiff.simulate(0.1, 0.0046, method="rk4")
         assert grown.energy["total"][-1] > 1e3 * grown.energy["total"][0] and not grown.success
-        start, _, rest = grown.message.partition(", but the energy is out of balance by ")
-        assert start == "reached t = 0.1 s in 22 steps" and float(rest.partition(" %")[0]) > 49.0
+        start, _, rest = grown.message.partition(", and the energy is out of balance by ")
+        assert start.startswith(f"reached t = 0.1 s in 22 steps, but the estimated error is {grown.error.largest}")
+        assert float(rest.partition(" %")[0]) > 49.0
         assert rest.endswith(" % of the energies at work; try: a step smaller than 0.0046 s")
         lost = stiff.simulate(2.0, 0.0025, method="rk4")
-        assert lost.success and "; the energy is out of balance by " in lost.message
+        assert lost.success and ", and the energy is out of balance by " in lost.message
 
 
 def test_a_pendulum_in_steps_of_a_second_fails() -> None:

@@ -55,3 +55,16 @@ def rod() -> eomgen.Scene:
     builder.joint("end", "fixed", "rod", "tip", position=[1.2, 0, 0])
     builder.force("pull", "rod", force=[4, 0, 0], point=[0.6, 0, 0], axes="body")
     return builder.simulation(step=1e-3, duration=1.0).build()
+
+
+@cache
+def striker() -> eomgen.Scene:
+    """A double pendulum with an impact, a reset and an event of rates."""
+    builder = eomgen.SceneBuilder("striker").body("upper", 2.0, center_of_mass=[0, 0, -0.5], inertia=[0.1, 0.1, 0.01])
+    builder.body("lower", 1.0, center_of_mass=[0, 0, -0.4], inertia=[0.05, 0.05, 0.01])
+    builder.joint("shoulder", "revolute", "base", "upper", axis=[0, 1, 0], initial={"position": 1.0})
+    builder.joint("elbow", "revolute", "upper", "lower", axis=[0, 1, 0], position=[0, 0, -1.0])
+    builder.point("tip", "lower", [0, 0, -0.8]).state("lag", "q.elbow - lag")
+    builder.event("floor", "position.tip[2] + 1.5", direction="falling", action="impact", restitution=0.6)
+    builder.event("swing", "v.elbow*lag + velocity.tip[2]*sin(t)", action="reset", reset={"lag": "0.5*lag"})
+    return builder.build()

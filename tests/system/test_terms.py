@@ -3,12 +3,15 @@ names."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import pytest
 
+from eomgen.formula.nodes import Number, Symbol
 from eomgen.mechanics.derive import derive
 from eomgen.scene.builder import SceneBuilder
+from eomgen.scene.events.model import Event
 from eomgen.scene.scene import Scene
 from eomgen.system.system import INPUT_BLOCKS
 from eomgen.system.terms import PURPOSES, TERMS, Term, meant_term
@@ -39,7 +42,18 @@ def scene_with(fact: str) -> Scene:
         case "elastic":
             builder.beam("rod", 1.0, mass_per_length=1.0, bending_y={"modes": 1, "stiffness": 100.0})
             builder.joint("clamp", "fixed", "link", "rod")
+        case "events" | "event_actions" | "event_impulse":
+            return with_events(builder.build())
     return builder.build()
+
+
+def with_events(scene: Scene) -> Scene:
+    """Return a scene with an event that is recorded, one that sets a velocity, and an impact."""
+    angle, speed = Symbol("q", "hinge"), Symbol("v", "hinge")
+    passage = Event("passage", angle, "both", "record")
+    reset = Event("reset", angle + Number(1.0), "both", "reset", resets=((speed, Number(0.0)),))
+    impact = Event("impact", angle - Number(1.0), "rising", "impact", restitution=Number(0.5))
+    return replace(scene, events=(passage, reset, impact))
 
 
 def facts_of(term: Term) -> tuple[str, str]:
@@ -69,6 +83,7 @@ def test_what_a_rigid_tree_on_a_base_at_rest_has_no_use_for() -> None:
     of_constraints = {name for name in TERMS if name.startswith("constraint")} | {"equations", "iteration"}
     of_constraints |= {"velocity_partials", "acceleration_partials", "jacobian_values", "joint_velocities"}
     of_others = {"internal_rate", "internal_partials", "outputs", "output_partials", "elastic"}
+    of_others |= {"events", "event_actions", "event_impulse"}
     of_base = {"base_motion", "base_motion_rates", "base_motion_rates_1"}
     recorded = derive(scene_with("plain"), list(TERMS)).functions
     assert set(TERMS) - set(recorded) == of_constraints | of_others | of_base

@@ -89,14 +89,14 @@ def loop_iteration(tape: Tape, loop: RerolledLoop, read_outside: set[int], store
     stores : where operations are stored: output number, component, sign
     """
     iterations = loop.iterations
-    place = {node: (k, j) for k, iteration in enumerate(iterations) for j, node in enumerate(iteration)}
+    position_of = {node: (k, j) for k, iteration in enumerate(iterations) for j, node in enumerate(iteration)}
     columns, unmatched = _rows_of_outputs(iterations, stores)
     kept = {j for iteration in iterations for j, node in enumerate(iteration) if node in read_outside} | {
-        place[item[3]][1] for item in unmatched
+        position_of[item[3]][1] for item in unmatched
     }
     for k, iteration in enumerate(iterations):
-        reached = (place.get(abs(ref)) for node in iteration for ref in operands(tape, node))
-        kept |= {found[1] for found in reached if found is not None and found[0] != k}
+        reached = (position_of.get(abs(ref)) for node in iteration for ref in operands(tape, node))
+        kept |= {item_of[1] for item_of in reached if item_of is not None and item_of[0] != k}
     exports = tuple(sorted(kept))
     first = values.reserve(len(exports) * len(iterations))
     row = {j: number for number, j in enumerate(exports)}
@@ -106,8 +106,8 @@ def loop_iteration(tape: Tape, loop: RerolledLoop, read_outside: set[int], store
     inputs: dict[Expression, Ref] = {}
 
     def slot(node: int) -> int:
-        if node in place:
-            iteration, position = place[node]
+        if node in position_of:
+            iteration, position = position_of[node]
             return first + len(exports) * iteration + row[position]
         return values.slot(node)
 
@@ -118,11 +118,11 @@ def loop_iteration(tape: Tape, loop: RerolledLoop, read_outside: set[int], store
         taken: list[Ref] = []
         for number, ref in enumerate(operands(tape, iterations[0][j])):
             refs = [operands(tape, iteration[j])[number] for iteration in iterations]
-            iteration_number, position = place.get(abs(ref), (-1, -1))
+            iteration_number, position = position_of.get(abs(ref), (-1, -1))
             if (
                 iteration_number == 0
-                and abs(refs[-1]) in place
-                and place[abs(refs[-1])] == (len(iterations) - 1, position)
+                and abs(refs[-1]) in position_of
+                and position_of[abs(refs[-1])] == (len(iterations) - 1, position)
             ):
                 taken.append(known[position] if ref > 0 else -known[position])
                 continue
@@ -154,12 +154,12 @@ def _rows_of_outputs(iterations: Sequence[Sequence[int]], stores: Stores) -> tup
             for iteration in iterations
         ]
         alike = [(number, sign) for number, sign, _ in by_iteration[0]]
-        if all([(number, sign) for number, sign, _ in found] == alike for found in by_iteration):
+        if all([(number, sign) for number, sign, _ in stored] == alike for stored in by_iteration):
             for position, (number, sign) in enumerate(alike):
-                columns.append((j, number, sign, [found[position][2] for found in by_iteration]))
+                columns.append((j, number, sign, [stored[position][2] for stored in by_iteration]))
         else:
-            for iteration, found in zip(iterations, by_iteration, strict=True):
-                unmatched += [(number, component, sign, iteration[j]) for number, sign, component in found]
+            for iteration, stored in zip(iterations, by_iteration, strict=True):
+                unmatched += [(number, component, sign, iteration[j]) for number, sign, component in stored]
     return columns, unmatched
 
 
@@ -170,45 +170,43 @@ def _read(tape: Tape, refs: Sequence[Ref], values: Values, slot: Callable[[int],
     minus = refs[0] < 0
     nodes = [abs(ref) for ref in refs]
     op = tape.op[nodes[0]]
-    found: Expression
+    expression: Expression
     if op is Op.CONST:
         return ("numbers", tuple((1.0 if ref > 0 else -1.0) * tape.constants[tape.a[abs(ref)]] for ref in refs))
     if op is Op.INPUT:
         symbols = [tape.inputs[tape.a[node]] for node in nodes]
-        found = ("row", symbols[0].block, *rule([symbol.index for symbol in symbols]))
+        expression = ("row", symbols[0].block, *rule([symbol.index for symbol in symbols]))
     else:
-        found = ("row", "w", *rule([slot(node) for node in nodes]))
-    return ("neg", found) if minus else found
+        expression = ("row", "w", *rule([slot(node) for node in nodes]))
+    return ("neg", expression) if minus else expression
 
 
-def rule(places: Sequence[int]) -> tuple[object, ...]:
+def rule(indices: Sequence[int]) -> tuple[object, ...]:
     """Return (start, step) for equally spaced indices, else a tuple that holds the tuple of all."""
-    if len(places) == 1:
-        return (places[0], 0)
-    step = places[1] - places[0]
-    if all(after - before == step for before, after in pairwise(places)):
-        return (places[0], step)
-    return (tuple(places),)
+    if len(indices) == 1:
+        return (indices[0], 0)
+    step = indices[1] - indices[0]
+    if all(after - before == step for before, after in pairwise(indices)):
+        return (indices[0], step)
+    return (tuple(indices),)
 
 
 #: Least number of copies with equally spaced indices that become a loop.
 RUN_FROM = 4
 
 
-def runs(places: Sequence[tuple[int, int]], shortest: int = RUN_FROM) -> Iterator[tuple[int, int, int, int, int]]:
+def runs(pairs: Sequence[tuple[int, int]], shortest: int = RUN_FROM) -> Iterator[tuple[int, int, int, int, int]]:
     """Split pairs (to, from) into equally spaced runs: first to, first from, step of to, step of from, length."""
     start = 0
-    while start < len(places):
+    while start < len(pairs):
         end = start + 1
         step = (0, 0)
-        if end < len(places):
-            step = (places[end][0] - places[start][0], places[end][1] - places[start][1])
-            while (
-                end < len(places) and (places[end][0] - places[end - 1][0], places[end][1] - places[end - 1][1]) == step
-            ):
+        if end < len(pairs):
+            step = (pairs[end][0] - pairs[start][0], pairs[end][1] - pairs[start][1])
+            while end < len(pairs) and (pairs[end][0] - pairs[end - 1][0], pairs[end][1] - pairs[end - 1][1]) == step:
                 end += 1
         length = end - start
         if length < shortest:
             end, length, step = start + 1, 1, (0, 0)
-        yield (*places[start], *step, length)
+        yield (*pairs[start], *step, length)
         start = end

@@ -47,16 +47,16 @@ def assembly(solver: Mapping[str, Any]) -> Assembly:
         return ("numbers", number) if number < first else ("w", number - first)
 
     loops = _Loops()
-    for place, row in enumerate(solver["moved"]):
+    for number_of_entry, row in enumerate(solver["moved"]):
         reads = [item for number, tangent in row for item in (("numbers", number), ("tangents", tangent))]
-        loops.add(("moved", len(row)), reads, ("w", place))
-    for place, entry in enumerate(solver["entries"]):
+        loops.add(("moved", len(row)), reads, ("w", number_of_entry))
+    for number_of_entry, entry in enumerate(solver["entries"]):
         linear, products = entry["linear"], sorted(entry["products"])
         reads = [source(number) for _, number in linear]
         reads += [item for _, number, nonzero in products for item in (source(number), ("jacobian", nonzero))]
         blocks = tuple(block for block, _ in reads)
         shape = ("entry", tuple(weight for weight, _ in linear), tuple(weight for weight, _, _ in products), blocks)
-        loops.add(shape, reads, (0, place))
+        loops.add(shape, reads, (0, number_of_entry))
     return Assembly(tuple(loops.statements()), True, len(solver["moved"]))
 
 
@@ -73,10 +73,10 @@ def _written_out(solver: Mapping[str, Any]) -> list[Statement]:
         return functools.reduce(lambda left, right: ("ADD", left, right), summands)
 
     result = []
-    for place, row in enumerate(solver["moved"], solver["numbers"]):
+    for slot, row in enumerate(solver["moved"], solver["numbers"]):
         moved = total([product(("in", "numbers", number), "tangents", tangent) for number, tangent in row])
-        result.append(Statement("out", (1, place, moved)))
-    for place, entry in enumerate(solver["entries"]):
+        result.append(Statement("out", (1, slot, moved)))
+    for slot, entry in enumerate(solver["entries"]):
         parts = [weighted(weight, ("in", "numbers", number)) for weight, number in entry["linear"]]
         value: Expression | None = total(parts) if parts else None
         for weight in sorted({weight for weight, _, _ in entry["products"]}):
@@ -88,7 +88,7 @@ def _written_out(solver: Mapping[str, Any]) -> list[Statement]:
                 value = ("neg", total(terms))
             else:
                 value = ("MUL", ("neg", ("in", "weights", weight)), total(terms))
-        result.append(Statement("out", (0, place, ("K", 0.0) if value is None else value)))
+        result.append(Statement("out", (0, slot, ("K", 0.0) if value is None else value)))
     return result
 
 
@@ -106,13 +106,13 @@ class _Loops:
         result = []
         for shape, members in self.groups.items():
             read: list[Expression] = [
-                ("row", column[0][0], *rule([place for _, place in column]))
+                ("row", column[0][0], *rule([index for _, index in column]))
                 for column in zip(*(reads for reads, _ in members), strict=True)
             ]
             tape = Tape()
             total = _sum_of_products(tape, shape[1]) if shape[0] == "moved" else _entry(tape, shape[1], shape[2], read)
             made = schedule(tape, [[total]], (READ,), part_limit=10**9, fill=False, reroll=False)
-            target: Expression = ("row", members[0][1][0], *rule([place for _, (_, place) in members]))
+            target: Expression = ("row", members[0][1][0], *rule([index for _, (_, index) in members]))
             result.append(Statement("repeat", (len(members), made.parts[0].statements, tuple(read), (target,))))
         return result
 
@@ -126,15 +126,15 @@ def _sum_of_products(tape: Tape, count: int) -> Ref:
 
 def _entry(tape: Tape, linear: Sequence[int], products: Sequence[int], read: list[Expression]) -> Ref:
     """Return sum of weight number - sum of weight (number nonzero of B); the weights are appended to ``read``."""
-    place: dict[int, Ref] = {}
+    inputs: dict[int, Ref] = {}
 
     def weighted(weight: int, value: Ref) -> Ref:
         if weight == _ONE:
             return value
-        if weight not in place:
-            place[weight] = tape.input(READ, len(read))
+        if weight not in inputs:
+            inputs[weight] = tape.input(READ, len(read))
             read.append(("in", "weights", weight))
-        return tape.mul(place[weight], value)
+        return tape.mul(inputs[weight], value)
 
     total = ZERO
     for k, weight in enumerate(linear):

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from itertools import accumulate
+from typing import cast
 
 from eomgen.codegen.scheduling.rerolling import RerolledLoop, operands
+from eomgen.symbolic.map import Map
 from eomgen.symbolic.operations import LEAVES, Op
 from eomgen.symbolic.tape import Ref, Tape
 
@@ -19,12 +21,14 @@ class Plan:
     Attributes
     ----------
     live : all operations, in order; ``order`` : without those that are computed together with an earlier one.
-    members : from an operation to those computed together with it: cosine with sine, results of a Map.
+    members : from an operation to those computed together with it: cosine with sine, results of a loop.
     part_of, last_part : the part that computes an operation, and the last one that reads it.
     uses : how often an operation is read or stored.
     stores : where an operation is stored: output number, component, sign.
     loops : from the first operation of a loop to the loop; in ``order`` it stands for the whole of it.
     read_outside : operations of loops that are read outside of their loop.
+    maps : from the number of a Map to the loop that runs for it, for others too that are joined with it, and where its
+        results begin among those of the loop.
     """
 
     def __init__(
@@ -40,6 +44,9 @@ class Plan:
         self.head = {
             node: head for head, loop in self.loops.items() for iteration in loop.iterations for node in iteration
         }
+        numbers = {tape.a[node] for node in self.live if tape.op[node] is _MAP}
+        joined = Map.together({number: cast("Map", tape.maps[number]) for number in sorted(numbers)})
+        self.maps = {number: (loop, start) for loop, starts in joined for number, start in starts.items()}
         leader = self._leaders()
         self.order = [node for node in self.live if node not in leader and self.head.get(node, node) == node]
         self.members: dict[int, list[int]] = {}
@@ -93,14 +100,14 @@ class Plan:
 
     def _leaders(self) -> dict[int, int]:
         op, a = self.tape.op, self.tape.a
-        first_of: dict[tuple[bool, int], int] = {}
+        first_of: dict[int, int] = {}  # by loop, or by negative argument
         leader: dict[int, int] = {}
         for node in self.live:
             if node in self.head:
                 continue
             code = op[node]
             if code in _CIRCULAR or code is _MAP:
-                first = first_of.setdefault((code is _MAP, abs(a[node])), node)
+                first = first_of.setdefault(id(self.maps[a[node]][0]) if code is _MAP else -abs(a[node]), node)
                 if first != node:
                     leader[node] = first
         return leader

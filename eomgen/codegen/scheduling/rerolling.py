@@ -59,10 +59,10 @@ def find_loops(tape: Tape, live: Sequence[int]) -> list[RerolledLoop]:
     """Return the loops in a sequence of live tape nodes, in order and disjoint."""
     fixed = [node for node in live if not is_circular(tape, node)]
     codes = _codes(tape, fixed)
-    found: list[tuple[int, int, int]] = []
-    _search(codes, 0, len(codes), found)
+    repeats: list[tuple[int, int, int]] = []
+    _search(codes, 0, len(codes), repeats)
     loops = []
-    for start, period, iterations in sorted(found):
+    for start, period, iterations in sorted(repeats):
         loop = _consistent(
             tape, [tuple(fixed[start + k * period : start + (k + 1) * period]) for k in range(iterations)]
         )
@@ -97,7 +97,7 @@ def _codes(tape: Tape, nodes: Sequence[int]) -> NDArray[np.uint64]:
     return np.array([numbers.setdefault(key(node), len(numbers)) for node in nodes], dtype=np.uint64)
 
 
-def _search(codes: NDArray[np.uint64], low: int, high: int, found: list[tuple[int, int, int]]) -> None:
+def _search(codes: NDArray[np.uint64], low: int, high: int, repeats: list[tuple[int, int, int]]) -> None:
     """Append (start, period, iterations) of the repeats in [low, high): the longest, then those on both sides of it."""
     pending = [(low, high)]
     while pending:
@@ -106,7 +106,7 @@ def _search(codes: NDArray[np.uint64], low: int, high: int, found: list[tuple[in
         if best is None:
             continue
         start, period, iterations = best
-        found.append((low + start, period, iterations))
+        repeats.append((low + start, period, iterations))
         pending += [(low, low + start), (low + start + period * iterations, high)]
 
 
@@ -139,15 +139,15 @@ def _longest(codes: NDArray[np.uint64]) -> tuple[int, int, int] | None:
 
 def _consistent(tape: Tape, iterations: Sequence[tuple[int, ...]]) -> RerolledLoop | None:
     """Return the loop over the longest run of iterations around the middle one that have the same local operands."""
-    place = {node: (k, j) for k, iteration in enumerate(iterations) for j, node in enumerate(iteration)}
+    position_of = {node: (k, j) for k, iteration in enumerate(iterations) for j, node in enumerate(iteration)}
 
     def shape(k: int) -> list[int]:
-        found = []
+        local_operands = []
         for node in iterations[k]:
             for ref in operands(tape, node):
-                iteration, position = place.get(abs(ref), (-1, -1))
-                found.append(position if iteration == k else -1)
-        return found
+                iteration, position = position_of.get(abs(ref), (-1, -1))
+                local_operands.append(position if iteration == k else -1)
+        return local_operands
 
     middle = len(iterations) // 2
     wanted = shape(middle)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import cast
 
 from eomgen.codegen.program import Expression, Part, Statement
 from eomgen.codegen.scheduling.iterations import READ, Unmatched, copies, loop_iteration, runs
@@ -43,7 +42,7 @@ class Writer:
         outputs: Sequence[Sequence[Ref]],
         input_order: Sequence[str],
         nest_limit: int,
-        loop_numbers: dict[int, int],
+        loops: list[Map],
         curve_numbers: dict[int, int],
     ) -> None:
         self.plan = plan
@@ -51,7 +50,7 @@ class Writer:
         self.outputs = outputs
         self.input_order = input_order
         self.nest_limit = nest_limit
-        self.loop_numbers = loop_numbers
+        self.loops = loops
         self.curve_numbers = curve_numbers
         self.expressions: dict[int, Expression] = {}  # of nodes that have been written, or wait to be nested
         self.waiting: dict[int, int] = {}  # node -> operations in its expression
@@ -152,7 +151,7 @@ class LoopWriter(Writer):
         for node in nodes:
             self.circular.add(node)
             self.expressions[node] = ("w", slot[abs(tape.a[node])] + (len(angles) if tape.op[node] is Op.COS else 0))
-        self._store_all((*place, node) for node in nodes for place in self.plan.stores.get(node, ()))
+        self._store_all((*store, node) for node in nodes for store in self.plan.stores.get(node, ()))
 
     def _symbol(self, leaf: int) -> tuple[str, int]:
         symbol = self.tape.inputs[self.tape.a[leaf]]
@@ -237,8 +236,7 @@ _MAP = Op.MAP
 
 @dataclass(frozen=True)
 class Schedule:
-    """The parts of a function, the size of its workspace, and its number of operations (a loop's kernel counts
-    once)."""
+    """Parts of a function, size of its workspace, and number of operations (a loop's kernel counts once)."""
 
     parts: tuple[Part, ...]
     workspace: int
@@ -313,17 +311,29 @@ class _Scheduler(LoopWriter):
     def _map(self, node: int) -> None:
         """Run a loop: gather into the workspace, call, and leave the results where they are."""
         tape = self.tape
-        loop = cast("Map", tape.maps[tape.a[node]])
+        loop = self.plan.maps[tape.a[node]][0]
         first = self.slots
         results = first + len(loop.gathered)
         self.slots = results + loop.size
         self.open.workspace = True
         self._gather(loop.gathered, first)
-        self._emit("loop", self.loop_numbers.setdefault(tape.a[node], len(self.loop_numbers)), first, results)
+        self._emit("loop", self._loop_number(loop), first, results)
         members = self.plan.group(node)
         for result in members:
-            self.expressions[result] = ("w", results + tape.b[result])
+            self.expressions[result] = ("w", results + self._place(result))
         self._spread(members, len(loop.sums) + len(loop.last), max(1, len(loop.stacked)))
+
+    def _loop_number(self, loop: Map) -> int:
+        """Return the number of a loop in the Program, where equal loops are one."""
+        for number, known in enumerate(self.loops):
+            if known is loop or known.key == loop.key:
+                return number
+        self.loops.append(loop)
+        return len(self.loops) - 1
+
+    def _place(self, result: int) -> int:
+        """Return the place of a Map's result among those of its loop."""
+        return self.plan.maps[self.tape.a[result]][1] + self.tape.b[result]
 
     def _gather(self, refs: Sequence[Ref], slot: int) -> None:
         """Copy values to consecutive slots, inputs and workspace by runs."""
@@ -350,7 +360,7 @@ class _Scheduler(LoopWriter):
         """Store results that are outputs, by runs over the elements."""
         groups: dict[tuple[int, int, int], list[tuple[int, int]]] = {}
         for node in members:
-            result = self.tape.b[node]
+            result = self._place(node)
             column = -1 - result if result < head else (result - head) % width
             for number, component, sign in self.plan.stores.get(node, ()):
                 expression = self.expressions[node]
@@ -432,7 +442,7 @@ def schedule(
     input_order: Sequence[str],
     part_limit: int = PART_LIMIT,
     nest_limit: int = NEST_LIMIT,
-    loop_numbers: dict[int, int] | None = None,
+    loops: list[Map] | None = None,
     curve_numbers: dict[int, int] | None = None,
     *,
     fill: bool = True,
@@ -444,15 +454,15 @@ def schedule(
     ----------
     outputs : for each output array, its references row by row.
     input_order : the order in which parts name the input blocks they read.
-    loop_numbers : from the number of a Map on the tape to that of a loop of the Program; completed here.
+    loops : the loops of the Program, completed here.
     curve_numbers : from the id of a curve to its number in the Program; completed here.
     fill : whether many structural zeros may become a loop.
     reroll : whether what repeats may become loops.
     """
     plan = Plan(tape, outputs, part_limit, _worthwhile if reroll else lambda *_: [])
-    loops = {} if loop_numbers is None else loop_numbers
+    made = [] if loops is None else loops
     curves = {} if curve_numbers is None else curve_numbers
-    return _Scheduler(plan, outputs, input_order, nest_limit, loops, curves).run(fill)
+    return _Scheduler(plan, outputs, input_order, nest_limit, made, curves).run(fill)
 
 
 def _worthwhile(tape: Tape, live: Sequence[int]) -> list[RerolledLoop]:

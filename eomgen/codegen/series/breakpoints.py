@@ -27,7 +27,7 @@ def breakpoints_in_time(source: Tape) -> tuple[Discontinuity, ...]:
     ModelError
         The time of a breakpoint depends on coordinates, on tunable parameters, or nonlinearly on time.
     """
-    found: dict[tuple[float, float], Discontinuity] = {}
+    by_time: dict[tuple[float, float], Discontinuity] = {}
     unknown: list[str] = []
     for node in range(1, len(source.op)):
         op, operands = source.op[node], source.operands(node)
@@ -36,17 +36,17 @@ def breakpoints_in_time(source: Tape) -> tuple[Discontinuity, ...]:
         blocks = {symbol.block for symbol in source.depends_on(operands)} - _CONSTANT
         lines = [line for ref in operands if (line := _line(source, ref)) is not None]
         if len(lines) == len(operands):
-            found |= {(item.time, item.period): item for item in _breakpoints(source, node, lines)}
+            by_time |= {(item.time, item.period): item for item in _breakpoints(source, node, lines)}
         elif blocks:
             curve = source.curves[source.b[node]][0].name if op is Op.CURVE else ""
-            what = f"the pieces of curve {curve!r}" if op is Op.CURVE else f"{op.name.lower()}()"
+            operation = f"the pieces of curve {curve!r}" if op is Op.CURVE else f"{op.name.lower()}()"
             decider = "the motion" if blocks - {"t"} else "a tunable parameter or a formula that is not linear in time"
-            unknown.append(f"{what}, decided by {decider}")
+            unknown.append(f"{operation}, decided by {decider}")
     if unknown:
         listed = "; ".join(dict.fromkeys(unknown))
-        what = f"a Taylor series needs smooth equations, or discontinuities at known times; here are {listed}"
-        raise ModelError(Problem("method", what, "rk4 or generalized_alpha"))
-    return tuple(found[key] for key in sorted(found))
+        operation = f"a Taylor series needs smooth equations, or discontinuities at known times; here are {listed}"
+        raise ModelError(Problem("method", operation, "rk4 or generalized_alpha"))
+    return tuple(by_time[key] for key in sorted(by_time))
 
 
 def _line(tape: Tape, ref: Ref) -> tuple[float, float] | None:

@@ -23,8 +23,7 @@ LANES = 8
 def series_functions(
     system: System, curve_numbers: dict[int, int]
 ) -> tuple[tuple[ProgramFunction, ...], dict[str, Any], tuple[Discontinuity, ...]]:
-    """Return ``series_start``, ``series_next`` and ``extent``, what a driver needs, and the times at which a series
-    ends.
+    """Return ``series_start``, ``series_next``, ``extent``, what a driver needs, and times at which a series ends.
 
     What it needs are sizes, ``products``, ``kept``, and ``room`` of a row of products, and ``kinds``: which components
     of q and of v are angles, and which are lengths.
@@ -108,7 +107,7 @@ def _function(
         blocks,
         PART_LIMIT,
         NEST_LIMIT,
-        {},
+        None,
         curve_numbers,
         fill=False,
         reroll=False,

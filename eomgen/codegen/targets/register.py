@@ -18,13 +18,13 @@ BUILT_IN: tuple[Target, ...] = (C,)
 @cache
 def targets() -> dict[str, Target]:
     """Return all targets by name. Raises UsageError naming the distribution of one that cannot be taken."""
-    found = {target.name: target for target in BUILT_IN}
+    by_name = {target.name: target for target in BUILT_IN}
     for entry in extensions(GROUP):
         target = loaded(entry, Target)
-        if target.name in found:
+        if target.name in by_name:
             raise broken(entry, f"takes the name {shown(target.name)}, which another target has")
-        found[target.name] = target
-    return found
+        by_name[target.name] = target
+    return by_name
 
 
 def target_named(name: str) -> Target:

@@ -59,8 +59,7 @@ class Coefficients:
 
     @property
     def largest_phase(self) -> float:
-        """Largest stable w step of an undamped oscillation, rad; infinite when unconditionally stable. For Newmark's
-        cases."""
+        """Largest stable w step of an undamped oscillation, rad, in Newmark's cases; infinite if always stable."""
         return math.inf if self.unconditionally_stable else float(self.gamma / 2 - self.beta) ** -0.5
 
 
@@ -90,8 +89,7 @@ def hht(alpha: float | None = None, rho_inf: float | None = None) -> Coefficient
 
 
 def wbz(alpha: float | None = None, rho_inf: float | None = None) -> Coefficients:
-    """Return the method of Wood, Bossak and Zienkiewicz: inertia is extrapolated, -alpha of it from the start of the
-    step.
+    """Return the method of Wood, Bossak and Zienkiewicz: -alpha of the inertia is from the start of the step.
 
     Parameters
     ----------
@@ -142,8 +140,7 @@ def newmark(beta: float | None = None, gamma: float | None = None, alpha: float 
 
 
 def trapezoidal() -> Coefficients:
-    """Return the trapezoidal rule, Newmark's average acceleration: beta = 1/4, gamma = 1/2, no damping at any
-    frequency."""
+    """Return the trapezoidal rule, Newmark's average acceleration: beta = 1/4, gamma = 1/2, no damping."""
     return Coefficients("trapezoidal", Fraction(0), Fraction(0), Fraction(1, 4), _HALF, _NEWMARK)
 
 

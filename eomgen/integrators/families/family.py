@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
@@ -26,6 +26,9 @@ InputDemand = Literal["sampled", "held", "series"]
 DenseOutput = Literal["hermite_5", "hermite_3", "steps", "none"]
 #: Functions on the Lie groups of the configuration that a stepper may call.
 GroupFunction = Literal["update", "tangent", "bracket", "transport"]
+
+#: What a scene has, by which methods differ: rows of constraints, or coordinates that are rotations.
+SceneFact = Literal["constraints", "rotations"]
 
 SMALLER_STEP = "a step smaller than {step:.3g} s"
 
@@ -54,6 +57,10 @@ class MethodName:
     parameters : of ``simulate`` and of scenes, those that it takes
     aliases : other names for the same
     idle : parameters that change nothing, and are no mistake
+    differs : facts of a scene without each of which another method of the family does the same
+    compared : values of its parameters that are worth comparing in a study of speed against accuracy
+    studied : whether such a study takes it where no methods are named
+    by_tolerance : name of the method that is meant where a tolerance is given; empty: this one
     """
 
     name: str
@@ -61,6 +68,10 @@ class MethodName:
     parameters: tuple[str, ...] = ()
     aliases: tuple[str, ...] = ()
     idle: tuple[str, ...] = ()
+    differs: tuple[SceneFact, ...] = ()
+    compared: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    studied: bool = True
+    by_tolerance: str = ""
 
 
 @dataclass(frozen=True)
@@ -115,6 +126,15 @@ class Setting:
     comment: str
     whole: tuple[int, int] | None = None
     single: float = 0.0
+
+
+@dataclass(frozen=True)
+class Bound:
+    """A condition that settings meet: a name, or names with plus signs between them, against a name or a number."""
+
+    left: str
+    relation: Literal["<", "<=", ">", ">=", "finite"]
+    right: str | float = 0.0
 
 
 @dataclass(frozen=True)
@@ -221,6 +241,12 @@ class Family(ABC):
         return False
 
     @property
+    def policies(self) -> Mapping[str, Mapping[str, float]]:
+        """Settings other than the defaults that are worth comparing in a study of speed against accuracy, by what they
+        are called there."""
+        return {}
+
+    @property
     def discontinuity_order(self) -> int:
         """Derivatives of forces from this order on may jump within a step."""
         return self.order
@@ -236,6 +262,16 @@ class Family(ABC):
     def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
         """Return the settings besides the step."""
         return ()
+
+    def bounds(self, sizes: Sizes) -> tuple[Bound, ...]:
+        """Return what settings must meet in C, in the order of the tests; ``good_settings`` of its templates."""
+        return ()
+
+    def choices(self, sizes: Sizes) -> Mapping[str, bool]:
+        """Return what its own templates choose by, by name.
+
+        ``offset`` of implicit families: whether the increment of a step has parts besides the unknown mean velocity."""
+        return {}
 
     def statistics(self, sizes: Sizes) -> tuple[Field, ...]:
         """Return the statistics beyond the common ones."""

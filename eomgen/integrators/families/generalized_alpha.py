@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.families.coefficients import Coefficients, hht, newmark, trapezoidal, wbz
@@ -24,11 +24,14 @@ from eomgen.integrators.families.family import (
     NOT_FINITE,
     SINGULAR_ADVICE,
     SMALLER_STEP,
+    Bound,
+    DenseOutput,
     Family,
     Field,
     GroupFunction,
     MethodName,
     Need,
+    SceneFact,
     Setting,
     Sizes,
     Status,
@@ -66,18 +69,34 @@ RELATIVE_TOLERANCE, ABSOLUTE_TOLERANCE = 1e-10, 1e-12
 SINGLE_RELATIVE_TOLERANCE, SINGLE_ABSOLUTE_TOLERANCE = 1e-5, 1e-6
 MAX_ITERATIONS, MAX_HALVINGS = 16, 6
 #: Named cases: the parameters that each takes, and what its C file is called by.
-_CASES: Mapping[str, tuple[Callable[..., Coefficients], tuple[str, ...], tuple[str, ...], str]] = {
+NAMED_CASES: Mapping[str, tuple[Callable[..., Coefficients], tuple[str, ...], tuple[str, ...], str]] = {
     "hht": (hht, ("alpha", "rho_inf"), (), "HHT-alpha"),
     "wbz": (wbz, ("alpha", "rho_inf"), (), "WBZ-alpha"),
     "newmark": (newmark, ("alpha", "beta", "gamma"), (), "Newmark's method"),
     "trapezoidal": (trapezoidal, (), ("average_acceleration",), "the trapezoidal rule"),
 }
+#: Those that are always of order 2: a tolerance makes them choose their steps.
+OF_ORDER_2 = ("hht", "wbz", "trapezoidal")
+
+
+#: Spectral radii at infinite frequency that studies compare, by form.
+_COMPARED_RADII: Mapping[str, tuple[float, ...]] = {
+    STABILISED: (0.0, 0.5, 0.8, 0.9, 1.0),
+    INDEX_3: (0.5, 0.8, 0.9),
+}
+#: Newton's tolerances that studies compare, relative, with a hundredth of them relative to the whole motion.
+_COMPARED_TOLERANCES = (1e-8, 1e-6, 1e-4)
+
+
+def _differs(form: str, variant: str) -> tuple[SceneFact, ...]:
+    """Return what a scene has where this form and variant are not the plain method."""
+    of_form: tuple[SceneFact, ...] = ("constraints",) if form == INDEX_3 else ()
+    return of_form if variant == "F0" else (*of_form, "rotations")
 
 
 @dataclass(frozen=True)
 class GeneralizedAlpha(Family):
-    """Generalized-alpha on a Lie group: the optimal parameters for a spectral radius at infinite frequency, or a named
-    case.
+    """Generalized-alpha on a Lie group: optimal for a spectral radius at infinite frequency, or a named case.
 
     Parameters
     ----------
@@ -102,7 +121,7 @@ class GeneralizedAlpha(Family):
     source: str = field(default=_SOURCE, init=False)
     needs: tuple[Need, ...] = field(default=(), init=False)
     family = "generalized_alpha"
-    dense_output = "hermite_3"
+    dense_output: ClassVar[DenseOutput] = "hermite_3"
     implicit = True
     holds_constraints = True
     renewal = "starts anew from q and v, as behind a jump of the forces"
@@ -171,16 +190,22 @@ class GeneralizedAlpha(Family):
     @classmethod
     def names(cls) -> tuple[MethodName, ...]:
         """Return the optimal method in both forms and all variants, then the named cases in both forms."""
-        found: list[MethodName] = []
+        rows: list[MethodName] = []
         for form, middle in ((STABILISED, ""), (INDEX_3, "_index3")):
             for variant in ("F0", "F1", "F2", SPATIAL):
                 name = f"generalized_alpha{middle}" + (f"_{variant.lower()}" if variant != "F0" else "")
-                others = ("chung_hulbert",) if name == "generalized_alpha" else ()
-                found.append(MethodName(name, partial(_optimal, form, variant), ("rho_inf",), others))
-        for case, (_, parameters, aliases, _) in _CASES.items():
-            found.append(MethodName(case, partial(_named_case, case, STABILISED), parameters, aliases))
-            found.append(MethodName(f"{case}_index3", partial(_named_case, case, INDEX_3), parameters))
-        return tuple(found)
+                others, adaptive = (("chung_hulbert",), f"{name}_adaptive") if name == "generalized_alpha" else ((), "")
+                differs = _differs(form, variant)
+                radii = {"rho_inf": _COMPARED_RADII[form]} if variant == "F0" else {}
+                studied = variant == "F0" or (variant == SPATIAL and form == STABILISED)
+                make = partial(_optimal, form, variant)
+                rows.append(MethodName(name, make, ("rho_inf",), others, (), differs, radii, studied, adaptive))
+        for case, (_, parameters, aliases, _) in NAMED_CASES.items():
+            make, adaptive = partial(_named_case, case, STABILISED), f"{case}_adaptive" if case in OF_ORDER_2 else ""
+            rows.append(MethodName(case, make, parameters, aliases, by_tolerance=adaptive))
+            index_3, differs = partial(_named_case, case, INDEX_3), _differs(INDEX_3, "F0")
+            rows.append(MethodName(f"{case}_index3", index_3, parameters, differs=differs, studied=False))
+        return tuple(rows)
 
     @classmethod
     def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:
@@ -204,7 +229,7 @@ class GeneralizedAlpha(Family):
         return called
 
     def title(self, constrained: bool) -> str:
-        name = "generalized-alpha" if self.case is None else _CASES[self.case.name][3]
+        name = "generalized-alpha" if self.case is None else NAMED_CASES[self.case.name][3]
         form = {STABILISED: ", stabilised index 2", INDEX_3: ", index 3"}[self.form] if constrained else ""
         return f"{name} on Lie groups{form}" + ("" if self.variant == "F0" else f", variant {self.variant}")
 
@@ -260,9 +285,14 @@ class GeneralizedAlpha(Family):
             ]
         return (
             *fields,
-            Field("history", "how many steps there are to predict from, at most 3", 0, "long"),
+            Field(
+                "history",
+                "how many steps there are to predict from, at most 3; -1: none, and the first is damped",
+                0,
+                "long",
+            ),
             Field("predictor_order", "of the polynomial that would have predicted the last step best", 0, "long"),
-            *(Field(name, "of the method, with which a was made") for name in self.parameters),
+            *(Field(name, "of the method, with which a was made") for name in self.coefficients),
         )
 
     def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
@@ -288,11 +318,48 @@ class GeneralizedAlpha(Family):
             *((Setting("perturb", 1, perturb, (0, 1)),) if self._index_3(sizes) else ()),
         )
         return (
-            *(Setting(name, float(value), meaning[name]) for name, value in self.parameters.items()),
+            *(Setting(name, float(value), meaning[name]) for name, value in self.coefficients.items()),
             Setting("rtol", RELATIVE_TOLERANCE, increment, single=SINGLE_RELATIVE_TOLERANCE),
             Setting("atol", ABSOLUTE_TOLERANCE, whole_motion, single=SINGLE_ABSOLUTE_TOLERANCE),
             *whole,
         )
+
+    def bounds(self, sizes: Sizes) -> tuple[Bound, ...]:
+        largest = Bound("rho_inf", "<", INDEX_3_REFUSED_RHO) if self._index_3(sizes) else Bound("rho_inf", "<=", 1.0)
+        of_case = (
+            Bound("alpha_m", "<=", "alpha_f"),
+            Bound("alpha_f", "<=", 0.5),
+            Bound("gamma", ">=", 0.5),
+            Bound("beta", ">", 0.0),
+            *(Bound(name, "finite") for name in ("alpha_m", "beta", "gamma")),
+        )
+        return (
+            Bound("step", "finite"),
+            Bound("step", ">", 0.0),
+            *((Bound("rho_inf", ">=", 0.0), largest) if self.case is None else of_case),
+            Bound("rtol", ">=", 0.0),
+            Bound("atol", ">=", 0.0),
+            Bound("rtol", "finite"),
+            Bound("atol", "finite"),
+            Bound("rtol + atol", ">", 0.0),
+            Bound("max_iterations", ">", 0),
+            Bound("max_halvings", ">=", 0),
+            Bound("max_halvings", "<=", 30),
+        )
+
+    def choices(self, sizes: Sizes) -> Mapping[str, bool]:
+        """Return whether one number gives all coefficients, and what the variant adds to a step."""
+        return {
+            "by_radius": self.case is None,
+            "offset": self.variant != "F0",
+            "exponentials": self.variant in ("F1", "F2"),
+            "spatial": self.variant == SPATIAL,
+        }
+
+    @property
+    def policies(self) -> Mapping[str, Mapping[str, float]]:
+        looser = {f"rtol {x:g}": {"rtol": x, "atol": 1e-2 * x} for x in _COMPARED_TOLERANCES}
+        return {**looser, "factors at every step": {"reuse": 0.0}}
 
     def statistics(self, sizes: Sizes) -> tuple[Field, ...]:
         if not sizes.lam:
@@ -337,7 +404,6 @@ class GeneralizedAlpha(Family):
             "matrices": True,
             "form": self.form,
             "variant": self.variant,
-            "rho_inf_below": INDEX_3_REFUSED_RHO if self.form == INDEX_3 and unknowns.holonomic else None,
             "unknowns": {
                 "v": unknowns.v,
                 "lam": unknowns.lam,
@@ -351,7 +417,7 @@ class GeneralizedAlpha(Family):
             },
             "solver": solver_data(solver, system.factors),
             "angular": [int(turns) for turns in system.angular] or [0] * nv,
-            "places": _places(system.factors, nv),
+            "places": indices_in_q(system.factors, nv),
             "quaternions": [factor.q_start + k for factor in system.factors if factor.group != "R" for k in range(4)],
             "factorization_cost": _factorization_cost(system, solver),
             "input_times": [0.0, 1.0],
@@ -365,6 +431,10 @@ class GeneralizedAlpha(Family):
 
     @property
     def parameters(self) -> dict[str, Fraction]:
+        return self.coefficients
+
+    @property
+    def coefficients(self) -> dict[str, Fraction]:
         """The spectral radius, or the four coefficients of a named case."""
         if self.case is None:
             return {"rho_inf": self.rho}
@@ -393,8 +463,7 @@ class GeneralizedAlpha(Family):
 
     @property
     def rate_alpha_m(self) -> Fraction:
-        """What alpha_m is to internal states z, equations of first order (Jansen, Whiting and Hulbert 2000); a case's
-        own."""
+        """alpha_m of internal states, equations of first order (Jansen, Whiting, Hulbert 2000); a case's own."""
         return (3 * self.rho - 1) / (2 * (self.rho + 1)) if self.case is None else self.case.alpha_m
 
     @property
@@ -445,7 +514,7 @@ def _named_case(name: str, form: str, **given: float | None) -> GeneralizedAlpha
     """Return a case; ``rho_inf`` is left out where ``alpha`` says the same."""
     if given.get("alpha") is not None:
         given = {key: value for key, value in given.items() if key != "rho_inf"}
-    return GeneralizedAlpha(form=form, case=_CASES[name][0](**given))
+    return GeneralizedAlpha(form=form, case=NAMED_CASES[name][0](**given))
 
 
 def _factorization_cost(system: System, solver: Solver) -> float:
@@ -463,12 +532,12 @@ def _factorization_cost(system: System, solver: Solver) -> float:
     return float(system.counts[solver.packing.function].flops + 2 * solver.factor_operations + 60 * turns) / iteration
 
 
-def _places(factors: Sequence[FactorLike], nv: int) -> list[int]:
+def indices_in_q(factors: Sequence[FactorLike], nv: int) -> list[int]:
     """Return for each velocity component the index in q of the number that it changes, -1 for quaternions."""
-    places = [-1] * nv
+    indices = [-1] * nv
     for factor in factors:
         rotation = 0 if factor.group == "R" else 3
         first = factor.q_start + (4 if rotation else 0)
         for k in range(rotation, factor.v_size):
-            places[factor.v_start + k] = first + k - rotation
-    return places
+            indices[factor.v_start + k] = first + k - rotation
+    return indices

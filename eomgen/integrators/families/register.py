@@ -11,6 +11,8 @@ from pathlib import Path
 
 from eomgen.errors import Problem, UsageError
 from eomgen.extensions import broken, extensions, loaded
+from eomgen.integrators.families.adaptive_generalized_alpha import AdaptiveGeneralizedAlpha
+from eomgen.integrators.families.dormand_prince import DormandPrince
 from eomgen.integrators.families.family import Family, MethodName
 from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
 from eomgen.integrators.families.hermite import Hermite
@@ -21,7 +23,15 @@ from eomgen.text import nearest, shown
 
 #: The group of entry points under which a distribution gives its families: subclasses of ``Family``.
 GROUP = "eomgen.integrator_families"
-BUILT_IN: tuple[type[Family], ...] = (GeneralizedAlpha, RungeKuttaMuntheKaas, PartitionedRungeKutta, Hermite, Taylor)
+BUILT_IN: tuple[type[Family], ...] = (
+    GeneralizedAlpha,
+    AdaptiveGeneralizedAlpha,
+    RungeKuttaMuntheKaas,
+    DormandPrince,
+    PartitionedRungeKutta,
+    Hermite,
+    Taylor,
+)
 
 Row = tuple[type[Family], MethodName]
 
@@ -31,7 +41,7 @@ def families_of_others() -> tuple[type[Family], ...]:
     """Return the families of installed distributions. Raises UsageError naming the distribution of a broken one."""
     names = {family.family for family in BUILT_IN}
     known = set(_rows(BUILT_IN))
-    found = []
+    families = []
     for entry in extensions(GROUP):
         family = _checked(entry)
         taken = sorted({family.family} & names) + sorted(set(_rows((family,))) & known)
@@ -39,8 +49,8 @@ def families_of_others() -> tuple[type[Family], ...]:
             raise broken(entry, f"takes the name {taken[0]}, which there is")
         names.add(family.family)
         known |= set(_rows((family,)))
-        found.append(family)
-    return tuple(found)
+        families.append(family)
+    return tuple(families)
 
 
 def family_named(name: str) -> type[Family]:

@@ -132,8 +132,8 @@ def eliminate(
                 break
             take(new_rows[i], new_columns[j])
         thresholds = (THRESHOLD,) if number < len(plan) - 1 else (THRESHOLD, *_LAST_THRESHOLDS)
-        while state.columns_of_stage and (found := state.pivot(thresholds)) is not None:
-            take(*found)
+        while state.columns_of_stage and (next_pivot := state.pivot(thresholds)) is not None:
+            take(*next_pivot)
         if structure is not None and structure not in orders and not state.columns_of_stage:
             row_at = {row: k for k, row in enumerate(new_rows)}
             column_at = {column: k for k, column in enumerate(new_columns)}
@@ -142,9 +142,9 @@ def eliminate(
             starts.append(begun)
     if len(rows) < size:
         raise _singular(samples, constrained)
-    place = {column: position for position, column in enumerate(columns)}
+    position_of = {column: position for position, column in enumerate(columns)}
     lower = tuple(tuple(left[row]) for row in rows)
-    upper = tuple(tuple(sorted(place[column] for column in beside)) for beside in right)
+    upper = tuple(tuple(sorted(position_of[column] for column in beside)) for beside in right)
     return Elimination(tuple(rows), tuple(columns), lower, upper, operations, tuple(starts))
 
 
@@ -163,8 +163,8 @@ class _Active:
     def structure(self, rows: Sequence[int], columns: Sequence[int]) -> tuple[int, int, tuple[tuple[int, int], ...]]:
         """Return the nonzeros of a stage in its own numbering of rows and columns."""
         number = {column: k for k, column in enumerate(columns)}
-        places = [(i, number[column]) for i, row in enumerate(rows) for column in self.rows[row] if column in number]
-        return len(rows), len(columns), tuple(sorted(places))
+        nonzeros = [(i, number[column]) for i, row in enumerate(rows) for column in self.rows[row] if column in number]
+        return len(rows), len(columns), tuple(sorted(nonzeros))
 
     def pivot(self, thresholds: Sequence[float]) -> tuple[int, int] | None:
         """Return the best pivot in the stage, None where none is large enough in its column."""
@@ -237,15 +237,15 @@ class _Active:
 
 def _equilibrated(size: int, samples: Mapping[tuple[int, int], Array]) -> dict[tuple[int, int], Array]:
     """Return the entries with rows and columns scaled so that the largest of each is about 1 (Ruiz 2001)."""
-    places = np.array(list(samples), dtype=np.intp).reshape(-1, 2)
+    indices = np.array(list(samples), dtype=np.intp).reshape(-1, 2)
     values = np.array(list(samples.values()), dtype=float)
     magnitude = np.max(np.abs(values), axis=1)
     row_scale, column_scale = np.ones(size), np.ones(size)
     for _ in range(8):
-        scaled = magnitude * row_scale[places[:, 0]] * column_scale[places[:, 1]]
-        for scale, index in ((row_scale, places[:, 0]), (column_scale, places[:, 1])):
+        scaled = magnitude * row_scale[indices[:, 0]] * column_scale[indices[:, 1]]
+        for scale, index in ((row_scale, indices[:, 0]), (column_scale, indices[:, 1])):
             largest = np.zeros(size)
             np.maximum.at(largest, index, scaled)
             scale[:] = scale / np.sqrt(np.where(largest > 0.0, largest, 1.0))
-    values = values * (row_scale[places[:, 0]] * column_scale[places[:, 1]])[:, np.newaxis]
+    values = values * (row_scale[indices[:, 0]] * column_scale[indices[:, 1]])[:, np.newaxis]
     return dict(zip(samples, values, strict=True))

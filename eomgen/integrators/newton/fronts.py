@@ -29,14 +29,14 @@ class Fronts:
     kind_of : the number of each front's kind, in the order of elimination.
     table : for each front, where it begins: factors, entries, positions; then factors and positions of the fronts it
         reaches.
-    places : the matrix' entries in the order in which fronts read them.
+    read_order : the matrix' entries in the order in which fronts read them.
     slots : where each factor of the elimination is, by (row position, column position).
     """
 
     kinds: tuple[Mapping[str, Any], ...]
     kind_of: tuple[int, ...]
     table: tuple[tuple[int, ...], ...]
-    places: tuple[MatrixIndex, ...]
+    read_order: tuple[MatrixIndex, ...]
     slots: Mapping[MatrixIndex, int]
 
     @property
@@ -101,10 +101,10 @@ def make_fronts(elimination: Elimination, entries: Sequence[MatrixIndex], sided:
             begins += [first_factor[reached], starts[reached]]
         table.append(tuple(begins))
     slots = {
-        place: first_factor[number] + k for number, front in enumerate(fronts) for place, k in front.number.items()
+        index: first_factor[number] + k for number, front in enumerate(fronts) for index, k in front.number.items()
     }
-    places = [at_positions[place] for front in fronts for place in front.read]
-    return Fronts(tuple(descriptions), tuple(kind_of), tuple(table), tuple(places), slots)
+    read_order = [at_positions[index] for front in fronts for index in front.read]
+    return Fronts(tuple(descriptions), tuple(kind_of), tuple(table), tuple(read_order), slots)
 
 
 class _Front:
@@ -137,15 +137,15 @@ class _Front:
                 *((pivot, k) for k in self.upper[pivot]),
                 *((k, pivot) for k in self.below[pivot]),
             ]
-        self.number = {place: k for k, place in enumerate(self.own)}
-        self.read = [place for place in self.own if place in entries]
+        self.number = {index: k for k, index in enumerate(self.own)}
+        self.read = [index for index in self.own if index in entries]
         self.targets = sorted(
             {(row, k) for pivot in pivots for row in self.below[pivot] for k in self.upper[pivot]} - set(self.own)
         )
         self.received: set[MatrixIndex] = set()
 
-    def receive(self, place: MatrixIndex) -> None:
-        self.received.add(place)
+    def receive(self, index: MatrixIndex) -> None:
+        self.received.add(index)
 
     def work(self, fronts: Sequence[_Front], front_of: Sequence[int]) -> dict[str, Any]:
         """Return what a front does, in numbers of its own.
@@ -157,32 +157,32 @@ class _Front:
         for right sides ``forward`` [[front, offset], [[factor, own position], ...]] of each row and ``backward`` [own
         position, diagonal or -1 where the right side stays zero, [[factor, [front, offset]], ...]].
         """
-        entry = {place: k for k, place in enumerate(self.read)}
-        target = {place: k for k, place in enumerate(self.targets)}
+        entry = {index: k for k, index in enumerate(self.read)}
+        target = {index: k for k, index in enumerate(self.targets)}
         steps = []
         for pivot in self.pivots:
             rows = []
             for row in self.below[pivot]:
-                places = [((row, k), self.number[pivot, k]) for k in self.upper[pivot]]
+                updated = [((row, k), self.number[pivot, k]) for k in self.upper[pivot]]
                 rows.append(
                     {
                         "factor": self.number[row, pivot],
-                        "updates": [[self.number[place], by] for place, by in places if place in self.number],
-                        "outside": [[target[place], by] for place, by in places if place not in self.number],
+                        "updates": [[self.number[index], by] for index, by in updated if index in self.number],
+                        "outside": [[target[index], by] for index, by in updated if index not in self.number],
                     }
                 )
             upper = [self.number[pivot, k] for k in self.upper[pivot]]
             columns = [list(self.local[k]) for k in (pivot, *self.upper[pivot])]
             steps.append({"diagonal": self.number[pivot, pivot], "upper": upper, "columns": columns, "below": rows})
-        targets = [(front_of[min(place)], place) for place in self.targets]
+        targets = [(front_of[min(index)], index) for index in self.targets]
         return {
             "size": len(self.own),
             "pivots": len(self.pivots),
             "entries": len(self.read),
             "reached": len(self.reached),
-            "loads": [[entry.get(place, -1), place in self.received] for place in self.own],
+            "loads": [[entry.get(index, -1), index in self.received] for index in self.own],
             "steps": steps,
-            "targets": [[self.reached.index(front) + 1, fronts[front].number[place]] for front, place in targets],
+            "targets": [[self.reached.index(front) + 1, fronts[front].number[index]] for front, index in targets],
             "forward": self._forward(),
             "backward": [
                 [
@@ -200,7 +200,9 @@ class _Front:
         for pivot in self.pivots:
             for row in self.below[pivot] if self.live[pivot] else ():
                 terms.setdefault(row, []).append([self.number[row, pivot], pivot - self.start])
-        used = {own for found in terms.values() for _, own in found}
+        used = {own for products in terms.values() for _, own in products}
         return [
-            [list(self.local[row]), found] for row, found in sorted(terms.items()) if found or row - self.start in used
+            [list(self.local[row]), products]
+            for row, products in sorted(terms.items())
+            if products or row - self.start in used
         ]

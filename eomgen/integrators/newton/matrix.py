@@ -15,7 +15,7 @@ Internal states z add the unknowns y = (z - z_n)/h and the equations h (f - zdot
 With m = b*, c = h g*, k = h^2, b = g*, z = h, d = h dzdot/dy this is the derivative of a step. The entry -h^2 K T B_n^T
 beside B^T is left out:
 eta is O(h^2), so that it costs no iteration, and it would couple bodies that share no joint. With m = b = 1, c = k = z
-= 0 and T = 1 the same places hold [M B^T; B 0], which gives consistent accelerations and multipliers. Index 3 has no
+= 0 and T = 1 the same entries hold [M B^T; B 0], which gives consistent accelerations and multipliers. Index 3 has no
 eta, and of w the velocity-level rows only. Scaling by powers of the step: Arnold and Hante 2017; Bottasso, Dopico and
 Trainelli 2008.
 """
@@ -101,39 +101,39 @@ class Packing:
     ----------
     function : str
         ``iteration`` (nonzeros only) or ``partials`` (whole matrices).
-    places : by matrix, from (row, column) to the position in one array of all numbers.
+    nonzeros : by matrix, from (row, column) to the position in one array of all numbers.
     blocks : by matrix, where its numbers start and how many there are.
     """
 
     function: str
-    places: Mapping[str, Mapping[MatrixIndex, int]]
+    nonzeros: Mapping[str, Mapping[MatrixIndex, int]]
     blocks: Mapping[str, tuple[int, int]]
     size: int
 
 
 def packed(patterns: Mapping[str, Sequence[MatrixIndex]]) -> Packing:
     """Return the packing of the function ``iteration``."""
-    places: dict[str, dict[MatrixIndex, int]] = {}
+    nonzeros: dict[str, dict[MatrixIndex, int]] = {}
     blocks: dict[str, tuple[int, int]] = {}
     start = 0
     for name in _MATRICES:
         pattern = patterns.get(name, ())
-        places[name] = {place: start + k for k, place in enumerate(pattern)}
+        nonzeros[name] = {index: start + k for k, index in enumerate(pattern)}
         if pattern:
             blocks[name] = (start, len(pattern))
         start += len(pattern)
-    return Packing("iteration", places, blocks, start)
+    return Packing("iteration", nonzeros, blocks, start)
 
 
 def dense(nonzero: Mapping[str, Sequence[MatrixIndex]], nv: int) -> Packing:
     """Return the packing of the function ``partials``; the matrices named are among its outputs."""
-    places: dict[str, dict[MatrixIndex, int]] = {name: {} for name in _MATRICES}
+    nonzeros: dict[str, dict[MatrixIndex, int]] = {name: {} for name in _MATRICES}
     blocks: dict[str, tuple[int, int]] = {}
     for number, (name, pattern) in enumerate(nonzero.items()):
         start = number * nv * nv
-        places[name] = {(row, column): start + row * nv + column for row, column in pattern}
+        nonzeros[name] = {(row, column): start + row * nv + column for row, column in pattern}
         blocks[name] = (start, nv * nv)
-    return Packing("partials", places, blocks, len(nonzero) * nv * nv)
+    return Packing("partials", nonzeros, blocks, len(nonzero) * nv * nv)
 
 
 @dataclass
@@ -173,7 +173,7 @@ def iteration_terms(unknowns: Unknowns, factors: Sequence[FactorLike], packing: 
     """Return the terms of the matrix above."""
     terms = Terms()
     columns = _tangent_rows(factors, terms, packing)
-    moved = {name: _moved(packing.places[name], columns, terms, packing.size) for name in ("K", "B", "Z", "Fq")}
+    moved = {name: _moved(packing.nonzeros[name], columns, terms, packing.size) for name in ("K", "B", "Z", "Fq")}
     weight = {name: number for number, name in enumerate(WEIGHTS)}
     nv = unknowns.v
 
@@ -181,13 +181,13 @@ def iteration_terms(unknowns: Unknowns, factors: Sequence[FactorLike], packing: 
         terms.linear.setdefault((row, column), []).append((weight[name], number))
 
     for name in ("M", "C"):
-        for (row, column), number in packing.places[name].items():
+        for (row, column), number in packing.nonzeros[name].items():
             add(unknowns.equation(row), column, name, number)
     for (row, column), number in moved["K"].items():
         add(unknowns.equation(row), column, "K", number)
-    for (row, column), number in packing.places["X"].items():
+    for (row, column), number in packing.nonzeros["X"].items():
         add(unknowns.equation(row), unknowns.size + column, "one", number)
-    for (constraint, column), number in packing.places["B"].items():
+    for (constraint, column), number in packing.nonzeros["B"].items():
         add(column, nv + constraint, "one", number)
         if (velocity_row := unknowns.velocity_row(constraint)) is not None:
             add(velocity_row, column, "B", number)
@@ -197,20 +197,20 @@ def iteration_terms(unknowns: Unknowns, factors: Sequence[FactorLike], packing: 
     for (constraint, column), number in moved["B"].items():
         if (phi_row := unknowns.phi_row(constraint)) is not None:
             add(phi_row, column, "one", number)
-    for name, numbers in (("K", moved["Fq"]), ("C", packing.places["Fv"])):
+    for name, numbers in (("K", moved["Fq"]), ("C", packing.nonzeros["Fv"])):
         for (state, column), number in numbers.items():
             add(unknowns.first_z + state, column, name, number)
-    for (row, state), number in packing.places["Rz"].items():
+    for (row, state), number in packing.nonzeros["Rz"].items():
         add(unknowns.equation(row), unknowns.first_z + state, "K", number)
-    for (state, other), number in packing.places["Fz"].items():
+    for (state, other), number in packing.nonzeros["Fz"].items():
         add(unknowns.first_z + state, unknowns.first_z + other, "K", number)
-    for (state, column), number in packing.places["Fx"].items():
+    for (state, column), number in packing.nonzeros["Fx"].items():
         add(unknowns.first_z + state, unknowns.size + column, "one", number)
     terms.rate_diagonal += [(unknowns.first_z + state, unknowns.first_z + state) for state in range(unknowns.z)]
     if unknowns.eta:
         by_column: dict[int, list[tuple[int, int]]] = {}
         start = packing.blocks["B"][0]
-        for (constraint, column), number in packing.places["B"].items():
+        for (constraint, column), number in packing.nonzeros["B"].items():
             if constraint < unknowns.holonomic:
                 by_column.setdefault(column, []).append((constraint, number - start))
         for name in ("B", "Z"):
@@ -219,8 +219,8 @@ def iteration_terms(unknowns: Unknowns, factors: Sequence[FactorLike], packing: 
                 if equation is None:
                     continue
                 for other, nonzero in by_column.get(column, ()):
-                    place = (equation, nv + unknowns.lam + other)
-                    terms.products.setdefault(place, []).append(
+                    index = (equation, nv + unknowns.lam + other)
+                    terms.products.setdefault(index, []).append(
                         (weight["one" if name == "B" else "Z"], number, nonzero)
                     )
     return terms
@@ -228,7 +228,7 @@ def iteration_terms(unknowns: Unknowns, factors: Sequence[FactorLike], packing: 
 
 def _tangent_rows(factors: Sequence[FactorLike], terms: Terms, packing: Packing) -> dict[int, list[tuple[int, int]]]:
     """Return for each velocity component the nonzeros of its row of T: (column, number); nothing where T is 1."""
-    needed = {column for name in ("K", "B", "Z", "Fq") for _, column in packing.places[name]}
+    needed = {column for name in ("K", "B", "Z", "Fq") for _, column in packing.nonzeros[name]}
     rows: dict[int, list[tuple[int, int]]] = {}
     for number, factor in enumerate(factors):
         at, start = factor.v_start, terms.tangent_size
@@ -245,19 +245,19 @@ def _tangent_rows(factors: Sequence[FactorLike], terms: Terms, packing: Packing)
 
 
 def _moved(
-    places: Mapping[MatrixIndex, int], tangent_rows: Mapping[int, list[tuple[int, int]]], terms: Terms, first: int
+    nonzeros: Mapping[MatrixIndex, int], tangent_rows: Mapping[int, list[tuple[int, int]]], terms: Terms, first: int
 ) -> dict[MatrixIndex, int]:
     """Return the nonzeros of a matrix times T."""
     result: dict[MatrixIndex, int] = {}
     sums: dict[MatrixIndex, list[tuple[int, int]]] = {}
-    for (row, column), number in places.items():
+    for (row, column), number in nonzeros.items():
         if column in tangent_rows:
             for target, tangent in tangent_rows[column]:
                 sums.setdefault((row, target), []).append((number, tangent))
         else:
             result[row, column] = number
-    for place, products in sums.items():
-        result[place] = first + len(terms.moved)
+    for index, products in sums.items():
+        result[index] = first + len(terms.moved)
         terms.moved.append(products)
     return result
 
@@ -268,15 +268,15 @@ def evaluate_terms(
     """Return the entries for samples: numbers (n, size), tangents (n, tangent size), nonzeros of B_n (n, size)."""
     moved = [sum(numbers[:, k] * tangents[:, t] for k, t in row) for row in terms.moved]
     known: list[Any] = [*numbers.T, *moved]
-    entries: dict[MatrixIndex, Array] = {place: np.zeros(len(numbers)) for place in terms.entries}
-    for place, linear in terms.linear.items():
+    entries: dict[MatrixIndex, Array] = {index: np.zeros(len(numbers)) for index in terms.entries}
+    for index, linear in terms.linear.items():
         for weight, number in linear:
-            entries[place] = entries[place] + weights[weight] * known[number]
-    for place, products in terms.products.items():
+            entries[index] = entries[index] + weights[weight] * known[number]
+    for index, products in terms.products.items():
         for weight, number, nonzero in products:
-            entries[place] = entries[place] - weights[weight] * known[number] * B_n[:, nonzero]
-    for place in terms.rate_diagonal:
-        entries[place] = entries[place] - weights[WEIGHTS.index("zdot")]
+            entries[index] = entries[index] - weights[weight] * known[number] * B_n[:, nonzero]
+    for index in terms.rate_diagonal:
+        entries[index] = entries[index] - weights[WEIGHTS.index("zdot")]
     return entries
 
 

@@ -42,8 +42,7 @@ _DENSE_ADVANTAGE = 4.0
 
 @dataclass(frozen=True)
 class Solver:
-    """Terms of the matrix, and the elimination, None where a dense one is cheaper; ``fronts`` where its stages
-    repeat."""
+    """Terms of the matrix, and the elimination, None for a dense one; ``fronts`` where its stages repeat."""
 
     unknowns: Unknowns
     packing: Packing
@@ -90,7 +89,7 @@ def make_solver(
         )
         for theta, chosen in ((step * samples.v, weights), (0.0 * samples.v, _INERTIA))
     )
-    values = {place: np.concatenate([of_step[place], of_inertia[place]]) for place in of_step}
+    values = {index: np.concatenate([of_step[index], of_inertia[index]]) for index in of_step}
     packing = samples.packing
     order = stages_of_tree(unknowns, factors, owners, packing) if unknowns.inner else stages(unknowns, factors, packing)
     elimination = _pivots(unknowns, values, order, len(samples.numbers), constrained="B" in packing.blocks)
@@ -124,7 +123,7 @@ def _pivots(
             raise
         others = np.arange(2 * count) % count > 0
         try:
-            return eliminate(unknowns.matrix_size, {place: part[others] for place, part in values.items()}, order)
+            return eliminate(unknowns.matrix_size, {index: part[others] for index, part in values.items()}, order)
         except ModelError:
             pass
         raise  # of the scene's state, which the message names
@@ -138,20 +137,20 @@ def _weighed_jacobian(unknowns: Unknowns, samples: Samples) -> Array:
     for component, number in enumerate(numbers):
         diagonal[component] = samples.numbers[0, number] if number >= 0 else 0.0
     weights = np.divide(1.0, diagonal, out=np.zeros(unknowns.v), where=diagonal > 0.0)
-    columns = [column for _, column in samples.packing.places["B"]]
+    columns = [column for _, column in samples.packing.nonzeros["B"]]
     return np.asarray(samples.numbers[:, start : start + count] * weights[columns], dtype=float)
 
 
 def _inertia_numbers(unknowns: Unknowns, packing: Packing) -> list[int]:
     """Return which of the numbers are M_ii, -1 where M has no such entry; nothing where M is spread over inner
     unknowns."""
-    return [] if unknowns.inner else [packing.places["M"].get((k, k), -1) for k in range(unknowns.v)]
+    return [] if unknowns.inner else [packing.nonzeros["M"].get((k, k), -1) for k in range(unknowns.v)]
 
 
 def solver_data(solver: Solver, factors: Sequence[FactorLike]) -> dict[str, Any]:
     """Return JSON types: sizes, terms in the order in which entries are stored, and the elimination."""
     packing, terms = solver.packing, solver.terms
-    places = _ordered(terms.entries, solver.elimination) if solver.fronts is None else list(solver.fronts.places)
+    indices = _ordered(terms.entries, solver.elimination) if solver.fronts is None else list(solver.fronts.read_order)
     data: dict[str, Any] = {
         "kind": solver.kind,
         "function": packing.function,
@@ -168,37 +167,37 @@ def solver_data(solver: Solver, factors: Sequence[FactorLike]) -> dict[str, Any]
             for number, start in terms.tangents
         ],
         "moved": [[list(pair) for pair in row] for row in terms.moved],
-        "places": [list(place) for place in places],
+        "places": [list(index) for index in indices],
         "entries": [
             {
-                "linear": [list(term) for term in terms.linear.get(place, ())],
-                "products": [list(term) for term in terms.products.get(place, ())],
+                "linear": [list(term) for term in terms.linear.get(index, ())],
+                "products": [list(term) for term in terms.products.get(index, ())],
             }
-            for place in places
+            for index in indices
         ],
-        "state_pattern": [list(place) for place in packing.places["Fz"]],
+        "state_pattern": [list(index) for index in packing.nonzeros["Fz"]],
         "inertia": _inertia_numbers(solver.unknowns, packing),
-        "rate_diagonal": [places.index(place) for place in terms.rate_diagonal],
+        "rate_diagonal": [indices.index(index) for index in terms.rate_diagonal],
         "fallback": solver.elimination is None or solver.unknowns.matrix_size <= DENSE_FALLBACK,
-        "B": [list(place) for place in packing.places["B"]],
+        "B": [list(index) for index in packing.nonzeros["B"]],
     }
     if solver.fronts is not None and solver.elimination is not None:
         data["elimination"] = _fronts_data(solver.fronts, solver.elimination, solver.unknowns.size)
     elif solver.elimination is not None:
-        data["elimination"] = _elimination_data(solver.elimination, places)
+        data["elimination"] = _elimination_data(solver.elimination, indices)
     return data
 
 
-def _ordered(places: Iterable[MatrixIndex], elimination: Elimination | None) -> list[MatrixIndex]:
+def _ordered(indices: Iterable[MatrixIndex], elimination: Elimination | None) -> list[MatrixIndex]:
     """Return the entries row by row in the order of elimination."""
     if elimination is None:
-        return sorted(places)
+        return sorted(indices)
     row_at = {row: position for position, row in enumerate(elimination.rows)}
     column_at = {column: position for position, column in enumerate(elimination.columns)}
-    return sorted(places, key=lambda place: (row_at[place[0]], column_at[place[1]]))
+    return sorted(indices, key=lambda index: (row_at[index[0]], column_at[index[1]]))
 
 
-def _elimination_data(elimination: Elimination, places: Sequence[MatrixIndex]) -> dict[str, Any]:
+def _elimination_data(elimination: Elimination, indices: Sequence[MatrixIndex]) -> dict[str, Any]:
     """Number the factors row by row: L, reciprocal pivot, U."""
     start, diagonal, columns = [0], [], []
     slots: list[dict[int, int]] = []
@@ -210,9 +209,9 @@ def _elimination_data(elimination: Elimination, places: Sequence[MatrixIndex]) -
         start.append(len(columns))
     column_at = {column: position for position, column in enumerate(elimination.columns)}
     row_at = {row: position for position, row in enumerate(elimination.rows)}
-    entry_columns = [column_at[column] for _, column in places]
+    entry_columns = [column_at[column] for _, column in indices]
     entry_start = [0] * (elimination.size + 1)
-    for row, _ in places:
+    for row, _ in indices:
         entry_start[row_at[row] + 1] += 1
     entry_start = [int(x) for x in np.cumsum(entry_start)]
     data: dict[str, Any] = {

@@ -43,18 +43,18 @@ def stages_of_tree(
 
 def stages(unknowns: Unknowns, factors: Sequence[FactorLike], packing: Packing) -> list[Stage]:
     """Return rows and columns of the iteration matrix, stage by stage."""
-    body_of = _bodies(unknowns.v, [*_of_one_body(factors), *packing.places["M"]])
+    body_of = _bodies(unknowns.v, [*_of_one_body(factors), *packing.nonzeros["M"]])
     bodies: dict[int, list[int]] = {}
     for component, body in enumerate(body_of):
         bodies.setdefault(body, []).append(component)
     held: dict[int, set[int]] = {body: set() for body in bodies}
     touched: dict[int, set[int]] = {constraint: set() for constraint in range(unknowns.lam)}
-    for constraint, column in packing.places["B"]:
+    for constraint, column in packing.nonzeros["B"]:
         held[body_of[column]].add(constraint)
         touched[constraint].add(body_of[column])
     neighbours: dict[int, set[int]] = {body: set() for body in bodies}
     groups = [*touched.values()]
-    groups += [{body_of[row], body_of[column]} for name in ("K", "C") for row, column in packing.places[name]]
+    groups += [{body_of[row], body_of[column]} for name in ("K", "C") for row, column in packing.nonzeros[name]]
     for group in groups:
         for body in group:
             neighbours[body] |= group - {body}
@@ -94,24 +94,24 @@ def _internal_states(
     """
     touching: dict[int, set[int]] = {state: set() for state in range(unknowns.z)}
     for name, first in (("Fq", 0), ("Fv", 0), ("Fx", unknowns.v)):
-        for state, column in packing.places[name]:
+        for state, column in packing.nonzeros[name]:
             touching[state].add(body_of[first + column])
-    for row, state in packing.places["Rz"]:
+    for row, state in packing.nonzeros["Rz"]:
         touching[state].add(body_of[row])
     groups: dict[int, list[int]] = {}
-    for state, group in enumerate(_bodies(unknowns.z, packing.places["Fz"])):
+    for state, group in enumerate(_bodies(unknowns.z, packing.nonzeros["Fz"])):
         groups.setdefault(group, []).append(state)
     early: list[int] = []
     late: list[int] = []
     touched = []
     for states in groups.values():
         bodies = set().union(*(touching[state] for state in states))
-        places = [unknowns.first_z + state for state in states]
+        rows = [unknowns.first_z + state for state in states]
         if len(bodies) <= few:
-            early += places
+            early += rows
             touched.append(bodies)
         else:
-            late += places
+            late += rows
     return early, late, touched
 
 

@@ -47,8 +47,8 @@ def follows_modulo_revolutions(joint: Joint, mimic: Mimic, leader: Joint) -> boo
     """Return whether an angle follows another by an integer factor: revolutions of the leader then have no effect."""
     whole = mimic.multiplier
     return (
-        joint.kind.only_turns
-        and leader.kind.only_turns
+        joint.kind.is_revolute
+        and leader.kind.is_revolute
         and isinstance(whole, Number)
         and whole.value == int(whole.value)
     )

@@ -26,7 +26,7 @@ def joint_velocities(scene: Scene, tree: Tree, quantities: Quantities) -> Constr
     for joint in scene.leading_joints:
         with quantities.algebra.tape.block(f"velocity of joint {joint.name}"):
             rows.velocity += _velocities(quantities, joint)
-    return ConstraintCalculus(tree, rows, moving_base=scene.base is not None)
+    return ConstraintCalculus(tree, rows, quantities.kinematics.carrier)
 
 
 def _velocities(quantities: Quantities, joint: Joint) -> list[Row]:

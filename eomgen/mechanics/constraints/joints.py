@@ -65,7 +65,7 @@ class AbsoluteQuantities(Quantities):
         self.constraints = {joint.name: joint_constraint(joint) for joint in scene.joints}
         tape = self.algebra.tape
         self.seeds = configuration_directions(tree)
-        self.rates = rates_of(tape, self.seeds, scene.base is not None)
+        self.rates = rates_of(tape, self.seeds, kinematics.carrier)
         self._measures: dict[str, tuple[Scalar | SineCosine, ...]] = {}
         poses = sum(factor.q_size for factor in tree.factors)
         self._references = {
@@ -138,6 +138,7 @@ class AbsoluteQuantities(Quantities):
         return (*angles, *(travel(kind.frame_axes[axis]) for axis in kind.travels))
 
     def work_of(self, joint: str, index: int = 0) -> dict[int, Scalar]:
+        """Return the left-trivialised partials of a joint coordinate in q, by component of v: those of virtual work."""
         tape = self.algebra.tape
         (tangent,) = forward_partials(tape, [self._wrapped(joint, index).ref], self.seeds)
         return {direction: Scalar(tape, ref) for direction, ref in tangent.items() if ref != ZERO}
@@ -158,7 +159,7 @@ def following_rows(quantities: AbsoluteQuantities) -> list[Row]:
         if item is None:
             continue
         pair, name = frame_pair(quantities, item.first, item.second), f"{joint.name}: follows {joint.mimic.joint}"
-        if joint.kind.only_turns:
+        if joint.kind.is_revolute:
             value = sine_of_excess_rotation(quantities, target, pair.first, pair.second)
             rows.append(Row(name, value, "1", quantities.algebra.one + magnitude(target), pair.lever, pair.path_length))
         else:

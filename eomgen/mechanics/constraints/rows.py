@@ -15,6 +15,7 @@ from typing import Literal
 from eomgen.mechanics.forces.frame_pairs import FramePair, FramePose, frame_pair, magnitude
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.kinematics.directions import configuration_directions, rates_along
+from eomgen.mechanics.tree.base import BaseState
 from eomgen.mechanics.tree.links import Tree
 from eomgen.scene.joints.constraint_model import Constraint
 from eomgen.symbolic.calculus.configuration import rotation
@@ -22,7 +23,7 @@ from eomgen.symbolic.calculus.partials import forward_partials, jacobian_vector
 from eomgen.symbolic.calculus.tangents import Tangent
 from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.scalar import Scalar, Vector, apply, dot, minus, scaled, transpose
-from eomgen.symbolic.tape import ONE, Ref, Tape
+from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 from eomgen.system.system import BASE_LAYOUT
 
 
@@ -179,16 +180,16 @@ class ConstraintCalculus:
     ----------
     tree : links in joint or absolute coordinates
     rows : n holonomic, then m velocity equations
-    moving_base : whether the block ``base`` depends on time
+    base : the prescribed base
     """
 
-    def __init__(self, tree: Tree, rows: Rows, moving_base: bool) -> None:
+    def __init__(self, tree: Tree, rows: Rows, base: BaseState) -> None:
         self.algebra = tree.algebra
         self.tape: Tape = tree.algebra.tape
         self.nv = tree.nv
         self.rows = rows
         self.seeds = configuration_directions(tree)
-        self.rates = rates_of(self.tape, self.seeds, moving_base)
+        self.rates = rates_of(self.tape, self.seeds, base)
         self.holonomic = [row.value.ref for row in rows.holonomic]
         self.level = [row.value.ref for row in rows.velocity]
 
@@ -249,13 +250,13 @@ class ConstraintCalculus:
         return self._dense(forward_partials(self.tape, [value.ref for value in values], self.seeds))
 
 
-def rates_of(tape: Tape, seeds: Mapping[Ref | InputSymbol, Tangent], moving_base: bool) -> dict[Ref | InputSymbol, Ref]:
+def rates_of(tape: Tape, seeds: Mapping[Ref | InputSymbol, Tangent], base: BaseState) -> dict[Ref | InputSymbol, Ref]:
     """Return the time derivatives of t, q and the base by reference, for directional derivatives at constant v."""
     rates = rates_along(tape, seeds)
-    return rates | _base_rates(tape) if moving_base else rates
+    return rates | _base_rates(tape, base) if base.moving else rates
 
 
-def _base_rates(tape: Tape) -> dict[Ref | InputSymbol, Ref]:
+def _base_rates(tape: Tape, base: BaseState) -> dict[Ref | InputSymbol, Ref]:
     """Return the time derivatives of the base struct: pose from twist, twist from its derivative, held constant."""
     start: dict[str, int] = {}
     offset = 0
@@ -264,7 +265,7 @@ def _base_rates(tape: Tape) -> dict[Ref | InputSymbol, Ref]:
     rates: dict[Ref | InputSymbol, Ref] = {}
 
     def block(name: str, size: int) -> list[Ref]:
-        return [tape.input("base", start[name] + k) for k in range(size)]
+        return [value.ref for value in base.struct[start[name] : start[name] + size]]
 
     quaternion, omega, velocity = block("quaternion", 4), block("omega", 3), block("velocity", 3)
     half = tape.constant(0.5)
@@ -279,4 +280,4 @@ def _base_rates(tape: Tape) -> dict[Ref | InputSymbol, Ref]:
         rates[ref] = tape.add(tape.add(terms[0], terms[1]), terms[2])
     rates |= dict(zip(omega, block("omega_dot", 3), strict=True))
     rates |= dict(zip(velocity, block("velocity_dot", 3), strict=True))
-    return rates
+    return {ref: rate for ref, rate in rates.items() if ref != ZERO}

@@ -135,14 +135,14 @@ def _eliminated(
 ) -> tuple[Articulated, list[_Elimination]]:
     """Eliminate the joint's columns, last first; return the remaining articulated body and the eliminated rows."""
     A, B, C, moment, force = body.A, body.B, body.C, body.moment, body.force
-    found: list[_Elimination] = []
+    eliminations: list[_Elimination] = []
     for k in reversed(range(len(link.columns))):
         w, u = link.columns[k].angular, link.columns[k].linear
         n, f = Articulated(A, B, C, moment, force).load(w, u)
         pivot = dot(w, n) + dot(u, f) + link.rotor_inertias[k]
         inverse = Scalar(pivot.tape, pivot.tape.constant(1.0)) / pivot
         drive = efforts[link.dofs[k]] - (dot(w, moment) + dot(u, force))
-        found.insert(0, _Elimination(n, f, inverse, drive))
+        eliminations.insert(0, _Elimination(n, f, inverse, drive))
         n_scaled, f_scaled = scaled(inverse, n), scaled(inverse, f)
         A = _less(A, outer(n_scaled, n))
         B = _less(B, outer(n_scaled, f))
@@ -150,7 +150,7 @@ def _eliminated(
         moment, force = plus(moment, scaled(drive, n_scaled)), plus(force, scaled(drive, f_scaled))
     A, C = _symmetric(A), _symmetric(C)
     added = Articulated(A, B, C, moment, force).load(*bias)
-    return Articulated(A, B, C, plus(moment, added[0]), plus(force, added[1])), found
+    return Articulated(A, B, C, plus(moment, added[0]), plus(force, added[1])), eliminations
 
 
 def _less(A: Matrix, B: Matrix) -> Matrix:

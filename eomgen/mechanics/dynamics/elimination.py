@@ -43,7 +43,7 @@ def _reciprocal(value: Scalar) -> Scalar:
 
 
 def _ancestors(parents: Sequence[int], k: int) -> list[int]:
-    found = []
+    ancestors = []
     while (k := parents[k]) >= 0:
-        found.append(k)
-    return found
+        ancestors.append(k)
+    return ancestors

@@ -51,11 +51,11 @@ def extended_partials(
     for link, scalar in _passed_on(tree, kinematics, base, loads, posed=internal.count > 0):
         owners.setdefault(abs(scalar.ref), tree.links[link].dofs[0])
     outputs = [value.ref for value in (*residual, *internal.rates())]
-    found, definitions, used = cut_partials(tape, outputs, seeds, owners, first)
+    tangents, definitions, used = cut_partials(tape, outputs, seeds, owners, first)
     entries: dict[str, Entries] = {"K": {}, "C": {}, "M": {}, "X": {}}
     for names, rows in (
-        (("K", "C", "M", "Rz", "X"), [*found[:nv], *definitions]),
-        (("Fq", "Fv", "", "Fz", "Fx"), found[nv:]),
+        (("K", "C", "M", "Rz", "X"), [*tangents[:nv], *definitions]),
+        (("Fq", "Fv", "", "Fz", "Fx"), tangents[nv:]),
     ):
         for row, tangent in enumerate(rows):
             for direction, ref in tangent.items():
@@ -90,5 +90,5 @@ def _passed_on(
 
 def pattern(entries: Entries) -> tuple[tuple[tuple[int, int], ...], tuple[Ref, ...]]:
     """Return the indices (row, column) in row order, and their references."""
-    places = tuple(sorted(entries))
-    return places, tuple(entries[place] for place in places)
+    indices = tuple(sorted(entries))
+    return indices, tuple(entries[index] for index in indices)

@@ -95,14 +95,14 @@ def _motions(tree: Tree, base: BaseMotion) -> tuple[list[list[Screws]], list[tup
             own_twist = (plus(omega, turn), plus(velocity, slide))
             twists.append(own_twist)
             alphas.append(plus(plus(alpha, cross(omega, turn)), turn_rate))
-            found = []
+            screws_of_link = []
             for column in link.columns:
                 w, u = column.angular, column.linear
                 first, first_origin = _crossed(omega, velocity, w, u)
                 left, left_origin = _crossed(alpha, spatial, w, u)
                 right, right_origin = _crossed(omega, velocity, first, first_origin)
                 own, own_origin = _crossed(*own_twist, w, u)
-                found.append(
+                screws_of_link.append(
                     Screws(
                         w,
                         u,
@@ -114,7 +114,7 @@ def _motions(tree: Tree, base: BaseMotion) -> tuple[list[list[Screws]], list[tup
                         plus(first_origin, own_origin),
                     )
                 )
-            screws.append(found)
+            screws.append(screws_of_link)
     return screws, twists
 
 

@@ -33,6 +33,7 @@ def net_wrenches(tree: Tree, fields: Sequence[LinkField], loads: Sequence[Wrench
 
 
 def zero_base(tree: Tree) -> BaseMotion:
+    """Return a base at rest without gravity."""
     zero = tree.algebra.zero_vector
     return BaseMotion(zero, zero, zero, zero)
 

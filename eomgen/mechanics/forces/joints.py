@@ -47,10 +47,10 @@ def _add_stop(loads: Loads, joint: str, stop: Stop, quantities: Quantities) -> N
     for bound, sign in ((stop.lower, -1.0), (stop.upper, 1.0)):
         if bound is None:
             continue
-        found = contact(quantities.algebra, (q - quantities.formula(bound)) * sign, v * sign, **constants)
-        add_effort(loads, quantities, joint, found.force * -sign, stop.index)
-        loads.potential = loads.potential + found.potential
-        loads.power = loads.power - (found.force - found.elastic) * (v * sign)
+        law = contact(quantities.algebra, (q - quantities.formula(bound)) * sign, v * sign, **constants)
+        add_effort(loads, quantities, joint, law.force * -sign, stop.index)
+        loads.potential = loads.potential + law.potential
+        loads.power = loads.power - (law.force - law.elastic) * (v * sign)
 
 
 def friction_effort(friction: Friction, rate: Scalar, quantities: Quantities) -> Scalar:

@@ -40,8 +40,8 @@ def add_spring(loads: Loads, spring: Spring, quantities: Quantities) -> None:
         return  # between base and world: whoever moves the base strains it
     length, rate, direction = stretch(quantities, spring)
     force = tension(quantities, spring)
-    for what, value in (("length", length), ("rate", rate), ("tension", force)):
-        value.tape.name(value.ref, f"{what}_{spring.name}")
+    for quantity, value in (("length", length), ("rate", rate), ("tension", force)):
+        value.tape.name(value.ref, f"{quantity}_{spring.name}")
     pull = scaled(force, direction)
     ends = ((spring.first, spring.second, pull), (spring.second, spring.first, negative(pull)))
     for name, other, end_force in ends:

@@ -79,12 +79,12 @@ def _road(quantities: Quantities, formula: Formula, position: Vector) -> tuple[S
         return Scalar(own, ref)
 
     height = record(Algebra(own), formula, resolve)
-    places = [InputSymbol("place", 0), InputSymbol("place", 1)]
-    (found,) = forward_partials(
-        own, [height.ref], {symbol: {k: ONE} for k, symbol in enumerate([*places, InputSymbol("t", 0)])}
+    coordinates = [InputSymbol("place", 0), InputSymbol("place", 1)]
+    (tangent,) = forward_partials(
+        own, [height.ref], {symbol: {k: ONE} for k, symbol in enumerate([*coordinates, InputSymbol("t", 0)])}
     )
-    refs = [height.ref, *(found.get(direction, ZERO) for direction in range(3))]
-    bound = dict(zip(places, (position[0].ref, position[1].ref), strict=True))
+    refs = [height.ref, *(tangent.get(direction, ZERO) for direction in range(3))]
+    bound = dict(zip(coordinates, (position[0].ref, position[1].ref), strict=True))
     value, along_x, along_y, in_time = (Scalar(tape, ref) for ref in splice(tape, own, refs, bound))
     return value, along_x, along_y, in_time
 

@@ -75,8 +75,8 @@ def poses(scene: Scene, tree: Tree, kinematics: Kinematics) -> list[Scalar]:
     """Return quaternion (w, x, y, z; body to world) and world position, m, of each body, (bodies, 7) row by row."""
     algebra = tree.algebra
     still = [algebra.one, *algebra.zero_vector]
-    root = algebra.block("base", 4) if kinematics.base.turning else still
-    carrier = algebra.block("base", 4) if kinematics.carrier.turning else still
+    root = list(kinematics.base.struct[:4]) if kinematics.base.turning else still
+    carrier = list(kinematics.carrier.struct[:4]) if kinematics.carrier.turning else still
     of_links: list[list[Scalar]] = []
     for link in tree.links:
         above = root if link.parent == ROOT else of_links[link.parent]
@@ -102,13 +102,13 @@ def _mounted(scene: Scene, tree: Tree) -> dict[str, list[float]]:
     for body, joint in zip(scene.bodies, scene.joints, strict=True):
         mount = tree.mounts[body.name]
         own = constant_quaternion(mount.orientation)
-        found = own if mount.link < 0 else rotations.quaternion_product(neutral[mount.link], own)
+        orientation = own if mount.link < 0 else rotations.quaternion_product(neutral[mount.link], own)
         if scene.coordinates == "absolute" and joint.kind.moves:
-            wanted[body.name] = found  # a coordinate of its own
+            wanted[body.name] = orientation  # a coordinate of its own
         else:
             placed = constant_quaternion(tree.algebra.matrix(joint.orientation))
             wanted[body.name] = rotations.quaternion_product(wanted[joint.parent], placed)
-        along = sum(x * y for x, y in zip(found, wanted[body.name], strict=True))
+        along = sum(x * y for x, y in zip(orientation, wanted[body.name], strict=True))
         mounted[body.name] = [-part for part in own] if along < 0.0 else own
     return mounted
 

@@ -110,9 +110,9 @@ def total_fields(
     root = Field(start, base.alpha, centripetal(base.omega))
     relative_motion = {"rates": velocities, "own_rates": velocities, "accelerations": accelerations}
     omegas, alphas, fields = list[Vector](), list[Vector](), list[LinkField]()
-    what, bias = ("acceleration", "") if accelerations else ("centripetal and Coriolis acceleration", "0")
+    quantity, bias = ("acceleration", "") if accelerations else ("centripetal and Coriolis acceleration", "0")
     for link in tree.links:
-        with algebra.tape.block(f"{what} of link {link.name}"):
+        with algebra.tape.block(f"{quantity} of link {link.name}"):
             up = link.parent
             omega_up, alpha_up, field_up = (
                 (base.omega, base.alpha, root) if up == ROOT else (omegas[up], alphas[up], fields[up])

@@ -38,22 +38,22 @@ def matrix_path(system: SystemMatrices, name: str, order: int) -> tuple[str, tup
     rows = ", ".join(link.name for link in system.tree.links)
     match name:
         case "system_jacobian":
-            found = [_six_rows(system.jacobian(k)) for k in range(order + 1)]
-            return "J", (6 * links, nv), f"six rows for each link, angular first, in its axes: {rows}", found
+            values = [_six_rows(system.jacobian(k)) for k in range(order + 1)]
+            return "J", (6 * links, nv), f"six rows for each link, angular first, in its axes: {rows}", values
         case "adjoints":
             A = system.adjoints()
-            found = [_six_rows(A.derivative(k)) for k in range(order + 1)]
-            return "A", (6 * links, 6 * links), f"six rows and columns for each link: {rows}", found
+            values = [_six_rows(A.derivative(k)) for k in range(order + 1)]
+            return "A", (6 * links, 6 * links), f"six rows and columns for each link: {rows}", values
         case "joint_brackets" | "link_brackets":
             twists = system.joint_twists if name == "joint_brackets" else system.twists
-            found = [[entry for twist in twists(k) for entry in _bracket_matrix(twist)] for k in range(order + 1)]
-            return f"ad_{name.removesuffix('_brackets')}s", (links, 6, 6), f"one matrix for each link: {rows}", found
+            values = [[entry for twist in twists(k) for entry in _bracket_matrix(twist)] for k in range(order + 1)]
+            return f"ad_{name.removesuffix('_brackets')}s", (links, 6, 6), f"one matrix for each link: {rows}", values
         case "mass":
             return "M", (nv, nv), "inertia matrix", [_flat(M) for M in mass_path(system, order)]
         case _:
             skew = name == "coriolis_skew"
-            what = "Coriolis matrix" + (", M' - 2 C skew" if skew else "")
-            return "C", (nv, nv), what, [_flat(C) for C in coriolis_path(system, order, skew)]
+            meaning = "Coriolis matrix" + (", M' - 2 C skew" if skew else "")
+            return "C", (nv, nv), meaning, [_flat(C) for C in coriolis_path(system, order, skew)]
 
 
 def _flat(rows: Rows) -> list[Scalar]:
@@ -75,15 +75,15 @@ def _bracket_matrix(twist: Pair) -> list[Scalar]:
 
 def mass_path(system: SystemMatrices, order: int) -> list[Rows]:
     """Return M, (nv, nv), and its time derivatives up to order 2; rotor inertias are constant."""
-    found = [
+    path = [
         system.projected(z)
         for z in system.with_transpose([system.inertia(system.jacobian(k)) for k in range(order + 1)])
     ]
     for link in system.tree.links:
         for dof, rotor in zip(link.dofs, link.rotor_inertias, strict=True):
             ratio = link.coordinates.ratio
-            found[0][dof][dof] = found[0][dof][dof] + ratio * ratio * rotor
-    return found
+            path[0][dof][dof] = path[0][dof][dof] + ratio * ratio * rotor
+    return path
 
 
 def coriolis_path(system: SystemMatrices, order: int, skew: bool) -> list[Rows]:

@@ -39,5 +39,5 @@ def input_rates(tape: Tape, values: Sequence[Scalar], order: int) -> tuple[Block
 
 def _over_time(tape: Tape, values: Sequence[Scalar], order: int) -> list[list[Ref]]:
     time = InputSymbol("t", 0)
-    found = jets(tape, [value.ref for value in values], {time: [tape.input("t"), ONE]}, order)
-    return [time_derivatives(tape, jet) for jet in found]
+    series = jets(tape, [value.ref for value in values], {time: [tape.input("t"), ONE]}, order)
+    return [time_derivatives(tape, jet) for jet in series]

@@ -26,7 +26,7 @@ def derivative_inputs(tape: Tape, block: str, index: int, size: int, order: int)
     first, second, higher = RATE_BLOCKS[block]
     names = [(block, index), (first, index), (second, index)]
     names += [(higher, row * size + index) for row in range(order - 2)]
-    return [tape.input(name, place) for name, place in names[: order + 1]]
+    return [tape.input(name, component) for name, component in names[: order + 1]]
 
 
 def accelerations(tape: Tape, nv: int, order: int) -> list[list[Ref]]:
@@ -34,15 +34,19 @@ def accelerations(tape: Tape, nv: int, order: int) -> list[list[Ref]]:
     return [derivative_inputs(tape, "a", k, nv, order) for k in range(nv)]
 
 
-def base_twist(tape: Tape, order: int) -> list[list[Ref]]:
-    """Return the base's twist components with time derivatives up to ``order``; from order 2 on in ``base_rates``."""
+def base_twist(tape: Tape, base: BaseState, order: int) -> list[list[Ref]]:
+    """Return the base's twist components with time derivatives up to ``order``; from order 2 on in ``base_rates``.
+
+    Of an acceleration that is zero at all times so are all derivatives.
+    """
     starts = [base_place("omega"), base_place("velocity")]
     rates = [base_place("omega_dot"), base_place("velocity_dot")]
     components: list[list[Ref]] = []
     for part in range(2):
         for k in range(3):
-            path = [tape.input("base", starts[part] + k), tape.input("base", rates[part] + k)]
-            path += [tape.input("base_rates", 6 * row + 3 * part + k) for row in range(order - 1)]
+            path = [base.struct[starts[part] + k].ref, base.struct[rates[part] + k].ref]
+            still = path[1] == ZERO
+            path += [ZERO if still else tape.input("base_rates", 6 * row + 3 * part + k) for row in range(order - 1)]
             components.append(path[: order + 1])
     return components
 
@@ -64,15 +68,17 @@ class MotionJets:
 
         ``along`` are a and its derivatives where they are not inputs.
         """
-        found = jets(self.tape, quantities, self.seeds(order, along), order)
-        return [time_derivatives(self.tape, jet) for jet in found]
+        series = jets(self.tape, quantities, self.seeds(order, along), order)
+        return [time_derivatives(self.tape, jet) for jet in series]
 
     def along_flow(self, accelerations_: Sequence[Ref], order: int) -> list[list[Ref]]:
         """Return the time derivatives of vdot, a function of the state, along the motion that it generates."""
         along: list[list[Ref]] = [[] for _ in accelerations_]
         for k in range(order + 1):
-            for path, found in zip(along, self.of(accelerations_, k, [[*path, ZERO] for path in along]), strict=True):
-                path.append(found[k])
+            for path, derivatives in zip(
+                along, self.of(accelerations_, k, [[*path, ZERO] for path in along]), strict=True
+            ):
+                path.append(derivatives[k])
         return along
 
     def seeds(self, order: int, along: Sequence[Sequence[Ref]] | None = None) -> Seeds:
@@ -115,9 +121,9 @@ class MotionJets:
 
 def base_jets(tape: Tape, base: BaseState, order: int) -> Seeds:
     """Return the jets of all components of the base struct, from the derivatives of its twist."""
-    twist = base_twist(tape, order + 1)
+    twist = base_twist(tape, base, order + 1)
     jets_of_twist = [taylor_coefficients(tape, path) for path in twist]
-    pose = [tape.input("base", k) for k in range(7)]
+    pose = [value.ref for value in base.struct[:7]]
     algebra = JetAlgebra(tape)
     if base.turning:
         paths = pose_jet(tape, pose, jets_of_twist, order)

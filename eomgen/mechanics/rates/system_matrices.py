@@ -65,11 +65,11 @@ def by_link(
     operators: Sequence[Pair], x: Columns, operation: Callable[[Pair, Pair], Pair] = bracket, factor: float = 1.0
 ) -> Columns:
     """Return factor * (block diagonal matrix of brackets) * (columns x)."""
-    found = [
+    rows = [
         [pair if is_zero(pair) else operation(operator, pair) for pair in row]
         for operator, row in zip(operators, x, strict=True)
     ]
-    return found if factor == 1.0 else [[pair_scaled(factor, pair) for pair in row] for row in found]
+    return rows if factor == 1.0 else [[pair_scaled(factor, pair) for pair in row] for row in rows]
 
 
 class SystemMatrices:
@@ -115,16 +115,16 @@ class SystemMatrices:
 
     def outwards(self, x: Columns) -> Columns:
         """Return A x, per link the sum of x over the path from the root, in link axes."""
-        found: Columns = []
+        sums: Columns = []
         for link, row in zip(self.tree.links, x, strict=True):
-            above = found[link.parent] if link.parent != ROOT else None
+            above = sums[link.parent] if link.parent != ROOT else None
             if above is None:
-                found.append(list(row))
+                sums.append(list(row))
             else:
-                found.append(
+                sums.append(
                     [p if is_zero(q) else pair_plus(p, moved(link, q)) for p, q in zip(row, above, strict=True)]
                 )
-        return found
+        return sums
 
     def inwards(self, x: Columns) -> Columns:
         """Return A^T x, per link the sum of x over its subtree, in link axes."""
@@ -218,6 +218,7 @@ class Image:
         self._sources: dict[tuple[int, int], Columns] = {(0, 0): x}
 
     def derivative(self, order: int) -> Columns:
+        """Return the derivative of an order of A x, (links, columns), in link axes."""
         while len(self._derivatives) <= order:
             self._derivatives.append(self.system.outwards(self._source(len(self._derivatives), 0)))
         return self._derivatives[order]

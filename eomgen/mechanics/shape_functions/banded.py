@@ -31,19 +31,19 @@ class Banded:
     def restricted(self, kept: Sequence[int]) -> Banded:
         """Return the matrix of the given rows and columns, in order."""
         result = Banded(len(kept), self.width)
-        for place, row in enumerate(kept):
-            for other in range(max(0, place - self.width), place + 1):
+        for new, row in enumerate(kept):
+            for other in range(max(0, new - self.width), new + 1):
                 if row - kept[other] <= self.width:
-                    result.rows[place][place - other] = self.rows[row][row - kept[other]]
+                    result.rows[new][new - other] = self.rows[row][row - kept[other]]
         return result
 
     def applied(self, vector: Sequence[Any]) -> list[Any]:
         """Return the product with a vector."""
         result = [row[0] * value for row, value in zip(self.rows, vector, strict=True)]
-        for place, row in enumerate(self.rows):
-            for below in range(1, min(self.width, place) + 1):
-                result[place] += row[below] * vector[place - below]
-                result[place - below] += row[below] * vector[place]
+        for k, row in enumerate(self.rows):
+            for below in range(1, min(self.width, k) + 1):
+                result[k] += row[below] * vector[k - below]
+                result[k - below] += row[below] * vector[k]
         return result
 
     def product(self, left: Sequence[Any], right: Sequence[Any]) -> Any:
@@ -53,8 +53,8 @@ class Banded:
     def less(self, factor: Any, other: Banded) -> Banded:
         """Return the matrix minus a multiple of another."""
         result = Banded(len(self.rows), self.width)
-        for place, (mine, theirs) in enumerate(zip(self.rows, other.rows, strict=True)):
-            result.rows[place] = [entry - factor * part for entry, part in zip(mine, theirs, strict=True)]
+        for k, (mine, theirs) in enumerate(zip(self.rows, other.rows, strict=True)):
+            result.rows[k] = [entry - factor * part for entry, part in zip(mine, theirs, strict=True)]
         return result
 
     def solved(self, right: Sequence[Any]) -> list[Any]:
@@ -79,9 +79,9 @@ class Banded:
     def doubles(self) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
         """Return the dense matrix in double precision."""
         result = np.zeros((len(self.rows),) * 2)
-        for place, row in enumerate(self.rows):
-            for below in range(min(self.width, place) + 1):
-                result[place, place - below] = result[place - below, place] = float(row[below])
+        for k, row in enumerate(self.rows):
+            for below in range(min(self.width, k) + 1):
+                result[k, k - below] = result[k - below, k] = float(row[below])
         return result
 
 
@@ -89,7 +89,7 @@ def modes(stiffness: Banded, mass: Banded, first: int, count: int) -> list[list[
     """Return modes, (count, n), of K x = w^2 M x from number ``first`` on by frequency, not normalised."""
     wanted = (first, first + count - 1)
     squares, guesses = scipy.linalg.eigh(stiffness.doubles(), mass.doubles(), subset_by_index=wanted)
-    found = []
+    shapes = []
     for square, guess in zip(squares, guesses.T, strict=True):
         mode, shift = [mpmath.mpf(float(entry)) for entry in guess], mpmath.mpf(float(square))
         for _ in range(_STEPS):
@@ -97,5 +97,5 @@ def modes(stiffness: Banded, mass: Banded, first: int, count: int) -> list[list[
             length = mpmath.sqrt(mass.product(mode, mode))
             mode = [entry / length for entry in mode]
             shift = stiffness.product(mode, mode)
-        found.append(mode)
-    return found
+        shapes.append(mode)
+    return shapes

@@ -80,8 +80,8 @@ def elements(deformation: Deformation, beam: Beam) -> Elements:
     bending = deformation.kind.startswith("bending")
     whole = _mesh(deformation.elements, Fraction(beam.length), bending)
     size = whole.size
-    fixed_dofs = {place % size for place in (_FIXED_IN_BENDING if bending else _FIXED)[deformation.ends]}
-    free = [place for place in range(size) if place not in fixed_dofs]
+    fixed_dofs = {dof % size for dof in (_FIXED_IN_BENDING if bending else _FIXED)[deformation.ends]}
+    free = [dof for dof in range(size) if dof not in fixed_dofs]
     mesh = replace(whole, nodal=whole.nodal[:, free])
     if deformation.nodal:
         return mesh
@@ -89,17 +89,17 @@ def elements(deformation: Deformation, beam: Beam) -> Elements:
         K = _assembled(whole, beam, deformation.kind, 2 if bending else 1)
         M = _assembled(whole, beam, "polar" if deformation.kind == "torsion" else "mass", 0)
         for x, mass, inertia in deformation.masses:
-            place = array([(Fraction(x) - Fraction(beam.start)) / Fraction(beam.length)])
-            value, slope, _ = (_numbers(part[:, 0]) for part in whole.values(place))
+            dof = array([(Fraction(x) - Fraction(beam.start)) / Fraction(beam.length)])
+            value, slope, _ = (_numbers(part[:, 0]) for part in whole.values(dof))
             _add(M, value, inertia if deformation.kind == "torsion" else mass)
             if bending:
                 _add(M, slope, mpmath.mpf(inertia) / mpmath.mpf(beam.length) ** 2)
         rigid = (2 if bending else 1) if deformation.ends == "free_free" else 0
-        found = modes(K.restricted(free), M.restricted(free), rigid, deformation.modes)
+        shapes = modes(K.restricted(free), M.restricted(free), rigid, deformation.modes)
         squares = _assembled(whole, Beam(0.0, 1.0, beam.mass_per_length, ()), "mass", 0).restricted(free)
-        lengths = [mpmath.sqrt(squares.product(mode, mode)) for mode in found]
-        reduced = np.zeros((size, len(found)), dtype=object)
-        for number, (mode, length) in enumerate(zip(found, lengths, strict=True)):
+        lengths = [mpmath.sqrt(squares.product(mode, mode)) for mode in shapes]
+        reduced = np.zeros((size, len(shapes)), dtype=object)
+        for number, (mode, length) in enumerate(zip(shapes, lengths, strict=True)):
             reduced[free, number] = array(entry / length for entry in mode)
         order = {"clamped_free": 2 if bending else 1, "free_free": 0, "pinned_pinned": 1}[deformation.ends]
         at_start = replace(mesh, nodal=reduced).values(np.array([0], dtype=object))[order][:, 0]
@@ -129,7 +129,7 @@ def _assembled(mesh: Elements, beam: Beam, profile: str, derivative: int) -> Ban
     h = Fraction(beam.length) / mesh.count
     functions = [differentiated(function, derivative) for function in mesh.local]
     along = tuple(Fraction(entry) for entry in beam.profiles.get(profile, (1.0,)))
-    powers = [tuple(Fraction(int(place == power)) for place in range(power + 1)) for power in range(len(along))]
+    powers = [tuple(Fraction(int(exponent == power)) for exponent in range(power + 1)) for power in range(len(along))]
     table = [
         [[_number(sum(integrated(product(power, product(f, g))))) for g in functions] for f in functions]
         for power in powers
@@ -152,8 +152,8 @@ def _number(fraction: Fraction | int) -> Any:
 
 def _add(matrix: Banded, values: list[Any], factor: Any) -> None:
     """Add factor values values^T, with values at one position, which are within the band."""
-    present = [place for place, value in enumerate(values) if value]
-    for place in present:
+    present = [dof for dof, value in enumerate(values) if value]
+    for dof in present:
         for other in present:
-            if other <= place:
-                matrix.add(place, other, factor * values[place] * values[other])
+            if other <= dof:
+                matrix.add(dof, other, factor * values[dof] * values[other])

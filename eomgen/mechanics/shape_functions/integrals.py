@@ -40,7 +40,7 @@ class _Integrator:
         self.origin = self.place(0.0)
         self.grid = Grid(self.families, [Fraction(0), self.origin, Fraction(1)])
         self.kinds = tuple(item.kind for item in beam.deformations for _ in range(item.modes))
-        self.f, self.slope, self.curvature = self.values(self.grid.places)
+        self.f, self.slope, self.curvature = self.values(self.grid.positions)
 
     def place(self, x: float) -> Fraction:
         """Return s = (x - start) / length in [0, 1]."""
@@ -56,7 +56,7 @@ class _Integrator:
     def integrals(self) -> ShapeIntegrals:
         grid, length = self.grid, self.length
         mass, polar, arm = self.profile("mass"), self.profile("polar"), (self.start, length)
-        x, rho, rho_p = (polynomial(entry, grid.places) for entry in (arm, mass, polar))
+        x, rho, rho_p = (polynomial(entry, grid.positions) for entry in (arm, mass, polar))
         deflects = np.array([kind != "torsion" for kind in self.kinds], bool)
         h1, h2 = self.of_second_order(rho) if self.beam.order == 2 else (np.zeros((0, 0, 0)), np.zeros((0, 0, 0, 0)))
         return ShapeIntegrals(
@@ -75,10 +75,11 @@ class _Integrator:
             t0=self.vector(rho_p, ~deflects),
             t2=self.matrix(functools.partial(self.product, self.f, rho_p), functools.partial(self.are, "torsion")),
             k=self.stiffness(),
-            load=self.vector(array([1] * len(grid.places)), np.ones(len(self.kinds), bool)),
+            load=self.vector(array([1] * len(grid.positions)), np.ones(len(self.kinds), bool)),
         )
 
     def profile(self, name: str) -> Coefficients:
+        """Return the polynomial in s of a property's profile, as a share of its value; 1 where there is none."""
         return tuple(Fraction(entry) for entry in self.beam.profiles.get(name, (1.0,)))
 
     def bend_in_same_plane(self, k: int, j: int) -> bool:
@@ -101,8 +102,7 @@ class _Integrator:
         return rounded(result, self.length)
 
     def matrix(self, integral: Callable[[int, int], int], pairs: Pairs, scale: Fraction | None = None) -> Array:
-        """Return a symmetric matrix of integrals that are positive on its diagonal, times a scale, by default the
-        length."""
+        """Return a symmetric matrix of integrals, positive on its diagonal, times a scale (default: the length)."""
         size = len(self.kinds)
         result = np.zeros((size, size), dtype=object)
         for k in range(size):
@@ -120,7 +120,7 @@ class _Integrator:
         for kind in dict.fromkeys(self.kinds):
             order = 2 if kind.startswith("bending") else 1
             strain = self.curvature if order == 2 else self.slope
-            weight = polynomial(self.profile(kind), self.grid.places)
+            weight = polynomial(self.profile(kind), self.grid.positions)
             result += self.matrix(
                 functools.partial(self.product, strain, weight),
                 functools.partial(self.are, kind),
@@ -137,8 +137,8 @@ class _Integrator:
     def shortened(self, density: Coefficients) -> Array:
         """Return integrals of the shortening with a density: slopes at x displace all mass beyond x."""
         total = integrated(density)
-        beyond = polynomial(total, self.grid.places)
-        outer = (self.grid.places > fixed(self.origin)).astype(int).astype(object)
+        beyond = polynomial(total, self.grid.positions)
+        outer = (self.grid.positions > fixed(self.origin)).astype(int).astype(object)
         beyond = outer * fixed(_over(density)) - beyond
         bound = self.grid.integral(beyond, beyond)
         result = np.zeros((len(self.kinds), len(self.kinds)), dtype=object)
@@ -179,10 +179,11 @@ class _Integrator:
         return Station(rounded(value), rounded(turn, 1 / self.length), self.shortening(s))
 
     def shortening(self, s: Fraction) -> Array:
+        """Return H(s), (n, n), 1/m: integrals of products of slopes from the origin of the axis to s."""
         if s == self.origin:
             return np.zeros((len(self.kinds), len(self.kinds)))
         grid = Grid(self.families, sorted((self.origin, s)))
-        slope = self.values(grid.places)[1]
+        slope = self.values(grid.positions)[1]
         sign = 1 if s > self.origin else -1
         return self.matrix(lambda k, j: grid.integral(slope[k], slope[j]), self.bend_in_same_plane, sign / self.length)
 

@@ -43,8 +43,9 @@ def root(sign: int, number: int) -> Root:
 
 @dataclass(frozen=True)
 class BendingModes:
-    """Bending modes of a clamped-free or a free-free uniform beam; int f^2 = 1, and f = 2 (-1)^(k+1) or 2 at a free
-    end.
+    """Bending modes of a clamped-free or a free-free uniform beam, of int f^2 = 1.
+
+    At a free end f = 2 (-1)^(k+1), or 2.
 
     Attributes
     ----------
@@ -115,10 +116,10 @@ def _table(modes: list[Any], function: Any, s: Fixed) -> tuple[Fixed, Fixed, Fix
     """Return (n, m) values and derivatives of a function of a mode and of s."""
     result = np.zeros((3, len(modes), len(s)), dtype=object)
     with mpmath.workprec(WORKING):
-        places = [unfixed(place) for place in s]
+        positions = [unfixed(position) for position in s]
         for row, mode in enumerate(modes):
-            for column, place in enumerate(places):
-                result[:, row, column] = [fixed(part) for part in function(mode, place)]
+            for column, position in enumerate(positions):
+                result[:, row, column] = [fixed(part) for part in function(mode, position)]
     f, slope, curvature = result
     return f, slope, curvature
 

@@ -86,16 +86,16 @@ def _jacobi(degree: int, alpha: int, beta: int) -> Coefficients:
 def product(first: Coefficients, second: Coefficients) -> Coefficients:
     """Return the product of two polynomials."""
     result = [Fraction(0)] * (len(first) + len(second) - 1)
-    for place, factor in enumerate(first):
-        for other, entry in enumerate(second):
-            result[place + other] += factor * entry
+    for power, factor in enumerate(first):
+        for other_power, entry in enumerate(second):
+            result[power + other_power] += factor * entry
     return tuple(result)
 
 
 def differentiated(entry: Coefficients, times: int = 1) -> Coefficients:
     """Return a derivative."""
     for _ in range(times):
-        entry = tuple(place * factor for place, factor in enumerate(entry))[1:] or (Fraction(0),)
+        entry = tuple(power * factor for power, factor in enumerate(entry))[1:] or (Fraction(0),)
     return entry
 
 
@@ -110,7 +110,7 @@ def shifted(entry: Coefficients, piece: int, count: int) -> Coefficients:
 
 def integrated(entry: Coefficients) -> Coefficients:
     """Return the antiderivative that vanishes at 0."""
-    return (Fraction(0), *(factor / (place + 1) for place, factor in enumerate(entry)))
+    return (Fraction(0), *(factor / (power + 1) for power, factor in enumerate(entry)))
 
 
 def _power(base: Coefficients, exponent: int) -> Coefficients:

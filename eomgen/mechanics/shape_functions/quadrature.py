@@ -63,15 +63,15 @@ class Grid:
     families : sequence of Family
         What is to be integrated.
     ends : sequence of Fraction
-        Where the integrals begin and end, and places between that are to be edges of panels.
+        Where the integrals begin and end, and positions between that are to be edges of panels.
 
     Attributes
     ----------
-    places, weights : (m,)
+    positions, weights : (m,)
     """
 
     def __init__(self, families: Sequence[Family], ends: Sequence[Fraction] = (Fraction(0), Fraction(1))) -> None:
-        breaks = {place for family in families for place in family.breaks if ends[0] < place < ends[-1]}
+        breaks = {position for family in families for position in family.breaks if ends[0] < position < ends[-1]}
         edges = sorted({*ends, *breaks})
         wave = max((family.wave_number for family in families), default=0.0)
         self.edges = [edges[0]]
@@ -80,7 +80,7 @@ class Grid:
             self.edges += [first + (last - first) * number / count for number in range(1, count + 1)]
         nodes, weights, _ = _rule()
         self.lengths = array(last - first for first, last in itertools.pairwise(self.edges))
-        self.places = (array(self.edges[:-1])[:, None] + times(self.lengths[:, None], nodes)).ravel()
+        self.positions = (array(self.edges[:-1])[:, None] + times(self.lengths[:, None], nodes)).ravel()
         self.weights = times(self.lengths[:, None], weights).ravel()
 
     def integral(self, *factors: Fixed) -> int:

@@ -24,7 +24,7 @@ def shapes(deformation: Deformation, beam: Beam) -> Family:
         if deformation.normalisation == "unit":
             return Scaled(family, array(1 / unfixed(greatest) for greatest in _greatest(family, ends)))
         grid = Grid([family])
-        squares = [grid.integral(f, f) for f in family.values(grid.places)[0]]
+        squares = [grid.integral(f, f) for f in family.values(grid.positions)[0]]
         return Scaled(family, array(1 / mpmath.sqrt(unfixed(square)) for square in squares))
 
 
@@ -42,15 +42,15 @@ def _greatest(family: Family, ends: Ends) -> list[int]:
     if ends != "pinned_pinned":
         return [int(value) for value in family.values(np.array([ONE], dtype=object))[0][:, 0]]
     count = _SAMPLES * family.size
-    places = np.array([(number << BITS) // count for number in range(count + 1)], dtype=object)
-    found = []
-    for number, row in enumerate(family.values(places)[0]):
-        s = np.array([places[int(np.argmax(np.abs(row)))]], dtype=object)
+    positions = np.array([(number << BITS) // count for number in range(count + 1)], dtype=object)
+    extremes = []
+    for number, row in enumerate(family.values(positions)[0]):
+        s = np.array([positions[int(np.argmax(np.abs(row)))]], dtype=object)
         greatest = 0
         for _ in range(9):  # Newton's iteration for f' = 0; at a kink between elements it does not converge
             value, slope, curvature = (int(part[number, 0]) for part in family.values(s))
             greatest = max(greatest, abs(value))
             step = (slope << BITS) // curvature if curvature else 0
             s = s - (step if abs(step) * count < ONE else 0)
-        found.append(greatest if row[1] > 0 else -greatest)
-    return found
+        extremes.append(greatest if row[1] > 0 else -greatest)
+    return extremes

@@ -31,7 +31,7 @@ def iteration(derivation: Derivation) -> list[Block]:
 def extended_iteration(derivation: Derivation) -> list[Block]:
     """Return the nonzeros of the partials of each step of the recursion, and store their indices."""
     with derivation.tape.block("partials of each step of the recursion"):
-        found, derivation.inner_owners = extended_partials(
+        partials, derivation.inner_owners = extended_partials(
             derivation.grouped,
             derivation.kinematics,
             derivation.motion,
@@ -40,9 +40,9 @@ def extended_iteration(derivation: Derivation) -> list[Block]:
             derivation.internal,
         )
     blocks = []
-    for name, entries in found.items():
-        places, refs = pattern(entries)
-        derivation.patterns[name] = places
+    for name, entries in partials.items():
+        indices, refs = pattern(entries)
+        derivation.patterns[name] = indices
         blocks.append(Block(name, (len(refs),), refs, f"nonzeros of {name} of the extended system"))
     return blocks
 

@@ -101,13 +101,15 @@ def _accelerations(derivation: Derivation, B: Block, g: Block) -> list[Scalar]:
 
 
 def _by_state(
-    derivation: Derivation, values: Sequence[Scalar], names: tuple[str, str], what: str, held: str
+    derivation: Derivation, values: Sequence[Scalar], names: tuple[str, str], numerator: str, held: str
 ) -> list[Block]:
     """Return the partials of values in q and in v."""
     nv = derivation.tree.nv
     by_v: Seeds = {InputSymbol("v", k): {k: ONE} for k in range(nv)}
-    by_q = _matrix(derivation, values, configuration_directions(derivation.tree), nv, names[0], f"{what}/dq, {held}")
-    return by_q + _matrix(derivation, values, by_v, nv, names[1], f"{what}/dv")
+    by_q = _matrix(
+        derivation, values, configuration_directions(derivation.tree), nv, names[0], f"{numerator}/dq, {held}"
+    )
+    return by_q + _matrix(derivation, values, by_v, nv, names[1], f"{numerator}/dv")
 
 
 class Columns:
@@ -121,16 +123,16 @@ class Columns:
         of_base = base_disturbances(scene)
         self.driven: Seeds = {InputSymbol("u", number): {k: ONE} for k, number in enumerate(driven)}
         self.disturbances: Seeds = {InputSymbol("u", number): {k: ONE} for k, number in enumerate(given)}
-        places = _accelerations_of_base()[-len(of_base) :] if of_base else []
-        for k, place in enumerate(places):
-            self.disturbances[InputSymbol("base", place)] = {len(given) + k: ONE}
+        accelerations = _accelerations_of_base()[-len(of_base) :] if of_base else []
+        for k, component in enumerate(accelerations):
+            self.disturbances[InputSymbol("base", component)] = {len(given) + k: ONE}
         self.driven_names = ", ".join(scene.inputs[number].name for number in driven)
         self.disturbance_names = ", ".join((*(scene.inputs[number].name for number in given), *of_base))
 
-    def of(self, values: Sequence[Scalar], of_inputs: str, of_disturbances: str, what: str) -> list[Block]:
+    def of(self, values: Sequence[Scalar], of_inputs: str, of_disturbances: str, numerator: str) -> list[Block]:
         """Return the partials of values in inputs and in disturbances, as two named blocks."""
-        driven = f"{what}/du, u: {self.driven_names}"
-        disturbed = f"{what}/dw, w: {self.disturbance_names}"
+        driven = f"{numerator}/du, u: {self.driven_names}"
+        disturbed = f"{numerator}/dw, w: {self.disturbance_names}"
         return [
             *_matrix(self.derivation, values, self.driven, len(self.driven), of_inputs, driven),
             *_matrix(self.derivation, values, self.disturbances, len(self.disturbances), of_disturbances, disturbed),
@@ -139,10 +141,10 @@ class Columns:
 
 def _accelerations_of_base() -> list[int]:
     """Return where the base struct holds the angular and then the linear acceleration."""
-    places, start = {}, 0
+    components, start = {}, 0
     for name, size, _ in BASE_LAYOUT:
-        places[name], start = range(start, start + size), start + size
-    return [*places["omega_dot"], *places["velocity_dot"]]
+        components[name], start = range(start, start + size), start + size
+    return [*components["omega_dot"], *components["velocity_dot"]]
 
 
 def _matrix(

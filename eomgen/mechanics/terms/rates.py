@@ -33,8 +33,8 @@ def rate_blocks(derivation: Derivation, term: Term) -> list[Block]:
     blocks = []
     for k in range(term.first, term.order + 1):
         name = source.name + (_SUFFIXES[k] if k < len(_SUFFIXES) else f"_{k}")
-        what = source.description if k == 0 else f"time derivative {k} of it" if k > 1 else "its time derivative"
-        blocks.append(Block(name, source.shape, tuple(path[k] for path in paths), what))
+        meaning = source.description if k == 0 else f"time derivative {k} of it" if k > 1 else "its time derivative"
+        blocks.append(Block(name, source.shape, tuple(path[k] for path in paths), meaning))
     return blocks
 
 
@@ -74,9 +74,9 @@ def closed_block(derivation: Derivation, source: str, order: int) -> tuple[Block
             values = [[x - path[k] for x, path in zip(row, efforts, strict=True)] for k, row in enumerate(tau)]
             empty = Block("tau", (derivation.tree.nv,), (), "generalized force that the motion a needs")
         else:
-            name, shape, what, values = matrix_path(system, source.removeprefix("closed_"), order)
-            empty = Block(name, shape, (), what)
-    paths = [[row[place].ref for row in values] for place in range(len(values[0]))]
+            name, shape, meaning, values = matrix_path(system, source.removeprefix("closed_"), order)
+            empty = Block(name, shape, (), meaning)
+    paths = [[row[entry].ref for row in values] for entry in range(len(values[0]))]
     return replace(empty, refs=tuple(path[0] for path in paths)), paths
 
 
@@ -144,7 +144,9 @@ def base_motion(derivation: Derivation, order: int) -> tuple[Path, Path, Path]:
     base, zero = derivation.base, derivation.algebra.zero_vector
     omega, velocity = [zero] * (order + 2), [zero] * (order + 2)
     if base.moving:
-        parts = [[Scalar(derivation.tape, ref) for ref in path] for path in base_twist(derivation.tape, order + 1)]
+        parts = [
+            [Scalar(derivation.tape, ref) for ref in path] for path in base_twist(derivation.tape, base, order + 1)
+        ]
         velocity = [(parts[3][k], parts[4][k], parts[5][k]) for k in range(order + 2)]
         if base.turning:
             omega = [(parts[0][k], parts[1][k], parts[2][k]) for k in range(order + 2)]
@@ -158,8 +160,10 @@ def _applied(
     tape = derivation.tape
     flat = [value for load in derivation.loads.wrenches if load is not None for part in load for value in part]
     with tape.block("time derivatives of applied forces"):
-        found = motion_jets(derivation).of([value.ref for value in (*flat, *derivation.loads.efforts)], order, along)
-    paths = [[Scalar(tape, ref) for ref in path] for path in found]
+        derivatives = motion_jets(derivation).of(
+            [value.ref for value in (*flat, *derivation.loads.efforts)], order, along
+        )
+    paths = [[Scalar(tape, ref) for ref in path] for path in derivatives]
     loads: list[list[Wrench] | None] = []
     start = 0
     for load in derivation.loads.wrenches:

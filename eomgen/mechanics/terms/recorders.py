@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from eomgen.mechanics.derivation import Derivation
+from eomgen.mechanics.terms.events import event_actions, event_impulse, events
 from eomgen.mechanics.terms.forward_dynamics import forward_blocks
 from eomgen.mechanics.terms.implicit_step import equations, iteration, jacobian_values
 from eomgen.mechanics.terms.linearization import (
@@ -40,6 +41,9 @@ RECORDERS: Mapping[str, Callable[[Derivation], list[Block]]] = {
     "accelerations": Derivation.accelerations,
     "jacobians": Derivation.jacobians,
     "outputs": Derivation.outputs,
+    "events": events,
+    "event_actions": event_actions,
+    "event_impulse": event_impulse,
     "elastic": Derivation.elastic,
     "linearization": linearization,
     "acceleration_partials": acceleration_partials,

@@ -124,10 +124,10 @@ def _separate_links(
     algebra: Algebra, name: str, q_start: int, v_start: int, inertia: Inertia, index: int
 ) -> list[FreeLink]:
     """Return a translating point and the body that turns about it: R^3 x SO(3), angular velocity first."""
-    place = Factor("R", f"{name}.position", q_start + 4, 3, v_start + 3, 3)
+    position = Factor("R", f"{name}.position", q_start + 4, 3, v_start + 3, 3)
     turn = Factor("SO3", f"{name}.orientation", q_start, 4, v_start, 3)
     return [
-        _link(algebra, "travel", name, ROOT, place, no_inertia(algebra)),
+        _link(algebra, "travel", name, ROOT, position, no_inertia(algebra)),
         _link(algebra, "ball", name, index, turn, inertia),
     ]
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.recording import record
 from eomgen.mechanics.tree.joints import quaternion_matrix
+from eomgen.mechanics.tree.links import parameter_scalars
 from eomgen.scene.bodies.model import Base
 from eomgen.scene.geometry.rotations import coordinate_axis
 from eomgen.scene.scene import Scene
@@ -31,8 +32,8 @@ from eomgen.symbolic.scalar import (
     scaled,
     transpose,
 )
-from eomgen.symbolic.tape import ONE
-from eomgen.system.system import BASE_LAYOUT
+from eomgen.symbolic.tape import ONE, Tape
+from eomgen.system.system import BASE_LAYOUT, BASE_SIZE, base_place
 
 
 @dataclass(frozen=True)
@@ -47,10 +48,16 @@ class BaseMotion:
 
 @dataclass(frozen=True)
 class BaseState:
-    """Pose and twist of the base on the tape; without rotations the orientation is the identity by structure."""
+    """Pose and twist of the base on the tape; without rotations the orientation is the identity by structure.
+
+    ``struct`` holds the components in the order of BASE_LAYOUT; those that the base's law keeps at zero are zero by
+    structure, ``zeros`` says which.
+    """
 
     moving: bool
     turning: bool
+    struct: tuple[Scalar, ...]
+    zeros: tuple[int, ...]
     orientation: Matrix
     position: Vector
     omega: Vector
@@ -69,22 +76,35 @@ class BaseState:
 def resting_base(algebra: Algebra, gravity: Vector) -> BaseState:
     """Return a base at rest in the world."""
     zero = algebra.zero_vector
-    return BaseState(False, False, algebra.identity, zero, zero, zero, zero, zero, gravity)
+    return BaseState(False, False, (), (), algebra.identity, zero, zero, zero, zero, zero, gravity)
 
 
-def base_state(algebra: Algebra, scene: Scene, gravity: Vector) -> BaseState:
-    """Return the base as components of the block ``base``, or at rest for a scene without base motion."""
+def base_state(algebra: Algebra, scene: Scene, gravity: Vector, *, disturbed: bool = False) -> BaseState:
+    """Return the base as components of the block ``base``, or at rest for a scene without base motion.
+
+    Parameters
+    ----------
+    disturbed : whether accelerations of the base are disturbances, so that they differ from its law
+    """
     if scene.base is None:
         return resting_base(algebra, gravity)
+    turning = bool(scene.base.rotations)
+    zeros = _zeros(scene, scene.base)
+    if disturbed:
+        zeros = tuple(k for k in zeros if k not in _accelerations(turning=turning))
+    struct = tuple(
+        algebra.zero if k in zeros else Scalar(algebra.tape, algebra.tape.input("base", k)) for k in range(BASE_SIZE)
+    )
     fields: dict[str, list[Scalar]] = {}
     start = 0
     for name, size, _ in BASE_LAYOUT:
-        fields[name] = [Scalar(algebra.tape, algebra.tape.input("base", start + k)) for k in range(size)]
+        fields[name] = list(struct[start : start + size])
         start += size
-    turning = bool(scene.base.rotations)
     return BaseState(
         moving=True,
         turning=turning,
+        struct=struct,
+        zeros=zeros,
         orientation=quaternion_matrix(algebra, fields["quaternion"]) if turning else algebra.identity,
         position=algebra.vector(fields["position"]),
         omega=algebra.vector(fields["omega"]) if turning else algebra.zero_vector,
@@ -93,6 +113,18 @@ def base_state(algebra: Algebra, scene: Scene, gravity: Vector) -> BaseState:
         velocity_dot=algebra.vector(fields["velocity_dot"]),
         gravity_world=gravity,
     )
+
+
+def _zeros(scene: Scene, base: Base) -> tuple[int, ...]:
+    """Return the components of the base struct that its law keeps at zero, whatever time and tunable parameters are."""
+    algebra = Algebra(Tape())
+    law = base_law(algebra, base, parameter_scalars(algebra, scene))
+    return tuple(k for k, value in enumerate(law) if value.is_zero)
+
+
+def _accelerations(*, turning: bool) -> range:
+    """Return where the base struct holds the accelerations: of a base that may turn the angular ones, too."""
+    return range(base_place("omega_dot" if turning else "velocity_dot"), BASE_SIZE)
 
 
 def base_law(algebra: Algebra, base: Base, parameters: dict[str, Scalar]) -> list[Scalar]:

@@ -212,8 +212,8 @@ def elastic_body(
 
 def deformations(beam: Beam) -> list[tuple[Deformation, range]]:
     """Return each deformation of a beam with the range of its coordinates."""
-    found, start = [], 0
+    ranges, start = [], 0
     for item in beam.deformations:
-        found.append((item, range(start, start + item.modes)))
+        ranges.append((item, range(start, start + item.modes)))
         start += item.modes
-    return found
+    return ranges

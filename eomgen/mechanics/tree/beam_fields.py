@@ -147,14 +147,17 @@ class Deflections:
         return replace(self, v=still, a=still)
 
     def position(self) -> SeparatedField:
+        """Return the position of the axis in beam axes, m, to second order in q."""
         x, y, z = self._linear(self.q)
         return (replace(x, along=1.0, pairs=self._pairs((-0.5, self.q, self.q))), y, z)
 
     def velocity(self) -> SeparatedField:
+        """Return its velocity in beam axes, m/s."""
         x, y, z = self._linear(self.v)
         return (replace(x, pairs=self._pairs((-1.0, self.v, self.q))), y, z)
 
     def acceleration(self) -> SeparatedField:
+        """Return its acceleration in beam axes, m/s^2."""
         x, y, z = self._linear(self.a)
         return (replace(x, pairs=self._pairs((-1.0, self.a, self.q), (-1.0, self.v, self.v))), y, z)
 

@@ -59,7 +59,7 @@ def add_beam(tree: Tree, scene: Scene, body: Body, joint: Joint, number: Callabl
         if moves(station):
             stations[body.name, x] = len(links)
             motion = station_motion(algebra, integrals.kinds, station, x, coordinates, shortens=body.beam.stiffening)
-            place = algebra.vector([x, 0.0, 0.0])
+            offset = algebra.vector([x, 0.0, 0.0])
             links.append(
                 replace(
                     beam,
@@ -68,8 +68,8 @@ def add_beam(tree: Tree, scene: Scene, body: Body, joint: Joint, number: Callabl
                     parent=first,
                     rotation=motion.rotation,
                     orientation=algebra.identity,
-                    neutral_position=place,
-                    travel=minus(motion.position, place),
+                    neutral_position=offset,
+                    travel=minus(motion.position, offset),
                     position=motion.position,
                     columns=motion.columns,
                     inertia=no_inertia(algebra),
@@ -83,17 +83,17 @@ def add_beam(tree: Tree, scene: Scene, body: Body, joint: Joint, number: Callabl
 
 def _station_positions(tree: Tree, scene: Scene, body: str, number: Callable[[Formula], Scalar]) -> list[float]:
     """Return the distinct positions x along a beam's axis to which the scene attaches something, sorted, m."""
-    found: list[float] = []
-    for what, formula in attached_along(scene, body):
+    positions: list[float] = []
+    for label, formula in attached_along(scene, body):
         x = number(formula).constant
         if x is None:
             reason = f"it is attached to beam {body} at a place along its axis that is a tunable parameter"
             raise ModelError(
-                Problem(what, reason, "a fixed number: shape functions are evaluated when the model is derived")
+                Problem(label, reason, "a fixed number: shape functions are evaluated when the model is derived")
             )
-        if x not in found:
-            found.append(x)
-    return sorted(found)
+        if x not in positions:
+            positions.append(x)
+    return sorted(positions)
 
 
 def attached_along(scene: Scene, body: str) -> Iterable[tuple[str, Formula]]:

@@ -97,10 +97,10 @@ def station_motion(
     if tangent is not None:
         rate_of_turn = apply(tangent, _combined(algebra, algebra.zero_vector, turning, v))
         rates: dict[Ref | InputSymbol, Ref] = {
-            InputSymbol("q", place): rate.ref for place, rate in zip(coordinates.places, v, strict=True)
+            InputSymbol("q", number): rate.ref for number, rate in zip(coordinates.components, v, strict=True)
         }
-        found = jacobian_vector(algebra.tape, [component.ref for component in rate_of_turn], rates)
-        twisting = algebra.vector([Scalar(algebra.tape, ref) for ref in found])
+        accelerations = jacobian_vector(algebra.tape, [component.ref for component in rate_of_turn], rates)
+        twisting = algebra.vector([Scalar(algebra.tape, ref) for ref in accelerations])
     bias = twisting, rotation.rotate_back((drawn_in, zero, zero))
     return StationMotion(rotation, angle, position, columns, bias, tuple(shortening))
 

@@ -31,11 +31,11 @@ def _integrated(integrand: sympy.Expr, fields: tuple[sympy.Matrix, ...]) -> symp
     return total
 
 
-def _with_coriolis_halved(found: sympy.Expr) -> sympy.Expr:
+def _with_coriolis_halved(integral: sympy.Expr) -> sympy.Expr:
     """Write 2 w x s' with one multiplication by two; a handful of products are expanded, so that they can be collected
     by w."""
-    rest = found.subs(dict.fromkeys(_W, 0))
-    coriolis = sympy.collect(sympy.expand((found - rest) / 2), list(_W))
+    rest = integral.subs(dict.fromkeys(_W, 0))
+    coriolis = sympy.collect(sympy.expand((integral - rest) / 2), list(_W))
     return sympy.Add(sympy.Mul(2, coriolis, evaluate=False), rest, evaluate=False)
 
 
@@ -51,8 +51,8 @@ def relative_motion_kernel() -> Kernel:
     results = []
     for vector in (_S.cross(acceleration), acceleration):
         for component in vector:
-            found = _integrated(component, (_V, _R, _S))
-            results.append(_with_coriolis_halved(found))
+            integral = _integrated(component, (_V, _R, _S))
+            results.append(_with_coriolis_halved(integral))
     return Kernel(tuple(results))
 
 
@@ -65,8 +65,8 @@ def elastic_row_kernel() -> Kernel:
     A = sympy.Matrix(sympy.symbols("A0:3"))
     U = sympy.Matrix(3, 3, lambda i, j: sympy.Symbol(f"U{i}{j}"))
     work = _PHI.dot(A + U * _S + 2 * _W.cross(_V) + _R)
-    found = _integrated(work, (_PHI, _S, _V, _R))
-    return Kernel((_with_coriolis_halved(found),))
+    integral = _integrated(work, (_PHI, _S, _V, _R))
+    return Kernel((_with_coriolis_halved(integral),))
 
 
 @cache

@@ -67,10 +67,10 @@ def _with_body(tree: Tree, body: Body, joint: Joint, number: Callable[[Formula],
     def vector(formulas: Sequence[Formula]) -> Vector:
         return algebra.vector([number(formula) for formula in formulas])
 
-    place = vector(joint.position)
-    mount = tree.mount_at(joint.parent, place)
+    offset = vector(joint.position)
+    mount = tree.mount_at(joint.parent, offset)
     orientation = multiply(mount.orientation, algebra.matrix(joint.orientation))
-    position = plus(mount.position, apply(mount.orientation, place))
+    position = plus(mount.position, apply(mount.orientation, offset))
     tensor = tuple(number(entry) for entry in body.inertia)
     inertia = inertia_about_center(algebra, number(body.mass), vector(body.center_of_mass), tensor)
     if body.beam is not None:

@@ -23,20 +23,20 @@ class Coordinates:
 
     Attributes
     ----------
-    places : components of q behind each coordinate
+    components : components of q behind each coordinate
     dofs : component of v behind each velocity component
     ratio, offset : q of the joint = ratio (component of q) + offset; 1 and 0 unless it follows another
     """
 
     algebra: Algebra
-    places: tuple[int, ...]
+    components: tuple[int, ...]
     dofs: tuple[int, ...]
     ratio: Scalar
     offset: Scalar
 
     @property
     def q(self) -> tuple[Scalar, ...]:
-        return tuple(self.ratio * self._input("q", place) + self.offset for place in self.places)
+        return tuple(self.ratio * self._input("q", component) + self.offset for component in self.components)
 
     @property
     def v(self) -> tuple[Scalar, ...]:
@@ -53,8 +53,8 @@ class Coordinates:
         """Return the coordinates of one elementary motion of the joint."""
         if motion.kind in GROUPS:
             return self
-        places, dofs = (tuple(values[k] for k in motion.components) for values in (self.places, self.dofs))
-        return replace(self, places=places, dofs=dofs)
+        components, dofs = (tuple(values[k] for k in motion.components) for values in (self.components, self.dofs))
+        return replace(self, components=components, dofs=dofs)
 
     def following(self, multiplier: Scalar, offset: Scalar) -> Coordinates:
         """Return the coordinates of a dependent joint that follows this one."""
@@ -63,11 +63,11 @@ class Coordinates:
 
 def own_coordinates(algebra: Algebra, factor: Factor) -> Coordinates:
     """Return the coordinates of an independent joint."""
-    places, dofs = (
+    components, dofs = (
         range(factor.q_start, factor.q_start + factor.q_size),
         range(factor.v_start, factor.v_start + factor.v_size),
     )
-    return Coordinates(algebra, tuple(places), tuple(dofs), algebra.one, algebra.zero)
+    return Coordinates(algebra, tuple(components), tuple(dofs), algebra.one, algebra.zero)
 
 
 def joint_coordinates(
@@ -89,13 +89,13 @@ def joint_coordinates(
         for name, (group, q_size, v_size) in sizes.items():
             factors.append(Factor(group, name, q_start, q_size, v_start, v_size))
             q_start, v_start = q_start + q_size, v_start + v_size
-    found = {factor.name: own_coordinates(algebra, factor) for factor in factors}
+    coordinates = {factor.name: own_coordinates(algebra, factor) for factor in factors}
     for joint in moving.values():
         followers: list[tuple[str, Mimic]] = []
         leader = joint
-        while leader.name not in found and leader.mimic is not None:
+        while leader.name not in coordinates and leader.mimic is not None:
             followers.append((leader.name, leader.mimic))
             leader = moving[leader.mimic.joint]
         for follower, mimic in reversed(followers):
-            found[follower] = found[mimic.joint].following(number(mimic.multiplier), number(mimic.offset))
-    return tuple(factors), found
+            coordinates[follower] = coordinates[mimic.joint].following(number(mimic.multiplier), number(mimic.offset))
+    return tuple(factors), coordinates

@@ -29,8 +29,6 @@ from eomgen.symbolic.scalar import (
     transpose,
 )
 
-AXES = "xyz"
-
 
 @dataclass(frozen=True)
 class Inertia:
@@ -112,8 +110,7 @@ def _integral(powers: tuple[int, ...]) -> sympy.Symbol:
 def wrench(
     algebra: Algebra, inertia: Inertia, acceleration: Vector, alpha: Vector, symmetric: Matrix | None = None
 ) -> tuple[Vector, Vector]:
-    """Return moment about the origin and force that give a body the acceleration field ``acceleration + (alpha~ +
-    symmetric) s``.
+    """Return moment about the origin and force of the acceleration field ``acceleration + (alpha~ + symmetric) s``.
 
     Across an axis with equal second moments the symmetric part of the gradient cancels, and alpha does with opposite
     ones.

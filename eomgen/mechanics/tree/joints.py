@@ -110,7 +110,7 @@ def _link_axes(joint: Joint) -> tuple[tuple[Direction, ...], Direction, Directio
     turned_about = [(joint.axis, joint.second_axis)[k] for k in joint.kind.turned_about]
     if None not in map(coordinate_axis, turned_about):
         return IDENTITY, joint.axis, joint.second_axis
-    beside = [found for direction in turned_about if (found := axis_beside(direction)) is not None]
+    beside = [axis for direction in turned_about if (axis := axis_beside(direction)) is not None]
     if len(beside) < len(turned_about):
         return frame_of(joint), IDENTITY[2], IDENTITY[0]
     columns: dict[int, Array] = {

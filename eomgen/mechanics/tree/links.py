@@ -177,11 +177,11 @@ class Tree:
 
     def children(self) -> list[list[int]]:
         """Return the child links of each link."""
-        found: list[list[int]] = [[] for _ in self.links]
+        lists: list[list[int]] = [[] for _ in self.links]
         for index, link in enumerate(self.links):
             if link.parent != ROOT:
-                found[link.parent].append(index)
-        return found
+                lists[link.parent].append(index)
+        return lists
 
 
 def parameter_scalars(algebra: Algebra, scene: Scene) -> dict[str, Scalar]:

@@ -8,7 +8,7 @@ from pydantic import Field
 
 from eomgen.scene.bodies.beam import Ends, Normalisation, ShapeFunctions
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS
-from eomgen.scene.reading.keys import Table, key
+from eomgen.scene.reading.keys import Table, key, of_parameters, optional
 from eomgen.scene.reading.kinds import Pair, Value, Values
 
 MOST_MODES = 100
@@ -26,16 +26,15 @@ class Section(Table):
     elastic_modulus: Value = key("Young's modulus", unit="Pa", names=PARAMETERS)
     density: Value = key("of the material", unit="kg/m^3", names=PARAMETERS)
     area: Value = key("of the section", unit="m^2", names=PARAMETERS)
-    second_moments: Pair | None = key(
+    second_moments: Pair | None = optional(
         "∫ y² dA, which resists `bending_y`, and ∫ z² dA, which resists `bending_z`",
-        None,
         unit="m^4",
         names=PARAMETERS,
         kind="2 values of parameters, m⁴",
     )
-    shear_modulus: Value | None = key("for torsion", None, unit="Pa", names=PARAMETERS)
-    torsion_constant: Value | None = key(
-        "for torsion; the sum of the second moments only where the section is round", None, unit="m^4", names=PARAMETERS
+    shear_modulus: Value | None = of_parameters("for torsion", unit="Pa")
+    torsion_constant: Value | None = of_parameters(
+        "for torsion; the sum of the second moments only where the section is round", unit="m^4"
     )
 
 
@@ -71,24 +70,19 @@ class Deformation(Table):
     """One way in which a beam deforms."""
 
     shapes: ShapeFunctions = key("where the shape functions come from, see below", "clamped_free")
-    modes: Annotated[int, Field(ge=1, le=MOST_MODES)] | None = key(
-        "number of elastic coordinates",
-        None,
-        kind=f"1 to {MOST_MODES}",
-        shown_default="required, but for nodal coordinates",
+    modes: Annotated[int, Field(ge=1, le=MOST_MODES)] | None = optional(
+        "number of elastic coordinates", kind=f"1 to {MOST_MODES}", shown_default="required, but for nodal coordinates"
     )
-    ends: Ends | None = key(
-        "conditions at the ends, for `polynomial` and `finite_elements`", None, shown_default="`clamped_free`"
+    ends: Ends | None = optional(
+        "conditions at the ends, for `polynomial` and `finite_elements`", shown_default="`clamped_free`"
     )
-    elements: Annotated[int, Field(ge=1, le=MOST_ELEMENTS)] | None = key(
+    elements: Annotated[int, Field(ge=1, le=MOST_ELEMENTS)] | None = optional(
         "of the mesh, for `finite_elements`: cubic in bending, quadratic in stretch and torsion",
-        None,
         kind=f"1 to {MOST_ELEMENTS}",
         shown_default="required for `finite_elements`",
     )
-    coordinates: Literal["modal", "nodal"] | None = key(
+    coordinates: Literal["modal", "nodal"] | None = optional(
         f"of `finite_elements`: the lowest modes of the mesh, or all its nodal displacements, up to {MOST_NODAL}",
-        None,
         shown_default="`modal`",
     )
     normalisation: Normalisation = key("of the shape functions, see below", "natural")
@@ -111,12 +105,8 @@ class Deformation(Table):
 class Bending(Deformation):
     """Deflection across the beam, along its y or its z axis."""
 
-    stiffness: Value | None = key(
-        "elastic modulus times second moment of area",
-        None,
-        unit="N m^2",
-        names=PARAMETERS,
-        shown_default="of the section",
+    stiffness: Value | None = of_parameters(
+        "elastic modulus times second moment of area", unit="N m^2", shown_default="of the section"
     )
     initial: ElasticInitial = key("state at the start, in place of rest", ElasticInitial(), shown_default="zeros")
 
@@ -124,17 +114,15 @@ class Bending(Deformation):
 class Stretch(Deformation):
     """Elongation along the beam."""
 
-    stiffness: Value | None = key(
-        "elastic modulus times area", None, unit="N", names=PARAMETERS, shown_default="of the section"
-    )
+    stiffness: Value | None = of_parameters("elastic modulus times area", unit="N", shown_default="of the section")
     initial: ElasticInitial = key("state at the start, in place of rest", ElasticInitial(), shown_default="zeros")
 
 
 class Torsion(Deformation):
     """Twist about the beam's axis."""
 
-    stiffness: Value | None = key(
-        "shear modulus times torsion constant", None, unit="N m^2", names=PARAMETERS, shown_default="of the section"
+    stiffness: Value | None = of_parameters(
+        "shear modulus times torsion constant", unit="N m^2", shown_default="of the section"
     )
     initial: TwistInitial = key("state at the start, in place of rest", TwistInitial(), shown_default="zeros")
 
@@ -146,16 +134,12 @@ class Beam(Table):
     start: Value = key(
         "x of its first end in its frame, which its joint carries", 0.0, unit="m", names=FIXED_PARAMETERS
     )
-    section: Section | None = key("what it is made of, in place of masses and stiffnesses", None, kind="table, below")
-    mass_per_length: Value | None = key(
-        "density times area", None, unit="kg/m", names=PARAMETERS, shown_default="of the section"
-    )
-    polar_inertia: Value | None = key(
+    section: Section | None = optional("what it is made of, in place of masses and stiffnesses", kind="table, below")
+    mass_per_length: Value | None = of_parameters("density times area", unit="kg/m", shown_default="of the section")
+    polar_inertia: Value | None = of_parameters(
         "density times polar second moment of area; needed by torsion, and by joints that let the beam turn about its"
         " axis",
-        None,
         unit="kg m",
-        names=PARAMETERS,
         shown_default="of the section, else 0",
     )
     mass_profile: Values = key(f"{_PROFILE} the mass", (1.0,), names=FIXED_PARAMETERS, kind=_COEFFICIENTS)
@@ -165,7 +149,7 @@ class Beam(Table):
         1,
     )
     stiffening: bool = key("keep the shortening of the bent axis, which centrifugal stiffening comes from", True)
-    bending_y: Bending | None = key("deflection along y", None, kind="table, below")
-    bending_z: Bending | None = key("deflection along z", None, kind="table, below")
-    stretch: Stretch | None = key("elongation along x", None, kind="table, below")
-    torsion: Torsion | None = key("twist about x", None, kind="table, below")
+    bending_y: Bending | None = optional("deflection along y", kind="table, below")
+    bending_z: Bending | None = optional("deflection along z", kind="table, below")
+    stretch: Stretch | None = optional("elongation along x", kind="table, below")
+    torsion: Torsion | None = optional("twist about x", kind="table, below")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 from eomgen.scene.formula.scope import PARAMETERS, TIME
-from eomgen.scene.reading.keys import Table, key
+from eomgen.scene.reading.keys import Table, key, optional
 from eomgen.scene.reading.kinds import Inertia, Triple, Value
 from eomgen.scene.reading.rotation_schema import Rotations
 
@@ -32,8 +32,8 @@ class Body(Table):
         kind="see below, kg m²",
         shown_default="zero, a point mass",
     )
-    group: Literal["SE3", "R3xSO3"] | None = key(
-        "for [absolute coordinates](#absolute-coordinates) only", None, shown_default="`SE3`"
+    group: Literal["SE3", "R3xSO3"] | None = optional(
+        "for [absolute coordinates](#absolute-coordinates) only", shown_default="`SE3`"
     )
 
 

@@ -6,8 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS, STATE
-from eomgen.scene.reading.keys import Table, key
+from eomgen.scene.formula.scope import FIXED_PARAMETERS, STATE
+from eomgen.scene.reading.keys import Table, key, of_parameters, optional
 from eomgen.scene.reading.kinds import Description, Finite, NumberPair, Numbers, Unit, Value
 
 Names = Annotated[tuple[Annotated[str, Field(max_length=200)], ...], Field(strict=False)]
@@ -25,43 +25,36 @@ class Calibration(Table):
         " state, which has to be in balance or in steady motion",
         "equilibrium",
     )
-    position_weights: dict[str, Finite] | None = key(
-        "`lqr`: cost of q² by joint, from its value there on", None, refers="joints", kind=_BY_JOINT
+    position_weights: dict[str, Finite] | None = optional(
+        "`lqr`: cost of q² by joint, from its value there on", refers="joints", kind=_BY_JOINT
     )
-    velocity_weights: dict[str, Finite] | None = key("`lqr`: cost of v²", None, refers="joints", kind=_BY_JOINT)
-    signal_weights: dict[str, Finite] | None = key(
-        "`lqr`: cost of the squares of the controller's `signals`", None, kind="table of numbers by signal"
+    velocity_weights: dict[str, Finite] | None = optional("`lqr`: cost of v²", refers="joints", kind=_BY_JOINT)
+    signal_weights: dict[str, Finite] | None = optional(
+        "`lqr`: cost of the squares of the controller's `signals`", kind="table of numbers by signal"
     )
-    output_weights: dict[str, Finite] | None = key(
+    output_weights: dict[str, Finite] | None = optional(
         "`lqr`: cost of the squares of named outputs, accelerations among them",
-        None,
         refers="outputs",
         kind="table of numbers by output",
     )
-    effort_weights: Numbers | None = key(
+    effort_weights: Numbers | None = optional(
         "`lqr`: cost of the squares of what the controller gives; `imsc`: R of modal forces",
-        None,
         kind="number, or list of them",
     )
-    modes: Modes | None = key(
+    modes: Modes | None = optional(
         "`imsc` and `pole_placement`: which modes are fed back, slow ones first, from 1",
-        None,
         kind="list of whole numbers",
         shown_default="as many as outputs",
     )
-    frequencies: Numbers | None = key(
+    frequencies: Numbers | None = optional(
         "`pole_placement`: w_d of these modes",
-        None,
         unit="rad/s",
         kind="list of numbers, rad/s",
         shown_default="those of the model",
     )
-    damping_ratios: Numbers | None = key(
-        "`pole_placement`: zeta_d of these modes", None, kind="number, or list of them"
-    )
-    poles: Poles | None = key(
+    damping_ratios: Numbers | None = optional("`pole_placement`: zeta_d of these modes", kind="number, or list of them")
+    poles: Poles | None = optional(
         "`pole_placement`: all eigenvalues of the closed loop, in place of `modes`, [real, imaginary], 1/s",
-        None,
         kind="list of pairs of numbers",
     )
 
@@ -72,104 +65,76 @@ class Controller(Table):
     type: Literal["pi", "pid", "low_pass", "lead_lag", "state_feedback", "skyhook"] = key(
         "which of the equations below", kind="see below"
     )
-    signal: Value | None = key(
-        "e, what goes in", None, names=STATE, shown_default="required, but for `state_feedback` and `skyhook`"
+    signal: Value | None = optional(
+        "e, what goes in", names=STATE, shown_default="required, but for `state_feedback` and `skyhook`"
     )
-    proportional: Value | None = key("kp, `pi` and `pid`", None, names=PARAMETERS, shown_default="`0`")
-    integral: Value | None = key("ki, `pi` and `pid`", None, names=PARAMETERS, shown_default="`0`")
-    derivative: Value | None = key("kd, `pid`", None, names=PARAMETERS, shown_default="`0`")
-    gain: Value | None = key("k, `low_pass` and `lead_lag`", None, names=PARAMETERS, shown_default="`1`")
-    time_constant: Value | None = key(
-        "T, of the filter; `pid`, `low_pass` and `lead_lag`", None, unit="s", names=PARAMETERS, shown_default="required"
+    proportional: Value | None = of_parameters("kp, `pi` and `pid`", shown_default="`0`")
+    integral: Value | None = of_parameters("ki, `pi` and `pid`", shown_default="`0`")
+    derivative: Value | None = of_parameters("kd, `pid`", shown_default="`0`")
+    gain: Value | None = of_parameters("k, `low_pass` and `lead_lag`", shown_default="`1`")
+    time_constant: Value | None = of_parameters(
+        "T, of the filter; `pid`, `low_pass` and `lead_lag`", unit="s", shown_default="required"
     )
-    lead: Value | None = key("lead time L, `lead_lag`", None, unit="s", names=PARAMETERS, shown_default="required")
-    minimum: Value | None = key("lower limit of the output", None, names=PARAMETERS)
-    maximum: Value | None = key("upper limit of the output", None, names=PARAMETERS)
-    tracking: Value | None = key(
-        "time in which the integral of a limited `pi` or `pid` comes back",
-        None,
-        unit="s",
-        names=PARAMETERS,
-        shown_default="kp/ki",
+    lead: Value | None = of_parameters("lead time L, `lead_lag`", unit="s", shown_default="required")
+    minimum: Value | None = of_parameters("lower limit of the output")
+    maximum: Value | None = of_parameters("upper limit of the output")
+    tracking: Value | None = of_parameters(
+        "time in which the integral of a limited `pi` or `pid` comes back", unit="s", shown_default="kp/ki"
     )
     initial: Value = key("x at the start", 0.0, names=FIXED_PARAMETERS)
-    initial_filtered: Value | None = key(
-        "f at the start, `pid` and `lead_lag`", None, names=FIXED_PARAMETERS, shown_default="`0`"
+    initial_filtered: Value | None = optional(
+        "f at the start, `pid` and `lead_lag`", names=FIXED_PARAMETERS, shown_default="`0`"
     )
-    outputs: Names | None = key(
+    outputs: Names | None = optional(
         "`state_feedback`: what it gives, `NAME_front` for `front`",
-        None,
         kind="list of names",
         shown_default="one, called `NAME`",
     )
-    coordinates: Names | None = key(
-        "`state_feedback`: joints of one coordinate whose q and v are fed back",
-        None,
-        refers="joints",
-        kind="list of joints",
+    coordinates: Names | None = optional(
+        "`state_feedback`: joints of one coordinate whose q and v are fed back", refers="joints", kind="list of joints"
     )
-    signals: dict[str, Value] | None = key(
-        "`state_feedback`: further quantities that are fed back", None, names=STATE, kind="table of values of the state"
+    signals: dict[str, Value] | None = optional(
+        "`state_feedback`: further quantities that are fed back", names=STATE, kind="table of values of the state"
     )
-    position_references: dict[str, Value] | None = key(
+    position_references: dict[str, Value] | None = optional(
         "`state_feedback`: what is taken off a coordinate",
-        None,
         names=STATE,
         refers="joints",
         kind="table of values of the state, by joint",
         shown_default="its value where it is calibrated, or `0`",
     )
-    signal_references: dict[str, Value] | None = key(
+    signal_references: dict[str, Value] | None = optional(
         "the same of `signals`",
-        None,
         names=STATE,
         kind="table of values of the state, by signal",
         shown_default="its value where it is calibrated, or `0`",
     )
-    position_gains: dict[str, Numbers] | None = key(
-        "`state_feedback`: one for each output",
-        None,
-        refers="joints",
-        kind=_BY_JOINT,
-        shown_default="`0`, or calibrated",
+    position_gains: dict[str, Numbers] | None = optional(
+        "`state_feedback`: one for each output", refers="joints", kind=_BY_JOINT, shown_default="`0`, or calibrated"
     )
-    velocity_gains: dict[str, Numbers] | None = key(
-        "the same of velocities", None, refers="joints", kind=_BY_JOINT, shown_default="`0`, or calibrated"
+    velocity_gains: dict[str, Numbers] | None = optional(
+        "the same of velocities", refers="joints", kind=_BY_JOINT, shown_default="`0`, or calibrated"
     )
-    signal_gains: dict[str, Numbers] | None = key(
-        "the same of `signals`", None, kind="table of numbers by signal", shown_default="`0`, or calibrated"
+    signal_gains: dict[str, Numbers] | None = optional(
+        "the same of `signals`", kind="table of numbers by signal", shown_default="`0`, or calibrated"
     )
-    calibration: Calibration | None = key("`state_feedback`: how gains are found", None, kind="table, below")
-    spring: str | None = key(
-        "`skyhook`: between whose points it acts", None, refers="springs", shown_default="required"
+    calibration: Calibration | None = optional("`state_feedback`: how gains are found", kind="table, below")
+    spring: str | None = optional("`skyhook`: between whose points it acts", refers="springs", shown_default="required")
+    damping: Value | None = of_parameters(
+        "`skyhook`: c, of the spring's second point against the world", unit="N s/m", shown_default="`0`"
     )
-    damping: Value | None = key(
-        "`skyhook`: c, of the spring's second point against the world",
-        None,
-        unit="N s/m",
-        names=PARAMETERS,
-        shown_default="`0`",
+    groundhook: Value | None = of_parameters(
+        "`skyhook`: c_g, of its first point against the world", unit="N s/m", shown_default="`0`"
     )
-    groundhook: Value | None = key(
-        "`skyhook`: c_g, of its first point against the world",
-        None,
-        unit="N s/m",
-        names=PARAMETERS,
-        shown_default="`0`",
+    clipped: bool | None = optional("`skyhook`: only what a damper can do", shown_default="`false`")
+    minimum_damping: Value | None = of_parameters(
+        "of a clipped `skyhook`: the softest damper", unit="N s/m", shown_default="`0`"
     )
-    clipped: bool | None = key("`skyhook`: only what a damper can do", None, shown_default="`false`")
-    minimum_damping: Value | None = key(
-        "of a clipped `skyhook`: the softest damper", None, unit="N s/m", names=PARAMETERS, shown_default="`0`"
+    maximum_damping: Value | None = of_parameters(
+        "of a clipped `skyhook`: the hardest damper", unit="N s/m", shown_default="required"
     )
-    maximum_damping: Value | None = key(
-        "of a clipped `skyhook`: the hardest damper", None, unit="N s/m", names=PARAMETERS, shown_default="required"
-    )
-    width: Value | None = key(
-        "of a clipped `skyhook`: rate over which corners are rounded",
-        None,
-        unit="m/s",
-        names=PARAMETERS,
-        shown_default="sharp corners",
+    width: Value | None = of_parameters(
+        "of a clipped `skyhook`: rate over which corners are rounded", unit="m/s", shown_default="sharp corners"
     )
     unit: Unit = key("label of the output", "")
     description: Description = key("for tables", "")

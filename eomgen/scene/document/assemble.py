@@ -24,6 +24,7 @@ from eomgen.scene.document import schema as written
 from eomgen.scene.document.beam_attachments import check_frames, check_not_absolute, check_places
 from eomgen.scene.document.units import in_si
 from eomgen.scene.document.validation import read_document
+from eomgen.scene.events.reading import read_event
 from eomgen.scene.forces.element import Site
 from eomgen.scene.forces.register import ALL_BOUNDS, ELEMENTS
 from eomgen.scene.formula.scope import PARAMETERS, Names, Offered
@@ -41,6 +42,7 @@ from eomgen.scene.reading.values import Values
 from eomgen.scene.signals.curves import Curves, digest
 from eomgen.scene.signals.reading import read_input, read_output, read_state
 from eomgen.system.description import Simulation
+from eomgen.system.events import mode_parameter
 from eomgen.system.signals import Parameter
 from eomgen.text import key_of
 
@@ -97,6 +99,9 @@ def content(document: written.Document) -> bytes:
     data = document.model_dump(mode="json", exclude_none=True, exclude={"include"})
     for section in written.SECTIONS:
         data[section] = [[name, entry] for name, entry in data[section].items()]
+    for section in ("modes", "events"):
+        if not data[section]:
+            del data[section]
     return json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
 
 
@@ -121,6 +126,10 @@ class _Assembler:
         self.parameters = [
             *(Parameter(name, p.value, p.tunable, p.unit, p.description) for name, p in document.parameters.items()),
             *made_parameters(document.controllers),
+            *(
+                Parameter(mode_parameter(name), mode.value, True, "", mode.description)
+                for name, mode in document.modes.items()
+            ),
         ]
         self.curve_table: dict[str, AnyCurve] = {}
         self.elastic = dict.fromkeys((*document.beams, *sorted(refused["beams"])), 0)
@@ -139,6 +148,7 @@ class _Assembler:
             joints=joint_types,
             beams=self.elastic,
             points=(*document.points, *sorted(refused["points"])),
+            modes=(*document.modes, *sorted(refused["modes"])),
             curves=self.curve_table,
             offered={
                 kind: Offered(row.section, scope, (*document.section(row.section), *sorted(refused[row.section])))
@@ -214,6 +224,11 @@ class _Assembler:
             bodies, joints.values(), points.values(), chain.from_iterable(elements.values()), constraints, values
         )
         checks.check_groups(document, self.report)
+        absolute = document.coordinates == "absolute"
+        events = tuple(
+            read_event(name, entry, joints, self.names.modes, absolute, values)
+            for name, entry in document.events.items()
+        )
         checks.check_simulation(document.simulation, self.report)
         simulation = document.simulation
         return {
@@ -236,6 +251,8 @@ class _Assembler:
             "points": tuple(points.values()),
             "elements": tuple(chain.from_iterable(elements.values())),
             "outputs": tuple(read_output(name, output, values) for name, output in document.outputs.items()),
+            "modes": tuple(document.modes),
+            "events": events,
             "requirements": tuple(values.requirements),
             "simulation": Simulation(
                 simulation.method,

@@ -17,6 +17,7 @@ from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values
 from eomgen.system.description import BASE, WORLD
+from eomgen.system.events import mode_parameter
 from eomgen.text import NAME_LENGTH, NAME_RULE, is_legal, key_of, listed, shown
 
 
@@ -66,6 +67,8 @@ def _fault(section: str, name: str, document: Document) -> tuple[str, str]:
             break
         if name in getattr(document, other):
             return f"the name {name} is both {what} and {_BARE[section]}", "another name for one of them"
+    if section == "modes" and mode_parameter(name) in document.parameters:
+        return f"the mode {name} is the parameter {mode_parameter(name)}, and there is one of that name", "another name"
     if section == "controllers" and name in document.controllers:
         return _fault_of_made(name, document)
     return "", ""

@@ -20,6 +20,7 @@ from eomgen.scene.bodies import beam_schema as schema_beams
 from eomgen.scene.bodies import schema as schema_bodies
 from eomgen.scene.control import schema as schema_control
 from eomgen.scene.document import schema
+from eomgen.scene.events import schema as schema_events
 from eomgen.scene.forces.register import ELEMENTS
 from eomgen.scene.formula.scope import EVERYTHING, FIXED_PARAMETERS, PARAMETERS, ROAD, SPRING_FORCE, STATE, TIME, Scope
 from eomgen.scene.joints import frame_schema as schema_places
@@ -65,6 +66,7 @@ _MODULES = (
     schema_signals,
     schema_beams,
     schema_control,
+    schema_events,
     schema,
 )
 _ENTRIES = {"bodies": "body", "torsion_springs": "torsion spring"}

@@ -10,19 +10,31 @@ from collections.abc import Mapping
 from types import GenericAlias
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, Field, create_model
 
 from eomgen.scene.bodies.beam_schema import Beam
 from eomgen.scene.bodies.schema import Base, Body, Point
 from eomgen.scene.control.schema import Controller
+from eomgen.scene.events.schema import Event, Mode
 from eomgen.scene.forces.register import ELEMENTS
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.joints.schema import Constraint, Joint
-from eomgen.scene.reading.keys import Table, key
+from eomgen.scene.reading.keys import Table, key, optional
 from eomgen.scene.reading.kinds import Description, Finite, Triple, Value
 from eomgen.scene.reading.rotation_schema import Rotations
 from eomgen.scene.signals.schema import Curve, Input, Output, Parameter, State
+from eomgen.scene.sources.register import BUILT_IN, all_options
+from eomgen.scene.sources.source import Option, Source
 from eomgen.system.terms import TERMS
+
+
+def _key_of(source: Source, option: Option) -> tuple[Any, Any]:
+    """Return the type of an option of a source as a key of an include, and the key."""
+    description = f"{source.name}: {option.of_key or option.description}"
+    if isinstance(option.default, tuple):
+        names = Annotated[tuple[str, ...], Field(strict=False)]
+        return names, key(description, option.default, kind="list of names")
+    return Literal[option.choices] if option.choices else type(option.default), key(description, option.default)
 
 
 class Include(Table):
@@ -31,13 +43,13 @@ class Include(Table):
     file: Annotated[str, Field(min_length=1, max_length=1000)] = key(
         "path, from the folder of this file", kind="text", path=True
     )
-    prefix: Annotated[str, Field(max_length=64)] | None = key(
-        "goes before every name of the file", None, kind="text", shown_default="the entry's name and `_`"
+    prefix: Annotated[str, Field(max_length=64)] | None = optional(
+        "goes before every name of the file", kind="text", shown_default="the entry's name and `_`"
     )
     parent: str = key("what the file's base is in this scene", "base", refers="bodies", kind="body, or `base`")
     position: Triple = key("of the file's base in the parent's frame", (0.0, 0.0, 0.0), unit="m", names=PARAMETERS)
-    rotation: Rotations | None = key(
-        "axes of the file's base in the parent, angles of fixed parameters", None, shown_default="`[]`"
+    rotation: Rotations | None = optional(
+        "axes of the file's base in the parent, angles of fixed parameters", shown_default="`[]`"
     )
     parameters: dict[str, Value] = key(
         "in place of the file's own: numbers, numbers with a unit, or formulas of parameters of this scene",
@@ -45,12 +57,17 @@ class Include(Table):
         kind="values by name",
         shown_default="`{}`",
     )
-    root: Literal["fixed", "free"] = key("URDF: whether the root link is fixed to the parent, or free", "fixed")
-    lock: Annotated[tuple[str, ...], Field(strict=False)] = key(
-        "URDF: moving joints that are held at zero", (), kind="list of names"
-    )
-    limits: bool = key("URDF: limits of position become compliant stops", False)
-    friction: bool = key("URDF: dry friction of joints is taken, regularised", False)
+    for source, option in all_options().values():
+        __annotations__[option.name], locals()[option.name] = _key_of(source, option)
+    del source, option
+
+
+def include_of(source: Source | None) -> type[Include]:
+    """Return the table of an include of a source's files, which may be another distribution's."""
+    if source is None or source in BUILT_IN:
+        return Include
+    added: dict[str, Any] = {option.name: _key_of(source, option) for option in source.options}
+    return create_model("Include", __base__=Include, **added)
 
 
 SECTIONS = (
@@ -66,6 +83,8 @@ SECTIONS = (
     "points",
     *(row.section for row in ELEMENTS),
     "outputs",
+    "modes",
+    "events",
 )
 
 
@@ -76,14 +95,17 @@ class Simulation(Table):
     step: Finite = key("fixed step", 1e-3, unit="s", shown_default="`1e-3`")
     duration: Finite = key("of the run", 10.0, unit="s")
     rho_inf: Finite = key("numerical damping of generalized-alpha at high frequencies; 1 has none", 0.8, kind="0 to 1")
-    alpha: Finite | None = key("the same for `hht`, `wbz` and `newmark`, in place of `rho_inf`", None, kind="0 to 1")
-    beta: Finite | None = key("of `newmark`", None, kind="number", shown_default="0.25")
-    gamma: Finite | None = key("of `newmark`", None, kind="number", shown_default="0.5")
-    tolerance: Finite | None = key(
-        "of local errors of `taylor`; 0: fixed steps", None, kind="0 to 0.1", shown_default="`1e-12`"
+    alpha: Finite | None = optional("the same for `hht`, `wbz` and `newmark`, in place of `rho_inf`", kind="0 to 1")
+    beta: Finite | None = optional("of `newmark`", kind="number", shown_default="0.25")
+    gamma: Finite | None = optional("of `newmark`", kind="number", shown_default="0.5")
+    tolerance: Finite | None = optional(
+        "of local errors: generalized-alpha chooses its steps by it, as `rk45` and `taylor` do; with `taylor` 0: fixed"
+        " steps",
+        kind="0 to 0.1",
+        shown_default="the method's",
     )
-    order: Annotated[int, Field(ge=2, le=40)] | None = key(
-        "of `taylor`", None, kind="whole number, 2 to 40", shown_default="what suits the tolerance"
+    order: Annotated[int, Field(ge=2, le=40)] | None = optional(
+        "of `taylor`", kind="whole number, 2 to 40", shown_default="what suits the tolerance"
     )
     record_every: Annotated[int, Field(ge=1, le=1_000_000_000)] = key(
         "steps between recorded rows", 1, kind="whole number from 1"
@@ -121,6 +143,8 @@ class Document(Table, BaseModel):  # the linter knows the children of BaseModel 
         locals()[row.section] = {}
     del row
     outputs: dict[str, Output] = {}
+    modes: dict[str, Mode] = {}
+    events: dict[str, Event] = {}
     simulation: Simulation = Simulation()
 
     def section(self, name: str) -> Mapping[str, Any]:

@@ -64,11 +64,19 @@ def _child_hint(data: Mapping[str, Any]) -> str:
     return " or ".join(f'child = "{name}"' for name in free[:3] if is_legal(name)) or "child = ..."
 
 
-def explained(kind: str, message: str, location: tuple[str | int, ...], given: object) -> tuple[str, str]:
-    """Return what pydantic found at a place, in the words of the scene file, and a hint."""
+def explained(
+    kind: str,
+    message: str,
+    location: tuple[str | int, ...],
+    given: object,
+    table: type[BaseModel] = Document,
+    depth: int = 0,
+) -> tuple[str, str]:
+    """Return what pydantic found at a place, in the words of the scene file, and a hint; the part of the location from
+    ``depth`` on is within ``table``."""
     last = str(location[-1])
     if kind == "extra_forbidden":
-        return f"the key {shown(last)} is unknown here", nearest(last, _keys_at(location[:-1]))
+        return f"the key {shown(last)} is unknown here", nearest(last, _keys_at(location[depth:-1], table))
     if kind == "missing":
         return f"the key {last} is missing", f"{last} = {'1' if last == 'format' else '...'}"
     if location == ("format",):
@@ -98,9 +106,8 @@ def explained(kind: str, message: str, location: tuple[str | int, ...], given: o
     return message[0].lower() + message[1:], ""
 
 
-def _keys_at(location: tuple[str | int, ...]) -> list[str]:
-    """Return the keys that the schema knows at a place."""
-    model: Any = Document
+def _keys_at(location: tuple[str | int, ...], model: Any) -> list[str]:
+    """Return the keys that the schema knows at a place within a table."""
     for part in location:
         if isinstance(model, type) and issubclass(model, BaseModel) and part in model.model_fields:
             model = model.model_fields[str(part)].annotation

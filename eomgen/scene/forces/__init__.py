@@ -1,5 +1,6 @@
 """Forces and force elements, a module for each kind with schema, model and reading."""
 
-__all__ = ["bushings", "efforts", "element", "forces", "springs", "torsion_springs", "tyres"]
+#: The module whose imports from this room are open to others: every kind in the register, and what kinds share.
+OPENED_BY = "register"
 #: Open to the other parts of ``scene`` as well.
 WITHIN = ["register"]

@@ -15,7 +15,7 @@ from eomgen.scene.geometry.rotations import rows, sequence
 from eomgen.scene.joints.constraint_model import Frame
 from eomgen.scene.joints.frame_schema import Frame as FrameEntry
 from eomgen.scene.joints.frames import read_frame
-from eomgen.scene.reading.keys import Table, key
+from eomgen.scene.reading.keys import Table, key, of_parameters, optional
 from eomgen.scene.reading.kinds import SixBySix, Triple
 from eomgen.scene.reading.requirements import DAMPING, STIFFNESS
 from eomgen.scene.reading.rotation_schema import Rotations
@@ -32,20 +32,16 @@ class BushingEntry(Table):
 
     first: FrameEntry = key("a frame in one body", kind="frame, see [constraints](#constraints)")
     second: FrameEntry = key("a frame in another", kind="frame, see [constraints](#constraints)")
-    stiffness: Triple | None = key(
-        "along x, y, z of the first frame", None, unit="N/m", names=PARAMETERS, shown_default=_NOTHING
+    stiffness: Triple | None = of_parameters("along x, y, z of the first frame", unit="N/m", shown_default=_NOTHING)
+    damping: Triple | None = of_parameters("along x, y, z", unit="N s/m", shown_default=_NOTHING)
+    rotational_stiffness: Triple | None = of_parameters(
+        "about x, y, z of the first frame", unit="N m/rad", shown_default=_NOTHING
     )
-    damping: Triple | None = key("along x, y, z", None, unit="N s/m", names=PARAMETERS, shown_default=_NOTHING)
-    rotational_stiffness: Triple | None = key(
-        "about x, y, z of the first frame", None, unit="N m/rad", names=PARAMETERS, shown_default=_NOTHING
+    rotational_damping: Triple | None = of_parameters("about x, y, z", unit="N m s/rad", shown_default=_NOTHING)
+    stiffness_matrix: SixBySix | None = optional(
+        "symmetric, rotations first, in place of both stiffnesses", kind="6x6 numbers"
     )
-    rotational_damping: Triple | None = key(
-        "about x, y, z", None, unit="N m s/rad", names=PARAMETERS, shown_default=_NOTHING
-    )
-    stiffness_matrix: SixBySix | None = key(
-        "symmetric, rotations first, in place of both stiffnesses", None, kind="6x6 numbers"
-    )
-    damping_matrix: SixBySix | None = key("rotations first, in place of both dampings", None, kind="6x6 numbers")
+    damping_matrix: SixBySix | None = optional("rotations first, in place of both dampings", kind="6x6 numbers")
     rest: Triple = key(
         "origin of the second frame in the first where the springs are slack", _ZEROS, unit="m", names=PARAMETERS
     )

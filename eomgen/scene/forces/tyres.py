@@ -10,7 +10,7 @@ from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Number
 from eomgen.scene.forces.element import ForceElement, Row, Site
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS, ROAD
-from eomgen.scene.reading.keys import Table, key
+from eomgen.scene.reading.keys import Table, key, optional
 from eomgen.scene.reading.kinds import Triple, Value
 from eomgen.scene.reading.kinds import Values as ValuesEntry
 from eomgen.scene.reading.report import check_reference
@@ -42,10 +42,10 @@ class TyreEntry(Table):
     damping: Value = key("vertical", 0.0, unit="N s/m", names=PARAMETERS)
     onset: Value = key("deflection over which the tyre reaches its full stiffness", 1e-3, unit="m", names=PARAMETERS)
     road: Value = key("height of the road under the centre, in the world", 0.0, unit="m", names=ROAD)
-    road_rate: Value | None = key(
-        "its rate from time and inputs; needed with `damping` where the road has an input", None, unit="m/s", names=ROAD
+    road_rate: Value | None = optional(
+        "its rate from time and inputs; needed with `damping` where the road has an input", unit="m/s", names=ROAD
     )
-    slip: SlipEntry | None = key("forces in the plane of the road", None, kind="table, below")
+    slip: SlipEntry | None = optional("forces in the plane of the road", kind="table, below")
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from eomgen.formula.nodes import Application, Formula, Operation, Symbol
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import PARAMETERS, Names, Scope
 from eomgen.scene.formula.tokens import FormulaError
+from eomgen.system.events import mode_parameter
 
 Entry = TypeVar("Entry")
 _NOTHING_KNOWN = Symbol("parameter", "")
@@ -59,7 +60,13 @@ def read_included(text: str, names: Names, scope: Scope) -> Formula:
     FormulaError
         In the words of the file.
     """
-    return _read(text, spaces_of(text), names, scope)
+    formula = _read(text, spaces_of(text), names, scope)
+    return _mapped(formula, _without_modes) if names.modes else formula
+
+
+def _without_modes(symbol: Symbol) -> Symbol:
+    """Return a mode as the tunable parameter that holds its value; other symbols as they are."""
+    return Symbol("parameter", mode_parameter(symbol.name)) if symbol.kind == "mode" else symbol
 
 
 def known_there(text: str, names: Collection[str]) -> frozenset[str]:

@@ -240,7 +240,7 @@ class _Reader:
         kind, name = inner.value.id.removeprefix(PREFIX), inner.attr.removeprefix(PREFIX)
         known, size = self.family(kind, name)
         if known is None:
-            raise self.error(node, f"unknown quantity {shown(kind)}", nearest(kind, [*QUANTITIES, *self.names.offered]))
+            raise self.error(node, f"unknown quantity {shown(kind)}", nearest(kind, self.kinds()))
         offered = self.names.offered.get(kind)
         scope_kind = offered.scope if offered else "power" if kind == "energy" and name.endswith("power") else kind
         self.allow(node, scope_kind, f"{kind}.{name if is_legal(name) else shown(name)}")
@@ -263,6 +263,10 @@ class _Reader:
             raise self.error(node, f"{kind}.{name} has no component {index}", hint)
         return Symbol(kind, name, index or 0)
 
+    def kinds(self) -> list[str]:
+        """Return the kinds of quantities that have names here."""
+        return [*QUANTITIES, *self.names.offered, *(["mode"] if self.names.modes else [])]
+
     def family(self, kind: str, name: str) -> tuple[list[str] | None, int | None]:
         """Return the names that a kind of quantity can take, and how many components this one has if that is known."""
         if kind in ("q", "v", "a"):
@@ -271,6 +275,8 @@ class _Reader:
             return [*self.names.joints, *self.names.beams], size
         if kind in ("position", "velocity", "acceleration"):
             return list(self.names.points), 3
+        if kind == "mode" and self.names.modes:
+            return list(self.names.modes), 1
         if kind in self.names.offered:
             return list(self.names.offered[kind].names), 1
         return (list(ENERGIES), 1) if kind == "energy" else (None, 0)

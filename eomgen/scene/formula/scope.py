@@ -40,6 +40,7 @@ _STATE = frozenset(
         "velocity",
         "energy",
         "element",
+        "mode",
     }
 )
 FIXED_PARAMETERS = Scope("fixed parameters", frozenset({"fixed"}))
@@ -86,6 +87,7 @@ class Names:
     joints: Mapping[str, str] = field(default_factory=dict)
     beams: Mapping[str, int] = field(default_factory=dict)
     points: tuple[str, ...] = ()
+    modes: tuple[str, ...] = ()
     curves: Mapping[str, AnyCurve] = field(default_factory=dict)
     offered: Mapping[str, Offered] = field(default_factory=dict)
 

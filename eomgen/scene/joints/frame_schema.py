@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pydantic import model_validator
 
-from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS
-from eomgen.scene.reading.keys import Table, key
+from eomgen.scene.formula.scope import FIXED_PARAMETERS
+from eomgen.scene.reading.keys import Table, of_parameters, optional
 from eomgen.scene.reading.kinds import Triple
 from eomgen.scene.reading.rotation_schema import Rotations
 
@@ -13,12 +13,12 @@ from eomgen.scene.reading.rotation_schema import Rotations
 class Frame(Table):
     """A frame that a constraint or a bushing holds: a point's name, or a table."""
 
-    body: str | None = key("where the frame is", None, refers="bodies", kind="body or `base`")
-    point: str | None = key("the same, by a point's name", None, refers="points")
-    position: Triple | None = key("in the body", None, unit="m", names=PARAMETERS, shown_default="`[0, 0, 0]`")
-    rotation: Rotations | None = key("the frame's axes, in place of `axis`", None)
-    axis: Triple | None = key("the frame's z axis, in the body's axes", None, names=FIXED_PARAMETERS)
-    x_axis: Triple | None = key("the frame's x axis is the part of it across `axis`", None, names=FIXED_PARAMETERS)
+    body: str | None = optional("where the frame is", refers="bodies", kind="body or `base`")
+    point: str | None = optional("the same, by a point's name", refers="points")
+    position: Triple | None = of_parameters("in the body", unit="m", shown_default="`[0, 0, 0]`")
+    rotation: Rotations | None = optional("the frame's axes, in place of `axis`")
+    axis: Triple | None = optional("the frame's z axis, in the body's axes", names=FIXED_PARAMETERS)
+    x_axis: Triple | None = optional("the frame's x axis is the part of it across `axis`", names=FIXED_PARAMETERS)
 
     @model_validator(mode="before")
     @classmethod

@@ -15,7 +15,7 @@ from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_ori
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic.fields import FieldInfo
 
-from eomgen.scene.formula.scope import Scope
+from eomgen.scene.formula.scope import PARAMETERS, Scope
 
 #: A unit in SI, or units of components; where it depends on a type (of joint, of constraint), by that type.
 Units = str | tuple[str, ...]
@@ -39,6 +39,7 @@ class Meaning:
         ``joint``.
     names : which names its formulas may use; None where it takes no formulas.
     refers : the section whose entries it names.
+    sets : whether it is a table whose keys are numbers of the state, as formulas call them.
     path : whether it is the path of a file, from the folder of the file that it is written in.
     kind : words for the type of value, in place of what follows from the annotation.
     shown_default : words for the default, in place of its value.
@@ -47,6 +48,7 @@ class Meaning:
     unit: Units | Mapping[str, Units] = ""
     names: Scope | None = None
     refers: str = ""
+    sets: bool = False
     path: bool = False
     kind: str = ""
     shown_default: str = ""
@@ -59,6 +61,7 @@ def key(
     unit: Units | Mapping[str, Units] = "",
     names: Scope | None = None,
     refers: str = "",
+    sets: bool = False,
     path: bool = False,
     kind: str = "",
     shown_default: str = "",
@@ -74,10 +77,20 @@ def key(
     default : object
         The value where the key is absent; required by default.
     """
-    meaning = Meaning(unit, names, refers, path, kind, shown_default)
+    meaning = Meaning(unit, names, refers, sets, path, kind, shown_default)
     field = Field(default, description=description, **constraints)
     field.metadata.append(meaning)
     return field
+
+
+def optional(description: str, **meaning: Any) -> Any:
+    """Return a key that is None where it is absent; ``meaning`` as for ``key``."""
+    return key(description, None, **meaning)
+
+
+def of_parameters(description: str, *, unit: Units | Mapping[str, Units] = "", shown_default: str = "") -> Any:
+    """Return an optional key whose values are formulas of parameters."""
+    return optional(description, unit=unit, names=PARAMETERS, shown_default=shown_default)
 
 
 def meaning_of(field: FieldInfo) -> Meaning:

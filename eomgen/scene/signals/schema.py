@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from eomgen.scene.formula.scope import EVERYTHING, FIXED_PARAMETERS, STATE, TIME
-from eomgen.scene.reading.keys import ANY_UNIT, Table, key
+from eomgen.scene.reading.keys import ANY_UNIT, Table, key, optional
 from eomgen.scene.reading.kinds import Description, Finite, Pair, Unit, Value, Values
 
 RoadClass = Literal["A", "B", "C", "D", "E", "F", "G", "H"]
@@ -33,8 +33,8 @@ class TableFile(Table):
     value_unit: Unit = key("unit that the value's column is in, to be brought to SI: `mm`", "")
     argument_scale: Finite = key("factor on the argument", 1.0)
     value_scale: Finite = key("factor on the value", 1.0)
-    delimiter: Literal["comma", "semicolon", "tab", "space"] | None = key(
-        "between columns", None, shown_default="the first of tab, semicolon, comma, space that is in the first row"
+    delimiter: Literal["comma", "semicolon", "tab", "space"] | None = optional(
+        "between columns", shown_default="the first of tab, semicolon, comma, space that is in the first row"
     )
     decimal: Literal[".", ","] = key("mark in numbers", ".", kind="`.` or `,`")
 
@@ -71,16 +71,15 @@ class Profile(Table):
 class Shape(Table):
     """What takes points, listed or from a table."""
 
-    table: TableFile | None = key("points from a CSV file", None)
-    points: Annotated[tuple[Pair, ...], Field(strict=False)] | None = key(
-        "points in order", None, unit=ANY_UNIT, names=FIXED_PARAMETERS, kind="list of [argument, value], any unit"
+    table: TableFile | None = optional("points from a CSV file")
+    points: Annotated[tuple[Pair, ...], Field(strict=False)] | None = optional(
+        "points in order", unit=ANY_UNIT, names=FIXED_PARAMETERS, kind="list of [argument, value], any unit"
     )
-    interpolation: Literal["quintic", "linear", "steps"] | None = key(
-        "between points", None, shown_default="`quintic`", kind="`quintic`, `linear` or `steps`"
+    interpolation: Literal["quintic", "linear", "steps"] | None = optional(
+        "between points", shown_default="`quintic`", kind="`quintic`, `linear` or `steps`"
     )
-    outside: Literal["error", "hold", "periodic"] | None = key(
+    outside: Literal["error", "hold", "periodic"] | None = optional(
         "beyond the points",
-        None,
         shown_default="`error`; `hold` for `points` that are `linear` or `steps`",
         kind="`error`, `hold` or `periodic`",
     )
@@ -89,9 +88,9 @@ class Shape(Table):
 class Curve(Shape):
     """A function of one number that formulas use by its name."""
 
-    wave: Wave | None = key("a periodic signal", None)
-    bump: Bump | None = key("a single bump", None)
-    road: Profile | None = key("a random road over distance in m", None)
+    wave: Wave | None = optional("a periodic signal")
+    bump: Bump | None = optional("a single bump")
+    road: Profile | None = optional("a random road over distance in m")
     unit: Unit = key("label", "")
     description: Description = key("for tables", "")
 
@@ -99,8 +98,8 @@ class Curve(Shape):
 class Road(Shape):
     """The elevation under a wheel over time: a profile of ISO 8608, a bump, or points over distance, at a speed."""
 
-    road_class: RoadClass | None = key(_CLASS, None, alias="class", kind="`A` to `H`")
-    bump: Bump | None = key("a single bump", None)
+    road_class: RoadClass | None = optional(_CLASS, alias="class", kind="`A` to `H`")
+    bump: Bump | None = optional("a single bump")
     speed: Value = key("of the vehicle, up to 10 000", unit="m/s", names=FIXED_PARAMETERS)
     seed: Seed = key("of the random phases of a class", 0, kind="whole number from 0")
     offset: Value = key(
@@ -115,9 +114,9 @@ class Road(Shape):
 class Input(Shape):
     """A signal u(t) that formulas use by its name: the sum of what its keys say."""
 
-    formula: Value | None = key("a formula", None, unit=ANY_UNIT, names=TIME)
-    wave: Wave | None = key("a periodic signal", None)
-    road: Road | None = key("a road at a speed", None)
+    formula: Value | None = optional("a formula", unit=ANY_UNIT, names=TIME)
+    wave: Wave | None = optional("a periodic signal")
+    road: Road | None = optional("a road at a speed")
     unit: Unit = key("label", "")
     description: Description = key("for tables", "")
 
@@ -148,12 +147,12 @@ class Parameter(Table):
 class Output(Table):
     """A named quantity that is recorded along a run."""
 
-    position: str | None = key("3 components in world axes", None, refers="points")
-    velocity: str | None = key("3 components in world axes", None, refers="points")
-    acceleration: str | None = key("3 components in world axes", None, refers="points")
-    formula: Values | None = key("one component or several", None, names=EVERYTHING)
-    energy: str | None = key(
-        "J, or W for the powers", None, kind="`kinetic`, `potential`, `total`, `power`, `base_power`"
+    position: str | None = optional("3 components in world axes", refers="points")
+    velocity: str | None = optional("3 components in world axes", refers="points")
+    acceleration: str | None = optional("3 components in world axes", refers="points")
+    formula: Values | None = optional("one component or several", names=EVERYTHING)
+    energy: str | None = optional(
+        "J, or W for the powers", kind="`kinetic`, `potential`, `total`, `power`, `base_power`"
     )
     unit: Unit = key("label", "", shown_default="m, m/s, m/s², J or W where the kind of output says it")
     description: Description = key("title of its panel in the plot, or in the legend where it shares one", "")

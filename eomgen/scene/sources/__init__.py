@@ -1,5 +1,5 @@
-"""Sources of descriptions: TOML with included files, XML, URDF, and those of other distributions."""
+"""Sources of descriptions: TOML, XML, URDF, and those of other distributions."""
 
 __all__ = ["register", "source"]
 #: Open to the other parts of ``scene`` as well.
-WITHIN = ["include", "register", "source", "text", "toml", "urdf"]
+WITHIN = ["register", "source", "text", "toml", "urdf"]

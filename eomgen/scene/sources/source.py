@@ -6,6 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from eomgen.errors import UsageError
+
 
 @dataclass(frozen=True)
 class Read:
@@ -31,13 +33,30 @@ class Read:
 
 @dataclass(frozen=True)
 class Option:
-    """An option of a source; a default of ``()`` stands for a list of names."""
+    """An option of a source: an argument of ``load``, an option of the command line, a key where a file is included.
+
+    Attributes
+    ----------
+    default : str, bool or tuple of str
+        ``()`` for a list of names.
+    description : str
+        What it does; ``of_key`` says it as the meaning of a key.
+    """
 
     name: str
     default: str | bool | tuple[str, ...]
     description: str
     choices: tuple[str, ...] = ()
     metavar: str = ""
+    of_key: str = ""
+
+
+class OptionError(UsageError):
+    """An option that does not fit the file, such as the name of something that is not in it."""
+
+    def __init__(self, option: str, what: str, hint: str) -> None:
+        super().__init__(what, hint)
+        self.option = option
 
 
 @dataclass(frozen=True)
@@ -59,6 +78,8 @@ class Source:
     options : tuple of Option
     elsewhere : mapping
         Endings of files that become this kind by another program, and what to try.
+    scenes : bool
+        Whether its files are scene files themselves: with units, and with includes of their own.
     """
 
     name: str
@@ -67,3 +88,4 @@ class Source:
     read: Callable[..., Read]
     options: tuple[Option, ...] = ()
     elsewhere: Mapping[str, str] = field(default_factory=dict)
+    scenes: bool = False

@@ -152,4 +152,4 @@ def read_toml(text: str, *, file: str, strict: bool = False, included: bool = Fa
     return Read(*toml_data(text, file))
 
 
-TOML = Source("TOML", (".toml",), "a .toml scene", read_toml)
+TOML = Source("TOML", (".toml",), "a .toml scene", read_toml, scenes=True)

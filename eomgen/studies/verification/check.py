@@ -14,6 +14,7 @@ from eomgen.pipeline import pipeline
 from eomgen.studies.verification.claims.beams import beam_claims
 from eomgen.studies.verification.claims.bodies import body_claims
 from eomgen.studies.verification.claims.claim import Claim, Space
+from eomgen.studies.verification.claims.events import event_claims
 from eomgen.studies.verification.claims.linear_models import linear_claims
 from eomgen.studies.verification.claims.motion import motion_claims
 from eomgen.studies.verification.claims.partials import constraint_claims, packed_claims, partial_claims
@@ -37,7 +38,7 @@ LARGE = 128
 #: Velocity components up to which the matrices of the closed form are built: they have six rows for each link.
 CLOSED = 8
 #: Functions that together hold all formulas of a scene.
-_OF_FORMULAS = ("residual", "internal_rate", "outputs", "base", "energy", "inputs")
+_OF_FORMULAS = ("residual", "internal_rate", "outputs", "base", "energy", "inputs", "events")
 #: Rates of other orders are made as those of the second are.
 _CHECKED = [term for name, term in TERMS.items() if not (term.source and name[-1].isdigit())]
 
@@ -134,6 +135,7 @@ def _claims(space: Space, engine: Engine, system: System, model: Model) -> list[
         *beam_claims(space, engine, system, model.scene),
         *rate_claims(space, engine),
         *linear_claims(space, engine, system, model.description),
+        *event_claims(space, engine, system),
     ]
 
 

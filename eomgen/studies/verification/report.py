@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
@@ -15,7 +14,9 @@ import numpy as np
 
 from eomgen.errors import FileError, Problem
 from eomgen.files import write_text
+from eomgen.results.figures import new_figure, saved
 from eomgen.studies.verification.differences import LADDER
+from eomgen.text import json_text
 
 #: ``agrees``; ``FAILS``; ``undecided``: neither way of differentiating gives digits; ``no state``: none where it is
 #: finite.
@@ -176,7 +177,7 @@ def write(report: CheckReport, folder: Path) -> list[Path]:
     """
     make(folder)
     data, table, figure = folder / "check.json", folder / "check.csv", folder / "check.png"
-    write_text(data, json.dumps(_finite(report.to_dict()), indent=2) + "\n")
+    write_text(data, json_text(report.to_dict()) + "\n")
     write_text(table, _table(report))
     drawn = [form for form in report.forms if any(math.isfinite(error) for error in form.errors)]
     if drawn:
@@ -190,15 +191,6 @@ def make(folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise FileError(Problem(str(folder), f"cannot be made ({error.strerror or error})", "another folder")) from None
-
-
-def _finite(data: Any) -> Any:
-    """Return data without the infinities and NaN that JSON does not have."""
-    if isinstance(data, dict):
-        return {key: _finite(value) for key, value in data.items()}
-    if isinstance(data, list | tuple):
-        return [_finite(value) for value in data]
-    return None if isinstance(data, float) and not math.isfinite(data) else data
 
 
 def _table(report: CheckReport) -> str:
@@ -226,15 +218,10 @@ def _panels(forms: Sequence[FormReport]) -> list[tuple[str, list[FormReport]]]:
 
 
 def _draw(report: CheckReport, forms: Sequence[FormReport], path: Path) -> None:
-    # slow to import, and only drawing needs it
-    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
-    from matplotlib.figure import Figure  # noqa: PLC0415
-
     panels = _panels(forms)
     columns = 1 if len(panels) == 1 else 2
     rows = -(-len(panels) // columns)
-    figure = Figure(figsize=(8.0 * columns, 0.9 + 3.6 * rows), layout="constrained", dpi=110)
-    FigureCanvasAgg(figure)
+    figure = new_figure((8.0 * columns, 0.9 + 3.6 * rows))
     axes = figure.subplots(rows, columns, squeeze=False).ravel()
     for axis, (family, members) in zip(axes, panels, strict=False):
         _panel(axis, family, members)
@@ -246,12 +233,7 @@ def _draw(report: CheckReport, forms: Sequence[FormReport], path: Path) -> None:
         "dotted: against complex steps",
         fontsize=11,
     )
-    try:
-        figure.savefig(path)
-    except OSError as error:
-        raise FileError(
-            Problem(str(path), f"cannot be written ({error.strerror or error})", "another folder")
-        ) from None
+    saved(figure, path)
 
 
 def _panel(axis: Any, family: str, forms: Sequence[FormReport]) -> None:

@@ -69,7 +69,7 @@ def _motion(model: Model, count: int, notes: list[str]) -> tuple[list[dict[str, 
     every = max(1, _STEPS // (count - 1))
     try:
         end = min(every * (count - 1) * settings.step, settings.duration)
-        run = model.simulate(end, record_every=every)
+        run = model.simulate(end, record_every=every, error_estimate=False)
     except EomgenError as error:
         notes.append(f"no motion to take states from: {'; '.join(problem.what for problem in error.problems)}")
         return [initial], ["initial state"]

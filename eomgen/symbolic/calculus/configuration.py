@@ -49,8 +49,7 @@ def tangent_seeds(tape: Tape, group: str, q: Sequence[Ref], first: int = 0) -> d
 def configuration_seeds(
     tape: Tape, factors: Iterable[tuple[str, int, int, int]], block: str = "q"
 ) -> dict[Ref | InputSymbol, Tangent]:
-    """Return the seeds of a configuration from ``factors`` (group, q_start, q_size, v_start); directions are those of
-    v."""
+    """Return the seeds of a configuration of ``factors`` (group, q_start, q_size, v_start), by components of v."""
     seeds: dict[Ref | InputSymbol, Tangent] = {}
     for group, q_start, q_size, v_start in factors:
         seeds |= tangent_seeds(tape, group, [tape.input(block, q_start + k) for k in range(q_size)], v_start)
@@ -82,8 +81,7 @@ def quaternion_jet(tape: Tape, q: Sequence[Ref], omega: Sequence[Jet], order: in
 
 
 def pose_jet(tape: Tape, pose: Sequence[Ref], twist: Sequence[Jet], order: int) -> list[list[Ref]]:
-    """Return the jets of a pose (quaternion, then position) from those of its body twist (omega, R^T x'): x' = R(q)
-    v."""
+    """Return the jets of a pose (quaternion, position) from those of its body twist (omega, v = R^T x')."""
     turning = quaternion_jet(tape, pose[:4], twist[:3], order)
     entries = [ref for row in rotation(tape, pose[:4]) for ref in row]
     matrix = jets(tape, entries, dict(zip(pose[:4], turning, strict=True)), order)
@@ -111,15 +109,15 @@ def configuration_jets(
     for group, q_start, q_size, v_start in factors:
         q = [tape.input(block, q_start + k) for k in range(q_size)]
         if group == "SO3":
-            found = quaternion_jet(tape, q, velocity[v_start : v_start + 3], order)
+            component_jets = quaternion_jet(tape, q, velocity[v_start : v_start + 3], order)
         elif group == "SE3":
-            found = pose_jet(tape, q, velocity[v_start : v_start + 6], order)
+            component_jets = pose_jet(tape, q, velocity[v_start : v_start + 6], order)
         elif group == "R":
             rates = [[coefficient(velocity[v_start + k], i) for i in range(order)] for k in range(q_size)]
-            found = [JetAlgebra(tape).integrate(start, rate) for start, rate in zip(q, rates, strict=True)]
+            component_jets = [JetAlgebra(tape).integrate(start, rate) for start, rate in zip(q, rates, strict=True)]
         else:
             raise ValueError(f"no jet for group {group!r}; known: R, SO3, SE3")
-        result |= dict(zip(q, found, strict=True))
+        result |= dict(zip(q, component_jets, strict=True))
     return result
 
 

@@ -150,8 +150,7 @@ class JetAlgebra:
                 return flat
 
     def curve(self, curve: CurveLike, derivative: int, x: Jet) -> list[Ref]:
-        """Return the jet of a curve c(x): c' is the curve's derivative, with a jet one coefficient shorter, times
-        x'."""
+        """Return the jet of a curve c(x): c' is the jet of its derivative, one coefficient shorter, times x'."""
         value = self.tape.curve(curve, derivative, x[0])
         if not _varies(x):
             return [value] + [ZERO] * (len(x) - 1)
@@ -164,11 +163,13 @@ class JetAlgebra:
         return [self.tape.add(p, q) for p, q in zip(x, y, strict=True)]
 
     def multiply(self, x: Jet, y: Jet) -> list[Ref]:
+        """Return the product of two jets (Cauchy product), as long as they are."""
         if list(x) == list(y):
             return [self._square(x, k) for k in range(len(x))]
         return [self._convolution(x, y, k, 0, k) for k in range(len(x))]
 
     def divide(self, x: Jet, y: Jet) -> list[Ref]:
+        """Return the quotient of two jets, one division and one product per coefficient."""
         if not y:
             return []
         reciprocal, z = self.tape.div(ONE, y[0]), [self.tape.div(x[0], y[0])]

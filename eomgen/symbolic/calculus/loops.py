@@ -63,8 +63,8 @@ def map_jets(tape: Tape, number: int, jet: Callable[[Ref], Sequence[Ref]], order
     for symbol in _moving(loop, varying):
         later = [growth.add_input(symbol, k, [path[k] for path in outer[symbol]]) for k in range(1, order + 1)]
         seeds[symbol] = [growth.kernel.input(symbol.block, symbol.index), *later]
-    found = jets(growth.kernel, growth.refs, seeds, order)
-    rows = growth.finish(tape, [{k: ref for k, ref in enumerate(path) if k and ref != ZERO} for path in found])
+    series = jets(growth.kernel, growth.refs, seeds, order)
+    rows = growth.finish(tape, [{k: ref for k, ref in enumerate(path) if k and ref != ZERO} for path in series])
     values = add_map(tape, loop).flat
     return [[value, *(row.get(k, ZERO) for k in range(1, order + 1))] for value, row in zip(values, rows, strict=True)]
 
@@ -117,9 +117,9 @@ def map_adjoints(
         tuple(of_gather),
         loop.label,
     )
-    found = add_map(tape, compact(backward, range(len(last))))
-    pairs = [*zip(loop.shared, found.sums, strict=True), *zip(loop.initial, found.last, strict=True)]
-    for row, i in zip(found.rows, reversed(range(loop.count)), strict=True):
+    results = add_map(tape, compact(backward, range(len(last))))
+    pairs = [*zip(loop.shared, results.sums, strict=True), *zip(loop.initial, results.last, strict=True)]
+    for row, i in zip(results.rows, reversed(range(loop.count)), strict=True):
         pairs += [(slot[i], adjoint) for slot, adjoint in zip(loop.gather, row, strict=True)]
     return pairs
 
@@ -167,8 +167,7 @@ class _Growth:
         self._carried: list[tuple[int, int]] = []
 
     def add_input(self, symbol: InputSymbol, label: int, column: Sequence[Ref]) -> Ref:
-        """Return the kernel reference of companion ``label`` of a kernel input; ``column`` holds its outer
-        references."""
+        """Return the kernel reference of companion ``label`` of an input; ``column``: its outer references."""
         constant = column[0] in (ZERO, ONE) and all(ref == column[0] for ref in column)
         if symbol.block == "carry":
             self._initial.append(column[0])
@@ -200,14 +199,16 @@ class _Growth:
             tuple(ref for row in stacked for ref in row.values()),
             loop.label,
         )
-        found = add_map(tape, compact(grown, range(old, len(self._initial))))
+        results = add_map(tape, compact(grown, range(old, len(self._initial))))
         finals: list[Tangent] = [{} for _ in loop.last]
-        for (k, label), ref in zip(self._carried, found.last, strict=False):  # old carries that are still needed follow
+        for (k, label), ref in zip(
+            self._carried, results.last, strict=False
+        ):  # old carries that are still needed follow
             finals[k][label] = ref
         tangents = (
-            _labelled(sums, found.sums)
+            _labelled(sums, results.sums)
             + finals
-            + [tangent for row in found.rows for tangent in _labelled(stacked, row)]
+            + [tangent for row in results.rows for tangent in _labelled(stacked, row)]
         )
         return [{label: ref for label, ref in tangent.items() if ref != ZERO} for tangent in tangents]
 
@@ -222,7 +223,7 @@ def _combined_partials(
     sums, _, stacked = loop.split_kernel(partials)
     summed = [{k: ref for k, ref in row.items() if active[k].block == "shared"} for row in sums]
     local = [{k: ref for k, ref in row.items() if active[k].block == "gather"} for row in sums] + stacked
-    found = add_map(
+    results = add_map(
         tape,
         compact(
             replace(
@@ -234,9 +235,11 @@ def _combined_partials(
             (),
         ),
     )
-    totals = [_combine(tape, {}, row, [outer[symbol][0] for symbol in active]) for row in _labelled(summed, found.sums)]
+    totals = [
+        _combine(tape, {}, row, [outer[symbol][0] for symbol in active]) for row in _labelled(summed, results.sums)
+    ]
     rows: list[Tangent] = []
-    for i, row in enumerate(found.rows):
+    for i, row in enumerate(results.rows):
         here = [outer[symbol][i if symbol.block == "gather" else 0] for symbol in active]
         of_sums, of_rows = _split(_labelled(local, row), len(loop.sums), 0)[::2]
         totals = [_combine(tape, total, partial, here) for total, partial in zip(totals, of_sums, strict=True)]

@@ -90,8 +90,7 @@ def gradient(tape: Tape, output: Ref, wrt: Sequence[Ref]) -> list[Ref]:
 
 
 def weighted_gradient(tape: Tape, outputs: Sequence[Ref], weights: Sequence[Ref], wrt: Sequence[Ref]) -> list[Ref]:
-    """Differentiate sum_k weights[k] outputs[k], the weights held constant, with respect to nodes treated as
-    independent."""
+    """Differentiate sum_k weights[k] outputs[k] with respect to independent nodes, the weights held constant."""
     wanted = {abs(ref) for ref in wrt}
     adjoints: dict[int, Ref] = {}
     for output, weight in zip(outputs, weights, strict=True):

@@ -197,7 +197,7 @@ FAILURES = [
     Failure(
         "A file in the place of the folder",
         7,
-        "input/output error: scene.toml: the folder cannot be made: File exists; try: another folder",
+        "input/output error: scene.toml: this is a file, and a folder is needed; try: another folder",
         command="simulate scene.toml --out scene.toml",
     ),
     Failure(

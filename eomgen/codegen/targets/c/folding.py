@@ -21,13 +21,19 @@ def folded(text: str) -> str:
     """Return C text with no line longer than WIDTH, but for directives and texts that cannot be cut."""
     if all(len(line) <= WIDTH for line in text.split("\n")):
         return text
-    return "\n".join(piece for line in text.split("\n") for piece in _pieces(line))
+    pieces: list[str] = []
+    within = False  # a comment that an earlier line began: a product may begin with a star, too
+    for line in text.split("\n"):
+        pieces += _pieces(line, within)
+        opened, closed = line.rfind("/*"), line.rfind("*/")
+        within = opened > closed or (within and closed < 0)
+    return "\n".join(pieces)
 
 
-def _pieces(line: str) -> list[str]:
+def _pieces(line: str, within: bool = False) -> list[str]:
     if len(line) <= WIDTH or line.lstrip().startswith("#") or line.endswith("\\"):
         return [line]
-    if _COMMENT_LINE.match(line):
+    if _COMMENT_LINE.match(line) and (within or "/*" in line):
         return _folded_comment(line)
     indent = line[: len(line) - len(line.lstrip())]
     behind = re.search(r"\s*(/\*[^\"]*\*/)$", line)
@@ -42,13 +48,13 @@ def _folded_comment(line: str) -> list[str]:
     prefix = f"{indent} * " if line.lstrip().startswith("/*") else f"{indent}* "
     pieces = []
     while len(line) > WIDTH:
-        place = line.rfind(" ", len(prefix) + 1, WIDTH + 1)
-        if line[place + 1 :] == "*/":
-            place = line.rfind(" ", len(prefix) + 1, place)
-        if place < 0:
+        cut = line.rfind(" ", len(prefix) + 1, WIDTH + 1)
+        if line[cut + 1 :] == "*/":
+            cut = line.rfind(" ", len(prefix) + 1, cut)
+        if cut < 0:
             break
-        pieces.append(line[:place].rstrip())
-        line = prefix + line[place + 1 :].lstrip()
+        pieces.append(line[:cut].rstrip())
+        line = prefix + line[cut + 1 :].lstrip()
     return [*pieces, line]
 
 
@@ -59,20 +65,20 @@ def _folded_code(line: str, indent: str) -> list[str]:
     while len(line) > WIDTH:
         closed = [match.span() for match in _CLOSED.finditer(line)]
         start = len(line) - len(line.lstrip())
-        found = [
+        cuts = [
             match.start()
             for match in _BREAK.finditer(line, start, WIDTH + 1)
             if match.start() <= WIDTH and not any(first < match.start() < last for first, last in closed)
         ]
-        if not found:  # a long name of a function with one long argument
-            place = line.rfind("(", start, WIDTH) + 1
-            if place == 0 or any(first < place < last for first, last in closed):
+        if not cuts:  # a long name of a function with one long argument
+            cut = line.rfind("(", start, WIDTH) + 1
+            if cut == 0 or any(first < cut < last for first, last in closed):
                 break
-            pieces.append(line[:place])
-            line = indent + line[place:]
+            pieces.append(line[:cut])
+            line = indent + line[cut:]
             continue
-        late = [place for place in found if place > WIDTH // 2] or found[-1:]
-        place = min(late, key=lambda place: (line.count("(", 0, place) - line.count(")", 0, place), -place))
-        pieces.append(line[:place])
-        line = indent + line[place + 1 :]
+        late = [cut for cut in cuts if cut > WIDTH // 2] or cuts[-1:]
+        cut = min(late, key=lambda cut: (line.count("(", 0, cut) - line.count(")", 0, cut), -cut))
+        pieces.append(line[:cut])
+        line = indent + line[cut + 1 :]
     return [*pieces, line]

@@ -8,6 +8,7 @@ from collections.abc import Collection, Sequence
 from eomgen.codegen.program import Program, ProgramFunction, ProgramLoop
 from eomgen.codegen.targets.target import Names
 from eomgen.errors import ModelError
+from eomgen.system.system import base_component
 
 _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 #: An underscore between two words keeps clear of the names that code has itself: x12, w, angle, EG_...
@@ -48,8 +49,7 @@ def comment(text: str, limit: int = 200) -> str:
 
 
 def c_string(text: str) -> str:
-    """Return a string literal of C: letters, digits and underscores as they are; any other text in octal escapes
-    throughout."""
+    """Return a string literal of C: letters, digits, underscores as they are, any other text in octal escapes."""
     plain = re.fullmatch(r"[A-Za-z0-9_]*", text) is not None
     return f'"{text}"' if plain else '"' + "".join(f"\\{byte:03o}" for byte in text.encode()) + '"'
 
@@ -69,10 +69,10 @@ def check_prefix(prefix: str) -> str:
     return prefix
 
 
-def check_identifier(name: str, what: str) -> str:
+def check_identifier(name: str, kind: str) -> str:
     """Return a name that mechanics gave to a function. Raises ModelError unless it is an identifier."""
     if not _IDENTIFIER.fullmatch(name):
-        raise ModelError(f"{what} {name!r} is not an identifier")
+        raise ModelError(f"{kind} {name!r} is not an identifier")
     return name
 
 
@@ -88,16 +88,15 @@ _LONGEST_LOCAL = 32
 
 
 def local_names(names: Sequence[tuple[int, str]], taken: Collection[str]) -> dict[int, str]:
-    """Return C identifiers for local values by number: legal, distinct, out of the way of arguments; others have no
-    name."""
-    found: dict[int, str] = {}
+    """Return C identifiers for local values by number, legal, distinct, no arguments; others have no name."""
+    texts: dict[int, str] = {}
     used = set(taken)
     for number, text in names:
         name = re.sub(r"[^A-Za-z0-9_]+", "_", text)
         if name not in used and len(name) <= _LONGEST_LOCAL and _LOCAL.fullmatch(name) and not _C_WORDS.fullmatch(name):
             used.add(name)
-            found[number] = name
-    return found
+            texts[number] = name
+    return texts
 
 
 NAMES = Names(check_prefix, check_identifier, mangle, output_name)
@@ -228,8 +227,7 @@ class CNames:
         return inputs + outputs
 
     def main_arguments(self, function: ProgramFunction, target: str) -> str:
-        """Return the arguments of a call from the stand-alone program; results go to ``target`` or to arrays of their
-        own."""
+        """Return the arguments of a call from the stand-alone program; results go to ``target`` or own arrays."""
         texts = [f"&{block}" if block in ("p", "base") else block for block in function.inputs]
         if function.name == "base":
             return ", ".join([*texts, "&base"])
@@ -247,12 +245,16 @@ class CNames:
         inputs = [f"&{block}" if block == "p" else block for block in function.inputs]
         return ", ".join([*inputs, *(output.name for output in function.outputs)])
 
+    def zeros_of_base(self) -> str:
+        """Return the components of the base's state that are zero at all times, ``omega[0]``, in words."""
+        return ", ".join(map(base_component, self.program.base_zeros))
+
     @staticmethod
     def loop_inputs(loop: ProgramLoop) -> dict[str, str | Sequence[str]]:
         """Return the texts of what an element of a loop reads."""
         return {
-            "element": "K(constants[element][{}])",
-            "shared": [f"g[{place}]" for place in loop.shared],
+            "element": f"K(constants[{{}}][element{' + lane' if loop.lanes > 1 else ''}])",
+            "shared": [f"g[{index}]" for index in loop.shared],
             "gather": "g[place[element][{}]]",
             "carry": "carry[{}]",
         }

@@ -21,8 +21,7 @@ class SourceFile:
 
 
 def plan_files(program: Program, limit: int = FILE_LIMIT) -> list[SourceFile]:
-    """Return the files of a Program; the first is named after the prefix and defines what calls the parts in the
-    others."""
+    """Return the files of a Program; the first has the prefix as its name and calls the parts in the others."""
     first = SourceFile(program.prefix)
     files = [first]
     total = sum(function.operations for function in program.functions)

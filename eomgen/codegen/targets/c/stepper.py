@@ -67,6 +67,8 @@ def stepper_names(program: StepperProgram) -> dict[str, Any]:
         "call": calls.call,
         "copy_state": calls.copy_state,
         "finite": calls.finite,
+        "good_settings": _good_settings(program),
+        **method["choices"],
     }
     if "unknowns" in method:
         un = method["unknowns"]
@@ -87,15 +89,13 @@ def stepper_names(program: StepperProgram) -> dict[str, Any]:
 def _newton(program: StepperProgram) -> dict[str, Any]:
     """Return what the templates of implicit steps choose by.
 
-    ``solver``; ``scaled``: kinetic energy measures the unknowns; ``direct``: accelerations are a function of the model;
-    ``perturbed``: positions alone are constrained (index 3); ``held``: velocities are brought onto the constraints in
-    each iteration; ``spatial, exponentials``: variants; ``by_radius``: one number gives all coefficients; ``matrix``:
-    what fills the iteration matrix; ``partials``: where its numbers begin; ``moved``: statements of the increment,
-    where it is written out; ``violation``: of row i of Phi; ``jacobian``: B at the start of a step; ``nonzeros_of_B``:
-    their rows and columns; ``good_settings``: the test of settings; ``tolerance`` of velocities, ``rounding`` of them
-    and ``multiplier_rounding``; ``unrolled`` rows and ``substitution`` of an elimination that is written out; ``kinds``
-    of one by fronts; ``iterate``:
-    arguments.
+    ``solver``; ``scaled``: kinetic energy measures the unknowns; ``direct``: accelerations are a function of the
+    model; ``perturbed``: positions alone are constrained (index 3); ``held``: velocities are brought onto the
+    constraints in each iteration; ``matrix``: what fills the iteration matrix; ``partials``: where its numbers
+    begin; ``moved``: statements of the increment, where it is written out; ``violation``: of row i of Phi;
+    ``jacobian``: B at the start of a step; ``nonzeros_of_B``: their rows and columns; ``tolerance`` of velocities,
+    ``rounding`` of them and ``multiplier_rounding``; ``unrolled`` rows and ``substitution`` of an elimination that
+    is written out; ``kinds`` of one by fronts; ``iterate``: arguments.
     """
     method, solver, un = program.method, program.method["solver"], program.method["unknowns"]
     constrained, stabilised, holonomic = un["lam"] > 0, un["eta"] > 0, un["holonomic"] > 0
@@ -106,9 +106,6 @@ def _newton(program: StepperProgram) -> dict[str, Any]:
         "direct": not constrained and "forward_dynamics" in functions,
         "perturbed": holonomic and not stabilised,
         "held": constrained and (stabilised or not holonomic) and "constraint_velocity" in functions,
-        "spatial": method["variant"] == "spatial",
-        "exponentials": method["variant"] in ("F1", "F2"),
-        "by_radius": "rho_inf" in method["parameters"],
         "matrix": _assembled(solver),
         "partials": {name: f"work->numbers + {start}" for name, (start, _) in solver["blocks"].items()},
         "moved": _increment(method),
@@ -116,8 +113,8 @@ def _newton(program: StepperProgram) -> dict[str, Any]:
         "violation": f"work->right[{un['phi']} + i]" if stabilised else "work->constraint[i]",
         "jacobian": "work->jacobian" if stabilised else "NULL",
         "right_is_finite": " && ".join(
-            f"{program.prefix}_finite(work->right{place}, {size})"
-            for place, size in (("", un["v"]), (f" + {un['first_z']}", program.sizes["z"]))
+            f"{program.prefix}_finite(work->right{offset}, {size})"
+            for offset, size in (("", un["v"]), (f" + {un['first_z']}", program.sizes["z"]))
             if size
         ),
         "entries_are_finite": f"{program.prefix}_finite(work->entries, {len(solver['places'])})",
@@ -125,33 +122,25 @@ def _newton(program: StepperProgram) -> dict[str, Any]:
         "speed_rounding": f"K(4.0) * {program.prefix}_EPSILON * work->speed[0]",
         "unit_numbers": ", ".join(str(int(i in method["quaternions"])) for i in range(program.sizes["q"])),
         "spacing": "(unit[i] ? K(1.0) : EG_ABS(q[i]))" if method["quaternions"] else "EG_ABS(q[i])",
-        **_settings(program),
         **_tolerances(program),
         **_elimination(program),
     }
 
 
-def _settings(program: StepperProgram) -> dict[str, str]:
-    """Return the conditions that settings must meet."""
-    method, finite = program.method, f"{program.prefix}_finite"
-    conditions = [f"{finite}(&s->step, 1)", "s->step > K(0.0)"]
-    if "rho_inf" in method["parameters"]:
-        below = method["rho_inf_below"]
-        conditions += [
-            "s->rho_inf >= K(0.0)",
-            f"s->rho_inf {'<= K(1.0)' if below is None else f'< {Calls.number(below)}'}",
-        ]
-    else:
-        conditions += ["s->alpha_m <= s->alpha_f", "s->alpha_f <= K(0.5)", "s->gamma >= K(0.5)", "s->beta > K(0.0)"]
-        conditions += [f"{finite}(&s->{name}, 1)" for name in ("alpha_m", "beta", "gamma")]
-    conditions += ["s->rtol >= K(0.0)", "s->atol >= K(0.0)", f"{finite}(&s->rtol, 1)", f"{finite}(&s->atol, 1)"]
-    conditions += [
-        "s->rtol + s->atol > K(0.0)",
-        "s->max_iterations > 0",
-        "s->max_halvings >= 0",
-        "s->max_halvings <= 30",
-    ]
-    return {"good_settings": " && ".join(conditions)}
+def _good_settings(program: StepperProgram) -> str:
+    """Return the condition that settings meet the bounds of the method."""
+
+    def text(side: str | float) -> str:
+        if isinstance(side, str):
+            return " + ".join(f"s->{name}" for name in side.split(" + "))
+        return str(side) if isinstance(side, int) else Calls.number(side)
+
+    return " && ".join(
+        f"{program.prefix}_finite(&s->{bound['left']}, 1)"
+        if bound["relation"] == "finite"
+        else f"{text(bound['left'])} {bound['relation']} {text(bound['right'])}"
+        for bound in program.method["bounds"]
+    )
 
 
 def _tolerances(program: StepperProgram) -> dict[str, str]:
@@ -202,9 +191,9 @@ def _elimination(program: StepperProgram) -> dict[str, Any]:
             forward.append(f"const real y{k} = {right}{taken};")
             taken = "".join(f" - F[{slot}] * x{column}" for slot, column in reversed(row["upper"]))
             backward.append(f"const real x{k} = y{k} * F[{row['diagonal']}]{taken};")
-        found = [(column, f"x{k}") for k, column in reversed(list(enumerate(columns))) if column < un["size"]]
+        solution = [(column, f"x{k}") for k, column in reversed(list(enumerate(columns))) if column < un["size"]]
         text = indented([*forward, *reversed(backward)], 1)
-        return {"unrolled": made, "substitution": {"text": text, "solution": found}}
+        return {"unrolled": made, "substitution": {"text": text, "solution": solution}}
     kinds = []
     for kind in data.get("kinds", ()):
         steps = []
@@ -234,11 +223,11 @@ def _kernels(method: Mapping[str, Any]) -> list[dict[str, Any]]:
     tangents = {tangent["group"] for tangent in method["solver"]["tangents"]} if "solver" in method else set()
     result = []
     for kernel in method["lie"]["kernels"]:
-        what, _, group = kernel["name"].partition("_")
-        if what == "tangent" and group not in tangents:
+        operation, _, group = kernel["name"].partition("_")
+        if operation == "tangent" and group not in tangents:
             continue
-        statements = [Statement("let", (place, value)) for place, value in kernel["statements"]]
-        statements += [Statement("out", (0, place, value)) for place, value in enumerate(kernel["results"])]
+        statements = [Statement("let", (index, value)) for index, value in kernel["statements"]]
+        statements += [Statement("out", (0, index, value)) for index, value in enumerate(kernel["results"])]
         printer = BranchingPrinter({name: f"{name}[{{}}]" for name, _ in kernel["inputs"]}, ["out"])
         arguments = ", ".join([*(f"const real *{name}" for name, _ in kernel["inputs"]), "real *out"])
         result.append(
@@ -268,16 +257,16 @@ def _assembled(solver: Mapping[str, Any]) -> dict[str, Any]:
 
 def _increment(method: Mapping[str, Any]) -> str:
     """Return the statements D = E - offset - W B_n^T eta where they are few, nothing where loops are to be printed."""
-    un, places = method["unknowns"], method["solver"]["B"]
-    if len(places) > WRITTEN_OUT[0] or un["v"] > WRITTEN_OUT[1]:
+    un, nonzeros = method["unknowns"], method["solver"]["B"]
+    if len(nonzeros) > WRITTEN_OUT[0] or un["v"] > WRITTEN_OUT[1]:
         return ""
     values: list[Expression] = [("in", "unknown", i) for i in range(un["v"])]
-    if method["variant"] != "F0":
+    if method["choices"]["offset"]:
         values = [("SUB", value, ("in", "offset", i)) for i, value in enumerate(values)]
-    for place, (row, column) in enumerate(places if un["eta"] else ()):
+    for index, (row, column) in enumerate(nonzeros if un["eta"] else ()):
         if row < un["holonomic"]:
             eta = ("in", "unknown", un["v"] + un["lam"] + row)
-            values[column] = ("SUB", values[column], ("MUL", ("in", "jacobian", place), eta))
+            values[column] = ("SUB", values[column], ("MUL", ("in", "jacobian", index), eta))
     printer = Printer({name: f"work->{name}[{{}}]" for name in ("unknown", "offset", "jacobian")}, ["work->increment"])
     return indented(printer.lines([Statement("out", (0, i, value)) for i, value in enumerate(values)]), 1)
 
@@ -329,11 +318,11 @@ class Calls:
             f"{self.program.prefix}_{name}({', '.join([*(arguments[block] for block in function.inputs), *outputs])});"
         )
 
-    def finite(self, place: str, parts: str = "q v z") -> str:
+    def finite(self, owner: str, parts: str = "q v z") -> str:
         """Return the condition that parts of a place are finite; those that begin with a are as large as v."""
         sizes, test = self.program.sizes, f"{self.program.prefix}_finite"
         sized = [(part, sizes["v" if part[0] == "a" else part[0]]) for part in parts.split()]
-        return " && ".join(f"{test}({place}{part}, {size})" for part, size in sized if size)
+        return " && ".join(f"{test}({owner}{part}, {size})" for part, size in sized if size)
 
     def residual(self) -> str:
         """Return the call of the equations of a step at the iterate: r, Phi and w to work->right.
@@ -359,12 +348,11 @@ class Calls:
         return f"\n{indent}".join(f"{left}{name} = {right}{name};" for name in self.program.method["parameters"])
 
     def copy_state(self, to: str, source: str) -> str:
-        """Return the copy of a state without what its accelerations were evaluated with, which a step does not
-        change."""
+        """Return the copy of a state but for what its accelerations were evaluated with, which steps keep."""
         if not self.program.method["remembers"]:
             return f"{to} = {source};"
-        places = [text[1:] if text[0] == "*" else f"&{text}" for text in (to, source)]
-        return f"memcpy({', '.join(places)}, offsetof({self.program.prefix}_state, conditions));"
+        pointers = [text[1:] if text[0] == "*" else f"&{text}" for text in (to, source)]
+        return f"memcpy({', '.join(pointers)}, offsetof({self.program.prefix}_state, conditions));"
 
     def series(self, function: ProgramFunction) -> str:
         """Return the call of a function of the recurrence."""

@@ -12,7 +12,7 @@ import jinja2
 
 from eomgen.codegen.folder import MANIFEST, manifest
 from eomgen.codegen.metadata import LARGEST_ANGLE
-from eomgen.codegen.program import Named, Program, ProgramFunction, ProgramLoop
+from eomgen.codegen.program import Program, ProgramFunction, ProgramLoop
 from eomgen.codegen.targets.c.folding import folded
 from eomgen.codegen.targets.c.interface import INTERFACE_CDEF, SIZES
 from eomgen.codegen.targets.c.naming import NAMES, CNames, c_string, comment, local_names
@@ -22,6 +22,7 @@ from eomgen.codegen.targets.c.stepper import stepper_names
 from eomgen.codegen.targets.target import Target
 from eomgen.integrators.families.register import family_named
 from eomgen.resources import template_folder
+from eomgen.system.system import Quantity
 
 #: Where an argument of a curve is taken for a break, in parts of itself, and for an end, in parts of the range.
 SNAP = 8.0 * sys.float_info.epsilon
@@ -73,7 +74,7 @@ def environment() -> jinja2.Environment:
     return env
 
 
-def _described(named: Named) -> str:
+def _described(named: Quantity) -> str:
     """Return the comment behind a named number: its own name, unit and meaning, made harmless."""
     unit = f" ({comment(named.unit)})" if named.unit else ""
     meaning = f": {comment(named.description)}" if named.description else ""
@@ -102,9 +103,23 @@ class _Context:
         printer = Printer(self.c.input_texts(), outputs, self.program.prefix, constants=macros, names=names)
         return indented([*declared, *printer.lines(statements)], 1)
 
+    def base_of_step(self) -> str:
+        """Return the statements of the base's components that the equations of a step read, into the workspace."""
+        part = self.program.base_of_step
+        if part is None:
+            return ""
+        members = self.c.base_members()
+        targets = [f"work->base.{members[component]}" for component in self.program.base_read]
+        names, macros = local_names(part.names, {"p", "t", "work"}), self.c.constant_macros()
+        printer = Printer(self.c.input_texts(), [targets], self.program.prefix, constants=macros, names=names)
+        return indented(printer.lines(part.statements), 1)
+
     def kernel(self, loop: ProgramLoop) -> str:
         """Return what one element of a loop computes."""
-        return indented(Printer(self.c.loop_inputs(loop), self.c.loop_outputs(loop)).lines(loop.statements), 2)
+        return indented(
+            Printer(self.c.loop_inputs(loop), self.c.loop_outputs(loop)).lines(loop.statements),
+            3 if loop.lanes > 1 else 2,
+        )
 
     def render(self, template: str, **extra: object) -> str:
         program = self.program
@@ -120,6 +135,7 @@ class _Context:
                 split=len(self.files) > 1,
                 body=self.body,
                 kernel=self.kernel,
+                base_of_step=self.base_of_step(),
                 **self.stepper,
                 **extra,
             )

@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 
 from eomgen.arrays import Array
-from eomgen.errors import UsageError
 from eomgen.scene.geometry.inertia import Inertia, combined
 from eomgen.scene.geometry.rotations import rows, snapped_rotation, unit_axis
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints.displacement import displaced
 from eomgen.scene.reading.report import Report
+from eomgen.scene.sources.source import OptionError
 from eomgen.scene.sources.urdf.elements import Joint, Robot, read_robot
 from eomgen.scene.sources.urdf.mimics import held_and_following
 from eomgen.scene.sources.urdf.notes import (
@@ -55,7 +55,7 @@ def urdf_data(
 
     Raises
     ------
-    DescriptionError, UsageError
+    DescriptionError, OptionError
     """
     lock = (lock,) if isinstance(lock, str) else lock
     report = Report(file, {})
@@ -63,7 +63,7 @@ def urdf_data(
     by_written = {robot.original.get(name, name): name for name in robot.joints}
     for name in lock:
         if name not in by_written:
-            raise UsageError(f"{file} has no joint {shown(name)} to lock", nearest(name, by_written))
+            raise OptionError("lock", f"{file} has no joint {shown(name)} to lock", nearest(name, by_written))
     locked = {by_written[name] for name in lock}
     report.raise_problems()
     order = _from_root(robot, report)

@@ -22,7 +22,7 @@ def read_urdf(
 
     Raises
     ------
-    DescriptionError, UsageError
+    DescriptionError, OptionError
     """
     from eomgen.scene.sources.urdf.conversion import urdf_data  # noqa: PLC0415  # most scenes are no URDF
 
@@ -39,10 +39,32 @@ URDF = Source(
     "a .urdf file",
     read_urdf,
     (
-        Option("root", "fixed", "how the root link is held", choices=("fixed", "free")),
-        Option("lock", (), "hold this joint at zero; may be repeated", metavar="JOINT"),
-        Option("limits", False, "turn limits of position into compliant stops"),
-        Option("friction", False, "take dry friction of joints, regularised"),
+        Option(
+            "root",
+            "fixed",
+            "how the root link is held",
+            choices=("fixed", "free"),
+            of_key="whether the root link is fixed to the parent, or free",
+        ),
+        Option(
+            "lock",
+            (),
+            "hold this joint at zero; may be repeated",
+            metavar="JOINT",
+            of_key="moving joints that are held at zero",
+        ),
+        Option(
+            "limits",
+            False,
+            "turn limits of position into compliant stops",
+            of_key="limits of position become compliant stops",
+        ),
+        Option(
+            "friction",
+            False,
+            "take dry friction of joints, regularised",
+            of_key="dry friction of joints is taken, regularised",
+        ),
     ),
     {".xacro": "xacro first, to make a .urdf of it"},
 )

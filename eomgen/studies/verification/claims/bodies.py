@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from eomgen.compiled.coordinates import configuration_rate
-from eomgen.studies.verification.claims.claim import Claim, Space, column
+from eomgen.studies.verification.claims.claim import Claim, Space, along_motion, column
 from eomgen.studies.verification.engines import Array, Blocks, Engine
 from eomgen.system.description import Factor
 
@@ -35,14 +33,6 @@ def _named(space: Space, parts: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(f"{part} of {body}" for body in space.bodies for part in parts)
 
 
-def _along_motion(*blocks: tuple[str, str]) -> Callable[[Blocks], dict[str, Array]]:
-    def directions(state: Blocks) -> dict[str, Array]:
-        rates = {block: state[rate][..., np.newaxis, :] for block, rate in blocks}
-        return rates | {"t": np.ones((1, 1))} if "t" in state else rates
-
-    return directions
-
-
 def _twists(space: Space) -> Claim:
     factors = tuple(Factor("SE3", body, 7 * k, 7, 6 * k, 6) for k, body in enumerate(space.bodies))
 
@@ -56,7 +46,7 @@ def _twists(space: Space) -> Claim:
         FAMILY,
         value,
         source=lambda engine, state: _flat(engine("poses", state)["pose"]),
-        directions=_along_motion(("q", "v")),
+        directions=along_motion(("q", "v")),
         rows=_named(space, _POSE),
         functions=("poses",),
     )
@@ -77,7 +67,7 @@ def _accelerations(space: Space) -> Claim:
         FAMILY,
         lambda engine, state: column(_flat(engine("accelerations", state)["acceleration"])),
         source=lambda engine, state: _flat(engine("twists", state)["twist"]),
-        directions=_along_motion(("q", "v"), ("v", "a")),
+        directions=along_motion(("q", "v"), ("v", "a")),
         combine=combine,
         rows=_named(space, _TWIST),
         functions=("twists",),

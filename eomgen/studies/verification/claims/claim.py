@@ -116,18 +116,22 @@ def column(values: Array) -> Array:
 
 def jacobian(
     space: Space,
-    name: str,
+    family: str,
     function: str,
     entry: str,
     source: tuple[str, str],
     block: str,
-    meaning: str,
-    family: str,
     rows: Sequence[str],
+    *,
+    of: str = "",
     second: Value | None = None,
     second_name: str = "",
+    size: Value | None = None,
 ) -> Claim:
-    """Return the claim of a matrix of partials of ``source`` (function, output) in a block, left-trivialised in q."""
+    """Return the claim of a matrix of partials of ``source`` (function, output) in a block, left-trivialised in q.
+
+    ``of`` is what messages call the source; its output by default.
+    """
     along = space.along[block]
     matrix = along.matrix
 
@@ -138,8 +142,8 @@ def jacobian(
         return np.asarray(second(engine, state) @ matrix) if second is not None else np.zeros(0)
 
     return Claim(
-        name,
-        meaning,
+        f"{function}.{entry}",
+        f"d {of or source[1]} / d{block}",
         family,
         value,
         source=output(*source),
@@ -149,7 +153,18 @@ def jacobian(
         rows=tuple(rows),
         columns=along.names,
         functions=(source[0],),
+        size=size,
     )
+
+
+def along_motion(*blocks: tuple[str, str]) -> Callable[[Blocks], dict[str, Array]]:
+    """Return the direction of the motion in the given blocks, each with the block that is its rate, and in time."""
+
+    def directions(state: Blocks) -> dict[str, Array]:
+        rates = {block: state[rate][..., np.newaxis, :] for block, rate in blocks}
+        return rates | {"t": np.ones((1, 1))} if "t" in state else rates
+
+    return directions
 
 
 def fixed(rates: dict[str, Array]) -> Callable[[Blocks], dict[str, Array]]:

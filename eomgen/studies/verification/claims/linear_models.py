@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
-from eomgen.studies.verification.claims.claim import Claim, Directions, Space, Value, column, fixed, jacobian, output
+from eomgen.studies.verification.claims.claim import (
+    Claim,
+    Directions,
+    Space,
+    Value,
+    along_motion,
+    column,
+    fixed,
+    jacobian,
+    output,
+)
 from eomgen.studies.verification.engines import Array, Blocks, Engine
 from eomgen.system.description import Description, component_names
-from eomgen.system.system import BASE_LAYOUT, System
+from eomgen.system.system import BASE_SIZE, System
 
 FAMILY = "linear model"
 
@@ -58,17 +67,7 @@ def _rows(space: Space, system: System, function: str) -> tuple[str, ...]:
 def _of_states(space: Space, system: System, term: str, of: Mapping[str, tuple[tuple[str, str], str]]) -> list[Claim]:
     there = _named(system, term)
     return [
-        jacobian(
-            space,
-            f"{term}.{name}",
-            term,
-            name,
-            source,
-            block,
-            f"d {source[1]} / d{block}",
-            FAMILY,
-            _rows(space, system, source[0]),
-        )
+        jacobian(space, FAMILY, term, name, source, block, _rows(space, system, source[0]))
         for name, (source, block) in of.items()
         if name in there
     ]
@@ -90,7 +89,7 @@ def _of_drives(
     free_directions = {"u": by_input[free]} if free else {}
     outside = np.zeros((len(given) + len(of_base), nu))
     outside[np.arange(len(given)), given] = 1.0
-    accelerations = np.zeros((len(outside), sum(size for _, size, _ in BASE_LAYOUT)))
+    accelerations = np.zeros((len(outside), BASE_SIZE))
     last = accelerations.shape[1]
     accelerations[len(given) :, last - len(of_base) :] = np.eye(len(of_base))
     disturbances: dict[str, Array] = {"u": outside} if nu and given else {}
@@ -146,10 +145,6 @@ def _of_joints(space: Space, system: System, description: Description) -> list[C
     v, a = (term, "joint_v"), (term, "joint_a")
     there = _named(system, term)
 
-    def motion(state: Blocks) -> dict[str, Array]:
-        rates = {"q": state["v"][..., np.newaxis, :], "v": state["a"][..., np.newaxis, :]}
-        return rates | {"t": np.ones((1, 1))} if "t" in state else rates
-
     def speed(_: Engine, state: Blocks) -> Array:
         """Return what partials that cancel are rounded by, whatever is left of them."""
         return np.asarray(np.max(np.abs(state["v"]), axis=-1))
@@ -159,10 +154,7 @@ def _of_joints(space: Space, system: System, description: Description) -> list[C
 
     partials = (("Pv", v, "v", None), ("Pq", v, "q", speed), ("Pav", a, "v", speed), ("Paq", a, "q", turning))
     claims = [
-        replace(
-            jacobian(space, f"{term}.{name}", term, name, source, block, f"d {source[1]} / d{block}", FAMILY, names),
-            size=scale,
-        )
+        jacobian(space, FAMILY, term, name, source, block, names, size=scale)
         for name, source, block, scale in partials
         if name in there
     ]
@@ -174,7 +166,7 @@ def _of_joints(space: Space, system: System, description: Description) -> list[C
             FAMILY,
             lambda engine, state: column(engine(term, state)["joint_a"]),
             source=output(*v),
-            directions=motion,
+            directions=along_motion(("q", "v"), ("v", "a")),
             rows=tuple(names),
             functions=(term,),
         ),

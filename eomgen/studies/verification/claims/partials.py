@@ -6,7 +6,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from eomgen.studies.verification.claims.claim import Claim, Space, Value, column, fixed, jacobian, output
+from eomgen.studies.verification.claims.claim import (
+    Claim,
+    Space,
+    Value,
+    along_motion,
+    column,
+    fixed,
+    jacobian,
+    output,
+)
 from eomgen.studies.verification.engines import Array, Blocks, Engine, moved
 from eomgen.symbolic.calculus.configuration import configuration_seeds
 from eomgen.symbolic.calculus.partials import forward_partials
@@ -25,56 +34,31 @@ _MULTIPLIERS = 2.0**40
 def partial_claims(space: Space, engine: Engine, system: System) -> list[Claim]:
     """Return the claims of the terms that ``engine`` has."""
     there = set(engine.functions)
-    residual = ("residual", "r")
+    residual, rows = ("residual", "r"), space.rows["v"]
     claims: list[Claim] = []
     if "partials" in there:
         by_tape = _differentiated(system)
         for name, block in (("K", "q"), ("C", "v"), ("M", "a")):
-            second, of = (by_tape[name], "the tape's own") if by_tape else (None, "")
-            meaning = f"d residual / d{block}"
+            second, other = (by_tape[name], "the tape's own") if by_tape else (None, "")
             claims.append(
                 jacobian(
                     space,
-                    f"partials.{name}",
+                    PARTIALS,
                     "partials",
                     name,
                     residual,
                     block,
-                    meaning,
-                    PARTIALS,
-                    space.rows["v"],
-                    second,
-                    of,
+                    rows,
+                    of="residual",
+                    second=second,
+                    second_name=other,
                 )
             )
     if "internal_partials" in there:
-        rate = ("internal_rate", "zdot")
-        claims.append(
-            jacobian(
-                space,
-                "internal_partials.Rz",
-                "internal_partials",
-                "Rz",
-                residual,
-                "z",
-                "d residual / dz",
-                PARTIALS,
-                space.rows["v"],
-            )
-        )
+        term, rate = "internal_partials", ("internal_rate", "zdot")
+        claims.append(jacobian(space, PARTIALS, term, "Rz", residual, "z", rows, of="residual"))
         claims += [
-            jacobian(
-                space,
-                f"internal_partials.F{block}",
-                "internal_partials",
-                f"F{block}",
-                rate,
-                block,
-                f"d zdot / d{block}",
-                PARTIALS,
-                space.rows["z"],
-            )
-            for block in ("q", "v", "z")
+            jacobian(space, PARTIALS, term, f"F{block}", rate, block, space.rows["z"]) for block in ("q", "v", "z")
         ]
     return claims
 
@@ -85,10 +69,7 @@ def constraint_claims(space: Space, engine: Engine) -> list[Claim]:
         return []
     first = space.holonomic
     along_q, along_v = space.along["q"], space.along["v"]
-
-    def motion(state: Blocks) -> dict[str, Array]:
-        rates = {"q": state["v"][..., np.newaxis, :]}
-        return rates | {"t": np.ones((1, 1))} if "t" in state else rates
+    motion = along_motion(("q", "v"))
 
     def of_reactions(engine: Engine, state: Blocks) -> Array:
         return np.asarray(np.swapaxes(_by_multipliers(engine, state), -1, -2) @ along_v.matrix)
@@ -120,7 +101,7 @@ def constraint_claims(space: Space, engine: Engine) -> list[Claim]:
                 directions=lambda state: motion(_beside(state)),
                 rows=rows[:first],
                 functions=("constraint",),
-                size=_rates_of_rows,
+                size=_before_cancelling("constraint_jacobian", "B"),
             )
         )
     claims.append(
@@ -148,22 +129,10 @@ def constraint_claims(space: Space, engine: Engine) -> list[Claim]:
             directions=motion,
             rows=rows,
             functions=("constraint_velocity",),
-            size=_partials_of_rows,
+            size=_before_cancelling("velocity_partials", "Z"),
         )
     )
-    claims.append(
-        jacobian(
-            space,
-            "velocity_partials.Z",
-            "velocity_partials",
-            "Z",
-            ("constraint_velocity", "w"),
-            "q",
-            "d w / dq",
-            CONSTRAINTS,
-            rows,
-        )
-    )
+    claims.append(jacobian(space, CONSTRAINTS, "velocity_partials", "Z", ("constraint_velocity", "w"), "q", rows))
     return claims
 
 
@@ -172,15 +141,14 @@ def _beside(state: Blocks) -> dict[str, Array]:
     return {**state, "v": state["v"] + 1.0}
 
 
-def _rates_of_rows(engine: Engine, state: Blocks) -> Array:
-    """Return the size of B v before its terms cancel, as they do on the constraints."""
-    B = engine("constraint_jacobian", state)["B"]
-    return np.asarray(np.max(np.abs(B) @ np.abs(state["v"])[..., np.newaxis], axis=(-2, -1)))
+def _before_cancelling(function: str, entry: str) -> Value:
+    """Return the size of a matrix of the rows times v before its terms cancel, as they do on the constraints."""
 
+    def size(engine: Engine, state: Blocks) -> Array:
+        matrix = engine(function, state)[entry]
+        return np.asarray(np.max(np.abs(matrix) @ np.abs(state["v"])[..., np.newaxis], axis=(-2, -1)))
 
-def _partials_of_rows(engine: Engine, state: Blocks) -> Array:
-    Z = engine("velocity_partials", state)["Z"]
-    return np.asarray(np.max(np.abs(Z) @ np.abs(state["v"])[..., np.newaxis], axis=(-2, -1)))
+    return size
 
 
 def _by_multipliers(engine: Engine, state: Blocks) -> Array:

@@ -8,7 +8,6 @@ import numpy as np
 
 from eomgen.studies.verification.claims.claim import Claim, Space, Value, column
 from eomgen.studies.verification.engines import Array, Blocks, Engine
-from eomgen.system.system import RATE_BLOCKS
 
 FAMILY = "rates"
 #: Term, its outputs, and the function and output that the first of them is the derivative of.
@@ -34,8 +33,6 @@ _OF_COMPONENTS = {term for term, _, _ in _TERMS[:5]} | {"forward_rates"}
 _CHANGES = {"q": "v", "v": "a", "a": "j", "j": "s", "u": "u_dot", "u_dot": "u_ddot"}
 #: Parts of a quantity, and of it times the rate of the motion, that its derivatives' terms may be and still cancel.
 _PART, _PART_OF_TERMS = 1e-3, 0.03
-#: What is given beside a state, to size it by.
-MOTION_BLOCKS = ((*RATE_BLOCKS["a"][:2], "v"), (*RATE_BLOCKS["u"][:2], "u"))
 
 
 def rate_claims(space: Space, engine: Engine) -> list[Claim]:
@@ -65,30 +62,11 @@ def rate_claims(space: Space, engine: Engine) -> list[Claim]:
                 )
             )
             source = (term, name)
-    if "rates" in engine:
-        claims.append(
-            Claim(
-                "rates.tau",
-                "as inverse_dynamics",
-                FAMILY,
-                _column_of("rates", "tau"),
-                second=_column_of("inverse_dynamics", "tau"),
-                second_name="inverse_dynamics",
-                rows=space.rows["v"],
-            )
-        )
-    if "forward_rates" in engine:
-        claims.append(
-            Claim(
-                "forward_rates.vdot",
-                "as forward_dynamics",
-                FAMILY,
-                _column_of("forward_rates", "vdot"),
-                second=_column_of("forward_dynamics", "vdot"),
-                second_name="forward_dynamics",
-                rows=space.rows["v"],
-            )
-        )
+    claims += [
+        _same(term, entry, other, space.rows["v"])
+        for term, entry, other in (("rates", "tau", "inverse_dynamics"), ("forward_rates", "vdot", "forward_dynamics"))
+        if term in engine
+    ]
     return claims + _closed(space, engine) + _drivers(engine)
 
 
@@ -97,18 +75,7 @@ def _closed(space: Space, engine: Engine) -> list[Claim]:
     claims = []
     of_tau = [_rounding_of("inverse_dynamics", "tau", order, *_of_mass(engine, "rates", order)) for order in range(3)]
     if "rates_closed" in engine and "inverse_dynamics" in engine:
-        claims.append(
-            Claim(
-                "rates_closed.tau",
-                "as inverse_dynamics",
-                FAMILY,
-                _column_of("rates_closed", "tau"),
-                second=_column_of("inverse_dynamics", "tau"),
-                second_name="inverse_dynamics",
-                rows=space.rows["v"],
-                size=of_tau[0],
-            )
-        )
+        claims.append(_same("rates_closed", "tau", "inverse_dynamics", space.rows["v"], of_tau[0]))
         claims += [
             _same("rates_closed", name, "rates", space.rows["v"], of_tau[order])
             for order, name in ((1, "tau_dot"), (2, "tau_ddot"))
@@ -159,9 +126,7 @@ def _of_mass(engine: Engine, term: str, order: int) -> list[tuple[str, str, int]
     return [("mass", "M", order + more)] if more and "mass" in engine else []
 
 
-def _rounding_of(
-    function: str, entry: str, order: int, *more: tuple[str, str, int]
-) -> Callable[[Engine, Blocks], Array]:
+def _rounding_of(function: str, entry: str, order: int, *more: tuple[str, str, int]) -> Value:
     """Return the size below which a derivative is what rounding leaves of terms that cancel in it.
 
     The terms are the quantity, times the rate of the motion to the power of the order; ``more`` are others, in the same
@@ -187,7 +152,8 @@ def _rate(state: Blocks) -> Array:
     return np.asarray(np.max(sizes, axis=0))
 
 
-def _same(term: str, name: str, other: str, rows: tuple[str, ...], size: Callable[[Engine, Blocks], Array]) -> Claim:
+def _same(term: str, name: str, other: str, rows: tuple[str, ...], size: Value | None = None) -> Claim:
+    """Return the claim that two terms give the same output."""
     return Claim(
         f"{term}.{name}",
         f"as {other}",

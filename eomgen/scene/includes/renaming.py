@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -63,6 +64,8 @@ class Renamer:
             return self.entry(inner.model, value)
         if meaning.refers:
             return self.reference(meaning.refers, value)
+        if meaning.sets and isinstance(value, Mapping):
+            return {self.number(name): self.texts(entry) for name, entry in value.items()}
         if meaning.path and isinstance(value, str):
             return str(self.file.parent / value)
         return self.texts(value) if meaning.unit or meaning.names is not None else value
@@ -82,6 +85,15 @@ class Renamer:
         if not isinstance(name, str) or not name:
             return name
         return self.space.names[section].get(name, f"{name} in {self.file.name}")
+
+    def number(self, name: str) -> str:
+        """Return the new name of a number of the state: ``q.joint``, ``v.beam[2]``, or that of an internal state."""
+        names = self.space.names
+        found = re.fullmatch(r"\s*([qv])\s*\.\s*(\w+)(.*)", name, re.DOTALL)
+        if found is None:
+            return names["states"].get(name.strip(), name)
+        letter, joint, index = found.groups()
+        return f"{letter}.{names['joints'].get(joint, names['beams'].get(joint, joint))}{index}"
 
     def texts(self, value: Any) -> Any:
         """Return a value whose formulas know where they are from."""

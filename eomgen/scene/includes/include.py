@@ -13,21 +13,20 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from eomgen.errors import EomgenError, FileError, UsageError
+from eomgen.errors import EomgenError, FileError
 from eomgen.scene.control.controllers import made_by_controller
 from eomgen.scene.control.schema import Controller
-from eomgen.scene.document.schema import SECTIONS, Document, Include
+from eomgen.scene.document.schema import SECTIONS, Document, Include, include_of
 from eomgen.scene.document.units import in_si
 from eomgen.scene.document.validation import explained
 from eomgen.scene.formula.namespaces import Included, Namespace
+from eomgen.scene.includes.renaming import Renamer, overridden
 from eomgen.scene.reading.kinds import described
 from eomgen.scene.reading.part import Part
 from eomgen.scene.reading.report import Report
-from eomgen.scene.sources.include_renaming import Renamer, overridden
 from eomgen.scene.sources.register import all_options, readable, source_of
-from eomgen.scene.sources.source import Source
+from eomgen.scene.sources.source import OptionError, Source
 from eomgen.scene.sources.text import read_text, shown_file
-from eomgen.scene.sources.toml import TOML, toml_data
 from eomgen.system.description import BASE
 from eomgen.text import NAME_RULE, is_legal, key_of, nearest, shown
 
@@ -105,29 +104,30 @@ class _Includer:
             return None
         try:
             text, options = read_text(path), all_options()
-            for name in sorted(options.keys() & entry.model_fields_set):
-                if options[name][0] is not source:
-                    report.add(
-                        f"{key}.{name}", f"{name} is for {options[name][0].name} only", "the joint in the included file"
-                    )
-            if source is TOML:
-                return self.scene(text, path, [*chain, path])
+            of_others = (options.keys() & entry.model_fields_set) - {option.name for option in source.options}
+            for name in sorted(of_others):
+                report.add(
+                    f"{key}.{name}", f"{name} is for {options[name][0].name} only", "the joint in the included file"
+                )
+            if source.scenes:
+                return self.scene(source, text, path, [*chain, path])
             return _part(source, text, path, entry)
         except FileError as error:
             problem = error.problems[0]
             report.add(place, f"{shown(entry.file)} {problem.what}", f"a path from the folder of {report.file}")
-        except UsageError as error:  # a joint in lock that there is not
-            report.add(f"{key}.lock", error.problems[0].what, error.problems[0].hint)
+        except OptionError as error:
+            report.add(f"{key}.{error.option}", error.problems[0].what, error.problems[0].hint)
         except EomgenError as error:
             self.report.found += [(0, problem) for problem in error.problems]
         return None
 
-    def scene(self, text: str, path: Path, chain: Sequence[Path]) -> Part:
+    def scene(self, source: Source, text: str, path: Path, chain: Sequence[Path]) -> Part:
         file = shown_file(path)
-        data, lines = toml_data(text, file)
-        report = Report(file, lines)
-        _check_top_level(data, report)
-        part = self.expanded(Part(data, {key: report.place(key) for key in lines}), report, path.parent, chain)
+        read = source.read(text, file=file, included=True)
+        report = Report(file, read.lines)
+        _check_top_level(read.data, report)
+        part = Part(read.data, {key: report.place(key) for key in read.lines})
+        part = self.expanded(part, report, path.parent, chain)
         report.lines = part.lines
         part.data, _ = in_si(part.data, report)
         self.report.found += report.found
@@ -139,12 +139,15 @@ class _Includer:
 
 def _entry(name: str, raw: object, report: Report) -> Include | None:
     """Return an entry of the section, if it is well formed."""
+    file = raw.get("file") if isinstance(raw, Mapping) else None
+    table = include_of(source_of(Path(file)) if isinstance(file, str) else None)
     try:
-        entry = Include.model_validate(raw)
+        entry = table.model_validate(raw)
     except ValidationError as error:
         for detail in error.errors(include_url=False):
             location = ("include", name, *(part for part in detail["loc"] if isinstance(part, str | int)))
-            report.add(key_of(*location), *explained(detail["type"], detail["msg"], location, detail.get("input")))
+            what, hint = explained(detail["type"], detail["msg"], location, detail.get("input"), table, depth=2)
+            report.add(key_of(*location), what, hint)
         return None
     prefix = _prefix(name, entry)
     if prefix and not is_legal(prefix):
@@ -155,9 +158,7 @@ def _entry(name: str, raw: object, report: Report) -> Include | None:
 
 def _part(source: Source, text: str, path: Path, entry: Include) -> Part:
     file = shown_file(path)
-    options = {
-        option.name: getattr(entry, option.name) for option in source.options if option.name in Include.model_fields
-    }
+    options = {option.name: getattr(entry, option.name) for option in source.options}
     read = source.read(text, file=file, included=True, **options)
     places = {key: line if isinstance(line, str) else f"{file}:{line}" for key, line in read.lines.items()}
     judged = set(read.data["bodies"]) if read.inertias_checked else set()

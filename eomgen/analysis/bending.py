@@ -1,0 +1,61 @@
+"""How far beams bend: their equations hold for slopes whose squares are small against 1.
+
+Curvature w'' is linear in the deflection w. That of a bent axis is w''/(1 - w'^2)^(1/2), so strain energy is wrong by
+a part of w'^2, and what order = 2 keeps of the kinematics by as much. Half the mean square of the slope is also what
+the axis is shortened by, as a part of its length, so beyond 1 no beam is like that.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from eomgen.arrays import Array
+
+if TYPE_CHECKING:
+    from eomgen.compiled.model import CompiledModel
+
+#: Shortening of a bent beam, as a part of its length, beyond which it is said.
+_LARGE = 0.05
+
+
+class Bending(NamedTuple):
+    """Where a beam bends most.
+
+    Attributes
+    ----------
+    beam : its name
+    time : s
+    shortening : of its axis, as a part of its length: half the mean square of its slope
+    """
+
+    beam: str
+    time: float
+    shortening: float
+
+    @property
+    def possible(self) -> bool:
+        """Whether there is a beam that is bent so."""
+        return self.shortening < 1.0
+
+    def __str__(self) -> str:
+        where = f"the beam {self.beam} bends by slopes of {np.sqrt(2.0 * self.shortening):.3g} (root mean square) at"
+        shorter = f"t = {self.time:.6g} s, which shortens it by {100.0 * self.shortening:.3g} % of its length"
+        wrong = "its equations, linear in curvature, are wrong by as much"
+        return f"{where} {shorter}: {wrong}; try: a stiffer beam, smaller loads, or shorter beams in a chain"
+
+
+def largest_bending(model: CompiledModel, t: Array, q: Array) -> Bending | None:
+    """Return the beam that bends most in some row of a run, t (n,) in s and q (n, nq), beyond what beams are for; None
+    where none does."""
+    places = {factor.name: factor.q for factor in model.factors}
+    found: list[Bending] = []
+    for item in model.library.layout["slopes"]:
+        bent = q[:, places[item["name"]]]
+        with np.errstate(over="ignore", invalid="ignore"):
+            shares = 0.5 * np.einsum("nk,kl,nl->n", bent, np.array(item["squares"]), bent) / item["length"]
+        row = int(np.argmax(np.where(np.isnan(shares), np.inf, shares)))
+        found.append(Bending(item["name"], float(t[row]), float(shares[row])))
+    most = max(found, key=lambda bending: bending.shortening, default=None)
+    return most if most is not None and not most.shortening <= _LARGE else None

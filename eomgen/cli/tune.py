@@ -1,0 +1,161 @@
+"""``eomgen tune``: the cheapest settings of a scene that meet a demand, or what a cycle of real time buys."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from eomgen.cli.options import assignments, debug_option, in_units, json_option, scene_options
+from eomgen.cli.printing import console, counted, print_json, print_table, say
+from eomgen.errors import NumericalError, Problem, UsageError
+from eomgen.scene.sources.register import all_options
+
+if TYPE_CHECKING:
+    from eomgen.studies import RealTime, Tuned
+
+_OF_SCENES = ("strict", "coordinates", *all_options())
+_UNITS = {"us": 1e-6, "ms": 1e-3, "s": 1.0}
+#: Rivals that are named.
+_RIVALS = 5
+
+
+@click.command()
+@scene_options
+@click.option("--error", type=float, default=None, metavar="X", help="The demand: a relative error, 1e-4.")
+@click.option(
+    "--real-time", default=None, metavar="CYCLE",
+    help="In place of --error: motion of this time, 1ms, is to be computed within it in 99.99 % of the cycles.",
+)  # fmt: skip  # a table
+@click.option("--iterations", type=int, default=None, metavar="N", help="With --real-time: bound on those of a step.")
+@click.option(
+    "--output", default="state", show_default=True, metavar="NAME", help="Whose error: an output, q, v, state."
+)
+@click.option(
+    "--measure", default="largest", show_default=True, metavar="largest|rms|final", help="Of the error over time."
+)
+@click.option("--methods", default=None, metavar="NAME,NAME", help="All that make a difference by default.")
+@click.option("--t-end", type=float, default=None, metavar="S", help="End of the runs; the scene's by default.")
+@click.option(
+    "--budget", type=float, default=60.0, show_default=True, metavar="S", help="Of computation, builds apart."
+)
+@click.option("--set", "parameters", multiple=True, metavar="NAME=VALUE", help="A tunable parameter; may be repeated.")
+@click.option("--input", "inputs", multiple=True, metavar="NAME=VALUE", help="A constant input; may be repeated.")
+@click.option("--out", "file", default=None, metavar="FILE.toml", help="Write the scene with the settings there.")
+@json_option
+@debug_option
+def tune(scene: str, file: str | None, as_json: bool, **options: Any) -> int:
+    """Find the cheapest method, step and settings of a SCENE that meet a demand on its error.
+
+    Verified on runs with other initial states and parameters. Exits with 6 where one of these misses the demand.
+    """
+    from eomgen.pipeline import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
+    from eomgen.studies import Tuned  # noqa: PLC0415
+    from eomgen.studies import tune as tuned  # noqa: PLC0415
+
+    reading = {name: options.pop(name) for name in _OF_SCENES}
+    described = pipeline.load(scene, **reading)
+    if file is not None and Path(file).suffix != ".toml":
+        raise UsageError(Problem(f"--out {file}", "a scene is written as a .toml file", "--out tuned.toml"))
+    with _status(described.name) as progress:
+        found = tuned(
+            scene,
+            options["error"],
+            real_time=_seconds(options["real_time"]),
+            iterations=options["iterations"],
+            output=options["output"],
+            measure=options["measure"],
+            methods=[] if options["methods"] is None else [n for n in options["methods"].split(",") if n],
+            t_end=options["t_end"],
+            parameters=in_units("--set", assignments("--set", options["parameters"]), described.parameters) or None,
+            inputs=in_units("--input", assignments("--input", options["inputs"]), described.inputs) or None,
+            budget=options["budget"],
+            progress=progress,
+            **reading,
+        )
+    if as_json:
+        print_json(found.to_dict())
+    elif isinstance(found, Tuned):
+        _print(found)
+    else:
+        _print_real_time(found)
+    say(found.why)
+    for line in _not_in_scenes(found) if isinstance(found, Tuned) else ():
+        say(line)
+    if file is not None:
+        say(f"written: {found.save(file)}")
+    return 0 if not isinstance(found, Tuned) or found.met else NumericalError.exit_code
+
+
+def _not_in_scenes(found: Tuned) -> list[str]:
+    """Return what of the configuration a scene file cannot hold, and where it goes instead."""
+    lines = []
+    if settings := dict(found.configuration.settings):
+        lines.append(f"a scene holds no {', '.join(settings)}: simulate(settings={settings!r}), from Python")
+    if found.configuration.real != "double":
+        lines.append(
+            f'a scene holds no arithmetic: eomgen.build(scene, real="{found.configuration.real}"), from Python'
+        )
+    return lines
+
+
+@contextlib.contextmanager
+def _status(name: str) -> Iterator[Callable[[str], None] | None]:
+    if not sys.stderr.isatty():
+        yield None
+        return
+    with console(stderr=True).status(name) as status:
+        yield lambda what: status.update(f"{name}: {what}")
+
+
+def _seconds(text: str | None) -> float | None:
+    """Return a cycle in seconds: ``1ms``, ``250us``, ``0.001``."""
+    if text is None:
+        return None
+    unit = next((unit for unit in _UNITS if text.endswith(unit)), "")
+    try:
+        return float(text.removesuffix(unit)) * _UNITS.get(unit, 1.0)
+    except ValueError:
+        raise UsageError(Problem(f"--real-time {text}", "this is no time", "--real-time 1ms")) from None
+
+
+def _print(found: Tuned) -> None:
+    rows = [("cheapest", found.label)]
+    rows.append(("error", f"{found.error:.2g} of {found.quantity}, {found.measure}; demanded {found.demand:g}"))
+    rows.append(
+        ("time", f"{1e3 * found.seconds:.4g} ms of stepping for {found.span:.4g} s of motion, {found.steps:.0f} steps")
+    )
+    rows.append(("", "outputs, energies and the error estimate apart, which simulate computes, too"))
+    error, seconds = found.written
+    if (error, seconds) != (found.error, found.seconds):
+        rows.append(("as a scene's file", f"error {error:.2g}, {seconds / found.seconds:.3g} x the time"))
+    own, error, seconds = found.own
+    if error < float("inf"):
+        times = f"{seconds / found.seconds:.3g} x the time"
+        rows.append(("the scene's own", f"{own}: error {error:.2g}, {times}"))
+    rows.append(("one digit more", f"costs about {found.next_digit:.3g} x"))
+    for rival in found.rivals[:_RIVALS]:
+        how = "" if rival.measured else " (expected)"
+        rows.append(
+            ("next" if rival is found.rivals[0] else "", f"{rival.label}: {rival.seconds / found.seconds:.3g} x{how}")
+        )
+    for run in found.verified:
+        fine = "met" if run.error <= found.demand else "MISSED"
+        rows.append(("verified" if run is found.verified[0] else "", f"{run.what}: error {run.error:.2g}, {fine}"))
+    rows += [("[simulation]" if n == 0 else "", f"{k} = {v!r}") for n, (k, v) in enumerate(found.simulation.items())]
+    spent, runs = found.spent
+    rows.append(
+        ("spent", f"{spent:.3g} s for {counted(runs, 'run')} and verification, {found.built:.3g} s of building")
+    )
+    print_table(f"{found.scene}: {found.measure} error of {found.quantity} below {found.demand:g}", ("", ""), rows)
+
+
+def _print_real_time(found: RealTime) -> None:
+    header = ("configuration", "steps in a cycle", "99.99 % below, us", "error")
+    rows = [(label, steps, f"{1e6 * late:.3g}", f"{error:.1e}") for label, steps, late, error in found.tried]
+    rows.sort(key=lambda row: row[:2])
+    print_table(f"{found.scene}: cycles of {1e6 * found.cycle:.4g} us", header, rows, numeric=(1, 2, 3))

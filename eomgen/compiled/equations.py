@@ -1,0 +1,256 @@
+"""Equations of motion of a compiled model, term by term: M a + h + b + B^T lam = Q, zdot = f(q, v, z, t, u).
+
+With their partials, energies and outputs.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from eomgen.arrays import Array
+from eomgen.calls import ByName
+from eomgen.compiled.arguments import numbers
+from eomgen.compiled.terms import Evaluated, Inputs, Parameters, States, check_derivatives
+
+#: What the function ``energy`` gives, in order: J, J, W, W.
+ENERGIES = ("kinetic", "potential", "power", "base_power")
+
+
+class InternalPartials(NamedTuple):
+    """Partials of the residual in z, (..., nv, nz), and of zdot in q (left-trivialised), v, z, (..., nz, nv or nz)."""
+
+    residual_z: Array
+    rate_q: Array
+    rate_v: Array
+    rate_z: Array
+
+
+def mass(model: Evaluated, q: ArrayLike, *, parameters: Parameters = None) -> Array:
+    """Return the inertia matrix M(q), (..., nv, nv)."""
+    return model.evaluator.call("mass", q=q, parameters=parameters)[0]
+
+
+def coupling(model: Evaluated, q: ArrayLike, v: ArrayLike, *, parameters: Parameters = None) -> Array:
+    """Return the nonlinear coupling vector h(q, v), (..., nv): inertia terms quadratic in v, base at rest."""
+    return model.evaluator.call("coupling", q=q, v=v, parameters=parameters)[0]
+
+
+def force(
+    model: Evaluated,
+    q: ArrayLike,
+    v: ArrayLike,
+    t: ArrayLike = 0.0,
+    u: Inputs = None,
+    *,
+    z: States = None,
+    parameters: Parameters = None,
+    base: ArrayLike | None = None,
+) -> Array:
+    """Return the generalized force Q, (..., nv): gravity, springs, dampers, actuators, formulas."""
+    return model.evaluator.call("force", q=q, v=v, t=t, u=u, z=z, parameters=parameters, base=base)[0]
+
+
+def base_motion(
+    model: Evaluated,
+    q: ArrayLike,
+    v: ArrayLike,
+    t: ArrayLike = 0.0,
+    *,
+    parameters: Parameters = None,
+    base: ArrayLike | None = None,
+) -> Array:
+    """Return the base-motion terms b, (..., nv): inertia terms that vanish when the base is at rest."""
+    if not model.evaluator.moving_base and base is None:
+        return _zeros(model, q, v, numbers("t", t), parameters, "v")
+    return model.evaluator.call("base_motion", q=q, v=v, t=t, parameters=parameters, base=base)[0]
+
+
+def inverse_dynamics(
+    model: Evaluated,
+    q: ArrayLike,
+    v: ArrayLike,
+    a: ArrayLike,
+    t: ArrayLike = 0.0,
+    u: Inputs = None,
+    *,
+    z: States = None,
+    parameters: Parameters = None,
+    base: ArrayLike | None = None,
+) -> Array:
+    """Return tau = M a + h + b - Q, (..., nv): what is missing to the motion a."""
+    return model.evaluator.call("inverse_dynamics", q=q, v=v, a=a, t=t, u=u, z=z, parameters=parameters, base=base)[0]
+
+
+def forward_dynamics(
+    model: Evaluated,
+    q: ArrayLike,
+    v: ArrayLike,
+    t: ArrayLike = 0.0,
+    u: Inputs = None,
+    *,
+    z: States = None,
+    parameters: Parameters = None,
+    base: ArrayLike | None = None,
+) -> Array:
+    """Return the acceleration vdot, (..., nv): M^-1 (Q - h - b), held to the constraints where there are any."""
+    if model.evaluator.multipliers:
+        return constrained_dynamics(model, q, v, t, u, z=z, parameters=parameters, base=base)[0]
+    return model.evaluator.call("forward_dynamics", q=q, v=v, t=t, u=u, z=z, parameters=parameters, base=base)[0]
+
+
+def constrained_dynamics(
+    model: Evaluated,
+    q: ArrayLike,
+    v: ArrayLike,
+    t: ArrayLike = 0.0,
+    u: Inputs = None,
+    *,
+    z: States = None,
+    parameters: Parameters = None,
+    base: ArrayLike | None = None,
+) -> tuple[Array, Array]:
+    """Return vdot (..., nv) and multipliers (..., rows): M vdot + h + b + B^T lam = Q with B vdot = -g."""
+    return model.evaluator.accelerations(q=q, v=v, t=t, u=u, z=z, parameters=parameters, base=base)
+
+
+def partials(
+    model: Evaluated,
+    q: ArrayLike,
+    v: ArrayLike,
+    a: ArrayLike,
+    t: ArrayLike = 0.0,
+    u: Inputs = None,
+    *,
+    z: States = None,
+    multipliers: ArrayLike | None = None,
+    parameters: Parameters = None,
+    base: ArrayLike | None = None,
+) -> tuple[Array, Array, Array]:
+    """Return K, C, M, each (..., nv, nv): exact partials of the residual in q (left-trivialised), v and a.
+
+    The residual is that of inverse dynamics, with the constraints' B^T lam where there are any.
+    """
+    given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base}
+    K, C, M = model.evaluator.call("partials", **given, multipliers=multipliers, parameters=parameters)
+    return K, C, M
+
+
+def evaluate(
+    model: Evaluated,
+    term: str,
+    q: ArrayLike,
+    v: ArrayLike | None = None,
+    a: ArrayLike | None = None,
+    t: ArrayLike = 0.0,
+    u: Inputs = None,
+    *,
+    z: States = None,
+    multipliers: ArrayLike | None = None,
+    parameters: Parameters = None,
+    base: ArrayLike | None = None,
+    **rates: ArrayLike,
+) -> dict[str, Array]:
+    """Return the outputs of any term of the model (``model.terms``), by the names that the C code uses.
+
+    ``rates`` are the time derivatives that some terms take: j, s, a_higher, u_dot, u_ddot, u_higher and base_rates.
+    """
+    check_derivatives(rates)
+    given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base, **rates}
+    values = model.evaluator.call(term, **given, multipliers=multipliers, parameters=parameters)
+    return dict(zip(model.evaluator.functions.output_names(term), values, strict=True))
+
+
+def energy(
+    model: Evaluated,
+    q: ArrayLike,
+    v: ArrayLike,
+    a: ArrayLike | None = None,
+    t: ArrayLike = 0.0,
+    u: Inputs = None,
+    *,
+    z: States = None,
+    multipliers: ArrayLike | None = None,
+    parameters: Parameters = None,
+    base: ArrayLike | None = None,
+) -> dict[str, Array]:
+    """Return inertial energies and powers, each (...).
+
+    ``kinetic``, ``potential`` and ``total`` in J; ``power`` of all non-conservative forces and ``base_power`` of
+    the reaction at the base in W. Accelerations come from forward dynamics where they are needed and ``a`` is not
+    given.
+    """
+    given: dict[str, Any] = {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "base": base}
+    values = model.evaluator.call("energy", **given, multipliers=multipliers, parameters=parameters)[0]
+    result = {name: values[..., index] for index, name in enumerate(ENERGIES)}
+    with np.errstate(invalid="ignore"):  # of infinite energies
+        return {**result, "total": result["kinetic"] + result["potential"]}
+
+
+def outputs(
+    model: Evaluated,
+    q: ArrayLike,
+    v: ArrayLike,
+    a: ArrayLike | None = None,
+    t: ArrayLike = 0.0,
+    u: Inputs = None,
+    *,
+    z: States = None,
+    parameters: Parameters = None,
+    base: ArrayLike | None = None,
+) -> dict[str, Array]:
+    """Return the scene's outputs by name, (...) for one component and (..., size) for several."""
+    if not model.evaluator.library.layout["outputs"]:
+        model.evaluator.parameters(parameters)
+        return ByName("output", {})
+    values = model.evaluator.call("outputs", q=q, v=v, a=a, t=t, u=u, z=z, parameters=parameters, base=base)[0]
+    result, start = ByName[Array]("output", {}), 0
+    for item in model.evaluator.library.layout["outputs"]:
+        size = int(item["size"])
+        result[str(item["name"])] = values[..., start] if size == 1 else values[..., start : start + size]
+        start += size
+    return result
+
+
+def internal_rates(
+    model: Evaluated,
+    q: ArrayLike,
+    v: ArrayLike,
+    z: States = None,
+    t: ArrayLike = 0.0,
+    u: Inputs = None,
+    *,
+    parameters: Parameters = None,
+    base: ArrayLike | None = None,
+) -> Array:
+    """Return zdot = f(q, v, z, t, u), (..., nz)."""
+    if not model.evaluator.state_names:
+        return _zeros(model, q, v, np.asarray(t), parameters, "z")
+    return model.evaluator.call("internal_rate", q=q, v=v, z=z, t=t, u=u, parameters=parameters, base=base)[0]
+
+
+def internal_partials(
+    model: Evaluated,
+    q: ArrayLike,
+    v: ArrayLike,
+    z: States = None,
+    t: ArrayLike = 0.0,
+    u: Inputs = None,
+    *,
+    parameters: Parameters = None,
+    base: ArrayLike | None = None,
+) -> InternalPartials:
+    """Return the exact partials that ``partials`` has no columns and rows for: those in z, and those of zdot."""
+    given = {"q": q, "v": v, "z": z, "t": t, "u": u}
+    return InternalPartials(*model.evaluator.call("internal_partials", **given, parameters=parameters, base=base))
+
+
+def _zeros(model: Evaluated, q: ArrayLike, v: ArrayLike, t: Array, parameters: Parameters, block: str) -> Array:
+    """Return zeros of the size of a block, for each of a batch of arguments that are good."""
+    terms = model.evaluator
+    arrays = (terms.configuration(q), terms.velocity("v", v), terms.parameters(parameters))
+    return np.zeros(
+        (*np.broadcast_shapes(*(array.shape[:-1] for array in arrays), t.shape), terms.functions.sizes[block])
+    )

@@ -1,0 +1,115 @@
+"""Rows of families that choose their steps by an estimate of the local error: settings, statistics, statuses.
+
+Gustafsson, ACM Trans. Math. Softw. 17 (1991) 533, for the control of steps; Hairer, Norsett and Wanner, Solving
+Ordinary Differential Equations I, II.4, for what a tolerance is.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from eomgen.errors import Problem, UsageError
+from eomgen.integrators.families.family import Field, Setting, Sizes, Status
+
+#: Tolerances between which steps are chosen by them.
+SMALLEST_TOLERANCE, LARGEST_TOLERANCE = 1e-14, 0.1
+#: The part of the step that an error estimate allows which is taken: rejections cost a whole step.
+SAFETY = 0.9
+#: Changes of a step at most, from one to the next and after a rejection.
+MOST_GROWTH, MOST_REDUCTION = 4.0, 0.1
+#: A step that fails is taken again with this part of its size.
+AFTER_FAILURE = 0.25
+#: The longest step, in steps of the time grid: what is shorter than a step may be missed.
+LONGEST = 64.0
+#: Steps within one row, and attempts at one step, before a run stops: a call of compiled code hears no Ctrl-C.
+MOST_STEPS, MOST_ATTEMPTS = 1_000_000, 60
+#: Sizes of the motion fade over so many times the change of velocity that they are themselves.
+MEMORY = 4.0
+#: The part of the largest size so far that counts as the size of a smaller motion.
+COARSE = 1e-3
+#: A step that is shorter than this part of a usual one has the error of that one allowed: where forces have a corner,
+#: errors do not shrink as fast as steps do.
+SHORT = 0.05
+
+#: Error of an explicit step, as a part of the motion, up to which its end tells the size of the motion.
+ACCURATE = 0.01
+
+
+def check_tolerance(tolerance: float) -> None:
+    """Raise UsageError where a tolerance is out of its range."""
+    if not (math.isfinite(tolerance) and SMALLEST_TOLERANCE <= tolerance <= LARGEST_TOLERANCE):
+        what = f"the tolerance must lie in {SMALLEST_TOLERANCE:g}..{LARGEST_TOLERANCE:g}, not {tolerance:g}"
+        raise UsageError(Problem("tolerance", what, "1e-6"))
+
+
+def tolerance_setting(tolerance: float) -> Setting:
+    """Return the row of a tolerance."""
+    comment = "of the local error of a step, relative to what the motion moves within it"
+    return Setting("tolerance", tolerance, comment, single=1e-5)
+
+
+def step_state(sizes: Sizes) -> tuple[Field, ...]:
+    """Return what the choice of the next step follows from."""
+    fields = [
+        Field("own_step", "the next step of the method's own, s; 0: none yet", group="control", member="step"),
+        Field("own_error", "estimate of the last one's error, in tolerances", group="control", member="error"),
+        Field("own_speed", "size of velocities, and the largest so far", 2, group="control", member="speed"),
+        Field("own_change", "size of accelerations, and the largest so far", 2, group="control", member="change"),
+    ]
+    if sizes.z:
+        rates = Field("own_rates", "sizes of the rates of z, and the largest", 2 * sizes.z, group="control")
+        fields.append(Field(rates.name, rates.comment, rates.size, group="control", member="rates"))
+    return tuple(fields)
+
+
+STEP_GROUPS = (("control", "What the next step of the method's own follows from."),)
+
+
+def step_statistics() -> tuple[Field, ...]:
+    """Return what is counted of the steps of the method's own."""
+    return (
+        Field("own_steps", "steps of the method's own", 0, "long"),
+        Field("rejections", "steps that were taken again in smaller ones", 0, "long"),
+        Field("smallest_step", "the smallest of its own, s"),
+        Field("smallest_step_time", "where that began, s"),
+        Field("largest_step", "the largest, s"),
+        Field(
+            "hardest",
+            "the velocity component, or behind these the internal state, with the largest error in the smallest step",
+            0,
+            "long",
+        ),
+        Field("estimated_error", "sum of the estimates of local errors, relative to the motion"),
+    )
+
+
+def step_statuses() -> tuple[Status, ...]:
+    """Return how a choice of steps may fail."""
+    small = "the step became too small for the time to move on: the motion has a singularity near, or forces jump"
+    stiff = "the tolerance is too small for this order, or the motion is stiff"
+    many = f"{MOST_STEPS} steps were not enough for one row: {stiff}"
+    return (
+        Status(8, "STEP_TOO_SMALL", small, "a tolerance larger than {tolerance:.3g}, or the forces near that time"),
+        Status(9, "TOO_MANY_STEPS", many, "a tolerance larger than {tolerance:.3g}, another method, or shorter rows"),
+    )
+
+
+def step_data(order: int) -> Mapping[str, Any]:
+    """Return what the templates of the choice of steps read; ``order``: of local errors per step, in the step."""
+    return {
+        "own_steps": True,
+        "own_order": order,
+        "safety": SAFETY,
+        "most_growth": MOST_GROWTH,
+        "most_reduction": MOST_REDUCTION,
+        "after_failure": AFTER_FAILURE,
+        "longest": LONGEST,
+        "most_steps": MOST_STEPS,
+        "most_attempts": MOST_ATTEMPTS,
+        "memory": MEMORY,
+        "coarse": COARSE,
+        "short": SHORT,
+        "accurate": ACCURATE,
+    }

@@ -1,0 +1,133 @@
+"""Generalized-alpha with steps of its own, by an estimate of the local error of the configuration.
+
+Steps of other sizes: the algorithmic acceleration a_n belongs to t_n + (alpha_m - alpha_f) h, and is moved along with h
+(a_n - vdot_n scales with the step), which keeps order 2. That coefficients have to follow the step: Bruls and Arnold,
+J. Comput. Nonlinear Dyn. 3 (2008) 041009. The estimate compares the increment with the quadrature of equilibrium
+accelerations, as Zienkiewicz and Xie, Earthquake Eng. Struct. Dyn. 20 (1991) 871, do for Newmark's method.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from eomgen.integrators.families.adaptive import (
+    LARGEST_TOLERANCE,
+    STEP_GROUPS,
+    check_tolerance,
+    step_data,
+    step_state,
+    step_statistics,
+    step_statuses,
+    tolerance_setting,
+)
+from eomgen.integrators.families.family import Bound, Field, GroupFunction, MethodName, Setting, Sizes, Status
+from eomgen.integrators.families.generalized_alpha import NAMED_CASES, OF_ORDER_2, STABILISED, GeneralizedAlpha
+
+if TYPE_CHECKING:
+    from eomgen.system.system import System
+
+DEFAULT_TOLERANCE = 1e-5
+#: Steps are let grow where they grow by so much: a step of another size needs factors of its own.
+LEAST_GROWTH = 1.25
+#: The growth of a step at most. Alternating steps 1 : 2 leave stiff modes damped at any spectral radius, 1 : 4 do not.
+MOST_GROWTH = 2.0
+#: Newton's tolerance on the mean velocity, by that of the local error and the change of velocity in a step.
+ITERATIONS = 1e-2
+#: Tolerances that studies compare.
+COMPARED_TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7)
+#: The part of the error of velocities that counts.
+VELOCITY_PART = 0.2
+
+
+@dataclass(frozen=True)
+class AdaptiveGeneralizedAlpha(GeneralizedAlpha):
+    """Generalized-alpha, stabilised where there are constraints, with steps of its own.
+
+    Parameters
+    ----------
+    tolerance : float
+        Of the local error of the configuration, relative to what it moves within the step, by kinetic energy; internal
+        states each relative to its own change. Raises UsageError outside 1e-14..0.1.
+    """
+
+    tolerance: float = DEFAULT_TOLERANCE
+    family = "adaptive_generalized_alpha"
+    dense_output = "steps"
+    groups = STEP_GROUPS
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_tolerance(self.tolerance)
+
+    @classmethod
+    def names(cls) -> tuple[MethodName, ...]:
+        compared = {"tolerance": COMPARED_TOLERANCES, "rho_inf": (0.5, 0.8, 0.9)}
+        rows = [MethodName("generalized_alpha_adaptive", _optimal, ("rho_inf", "tolerance"), compared=compared)]
+        for case in OF_ORDER_2:
+            _, parameters, _, _ = NAMED_CASES[case]
+            make = partial(_named_case, case)
+            rows.append(MethodName(f"{case}_adaptive", make, (*parameters, "tolerance"), studied=False))
+        return tuple(rows)
+
+    def title(self, constrained: bool) -> str:
+        return f"{super().title(constrained)}, with steps of its own"
+
+    @property
+    def group_functions(self) -> tuple[GroupFunction, ...]:
+        return ("update", "tangent", "bracket")
+
+    @property
+    def parameters(self) -> dict[str, Fraction]:
+        return {**self.coefficients, "tolerance": Fraction(repr(float(self.tolerance)))}
+
+    @property
+    def keywords(self) -> dict[str, float]:
+        return {**super().keywords, "tolerance": self.tolerance}
+
+    @property
+    def chooses_steps(self) -> bool:
+        return True
+
+    def state(self, sizes: Sizes) -> tuple[Field, ...]:
+        return (*super().state(sizes), *step_state(sizes))
+
+    def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
+        own = (item for item in super().settings(sizes) if item.name != "max_halvings")
+        return (*own, tolerance_setting(self.tolerance))
+
+    def bounds(self, sizes: Sizes) -> tuple[Bound, ...]:
+        own = (bound for bound in super().bounds(sizes) if bound.left != "max_halvings")
+        return (*own, Bound("tolerance", ">", 0.0), Bound("tolerance", "<=", LARGEST_TOLERANCE))
+
+    def statistics(self, sizes: Sizes) -> tuple[Field, ...]:
+        return (*super().statistics(sizes), *step_statistics())
+
+    def statuses(self, constrained: bool, angles: bool) -> tuple[Status, ...]:
+        return (*super().statuses(constrained, angles), *step_statuses())
+
+    def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
+        return {
+            **super().data(system, step, samples),
+            **step_data(2),
+            "parameters": list(self.coefficients),
+            "turning": [],
+            "least_growth": LEAST_GROWTH,
+            "most_growth": MOST_GROWTH,
+            "iterations": ITERATIONS,
+            "velocity_part": VELOCITY_PART,
+        }
+
+
+def _optimal(rho_inf: float = 0.8, tolerance: float = DEFAULT_TOLERANCE) -> AdaptiveGeneralizedAlpha:
+    return AdaptiveGeneralizedAlpha(rho_inf, STABILISED, tolerance=tolerance)
+
+
+def _named_case(name: str, tolerance: float = DEFAULT_TOLERANCE, **given: float) -> AdaptiveGeneralizedAlpha:
+    """Return a case; ``rho_inf`` is left out where ``alpha`` says the same."""
+    if "alpha" in given:
+        given.pop("rho_inf", None)
+    return AdaptiveGeneralizedAlpha(case=NAMED_CASES[name][0](**given), tolerance=tolerance)

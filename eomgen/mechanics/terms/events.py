@@ -1,0 +1,142 @@
+"""Events on the tape: their functions with rates along the motion, values of their actions, and impulses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import accumulate
+
+from eomgen.errors import ModelError, Problem
+from eomgen.formula.nodes import Formula, Symbol
+from eomgen.mechanics.constraints.rows import rates_of
+from eomgen.mechanics.derivation import Derivation
+from eomgen.mechanics.kinematics.directions import configuration_directions
+from eomgen.scene.events.model import Event
+from eomgen.symbolic.calculus.partials import forward_partials, jacobian_vector
+from eomgen.symbolic.operations import InputSymbol
+from eomgen.symbolic.scalar import Scalar
+from eomgen.symbolic.tape import ZERO
+from eomgen.system.events import Assignment, EventRow, Mode, mode_parameter
+from eomgen.system.system import Block
+
+#: What a function depends on whose rate along the motion is not recorded.
+_WITHOUT_RATE = frozenset({"a", "lam", "u"})
+_SIGNS = {"rising": 1, "falling": -1, "both": 0}
+#: What the function of an impact may depend on: its gradient is the direction of the impulse.
+_POSITIONS = frozenset({"p", "t", "q", "base"})
+
+
+def event_rows(derivation: Derivation) -> tuple[EventRow, ...]:
+    """Return the events of a scene, in their order.
+
+    Raises
+    ------
+    ModelError
+        The function of an impact depends on more than positions and time.
+    """
+    scene = derivation.scene
+    starts = accumulate((len(_formulas(event)) for event in scene.events), initial=0)
+    impacts = [event for event in scene.events if event.action == "impact"]
+    rows = []
+    for event, value, place in zip(scene.events, _values(derivation), starts, strict=False):
+        blocks = {symbol.block for symbol in derivation.tape.depends_on([value.ref])}
+        if event.action == "impact" and (found := blocks - _POSITIONS):
+            what = f"the impact needs a formula of positions and time, and this one depends on {_words(found)}"
+            raise ModelError([Problem(event.place, what, 'a distance, such as "q.ball"')])
+        rows.append(
+            EventRow(
+                event.name,
+                event.action,
+                _SIGNS[event.direction],
+                has_rate=not blocks & _WITHOUT_RATE,
+                assignments=tuple(
+                    Assignment(*_number(derivation, symbol), place + k) for k, (symbol, _) in enumerate(event.resets)
+                ),
+                restitution=place if event.action == "impact" else -1,
+                gradient=impacts.index(event) if event.action == "impact" else -1,
+                mode=scene.modes.index(event.mode) if event.action == "switch" else -1,
+                value=place if event.action == "switch" else -1,
+                least_interval=event.least_interval,
+                description=event.description,
+            )
+        )
+    return tuple(rows)
+
+
+def modes(derivation: Derivation) -> tuple[Mode, ...]:
+    """Return the modes of a scene, each with the tunable parameter that holds its value at the start."""
+    tunable = [parameter.name for parameter in derivation.scene.parameters if parameter.tunable]
+    return tuple(Mode(name, tunable.index(mode_parameter(name))) for name in derivation.scene.modes)
+
+
+def events(derivation: Derivation) -> list[Block]:
+    """Return the functions of the events and their rates along the motion; 0 for a rate that is not known."""
+    tape, scene, nv = derivation.tape, derivation.scene, derivation.tree.nv
+    values = _values(derivation)
+    direction = rates_of(tape, configuration_directions(derivation.tree), derivation.prescribed)
+    direction |= {InputSymbol("v", k): tape.input("a", k) for k in range(nv)}
+    direction |= {InputSymbol("z", k): rate.ref for k, rate in enumerate(derivation.internal.rates())}
+    with tape.block("rates of the events' functions"):
+        rates = jacobian_vector(tape, [value.ref for value in values], direction)
+    known = [row.has_rate for row in event_rows(derivation)]
+    rates = [rate if has_rate else ZERO for rate, has_rate in zip(rates, known, strict=True)]
+    count = len(scene.events)
+    return [
+        Block("event", (count,), tuple(value.ref for value in values), "functions whose roots are the events"),
+        Block("event_rate", (count,), tuple(rates), "their time derivatives; 0 where they are not known"),
+    ]
+
+
+def event_actions(derivation: Derivation) -> list[Block]:
+    """Return the values of all formulas of actions, event by event."""
+    formulas = [formula for event in derivation.scene.events for formula in _formulas(event)]
+    values = _recorded(derivation, formulas, "actions of the events")
+    refs = tuple(value.ref for value in values)
+    return [Block("action", (len(refs),), refs, "new values, restitutions and new modes, event by event")]
+
+
+def event_impulse(derivation: Derivation) -> list[Block]:
+    """Return what impulses follow from: M, B where there are constraints, and the gradients of impacts in q."""
+    tape, nv = derivation.tape, derivation.tree.nv
+    pairs = zip(derivation.scene.events, _values(derivation), strict=True)
+    values = [value.ref for event, value in pairs if event.action == "impact"]
+    (M,) = derivation.mass()
+    B = derivation.constraint_jacobian() if derivation.constraints is not None else []
+    with tape.block("gradients of the impacts"):
+        tangents = forward_partials(tape, values, configuration_directions(derivation.tree))
+    refs = tuple(tangent.get(k, ZERO) for tangent in tangents for k in range(nv))
+    return [M, *B, Block("gradient", (len(values), nv), refs, "d event / dq of the impacts, left-trivialised")]
+
+
+def needs_impulse(derivation: Derivation) -> bool:
+    """Return whether an event changes velocities by impulses: impacts, and resets that constraints bear on."""
+    held = derivation.constraints is not None
+    return any(event.action == "impact" or (event.action == "reset" and held) for event in derivation.scene.events)
+
+
+def _values(derivation: Derivation) -> list[Scalar]:
+    return _recorded(derivation, [event.when for event in derivation.scene.events], "functions of the events")
+
+
+def _recorded(derivation: Derivation, formulas: Sequence[Formula], what: str) -> list[Scalar]:
+    derivation.energies()
+    with derivation.tape.block(what):
+        return [derivation.quantities.formula(formula) for formula in formulas]
+
+
+def _formulas(event: Event) -> list[Formula]:
+    """Return the formulas of an event's action."""
+    given = [event.restitution, event.value]
+    return [*(formula for _, formula in event.resets), *(formula for formula in given if formula is not None)]
+
+
+def _number(derivation: Derivation, symbol: Symbol) -> tuple[str, int]:
+    """Return the block and the place of a number of the state."""
+    if symbol.kind == "state":
+        return "z", derivation.quantities.state_numbers[symbol.name]
+    coordinates = derivation.tree.coordinates[symbol.name]
+    return symbol.kind, (coordinates.components if symbol.kind == "q" else coordinates.dofs)[symbol.index]
+
+
+def _words(blocks: set[str]) -> str:
+    names = {"v": "velocities", "a": "accelerations", "z": "internal states", "lam": "constraint forces", "u": "inputs"}
+    return " and ".join(names[block] for block in sorted(blocks))

@@ -1,0 +1,213 @@
+"""ErrorEstimate: the discretisation error of a run, as runs at other steps or tolerances tell it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Self
+
+import numpy as np
+
+from eomgen.arrays import Array
+
+#: Observed order below which there is none, and the part of the motion above which that matters.
+NO_ORDER, NOTICED = 0.5, 0.03
+#: What errors are a part of, unless it is too small.
+OWN = "its motion"
+_NUMBERS = ("order", "declared_order", "relative", "seconds", "cost")
+_WORDS = ("available", "reason", "method", "unresolved")
+_LARGEST = ("largest", "largest_output")
+_STATES = ("q", "increment", "v", "z", "multipliers")
+
+
+@dataclass(frozen=True)
+class Largest:
+    """The largest error of the coordinates and internal states, relative to their motion.
+
+    Attributes
+    ----------
+    name : of the coordinate, the rotation, or the internal state
+    error, unit : its largest estimated error
+    time : s, when
+    share : part of the motion of the coordinate, or of the rotation, or of the internal state, or of a measure in its
+        place
+    measure : what that is a part of, where the motion itself is too small to be measured by
+    """
+
+    name: str
+    error: float
+    unit: str
+    time: float
+    share: float
+    measure: str = OWN
+
+    def __str__(self) -> str:
+        unit = "" if self.unit in ("", "1") else f" {self.unit}"
+        percent = 100.0 * self.share
+        share = f"{percent:.2g}" if percent < 100.0 else f"{percent:.0f}"
+        return f"{self.error:.2g}{unit} of {self.name} at t = {self.time:.6g} s, {share} % of {self.measure}"
+
+
+@dataclass(frozen=True)
+class ErrorEstimate:
+    """Estimated absolute errors over the run, at the rows that all compared runs have.
+
+    Where ``available`` is False, ``reason`` says why, numbers are NaN and arrays over time are empty.
+
+    Attributes
+    ----------
+    t : (n,) s, the rows compared
+    q_at : (n, nq), quaternions component by component
+    increment_at : (n, nv), as increments of the configuration: rotations in rad
+    v_at : (n, nv)
+    z_at : (n, nz)
+    multipliers_at : (n, number of constraints)
+    outputs_at : name -> (n,) or (n, size)
+    relative_at : (n,), the largest error of a coordinate or an internal state as a part of its motion
+    order : observed in q; NaN where none is seen
+    declared_order : of the method; NaN where it chooses its steps
+    relative : the largest of ``relative_at``
+    largest : which, how much and when
+    largest_output : the same of the outputs, as a part of the range of each; None without any
+    method : how the estimate was obtained
+    seconds : s, time that the estimate took
+    cost : the same as a part of the run's own time
+    unresolved : what is excited and too fast for the steps, which the numbers above leave out; empty without
+    """
+
+    available: bool = False
+    reason: str = ""
+    t: Array = field(default_factory=lambda: np.zeros(0))
+    q_at: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    increment_at: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    v_at: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    z_at: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    multipliers_at: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    outputs_at: Mapping[str, Array] = field(default_factory=dict)
+    relative_at: Array = field(default_factory=lambda: np.zeros(0))
+    order: float = float("nan")
+    declared_order: float = float("nan")
+    relative: float = float("nan")
+    largest: Largest | None = None
+    largest_output: Largest | None = None
+    method: str = ""
+    seconds: float = 0.0
+    cost: float = 0.0
+    unresolved: str = ""
+
+    @classmethod
+    def missing(cls, reason: str, nq: int = 0, nv: int = 0, nz: int = 0, multipliers: int = 0) -> Self:
+        """Return what stands for an estimate that there is none of, for a system of given sizes."""
+        q, v, z, lam = (np.zeros((0, size)) for size in (nq, nv, nz, multipliers))
+        return cls(reason=reason, q_at=q, increment_at=v, v_at=v, z_at=z, multipliers_at=lam)
+
+    @property
+    def q(self) -> Array:
+        """Largest error of each component of q over the run, (nq,)."""
+        return _largest(self.q_at)
+
+    @property
+    def increment(self) -> Array:
+        """Largest error of q over the run as an increment, (nv,): rotations in rad."""
+        return _largest(self.increment_at)
+
+    @property
+    def v(self) -> Array:
+        """Largest error of each component of v over the run, (nv,)."""
+        return _largest(self.v_at)
+
+    @property
+    def z(self) -> Array:
+        """Largest error of each internal state over the run, (nz,)."""
+        return _largest(self.z_at)
+
+    @property
+    def multipliers(self) -> Array:
+        """Largest error of each multiplier over the run, (number of constraints,)."""
+        return _largest(self.multipliers_at)
+
+    @property
+    def outputs(self) -> dict[str, Array]:
+        """Largest error of each output over the run: name -> () or (size,)."""
+        return {name: _largest(array) for name, array in self.outputs_at.items()}
+
+    def __str__(self) -> str:
+        if not self.available or self.largest is None:
+            return f"not known: {self.reason}"
+        return f"{self.largest}; {self.evidence}"
+
+    @property
+    def evidence(self) -> str:
+        """The order observed, the runs that tell it, and the time that they took, in words."""
+        declared = "" if np.isnan(self.declared_order) else f" of {self.declared_order:g}"
+        order = "" if np.isnan(self.order) else f"order {self.order:.2f}{declared}, "
+        return f"{order}by {self.method}, in {self.seconds:.2g} s"
+
+    @property
+    def unordered(self) -> bool:
+        """Whether runs at other steps differ noticeably, and not less where steps are smaller."""
+        ordered = self.order >= NO_ORDER or np.isnan(self.declared_order)
+        return self.available and self.relative > NOTICED and not ordered
+
+    def above(self, part: float) -> float:
+        """Return the first time, s, at which the error is above a part of the motion; infinite where it never is."""
+        places = np.flatnonzero(self.relative_at > part)
+        return float(self.t[places[0]]) if len(places) else float("inf")
+
+    def refinement(self, aim: float) -> float:
+        """Return by what the step has to be multiplied for a relative error, by the order observed or declared."""
+        order = np.fmin(self.order, self.declared_order)
+        return 1.0 if np.isnan(order) else float(min(1.0, (aim / self.relative) ** (1.0 / max(order, 1.0))))
+
+    def summary(self) -> dict[str, Any]:
+        """Return what a summary says in JSON types."""
+        return {
+            **self.described(),
+            **{name: getattr(self, name).tolist() for name in _STATES},
+            "outputs": {name: array.tolist() for name, array in self.outputs.items()},
+        }
+
+    def described(self) -> dict[str, Any]:
+        """Return all but the arrays, in JSON types; what is not known is None."""
+        numbers = {
+            name: _or_none(getattr(self, name)) for name in ("order", "declared_order", "relative", "seconds", "cost")
+        }
+        words = {name: getattr(self, name) for name in _WORDS}
+        found = {name: getattr(self, name) for name in _LARGEST}
+        return {**words, **{name: None if item is None else vars(item) for name, item in found.items()}, **numbers}
+
+    def arrays(self) -> dict[str, Array]:
+        """Return the arrays by name, for a file."""
+        arrays = {
+            "t": self.t,
+            "relative_at": self.relative_at,
+            **{f"{name}_at": getattr(self, f"{name}_at") for name in _STATES},
+        }
+        return arrays | {f"outputs_at.{name}": array for name, array in self.outputs_at.items()}
+
+    @classmethod
+    def from_file(cls, arrays: Mapping[str, Array], summary: Mapping[str, Any]) -> Self:
+        """Return what ``arrays`` and ``summary`` were written of."""
+        stored: dict[str, Any] = {"outputs_at": {}}
+        for name, array in arrays.items():
+            group, _, member = name.partition(".")
+            if member:
+                stored[group][member] = array
+            else:
+                stored[name] = array
+        stored |= {name: _number(summary[name]) for name in _NUMBERS}
+        stored |= {name: summary[name] for name in _WORDS if name in summary}
+        stored |= {name: Largest(**summary[name]) for name in _LARGEST if summary.get(name)}
+        return cls(**stored)
+
+
+def _largest(at: Array) -> Array:
+    return np.max(at, axis=0) if len(at) else np.full(at.shape[1:], np.nan)
+
+
+def _or_none(value: float) -> float | None:
+    return None if np.isnan(value) else float(value)
+
+
+def _number(value: float | None) -> float:
+    return float("nan") if value is None else float(value)

@@ -1,0 +1,207 @@
+"""Types of the keys of the methods of SceneBuilder, for type checkers: from the schema, by
+``python -m tests.builder_keys eomgen/scene/builder_keys.pyi``."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Required, TypedDict
+
+from eomgen.scene.builder_methods import Rotations, Value
+
+class IncludeKeys(TypedDict, total=False):
+    prefix: str | None
+    parent: str | None
+    position: Sequence[Value] | None
+    rotation: Rotations | None
+    parameters: Mapping[str, Value] | None
+    root: str | None
+    lock: Sequence[str] | None
+    limits: bool | None
+    friction: bool | None
+
+class SimulationKeys(TypedDict, total=False):
+    method: str | None
+    step: Value | None
+    duration: Value | None
+    rho_inf: float | None
+    alpha: float | None
+    beta: float | None
+    gamma: float | None
+    tolerance: float | None
+    order: int | None
+    record_every: int | None
+    start: str | None
+
+class BaseKeys(TypedDict, total=False):
+    pass
+
+class BodyKeys(TypedDict, total=False):
+    center_of_mass: Sequence[Value] | None
+    inertia: Sequence[Any] | Mapping[str, Value] | None
+    group: str | None
+
+class BeamKeys(TypedDict, total=False):
+    start: Value | None
+    section: Mapping[str, Any] | None
+    mass_per_length: Value | None
+    polar_inertia: Value | None
+    mass_profile: Value | Sequence[Value] | None
+    polar_profile: Value | Sequence[Value] | None
+    order: int | None
+    stiffening: bool | None
+    bending_y: Mapping[str, Any] | None
+    bending_z: Mapping[str, Any] | None
+    stretch: Mapping[str, Any] | None
+    torsion: Mapping[str, Any] | None
+
+class JointKeys(TypedDict, total=False):
+    position: Sequence[Value] | None
+    rotation: Rotations | None
+    orientation: Sequence[Sequence[float]] | None
+    axis: Sequence[Value] | None
+    second_axis: Sequence[Value] | None
+    x_axis: Sequence[Value] | None
+    pitch: Value | None
+    stiffness: Value | Sequence[Value] | None
+    damping: Value | Sequence[Value] | None
+    rest: Value | Sequence[Value] | None
+    rotor_inertia: Value | Sequence[Value] | None
+    limits: Mapping[str, Any] | None
+    friction: Mapping[str, Any] | None
+    mimic: Mapping[str, Any] | None
+    initial: Mapping[str, Any] | None
+
+class ConstraintKeys(TypedDict, total=False):
+    drive: Value | None
+    length: Value | None
+    radius: Value | None
+    shape: str | None
+    pitch: Value | None
+
+class PointKeys(TypedDict, total=False):
+    pass
+
+class ParameterKeys(TypedDict, total=False):
+    tunable: bool | None
+    unit: str | None
+    description: str | None
+
+class InputKeys(TypedDict, total=False):
+    table: Mapping[str, Any] | None
+    points: Sequence[Sequence[Value]] | None
+    interpolation: str | None
+    outside: str | None
+    wave: Mapping[str, Any] | None
+    road: Mapping[str, Any] | None
+    unit: str | None
+    description: str | None
+
+class CurveKeys(TypedDict, total=False):
+    table: Mapping[str, Any] | None
+    points: Sequence[Sequence[Value]] | None
+    interpolation: str | None
+    outside: str | None
+    wave: Mapping[str, Any] | None
+    bump: Mapping[str, Any] | None
+    road: Mapping[str, Any] | None
+    unit: str | None
+    description: str | None
+
+class StateKeys(TypedDict, total=False):
+    initial: Value | None
+    unit: str | None
+    description: str | None
+
+class ControllerKeys(TypedDict, total=False):
+    proportional: Value | None
+    integral: Value | None
+    derivative: Value | None
+    gain: Value | None
+    time_constant: Value | None
+    lead: Value | None
+    minimum: Value | None
+    maximum: Value | None
+    tracking: Value | None
+    initial: Value | None
+    initial_filtered: Value | None
+    outputs: Sequence[str] | None
+    coordinates: Sequence[str] | None
+    signals: Mapping[str, Value] | None
+    position_references: Mapping[str, Value] | None
+    signal_references: Mapping[str, Value] | None
+    position_gains: Mapping[str, float | Sequence[float]] | None
+    velocity_gains: Mapping[str, float | Sequence[float]] | None
+    signal_gains: Mapping[str, float | Sequence[float]] | None
+    calibration: Mapping[str, Any] | None
+    spring: str | None
+    damping: Value | None
+    groundhook: Value | None
+    clipped: bool | None
+    minimum_damping: Value | None
+    maximum_damping: Value | None
+    width: Value | None
+    unit: str | None
+    description: str | None
+
+class OutputKeys(TypedDict, total=False):
+    position: str | None
+    velocity: str | None
+    acceleration: str | None
+    formula: Value | Sequence[Value] | None
+    energy: str | None
+    unit: str | None
+    description: str | None
+
+class ModeKeys(TypedDict, total=False):
+    description: str | None
+
+class EventKeys(TypedDict, total=False):
+    direction: str | None
+    action: str | None
+    reset: Mapping[str, Value] | None
+    restitution: Value | None
+    mode: str | None
+    to: Value | None
+    least_interval: Value | None
+    description: str | None
+
+class SpringKeys(TypedDict, total=False):
+    stiffness: Value | None
+    damping: Value | None
+    length: Value | None
+    force: Value | None
+
+class TorsionSpringKeys(TypedDict, total=False):
+    stiffness: Value | None
+    damping: Value | None
+    rest: Value | None
+    first_index: int | None
+    second_index: int | None
+
+class BushingKeys(TypedDict, total=False):
+    stiffness: Sequence[Value] | None
+    damping: Sequence[Value] | None
+    rotational_stiffness: Sequence[Value] | None
+    rotational_damping: Sequence[Value] | None
+    stiffness_matrix: Sequence[Sequence[float]] | None
+    damping_matrix: Sequence[Sequence[float]] | None
+    rest: Sequence[Value] | None
+    rest_rotation: Rotations | None
+    preload: Sequence[Value] | None
+    rotational_preload: Sequence[Value] | None
+
+class TyreKeys(TypedDict, total=False):
+    radius: Required[Value]
+    stiffness: Required[Value]
+    damping: Value | None
+    onset: Value | None
+    road: Value | None
+    road_rate: Value | None
+    slip: Mapping[str, Any] | None
+
+class ForceKeys(TypedDict, total=False):
+    point: Sequence[Value] | None
+    force: Sequence[Value] | None
+    torque: Sequence[Value] | None
+    axes: str | None
+
+class EffortKeys(TypedDict, total=False):
+    index: int | None

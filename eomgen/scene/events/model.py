@@ -1,0 +1,34 @@
+"""Events of a Scene: formulas and what they act on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from eomgen.formula.nodes import Formula, Symbol
+from eomgen.system.events import Action, Direction
+
+
+@dataclass(frozen=True)
+class Event:
+    """An event at the roots of ``when``.
+
+    Attributes
+    ----------
+    resets : pairs of a coordinate, a velocity or an internal state, and its new value; of ``reset``
+    restitution : of ``impact``
+    mode, value : of ``switch``
+    least_interval : s; 0 where none is given
+    place : where ``when`` is written, for messages
+    """
+
+    name: str
+    when: Formula
+    direction: Direction
+    action: Action
+    resets: tuple[tuple[Symbol, Formula], ...] = ()
+    restitution: Formula | None = None
+    mode: str = ""
+    value: Formula | None = None
+    least_interval: float = 0.0
+    description: str = ""
+    place: str = ""

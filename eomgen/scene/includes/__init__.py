@@ -1,0 +1,5 @@
+"""Files that a scene includes: read by their sources, renamed, and put into the scene."""
+
+__all__: list[str] = []
+#: Open to the other parts of ``scene``.
+WITHIN = ["include"]

@@ -1,0 +1,191 @@
+"""A scene with tunable factors: units of length, mass and time, stiffness, damping, gravity, one body's inertia, the
+place of the origin.
+
+Every number whose key has a unit is multiplied as the unit says. Formulas are evaluated in the scene's own units: what
+they take of the motion is divided by its unit, and what they give is multiplied by that of their key. So the same
+motion in other units follows, whatever formulas are.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from eomgen.scene.document.schema import Document
+from eomgen.scene.document.units import in_si
+from eomgen.scene.joint_types import JOINTS
+from eomgen.scene.reading.keys import ANY_UNIT, Inner, Table, Units, fields_of
+from eomgen.scene.reading.report import Report
+from eomgen.units.conversion import measure
+from eomgen.units.parser import read_unit
+
+Data = Mapping[str, Any]
+
+#: Factors: the parameter of each, 1 or 0 where the scene is its own.
+LENGTH, MASS, TIME = "unit_length", "unit_mass", "unit_time"
+STIFFNESS, DAMPING, GRAVITY = "factor_of_stiffness", "factor_of_damping", "factor_of_gravity"
+RATIO, ORIGIN = "factor_of_first_inertia", "place_of_origin"
+UNITS = {"[length]": LENGTH, "[mass]": MASS, "[time]": TIME}
+NEUTRAL: Mapping[str, float] = {
+    **dict.fromkeys((LENGTH, MASS, TIME, STIFFNESS, DAMPING, GRAVITY, RATIO), 1.0),
+    ORIGIN: 0.0,
+}
+_KEYS = {"stiffness": STIFFNESS, "damping": DAMPING}
+#: A coordinate of a joint or a place of a point, or a bare name.
+_SYMBOL = re.compile(r"(?<![\w.])(?:([qva]|position|velocity|acceleration)\.(\w+)(?:\[(\d+)\])?|(\w+))(?![\w.(])")
+_OF_POINTS = {"position": "m", "velocity": "m/s", "acceleration": "m/s^2"}
+
+
+@dataclass(frozen=True)
+class UnitsOf:
+    """What one unit of length, mass and time of a scene is, in m, kg and s."""
+
+    length: float = 1.0
+    mass: float = 1.0
+    time: float = 1.0
+
+    def size(self, unit: str) -> float:
+        """Return by what a number with a unit string grows."""
+        result = 1.0
+        for name, power in _powers(unit).items():
+            result *= {LENGTH: self.length, MASS: self.mass, TIME: self.time}[UNITS[name]] ** power
+        return result
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        return {LENGTH: self.length, MASS: self.mass, TIME: self.time}
+
+
+def with_factors(data: Data, wanted: Sequence[str]) -> dict[str, Any]:
+    """Return nested data of a scene with tunable factors, all of them neutral.
+
+    Parameters
+    ----------
+    data : mapping
+        As ``tomllib`` reads a scene file.
+    wanted : names of factors
+    """
+    plain, _ = in_si(data, Report("scene", {}))
+    plain.setdefault("gravity", list(Document.model_fields["gravity"].default))
+    scaled = _Scaled(plain, frozenset(wanted)).table(Document, plain, None)
+    if ORIGIN in wanted:
+        _move_origin(scaled)
+    if RATIO in wanted:
+        _weigh_first(scaled)
+    factors = {name: {"value": NEUTRAL[name], "tunable": True} for name in wanted}
+    return scaled | {"parameters": {**plain.get("parameters", {}), **factors}}
+
+
+class _Scaled:
+    """The walk through one scene."""
+
+    def __init__(self, data: Data, wanted: frozenset[str]) -> None:
+        self.wanted = wanted
+        self.joints: Mapping[str, Any] = data.get("joints", {})
+        self.kinds = {str(name): joint.get("type", "fixed") for name, joint in self.joints.items()}
+        self.named = {
+            str(name): str(entry.get("unit", ""))
+            for section in ("inputs", "states")
+            for name, entry in data.get(section, {}).items()
+            if isinstance(entry, Mapping)
+        }
+
+    def table(self, model: type[Table], data: Data, kind: object) -> dict[str, Any]:
+        kind = data.get("type", kind or self.kinds.get(str(data.get("joint"))))
+        result = dict(data)
+        for name, (meaning, inner) in fields_of(model).items():
+            if name not in data or name in ("parameters", "initial", "simulation", "curves"):
+                continue
+            if inner is not None:
+                result[name] = self.inner(inner, data[name], kind)
+                continue
+            unit: Units = meaning.unit if not isinstance(meaning.unit, Mapping) else meaning.unit.get(str(kind), "")
+            if unit == ANY_UNIT:
+                unit = str(data.get("unit", ""))
+            elif isinstance(unit, tuple) and isinstance(data.get("index"), int):
+                unit = unit[data["index"]]
+            own = _KEYS.get(name) if model is not Document else GRAVITY if name == "gravity" else None
+            if unit or meaning.names is not None:
+                result[name] = self.value(unit, data[name], own if own in self.wanted else None)
+        return result
+
+    def inner(self, inner: Inner, value: Any, kind: object) -> Any:
+        if inner.shape == "entries" and isinstance(value, Mapping):
+            return {name: self.table(inner.model, entry, kind) for name, entry in value.items()}
+        if inner.shape == "list" and isinstance(value, list | tuple):
+            return [self.table(inner.model, entry, kind) for entry in value]
+        return self.table(inner.model, value, kind) if isinstance(value, Mapping) else value
+
+    def value(self, unit: Units, value: Any, own: str | None) -> Any:
+        if isinstance(value, list | tuple):
+            units = (unit,) * len(value) if isinstance(unit, str) else unit
+            return [self.value(one, entry, own) for one, entry in zip(units, value, strict=True)]
+        if isinstance(value, Mapping):
+            return {name: self.value(unit, entry, own) for name, entry in value.items()}
+        if isinstance(value, str):
+            value = _SYMBOL.sub(self.in_own_units, value)
+        elif isinstance(value, bool) or not isinstance(value, int | float) or not value or math.isinf(value):
+            return value
+        factors = [f for f in (self.factor(unit) if isinstance(unit, str) else "", own or "") if f]
+        return f"({' * '.join(factors)}) * ({value})" if factors else value
+
+    def in_own_units(self, match: re.Match[str]) -> str:
+        """Return a symbol of a formula divided by its unit."""
+        kind, joint, index, bare = match.groups()
+        if kind in _OF_POINTS:
+            unit = _OF_POINTS[kind]
+        elif kind is None:
+            unit = "s" if bare == "t" else self.named.get(bare, "")
+        else:
+            row = JOINTS.get(self.kinds.get(joint, ""))
+            units = row.units if row is not None else ("m",)
+            of_q = units[int(index or 0)] if int(index or 0) < len(units) else "rad"
+            unit = of_q + {"q": "", "v": "/s", "a": "/s^2"}[kind]
+        factor = self.factor(unit)
+        return f"({match[0]} / ({factor}))" if factor else match[0]
+
+    def factor(self, unit: str) -> str:
+        """Return the formula by which a number with a unit is multiplied; empty for plain numbers and angles."""
+        powers = [(UNITS[name], power) for name, power in _powers(unit).items() if UNITS[name] in self.wanted]
+        parts = [f"{name}**({power})" if power != 1 else name for name, power in powers if power]
+        return " * ".join(parts)
+
+
+def _powers(unit: str) -> dict[str, float]:
+    found = measure(read_unit(unit))[1] if unit not in ("", "1", "rad") else {}
+    return {name: power for name, power in found.items() if name in UNITS}
+
+
+def _move_origin(scene: dict[str, Any]) -> None:
+    """Move all that is fixed to the base or the world along x."""
+    for joint in scene.get("joints", {}).values():
+        if joint.get("parent") == "base":
+            joint["position"] = _moved(joint.get("position", [0.0, 0.0, 0.0]))
+    for point in scene.get("points", {}).values():
+        if point.get("body") in ("base", "world"):
+            point["position"] = _moved(point.get("position", [0.0, 0.0, 0.0]))
+    for constraint in scene.get("constraints", {}).values():
+        for side in ("first", "second"):
+            frame = constraint.get(side)
+            if isinstance(frame, dict) and frame.get("body") in ("base", "world"):
+                frame["position"] = _moved(frame.get("position", [0.0, 0.0, 0.0]))
+
+
+def _moved(position: Sequence[Any]) -> list[Any]:
+    return [f"{ORIGIN} + ({position[0]})", *position[1:]]
+
+
+def _weigh_first(scene: dict[str, Any]) -> None:
+    """Multiply mass and inertia of the first body that has a mass."""
+    for name, body in scene.get("bodies", {}).items():
+        if body.get("mass") not in (None, 0, 0.0):
+            heavier = copy.copy(body)
+            heavier["mass"] = f"{RATIO} * ({body['mass']})"
+            if "inertia" in body:
+                heavier["inertia"] = [f"{RATIO} * ({entry})" for entry in body["inertia"]]
+            scene["bodies"] = {**scene["bodies"], name: heavier}
+            return

@@ -1,0 +1,105 @@
+"""``method = "auto"``: the method of a run, chosen once before it from the eigenvalues of its equations at the start.
+
+The choice is between the implicit method, which is stable at any step, and the explicit one of order 4, which is more
+accurate where the step resolves the fastest motion and forces are smooth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from eomgen.arrays import Array
+from eomgen.compiled.initial_state import InitialState, initial_state
+from eomgen.errors import EomgenError
+from eomgen.integrators.families.register import BUILT_IN
+from eomgen.integrators.methods import STANDARD, check_needs, method_named
+from eomgen.system.system import Facts
+
+if TYPE_CHECKING:
+    from eomgen.compiled.model import CompiledModel
+
+#: Step times largest eigenvalue up to which an explicit method of order 4 resolves the fastest motion: a twelfth of its
+#: period.
+RESOLVED = 0.5
+#: Singular values of B below this part of the largest belong to rows that repeat others.
+_RANK = 1e-10
+
+
+def automatic(
+    model: CompiledModel, initial: Mapping[str, Any] | None, p: Array, t: float, step: float
+) -> tuple[str, str]:
+    """Return the method for a run, and a sentence that says why.
+
+    Parameters
+    ----------
+    initial, p, t : where the run starts
+    step : s
+    """
+    facts = model.library.layout["facts"]
+    explicit = _explicit(Facts(**{name: bool(value) for name, value in facts.items()}))
+    if explicit is None:
+        return _chosen(STANDARD, "no explicit method runs on this scene")
+    if not facts["smooth"]:
+        return _chosen(
+            STANDARD, "forces have corners where the motion decides, at which an explicit method loses its order"
+        )
+    fastest = largest_eigenvalue(model, initial_state(model, initial, p), t, p)
+    if fastest is None:
+        return _chosen(STANDARD, "the eigenvalues at the start are not known")
+    reach = step * fastest
+    told = f"step times the largest eigenvalue at the start, {fastest:.3g} 1/s, is {reach:.2g}"
+    if reach > RESOLVED:
+        return _chosen(STANDARD, f"{told}, above {RESOLVED:g}, which asks for an implicit method")
+    return _chosen(explicit, f"{told}, so an explicit method resolves the motion")
+
+
+def _chosen(name: str, why: str) -> tuple[str, str]:
+    return name, f"method chosen before the run: {name}, because {why}"
+
+
+def _explicit(facts: Facts) -> str | None:
+    """Return the first explicit method with fixed steps that runs on a system."""
+    for family in (family for family in BUILT_IN if not family.implicit):
+        for row in family.names():
+            method = method_named(row.name)
+            try:
+                check_needs(method, facts)
+            except EomgenError:
+                continue
+            if not method.chooses_steps:
+                return row.name
+    return None
+
+
+def largest_eigenvalue(model: CompiledModel, state: InitialState, t: float, p: Array) -> float | None:
+    """Return the largest modulus of the eigenvalues of the equations about a state, 1/s: of M, C and K across the
+    constraints, and of the internal states; None where terms are missing or not finite."""
+    q, v, z = state.q, state.v, state.z
+    if "partials" not in model.functions:
+        return None
+    try:
+        if model.multipliers:
+            a, multipliers = model.constrained_dynamics(q, v, t, z=z, parameters=p)
+            K, C, M = model.partials(q, v, a, t, z=z, parameters=p, multipliers=multipliers)
+            rows = np.atleast_2d(next(iter(model.evaluate("constraint_jacobian", q, t=t, parameters=p).values())))
+            _, sizes, directions = np.linalg.svd(rows)
+            free = directions[int(np.sum(sizes > _RANK * sizes[0])) :].T
+        else:
+            a = model.forward_dynamics(q, v, t, z=z, parameters=p)
+            K, C, M = model.partials(q, v, a, t, z=z, parameters=p)
+            free = np.eye(model.nv)
+        K, C, M = (free.T @ matrix @ free for matrix in (K, C, M))
+        count = len(M)
+        solved = np.linalg.solve(M, np.concatenate([K, C], axis=1))
+        companion = np.block([[np.zeros((count, count)), np.eye(count)], [-solved]])
+        found = [np.abs(np.linalg.eigvals(companion)).max(initial=0.0)]
+        if "internal_partials" in model.functions:
+            by_state = model.internal_partials(q, v, z, t, parameters=p).rate_z
+            found.append(np.abs(np.linalg.eigvals(by_state)).max(initial=0.0))
+    except (EomgenError, np.linalg.LinAlgError, ValueError):
+        return None
+    largest = float(max(found))
+    return largest if np.isfinite(largest) else None

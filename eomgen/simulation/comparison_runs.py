@@ -1,0 +1,110 @@
+"""Runs of the same motion at other steps or tolerances, on rows that all of them have with the run itself."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from eomgen.arrays import Array
+from eomgen.errors import UsageError
+from eomgen.integrators.events import STOPPED
+from eomgen.simulation.events import parameters_over, table_of
+from eomgen.simulation.run import Run
+from eomgen.simulation.stepper import Progress, Stepper, run_chunks
+from eomgen.simulation.time_grid import time_grid
+from eomgen.toolchain.library import Library
+
+#: Rows that are compared at most, the last one aside.
+MOST_ROWS = 1000
+#: Times of rows agree within this part of a step.
+SAME_TIME = 1e-4
+
+
+@dataclass(frozen=True)
+class Span:
+    """What comparison runs cover: rows of the run from one on, at multiples of an interval, and the last one.
+
+    Attributes
+    ----------
+    rows, parameters : (n, width), and the parameters there, (np,) or (n, np)
+    stride : steps of the run between them
+    steps : of the run over the span
+    """
+
+    rows: Array
+    parameters: Array
+    stride: int
+    steps: int
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Rows of a comparison run and the parameters there; why it came no further, empty at the end or an event."""
+
+    rows: Array
+    parameters: Array
+    stopped: str = ""
+    interrupted: bool = False
+
+
+def span_of(run: Run, rows: Array, parameters: Array) -> Span:
+    """Return what can be compared of a run with given rows, (n, width), and parameters there, (np,) or (n, np).
+
+    Rows lie at multiples of the interval of recording, but for the first one of a resumed run and the last one.
+    """
+    step, every, times = run.settings["step"], min(run.every, run.grid.steps + 1), rows[:, 0]
+    numbers = np.rint((times - run.grid.start) / step).astype(np.int64)
+    first, last = 1 if numbers[0] % every and len(times) > 2 else 0, len(times) - 1
+    steps = int(numbers[last] - numbers[first])
+    stride = every * max(1, math.ceil(steps / every / MOST_ROWS))
+    chosen = np.append(np.arange(first, last, stride // every), last)
+    return Span(rows[chosen], parameters if parameters.ndim == 1 else parameters[chosen], stride, steps)
+
+
+def comparison_run(
+    run: Run,
+    library: Library,
+    span: Span,
+    *,
+    multiple: float = 1.0,
+    tolerance: float | None = None,
+    progress: Progress | None = None,
+) -> Comparison:
+    """Run over a span with another step or tolerance; rows lie where both this run and the span have some.
+
+    Parameters
+    ----------
+    multiple : of the step: 2, 4 or 1/2
+    """
+    model = run.model
+    changed = {} if tolerance is None else {"tolerance": tolerance}
+    settings = {**run.settings, "step": run.settings["step"] * multiple, **changed}
+    p = span.parameters if span.parameters.ndim == 1 else span.parameters[0]
+    begin, start, end = span.rows[0], float(span.rows[0, 0]), float(span.rows[-1, 0])
+    q, v, z = begin[1 : 1 + model.nq], begin[1 + model.nq : 1 + model.nq + model.nv], begin[len(begin) - model.nz :]
+    try:
+        grid = time_grid(start, end, settings["step"], library.real)
+        stepper = Stepper(library, settings, p)
+        first = (grid.step if grid.whole else grid.rest) * stepper.input_times
+        table = run.driven(start + first) if run.driven else None
+        status = stepper.initialize(start, q, v, table, z)
+        if status:
+            return Comparison(span.rows[:0], p, stepper.status_text(status))
+        whole = max(1, round(multiple))
+        every = min(round(math.lcm(span.stride, whole) / multiple), grid.steps + 1)
+        found = run_chunks(stepper, grid, every, run.driven, progress)
+    except UsageError as error:
+        return Comparison(span.rows[:0], p, str(error.problems[0]))
+    reason = stepper.status_text(found.status) if found.status not in (0, STOPPED.number) else ""
+    times = found.rows[:, 0]
+    present = parameters_over(table_of(found, stepper, p), model, p, times)
+    return Comparison(found.rows, present, reason or str(found.failure or ""), found.interrupted)
+
+
+def counted(progress: Progress | None, before: int, total: int) -> Progress | None:
+    """Return a report of progress in which other steps came before, of so many in all."""
+    if progress is None:
+        return None
+    return lambda done, _: progress(before + done, max(total, before + done))

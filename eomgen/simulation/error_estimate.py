@@ -1,0 +1,348 @@
+"""Error estimate of a run from the same motion in steps twice and four times as long, or at another tolerance.
+
+Richardson: where x_h - x = C h^p + higher powers, x_2h - x_h = (2^p - 1) (x_h - x), and the ratio of x_4h - x_2h to
+x_2h - x_h tells whether p is the method's (Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I
+(1993), section II.4). Where it is not, where longer steps do not hold, or where the runs differ by a tenth of the
+motion, powers of the step tell nothing of longer ones, and a run at half the step decides.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.arrays import Array
+from eomgen.errors import UsageError
+from eomgen.results.error_estimate import OWN, ErrorEstimate, Largest
+from eomgen.simulation.comparison_runs import SAME_TIME, comparison_run, counted, span_of
+from eomgen.simulation.motion_size import Kinds, MotionSize, differences, motion_size, shares
+from eomgen.simulation.run import Run
+from eomgen.simulation.stepper import Progress, Trajectory
+from eomgen.toolchain.library import Library
+
+#: Differences above this part of the motion are too large to follow powers of the step.
+_SATURATED = 0.1
+#: Part of the motion by which runs at h and 2h may differ before a run at half the step is made as well.
+_DOUBTFUL = 0.1
+#: Steps of a run below which comparison runs in longer steps tell nothing.
+_FEW_STEPS = 16
+#: How far the observed order may be from the method's, unless the error is a negligible part of the motion.
+_OTHER_ORDER, _NEGLIGIBLE = 0.75, 1e-10
+#: Part of the motion that no error reaches but one of a run that explodes.
+_EXPLODED = 10.0
+#: What errors are a part of where a component hardly moves, and of outputs.
+SMALL, RANGE = "{least}, the least that counts as its motion", "its range"
+_INTERRUPTED = "the runs that it is made from were interrupted"
+#: Differences that are rounding, in last places.
+_ROUNDING = 1e3
+#: How many times smaller the tolerance of a comparison run is; of methods of low order 2 to their order.
+_TOLERANCES = 10.0
+
+
+class _NoEstimateError(Exception):
+    """There is no estimate, and why."""
+
+
+@dataclass(frozen=True)
+class ErrorEstimation:
+    """Estimation of the discretisation error of runs.
+
+    Parameters
+    ----------
+    progress : called with (steps done, all steps), those of the comparison runs among them
+    """
+
+    progress: Progress | None = None
+
+    def shown(self, run: Run, steps: int) -> Progress | None:
+        """Return what reports the progress of the run itself, so many steps of which are left."""
+        more = _planned(run, steps)
+        return counted(self.progress, 0, run.grid.steps + more)
+
+    def of(
+        self, run: Run, library: Library, trajectory: Trajectory, parameters: Array, seconds: float
+    ) -> ErrorEstimate:
+        """Return the estimate for a run with parameters (np,), or (rows, np), that took so many seconds."""
+        began = time.perf_counter()
+        try:
+            if trajectory.interrupted:
+                raise _NoEstimateError("the run was interrupted")
+            if len(trajectory.rows) < 2:
+                raise _NoEstimateError("the run made no step")
+            runs = _Comparisons(run, library, trajectory.rows, parameters, self.progress)
+            found = _by_tolerance(runs) if run.method.chooses_steps else _by_steps(runs)
+        except _NoEstimateError as reason:
+            return no_estimate(run, str(reason))
+        except UsageError as error:  # a function of the caller that fails where it is asked again
+            return no_estimate(run, str(error.problems[0]))
+        except KeyboardInterrupt:  # what the run came to is kept
+            return no_estimate(run, _INTERRUPTED)
+        spent = time.perf_counter() - began
+        return replace(found, seconds=spent, cost=spent / max(seconds, 1e-9))
+
+
+def no_estimate(run: Run, reason: str = "it was switched off") -> ErrorEstimate:
+    """Return what stands in the place of an estimate that there is none of."""
+    model = run.model
+    return ErrorEstimate.missing(reason, model.nq, model.nv, model.nz, len(model.multipliers))
+
+
+def _planned(run: Run, steps: int) -> int:
+    """Return how many steps comparison runs are expected to take."""
+    return steps if run.method.chooses_steps else math.ceil(steps / 2) + math.ceil(steps / 4)
+
+
+class _Motion(NamedTuple):
+    """Rows (n, width) of a run, and the outputs there; why it came no further than its last row."""
+
+    rows: Array
+    outputs: Mapping[str, Array]
+    stopped: str = ""
+
+    def at(self, places: NDArray[np.intp]) -> _Motion:
+        return _Motion(self.rows[places], {name: values[places] for name, values in self.outputs.items()})
+
+
+class _Apart(NamedTuple):
+    """How two motions differ, by kind, at times (n,) that both have rows at."""
+
+    t: Array
+    kinds: Kinds
+
+
+class _Comparisons:
+    """Comparison runs of one run, and how far motions are apart."""
+
+    def __init__(self, run: Run, library: Library, rows: Array, parameters: Array, progress: Progress | None) -> None:
+        self.run, self._library, self._progress = run, library, progress
+        self.span = span_of(run, rows, parameters)
+        self.own = self._motion(self.span.rows, self.span.parameters)
+        self.size: MotionSize = motion_size(run.model, rows, self.own.outputs)
+        self._steps = run.grid.steps
+        self._all = self._steps + _planned(run, self.span.steps)
+
+    @property
+    def end(self) -> float:
+        """The time of the last row, s, less what the times of rows may differ by."""
+        return float(self.own.rows[-1, 0]) - self._same
+
+    @property
+    def _same(self) -> float:
+        return SAME_TIME * self.run.settings["step"]
+
+    def at(self, *, multiple: float = 1.0, tolerance: float | None = None) -> _Motion:
+        """Return the motion with another step or tolerance. Raises _NoEstimateError where the run was interrupted."""
+        before = self._steps
+        self._steps += math.ceil(self.span.steps / multiple)
+        report = counted(self._progress, before, max(self._all, self._steps))
+        found = comparison_run(
+            self.run, self._library, self.span, multiple=multiple, tolerance=tolerance, progress=report
+        )
+        if found.interrupted:
+            raise _NoEstimateError(_INTERRUPTED)
+        return self._motion(found.rows, found.parameters)._replace(stopped=found.stopped)
+
+    def apart(self, first: _Motion, second: _Motion) -> _Apart:
+        """Return how two motions differ where both have rows."""
+        times = first.rows[:, 0], second.rows[:, 0]
+        after = np.searchsorted(times[1], times[0] - self._same)
+        found = np.flatnonzero(after < len(times[1]))
+        found = found[times[1][after[found]] <= times[0][found] + self._same]
+        one, other = first.at(found), second.at(after[found])
+        with np.errstate(all="ignore"):
+            kinds = differences(self.run.model, one.rows, other.rows, (one.outputs, other.outputs))
+        return _Apart(times[0][found], kinds)
+
+    def _motion(self, rows: Array, parameters: Array) -> _Motion:
+        model, run = self.run.model, self.run
+        if "outputs" not in model.functions:
+            return _Motion(rows, {})
+        if not len(rows):  # a run that does not get through its first step
+            return _Motion(rows, {name: values[:0] for name, values in self.own.outputs.items()})
+        ends = np.cumsum([1, model.nq, model.nv, model.nv, len(model.multipliers)])
+        t, q, v, a, _, z = np.split(rows, ends, axis=1)
+        u = run.signals.rows(t[:, 0]) if run.driven else None
+        with np.errstate(all="ignore"):
+            return _Motion(rows, model.outputs(q, v, a, t[:, 0], u, z=z, parameters=parameters))
+
+
+class _Pair(NamedTuple):
+    """Differences between neighbouring runs, and what they tell of the error of the run.
+
+    Attributes
+    ----------
+    near, far : |x_2h - x_h| and |x_4h - x_2h|, or |x_h - x_h/2| and |x_2h - x_h|; of tolerances there is no second one
+    gain : from the order to the error of the run as a part of the nearer difference
+    words : which runs these were
+    """
+
+    near: _Apart
+    far: _Apart | None
+    gain: Callable[[float], float]
+    words: str
+
+
+def _by_longer(order: float) -> float:
+    return 1.0 / (math.pow(2.0, order) - 1.0)
+
+
+def _by_shorter(order: float) -> float:
+    return 1.0 + _by_longer(order)
+
+
+def _by_tolerance(runs: _Comparisons) -> ErrorEstimate:
+    """Return what a run at a smaller tolerance tells, at a larger one where no smaller one is taken.
+
+    Errors follow tolerances only roughly: where a corner is met, or steps are few, a tenth of the tolerance makes from
+    a hundredth of the error to twice as much. So the better run is asked, though it costs more.
+    """
+    own = runs.run.settings["tolerance"]
+    order = min(float(runs.run.method.order), math.log2(_TOLERANCES))
+    found = None
+    for power, gain in ((-order, _by_shorter(order)), (order, _by_longer(order))):
+        tolerance = own * math.pow(2.0, power)
+        found = runs.at(tolerance=tolerance)
+        if len(found.rows) > 1 and not found.stopped:
+            words = f"a run at a tolerance of {tolerance:.2g}"
+            return _estimate(runs, _Pair(runs.apart(runs.own, found), None, partial(_known, gain), words), math.nan)
+    reason = f": {found.stopped}" if found is not None and found.stopped else ""
+    raise _NoEstimateError(f"runs at other tolerances do not come to the end{reason}")
+
+
+def _known(gain: float, order: float) -> float:
+    return gain
+
+
+def _by_steps(runs: _Comparisons) -> ErrorEstimate:
+    order = float(runs.run.method.order)
+    twice = runs.at(multiple=2.0)
+    four = None if twice.stopped else runs.at(multiple=4.0)
+    near = runs.apart(runs.own, twice)
+    found = None
+    if len(twice.rows) > 1:
+        far = None if four is None else runs.apart(twice, four)
+        words = "a run at twice the step" if four is None else "runs at 2 and 4 times the step"
+        found = _estimate(runs, _Pair(near, far, _by_longer, words), order)
+        if not _doubtful(runs, found, near):
+            return found
+    half = runs.at(multiple=0.5)
+    if len(half.rows) > 1 and not half.stopped:
+        words = "runs at half and 2 times the step"
+        return _estimate(runs, _Pair(runs.apart(runs.own, half), near, _by_shorter, words), order)
+    if found is None or not found.relative < _EXPLODED:
+        raise _NoEstimateError(f"runs neither at twice nor at half the step hold: {twice.stopped or half.stopped}")
+    return found
+
+
+def _doubtful(runs: _Comparisons, found: ErrorEstimate, near: _Apart) -> bool:
+    """Return whether longer steps tell too little, so that a shorter one has to."""
+    if runs.span.steps < _FEW_STEPS or found.t[-1] < runs.end:
+        return True
+    other_order = abs(found.order - found.declared_order) > _OTHER_ORDER and found.relative > _NEGLIGIBLE
+    return other_order or float(shares(near.kinds, runs.size).max(initial=0.0)) > _DOUBTFUL
+
+
+def _estimate(runs: _Comparisons, pair: _Pair, declared: float) -> ErrorEstimate:
+    """Return the estimate from differences; ``declared`` is the order of the method, NaN where it chooses its steps."""
+    size = runs.size
+    errors, orders = {}, {}
+    for kind, apart in pair.near.kinds.items():
+        orders[kind] = math.nan
+        if pair.far is not None:
+            with np.errstate(all="ignore"):
+                far, near = ((differ.t, differ.kinds[kind] / size.sizes[kind]) for differ in (pair.far, pair.near))
+            orders[kind] = observed_order(far, near, _floor(runs))
+        used = declared if math.isnan(orders[kind]) else min(max(orders[kind], 1.0), declared)
+        errors[kind] = apart * pair.gain(used)
+    share = shares(errors, size)
+    row, component = np.unravel_index(int(np.argmax(share)), share.shape) if share.size else (0, 0)
+    times = pair.near.t
+    largest = None
+    if share.size:
+        error = np.hstack([errors["increment"], errors["z"]])[row, component]
+        found = (size.names[component], float(error), size.units[component], float(times[row]))
+        least = np.concatenate([size.sizes["increment"], size.sizes["z"]])[component]
+        unit = size.units[component] if size.units[component] != "1" else ""
+        measure = OWN if size.own[component] else SMALL.format(least=f"{least:.2g} {unit}".strip())
+        largest = Largest(*found, float(share[row, component]), measure)
+    outputs = {kind.partition(".")[2]: array for kind, array in errors.items() if kind.startswith("output.")}
+    return ErrorEstimate(
+        available=True,
+        t=times,
+        q_at=errors["q"],
+        increment_at=errors["increment"],
+        v_at=errors["v"],
+        z_at=errors["z"],
+        multipliers_at=errors["multipliers"],
+        outputs_at={
+            name: array[:, 0] if runs.own.outputs[name].ndim == 1 else array for name, array in outputs.items()
+        },
+        relative_at=share.max(axis=1, initial=0.0),
+        order=orders["increment"],
+        declared_order=declared,
+        relative=largest.share if largest is not None else 0.0,
+        largest=largest,
+        largest_output=_largest_output(runs, errors, times),
+        method=pair.words,
+    )
+
+
+def _largest_output(runs: _Comparisons, errors: Kinds, times: Array) -> Largest | None:
+    """Return the largest error of the outputs as a part of their ranges; None without any."""
+    units = {item["name"]: item["unit"] for item in runs.run.model.library.layout["outputs"]}
+    found = []
+    for kind, array in errors.items():
+        name = kind.partition(".")[2]
+        if not name or not array.size:
+            continue
+        share = shares(errors, runs.size, (kind,))
+        row, place = np.unravel_index(int(np.argmax(share)), share.shape)
+        label = f"output {name}{f'[{place}]' if array.shape[1] > 1 else ''}"
+        found.append(
+            Largest(label, float(array[row, place]), units[name], float(times[row]), float(share[row, place]), RANGE)
+        )
+    return max(found, key=lambda item: item.share, default=None)
+
+
+def _floor(runs: _Comparisons) -> float:
+    """Return the part of the motion that rounding may be."""
+    single = runs.run.model.library.real == "float"
+    return _ROUNDING * float(np.finfo(np.float32 if single else np.float64).eps)
+
+
+def observed_order(far: tuple[Array, Array], near: tuple[Array, Array], floor: float) -> float:
+    """Return the order that differences tell; NaN where they are rounding.
+
+    What is held against one another are the largest so far, up to the last row at which both follow powers of the step.
+
+    Parameters
+    ----------
+    far, near : x_4h - x_2h and x_2h - x_h as parts of the motion, (n, size), at times (n,) each in s
+    floor : differences that are rounding
+    """
+    if not len(far[0]) or not len(near[0]) or not far[1].shape[1]:
+        return math.nan
+    (t, largest), (near_t, near_largest) = ((times, _so_far(array)) for times, array in (far, near))
+    places = np.searchsorted(near_t, t + SAME_TIME * (near_t[-1] - near_t[0]) / len(near_t), side="right") - 1
+    seen = np.flatnonzero(places >= 0)
+    ours, theirs = near_largest[places[seen]], largest[seen]
+    known = np.flatnonzero((ours > floor) & (theirs > floor) & np.isfinite(theirs) & (t[seen] <= near_t[-1]))
+    if not len(known):
+        return math.nan
+    calm = known[theirs[known] < _SATURATED]
+    row = calm[-1] if len(calm) else known[0]
+    return float(np.log2(theirs[row] / ours[row]))
+
+
+def _so_far(array: Array) -> Array:
+    """Return the largest number of each row and those before it, (n,)."""
+    with np.errstate(all="ignore"):
+        found: Array = np.maximum.accumulate(np.nan_to_num(array, nan=np.inf).max(axis=1))
+    return found

@@ -1,0 +1,80 @@
+"""Events of a compiled run: the stepper's log as arrays, modes over time, and sentences on how events end a run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from eomgen.arrays import Array
+from eomgen.compiled.model import CompiledModel
+from eomgen.integrators.events import ACCUMULATED, AT_EVENTS, STOPPED
+from eomgen.results.events import Events
+from eomgen.simulation.event_log import entry_type
+from eomgen.simulation.stepper import Stepper, Trajectory
+from eomgen.system.events import mode_parameter
+
+
+def table_of(trajectory: Trajectory, stepper: Stepper, p: Array) -> Events | None:
+    """Return the events of a run with parameters p (np,) from its logs; None where the scene has none."""
+    data = stepper.layout["method"].get("events")
+    if data is None:
+        return None
+    kind = entry_type(stepper.layout, stepper.library.real)
+    log = np.concatenate([np.empty(0, kind), *trajectory.events])
+    names = [row["name"] for row in data["rows"]]
+    sizes = {letter: int(stepper.layout["sizes"][letter]) for letter in "qvz"}
+
+    def block(name: str) -> Array:
+        empty = name == "modes" or not sizes[name[0]]
+        if name in (log.dtype.names or ()):
+            return np.ascontiguousarray(log[name], dtype=float)
+        return np.empty((len(log), 0 if empty else sizes[name[0]]))
+
+    counts = dict(zip(names, stepper.state[stepper.places["event_count"]].astype(int).tolist(), strict=True))
+    return Events(
+        names=tuple(names[k] for k in log["event"]),
+        t=np.ascontiguousarray(log["t"], dtype=float),
+        **{name: block(name) for name in ("q_before", "v_before", "z_before", "q", "v", "z", "modes")},
+        counts=counts,
+        mode_names=tuple(mode["name"] for mode in data["modes"]),
+        first_modes=p[[mode["parameter"] for mode in data["modes"]]] if trajectory.modes is None else trajectory.modes,
+    )
+
+
+def acting(events: Events | None, layout: Mapping[str, Any]) -> Array:
+    """Return the times of the events that changed the motion, (n,) s."""
+    if events is None:
+        return np.empty(0)
+    passive = {row["name"] for row in layout["method"]["events"]["rows"] if row["action"] in ("record", "count")}
+    return np.array([time for name, time in zip(events.names, events.t, strict=True) if name not in passive])
+
+
+def parameters_over(events: Events | None, model: CompiledModel, p: Array, t: Array) -> Array:
+    """Return the parameters (..., np) at times (...), modes among them; (np,) where there are no modes."""
+    if events is None or not events.mode_names:
+        return p
+    columns = [list(model.parameters).index(mode_parameter(name)) for name in events.mode_names]
+    values = np.concatenate([events.first_modes[np.newaxis], events.modes])
+    slack = 8.0 * float(np.finfo(float).eps) * (np.abs(t) + 1e-3)
+    found = np.broadcast_to(p, (*np.shape(t), len(p))).copy()
+    found[..., columns] = values[np.searchsorted(events.t, t + slack, side="right")]
+    return found
+
+
+def ending(status: int, stepper: Stepper) -> str:
+    """Return a sentence on the event that ended a run; empty for other statuses."""
+    if status not in AT_EVENTS:
+        return ""
+    data = stepper.layout["method"]["events"]["rows"]
+    row = data[int(stepper.state[stepper.places["event_last"]][0])]
+    count = int(stepper.state[stepper.places["event_count"]][data.index(row)])
+    if status == STOPPED.number:
+        return f"stopped by the event {row['name']} at t = {stepper.t:.9g} s"
+    if status == ACCUMULATED.number:
+        return (
+            f"the event {row['name']} comes again and again at t = {stepper.t:.9g} s, {count} times so far: the motion"
+            " comes to rest there, or it chatters"
+        )
+    return f"at t = {stepper.t:.9g} s, the event {row['name']}: {stepper.status_text(status)}"

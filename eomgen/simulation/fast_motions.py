@@ -1,0 +1,205 @@
+"""Motions that are excited and too fast for the steps of a run, which no comparison of longer steps shows.
+
+Implicit steps damp away what they do not resolve, and so do steps twice and four times as long: these agree, and say
+nothing of the fast motion. So the equations are asked: modes of M and K whose oscillation a step does not resolve, and
+how large they swing, by two differences of accelerations along a tenth of a radian of the mode. A slow motion that
+goes with the angular frequency w swings a mode of frequency W by w/W of its acceleration only, however it curves.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from eomgen.arrays import Array
+from eomgen.errors import EomgenError
+from eomgen.lie import product
+from eomgen.simulation.run import Run
+
+if TYPE_CHECKING:
+    from eomgen.results.events import Events
+
+#: Step times angular frequency above which a step does not resolve a mode, and the one that resolves it well.
+UNRESOLVED, RESOLVED = 1.0, 0.3
+#: Part of the accelerations, by kinetic energy, from which on an excited mode is told of.
+NOTICED = 0.1
+#: How many times an event or a jump must enlarge what swings, for it to have excited it.
+_EXCITED = 3.0
+#: Deflections of a mode below this part of the coordinates, or of 1, are rounding.
+_ROUNDING = 1e-12
+#: Angle of the mode that differences of accelerations span, rad.
+_SPAN = 0.1
+#: Events and jumps that are looked at, at most, and modes of each.
+_PLACES, _MODES = 16, 8
+#: Singular values of B below this part of the largest belong to rows that repeat others.
+_RANK = 1e-10
+
+
+class _Place(NamedTuple):
+    """A state (q, v, z) that a run starts at or goes on from, in words, the one before, and whether formulas jump
+    there in time."""
+
+    words: str
+    t: float
+    q: Array
+    v: Array
+    z: Array
+    before: tuple[Array, Array, Array] | None = None
+    jump: bool = False
+
+
+class _Swing(NamedTuple):
+    """A mode that swings: its part of the accelerations, its angular frequency in 1/s, its dominating velocity."""
+
+    share: float
+    frequency: float
+    name: str
+
+
+def unresolved_motion(run: Run, rows: Array, step: float, events: Events | None, acting: Array, jumps: Array) -> str:
+    """Return what is excited and too fast for an implicit method's steps, with what to try; empty where nothing is.
+
+    Parameters
+    ----------
+    rows : (n, width) of the record
+    step : s, that the run takes on an average
+    events, acting : of the run, and times of those that changed the motion
+    jumps : times of known jumps, s
+    """
+    if not run.method.implicit or "partials" not in run.model.functions or not run.model.nv:
+        return ""  # explicit methods do not damp what they hold, so that runs at other steps differ
+    for place in _places(run, rows, events, acting, jumps):
+        try:
+            found = _Modes(run, place, step).largest()
+        except (EomgenError, np.linalg.LinAlgError, ValueError):  # states at which the equations give no numbers
+            continue
+        if found is not None:
+            return _sentence(place.words, found, run, step)
+    return ""
+
+
+def _sentence(words: str, found: _Swing, run: Run, step: float) -> str:
+    hertz, period = found.frequency / (2.0 * math.pi), 2.0 * math.pi / found.frequency
+    what = (
+        f"{words} excites a motion of {found.name} at {hertz:.3g} Hz, whose period of {period:.2g} s steps of"
+        f" {step:.2g} s do not resolve: accelerations, forces and outputs made of them follow the slow motion alone,"
+        " and the estimated error need not count the fast one"
+    )
+    finer = f"a step of {RESOLVED / found.frequency:.2g} s"
+    if run.method.chooses_steps:
+        finer = f"a tolerance smaller than {run.settings['tolerance']:.3g}"
+    return f"{what}; try: {finer}, or a start in balance with what is stiff there"
+
+
+def _places(run: Run, rows: Array, events: Events | None, acting: Array, jumps: Array) -> list[_Place]:
+    model = run.model
+    ends = np.cumsum([1, model.nq, model.nv, model.nv, len(model.multipliers)])
+    t, q, v, _, _, z = np.split(rows, ends, axis=1)
+    times, found = t[:, 0], []
+    if times[0] == run.grid.start:
+        found.append(_Place("the start", float(times[0]), q[0], v[0], z[0]))
+    if events is not None:
+        for record in [item for item in events if item.t in acting and item.t < run.grid.end][:_PLACES]:
+            words = f"the event {record.name} at t = {record.t:.6g} s"
+            before = record.q_before, record.v_before, record.z_before
+            found.append(_Place(words, record.t, record.q, record.v, record.z, before))
+    for jump in np.setdiff1d(jumps, acting)[:_PLACES]:
+        row = int(np.argmin(np.abs(times - jump)))
+        if 0 < row < len(times) - 1 and abs(times[row] - jump) < 1e-6 * run.settings["step"]:
+            state = q[row], v[row], z[row]
+            found.append(_Place(f"the jump at t = {jump:.6g} s", float(jump), *state, before=state, jump=True))
+    return found
+
+
+@dataclass(frozen=True)
+class _Modes:
+    """Modes about a state of a run in steps that do not resolve all of them."""
+
+    run: Run
+    place: _Place
+    step: float
+
+    def largest(self) -> _Swing | None:
+        """Return the mode that swings most; None where none swings noticeably."""
+        place, found = self.place, []
+        frequencies, forms, mass = self._unresolved()
+        for frequency, form in list(zip(frequencies, forms.T, strict=True)):
+            span = _SPAN / frequency
+            later = 0.05 * span if place.jump else 0.0
+            swing, size = self._swing((place.q, place.v, place.z), place.t + later, span, frequency, mass @ form, mass)
+            reach = float(np.abs(place.q).max(initial=1.0))
+            deflection = swing / frequency**2 * float(np.abs(form).max())
+            if not (swing > NOTICED * size and deflection > _ROUNDING * reach):
+                continue
+            if place.before is not None:
+                earlier = place.t - 2.05 * span if place.jump else place.t
+                before, _ = self._swing(place.before, earlier, span, frequency, mass @ form, mass)
+                if not swing > _EXCITED * before:
+                    continue
+            energy = form * (mass @ form)
+            name = self.run.model.v_names[int(np.argmax(energy))]
+            found.append(_Swing(swing / size, frequency, name))
+        return max(found, default=None)
+
+    def _unresolved(self) -> tuple[Array, Array, Array]:
+        """Return angular frequencies (m,), forms (nv, m) of unit kinetic energy, and M, of modes that oscillate too
+        fast; the fastest first."""
+        model, (_, t, q, v, z, *_), p = self.run.model, self.place, self.run.parameters
+        u = self._inputs(t)
+        a, multipliers = self._accelerations(q, v, z, t)
+        held = {"multipliers": multipliers} if model.multipliers else {}
+        K, C, M = model.partials(q, v, a, t, u, z=z, parameters=p, **held)
+        mass = 0.5 * (M + M.T)
+        free = np.eye(model.nv)
+        if model.multipliers:
+            rows = np.atleast_2d(next(iter(model.evaluate("constraint_jacobian", q, t=t, parameters=p).values())))
+            _, sizes, directions = np.linalg.svd(rows)
+            free = directions[int(np.sum(sizes > _RANK * sizes[0])) :].T
+        root = np.linalg.cholesky(free.T @ mass @ free)
+        basis = np.linalg.solve(root, free.T).T  # basis^T M basis = 1
+        stiffness = basis.T @ K @ basis
+        squares, vectors = np.linalg.eigh(0.5 * (stiffness + stiffness.T))
+        forms = basis @ vectors
+        frequencies = np.sqrt(np.maximum(squares, 0.0))
+        decay = 0.5 * np.einsum("im,ij,jm->m", forms, C, forms)
+        places = np.flatnonzero((frequencies * self.step > UNRESOLVED) & (decay * self.step < UNRESOLVED))[::-1]
+        moved = np.abs(forms.T @ mass @ a)[places]
+        moved = np.maximum(moved, np.abs(forms.T @ mass @ v)[places] * frequencies[places])
+        places = places[np.argsort(-moved)[:_MODES]]
+        return frequencies[places], forms[:, places], mass
+
+    def _swing(
+        self, state: tuple[Array, Array, Array], t: float, span: float, frequency: float, weights: Array, mass: Array
+    ) -> tuple[float, float]:
+        """Return the amplitude of a mode's acceleration and the size of all, in roots of kinetic energy per s.
+
+        An oscillation of amplitude A has the second derivative -W^2 A cos and the first one -W A sin.
+        """
+        model, (q, v, z) = self.run.model, state
+        seen = []
+        a, _ = self._accelerations(q, v, z, t)
+        for number in range(1, 3):
+            seen.append(a)
+            q, half = product.update(model.factors, q, span * v + 0.5 * span**2 * a), v + 0.5 * span * a
+            next_a, _ = self._accelerations(q, v + span * a, z, t + number * span)
+            v, a = half + 0.5 * span * next_a, next_a
+        seen.append(a)
+        along = [float(weights @ one) for one in seen]
+        second = (along[0] - 2.0 * along[1] + along[2]) / (span * frequency) ** 2
+        first = (along[2] - along[0]) / (2.0 * span * frequency)
+        swing = math.hypot(first, second)
+        size = max(swing, *(math.sqrt(max(float(one @ mass @ one), 0.0)) for one in seen))
+        return swing, size
+
+    def _accelerations(self, q: Array, v: Array, z: Array, t: float) -> tuple[Array, Array]:
+        model, p, u = self.run.model, self.run.parameters, self._inputs(t)
+        if model.multipliers:
+            a, multipliers = model.constrained_dynamics(q, v, t, u, z=z, parameters=p)
+            return a, multipliers
+        return model.forward_dynamics(q, v, t, u, z=z, parameters=p), np.empty(0)
+
+    def _inputs(self, t: float) -> Array | None:
+        return self.run.signals.rows(np.array([t]))[0] if self.run.driven else None

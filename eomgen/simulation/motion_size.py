@@ -1,0 +1,140 @@
+"""Differences between runs of one model, row by row, and the size of the motion that they are held against."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eomgen.arrays import Array
+from eomgen.lie import product
+
+if TYPE_CHECKING:
+    from eomgen.compiled.model import CompiledModel
+
+#: Size of a motion, as a part of the largest of the same unit, below which it is no measure.
+_SMALL = 1e-3
+#: The same in parts of the coordinates, or of 1 rad: motion below is rounding.
+_REST = 1e-9
+#: Arrays (n, size) by what they are of: ``q``, ``increment``, ``v``, ``z``, ``multipliers``, and ``output.`` with a
+#: name.
+Kinds = dict[str, Array]
+
+
+@dataclass(frozen=True)
+class MotionSize:
+    """How far a motion goes, component by component, and names and units of increments and internal states.
+
+    Attributes
+    ----------
+    sizes : kind -> (size,)
+    names, units : of the components of the increment, and of z behind them
+    own : of these, whether the size is that of the component itself, and not a part of the largest of its unit
+    """
+
+    sizes: Kinds
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    own: tuple[bool, ...]
+
+
+def columns_of(model: CompiledModel, rows: Array) -> Kinds:
+    """Return rows (n, width) of the record as arrays by kind."""
+    ends = np.cumsum([1, model.nq, model.nv, model.nv, len(model.multipliers)])
+    _, q, v, _, multipliers, z = np.split(rows, ends, axis=1)
+    return {"q": q, "v": v, "multipliers": multipliers, "z": z}
+
+
+def differences(
+    model: CompiledModel, first: Array, second: Array, outputs: tuple[Mapping[str, Array], Mapping[str, Array]]
+) -> Kinds:
+    """Return how rows (n, width) of two runs differ, without signs: quaternions of either sign are the same
+    rotation."""
+    one, other = columns_of(model, first), columns_of(model, second)
+    apart = {name: np.abs(one[name] - other[name]) for name in ("v", "z", "multipliers")}
+    apart["increment"] = np.abs(product.difference(model.factors, one["q"], other["q"]))
+    signed = other["q"].copy()
+    for factor in model.factors:
+        if factor.group != "R":
+            part = slice(factor.q_start, factor.q_start + 4)
+            turned = np.sum(one["q"][:, part] * signed[:, part], axis=1) < 0.0
+            signed[turned, part] *= -1.0
+    apart["q"] = np.abs(one["q"] - signed)
+    ours, theirs = outputs
+    return apart | {f"output.{name}": np.abs(_table(ours[name]) - _table(theirs[name])) for name in ours}
+
+
+def motion_size(model: CompiledModel, rows: Array, outputs: Mapping[str, Array]) -> MotionSize:
+    """Return the size of the motion of recorded rows, (n, width).
+
+    Of a joint's coordinate it is how far it goes, of a rotation the largest angle from where it began, of a velocity
+    or a multiplier the largest value; what moves less than a thousandth of the largest of its unit counts as that much.
+    """
+    column = columns_of(model, rows)
+    travel = np.ptp(column["q"], axis=0)
+    turned = np.abs(product.difference(model.factors, column["q"][:1], column["q"]))
+    size, names, units = np.zeros(model.nv), [""] * model.nv, [""] * model.nv
+    for factor in model.factors:
+        if factor.group == "R":
+            size[factor.v] = travel[factor.q]
+            names[factor.v], units[factor.v] = model.q_names[factor.q], model.q_units[factor.q]
+            continue
+        for start, unit, what in ((0, "rad", "rotation"), (3, "m", "position"))[: factor.v_size // 3]:
+            part = slice(factor.v_start + start, factor.v_start + start + 3)
+            size[part] = np.max(np.linalg.norm(turned[:, part], axis=1))
+            names[part], units[part] = [f"the {what} of {factor.name}"] * 3, [unit] * 3
+    reach = np.array([1.0 if unit == "rad" else 0.0 for unit in units])
+    reach = np.maximum(reach, _longest(column["q"], model.q_units, units))
+    sizes = {"increment": _measure(size, units, _REST * reach)}
+    sizes["q"] = _of_coordinates(model, sizes["increment"])
+    sizes["v"] = _measure(np.abs(column["v"]).max(axis=0), model.v_units)
+    sizes["z"] = _measure(np.ptp(column["z"], axis=0), model.z_units, _REST * np.abs(column["z"]).max(axis=0))
+    sizes["multipliers"] = _measure(np.abs(column["multipliers"]).max(axis=0))
+    for name, values in outputs.items():
+        table = _table(values)
+        sizes[f"output.{name}"] = _measure(np.ptp(table, axis=0), floor=_REST * np.abs(table).max(axis=0))
+    moved = np.concatenate([size, np.ptp(column["z"], axis=0)])
+    own = moved >= np.concatenate([sizes["increment"], sizes["z"]])
+    return MotionSize(sizes, (*names, *model.z_names), (*units, *model.z_units), tuple(own.tolist()))
+
+
+def shares(apart: Kinds, size: MotionSize, kinds: Sequence[str] = ("increment", "z")) -> Array:
+    """Return differences as parts of the motion, (n, components of all these kinds); infinite where they are no
+    numbers."""
+    with np.errstate(all="ignore"):
+        found = np.hstack([apart[kind] / size.sizes[kind] for kind in kinds])
+    return np.nan_to_num(found, nan=np.inf)
+
+
+def _measure(size: Array, units: Sequence[str] = (), floor: Array | float = 0.0) -> Array:
+    """Return sizes that can be divided by: none is below a part of the largest of its unit, or below its floor;
+    infinite where nothing moves."""
+    known = list(units) or [""] * len(size)
+    largest = {unit: max(s for s, u in zip(size, known, strict=True) if u == unit) for unit in set(known)}
+    least = np.array([_SMALL * largest[unit] for unit in known])
+    found: Array = np.maximum(np.maximum(size, least), floor)
+    return np.where(found > 0.0, found, np.inf)
+
+
+def _longest(q: Array, q_units: Sequence[str], units: Sequence[str]) -> Array:
+    """Return for each component of the increment the largest coordinate of its unit."""
+    largest = dict.fromkeys(units, 0.0)
+    for value, unit in zip(np.abs(q).max(axis=0), q_units, strict=True):
+        largest[unit] = max(largest.get(unit, 0.0), float(value))
+    return np.array([largest[unit] for unit in units])
+
+
+def _of_coordinates(model: CompiledModel, increment: Array) -> Array:
+    """Return the sizes of the components of q by those of the increment; an angle's reference has no size of its
+    own."""
+    size = np.ones(model.nq)
+    for factor in model.factors:
+        own = increment[factor.v]
+        size[factor.q] = own if factor.group == "R" else np.concatenate([np.full(4, own[0]), own[3:]])
+    return size
+
+
+def _table(values: Array) -> Array:
+    return values[:, np.newaxis] if values.ndim == 1 else values

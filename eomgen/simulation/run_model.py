@@ -1,0 +1,121 @@
+"""The model behind a solution, with a run's inputs and parameters: outputs, linear models, poses, states between rows.
+
+A run hands it to its solution. A solution from a file or from another process gets it back by ``attach``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from eomgen.arrays import Array
+from eomgen.calls import checked_call
+from eomgen.compiled.model import CompiledModel
+from eomgen.compiled.state import State
+from eomgen.errors import ModelError, Problem, UsageError
+from eomgen.integrators.methods import method_named
+from eomgen.results.dense_output import Between
+from eomgen.results.events import Events
+from eomgen.results.scenery import PosesAndScenery, poses_and_scenery
+from eomgen.results.solution import Solution
+from eomgen.simulation.events import parameters_over
+from eomgen.simulation.inputs import InputSignals, Signal
+from eomgen.simulation.run import Run, stored_run
+from eomgen.simulation.settings import stepper_library
+from eomgen.simulation.taylor_output import between_of
+from eomgen.toolchain.library import Library
+
+if TYPE_CHECKING:
+    from eomgen.linear.linearization import Linearization
+
+
+@dataclass(frozen=True)
+class RunModel:
+    """A model with the inputs (None where its formulas give all of them), the parameters (np,) and the events of a
+    run."""
+
+    model: CompiledModel
+    parameters: Array
+    signals: InputSignals | None
+    between: Between | None
+    events: Events | None = None
+
+    def poses_and_scenery(self, t: Array, q: Array) -> PosesAndScenery:
+        """Return poses at times (nt,) and configurations (nt, nq), with what else a picture shows."""
+        return poses_and_scenery(self.model, t, q, self.parameters)
+
+    def outputs(self, state: State) -> dict[str, Array]:
+        """Return the outputs of a state at times (...), with the inputs of the run at these times."""
+        u = None if self.signals is None else self.signals.rows(state.t.ravel()).reshape(*state.t.shape, self.model.nu)
+        return self.model.outputs(state.q, state.v, state.a, state.t, u, z=state.z, parameters=self.present(state))
+
+    def present(self, state: State) -> Array:
+        """Return the parameters at the times of a state, modes among them."""
+        return parameters_over(self.events, self.model, self.parameters, state.t)
+
+    def linear(self, state: State) -> Linearization:
+        """Return the linear model about one state, with the inputs of the run at its time."""
+        from eomgen.analysis.linearize import about_motion  # noqa: PLC0415  # runs are made without it too
+
+        u = None if self.signals is None else self.signals.rows(np.atleast_1d(state.t))[0]
+        return about_motion(self.model, state, u, self.present(state))
+
+
+def run_model(run: Run, library: Library, events: Events | None) -> RunModel:
+    """Return the model of a run whose steps a library takes."""
+    return RunModel(
+        run.model, run.parameters, run.signals if run.driven else None, between_of(run, library, events), events
+    )
+
+
+@checked_call(u="inputs", run="solution")
+def attach(model: CompiledModel, solution: Solution, inputs: Mapping[str, Signal] | None = None) -> Solution:
+    """Return a solution of this model with the model at hand, as ``simulate`` returned it.
+
+    Parameters
+    ----------
+    solution : Solution
+        From a file or from another process.
+    inputs : mapping
+        The functions of t and the tables that drove the run; a solution holds the numbers.
+
+    Raises
+    ------
+    ModelError
+        The solution is one of another model.
+    UsageError
+        Inputs that are missing, or that the run did not have; a solution that ``simulate`` did not make.
+    """
+    data = solution.metadata
+    missing = [name for name in ("scene", "fingerprint", "method_parameters", "inputs") if name not in data]
+    if missing:
+        what = f"the solution does not say of which run it is ({missing[0]} is missing): by hand, or an older eomgen"
+        raise UsageError(Problem("attach", what, "a solution of simulate"))
+    if data["fingerprint"] != model.library.fingerprint:
+        other = f"another model {model.name!r}: the scene, its terms or its C code changed"
+        if data["scene"] != model.name:
+            other = f"the scene {data['scene']!r}, the model is {model.name!r}"
+        raise ModelError(Problem("attach", f"this is a solution of {other}", "the model that made it, or a new run"))
+    method = method_named(data["method"], **data["method_parameters"])
+    library = stepper_library(model, data["method"], method)
+    run = stored_run(model, data, method, library, float(data["t_end"]), _inputs(data["inputs"], inputs or {}))
+    return solution.with_model(run_model(run, library, solution.events))
+
+
+def _inputs(known: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Signal]:
+    """Return the inputs of a run: numbers of the solution, functions and tables as they are given again."""
+    problems = []
+    for name, value in known.items():
+        if isinstance(value, str) and name not in given:
+            what = f"the run had a {value} here, which a solution does not hold"
+            problems.append(Problem(f"input {name}", what, f"the same again: inputs={{{name!r}: ...}}"))
+        elif not isinstance(value, str) and name in given and not np.array_equal(given[name], value):
+            problems.append(Problem(f"input {name}", f"the run had {value:.9g} here", "leave it out"))
+    of_scene = [name for name in given if name not in known]
+    problems += [Problem(f"input {name}", "the run followed the scene here", "leave it out") for name in of_scene]
+    if problems:
+        raise UsageError(problems)
+    return {**{name: value for name, value in known.items() if not isinstance(value, str)}, **given}

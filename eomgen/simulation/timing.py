@@ -1,0 +1,112 @@
+"""Computation time of a run's steps alone: one call of compiled code for all of them, without Python between."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+
+import numpy as np
+
+from eomgen.arrays import Array
+from eomgen.compiled.model import CompiledModel
+from eomgen.errors import NumericalError, Problem
+from eomgen.integrators.methods import Method
+from eomgen.results.solution import Solution
+from eomgen.simulation.inputs import InputSignals, Signal, jumps_known, read_signals
+from eomgen.simulation.settings import stepper_library
+from eomgen.simulation.stepper import Stepper
+
+
+class Repeated:
+    """The run of a solution, to be stepped again from its initial state.
+
+    Times are those of the processor in this thread, so that other processes which share it do not count.
+
+    Parameters
+    ----------
+    model : CompiledModel
+    solution : Solution
+        Of a run of whole steps with this model.
+    method : Method
+        Of that run.
+    inputs : mapping
+        As of the run.
+    """
+
+    def __init__(
+        self,
+        model: CompiledModel,
+        solution: Solution,
+        method: Method,
+        inputs: Mapping[str, Signal] | None = None,
+    ) -> None:
+        described = solution.metadata
+        settings, start = described["settings"], float(described["t_start"])
+        step, self.every = float(settings["step"]), int(described["record_every"])
+        library = stepper_library(model, str(described["method"]), method)
+        p = np.array([described["parameters"][name] for name in model.parameters], dtype=float)
+        self._stepper = Stepper(library, settings, p)
+        self._state = (start, solution.q[0], solution.v[0], solution.z[0])
+        self.steps = round((float(described["t_end"]) - start) / step)
+        given = read_signals(inputs, model.inputs, self.steps)
+        signals = InputSignals(
+            model.inputs, given, lambda at: model.input_values(at, parameters=p), step, start, jumps_known(library)
+        )
+        driven = bool(given) or (model.nu and "inputs" not in model.functions)
+        self._first = signals.table(start + step * self._stepper.input_times) if driven else None
+        self._table = signals.table(self._stepper.times_of(0, self.steps, start)) if driven else None
+        self._record = np.empty((self.steps // self.every + 1, self._stepper.sizes["row"]))
+
+    def seconds(self) -> float:
+        """Return the processor's time for all steps, s; the start of the stepper does not count. Raises
+        NumericalError where the run stops."""
+        self._begin()
+        began = time.thread_time_ns()
+        status, _ = self._stepper.run(self.steps, self.every, self._table, self._record)
+        took = 1e-9 * (time.thread_time_ns() - began)
+        self._check(status)
+        return took
+
+    def seconds_of_steps(self) -> tuple[Array, int]:
+        """Return the processor's time for each step, s, (steps,), one call for each, whose own time is in it; and the
+        iterations of one step at most."""
+        self._begin()
+        taken, per_step = np.empty(self.steps), self._stepper.sizes["rows_per_step"]
+        counts = self._stepper.places.get("newton_iterations")
+        most = before = 0
+        for number in range(self.steps):
+            first = number * per_step
+            table = None if self._table is None else np.ascontiguousarray(self._table[first : first + per_step + 1])
+            began = time.thread_time_ns()
+            status, _ = self._stepper.run(1, 1, table, self._record[:1])
+            taken[number] = 1e-9 * (time.thread_time_ns() - began)
+            self._check(status)
+            if counts is not None:
+                now = int(self._stepper.state[counts][0])
+                most, before = max(most, now - before), now
+        return taken, most
+
+    def _begin(self) -> None:
+        t, q, v, z = self._state
+        self._check(self._stepper.initialize(t, q, v, self._first, z))
+
+    def _check(self, status: int) -> None:
+        if status:
+            what = f"the run cannot be repeated: {self._stepper.status_text(status)}"
+            raise NumericalError(Problem("timing", what, "a run that reaches its end"))
+
+
+@contextmanager
+def one_core() -> Iterator[None]:
+    """Keep this thread on the core that it is on, where the system can do that."""
+    if not hasattr(os, "sched_setaffinity"):
+        yield
+        return
+    before = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {min(before)})
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, before)

@@ -1,0 +1,158 @@
+"""References of cells: another method at fine steps, held against a second one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from eomgen.arrays import Array
+from eomgen.model import Model
+from eomgen.studies.ladders.runs import REACHED, ROWS, Conditions, Ended, in_child, simulated
+from eomgen.studies.ladders.subject import OWN, Subject
+
+#: Two references have to agree to this.
+AGREED = 1e-3
+#: Seconds for each of two, and their steps.
+LIMIT, MOST_STEPS = 10.0, 400_000
+#: Errors of velocities are so many times those of positions, at the same step.
+VELOCITY = 3.0
+#: Roundings that are no motion.
+_NO_MOTION = 1e3
+_DOUBLE = float(np.finfo(np.float64).eps)
+
+
+@dataclass(frozen=True)
+class Reference:
+    """What a run should give.
+
+    Attributes
+    ----------
+    by : the methods that say so; why there is none
+    arrays : of the observation, None where no two methods agree
+    uncertainty : the difference of both
+    """
+
+    by: str
+    arrays: dict[str, Array] | None = None
+    uncertainty: float = np.inf
+
+
+def reference(subject: Subject, conditions: Conditions) -> Reference:
+    """Return the first reference that a second method confirms."""
+    tried = []
+    for name, first, second in _pairs(subject, conditions):
+        one = in_child(first, LIMIT)
+        if one.how != REACHED or one.arrays is None or not one.finite:
+            tried.append(f"{name}: {one.how}")
+            continue
+        other = in_child(second, LIMIT)
+        if other.how != REACHED or other.arrays is None or not other.finite:
+            tried.append(f"{name}: {other.how}")
+            continue
+        apart = difference(subject, other.arrays, one.arrays).worst
+        if apart <= AGREED:
+            return Reference(name, dict(one.arrays), apart)
+        tried.append(f"{name}: apart by {apart:.2g}")
+    return Reference("; ".join(tried))
+
+
+class Errors(NamedTuple):
+    """Largest errors of a run over its rows: of coordinates by their motion, of velocities by the largest, each kind by
+    itself."""
+
+    position: float
+    velocity: float
+
+    @property
+    def worst(self) -> float:
+        """Both on one scale."""
+        return max(self.position, self.velocity / VELOCITY)
+
+
+def difference(
+    subject: Subject, of: Mapping[str, Array], held: Mapping[str, Array], epsilon: float = _DOUBLE
+) -> Errors:
+    """Return the errors of one run held against another.
+
+    A thousand roundings of the machine's size, and of a radian, are no motion yet.
+
+    Parameters
+    ----------
+    of, held : ``t``, ``q`` and ``v`` of the rows
+    epsilon : last place of the numbers of the run
+    """
+    if of["q"].shape != held["q"].shape:
+        return Errors(float("inf"), float("inf"))
+    model, span = subject.model(OWN), float(held["t"][-1] - held["t"][0])
+    least = {"rad": _NO_MOTION * epsilon, "m": _NO_MOTION * epsilon * subject.extent}
+    wrong: dict[str, float] = {}
+    moved: dict[str, float] = {}
+    for kind, error, motion in _positions(model, of["q"], held["q"]):
+        wrong[kind] = max(wrong.get(kind, 0.0), error)
+        moved[kind] = max(moved.get(kind, least.get(kind, 0.0)), motion)
+    position = max((error / (moved[kind] or 1.0) for kind, error in wrong.items()), default=0.0)
+    velocity = 0.0
+    for kind in set(model.v_units):
+        columns = [k for k, unit in enumerate(model.v_units) if unit == kind]
+        floor = least.get(kind.removesuffix("/s"), 0.0) / span
+        size = max(float(np.max(np.abs(held["v"][:, columns]))), floor)
+        velocity = max(velocity, float(np.max(np.abs(of["v"][:, columns] - held["v"][:, columns]))) / (size or 1.0))
+    found = Errors(position, velocity)
+    return found if np.all(np.isfinite(found)) else Errors(float("inf"), float("inf"))
+
+
+def _positions(model: Model, of: Array, held: Array) -> Iterator[tuple[str, float, float]]:
+    """Yield kind, largest error and largest motion of each coordinate, rotation and place."""
+    for factor in model.factors:
+        here, there = of[:, factor.q], held[:, factor.q]
+        if factor.group == "R":
+            for k in range(factor.q_size):
+                kind = model.q_units[factor.q_start + k]
+                motion = float(np.max(np.abs(there[:, k] - there[0, k])))
+                yield kind, float(np.max(np.abs(here[:, k] - there[:, k]))), motion
+            continue
+        yield "rad", _angle(here[:, :4], there[:, :4]), _angle(there[:1, :4], there[:, :4])
+        if factor.q_size > 4:
+            apart, way = here[:, 4:] - there[:, 4:], there[:, 4:] - there[0, 4:]
+            yield "m", float(np.max(np.linalg.norm(apart, axis=1))), float(np.max(np.linalg.norm(way, axis=1)))
+
+
+def _angle(one: Array, two: Array) -> float:
+    """Return the largest angle between rotations (w, x, y, z), rad."""
+    closest = np.minimum(np.linalg.norm(one - two, axis=1), np.linalg.norm(one + two, axis=1))
+    return float(np.max(4.0 * np.arcsin(np.minimum(0.5 * closest, 1.0))))
+
+
+def _pairs(subject: Subject, conditions: Conditions) -> Iterator[tuple[str, Callable[[], Ended], Callable[[], Ended]]]:
+    model = subject.model(conditions.model)
+    free = conditions.varied(given={})
+    span = conditions.step * conditions.steps
+
+    def finer(method: str, times: int, **more: float) -> Callable[[], Ended]:
+        steps = conditions.steps * times
+        changed = free.varied(step=span / steps, steps=steps)
+        return lambda: simulated(model, changed, method, error_estimate=False, **more)
+
+    def series(tolerance: float) -> Callable[[], Ended]:
+        changed = free.varied(step=span / ROWS, steps=ROWS)
+        return lambda: simulated(model, changed, "taylor", error_estimate=False, tolerance=tolerance)
+
+    # steps that resolve the fastest motion of the scene as it is
+    least = int(np.ceil(conditions.step / subject.fine / conditions.parameters.get("unit_time", 1.0)))
+    times = max(4, 4 * least)
+    times = max(1, min(times, MOST_STEPS // (4 * conditions.steps)))
+    if subject.constrained:
+        fine = "rk4_partitioned"
+        yield f"{fine} at 1/{times} and 1/{2 * times} of the step", finer(fine, 2 * times), finer(fine, times)
+    else:
+        if subject.runs("taylor"):
+            yield f"taylor, held against rk4 at 1/{times} of the step", series(1e-14), finer("rk4", times)
+        yield f"rk4 at 1/{times} and 1/{2 * times} of the step", finer("rk4", 2 * times), finer("rk4", times)
+    for few in (4, 64):
+        many = min(few * 4, max(2, MOST_STEPS // conditions.steps))
+        text = f"generalized_alpha at 1/{many} and 1/{many // 2} of the step"
+        implicit = "generalized_alpha"
+        yield text, finer(implicit, many, rho_inf=0.5), finer(implicit, max(1, many // 2), rho_inf=0.8)

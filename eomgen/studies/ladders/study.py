@@ -1,0 +1,253 @@
+"""``extremes``: a scene along its ladders, cell by cell, each in a process of its own."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from eomgen.errors import FileError, Problem, UsageError
+from eomgen.files import make_folder
+from eomgen.studies.ladders.references import Reference, difference, reference
+from eomgen.studies.ladders.result import Extremes
+from eomgen.studies.ladders.runs import REACHED, Conditions, Ended, in_child, simulated
+from eomgen.studies.ladders.structure import Structure
+from eomgen.studies.ladders.subject import FACTORS, SINGLE, Subject
+from eomgen.studies.ladders.table import BY_NAME, EQUATIONS, LADDERS, SAME, Ladder, methods_of
+from eomgen.studies.ladders.verdicts import Cell, verdict
+from eomgen.text import nearest, shown
+from eomgen.version import __version__
+
+#: Called with cells done, cells in all, and what is done.
+Progress = Callable[[int, int, str], None]
+#: Seconds that one cell may take, and the whole study.
+LIMIT, BUDGET = 20.0, 300.0
+_CELLS = "cells.jsonl"
+
+
+def extremes(
+    scene: Any,
+    *,
+    ladders: Sequence[str] = (),
+    methods: Sequence[str] = (),
+    cells: Sequence[str] = (),
+    budget: float = BUDGET,
+    limit: float = LIMIT,
+    folder: str | Path | None = None,
+    resume: bool = False,
+    progress: Progress | None = None,
+    **reading: Any,
+) -> Extremes:
+    """Run a scene under extreme conditions, and return a verdict for each.
+
+    Parameters
+    ----------
+    scene : path, mapping or Scene
+    ladders : sequence of str
+        Names of ladders; all by default.
+    methods : sequence of str
+        The scene's own, the default and others that serve it, by default.
+    cells : sequence of str
+        ``LADDER:VALUE`` or ``LADDER:VALUE:METHOD``: these alone.
+    budget : float
+        s of computation; what it leaves out is said.
+    limit : float
+        s that a cell may take.
+    folder : path
+        Where cells are written as they come; see also ``Extremes.save``.
+    resume : bool
+        Go on with the cells of this folder.
+    progress : callable
+        Called with cells done, cells in all, and what is done.
+    reading
+        As of ``eomgen.load``.
+
+    Returns
+    -------
+    Extremes
+
+    Raises
+    ------
+    UsageError
+        An unknown ladder, method or cell.
+    FileError
+        The folder holds the cells of another study, or of this one without ``resume``.
+    EomgenError
+        The scene cannot be read or built.
+    """
+    began = time.perf_counter()
+    for name in ladders:
+        if name not in BY_NAME:
+            raise UsageError(Problem("ladders", f"there is no ladder {shown(name)}", nearest(name, list(BY_NAME))))
+    study = _Study(Subject(scene, reading), limit)
+    wanted = [BY_NAME[name] for name in ladders] or list(LADDERS)
+    chosen = [_cell_of(text) for text in cells] if cells else None
+    journal = _Journal(folder, _identity(study.subject), resume=resume)
+    found, left_out = study.run(wanted, methods, chosen, journal, began + budget, progress)
+    source = str(scene) if isinstance(scene, str | Path) else study.subject.name
+    return Extremes(
+        study.subject.name, source, tuple(found), left_out, study.subject.period, time.perf_counter() - began
+    )
+
+
+def _cell_of(text: str) -> tuple[Ladder, float, str]:
+    name, _, rest = text.partition(":")
+    value, _, method = rest.partition(":")
+    if name not in BY_NAME:
+        raise UsageError(Problem(f"--cell {text}", f"there is no ladder {shown(name)}", nearest(name, list(BY_NAME))))
+    try:
+        return BY_NAME[name], float(value), method
+    except ValueError:
+        what = f"{value!r} is no value of the ladder {name}"
+        raise UsageError(Problem(f"--cell {text}", what, f"--cell {name}:{BY_NAME[name].values[0]:g}")) from None
+
+
+class _Study:
+    def __init__(self, subject: Subject, limit: float) -> None:
+        self.subject, self.limit = subject, limit
+        self.references: dict[str, Reference] = {}
+        self.structure: Structure | None = None
+
+    def run(
+        self,
+        wanted: Sequence[Ladder],
+        methods: Sequence[str],
+        chosen: Sequence[tuple[Ladder, float, str]] | None,
+        journal: _Journal,
+        end: float,
+        progress: Progress | None,
+    ) -> tuple[list[Cell], dict[str, str]]:
+        found: list[Cell] = []
+        left_out: dict[str, str] = {}
+        plan = []
+        if chosen is not None:
+            for ladder, value, method in chosen:
+                plan += [
+                    (ladder, value, m) for m in ([method] if method else methods_of(ladder, self.subject, methods))
+                ]
+            wanted = list(dict.fromkeys(ladder for ladder, _, _ in chosen))
+        for ladder in wanted:
+            why = ladder.applies(self.subject)
+            if why:
+                left_out[ladder.name] = why
+            elif chosen is None:
+                known = methods_of(ladder, self.subject, methods)
+                plan += [(ladder, value, method) for value in ladder.values for method in known]
+        plan = [entry for entry in plan if entry[0].name not in left_out]
+        for number, (ladder, value, method) in enumerate(plan):
+            if progress is not None:
+                progress(number, len(plan), f"{ladder.name} {value:g} {method}")
+            key = f"{ladder.name}:{value:.9g}:{method}"
+            if key in journal.cells:
+                found.append(journal.cells[key])
+            elif time.perf_counter() > end:
+                left_out[key] = "the budget is spent"
+            else:
+                cell = self.cell(ladder, value, method)
+                journal.keep(cell)
+                found.append(cell)
+        return found, left_out
+
+    def cell(self, ladder: Ladder, value: float, method: str) -> Cell:
+        """Return one cell."""
+        if ladder.against == EQUATIONS:
+            return self._equations(ladder, value, method)
+        conditions = ladder.conditions(self.subject, value)
+        model = self.subject.model(conditions.model)
+        ended = in_child(lambda: simulated(model, conditions, method), self.limit)
+        error, by = None, ""
+        if ended.how == REACHED and ended.finite and ended.arrays is not None:
+            held = self._reference(ladder, conditions, method)
+            by = held.by
+            if held.arrays is not None:
+                epsilon = float(np.finfo(np.float32 if conditions.model == SINGLE else np.float64).eps)
+                error = difference(self.subject, ended.arrays, held.arrays, epsilon)
+        found = verdict(ended, None if error is None else error.worst, ladder.bound)
+        q, v = (None, None) if error is None else error
+        return Cell(ladder.name, value, method, found, q, v, ladder.bound, ended.said, by, ended.seconds)
+
+    def _equations(self, ladder: Ladder, value: float, method: str) -> Cell:
+        if self.structure is None:
+            self.structure = Structure(self.subject)
+        structure = self.structure
+        began = time.perf_counter()
+        ended, excess = structure.moved(value)
+        said = "" if excess <= 1.0 else ended.said
+        error = excess * ladder.bound if ended.how == REACHED else None
+        # other equations are no matter of degree
+        plain = Ended(ended.how, ended.said if ended.how != REACHED else "")
+        found = verdict(plain, None if error is None else error if excess <= 1.0 else 1.0, ladder.bound)
+        took = time.perf_counter() - began
+        said = said or plain.said
+        return Cell(ladder.name, value, method, found, error, None, ladder.bound, said, ladder.against, took)
+
+    def _reference(self, ladder: Ladder, conditions: Conditions, method: str) -> Reference:
+        if ladder.against == SAME:
+            key = f"same {method}"
+            if key not in self.references:
+                own = self.subject.conditions(model=FACTORS)
+                model = self.subject.model(FACTORS)
+                ended = in_child(lambda: simulated(model, own, method, error_estimate=False), self.limit)
+                arrays = dict(ended.arrays) if ended.how == REACHED and ended.arrays is not None else None
+                self.references[key] = Reference(f"{method}, the scene as it is", arrays, 0.0)
+            return self.references[key]
+        key = _key(conditions.varied(given={}))
+        if key not in self.references:
+            self.references[key] = reference(self.subject, conditions)
+        return self.references[key]
+
+
+def _key(conditions: Conditions) -> str:
+    return json.dumps(dataclasses.asdict(conditions), default=lambda array: array.tolist(), sort_keys=True)
+
+
+def _identity(subject: Subject) -> str:
+    """Return a text by which cells of one study are known."""
+    return json.dumps({"scene": hashlib.sha256(subject.scene.content).hexdigest(), "version": __version__})
+
+
+class _Journal:
+    """Cells that are there already, and where new ones go."""
+
+    def __init__(self, folder: str | Path | None, described: str, *, resume: bool) -> None:
+        self.cells: dict[str, Cell] = {}
+        self.path = None if folder is None else make_folder(Path(folder)) / _CELLS
+        if self.path is None:
+            return
+        try:
+            if self.path.exists() and resume:
+                self._read(self.path, described)
+            elif self.path.exists():
+                what = f"holds the cells of a study, {_CELLS}"
+                raise FileError(Problem(str(folder), what, "--resume, which goes on with it, or another folder"))
+            else:
+                self.path.write_text(json.dumps({"study": described}) + "\n", encoding="utf-8")
+        except OSError as error:
+            what = f"cannot be used: {error.strerror or error}"
+            raise FileError(Problem(str(self.path), what, "another folder")) from None
+
+    def _read(self, path: Path, described: str) -> None:
+        text = path.read_text(encoding="utf-8")
+        whole = text[: text.rfind("\n") + 1]  # a study may be killed in the middle of a line
+        try:
+            lines: list[Mapping[str, Any]] = [json.loads(line) for line in whole.splitlines()]
+            same = lines[0]["study"] == described
+            read = [Cell(**line) for line in lines[1:]]
+        except (ValueError, KeyError, IndexError, TypeError):
+            raise FileError(Problem(str(path), "these are not the cells of a study", "another folder")) from None
+        if not same:
+            raise FileError(Problem(str(path), "holds the cells of a study of another scene", "another folder"))
+        if whole != text:
+            path.write_text(whole, encoding="utf-8")
+        self.cells = {cell.name: cell for cell in read}
+
+    def keep(self, cell: Cell) -> None:
+        if self.path is not None:
+            with self.path.open("a", encoding="utf-8") as stream:
+                stream.write(json.dumps(dataclasses.asdict(cell)) + "\n")

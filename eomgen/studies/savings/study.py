@@ -1,0 +1,246 @@
+"""The study ``savings``: each variant derived, built in an empty cache and run, in turns, on one processor."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import statistics
+import tempfile
+import time
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from eomgen.errors import EomgenError, Problem, UsageError
+from eomgen.files import make_folder, write_text
+from eomgen.pipeline.pipeline import Described, as_document, built_in, derive, generate, load, method_of, terms_of_step
+from eomgen.scene.scene import Scene
+from eomgen.studies.savings.variants import Variant, variants
+
+if TYPE_CHECKING:
+    from eomgen.model import Model
+
+#: Steps in one timed run at least and at most, and the seconds that it should take.
+FEWEST, MOST, LONG_ENOUGH = 200, 100_000, 0.05
+#: Files of C that are the same for every scene.
+_COMMON = ("eomgen_real.h", "main.c")
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What one variant of a scene costs.
+
+    Attributes
+    ----------
+    name, what : of the variant
+    operations : additions and multiplications by term; of those that a step calls, besides ``step_operations``
+    step_operations : of one call each of the terms that a step calls
+    c_bytes : of the model's own C, its stepper included
+    build_seconds : from the scene to the loaded library, with an empty cache
+    step_seconds : median over the rounds; None where it cannot be run
+    observed_seconds : the same with a row recorded at every step, and outputs and energies evaluated there
+    iterations : Newton iterations per step, None where there are none
+    problem : why it was not derived, built or run to its end
+    """
+
+    name: str
+    what: str
+    operations: dict[str, int] = field(default_factory=dict)
+    step_operations: int | None = None
+    c_bytes: int | None = None
+    build_seconds: float | None = None
+    step_seconds: float | None = None
+    observed_seconds: float | None = None
+    iterations: float | None = None
+    problem: str = ""
+
+
+#: Costs of which a Savings gives the ratio to those of the scene as it is asked.
+COMPARED = ("step_operations", "c_bytes", "build_seconds", "step_seconds", "observed_seconds")
+
+
+@dataclass(frozen=True)
+class Savings:
+    """Costs of a scene as it is asked, which come first, and of its variants."""
+
+    scene: str
+    method: str
+    step: float
+    costs: tuple[Cost, ...]
+
+    def ratio(self, cost: Cost, key: str) -> float | None:
+        """Return a cost of a variant, one of ``COMPARED``, over that of the scene as it is asked."""
+        asked, here = getattr(self.costs[0], key), getattr(cost, key)
+        return here / asked if asked and here is not None else None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as JSON types, with the ratios."""
+        rows = [asdict(cost) | {"ratios": {key: self.ratio(cost, key) for key in COMPARED}} for cost in self.costs]
+        return {"scene": self.scene, "method": self.method, "step": self.step, "variants": rows}
+
+    def write(self, folder: str | Path) -> list[Path]:
+        """Write ``savings.csv`` and ``savings.json`` to a folder, which is made where it is missing."""
+        target = make_folder(Path(folder))
+        table, data = target / "savings.csv", target / "savings.json"
+        with table.open("w", newline="", encoding="utf-8") as stream:
+            rows = csv.writer(stream)
+            rows.writerow(["variant", *COMPARED, *(f"{key}_ratio" for key in COMPARED), "iterations", "problem"])
+            for cost in self.costs:
+                values = [getattr(cost, key) for key in COMPARED]
+                ratios = [self.ratio(cost, key) for key in COMPARED]
+                rows.writerow([cost.name, *values, *ratios, cost.iterations, cost.problem])
+        write_text(data, json.dumps(self.to_dict(), indent=2) + "\n")
+        return [table, data]
+
+
+def savings(
+    scene: Described,
+    *,
+    method: str | None = None,
+    rounds: int = 7,
+    only: Sequence[str] = (),
+    profile: str = "fast",
+    **options: Any,
+) -> Savings:
+    """Measure what a scene costs as it is asked, and what it would with more than it asks for.
+
+    Variants: the terms of a step alone, all terms, all numbers tunable, a base that moves in all six ways, absolute
+    coordinates, and all of that. They have the same motion. Each is derived, built in an empty cache, and run at the
+    scene's step; runs of the variants alternate, so that what else the machine does meets all of them.
+
+    Parameters
+    ----------
+    scene : Scene, path or mapping
+    method : str, optional
+        The scene's by default.
+    rounds : int
+        Timed runs of each variant, of which the median is taken.
+    only : sequence of str
+        Names of variants, besides the scene as it is asked; all by default.
+    profile : str
+        As in ``build``.
+    options
+        Of ``load``, for paths.
+
+    Raises
+    ------
+    UsageError
+        Unknown variants, fewer than one round, documents that are no scenes.
+    EomgenError
+        What the scene as it is asked cannot be derived, built or run by.
+    """
+    document = load(scene, **options) if isinstance(scene, str | os.PathLike) else as_document(scene)[0]
+    if not isinstance(document, Scene):
+        raise UsageError("variants are made of scenes, which this document is none of", "a scene file")
+    if rounds < 1:
+        raise UsageError(Problem("rounds", f"{rounds} rounds give no median", "7"))
+    chosen = method_of(document, method)
+    every = variants(document, terms_of_step(document, chosen), _absolute(scene, document, options))
+    names = [variant.name for variant in every[1:]]
+    if unknown := [name for name in only if name not in names]:
+        raise UsageError(Problem("only", f"no variant is called {', '.join(unknown)}", f"some of {', '.join(names)}"))
+    wanted = [every[0], *(variant for variant in every[1:] if not only or variant.name in only)]
+    step = document.simulation.step
+    with tempfile.TemporaryDirectory(prefix="eomgen-savings-") as folder, warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of variants: what the scene itself warns of, every build says
+        built_in(Path(folder) / "cache", document, ["residual"], chosen, profile)  # what all builds have in common
+        measured = [_built(variant, chosen, Path(folder), profile) for variant in wanted]
+        costs = _timed(measured, step, document.simulation.duration, rounds)
+    if costs[0].problem:
+        raise UsageError(f"the scene as it is asked cannot be measured: {costs[0].problem}", "another method or step")
+    return Savings(document.name, chosen, step, tuple(costs))
+
+
+def _absolute(given: Described, scene: Scene, options: Mapping[str, Any]) -> Scene | str | None:
+    """Return the scene in absolute coordinates, or why it has none; None where they are its own.
+
+    What is read anew is checked for them; of a Scene, which is read, the build tells.
+    """
+    if scene.coordinates == "absolute":
+        return None
+    if isinstance(given, Scene):
+        return replace(scene, coordinates="absolute", content=scene.content + b"\0absolute")
+    try:
+        return load(given, **{**options, "coordinates": "absolute"})
+    except EomgenError as error:
+        return str(error)
+
+
+def _built(variant: Variant, method: str, folder: Path, profile: str) -> tuple[Cost, Model | None]:
+    if variant.scene is None:
+        return Cost(variant.name, variant.what, problem=variant.problem), None
+    terms = None if variant.terms is None else list(variant.terms)
+    try:
+        system = derive(variant.scene, terms)
+        operations = {name: count.flops for name, count in system.counts.items()}
+        place = folder / f"c_{variant.name.replace(' ', '_')}"
+        files = generate(variant.scene, place, terms, method)
+        began = time.perf_counter()
+        model = built_in(folder / "cache", variant.scene, terms, method, profile)
+        seconds = time.perf_counter() - began
+    except EomgenError as error:
+        return Cost(variant.name, variant.what, problem=str(error)), None
+    of_step = [name for name in terms_of_step(variant.scene, method) if name in operations]
+    cost = Cost(
+        variant.name,
+        variant.what,
+        operations,
+        sum(operations[name] for name in of_step),
+        sum(file.stat().st_size for file in files if file.suffix in (".c", ".h") and file.name not in _COMMON),
+        seconds,
+    )
+    return cost, model
+
+
+def _timed(measured: Sequence[tuple[Cost, Model | None]], step: float, duration: float, rounds: int) -> list[Cost]:
+    """Return the costs with the times of steps, from runs in turns."""
+    lengths: dict[int, int] = {}
+    times: dict[int, list[float]] = {}
+    observed: dict[int, list[float]] = {}
+    others: dict[int, str] = {}
+    for number, (_, model) in enumerate(measured):
+        if model is None:
+            continue
+        try:
+            first = _run(model, step, min(FEWEST, max(1, int(duration / step))))
+        except EomgenError as error:
+            others[number] = str(error)
+            continue
+        if not first.success:
+            others[number] = first.message
+            continue
+        wanted = LONG_ENOUGH / max(first.stats["wall_time"] / first.stats["steps"], 1e-9)
+        lengths[number] = max(1, min(int(duration / step), MOST, max(FEWEST, int(wanted))))
+        times[number], observed[number] = [], []
+    iterations = {}
+    for _ in range(rounds):
+        for number, steps in lengths.items():
+            model = measured[number][1]
+            run = _run(model, step, steps)
+            if not run.success:
+                others[number] = run.message
+            times[number].append(run.stats["wall_time"] / steps)
+            if "newton_iterations" in run.stats:
+                iterations[number] = run.stats["newton_iterations"] / steps
+            began = time.perf_counter()
+            _run(model, step, steps, every=1)
+            observed[number].append((time.perf_counter() - began) / steps)
+    return [
+        Cost(
+            **{
+                **vars(cost),
+                "step_seconds": statistics.median(times[k]) if times.get(k) else None,
+                "observed_seconds": statistics.median(observed[k]) if observed.get(k) else None,
+                "iterations": iterations.get(k),
+                "problem": cost.problem or others.get(k, ""),
+            }
+        )
+        for k, (cost, _) in enumerate(measured)
+    ]
+
+
+def _run(model: Any, step: float, steps: int, every: int | None = None) -> Any:
+    return model.simulate(steps * step, step, record_every=steps if every is None else every, error_estimate=False)

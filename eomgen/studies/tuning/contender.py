@@ -1,0 +1,128 @@
+"""Contenders of a race: configurations with what their runs say of cost and error at other steps or tolerances.
+
+The models are error = C h^p, with the declared order p until runs show another, and time = c0 + c1 steps.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from eomgen.studies.work_precision.axes import TOLERANCE, Candidate
+from eomgen.studies.work_precision.configuration import Configuration
+from eomgen.studies.work_precision.times import whole_steps
+
+#: The part of the demand that a run is meant to meet: verification runs may be less kind.
+MARGIN = 0.6
+#: Errors above this tell nothing of the order.
+COARSE = 0.2
+#: By how many times the resolution of one run may exceed that of the one before.
+LARGEST_JUMP = 16.0
+#: Runs of one contender at most.
+MOST_RUNS = 7
+#: A run is fine where another would be cheaper by less than this part.
+GAIN = 0.12
+
+
+@dataclass(frozen=True)
+class Tried:
+    """One run: its resolution (steps in a row of the grid, or 1/tolerance), error, processor's seconds."""
+
+    resolution: float
+    error: float
+    seconds: float
+
+
+@dataclass
+class Contender:
+    """A configuration in a race.
+
+    Attributes
+    ----------
+    candidate : what it came from
+    kind : ``step`` or ``tolerance``
+    start : the resolution of its first run
+    coarsest : rows of the grid that a step may take at most
+    runs : in order
+    closed, why : whether it runs no more, and the reason
+    taken : runs since it was last opened
+    """
+
+    candidate: Candidate
+    configuration: Configuration
+    kind: str
+    start: float
+    coarsest: int = 1
+    runs: list[Tried] = field(default_factory=list)
+    closed: bool = False
+    why: str = ""
+    taken: int = 0
+
+    def best(self, demand: float) -> Tried | None:
+        """Return its cheapest run that meets a demand."""
+        able = [run for run in self.runs if run.error <= demand]
+        return min(able, key=lambda run: run.seconds, default=None)
+
+    @property
+    def order(self) -> float:
+        """Decades of error per decade of resolution, as the last two meaningful runs show it, else as declared."""
+        declared = 1.0 if self.kind == TOLERANCE else float(self.candidate.method.order)
+        told = sorted((run for run in self.runs if 1e-14 < run.error < COARSE), key=lambda run: run.resolution)[-2:]
+        if len(told) < 2 or told[1].resolution < 1.3 * told[0].resolution:
+            return declared
+        seen = math.log(told[0].error / told[1].error) / math.log(told[1].resolution / told[0].resolution)
+        return min(max(seen, 0.6 * declared), 1.6 * declared)
+
+    def wanted(self, demand: float) -> float:
+        """Return the resolution at which a demand is met, by the model; steps end on rows of the grid."""
+        if not self.runs:
+            return self.start
+        last = min(self.runs, key=lambda run: abs(math.log(max(run.error, 1e-300) / demand)))
+        finest = max(run.resolution for run in self.runs)
+        if not last.error < COARSE:
+            return self._steps(4.0 * finest) if self.kind != TOLERANCE else 100.0 * finest
+        factor = float((max(last.error, 1e-300) / (MARGIN * demand)) ** (1.0 / self.order))
+        jump = LARGEST_JUMP if self.kind != TOLERANCE else 1e6
+        found = min(last.resolution * factor, jump * finest)
+        return self._steps(found) if self.kind != TOLERANCE else min(max(found, 10.0), 1e15)
+
+    def _steps(self, resolution: float) -> float:
+        return whole_steps(resolution, self.coarsest)
+
+    def expected(self, demand: float) -> float:
+        """Return the seconds that meeting a demand takes, by the model; 0 where nothing is known yet."""
+        if not self.runs:
+            return 0.0
+        wanted = self.wanted(demand)
+        runs = sorted(self.runs, key=lambda run: run.resolution)
+        last = min(runs, key=lambda run: abs(math.log(run.resolution / wanted)))
+        if self.kind == TOLERANCE:
+            power = 1.0 / max(4.0, float(self.candidate.method.order))
+            return float(last.seconds * (wanted / last.resolution) ** power)
+        per_step = last.seconds / last.resolution
+        if len(runs) > 1 and runs[-1].resolution > 1.3 * runs[0].resolution:
+            slope = (runs[-1].seconds - runs[0].seconds) / (runs[-1].resolution - runs[0].resolution)
+            per_step = min(max(slope, 0.3 * per_step), 1.2 * per_step)
+        return max(last.seconds + per_step * (wanted - last.resolution), 0.1 * last.seconds)
+
+    def add(self, run: Tried, demand: float) -> None:
+        """Take a run, and close where another would gain little."""
+        self.runs.append(run)
+        self.taken += 1
+        self._judge(demand)
+
+    def reopen(self, demand: float) -> None:
+        """Race again, for another demand; what was refused stays so."""
+        if self.runs and self.closed and any(math.isfinite(run.error) for run in self.runs):
+            self.taken, self.closed = 0, False
+            self._judge(demand)
+
+    def _judge(self, demand: float) -> None:
+        best = self.best(demand)
+        if self.taken >= MOST_RUNS:
+            self.closed, self.why = True, "enough runs"
+        elif best is not None:
+            wanted = self.wanted(demand)
+            tried = any(abs(math.log(wanted / other.resolution)) < 0.05 for other in self.runs)
+            if tried or self.expected(demand) > (1.0 - GAIN) * best.seconds:
+                self.closed, self.why = True, "met"

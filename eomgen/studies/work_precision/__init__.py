@@ -1,0 +1,17 @@
+"""Work-precision studies: time and error of all configurations of a scene."""
+
+__all__: list[str] = []
+#: Open to the other parts of ``studies``.
+WITHIN = [
+    "axes",
+    "configuration",
+    "formulations",
+    "machine",
+    "measured",
+    "observation",
+    "reference",
+    "result",
+    "running",
+    "study",
+    "times",
+]

@@ -1,0 +1,72 @@
+"""Configurations of runs, and the axes along which a study varies them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+#: The axes of a study, and what varies along each.
+AXES: Mapping[str, str] = {
+    "formulation": "coordinates: joint coordinates, absolute ones on SE(3) and on R^3 x SO(3)",
+    "method": "the method, its form for constraints and its variant",
+    "parameters": "parameters of the method, as rho_inf",
+    "resolution": "step, or tolerance of methods that choose their steps",
+    "policy": "settings of Newton's iteration",
+    "arithmetic": "double and float",
+    "profile": "profile of the compiler",
+}
+
+
+@dataclass(frozen=True)
+class Configuration:
+    """All that decides a run's speed and error, but the step or tolerance.
+
+    Attributes
+    ----------
+    formulation : name of a formulation of the study
+    method : public name
+    parameters : of the method, those that are not its defaults
+    policy : what the settings are called, empty for the defaults
+    settings : of the stepper, those that are not its defaults
+    real, profile : as of ``eomgen.build``
+    """
+
+    formulation: str
+    method: str
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    policy: str = ""
+    settings: Mapping[str, float] = field(default_factory=dict)
+    real: str = "double"
+    profile: str = "fast"
+
+    @property
+    def label(self) -> str:
+        """Words for pictures and tables: method, parameters, formulation, then what is not usual."""
+        values = [f"{name} {value:g}" for name, value in self.parameters.items()]
+        unusual = [
+            self.policy,
+            self.real if self.real != "double" else "",
+            self.profile if self.profile != "fast" else "",
+        ]
+        return ", ".join(filter(None, [" ".join((self.method, *values)), self.formulation, *unusual]))
+
+    @property
+    def key(self) -> str:
+        """A text that no other configuration has."""
+        return json.dumps(self.to_dict(), sort_keys=True)
+
+    def varied(self, **changes: Any) -> Configuration:
+        return replace(self, **changes)
+
+    def to_dict(self) -> dict[str, Any]:
+        return {
+            "formulation": self.formulation,
+            "method": self.method,
+            "parameters": dict(self.parameters),
+            "policy": self.policy,
+            "settings": dict(self.settings),
+            "real": self.real,
+            "profile": self.profile,
+        }

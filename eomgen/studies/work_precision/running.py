@@ -1,0 +1,238 @@
+"""Runs of a study: models of its configurations, built once each, and what a run gives, costs and says."""
+
+from __future__ import annotations
+
+import time
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from eomgen.errors import EomgenError
+from eomgen.integrators.families.family import Family
+from eomgen.integrators.methods import method_named, method_parameters
+from eomgen.model import Model
+from eomgen.pipeline import pipeline
+from eomgen.simulation.timing import Repeated, one_core
+from eomgen.studies.work_precision.common_start import same_start
+from eomgen.studies.work_precision.configuration import Configuration
+from eomgen.studies.work_precision.formulations import Formulations
+from eomgen.studies.work_precision.observation import Observation, observed
+
+#: How a run may end: at its end, before it, not begun, or given up because it took too long.
+REACHED, STOPPED, REFUSED, TOO_LONG = "reached", "stopped", "refused", "too long"
+
+
+class _TooLong(Exception):
+    """A run that took longer than it may."""
+
+
+@dataclass(frozen=True)
+class Grid:
+    """The times at which a reference is known: runs are compared at all of them that they record.
+
+    Attributes
+    ----------
+    row : s between two of them
+    rows : how many there are besides the start
+    start : s
+    coarsest : rows in the coarsest step
+    recorded : rows between two that a run of the scene's file records
+    """
+
+    row: float
+    rows: int
+    start: float = 0.0
+    coarsest: int = 1
+    recorded: int = 1
+
+    @property
+    def end(self) -> float:
+        return self.start + self.row * self.rows
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What one run came to.
+
+    Attributes
+    ----------
+    ended : how, one of the words above
+    said : what the run said besides that it reached its end; why it did not
+    observation : None where it did not reach its end
+    stats : counts of the stepper
+    repeated : for timing, None where there is nothing to time
+    seconds : of the whole call of ``simulate``
+    """
+
+    ended: str
+    said: str
+    observation: Observation | None = None
+    stats: Mapping[str, float] = field(default_factory=dict)
+    repeated: Repeated | None = None
+    seconds: float = 0.0
+
+
+class Runner:
+    """Builds models and runs them over one grid of times.
+
+    Parameters
+    ----------
+    formulations : Formulations
+    grid : Grid
+    parameters, inputs : as of ``simulate``
+    limit : float
+        Seconds that a run may take.
+    """
+
+    def __init__(
+        self,
+        formulations: Formulations,
+        grid: Grid,
+        parameters: Mapping[str, float] | None = None,
+        inputs: Mapping[str, Any] | None = None,
+        limit: float = 10.0,
+    ) -> None:
+        self.formulations = formulations
+        self.grid = grid
+        self.parameters = dict(parameters or {}) or None
+        self.inputs = dict(inputs or {}) or None
+        self.limit = limit
+        #: Seconds of building, by model, and by model and method; short where the cache had it.
+        self.compiled: dict[str, float] = {}
+        self._models: dict[tuple[str, str, str], Model] = {}
+        self._starts: dict[str, dict[str, Any] | None] = {}
+
+    def model(self, formulation: str, real: str = "double", profile: str = "fast") -> Model:
+        """Return the model of a formulation. Raises EomgenError."""
+        key = (formulation, real, profile)
+        if key not in self._models:
+            began = time.perf_counter()
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", RuntimeWarning)
+                self._models[key] = pipeline.build(self.formulations.scenes[formulation], real=real, profile=profile)
+            self.compiled[" ".join(key)] = time.perf_counter() - began
+        return self._models[key]
+
+    def method(self, configuration: Configuration, tolerance: float | None = None) -> Family:
+        """Return the method of a configuration. Raises EomgenError."""
+        given = {**configuration.parameters, **({} if tolerance is None else {"tolerance": tolerance})}
+        model = self.model(configuration.formulation, configuration.real, configuration.profile)
+        defaults = model.library.layout["defaults"]
+        return method_named(configuration.method, **method_parameters(configuration.method, given, defaults))
+
+    def build_name(self, configuration: Configuration) -> str:
+        """Return by what name ``compiled`` knows the build of a configuration's method."""
+        return " ".join((configuration.formulation, configuration.real, configuration.profile, configuration.method))
+
+    def prepare(self, configuration: Configuration) -> None:
+        """Build what a configuration runs with, so that runs themselves build nothing. Raises EomgenError."""
+        key = (configuration.formulation, configuration.real, configuration.profile)
+        name = self.build_name(configuration)
+        model = self.model(*key)
+        if name not in self.compiled:
+            began = time.perf_counter()
+            model.stepper(configuration.method)
+            self.compiled[name] = time.perf_counter() - began
+
+    def _start(self, formulation: str) -> dict[str, Any] | None:
+        """Return where a formulation begins: None for the scene's own, whose start the others have, too.
+
+        Loops are closed from guesses, each formulation's in a way of its own.
+        """
+        name = self.formulations.own
+        if formulation != name and formulation not in self._starts:
+            own, other = self.model(name), self.model(formulation)
+            able = "poses" in own.functions and "twists" in own.functions
+            start, h = self.grid.start, 1e-6 * self.grid.row
+            first = own.simulate(
+                start + h, h, t_start=start, parameters=self.parameters, inputs=self.inputs, error_estimate=False
+            )
+            state = first.q[0], first.v[0]
+            same = same_start(own, *state, other, start, self.parameters) if able else None
+            self._starts[formulation] = same if same is None or not other.nz else {**same, "z": first.z[0]}
+        return self._starts.get(formulation)
+
+    def run(
+        self,
+        configuration: Configuration,
+        per_row: Fraction | int = 1,
+        tolerance: float | None = None,
+        *,
+        initial: Mapping[str, Any] | None = None,
+        parameters: Mapping[str, float] | None = None,
+        dense: bool = False,
+        timed: bool = True,
+        estimated: bool = True,
+    ) -> Outcome:
+        """Return what a configuration gives with so many steps in a row of the grid, or with a tolerance.
+
+        Parameters
+        ----------
+        per_row : p/q: p steps in q rows; not used with a tolerance
+        dense : whether all rows are recorded, in place of those that a run of the scene's file would record:
+            ``Grid.recorded`` apart, or every step where these are not whole steps
+        initial, parameters : of this run, in place of the study's
+        timed : whether the run may be repeated for its time
+        estimated : whether it estimates its error, which it may then speak of
+        """
+        began = time.perf_counter()
+        grid = self.grid
+        between = 1 if dense else grid.recorded
+        steps, every = (1, between) if tolerance is not None else Fraction(per_row).as_integer_ratio()
+        if between % every == 0:
+            steps, every = steps * between // every, between
+        recorded = grid.rows // every
+
+        def look(done: int, total: int) -> None:
+            if time.perf_counter() - began > self.limit:
+                raise _TooLong
+
+        given = {**configuration.parameters, **({} if tolerance is None else {"tolerance": tolerance})}
+        try:
+            self.prepare(configuration)
+            model = self.model(configuration.formulation, configuration.real, configuration.profile)
+            began = time.perf_counter()
+            with warnings.catch_warnings(), one_core():
+                warnings.simplefilter("ignore", RuntimeWarning)
+                solution = model.simulate(
+                    grid.start + grid.row * (recorded * every),
+                    grid.row * every / steps,
+                    method=configuration.method,
+                    record_every=steps,
+                    t_start=grid.start,
+                    settings=configuration.settings or None,
+                    parameters=parameters or self.parameters,
+                    inputs=self.inputs,
+                    initial=initial or self._start(configuration.formulation),
+                    progress=look,
+                    error_estimate=estimated,
+                    **given,
+                )
+            took = time.perf_counter() - began
+            if not solution.success:
+                return Outcome(STOPPED, solution.message, stats=counts(solution.stats), seconds=took)
+            observation = observed(model, solution)
+            if len(solution.t) != recorded + 1 or not np.all(np.isfinite(observation.q)):
+                return Outcome(STOPPED, "its rows are not those of the grid, or not finite", seconds=took)
+            repeated = Repeated(model, solution, self.method(configuration, tolerance), self.inputs) if timed else None
+            said = solution.message.partition("; ")[2]
+            return Outcome(REACHED, said, observation, counts(solution.stats), repeated, took)
+        except _TooLong:
+            return Outcome(TOO_LONG, f"more than {self.limit:g} s of computation", seconds=time.perf_counter() - began)
+        except EomgenError as error:
+            return Outcome(REFUSED, str(error))
+
+
+def counts(stats: Mapping[str, Any]) -> dict[str, float]:
+    """Return what a stepper counted and measured, without times."""
+    return {name: value for name, value in stats.items() if name != "wall_time" and isinstance(value, int | float)}
+
+
+def timed(repeated: Repeated, repeats: int) -> list[float]:
+    """Return the processor's seconds for all steps of a run, so many times, on one core."""
+    with one_core():
+        return [repeated.seconds() for _ in range(repeats)]

@@ -1,0 +1,365 @@
+/* The number type `eomgen_real` and the arithmetic that generated code is written in.
+ *
+ * SPDX-License-Identifier: MIT
+ *
+ * One text serves four types, chosen when compiling:
+ *   (nothing)             double
+ *   -DEOMGEN_REAL_FLOAT   float
+ *   -DEOMGEN_REAL_COMPLEX double complex, analytic in every function: for complex steps
+ *   -DEOMGEN_REAL_LANES   EG_LANES doubles side by side (GCC or Clang vector extensions), one sample per lane
+ *
+ * Nothing here has a name without the prefix eomgen_ or eg_, so that the headers go with any others. The files of a
+ * model say EOMGEN_SHORT_NAMES first and write `real` and K(constant).
+ *
+ * Values are combined with + - * / and with the macros EG_..., never with ?:, if or <math.h>. Nothing here branches
+ * on a value or depends on the sign of zero, and nothing here may be compiled with -ffast-math.
+ */
+#ifndef EOMGEN_REAL_H
+#define EOMGEN_REAL_H
+
+#if defined(EOMGEN_REAL_FLOAT)
+typedef float eomgen_real;
+#define EG_LANES 1
+#define EG_REAL_NAME "float"
+#elif defined(EOMGEN_REAL_COMPLEX)
+#include <complex.h>
+#undef I
+typedef double _Complex eomgen_real;
+#define EG_LANES 1
+#define EG_REAL_NAME "complex"
+#elif defined(EOMGEN_REAL_LANES)
+#define EG_LANES 8
+#define EG_REAL_NAME "lanes"
+typedef double eomgen_real __attribute__((vector_size(64)));
+#else
+typedef double eomgen_real;
+#define EG_LANES 1
+#define EG_REAL_NAME "double"
+#define EG_REAL_IS_DOUBLE 1
+#endif
+
+#ifndef __cplusplus /* C++ callers need the type only */
+
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+/* -- bits of doubles ------------------------------------------------------------------------------------------- */
+
+#if defined(EOMGEN_REAL_LANES)
+typedef eomgen_real eg_wide;
+typedef uint64_t eg_bits __attribute__((vector_size(64)));
+#define EG_WIDE(c) ((eg_wide){(c), (c), (c), (c), (c), (c), (c), (c)})
+#define EG_MASK(condition) ((eg_bits)(condition))
+static inline eg_bits eg_to_bits(eg_wide x) { return (eg_bits)x; }
+static inline eg_wide eg_from_bits(eg_bits bits) { return (eg_wide)bits; }
+#else
+typedef double eg_wide;
+typedef uint64_t eg_bits;
+#define EG_WIDE(c) ((double)(c))
+#define EG_MASK(condition) (0 - (eg_bits)(condition))
+static inline eg_bits eg_to_bits(eg_wide x)
+{
+    eg_bits bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+static inline eg_wide eg_from_bits(eg_bits bits)
+{
+    eg_wide x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+#endif
+
+static inline eg_wide eg_blend(eg_bits mask, eg_wide then, eg_wide otherwise)
+{
+    return eg_from_bits((mask & eg_to_bits(then)) | (~mask & eg_to_bits(otherwise)));
+}
+
+/* What a comparison gives: 1 or 0, and NaN where something that is compared is not a number, so that it does not
+ * vanish in a choice. */
+static inline eg_wide eg_truth(eg_bits holds, eg_bits unordered)
+{
+    return eg_from_bits((holds & eg_to_bits(EG_WIDE(1.0))) | unordered);
+}
+static inline eg_wide eg_choose(eg_wide c, eg_wide x, eg_wide y)
+{
+    return eg_from_bits(eg_to_bits(eg_blend(EG_MASK(c != EG_WIDE(0.0)), x, y)) | EG_MASK(c != c));
+}
+
+/* Sine and cosine together, without branches.
+ *
+ * The argument is reduced by multiples of pi/2 in three pieces (20 + 20 + 53 bits, so that the first two products are
+ * exact for multiples below 2^33), the rest of the reduction is carried to first order, and the quadrant is read from
+ * the bits of the rounded multiple. Absolute error below 1e-16 for |x| <= EG_LARGEST_ANGLE, with fused multiply-add or
+ * without. Beyond, where neighbouring numbers are 2e-6 and more apart, for NaN and for infinities both are NaN.
+ */
+#define EG_LARGEST_ANGLE 10000000000.0
+static inline void eg_sincos_wide(eg_wide x, eg_wide *sine, eg_wide *cosine)
+{
+    const eg_wide round = EG_WIDE(6755399441055744.0); /* 1.5 * 2^52 */
+    const eg_bits magnitude = eg_to_bits(x) & UINT64_C(0x7fffffffffffffff);
+    const eg_bits beyond = ~EG_MASK(eg_from_bits(magnitude) <= EG_WIDE(EG_LARGEST_ANGLE)); /* all bits set are a NaN */
+    const eg_wide rounded = x * EG_WIDE(0.6366197723675814) + round;
+    const eg_wide n = rounded - round;
+    const eg_bits quadrant = eg_to_bits(rounded);
+    const eg_wide first = (x - n * EG_WIDE(1.5707969665527344)) - n * EG_WIDE(-6.39757672615815e-07);
+    const eg_wide low = n * EG_WIDE(1.6513995372426592e-13);
+    const eg_wide r = first + low;
+    const eg_wide rest = (first - r) + low;
+    const eg_wide z = r * r;
+    const eg_wide half = EG_WIDE(0.5) * z;
+    const eg_wide near_one = EG_WIDE(1.0) - half;
+    const eg_wide sine_tail = EG_WIDE(-0.16666666666666666) + z * (EG_WIDE(0.008333333333330948)
+        + z * (EG_WIDE(-0.00019841269836758574) + z * (EG_WIDE(2.7557316102551507e-06)
+        + z * (EG_WIDE(-2.5051131844808866e-08) + z * EG_WIDE(1.5918129280835e-10)))));
+    const eg_wide cosine_tail = EG_WIDE(0.041666666666666664) + z * (EG_WIDE(-0.0013888888888887398)
+        + z * (EG_WIDE(2.4801587298765686e-05) + z * (EG_WIDE(-2.755731727172921e-07)
+        + z * (EG_WIDE(2.087614626828136e-09) + z * EG_WIDE(-1.1382632416743667e-11)))));
+    const eg_wide s = r + (z * r * sine_tail + rest * near_one);
+    const eg_wide c = near_one + (((EG_WIDE(1.0) - near_one) - half) + (z * z * cosine_tail - r * rest));
+    const eg_bits odd = EG_MASK((quadrant & 1) != 0);
+    const eg_bits sine_sign = (quadrant & 2) << 62;
+    const eg_bits cosine_sign = ((quadrant + 1) & 2) << 62;
+    *sine = eg_from_bits((eg_to_bits(eg_blend(odd, c, s)) ^ sine_sign) | beyond);
+    *cosine = eg_from_bits((eg_to_bits(eg_blend(odd, s, c)) ^ cosine_sign) | beyond);
+}
+
+/* -- double ---------------------------------------------------------------------------------------------------- */
+
+#if defined(EG_REAL_IS_DOUBLE)
+#define EG_C(c) (c)
+static inline void eg_sincos(eomgen_real x, eomgen_real *sine, eomgen_real *cosine) { eg_sincos_wide(x, sine, cosine); }
+static inline eomgen_real eg_lt(eomgen_real x, eomgen_real y)
+{
+    return eg_truth(EG_MASK(x < y), EG_MASK((x != x) | (y != y)));
+}
+static inline eomgen_real eg_le(eomgen_real x, eomgen_real y)
+{
+    return eg_truth(EG_MASK(x <= y), EG_MASK((x != x) | (y != y)));
+}
+static inline eomgen_real eg_select(eomgen_real c, eomgen_real x, eomgen_real y) { return eg_choose(c, x, y); }
+#define EG_SQRT(x) sqrt(x)
+#define EG_TAN(x) tan(x)
+#define EG_ASIN(x) asin(x)
+#define EG_ACOS(x) acos(x)
+#define EG_ATAN(x) atan(x)
+#define EG_ATAN2(y, x) atan2(y, x)
+#define EG_SINH(x) sinh(x)
+#define EG_COSH(x) cosh(x)
+#define EG_TANH(x) tanh(x)
+#define EG_EXP(x) exp(x)
+#define EG_LOG(x) log(x)
+#define EG_POW(x, y) pow(x, y)
+#define EG_ABS(x) fabs(x)
+#define EG_LANE(x, lane) (x)
+#endif
+
+/* -- float: sine and cosine are those of double, rounded ------------------------------------------------------- */
+
+#if defined(EOMGEN_REAL_FLOAT)
+#define EG_C(c) ((float)(c))
+static inline void eg_sincos(eomgen_real x, eomgen_real *sine, eomgen_real *cosine)
+{
+    double s, c;
+    eg_sincos_wide((double)x, &s, &c);
+    *sine = (float)s;
+    *cosine = (float)c;
+}
+static inline eomgen_real eg_lt(eomgen_real x, eomgen_real y)
+{
+    return (float)eg_truth(EG_MASK(x < y), EG_MASK((x != x) | (y != y)));
+}
+static inline eomgen_real eg_le(eomgen_real x, eomgen_real y)
+{
+    return (float)eg_truth(EG_MASK(x <= y), EG_MASK((x != x) | (y != y)));
+}
+static inline eomgen_real eg_select(eomgen_real c, eomgen_real x, eomgen_real y)
+{
+    return (float)eg_choose((double)c, (double)x, (double)y);
+}
+#define EG_SQRT(x) sqrtf(x)
+#define EG_TAN(x) tanf(x)
+#define EG_ASIN(x) asinf(x)
+#define EG_ACOS(x) acosf(x)
+#define EG_ATAN(x) atanf(x)
+#define EG_ATAN2(y, x) atan2f(y, x)
+#define EG_SINH(x) sinhf(x)
+#define EG_COSH(x) coshf(x)
+#define EG_TANH(x) tanhf(x)
+#define EG_EXP(x) expf(x)
+#define EG_LOG(x) logf(x)
+#define EG_POW(x, y) powf(x, y)
+#define EG_ABS(x) fabsf(x)
+#define EG_LANE(x, lane) (x)
+#endif
+
+/* -- complex: comparisons look at real parts; every function is the analytic one around them ------------------- */
+
+#if defined(EOMGEN_REAL_COMPLEX)
+#define EG_C(c) ((eomgen_real)(c))
+static inline eomgen_real eg_complex(double re, double im)
+{
+    double parts[2];
+    eomgen_real z;
+    parts[0] = re;
+    parts[1] = im;
+    memcpy(&z, parts, sizeof z);
+    return z;
+}
+static inline void eg_sincos(eomgen_real x, eomgen_real *sine, eomgen_real *cosine)
+{
+    double s, c;
+    const double sh = sinh(cimag(x)), ch = cosh(cimag(x));
+    eg_sincos_wide(creal(x), &s, &c);
+    *sine = eg_complex(s * ch, c * sh);
+    *cosine = eg_complex(c * ch, -(s * sh));
+}
+static inline eomgen_real eg_lt(eomgen_real x, eomgen_real y)
+{
+    return (eomgen_real)eg_truth(EG_MASK(creal(x) < creal(y)), EG_MASK((x != x) | (y != y)));
+}
+static inline eomgen_real eg_le(eomgen_real x, eomgen_real y)
+{
+    return (eomgen_real)eg_truth(EG_MASK(creal(x) <= creal(y)), EG_MASK((x != x) | (y != y)));
+}
+static inline eomgen_real eg_select(eomgen_real c, eomgen_real x, eomgen_real y)
+{
+    return eg_complex(eg_choose(creal(c), creal(x), creal(y)), eg_choose(creal(c), cimag(x), cimag(y)));
+}
+static inline eomgen_real eg_abs(eomgen_real x) { return eg_select(eg_lt(x, EG_C(0.0)), -x, x); }
+/* The angle of (x, y) turned back by that of the real parts is small, so its arc tangent is on the right branch. */
+static inline eomgen_real eg_atan2(eomgen_real y, eomgen_real x)
+{
+    const double angle = atan2(creal(y), creal(x)), c = cos(angle), s = sin(angle);
+    return angle + catan((y * c - x * s) / (x * c + y * s));
+}
+/* x^y through the real parts, so that a negative base with an integer exponent stays exact. */
+static inline eomgen_real eg_pow(eomgen_real x, eomgen_real y)
+{
+    const double a = creal(x), b = creal(y);
+    eomgen_real value = (eomgen_real)pow(a, b);
+    if (cimag(x) != 0.0) {
+        value *= cexp(y * clog(x / a));
+    }
+    if (cimag(y) != 0.0) {
+        value *= cexp(eg_complex(0.0, cimag(y) * log(a)));
+    }
+    return value;
+}
+#define EG_SQRT(x) csqrt(x)
+#define EG_TAN(x) ctan(x)
+#define EG_ASIN(x) casin(x)
+#define EG_ACOS(x) cacos(x)
+#define EG_ATAN(x) catan(x)
+#define EG_ATAN2(y, x) eg_atan2(y, x)
+#define EG_SINH(x) csinh(x)
+#define EG_COSH(x) ccosh(x)
+#define EG_TANH(x) ctanh(x)
+#define EG_EXP(x) cexp(x)
+#define EG_LOG(x) clog(x)
+#define EG_POW(x, y) eg_pow(x, y)
+#define EG_ABS(x) eg_abs(x)
+#define EG_LANE(x, lane) (x)
+#endif
+
+/* -- lanes: elementary functions other than sine and cosine go lane by lane through <math.h> ------------------- */
+
+#if defined(EOMGEN_REAL_LANES)
+#define EG_C(c) EG_WIDE(c)
+#define EG_LANE(x, lane) ((x)[lane])
+static inline void eg_sincos(eomgen_real x, eomgen_real *sine, eomgen_real *cosine) { eg_sincos_wide(x, sine, cosine); }
+static inline eomgen_real eg_lt(eomgen_real x, eomgen_real y)
+{
+    return eg_truth(EG_MASK(x < y), EG_MASK((x != x) | (y != y)));
+}
+static inline eomgen_real eg_le(eomgen_real x, eomgen_real y)
+{
+    return eg_truth(EG_MASK(x <= y), EG_MASK((x != x) | (y != y)));
+}
+static inline eomgen_real eg_select(eomgen_real c, eomgen_real x, eomgen_real y) { return eg_choose(c, x, y); }
+static inline eomgen_real eg_abs(eomgen_real x) { return eg_from_bits(eg_to_bits(x) & UINT64_C(0x7fffffffffffffff)); }
+#define EG_DEFINE_LANEWISE(name, function)                                                                      \
+    static inline eomgen_real name(eomgen_real x)                                                               \
+    {                                                                                                           \
+        eomgen_real y = x;                                                                                      \
+        int lane;                                                                                               \
+        for (lane = 0; lane < EG_LANES; ++lane) {                                                               \
+            y[lane] = function(x[lane]);                                                                        \
+        }                                                                                                       \
+        return y;                                                                                               \
+    }
+#define EG_DEFINE_LANEWISE_PAIR(name, function)                                                                 \
+    static inline eomgen_real name(eomgen_real x, eomgen_real y)                                                \
+    {                                                                                                           \
+        eomgen_real z = x;                                                                                      \
+        int lane;                                                                                               \
+        for (lane = 0; lane < EG_LANES; ++lane) {                                                               \
+            z[lane] = function(x[lane], y[lane]);                                                               \
+        }                                                                                                       \
+        return z;                                                                                               \
+    }
+EG_DEFINE_LANEWISE(eg_sqrt, sqrt)
+EG_DEFINE_LANEWISE(eg_tan, tan)
+EG_DEFINE_LANEWISE(eg_asin, asin)
+EG_DEFINE_LANEWISE(eg_acos, acos)
+EG_DEFINE_LANEWISE(eg_atan, atan)
+EG_DEFINE_LANEWISE(eg_sinh, sinh)
+EG_DEFINE_LANEWISE(eg_cosh, cosh)
+EG_DEFINE_LANEWISE(eg_tanh, tanh)
+EG_DEFINE_LANEWISE(eg_exp, exp)
+EG_DEFINE_LANEWISE(eg_log, log)
+EG_DEFINE_LANEWISE_PAIR(eg_atan2, atan2)
+EG_DEFINE_LANEWISE_PAIR(eg_pow, pow)
+#define EG_SQRT(x) eg_sqrt(x)
+#define EG_TAN(x) eg_tan(x)
+#define EG_ASIN(x) eg_asin(x)
+#define EG_ACOS(x) eg_acos(x)
+#define EG_ATAN(x) eg_atan(x)
+#define EG_ATAN2(y, x) eg_atan2(y, x)
+#define EG_SINH(x) eg_sinh(x)
+#define EG_COSH(x) eg_cosh(x)
+#define EG_TANH(x) eg_tanh(x)
+#define EG_EXP(x) eg_exp(x)
+#define EG_LOG(x) eg_log(x)
+#define EG_POW(x, y) eg_pow(x, y)
+#define EG_ABS(x) eg_abs(x)
+#endif
+
+/* -- the same for every type ----------------------------------------------------------------------------------- */
+
+static inline eomgen_real eg_sin(eomgen_real x)
+{
+    eomgen_real s, c;
+    eg_sincos(x, &s, &c);
+    return s;
+}
+static inline eomgen_real eg_cos(eomgen_real x)
+{
+    eomgen_real s, c;
+    eg_sincos(x, &s, &c);
+    return c;
+}
+/* Not a number stays so through each of these: a curve that is left must stop the run, not vanish in max(0, curve). */
+static inline eomgen_real eg_sign(eomgen_real x) { return eg_lt(EG_C(0.0), x) - eg_lt(x, EG_C(0.0)); }
+static inline eomgen_real eg_min(eomgen_real x, eomgen_real y) { return eg_select(eg_lt(y, x), y, x); }
+static inline eomgen_real eg_max(eomgen_real x, eomgen_real y) { return eg_select(eg_lt(x, y), y, x); }
+
+#define EG_SINCOS(x, sine, cosine) eg_sincos(x, sine, cosine)
+#define EG_SIN(x) eg_sin(x)
+#define EG_COS(x) eg_cos(x)
+#define EG_LT(x, y) eg_lt(x, y)
+#define EG_LE(x, y) eg_le(x, y)
+#define EG_SELECT(c, x, y) eg_select(c, x, y)
+#define EG_SIGN(x) eg_sign(x)
+#define EG_MIN(x, y) eg_min(x, y)
+#define EG_MAX(x, y) eg_max(x, y)
+
+#if defined(EOMGEN_SHORT_NAMES)
+typedef eomgen_real real;
+#define K(c) EG_C(c)
+#endif
+
+#endif /* __cplusplus */
+#endif /* EOMGEN_REAL_H */

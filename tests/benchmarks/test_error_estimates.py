@@ -1,0 +1,27 @@
+"""The error estimate of runs is within a factor of 3 of the true error in 95 % of them, over scenes and methods."""
+
+from __future__ import annotations
+
+import pytest
+
+from benchmarks.error_estimates import CASES, GOOD, Point, line, points_of, rates
+
+
+def test_points_count_where_the_true_error_is_known() -> None:
+    good = Point("scene", "rk4", 1e-3, true=1e-4, estimate=2.9e-4, reference=1e-9)
+    poor = Point("scene", "rk4", 2e-3, true=1e-4, estimate=3.1e-4, reference=1e-9)
+    hidden = Point("scene", "rk4", 4e-3, true=1e-4, estimate=1.0, reference=1e-4)
+    failed = Point("scene", "rk4", 8e-3, failure="stopped at t = 0 s")
+    assert GOOD == 3.0 and [p.counts for p in (good, poor, hidden, failed)] == [True, True, False, False]
+    row = rates([good, poor, hidden, failed], lambda p: p.method)[0]
+    assert row[:3] == ["rk4", "1 of 2", "50.0 %"] and row[-2:] == ["1", "0"]
+    assert line(poor).startswith("X scene") and line(good).startswith(". scene") and line(failed).endswith("t = 0 s")
+
+
+@pytest.mark.slow
+def test_estimates_are_near_the_true_errors_and_large_errors_are_told() -> None:
+    points = [point for case in CASES for point in points_of(case)]
+    counted = [point for point in points if point.counts]
+    assert len(counted) > 500
+    assert sum(point.good for point in counted) >= 0.95 * len(counted)
+    assert [point for point in counted if point.true > 0.2 and not point.warned] == []

@@ -1,0 +1,70 @@
+"""Failures of events and modes."""
+
+from __future__ import annotations
+
+from tests.failures.failure import Failure
+
+FAILURES = [
+    Failure(
+        "An event of a joint that is not there",
+        3,
+        "description error: scene.toml:34 (events.stop.when): q.sholder: there is no joint 'sholder' "
+        "(column 1); try: shoulder",
+        more='[events.stop]\nwhen = "q.sholder"\n',
+    ),
+    Failure(
+        "An event that never passes zero",
+        3,
+        "description error: scene.toml:34 (events.stop.when): a number has no roots in time; try: a "
+        'formula such as "q.ball" or "t - 2"',
+        more="[events.stop]\nwhen = 3\n",
+    ),
+    Failure(
+        "A reset without values",
+        3,
+        "description error: scene.toml:33 (events.stop): the action reset needs the key reset; try: "
+        'reset = { "v.joint" = 0 }',
+        more='[events.stop]\nwhen = "q.shoulder"\naction = "reset"\n',
+    ),
+    Failure(
+        "A reset of an acceleration",
+        3,
+        "description error: scene.toml:36 (events.stop.reset.'a.shoulder'): a.shoulder cannot be used "
+        'here (column 1); try: coordinates, velocities and internal states: "q.joint", "v.joint" only',
+        more='[events.stop]\nwhen = "q.shoulder"\naction = "reset"\nreset = { "a.shoulder" = 0 }\n',
+    ),
+    Failure(
+        "A restitution of what is no impact",
+        3,
+        "description error: scene.toml:35 (events.stop.restitution): restitution is of the action "
+        'impact, not record; try: action = "impact"',
+        more='[events.stop]\nwhen = "q.shoulder"\nrestitution = 0.5\n',
+    ),
+    Failure(
+        "A negative restitution",
+        3,
+        "description error: scene.toml:36 (events.stop.restitution): the restitution is -1; try: 0 or more",
+        more='[events.stop]\nwhen = "q.shoulder"\naction = "impact"\nrestitution = -1\n',
+    ),
+    Failure(
+        "An event that switches no mode",
+        3,
+        "description error: scene.toml:36 (events.stop.mode): there is no mode 'gear'; try: a [modes] section",
+        more='[events.stop]\nwhen = "t - 1"\naction = "switch"\nmode = "gear"\nto = 2\n',
+    ),
+    Failure(
+        "An impact by velocities",
+        4,
+        "model error: scene.toml:34 (events.stop.when): the impact needs a formula of positions and "
+        'time, and this one depends on velocities; try: a distance, such as "q.ball"',
+        command="info scene.toml",
+        more='[events.stop]\nwhen = "v.shoulder - 1"\naction = "impact"\nrestitution = 0.5\n',
+    ),
+    Failure(
+        "A unit of another kind for an interval",
+        3,
+        "description error: scene.toml:35 (events.stop.least_interval): '1 mm' is a length, a time in s "
+        'is expected; try: "0.001 s"',
+        more='[events.stop]\nwhen = "q.shoulder"\nleast_interval = "1 mm"\n',
+    ),
+]

@@ -1,0 +1,315 @@
+"""Generalized-alpha with steps of its own: error by tolerance on every group, with constraints and internal states;
+what the estimate is; steps of other sizes; stiff transients; what ends a run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import eomgen
+from eomgen.integrators.methods import method_named
+from eomgen.lie import product
+from eomgen.simulation.settings import stepper_library, stepper_settings
+from eomgen.simulation.stepper import Stepper
+from tests.codegen.test_stand_alone import compiled, run
+from tests.integrators import similar_scenes
+from tests.integrators.test_taylor import SCENES as TREES
+from tests.integrators.test_taylor import pushed
+from tests.models.cache import shared_cache
+from tests.simulation.test_angles_over_turns import model as wound_spring
+from tests.simulation.test_angles_over_turns import started
+
+__all__ = ["shared_cache"]
+
+Array = NDArray[np.float64]
+#: R with a moving base and an input; R3xSO3 and SO3; internal states and an input; loops on both groups; rolling.
+SCENES: dict[str, Callable[[], Any]] = {
+    **TREES,
+    "rods_r3xso3": lambda: similar_scenes.rods("R3xSO3"),
+    "rods_se3": lambda: similar_scenes.rods("SE3"),
+    "rolling": similar_scenes.rolling,
+    "rail": similar_scenes.rail,
+}
+ADAPTIVE = "generalized_alpha_adaptive"
+QUIET: dict[str, Any] = {"error_estimate": False}
+
+
+@cache
+def model(name: str) -> eomgen.Model:
+    return eomgen.build(SCENES[name](), method=ADAPTIVE)
+
+
+@cache
+def exact(name: str) -> eomgen.Solution:
+    """Return the motion over 0.4 s in rows of 0.02 s by another method."""
+    made = eomgen.build(SCENES[name](), method="rk4_partitioned") if model(name).multipliers else model(name)
+    if made.multipliers:
+        return made.simulate(0.4, 0.02 / 64, method="rk4_partitioned", record_every=64, **QUIET)
+    return made.simulate(0.4, 0.02, method="rk45", tolerance=1e-12, **QUIET)
+
+
+def errors(found: eomgen.Solution, true: eomgen.Solution) -> Array:
+    """Return the largest errors of q, v, a, multipliers and z over all rows, as far as there are such."""
+    names = ("q", "v", "a", "multipliers", "z")
+    pairs = ((getattr(found, name), getattr(true, name)) for name in names)
+    return np.array([np.abs(ours - other).max() for ours, other in pairs if ours.size])
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_error_is_in_proportion_to_the_tolerance(name: str) -> None:
+    tolerances = np.array([1e-5, 1e-6, 1e-7])
+    runs = [model(name).simulate(0.4, 0.02, tolerance=float(tolerance), **QUIET) for tolerance in tolerances]
+    assert all(found.success for found in runs)
+    all_errors = np.array([errors(found, exact(name)) for found in runs])
+    slopes = np.polyfit(np.log(np.sqrt(tolerances)), np.log(all_errors), 1)[0]
+    assert slopes[:2] == pytest.approx(2.0, abs=0.1)  # q and v, in the square root of the tolerance
+    assert slopes == pytest.approx(2.0, abs=0.25)
+    assert np.all(all_errors[:, 0] < 10.0 * tolerances)
+    if model(name).multipliers:
+        assert all(found.stats["max_constraint"] < 1e-11 for found in runs)
+
+
+@pytest.mark.parametrize(
+    "case", [{"rho_inf": 0.0}, {"rho_inf": 1.0}, {"method": "hht", "alpha": 0.2}, {"method": "wbz"}]
+)
+def test_every_damping_keeps_the_order(case: dict[str, Any]) -> None:
+    true = exact("controlled")
+    coarse, fine = (
+        errors(model("controlled").simulate(0.4, 0.02, tolerance=tolerance, **case, **QUIET), true)
+        for tolerance in (1e-5, 1e-7)
+    )
+    assert np.log10(coarse / fine) == pytest.approx(2.0, abs=0.25)
+
+
+def true_step(made: eomgen.Model, rows: eomgen.Solution, index: int, step: float) -> tuple[Array, Array, Array]:
+    """Return the exact q, v and z a step after a row."""
+    start = {"q": rows.q[index], "v": rows.v[index], **({"z": rows.z[index]} if rows.z.size else {})}
+    t = float(rows.t[index])
+    end = made.simulate(t + step, step, method="rk45", tolerance=1e-13, t_start=t, initial=start, **QUIET)
+    return end.q[-1], end.v[-1], end.z[-1]
+
+
+def estimates(made: eomgen.Model, rows: eomgen.Solution, n: int, step: float) -> tuple[Array, Array, Array]:
+    """Return the estimates of the errors of q, v and z of step n, by the formulas of the stepper, in NumPy."""
+    factors, v, a = made.factors, rows.v, rows.a
+    theta = product.difference(factors, rows.q[n], rows.q[n + 1])
+    bracket = product.bracket_matrix(factors, v[n]) @ a[n]
+    of_q = step * v[n] + step**2 * (a[n] / 3 + a[n + 1] / 6) + step**3 / 12 * bracket - theta
+    of_v = step * (5 * a[n + 1] + 8 * a[n] - a[n - 1]) / 12 - (v[n + 1] - v[n])
+    rate = np.zeros((3, 0))
+    if rows.z.size:
+        rate = np.array([made.internal_rates(rows.q[k], v[k], rows.z[k], rows.t[k]) for k in (n - 1, n, n + 1)])
+    of_z = step * (5 * rate[2] + 8 * rate[1] - rate[0]) / 12 - (rows.z[n + 1] - rows.z[n])
+    return of_q, of_v, of_z
+
+
+@pytest.mark.parametrize("name", ["pendulum", "flyer", "controlled"])
+def test_the_estimate_tends_to_the_true_local_error(name: str) -> None:
+    made, apart = model(name), []
+    for step in (2e-3, 1e-3, 5e-4):
+        n = round(0.12 / step)
+        rows = made.simulate((n + 1) * step, step, method="generalized_alpha", **QUIET)
+        q, v, z = true_step(made, rows, n, step)
+        true = (product.difference(made.factors, rows.q[n + 1], q), v - rows.v[n + 1], z - rows.z[n + 1])
+        found = estimates(made, rows, n, step)
+        pairs = [(ours, other) for ours, other in zip(found, true, strict=True) if other.size]
+        apart.append([np.linalg.norm(ours - other) / np.linalg.norm(other) for ours, other in pairs])
+    assert np.all(np.array(apart[-1]) < 0.05)
+    assert np.all(np.array(apart[1:]) < 0.7 * np.array(apart[:-1]))
+
+
+@pytest.mark.parametrize("name", ["rods_r3xso3", "rods_se3"])
+def test_so_it_does_on_constraints(name: str) -> None:
+    made, apart = model(name), []
+    for step in (2e-3, 1e-3, 5e-4):
+        n = round(0.12 / step)
+        rows = made.simulate((n + 1) * step, step, method="generalized_alpha", **QUIET)
+        t, start = float(rows.t[n]), {"q": rows.q[n], "v": rows.v[n]}
+        end = made.simulate(t + step, step / 8, method="rk4_partitioned", t_start=t, initial=start, **QUIET)
+        true = product.difference(made.factors, rows.q[n + 1], end.q[-1])
+        apart.append(np.linalg.norm(estimates(made, rows, n, step)[0] - true) / np.linalg.norm(true))
+    assert apart[-1] < 0.05
+    assert apart[1] < 0.7 * apart[0] and apart[2] < 0.7 * apart[1]
+
+
+def stepper(made: eomgen.Model, step: float, tolerance: float) -> Stepper:
+    method = method_named(ADAPTIVE, rho_inf=0.8, tolerance=tolerance)
+    library = stepper_library(made, ADAPTIVE, method)
+    return Stepper(library, stepper_settings(library.layout["method"], step, method, {}), made.parameter_array())
+
+
+def test_the_compiled_estimate_is_the_one_of_the_formulas() -> None:
+    """One step over a row; of the first step the velocity's error is by the trapezoidal rule."""
+    made, step, tolerance = model("flyer"), 2e-3, 1e-2
+    ours = stepper(made, step, tolerance)
+    ours.initialize(0.0, made.initial_q, made.initial_v, None)
+    before = ours.row
+    ours.run(1, 1, None, np.empty((1, ours.sizes["row"])))
+    after = ours.row
+    assert ours.statistics["own_steps"] == 1
+    nq, nv = made.nq, made.nv
+    (q, v, a), (q_end, v_end, a_end) = (np.split(row[1:], [nq, nq + nv]) for row in (before, after))
+    off = step * v + step**2 * (a / 3 + a_end / 6) + step**3 / 12 * product.bracket_matrix(made.factors, v) @ a
+    off = (off - product.difference(made.factors, q, q_end)) / step
+    off_v = 0.5 * (a + a_end) - (v_end - v) / step
+    weights = np.sqrt(np.diag(made.mass(made.initial_q)))
+    sizes = [max(np.linalg.norm(weights * x) for x in pair) for pair in ((v, v_end), (a, a_end))]
+    parts = [np.linalg.norm(weights * x) / (tolerance * size) for x, size in zip((off, off_v), sizes, strict=True)]
+    assert ours.state[ours.places["own_error"]][0] == pytest.approx(np.hypot(parts[0], 0.2 * parts[1]), rel=1e-5)
+
+
+@pytest.mark.parametrize("name", ["pendulum", "flyer", "rods_se3", "controlled"])
+def test_steps_that_change_at_random_keep_order_two(name: str) -> None:
+    """Steps are set by hand between rows, from half to one and a half of each other; the tolerance asks for nothing."""
+    made, rng = model(name), np.random.default_rng(5)
+    shares = np.repeat(rng.uniform(0.5, 1.5, 5), 2)
+    ends = []
+    for halvings in (0, 1, 2):
+        mean = 0.01 / 2**halvings
+        ours = stepper(made, mean, 0.1)
+        u = np.full((2, made.nu), np.nan) if made.nu else None
+        status = ours.initialize(0.0, made.initial_q, made.initial_v, u, np.array(made.initial_z))
+        for k in range(40 * 2**halvings):
+            ours.state[ours.places["own_step"]] = mean * shares[k % len(shares)]
+            taken, _ = ours.run(1, 1, None, np.empty((1, ours.sizes["row"])))
+            status = status or taken
+        assert status == 0 and ours.statistics["rejections"] == 0
+        ends.append(ours.row)
+    row = exact(name)
+    true = np.concatenate([row.q[-1], row.v[-1]])
+    off = [np.abs(end[1 : 1 + len(true)] - true).max() for end in ends]
+    assert np.log2(off[1] / off[2]) == pytest.approx(2.0, abs=0.15), off
+
+
+def stiff_scene() -> eomgen.Scene:
+    """Return a cart with a pendulum on a soft spring, and a mass on a damped spring of 2000 rad/s that starts off its
+    rest."""
+    builder = eomgen.SceneBuilder("stiff_transient")
+    builder.body("a", 1.0)
+    builder.joint(
+        "soft", "prismatic", "base", "a", axis=[1, 0, 0], stiffness=40.0, damping=0.2, initial={"position": 0.3}
+    )
+    builder.body("b", 0.5)
+    builder.joint(
+        "stiff", "prismatic", "a", "b", axis=[1, 0, 0], stiffness=2e6, damping=600.0, initial={"position": 0.01}
+    )
+    builder.body("c", 0.4, center_of_mass=[0, 0, -0.4], inertia=[0.02, 0.02, 0.01])
+    return builder.joint("hinge", "revolute", "a", "c", axis=[0, 1, 0], initial={"position": 0.5}).build()
+
+
+def test_a_stiff_transient_takes_a_fifth_of_the_steps() -> None:
+    made = eomgen.build(stiff_scene(), method=ADAPTIVE)
+    true = made.simulate(5.0, 0.05, method="rk45", tolerance=1e-9, **QUIET)
+    fixed = made.simulate(5.0, 0.05 / 256, method="generalized_alpha", record_every=256, **QUIET)
+    ours = made.simulate(5.0, 0.05, tolerance=1e-5, **QUIET)
+    assert errors(ours, true)[0] < errors(fixed, true)[0]
+    assert 5 * ours.stats["own_steps"] < fixed.stats["steps"]
+
+
+def test_a_jump_ends_a_step_and_the_end_is_exact() -> None:
+    made = eomgen.build(pushed("3 if t > late else 0"), method=ADAPTIVE)
+    true = made.simulate(1.23, 0.6, method="rk45", tolerance=1e-12, **QUIET)
+    found = made.simulate(1.23, 0.6, tolerance=1e-6, **QUIET)
+    assert found.t[-1] == 1.23
+    assert errors(found, true)[0] < 1e-5 and found.stats["rejections"] < 30
+
+
+def test_a_tolerance_makes_the_method_choose_its_steps() -> None:
+    made = eomgen.build(TREES["controlled"]())
+    given = made.simulate(0.4, 0.1, rho_inf=0.5, tolerance=1e-4, **QUIET)
+    assert (given.metadata["method"], given.metadata["settings"]["rho_inf"]) == (ADAPTIVE, 0.5)
+    assert made.simulate(0.4, 0.1, method="hht", tolerance=1e-4, **QUIET).metadata["method"] == "hht_adaptive"
+    assert made.simulate(0.4, 0.1, **QUIET).metadata["method"] == "generalized_alpha"
+    for method in ("generalized_alpha_f1", "newmark", "rk4"):
+        with pytest.raises(eomgen.UsageError, match=f"tolerance: {method} takes no tolerance; try: "):
+            made.simulate(0.4, 0.1, method=method, tolerance=1e-4)
+
+
+def test_a_scene_says_so_too() -> None:
+    builder = eomgen.SceneBuilder("by_tolerance")
+    builder.body("a", 1.0).joint(
+        "x", "prismatic", "base", "a", axis=[1, 0, 0], stiffness=40.0, initial={"position": 0.3}
+    )
+    made = eomgen.build(builder.simulation(method="generalized_alpha", rho_inf=0.9, tolerance=1e-4, step=0.1).build())
+    found = made.simulate(1.0, **QUIET)
+    settings = found.metadata["settings"]
+    assert (found.metadata["method"], settings["tolerance"], settings["rho_inf"]) == (ADAPTIVE, 1e-4, 0.9)
+    assert np.abs(found.q[:, 0] - 0.3 * np.cos(np.sqrt(40.0) * found.t)).max() < 3e-4
+
+
+@pytest.mark.parametrize("name", ["controlled", "rods_r3xso3"])
+def test_checkpoints_go_on_with_the_same_bits(name: str, tmp_path: Path) -> None:
+    made = model(name)
+    whole = made.simulate(0.4, 0.013, tolerance=1e-4, **QUIET)
+    made.simulate(0.2, 0.013, tolerance=1e-4, checkpoint=tmp_path / "run.ckpt", **QUIET)
+    rest = made.resume(tmp_path / "run.ckpt", 0.4)
+    assert np.array_equal(rest.q[-1], whole.q[-1]) and rest.stats["own_steps"] == whole.stats["own_steps"]
+
+
+@pytest.mark.parametrize("tolerance", [1e-1, 1e-2, 1e-9])
+def test_extreme_tolerances_hold(tolerance: float) -> None:
+    found = model("rods_r3xso3").simulate(0.4, 0.02, tolerance=tolerance, **QUIET)
+    assert found.success and errors(found, exact("rods_r3xso3"))[0] < max(tolerance, 1e-8)
+
+
+def test_states_between_rows_are_as_good() -> None:
+    found, true = model("flyer").simulate(0.4, 0.1, tolerance=1e-6, **QUIET), exact("flyer")
+    assert np.abs(found.at(true.t).q - true.q).max() < 1e-5
+
+
+@pytest.mark.parametrize("name", ["controlled", pytest.param("rods_se3", marks=pytest.mark.slow)])
+def test_generated_c_chooses_the_same_steps(name: str, tmp_path: Path) -> None:
+    eomgen.generate(SCENES[name](), tmp_path / "c", method=ADAPTIVE)
+    result = run(compiled(tmp_path / "c"), "0.4", "0.02", "1")
+    rows = np.array([[float(x) for x in line.split(",")] for line in result.stdout.splitlines()[1:]])
+    found = model(name).simulate(0.4, 0.02, **QUIET)
+    assert np.abs(rows[:, 1 : 1 + found.q.shape[1]] - found.q).max() < 1e-9
+    assert rows[-1, 0] == 0.4
+
+
+def test_angles_over_turns_follow_steps_within_which_they_turn_far() -> None:
+    made = wound_spring()
+    turning = started(0.0, 40.0)
+    fixed = made.simulate(2.0, 1e-3, record_every=500, initial=turning, **QUIET)
+    found = made.simulate(2.0, 0.5, tolerance=1e-5, initial=turning, **QUIET)
+    assert np.ptp(fixed.outputs["angle"]) > 4.0 * np.pi
+    assert found.outputs["angle"] == pytest.approx(fixed.outputs["angle"], abs=1e-2)
+
+
+@pytest.mark.parametrize("method", [ADAPTIVE, "rk45"])
+def test_single_precision_takes_the_tolerances_it_can(method: str) -> None:
+    made = eomgen.build(TREES["flyer"](), method=method, real="float")
+    found = made.simulate(0.4, 0.02, method=method, tolerance=1e-9, **QUIET)
+    assert found.success, found.message
+    assert np.abs(found.q - exact("flyer").q).max() < 3e-4 and found.stats["own_steps"] < 1000
+
+
+@pytest.mark.parametrize("method", ["generalized_alpha", "rk45"])
+@pytest.mark.parametrize("force", ["3 * t", "t**4", "exp(-1 / (t + 1e-3))"])
+def test_a_motion_from_rest_begins_in_steps_of_the_size_of_its_own_time(method: str, force: str) -> None:
+    builder = eomgen.SceneBuilder("from_rest").state("lag", f"20 * ({force} - lag)")
+    builder.body("a", 2.0).joint("x", "prismatic", "base", "a", axis=[1, 0, 0], stiffness=100.0, damping=1.0)
+    made = eomgen.build(builder.effort("push", "x", f"{force} + lag").build(), method=ADAPTIVE)
+    true = made.simulate(1.0, 1e-3, method="rk4", record_every=100, **QUIET)
+    found = made.simulate(1.0, 0.1, method=method, tolerance=1e-4, **QUIET)
+    assert found.success, found.message
+    assert found.stats["own_steps"] < 3000 and found.stats["smallest_step"] > 1e-6
+    assert errors(found, true)[0] < 1e-3 * np.abs(true.q).max()
+
+
+@pytest.mark.parametrize("method", ["generalized_alpha", "rk45"])
+def test_rounding_at_rest_asks_for_no_steps(method: str) -> None:
+    """A weight hangs at rest on springs but for rounding."""
+    builder = eomgen.SceneBuilder("hanging")
+    builder.body("a", 1.7).joint("z", "prismatic", "base", "a", axis=[0, 0, 1], stiffness=1234.5, damping=3.0)
+    builder.body("b", 0.3).joint("w", "prismatic", "a", "b", axis=[0, 0, 1], stiffness=345.6, damping=1.0)
+    made = eomgen.build(builder.build(), method=ADAPTIVE)
+    found = made.simulate(5.0, 0.1, method=method, tolerance=1e-8, start="equilibrium", **QUIET)
+    assert found.success and found.stats["own_steps"] < 1000
+    assert np.ptp(found.q, axis=0).max() < 1e-12

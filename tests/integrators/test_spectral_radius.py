@@ -1,0 +1,111 @@
+"""Spectral radius of one step on linear oscillators, of all methods of the register, measured on compiled steppers.
+
+Methods that are stable at any step stay within 1 from step times frequency 1e-6 to 1e12; others within their limit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import eomgen
+from eomgen.integrators.families.register import BUILT_IN
+from eomgen.integrators.methods import method_named
+from eomgen.model import Model
+from eomgen.simulation.settings import chosen_method, stepper_settings
+from eomgen.simulation.stepper import Stepper
+
+Array = NDArray[np.float64]
+PHASES = (1e-6, 1e-4, 1e-2, 0.1, 0.5, 1.0, 2.0, 3.0, 10.0, 1e2, 1e4, 1e6, 1e8, 1e10, 1e12)
+DAMPING_RATIOS = (0.0, 0.05, 1.0, 50.0)
+#: Parameters that are tried beside the defaults.
+OTHERS: Mapping[str, tuple[Mapping[str, float], ...]] = {
+    "generalized_alpha": ({"rho_inf": 0.0}, {"rho_inf": 0.5}, {"rho_inf": 0.95}, {"rho_inf": 1.0}),
+    "hht": ({"alpha": 0.0}, {"alpha": 1 / 3}),
+    "wbz": ({"alpha": 0.1}, {"alpha": 1.0}),
+    "newmark": ({"alpha": 0.1}, {"beta": 0.25, "gamma": 0.5}),
+}
+#: Largest step times frequency without damping of methods that have a limit.
+LIMITS = {"rk4": 2.8, "hermite": 0.6}
+
+
+@cache
+def oscillator() -> Model:
+    return eomgen.build(
+        {
+            "format": 1,
+            "name": "oscillator",
+            "gravity": [0, 0, 0],
+            "parameters": {name: {"value": 1.0, "tunable": True} for name in ("k", "c")},
+            "bodies": {"b": {"mass": 1.0}},
+            "joints": {
+                "x": {"type": "prismatic", "parent": "base", "child": "b", "axis": [1, 0, 0]}
+                | {"stiffness": "k", "damping": "c"}
+            },
+        }
+    )
+
+
+def fixed_steps() -> list[tuple[str, Mapping[str, float]]]:
+    """Return the methods of the register that serve scenes without constraints and take the steps they are given."""
+    found: list[tuple[str, Mapping[str, float]]] = []
+    for family in BUILT_IN:
+        for row in family.names():
+            if "_index3" in row.name:  # the same without constraints
+                continue
+            method = method_named(row.name)
+            constrained_only = any(need.fact == "constraints" and need.value for need in method.needs)
+            if method.chooses_steps or constrained_only:
+                continue
+            found += [(row.name, given) for given in ({}, *OTHERS.get(row.name, ()))]
+    return found
+
+
+def amplification(method: str, given: Mapping[str, float], step: float, k: float, c: float) -> Array | None:
+    """Return the matrix of one step on (x, v, a), scaled; None where the step is halved or refused."""
+    model = oscillator()
+    library = model.stepper(method)
+    full: dict[str, Any] = dict.fromkeys(("rho_inf", "alpha", "beta", "gamma", "order", "tolerance")) | dict(given)
+    chosen = chosen_method(method, full, model.library.layout["defaults"], False)
+    settings = stepper_settings(library.layout["method"], step, chosen, {})
+    stepper = Stepper(library, settings, model.parameter_array({"k": k, "c": c}))
+    names = [name for name in ("q", "v", "a") if name in stepper.places]
+    rate = max(1.0, step * np.sqrt(k)) / step
+    scale = np.array([1.0, rate, rate**2])[: len(names)]
+    matrix = np.zeros((len(names), len(names)))
+    for column in range(len(names)):
+        x = np.zeros(3)
+        x[column] = scale[column]
+        if stepper.initialize(0.0, x[:1], x[1:2], None):
+            return None
+        if "a" in names:
+            stepper.state[stepper.places["a"]] = x[2]
+            stepper.state[stepper.places["history"]] = 0.0  # the step of the method itself, not a damped start
+        status, _ = stepper.run(1, 1, None, np.empty((1, stepper.sizes["row"])))
+        if status or stepper.statistics.get("halvings"):
+            return None
+        matrix[:, column] = [float(stepper.state[stepper.places[name]][0]) for name in names] / scale
+    return matrix
+
+
+@pytest.mark.parametrize(("method", "given"), fixed_steps())
+def test_spectral_radius_is_at_most_one(method: str, given: Mapping[str, float]) -> None:
+    limit = LIMITS.get(method, np.inf)
+    measured, worst = 0, 0.0
+    for ratio in DAMPING_RATIOS:
+        for phase in PHASES:
+            if phase * (1.0 if ratio <= 0.05 else 2.0 * ratio) > limit:
+                continue
+            for step in (1.0, 1e-6):
+                frequency = phase / step
+                matrix = amplification(method, given, step, frequency**2, 2.0 * ratio * frequency)
+                if matrix is not None:
+                    measured += 1
+                    worst = max(worst, float(np.max(np.abs(np.linalg.eigvals(matrix)))))
+    assert worst <= 1.0 + 1e-12
+    assert measured >= (90 if limit == np.inf else 8)

@@ -1,0 +1,292 @@
+"""The estimated error of a run is near the true one, by closed forms and SciPy's DOP853, and large ones are warned
+of."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import re
+import signal
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import eomgen
+from eomgen.arrays import Array
+from eomgen.simulation.error_estimate import observed_order
+from eomgen.simulation.unit_quaternions import largest_stretch
+from tests.models.scenes import absolute, breaking, flyer, pendulum
+
+#: An estimate is good within this factor of the true error.
+GOOD = 3.0
+
+
+@cache
+def sled(stiffness: float = 40.0) -> eomgen.Model:
+    """Return a mass of 1 kg on a spring, 0.1 m from rest."""
+    builder = eomgen.SceneBuilder("sled", gravity=[0, 0, 0]).body("sled", 1.0, inertia=[0.1, 0.1, 0.1])
+    builder.joint("rail", "prismatic", "base", "sled", axis=[1, 0, 0], stiffness=stiffness, initial={"position": [0.1]})
+    return eomgen.build(builder.output("pull", formula="-40 * q.rail", unit="N").build(), profile="quick")
+
+
+def by_dop853(model: eomgen.Model, run: eomgen.Solution) -> Array:
+    """Return [q, v] at the times of a run."""
+    start = np.concatenate([run.q[0], run.v[0]])
+    solved = solve_ivp(model.rhs, (run.t[0], run.t[-1]), start, "DOP853", run.t, rtol=1e-13, atol=1e-14)
+    return np.asarray(solved.y.T)
+
+
+def good(estimate: Array, true: Array) -> bool:
+    """Tell whether estimates are within the factor of true errors."""
+    return bool(np.all((true / GOOD <= estimate) & (estimate <= GOOD * true)))
+
+
+@pytest.mark.parametrize(
+    ("method", "step", "order"),
+    [
+        ("generalized_alpha", 0.01, 2.0),
+        ("hht", 0.01, 2.0),
+        ("newmark", 0.01, 2.0),
+        ("rk4", 0.02, 4.0),
+        ("hermite", 0.02, 4.0),
+    ],
+)
+def test_fixed_steps_on_an_oscillator_of_closed_form(method: str, step: float, order: float) -> None:
+    run = sled().simulate(5.0, step, method=method)
+    frequency = np.sqrt(40.0)
+    position, velocity = 0.1 * np.cos(frequency * run.t), -0.1 * frequency * np.sin(frequency * run.t)
+    error = run.error
+    assert error.available and error.order == pytest.approx(order, abs=0.15) and error.declared_order == order
+    assert good(error.q, np.abs(run.q[:, 0] - position).max())
+    assert good(error.v, np.abs(run.v[:, 0] - velocity).max())
+    assert good(error.outputs["pull"], 40.0 * np.abs(run.q[:, 0] - position).max())
+    assert error.outputs_at["pull"].shape == error.t.shape and error.q_at.shape == (len(error.t), 1)
+    at = np.interp(error.t, run.t, np.abs(run.q[:, 0] - position))
+    assert good(error.q_at[at > 0.3 * at.max(), 0], at[at > 0.3 * at.max()])
+    assert error.relative == pytest.approx(error.q[0] / np.ptp(run.q))
+    assert run.message == f"reached t = 5 s in {round(5.0 / step)} steps"
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-7, 1e-10])
+def test_chosen_steps_on_an_oscillator_of_closed_form(tolerance: float) -> None:
+    run = sled().simulate(5.0, 0.05, method="taylor", tolerance=tolerance)
+    position = 0.1 * np.cos(np.sqrt(40.0) * run.t)
+    assert good(run.error.q, np.abs(run.q[:, 0] - position).max())
+    assert np.isnan(run.error.declared_order) and f"a tolerance of {0.1 * tolerance:.2g}" in run.error.method
+
+
+@pytest.mark.parametrize("method", ["generalized_alpha", "rk4"])
+def test_rotations_and_positions_against_dop853(method: str) -> None:
+    run = flyer().simulate(2.0, 0.01, method=method)
+    known = by_dop853(flyer(), run)
+    q, v = known[:, : flyer().nq], known[:, flyer().nq :]
+    assert good(run.error.q, np.abs(run.q - q).max(axis=0))
+    assert good(run.error.v, np.abs(run.v - v).max(axis=0))
+    assert run.error.increment.shape == (10,) and run.error.largest is not None
+
+
+@pytest.mark.parametrize(("method", "step"), [("generalized_alpha", 4e-3), ("rk4_partitioned", 0.01)])
+def test_constraints_against_dop853_in_joint_coordinates(method: str, step: float) -> None:
+    run = absolute().simulate(1.0, step, method=method)
+    known = by_dop853(flyer(), flyer().simulate(1.0, step, method="rk4", error_estimate=False))
+    turned = np.abs(run.q[:, :4] - known[:, :4]).max(axis=0)  # the position of the hull is that of its centre of mass
+    assert good(run.error.q[:4], turned)
+    assert run.error.multipliers.shape == (len(absolute().multipliers),)
+
+
+def test_a_coarse_run_is_warned_of_and_a_good_one_is_not() -> None:
+    coarse = sled().simulate(20.0, 0.025)
+    assert coarse.success and coarse.error.largest is not None
+    smaller = coarse.error.refinement(0.01) * 0.025
+    assert coarse.message == (
+        f"reached t = 20 s in 800 steps; the estimated error is {coarse.error.largest}, above 10 % from"
+        f" t = {coarse.error.above(0.1):.6g} s on; try: a step smaller than {smaller:.2g} s"
+    )
+    assert re.search(r"is 0\.0\d+ m of q\.rail at t = \d+\.\d+ s, [12]\d % of its motion, above", coarse.message)
+    advised = sled().simulate(20.0, float(coarse.message.split()[-2]))
+    assert 0.005 < advised.error.relative < 0.015
+    assert sled().simulate(20.0, 0.01).message == "reached t = 20 s in 2000 steps"
+
+
+def test_a_motion_that_is_chaotic_is_never_plain_success() -> None:
+    """A double pendulum that turns over: its error grows tenfold about every second and a half."""
+    builder = eomgen.SceneBuilder("chaotic")
+    for name, parent, place in (("upper", "base", 0.0), ("lower", "upper", -1.0)):
+        builder.body(name, 1.0, center_of_mass=[0, 0, -1], inertia=[0, 0, 0])
+        builder.joint(
+            f"of_{name}", "revolute", parent, name, axis=[0, 1, 0], position=[0, 0, place], initial={"position": 2.5}
+        )
+    run = eomgen.build(builder.build(), profile="quick").simulate(40.0, 0.01)
+    end = run.error.above(0.1)
+    assert run.success and run.error.relative > 1.0 and 1.0 < end < 20.0
+    assert run.message.endswith(
+        f" % of its motion, above 10 % from t = {end:.6g} s on; try: a step much smaller than 0.01 s, or a run to"
+        f" t = {end:.6g} s"
+    )
+    assert run.error.largest is not None and f"the estimated error is {run.error.largest}" in run.message
+
+
+def test_longer_steps_that_do_not_hold_are_no_failure() -> None:
+    stiff = sled(1e4)  # rk4 is stable up to 2.83 / 100 s
+    run = stiff.simulate(0.5, 0.016, method="rk4")
+    true = np.abs(run.q[:, 0] - 0.1 * np.cos(100.0 * run.t)).max()
+    assert run.success and good(run.error.q, true)
+    assert run.error.method == "runs at half and 2 times the step"
+
+
+def test_a_machine_at_rest_has_no_error() -> None:
+    run = sled().simulate(1.0, 0.01, initial={"rail": 0.0})
+    assert run.error.relative == 0.0 and run.message == "reached t = 1 s in 100 steps"
+    hanging = pendulum().simulate(1.0, 0.01, initial={"hinge": 0.0}, inputs={"torque": 0.0}, parameters={"shake": 0.0})
+    assert hanging.error.relative < 1e-3 and hanging.message == "reached t = 1 s in 100 steps"
+
+
+def test_what_it_costs_is_said() -> None:
+    error = sled().simulate(5.0, 0.01).error
+    assert error.seconds > 0.0 and error.cost > 0.0
+    assert str(error).endswith(f"by runs at 2 and 4 times the step, in {error.seconds:.2g} s")
+
+
+def test_why_there_is_no_estimate() -> None:
+    run = sled().simulate(1.0, 0.01, error_estimate=False)
+    assert not run.error.available and str(run.error) == "not known: it was switched off"
+    assert run.error.q.shape == (1,) and np.isnan(run.error.relative)
+    assert str(sled().simulate(0.0, 0.01).error) == "not known: the run made no step"
+
+    def interrupt(done: int, total: int) -> None:
+        os.kill(os.getpid(), signal.SIGINT)
+
+    run = pendulum().simulate(1e5, 1e-3, record_every=100, progress=interrupt)
+    assert str(run.error) == "not known: the run was interrupted"
+
+
+def test_ctrl_c_during_the_estimate_leaves_the_run_as_it_is() -> None:
+    def interrupt(done: int, total: int) -> None:
+        if done > 2000:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    run = pendulum().simulate(2.0, 1e-3, progress=interrupt)
+    assert run.success and not run.interrupted
+    assert str(run.error) == "not known: the runs that it is made from were interrupted"
+
+
+def test_a_function_of_the_caller_that_fails_when_it_is_asked_again_leaves_the_run_as_it_is() -> None:
+    asked: list[float] = []
+
+    def torque(t: float) -> float:
+        asked.append(t)
+        return 0.1 / float(len(asked) < 3000)
+
+    run = pendulum().simulate(2.0, 1e-3, inputs={"torque": torque}, record_every=100)
+    assert run.success and not run.error.available
+    assert "input torque: the function failed at t = " in run.error.reason
+
+
+def test_runs_that_stop_are_estimated_up_to_there() -> None:
+    run = breaking().simulate()
+    assert not run.success and run.error.available and run.error.t[-1] == run.t[-1]
+
+
+def test_the_run_itself_has_the_same_bits(tmp_path: Path) -> None:
+    runs = [
+        pendulum().simulate(1.0, 1e-3, checkpoint=tmp_path / f"{wanted}.ckpt", error_estimate=wanted)
+        for wanted in (True, False)
+    ]
+    np.testing.assert_array_equal(runs[0].q, runs[1].q)
+    saved = [np.load(tmp_path / f"{wanted}.ckpt") for wanted in (True, False)]
+    for name in ("state", "workspace"):
+        np.testing.assert_array_equal(saved[0][name], saved[1][name])
+
+
+def test_a_run_that_goes_on_is_estimated_from_its_checkpoint_on(tmp_path: Path) -> None:
+    file = tmp_path / "run.ckpt"
+    first = pendulum().simulate(0.5, 1e-3, record_every=7, checkpoint=file)
+    second = pendulum().resume(file, 1.0)
+    assert second.error.available and second.error.t[0] > first.t[-1] and second.error.t[-1] == second.t[-1]
+    assert not first.followed_by(second).error.available
+    assert not pendulum().resume(file, 1.0, error_estimate=False).error.available
+
+
+def test_it_is_stored_with_the_solution(tmp_path: Path) -> None:
+    run = flyer().simulate(0.5, 0.01)
+    again = eomgen.Solution.load(run.save(tmp_path / "run.npz")).error
+    moved = pickle.loads(pickle.dumps(run)).error
+    for other in (again, moved):
+        assert other.summary() == run.error.summary()
+        np.testing.assert_array_equal(other.increment_at, run.error.increment_at)
+
+
+def test_the_observed_order_is_that_of_differences_before_they_are_as_large_as_the_motion() -> None:
+    t = np.linspace(0.0, 1.0, 51)
+    rows = t[:, np.newaxis]
+    assert observed_order((t, 4e-3 * rows), (t, 1e-3 * rows), 1e-12) == pytest.approx(2.0)
+    assert observed_order((t[::2], 4e-3 * rows[::2]), (t, 1e-3 * rows), 1e-12) == pytest.approx(2.0)
+    assert observed_order((t, np.minimum(16.0 * rows, 0.5)), (t, rows), 1e-12) == pytest.approx(4.0, abs=0.1)
+    assert np.isnan(observed_order((t, 1e-14 * rows), (t, 1e-14 * rows), 1e-12))
+
+
+def test_a_table_of_inputs_is_followed_at_every_step() -> None:
+    times = np.arange(1001) * 2e-3
+    table = np.sin(40.0 * times)
+    run = pendulum().simulate(2.0, 2e-3, inputs={"torque": table})
+    fine = np.interp(np.arange(16001) * 1.25e-4, times, table)
+    exact = pendulum().simulate(2.0, 1.25e-4, inputs={"torque": fine}, record_every=16, method="rk4")
+    assert good(run.error.q, np.abs(run.q - exact.q).max(axis=0))
+
+
+def test_quaternions_off_unit_length_are_told() -> None:
+    run = flyer().simulate(0.1, 0.01, error_estimate=False)
+    assert largest_stretch(flyer(), run.t, run.q) is None
+    q = run.q.copy()
+    q[7, :4] *= 1.02
+    found = largest_stretch(flyer(), run.t, q)
+    assert found is not None and found.share == pytest.approx(0.02)
+    assert found.what == "the quaternion of root has the length 1.02 at t = 0.07 s"
+
+
+def test_few_rows_and_a_short_last_step_are_compared() -> None:
+    run = sled().simulate(2.003, 0.01, record_every=1000)
+    assert run.error.available and run.error.t.tolist() == [0.0, 2.003]
+    assert good(run.error.q, np.abs(run.q[-1] - 0.1 * np.cos(np.sqrt(40.0) * 2.003)))
+    odd = sled().simulate(2.0, 0.01, record_every=7)
+    assert odd.error.t[1] == pytest.approx(0.14) and odd.error.t[-1] == 2.0
+
+
+def test_the_measure_of_a_small_motion_is_named_and_outputs_have_their_own() -> None:
+    """A joint that hardly moves beside one that does, and an output of the small one's force."""
+    builder = eomgen.SceneBuilder("small_beside_large", gravity=[0, 0, 0]).parameter("stiffness", 1e6)
+    for name, start, stiffness in (("large", 1.0, 1e-3), ("small", 1e-7, "stiffness")):
+        builder.body(name, 1.0, inertia=[0.1, 0.1, 0.1])
+        builder.joint(
+            name,
+            "prismatic",
+            "base",
+            name,
+            axis=[1, 0, 0],
+            stiffness=stiffness,
+            initial={"position": start, "velocity": 0.1 * (name == "large")},
+        )
+    model = eomgen.build(builder.output("pull", formula="1e6 * q.small", unit="N").build(), profile="quick")
+    run = model.simulate(1.0, 1e-4)
+    error = run.error
+    assert error.largest is not None and error.largest_output is not None
+    assert error.largest.name == "q.small" and error.largest.measure == "9.9e-05 m, the least that counts as its motion"
+    assert str(error.largest).endswith(" % of 9.9e-05 m, the least that counts as its motion")
+    assert error.largest_output.name == "output pull" and error.largest_output.measure == "its range"
+    assert error.largest_output.share == pytest.approx(error.outputs["pull"] / np.ptp(run.outputs["pull"]), rel=1e-3)
+    assert error.largest_output.share > 100.0 * error.relative
+    ordinary = sled().simulate(5.0, 0.01).error
+    assert ordinary.largest is not None and ordinary.largest.measure == "its motion"
+
+
+def test_comparison_runs_that_fail_in_their_first_step_leave_the_run_as_it_is() -> None:
+    builder = eomgen.SceneBuilder("turning", coordinates="absolute").body("wheel", 1.0, inertia=[0.1, 0.1, 0.1])
+    builder.joint("axle", "revolute", "base", "wheel", axis=[0, 0, 1], initial={"velocity": float(np.pi / 0.015625)})
+    builder.output("angle", formula="q.axle", unit="rad")
+    model = eomgen.build(builder.build(), profile="quick")
+    run = model.simulate(20 * 0.015625, 0.015625)
+    assert run.success and run.error.available
+    assert run.error.method == "runs at half and 2 times the step" and run.error.outputs["angle"] < 1e-6

@@ -1,0 +1,544 @@
+"""Events of users: located to round-off, in the order of the method, with resets, impacts and modes, against closed
+forms, SciPy's events and impulses written out by hand."""
+
+from __future__ import annotations
+
+import copy
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import eomgen
+from eomgen.arrays import Array
+from eomgen.errors import DescriptionError, ModelError, UsageError
+from eomgen.model import Model
+from eomgen.studies.verification.check import check
+
+G = 9.81
+BALL: dict[str, Any] = {
+    "format": 1,
+    "name": "bouncing_ball",
+    "parameters": {"restitution": {"value": 0.8, "tunable": True}},
+    "bodies": {"ball": {"mass": 1.0}},
+    "joints": {
+        "ball": {
+            "type": "prismatic",
+            "parent": "base",
+            "child": "ball",
+            "axis": [0, 0, 1],
+            "initial": {"position": 1.0},
+        }
+    },
+    "events": {
+        "bounce": {"when": "q.ball", "direction": "falling", "action": "impact", "restitution": "restitution"},
+        "top": {"when": "v.ball", "direction": "falling"},
+        "rises": {"when": "q.ball - 0.1", "direction": "rising", "action": "count"},
+        "end": {"when": "t - 3.05", "action": "stop"},
+    },
+    "simulation": {"method": "rk4", "step": 0.01, "duration": 4.0},
+}
+
+
+def changed(scene: dict[str, Any], name: str, **sections: Any) -> dict[str, Any]:
+    """Return a scene with other sections."""
+    return {**copy.deepcopy(scene), "name": name, **sections}
+
+
+@cache
+def ball() -> Model:
+    return eomgen.build(BALL, profile="quick")
+
+
+@pytest.mark.parametrize("method", ["rk4", "taylor", "generalized_alpha", "hermite"])
+def test_a_bouncing_ball_follows_its_closed_form(method: str) -> None:
+    solution = ball().simulate(method=method)
+    assert solution.success and solution.message.startswith("stopped by the event end at t = 3.05 s")
+    assert solution.t[-1] == pytest.approx(3.05, abs=1e-15)
+    assert solution.events is not None
+    bounces, tops = solution.events["bounce"], solution.events["top"]
+    fall = np.sqrt(2.0 / G)
+    times = fall + 2.0 * fall * np.append(0.0, np.cumsum(0.8 ** np.arange(1, len(bounces))))
+    speeds = G * fall * 0.8 ** np.arange(len(bounces) + 1)
+    assert len(bounces) == 6 and len(tops) == 6
+    np.testing.assert_allclose(bounces.t, times, rtol=1e-14)
+    np.testing.assert_allclose(bounces.v_before[:, 0], -speeds[:-1], rtol=1e-14)
+    np.testing.assert_allclose(bounces.v[:, 0], speeds[1:], rtol=1e-14)
+    np.testing.assert_allclose(bounces.q, 0.0, atol=2e-15)
+    np.testing.assert_allclose(tops.q[:, 0], 0.64 ** np.arange(1, 7), rtol=2e-14)
+    assert dict(solution.events.counts) == {"bounce": 6, "top": 6, "rises": 5, "end": 1}
+    assert {record.name for record in solution.events} == {"bounce", "top", "end"}
+
+
+def test_what_is_only_recorded_leaves_the_motion_as_it_is() -> None:
+    events = {"half": {"when": "q.ball - 0.5"}, "time": {"when": "sin(7*t)", "direction": "rising"}}
+    watched = eomgen.build(changed(BALL, "watched_ball", events=events), profile="quick").simulate(0.9)
+    plain = eomgen.build(changed(BALL, "plain_ball", events={}), profile="quick").simulate(0.9)
+    assert plain.events is None and watched.events is not None
+    np.testing.assert_array_equal(watched.q, plain.q)
+    np.testing.assert_allclose(watched.events["half"].t, [np.sqrt(1.0 / G)], rtol=1e-15)
+    np.testing.assert_allclose(watched.events["time"].t, [2.0 * np.pi / 7.0], rtol=1e-15)
+
+
+def test_a_ball_that_comes_to_rest_ends_the_run_and_names_event_and_time() -> None:
+    solution = ball().simulate(5.0, parameters={"restitution": 0.3}, initial={"ball": 0.1})
+    rest = np.sqrt(0.2 / G) * (1.0 + 2.0 * 0.3 / 0.7)
+    assert not solution.success
+    assert "the event bounce comes again and again at t = " in solution.message
+    assert "try: an event that stops the run, or switches a mode, where the motion comes to rest" in solution.message
+    assert solution.t[-1] == pytest.approx(rest, rel=1e-6)
+
+
+def test_a_solution_keeps_its_events(tmp_path: Path) -> None:
+    solution = ball().simulate()
+    stored = eomgen.Solution.load(solution.save(tmp_path / "run.npz"))
+    assert stored.events is not None and solution.events is not None
+    np.testing.assert_array_equal(stored.events["bounce"].v_before, solution.events["bounce"].v_before)
+    assert stored.events.counts == solution.events.counts
+    with pytest.raises(UsageError, match="there is no event 'bonce'; try: bounce"):
+        stored.events["bonce"]
+
+
+def test_a_run_goes_on_from_a_checkpoint_with_the_same_bits(tmp_path: Path) -> None:
+    whole = ball().simulate(2.5)
+    first = ball().simulate(1.37, checkpoint=tmp_path / "run.ckpt")
+    both = first.followed_by(ball().resume(tmp_path / "run.ckpt", 2.5))
+    np.testing.assert_array_equal(both.q, whole.q)
+    assert both.events is not None and whole.events is not None
+    np.testing.assert_array_equal(both.events.t, whole.events.t)
+    assert both.events.counts == whole.events.counts
+
+
+PENDULUM: dict[str, Any] = {
+    "format": 1,
+    "name": "pendulum_at_a_wall",
+    "bodies": {"bob": {"mass": 1.0, "center_of_mass": [0, 0, -1.0]}},
+    "joints": {
+        "hinge": {
+            "type": "revolute",
+            "parent": "base",
+            "child": "bob",
+            "axis": [0, 1, 0],
+            "initial": {"position": 1.2},
+        }
+    },
+    "events": {"wall": {"when": "q.hinge + 0.4", "direction": "falling", "action": "reset"}},
+    "simulation": {"method": "taylor", "step": 0.02, "duration": 8.0},
+}
+PENDULUM["events"]["wall"]["reset"] = {"v.hinge": "-0.7*v.hinge"}
+
+
+def test_a_pendulum_at_a_wall_is_scipys() -> None:
+    solution = eomgen.build(PENDULUM, profile="quick").simulate()
+    assert solution.events is not None
+
+    def wall(t: float, y: Array) -> float:
+        return float(y[0] + 0.4)
+
+    wall.terminal, wall.direction = True, -1  # type: ignore[attr-defined]
+    t, y, times = 0.0, np.array([1.2, 0.0]), []
+    while t < 8.0:
+        part = solve_ivp(
+            lambda _, y: [y[1], -G * np.sin(y[0])], (t, 8.0), y, "DOP853", rtol=1e-13, atol=1e-13, events=wall
+        )
+        t, y = float(part.t[-1]), part.y[:, -1]
+        if part.status == 1:
+            times.append(t)
+            y = np.array([y[0], -0.7 * y[1]])
+    assert len(times) > 3
+    np.testing.assert_allclose(solution.events.t, times, atol=2e-11)
+    np.testing.assert_allclose([solution.q[-1, 0], solution.v[-1, 0]], y, atol=1e-10)
+
+
+DOUBLE: dict[str, Any] = {
+    "format": 1,
+    "name": "double_pendulum_at_a_floor",
+    "bodies": {
+        "upper": {"mass": 2.0, "center_of_mass": [0, 0, -0.5], "inertia": [0.1, 0.1, 0.01]},
+        "lower": {"mass": 1.0, "center_of_mass": [0, 0, -0.4], "inertia": [0.05, 0.05, 0.01]},
+    },
+    "joints": {
+        "shoulder": {"type": "revolute", "parent": "base", "child": "upper", "axis": [0, 1, 0]},
+        "elbow": {
+            "type": "revolute",
+            "parent": "upper",
+            "child": "lower",
+            "axis": [0, 1, 0],
+            "position": [0, 0, -1.0],
+        },
+    },
+    "points": {"tip": {"body": "lower", "position": [0, 0, -0.8]}},
+    "events": {
+        "floor": {"when": "position.tip[2] + 1.5", "direction": "falling", "action": "impact", "restitution": 0.6}
+    },
+    "simulation": {"method": "rk4", "step": 1e-3, "duration": 2.0},
+}
+DOUBLE["joints"]["shoulder"]["initial"] = {"position": 1.0}
+DOUBLE["joints"]["elbow"]["initial"] = {"position": 0.4}
+
+
+def test_an_impact_of_a_double_pendulum_is_the_impulse_along_the_gradient() -> None:
+    model = eomgen.build(DOUBLE, profile="quick")
+    events = model.simulate().events
+    assert events is not None and len(events) > 2
+    for event in events:
+        first, both = event.q[0], event.q.sum()
+        height = -np.cos(first) - 0.8 * np.cos(both)
+        g = np.array([np.sin(first) + 0.8 * np.sin(both), 0.8 * np.sin(both)])
+        Mg = np.linalg.solve(model.mass(event.q), g)
+        expected = event.v_before - 1.6 * (g @ event.v_before) / (g @ Mg) * Mg
+        assert height == pytest.approx(-1.5, abs=1e-14)
+        np.testing.assert_allclose(event.v, expected, rtol=1e-12)
+
+
+TWO: dict[str, Any] = {
+    "format": 1,
+    "name": "two_masses",
+    "gravity": [0, 0, 0],
+    "bodies": {"first": {"mass": 1.0}, "second": {"mass": 3.0}},
+    "joints": {
+        name: {"type": "prismatic", "parent": "base", "child": name, "axis": [1, 0, 0]} for name in ("first", "second")
+    },
+    "events": {
+        "contact": {
+            "when": "q.second - q.first - 0.1",
+            "direction": "falling",
+            "action": "impact",
+            "restitution": 1,
+        }
+    },
+    "simulation": {"method": "generalized_alpha", "step": 0.01, "duration": 2.0},
+}
+TWO["joints"]["first"]["initial"] = {"velocity": 1.0}
+TWO["joints"]["second"]["initial"] = {"position": 1.0, "velocity": -0.2}
+
+
+def test_two_masses_keep_momentum_and_energy() -> None:
+    solution = eomgen.build(TWO, profile="quick").simulate()
+    assert solution.events is not None and len(solution.events) == 1
+    (event,) = solution.events
+    assert event.t == pytest.approx(0.75, rel=1e-14)
+    np.testing.assert_allclose(event.v, [-0.8, 0.4], rtol=1e-14)
+    np.testing.assert_allclose(solution.v[-1], [-0.8, 0.4], rtol=1e-13)
+    assert solution.success
+
+
+CLUTCH: dict[str, Any] = {
+    "format": 1,
+    "name": "bang_bang",
+    "gravity": [0, 0, 0],
+    "modes": {"stiff": 1.0},
+    "bodies": {"cart": {"mass": 1.0}},
+    "joints": {
+        "cart": {
+            "type": "prismatic",
+            "parent": "base",
+            "child": "cart",
+            "axis": [1, 0, 0],
+            "initial": {"position": 1.0},
+        }
+    },
+    "efforts": {"spring": {"joint": "cart", "effort": "-(1 + 8*mode.stiff)*q.cart"}},
+    "outputs": {"force": {"formula": "-(1 + 8*mode.stiff)*q.cart"}},
+    "events": {
+        "soft": {"when": "q.cart", "direction": "falling", "action": "switch", "mode": "stiff", "to": 0},
+        "hard": {"when": "q.cart", "direction": "rising", "action": "switch", "mode": "stiff", "to": "1 - mode.stiff"},
+    },
+    "simulation": {"method": "rk4", "step": 0.02, "duration": 6.0},
+}
+
+
+def switched(t: float) -> float:
+    """Return the position of the cart: half periods of pi/3 (q > 0) and pi (q < 0) in turn."""
+    if t < np.pi / 6.0:
+        return float(np.cos(3.0 * t))
+    t = (t - np.pi / 6.0) % (np.pi + np.pi / 3.0)
+    return float(-3.0 * np.sin(t) if t < np.pi else np.sin(3.0 * (t - np.pi)))
+
+
+@pytest.mark.parametrize(("method", "order"), [("rk4", 4), ("generalized_alpha", 2)])
+def test_a_method_keeps_its_order_through_switches(method: str, order: int) -> None:
+    model = eomgen.build(CLUTCH, profile="quick")
+    errors = []
+    for step in (0.02, 0.01, 0.005):
+        solution = model.simulate(5.96, step, method=method)
+        assert solution.events is not None and len(solution.events) == 3
+        errors.append(abs(solution.q[-1, 0] - switched(5.96)))
+        force = -(1.0 + 8.0 * (solution.q[:, 0] > 0.0)) * solution.q[:, 0]
+        np.testing.assert_allclose(solution.outputs["force"], force, atol=1e-12)
+    slopes = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
+    assert np.all(np.abs(slopes - order) < 0.3), errors
+
+
+def test_events_at_one_time_come_in_the_order_of_the_scene() -> None:
+    reset = {"when": "t - 0.5", "action": "reset"}
+    events = {
+        "twice": {**reset, "reset": {"v.cart": "2*v.cart"}},
+        "more": {**reset, "reset": {"v.cart": "v.cart + 1", "q.cart": "v.cart"}},
+        "off": {"when": "t - 0.5", "action": "switch", "mode": "stiff", "to": -0.125},
+    }
+    solution = eomgen.build(changed(CLUTCH, "at_once", events=events), profile="quick").simulate(1.0)
+    assert solution.events is not None and solution.events.names == ("twice", "more", "off")
+    first, second, third = solution.events
+    np.testing.assert_allclose(first.v, 2.0 * first.v_before)
+    np.testing.assert_array_equal(second.v_before, first.v)
+    np.testing.assert_array_equal(second.q, first.v)
+    np.testing.assert_allclose(second.v, first.v + 1.0)
+    assert third.modes == [-0.125]
+    np.testing.assert_allclose(solution.q[-1], second.q + 0.5 * second.v, rtol=1e-12)
+
+
+def test_two_roots_within_a_step_are_found_where_rates_tell() -> None:
+    events = {"below": {"when": "q.cart - (t - 0.53)**2 + 0.0001 - q.cart", "action": "record"}}
+    solution = eomgen.build(changed(CLUTCH, "within_a_step", events=events), profile="quick").simulate(1.0, 0.1)
+    assert solution.events is not None
+    np.testing.assert_allclose(solution.events.t, [0.52, 0.54], atol=1e-14)
+
+
+CRANK: dict[str, Any] = {
+    "format": 1,
+    "name": "crank_at_a_block",
+    "bodies": {
+        "crank": {"mass": 1.0, "center_of_mass": [0.1, 0, 0], "inertia": [0.01, 0.01, 0.01]},
+        "rod": {"mass": 0.5, "center_of_mass": [0.3, 0, 0], "inertia": [0.02, 0.02, 0.02]},
+        "slider": {"mass": 2.0, "inertia": [0.01, 0.01, 0.01]},
+    },
+    "joints": {
+        "a": {"type": "revolute", "parent": "base", "child": "crank", "axis": [0, 1, 0]},
+        "b": {"type": "revolute", "parent": "crank", "child": "rod", "axis": [0, 1, 0], "position": [0.2, 0, 0]},
+        "s": {"type": "prismatic", "parent": "base", "child": "slider", "axis": [1, 0, 0]},
+    },
+    "constraints": {
+        "pin": {
+            "type": "spherical",
+            "first": {"body": "rod", "position": [0.6, 0, 0]},
+            "second": {"body": "slider"},
+        }
+    },
+    "points": {"slider": {"body": "slider"}},
+    "events": {
+        "block": {
+            "when": "0.78 - position.slider[0]",
+            "direction": "falling",
+            "action": "impact",
+            "restitution": 0.5,
+        }
+    },
+    "simulation": {"method": "generalized_alpha", "step": 1e-3, "duration": 1.5},
+}
+CRANK["joints"]["a"]["initial"] = {"position": 0.5, "velocity": -8.0}
+CRANK["joints"]["b"]["initial"] = {"position": -0.66}
+CRANK["joints"]["s"]["initial"] = {"position": 0.77}
+
+
+@pytest.mark.parametrize("method", ["generalized_alpha", "rk4_partitioned", "generalized_alpha_index3"])
+def test_an_impact_of_a_slider_crank_is_one_of_its_crank_alone(method: str) -> None:
+    """With one degree of freedom all velocities change sign and shrink by the restitution, whatever the masses."""
+    solution = eomgen.build(CRANK, profile="quick").simulate(method=method)
+    assert solution.success and solution.events is not None and len(solution.events) == 2
+    for event in solution.events:
+        assert event.q[2] == pytest.approx(0.78, abs=1e-15)
+        np.testing.assert_allclose(event.v, -0.5 * event.v_before, rtol=1e-5 if "index3" in method else 1e-12)
+
+
+def test_in_absolute_coordinates_the_impacts_are_the_same() -> None:
+    events = eomgen.build(changed(CRANK, "absolute_crank", coordinates="absolute"), profile="quick").simulate().events
+    assert events is not None and len(events) == 2
+    np.testing.assert_allclose(events.v, -0.5 * events.v_before, rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("reset", "text"),
+    [
+        ({"v.s": 0.4}, ""),
+        ({"v.s": 0.4, "v.a": 1.0}, "the event kick: no impulse gives the velocities that an event asks for"),
+        ({"q.s": 0.75}, "the event kick: the positions that an event sets break the constraints"),
+        ({"v.a": "log(-q.s)"}, "the event kick: the action of an event gives values that are not finite"),
+    ],
+)
+def test_resets_of_a_loop_hold_the_constraints_or_say_that_they_cannot(reset: dict[str, Any], text: str) -> None:
+    kick = {"kick": {"when": "t - 0.3", "action": "reset", "reset": reset}}
+    model = eomgen.build(changed(CRANK, "kicked_crank", events=kick), profile="quick")
+    solution = model.simulate(0.4)
+    assert solution.events is not None and solution.success == (not text)
+    assert text in solution.message and (not text or "at t = 0.3 s, " in solution.message)
+    assert len(solution.events) == (not text)
+    for event in solution.events:
+        assert event.v[2] == 0.4
+        np.testing.assert_allclose(event.v / event.v[2], event.v_before / event.v_before[2], rtol=1e-9)
+
+
+def test_events_of_an_orientation_are_on_the_group() -> None:
+    scene = {
+        "format": 1,
+        "name": "spinning_ball",
+        "gravity": [0, 0, 0],
+        "bodies": {"ball": {"mass": 1.0, "inertia": [0.1, 0.1, 0.1]}},
+        "joints": {
+            "ball": {
+                "type": "free",
+                "parent": "base",
+                "child": "ball",
+                "initial": {"velocity": [0.0, -5.0, 0.0, 0, 0, 0]},
+            }
+        },
+        "points": {"tip": {"body": "ball", "position": [1.0, 0, 0]}},
+        "events": {"level": {"when": "position.tip[2] - 0.5"}},
+    }
+    model = eomgen.build(scene, profile="quick")
+    for method in ("rk4", "generalized_alpha", "taylor"):
+        events = model.simulate(2.0, 0.01, method=method).events
+        assert events is not None
+        turns = 2.0 * np.pi * np.arange(2)[:, np.newaxis]
+        times = ((np.array([1.0, 5.0]) * np.pi / 6.0 + turns) / 5.0).ravel()
+        np.testing.assert_allclose(events.t, times[times < 2.0], atol=1e-13)
+
+
+def test_internal_states_are_reset_and_their_roots_found() -> None:
+    """A saw-tooth: z' = 1 - z from 0, back to 0.2 of itself at 0.5."""
+    states = {"charge": {"rate": "1 - charge"}}
+    events = {"discharge": {"when": "charge - 0.5", "action": "reset", "reset": {"charge": "0.2*charge"}}}
+    scene = changed(BALL, "relaxation", states=states, events=events)
+    model = eomgen.build(scene, profile="quick")
+    times = np.log(2.0) + np.log(0.9 / 0.5) * np.arange(4)
+    for method, tolerance in (("rk4", 1e-9), ("taylor", 1e-13), ("generalized_alpha", 1e-4)):
+        found = model.simulate(2.5, method=method).events
+        assert found is not None
+        np.testing.assert_allclose(found.t, times, atol=tolerance)
+        np.testing.assert_allclose(found.z_before, 0.5, rtol=1e-13)
+        np.testing.assert_allclose(found.z, 0.1, rtol=1e-13)
+
+
+def test_events_in_single_precision() -> None:
+    events = eomgen.build(BALL, profile="quick", real="float").simulate().events
+    assert events is not None and events.counts == {"bounce": 6, "top": 6, "rises": 5, "end": 1}
+    np.testing.assert_allclose(events["bounce"].t[:2], np.sqrt(2.0 / G) * np.array([1.0, 2.6]), rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("event", "text"),
+    [
+        ({"when": 3.0}, "when): a number has no roots in time"),
+        ({"when": "q.bal"}, "q.bal: there is no joint 'bal' (column 1); try: ball"),
+        ({"when": "q.ball", "action": "reset"}, "the action reset needs the key reset"),
+        ({"when": "q.ball", "action": "reset", "reset": {}}, "the reset sets nothing"),
+        ({"when": "q.ball", "action": "reset", "reset": {"a.ball": 0}}, "a.ball cannot be used here"),
+        (
+            {"when": "q.ball", "action": "reset", "reset": {"v.bell": 0}},
+            "there is no joint 'bell' (column 1); try: ball",
+        ),
+        ({"when": "q.ball", "action": "reset", "reset": {"2*v.ball": 0}}, "'2*v.ball' is no number of the state"),
+        ({"when": "q.ball", "action": "impact"}, "the action impact needs the key restitution"),
+        (
+            {"when": "q.ball", "action": "impact", "restitution": -1},
+            "(events.bounce.restitution): the restitution is -1; try: 0 or more",
+        ),
+        ({"when": "q.ball", "restitution": 1}, "restitution is of the action impact, not record"),
+        ({"when": "q.ball", "action": "switch", "mode": "gear", "to": 1}, "'gear'"),
+        ({"when": "q.ball", "action": "switch"}, "the action switch needs the key mode"),
+        ({"when": "q.ball", "action": "jump"}, "'jump' is not known here"),
+        ({"when": "mode.gear"}, "unknown quantity 'mode'"),
+        ({"when": "q.ball", "least_interval": -1.0}, "-1 s is negative"),
+    ],
+)
+def test_what_is_wrong_with_an_event_is_said_with_its_place(event: dict[str, Any], text: str) -> None:
+    with pytest.raises(DescriptionError) as caught:
+        eomgen.load(changed(BALL, "wrong", events={"bounce": event}))
+    assert "events.bounce" in str(caught.value) and text in str(caught.value)
+
+
+def test_a_negative_restitution_is_refused_whatever_it_is_made_of() -> None:
+    with pytest.raises(
+        UsageError, match=r"\(events\.bounce\.restitution\): the restitution is -0\.5 at restitution = -0\.5"
+    ):
+        ball().simulate(parameters={"restitution": -0.5})
+    events = {"bounce": {"when": "q.ball", "direction": "falling", "action": "impact", "restitution": "v.ball"}}
+    run = eomgen.build(changed(BALL, "by_speed", events=events), profile="quick").simulate()
+    assert not run.success and run.q.min() > -1e-9
+    assert run.message == (
+        "at t = 0.45 s, the event bounce: the restitution of an impact is negative, and the motion would go on"
+        " through what it meets, after 45 of 400 steps; try: a formula of the restitution that gives 0 or more there"
+    )
+
+
+def test_an_event_that_stops_a_run_tells_the_steps_of_its_own() -> None:
+    run = ball().simulate(method="generalized_alpha", tolerance=1e-5)
+    assert run.message == (
+        f"stopped by the event end at t = 3.05 s, after 304 of 400 steps ({run.stats['own_steps']} of its own,"
+        f" {run.stats['rejections']} taken again)"
+    )
+
+
+def test_an_impact_needs_a_formula_of_positions() -> None:
+    events = {"bounce": {"when": "v.ball", "action": "impact", "restitution": 1}}
+    with pytest.raises(ModelError, match="a formula of positions and time, and this one depends on velocities"):
+        eomgen.derive(eomgen.load(changed(BALL, "wrong", events=events)))
+
+
+def test_states_and_outputs_between_rows_follow_the_modes() -> None:
+    solution = eomgen.build(CLUTCH, profile="quick").simulate(3.0, 0.1, method="taylor")
+    t = np.linspace(0.0, 3.0, 101)
+    q = solution.at(t).q[:, 0]
+    np.testing.assert_allclose(q, [switched(time) for time in t], atol=1e-12)
+    stiffness = np.where((t < np.pi / 6.0), 9.0, 1.0)
+    np.testing.assert_allclose(solution.outputs_at(t)["force"], -stiffness * q, atol=1e-12)
+
+
+def test_events_and_modes_of_an_included_file_have_its_names(tmp_path: Path) -> None:
+    (tmp_path / "cart.toml").write_text(
+        """
+format = 1
+name = "cart"
+[modes]
+gear = 2
+[states]
+lag = { rate = "q.cart - lag" }
+[bodies.cart]
+mass = 1.0
+[joints.cart]
+type = "prismatic"
+parent = "base"
+child = "cart"
+axis = [1, 0, 0]
+[efforts.pull]
+joint = "cart"
+effort = "mode.gear"
+[events.change]
+when = "q.cart - 1"
+action = "switch"
+mode = "gear"
+to = "-mode.gear"
+[events.back]
+when = "v.cart"
+direction = "falling"
+action = "reset"
+reset = { "q.cart" = "q.cart + 1", " v.cart[0]" = "-lag", lag = 0 }
+"""
+    )
+    head = 'format = 1\nname = "two"\ngravity = [0, 0, 0]\n'
+    (tmp_path / "two.toml").write_text(f'{head}[include]\na = {{ file = "cart.toml" }}\nb = {{ file = "cart.toml" }}\n')
+    scene = eomgen.load(tmp_path / "two.toml")
+    assert scene.modes == ("a_gear", "b_gear")
+    assert [event.name for event in scene.events] == ["a_change", "a_back", "b_change", "b_back"]
+    model = eomgen.build(scene, profile="quick")
+    assert model.parameters == {"mode_a_gear": 2.0, "mode_b_gear": 2.0}
+    events = model.simulate(3.0, parameters={"mode_b_gear": 1.0}).events
+    assert events is not None and events.mode_names == ("a_gear", "b_gear")
+    first, second = events["a_change"], events["b_change"]
+    np.testing.assert_allclose([first.t[0], second.t[0]], [1.0, np.sqrt(2.0)], atol=1e-5)
+    np.testing.assert_array_equal(second.modes[0], [-2.0, -1.0])
+    back = events["a_back"]
+    np.testing.assert_allclose(back.q[0, 0], back.q_before[0, 0] + 1.0)
+    np.testing.assert_allclose(back.v[0, 0], -back.z_before[0, 0])
+    assert back.z[0, 0] == 0.0
+
+
+def test_rates_and_gradients_are_checked_against_differences() -> None:
+    scene = changed(DOUBLE, "checked_events", states={"lag": {"rate": "q.elbow - lag"}})
+    scene["base"] = {"position": [0, 0, "0.1*sin(3*t)"], "rotation": [{"axis": [0, 1, 0], "angle": "0.2*sin(t)"}]}
+    scene["events"]["rate"] = {"when": "v.elbow*lag + position.tip[0]*sin(t) + velocity.tip[2]"}
+    report = check(scene, only=["event"], profile="quick")
+    assert report.passed and [form.name for form in report.forms] == ["events.event_rate", "event_impulse.gradient"]

@@ -1,0 +1,83 @@
+"""Motions that are excited and too fast for the step are told of, and stiff machines that do not swing are not."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import eomgen
+
+#: Of the cord, rad/s.
+FAST = float(np.sqrt(6e7 / 2.0))
+
+
+@cache
+def hanging(*, absolute: bool = False) -> eomgen.Model:
+    """Return a mass of 2 kg on a stiff cord along z, which begins at its natural length, and free along x."""
+    builder = eomgen.SceneBuilder("hanging")
+    if absolute:
+        builder = eomgen.SceneBuilder("hanging_absolute", coordinates="absolute")
+    builder.parameter("kick", 0.0, tunable=True).body("sledge", 1.0, inertia=[0.1, 0.1, 0.1])
+    builder.body("mass", 2.0, inertia=[0.1, 0.1, 0.1])
+    builder.joint("across", "prismatic", "base", "sledge", axis=[1, 0, 0])
+    builder.joint("down", "prismatic", "sledge", "mass", axis=[0, 0, 1])
+    builder.spring("cord", "below", "middle", stiffness=6e7, damping=1.5, length=1.0)
+    builder.point("below", "sledge", position=[0, 0, 1]).point("middle", "mass")
+    return eomgen.build(builder.output("pull", formula="tension.cord", unit="N").build(), profile="quick")
+
+
+@pytest.mark.parametrize("absolute", [False, True])
+def test_a_stiff_start_off_balance_is_told_of(absolute: bool, tmp_path: Path) -> None:
+    run = hanging(absolute=absolute).simulate(1.0, 2e-3)
+    name = "v.mass[5]" if absolute else "v.down"
+    period = 2.0 * np.pi / FAST
+    assert run.success and run.error.unresolved == (
+        f"the start excites a motion of {name} at {1.0 / period:.3g} Hz, whose period of {period:.2g} s steps of"
+        " 0.002 s do not resolve: accelerations, forces and outputs made of them follow the slow motion alone, and the"
+        f" estimated error need not count the fast one; try: a step of {0.3 / FAST:.2g} s, or a start in balance with"
+        " what is stiff there"
+    )
+    assert run.message.endswith(run.error.unresolved)
+    true = 2.0 * 9.81 * (1.0 - np.cos(FAST * run.t))
+    assert np.abs(run.outputs["pull"] - true).max() > 10.0  # N, of which the comparison of steps knows nothing
+    assert eomgen.Solution.load(run.save(tmp_path / "run.npz")).error.unresolved == run.error.unresolved
+    assert run.error.summary()["unresolved"] == run.error.unresolved
+
+
+def test_a_velocity_of_a_stiff_mode_is_told_of_too() -> None:
+    balance = -2.0 * 9.81 / 6e7
+    run = hanging().simulate(0.5, 2e-3, initial={"down": {"position": balance, "velocity": 0.1}})
+    assert "the start excites a motion of v.down" in run.error.unresolved
+
+
+def test_balance_a_resolved_motion_and_an_explicit_method_are_not_told_of() -> None:
+    balance = {"down": -2.0 * 9.81 / 6e7, "across": {"position": 0.0, "velocity": 3.0}}
+    assert hanging().simulate(0.5, 2e-3, initial=balance).error.unresolved == ""
+    assert hanging().simulate(0.01, 1e-4).error.unresolved == ""
+    assert hanging().simulate(0.01, 2e-4, method="rk4").error.unresolved == ""
+
+
+def test_a_stiff_pendulum_that_swings_slowly_is_not_told_of() -> None:
+    """Along its circle the cord's deflection carries the centripetal force: K v and C a of the slow motion cancel."""
+    builder = eomgen.SceneBuilder("swinging").body("mass", 2.0, inertia=[0.1, 0.1, 0.1])
+    builder.body("sledge", 1e-3, inertia=[0, 0, 0]).point("pivot", "base").point("middle", "mass")
+    builder.joint("across", "prismatic", "base", "sledge", axis=[1, 0, 0])
+    builder.joint("down", "prismatic", "sledge", "mass", axis=[0, 0, 1], initial={"position": -1.0})
+    builder.spring("cord", "pivot", "middle", stiffness=6e7, damping=1.5, length=1.0)
+    model = eomgen.build(builder.build(), profile="quick")
+    tension = 2.0 * (9.81 + 2.0**2)
+    start = {"down": -(1.0 + tension / 6e7), "across": {"position": 0.0, "velocity": 2.0}}
+    assert model.simulate(1.0, 2e-3, initial=start).error.unresolved == ""
+
+
+def test_an_impact_that_sets_a_stiff_machine_ringing_is_told_of() -> None:
+    builder = eomgen.SceneBuilder("ringing").body("upper", 1.0, inertia=[0.1, 0.1, 0.1])
+    builder.body("lower", 1.0, inertia=[0.1, 0.1, 0.1])
+    builder.joint("fall", "prismatic", "base", "upper", axis=[0, 0, 1], initial={"position": 1.0})
+    builder.joint("leg", "prismatic", "upper", "lower", axis=[0, 0, -1], stiffness=1e7)
+    builder.event("floor", "q.fall - q.leg", direction="falling", action="impact", restitution=0.5)
+    run = eomgen.build(builder.build(), profile="quick").simulate(0.6, 2e-3)
+    assert run.error.unresolved.startswith("the event floor at t = 0.4515")

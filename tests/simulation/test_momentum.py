@@ -1,0 +1,47 @@
+"""The momentum of a floating machine is kept along every axis along which nothing acts, or its drift is told."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+import eomgen
+from eomgen.simulation import momentum
+from eomgen.simulation.momentum import momentum_drift
+from tests.models.scenes import flyer, pendulum
+
+
+def tumbling(gravity: float = 0.0) -> eomgen.Model:
+    """Return a free body that spins about its middle axis and travels."""
+    builder = eomgen.SceneBuilder("tumbling", gravity=[0, 0, -gravity])
+    builder.body("body", 2.0, center_of_mass=[0.1, 0, 0], inertia=[1.0, 2.0, 3.0])
+    free = {"position": [0, 0, 0], "velocity": [0.1, 3.0, 0.1, 0.5, 0.2, 0.0]}
+    builder.joint("root", "free", "base", "body", initial=free)
+    return eomgen.build(builder.build(), profile="quick")
+
+
+def part(model: eomgen.Model, run: eomgen.Solution) -> float:
+    """Return the drift of a run as a part of the momenta at work."""
+    said = momentum_drift(model, (run.t, run.q, run.v, run.z), model.parameter_array())
+    found = re.search(r", which nothing changes, drifts by (\S+) % of the momenta at work$", said)
+    assert found is not None
+    return 0.01 * float(found[1])
+
+
+def test_drift_is_told_and_a_fine_run_keeps_all() -> None:
+    coarse = tumbling().simulate(20.0, 0.2)
+    which = r"(angular )?momentum (along|about) [xyz], which nothing changes, drifts by \S+ % of the momenta at work"
+    assert re.search(rf"; the estimated error is .*, and the {which}; try: a step smaller than 0\.2 s", coarse.message)
+    assert tumbling().simulate(5.0, 0.01, method="rk4").message == "reached t = 5 s in 500 steps"
+
+
+def test_what_forces_change_is_not_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(momentum, "REPORTED", 0.0)
+    assert part(flyer(), flyer().simulate(1.0, 0.02, method="rk4")) < 1e-6  # it falls, and its parts push one another
+    falling = tumbling(9.81)
+    assert part(falling, falling.simulate(1.0, 0.01, method="rk4")) < 1e-6
+    swinging = pendulum().simulate(0.1, 1e-3)
+    assert (
+        momentum_drift(pendulum(), (swinging.t, swinging.q, swinging.v, swinging.z), pendulum().parameter_array()) == ""
+    )

@@ -1,0 +1,195 @@
+"""Maps of scenes under extreme conditions: verdicts, what children do, the journal, the command line."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+import signal
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.cli import main
+from eomgen.scene.load import from_data
+from eomgen.scene.scaling import GRAVITY, LENGTH, MASS, ORIGIN, STIFFNESS, TIME, with_factors
+from eomgen.studies.ladders.references import difference
+from eomgen.studies.ladders.runs import CRASH, HANG, RAISED, REACHED, REFUSED, STOPPED, UNFINISHED, Ended, in_child
+from eomgen.studies.ladders.subject import Subject
+from eomgen.studies.ladders.table import LADDERS
+from eomgen.studies.ladders.verdicts import VERDICTS, verdict
+
+PENDULUM: dict[str, Any] = {
+    "format": 1,
+    "name": "swing",
+    "bodies": {"rod": {"mass": 1.0, "center_of_mass": [0, 0, -0.5], "inertia": [0.02, 0.02, 0.001]}},
+    "joints": {
+        "pin": {"type": "revolute", "parent": "base", "child": "rod", "axis": [0, -1, 0], "stiffness": 2.0}
+        | {"damping": 0.01, "initial": {"position": 0.5, "velocity": 1.0}}
+    },
+    "simulation": {"step": 1e-3, "duration": 2.0},
+}
+
+
+def test_a_swing_has_no_fails() -> None:
+    found = eomgen.extremes(PENDULUM, ladders=["length", "time", "structure", "spin", "stiffness"], methods=["rk4"])
+    assert not found.fails and not found.left_out
+    assert {cell.verdict for cell in found.of("length")} == {"holds"}
+    assert {cell.verdict for cell in found.of("structure")} == {"holds"}
+    stiff = [cell for cell in found.of("stiffness") if cell.value == 1e12]
+    assert [cell.verdict for cell in stiff] == ["stopped"] and "; try: a step smaller than" in stiff[0].said
+
+
+@pytest.mark.parametrize(
+    ("ended", "error", "expected"),
+    [
+        (Ended(REACHED, ""), 0.005, "holds"),
+        (Ended(REACHED, ""), 0.05, "coarse"),
+        (Ended(REACHED, "the estimated error is ..."), 0.5, "warned"),
+        (Ended(REACHED, ""), 0.5, "fails"),
+        (Ended(REACHED, ""), float("inf"), "fails"),
+        (Ended(REACHED, "", finite=False), None, "fails"),
+        (Ended(REACHED, ""), None, "unknown"),
+        (Ended(STOPPED, "stopped at ..."), None, "stopped"),
+        (Ended(STOPPED, ""), None, "fails"),
+        (Ended(REFUSED, "usage error"), None, "refused"),
+        (Ended(UNFINISHED, "interrupted"), None, "unfinished"),
+        (Ended(HANG, ""), None, "fails"),
+        (Ended(CRASH, ""), None, "fails"),
+        (Ended(RAISED, "ValueError"), None, "fails"),
+    ],
+)
+def test_verdicts(ended: Ended, error: float | None, expected: str) -> None:
+    assert verdict(ended, error, 0.01) == expected and expected in VERDICTS
+
+
+def deaf() -> Ended:
+    signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    time.sleep(60.0)
+    return Ended(REACHED, "")
+
+
+def slow() -> Ended:
+    time.sleep(60.0)
+    return Ended(REACHED, "")
+
+
+def killed() -> Ended:
+    os.kill(os.getpid(), signal.SIGSEGV)
+    return Ended(REACHED, "")
+
+
+def wrong() -> Ended:
+    raise ValueError("no")
+
+
+def test_children_that_hang_crash_and_raise_are_told_apart(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("eomgen.studies.ladders.runs.GRACE", 0.3)
+    assert in_child(deaf, 0.2).how == HANG
+    assert in_child(slow, 0.2).how == UNFINISHED
+    crashed = in_child(killed, 20.0)
+    assert crashed.how == CRASH and crashed.said == "killed by signal 11"
+    raised = in_child(wrong, 20.0)
+    assert raised.how == RAISED and raised.said == "ValueError: no"
+    arrays = {"t": np.array([0.0, 0.1]), "q": np.array([[1.0 / 3.0], [np.nan]])}
+    answer = in_child(lambda: Ended(REACHED, "fine", arrays, finite=False), 20.0)
+    assert answer.arrays is not None and not answer.finite and answer.said == "fine"
+    np.testing.assert_array_equal(answer.arrays["q"], arrays["q"])
+
+
+def test_formulas_are_scaled_with_their_arguments() -> None:
+    scene = PENDULUM | {
+        "inputs": {"push": {"formula": "3 * sin(2 * t)", "unit": "N m"}},
+        "efforts": {"e": {"joint": "pin", "effort": "push - 0.1 * v.pin * t"}},
+    }
+    scaled = with_factors(scene, (LENGTH, MASS, TIME, STIFFNESS, GRAVITY, ORIGIN))
+    unit = "unit_length**(2) * unit_mass * unit_time**(-2)"
+    effort = scaled["efforts"]["e"]["effort"]
+    assert effort.startswith("(") and "(v.pin / (unit_time**(-1)))" in effort and "(t / (unit_time))" in effort
+    assert scaled["joints"]["pin"]["stiffness"].endswith("* factor_of_stiffness) * (2.0)")
+    assert scaled["joints"]["pin"]["position"][0] == "place_of_origin + (0.0)"
+    assert "unit_length" in unit and scaled["gravity"][2].endswith("(-9.81)")
+    plain, factored = (eomgen.build(from_data(data), profile="quick") for data in (scene, scaled))
+    units = {"unit_length": 3.0, "unit_mass": 5.0, "unit_time": 7.0}
+    expected = plain.forward_dynamics([0.4], [2.0], 0.3)
+    found = factored.forward_dynamics([0.4], [2.0 / 7.0], 0.3 * 7.0, parameters=units)
+    assert found * 7.0**2 == pytest.approx(expected, rel=1e-12)
+
+
+def test_numbers_with_units_of_their_own_are_no_similar_scene() -> None:
+    scene = PENDULUM | {"parameters": {"limit": 2.0}}
+    scene |= {"states": {"drive": {"rate": "limit * v.pin - drive", "initial": 0.5}}}
+    scene |= {"efforts": {"e": {"joint": "pin", "effort": "drive"}}}
+    found = eomgen.extremes(scene, ladders=["time"], methods=["rk4"])
+    assert not found.cells
+    said = "its forces are not the same in other units: numbers in its formulas have units of their own"
+    assert found.left_out == {"time": said}
+
+
+def test_differences_are_relative_to_the_motion_of_each_kind() -> None:
+    subject = Subject(PENDULUM, {})
+    t = np.linspace(0.0, 1.0, 3)
+    held = {"t": t, "q": np.array([[1.0], [1.1], [1.2]]), "v": np.full((3, 1), 0.1)}
+    of = {**held, "q": held["q"] + [[0.0], [0.0], [0.02]], "v": held["v"] * 1.3}
+    found = difference(subject, of, held)
+    assert found.position == pytest.approx(0.1) and found.velocity == pytest.approx(0.3)
+    assert found.worst == pytest.approx(0.1)
+    still = {"t": t, "q": np.ones((3, 1)), "v": np.zeros((3, 1))}
+    assert difference(subject, {**still, "q": still["q"] + 1e-16}, still).worst < 1e-2
+
+
+def test_a_study_goes_on_where_it_was_interrupted(tmp_path: Path) -> None:
+    first = eomgen.extremes(PENDULUM, ladders=["gravity"], methods=["rk4"], folder=tmp_path)
+    assert len(first.cells) == 5
+    with pytest.raises(eomgen.FileError, match=r"holds the cells of a study, cells\.jsonl; try: --resume"):
+        eomgen.extremes(PENDULUM, ladders=["gravity"], folder=tmp_path)
+    path = tmp_path / "cells.jsonl"
+    lines = path.read_text(encoding="utf-8").splitlines()
+    path.write_text("\n".join(lines[:3]) + "\n" + lines[3][:20], encoding="utf-8")
+    again = eomgen.extremes(PENDULUM, ladders=["gravity"], methods=["rk4"], folder=tmp_path, resume=True)
+    assert [cell.name for cell in again.cells] == [cell.name for cell in first.cells]
+    assert again.cells[:2] == first.cells[:2]
+    with pytest.raises(eomgen.FileError, match="holds the cells of a study of another scene"):
+        eomgen.extremes(PENDULUM | {"gravity": [0, 0, -1]}, folder=tmp_path, resume=True)
+
+
+def test_what_the_budget_leaves_out_is_said() -> None:
+    found = eomgen.extremes(PENDULUM, ladders=["gravity"], methods=["rk4"], budget=1e-9)
+    assert not found.cells and set(found.left_out.values()) == {"the budget is spent"}
+
+
+def test_unknown_names_are_refused() -> None:
+    with pytest.raises(eomgen.UsageError, match="there is no ladder 'stif'; try: stiffness"):
+        eomgen.extremes(PENDULUM, ladders=["stif"])
+    with pytest.raises(eomgen.UsageError, match=r"'soft' is no value of the ladder step; try: --cell step:1e-08"):
+        eomgen.extremes(PENDULUM, cells=["step:soft"])
+
+
+def test_the_command_line_writes_table_json_and_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scene = tmp_path / "swing.toml"
+    joint = '[joints.pin]\ntype = "revolute"\nparent = "base"\nchild = "rod"\naxis = [0, -1, 0]\n'
+    body = "[bodies.rod]\nmass = 1.0\ncenter_of_mass = [0, 0, -0.5]\ninertia = [0.02, 0.02, 0.001]\n"
+    scene.write_text(f'format = 1\nname = "swing"\n{body}{joint}initial = {{ position = 0.5 }}\n', encoding="utf-8")
+    out = tmp_path / "map"
+    assert main(["extremes", str(scene), "--ladders", "rho_inf,structure", "--out", str(out)]) == 0
+    assert "fails" in capsys.readouterr().out
+    assert {file.name for file in out.iterdir()} == {"cells.jsonl", "extremes.csv", "extremes.json", "extremes.png"}
+    rows = list(csv.DictReader(io.StringIO((out / "extremes.csv").read_text(encoding="utf-8"))))
+    data = json.loads((out / "extremes.json").read_text(encoding="utf-8"))
+    assert len(rows) == len(data["cells"]) and data["fails"] == 0
+    words = rows[0]["command"].split()
+    assert words[:3] == ["eomgen", "extremes", str(scene)]
+    assert main([*words[1:], "--json"]) == 0
+    again = json.loads(capsys.readouterr().out)["cells"]
+    assert [cell["verdict"] for cell in again] == [rows[0]["verdict"]]
+
+
+def test_every_ladder_has_a_row_and_words() -> None:
+    assert len({ladder.name for ladder in LADDERS}) == len(LADDERS)
+    for ladder in LADDERS:
+        assert ladder.scales and list(ladder.values) == sorted(ladder.values) and 0.0 < ladder.bound <= 0.01

@@ -1,0 +1,53 @@
+"""The ordering that the literature gives for the heavy top: fast, R^3 x SO(3) is the more accurate one; slow, SE(3).
+
+Bruls and Cardona, J. Comput. Nonlinear Dyn. 5 (2010) 031002; Muller, Meijaard and Terze, Multibody Syst. Dyn. (2012).
+"""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import eomgen
+
+TOP = Path(__file__).resolve().parents[2] / "examples" / "heavy_top" / "joint_coordinates.toml"
+
+
+def study(spin: float, nutation: float, end: float, steps: list[float]) -> eomgen.Tradeoff:
+    scene: dict[str, Any] = tomllib.loads(TOP.read_text())
+    scene["joints"]["pivot"]["initial"]["velocity"] = [0, spin, nutation]
+    return eomgen.tradeoff(
+        scene, outputs=["centre_of_mass"], methods=["generalized_alpha", "rk4", "taylor"], t_end=end, steps=steps,
+        axes=["formulation", "method", "resolution"], repeats=3,
+    )  # fmt: skip  # a call of one study
+
+
+def errors_of(found: eomgen.Tradeoff, formulation: str) -> dict[float, float]:
+    return {
+        point.value: found.error(point)
+        for point in found.usable[1:]
+        if point.configuration.formulation == formulation and point.configuration.method == "generalized_alpha"
+    }
+
+
+@pytest.mark.slow
+def test_the_fast_top_asks_for_r3xso3_and_the_slow_one_for_se3() -> None:
+    fast = study(150.0, -4.61538, 1.0, [2.0**-k for k in range(8, 16)])
+    joint, se3, r3xso3 = (errors_of(fast, name) for name in ("joint", "SE3", "R3xSO3"))
+    for step in (2.0**-12, 2.0**-13):
+        assert se3[step] == pytest.approx(joint[step], rel=1e-3)  # exact at the joint
+        assert se3[step] > 10.0 * r3xso3[step]  # published: 18 times
+    assert se3[2.0**-12] == pytest.approx(4.92e-3, rel=5e-3)  # published, at rho 0.9
+    slopes = [s.slope for s in fast.slopes if s.configuration.method == "generalized_alpha"]
+    assert len(slopes) >= 2
+    assert slopes == pytest.approx([2.0] * len(slopes), abs=0.1)
+    slow = study(1.5, -0.0461538, 10.0, [2.0**-k for k in range(5, 10)])
+    se3, r3xso3 = (errors_of(slow, name) for name in ("SE3", "R3xSO3"))
+    assert se3[2.0**-8] < 0.8 * r3xso3[2.0**-8]
+    for found in (fast, slow):  # and cheaper per step in both: factors last longer
+        for point in (p for p in found.usable if p.configuration.formulation == "SE3" and p.value <= 2.0**-8):
+            other = next(p for p in found.usable if p.configuration.formulation == "R3xSO3" and p.value == point.value)
+            assert point.stats["factorizations"] <= other.stats["factorizations"]

@@ -1,0 +1,132 @@
+"""What a scene costs as it is asked against variants that ask for more: each is there, and has the same motion."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.cli import main
+from eomgen.errors import UsageError
+from eomgen.formula.nodes import Number
+from eomgen.mechanics.derive import derive
+from eomgen.pipeline.pipeline import load
+from eomgen.scene.scene import Scene
+from eomgen.studies.savings.variants import ALL_TERMS, Variant, variants
+
+QUARTER, ARM, BEAM = (f"examples/{name}/scene.toml" for name in ("quarter_car", "robot_arm", "spin_up_beam"))
+NAMES = ["as asked", "terms of a step", "all terms", "tunable", "moving base", "absolute", "everything"]
+
+
+def _variants(path: str) -> dict[str, Variant]:
+    absolute: Scene | str
+    try:
+        absolute = load(path, coordinates="absolute")
+    except eomgen.EomgenError as error:
+        absolute = str(error)
+    return {variant.name: variant for variant in variants(load(path), ("residual", "partials"), absolute)}
+
+
+@pytest.mark.parametrize("path", [QUARTER, ARM, BEAM])
+def test_variants_ask_for_more_and_differ_in_content(path: str) -> None:
+    made = _variants(path)
+    assert list(made) == NAMES
+    scenes = [made[name].scene for name in NAMES if made[name].terms is None]
+    contents = [scene.content for scene in scenes if scene is not None]
+    assert len(set(contents)) == len(contents)
+    tunable = made["tunable"].scene
+    assert tunable is not None
+    for body in tunable.bodies:
+        assert body.beam is not None or not isinstance(body.mass, Number) or body.mass.value == 0.0
+    terms = ["residual"]
+    asked, more = derive(load(path), terms).counts["residual"], derive(tunable, terms).counts["residual"]
+    assert more.flops >= asked.flops
+    moving = made["moving base"].scene
+    assert moving is not None
+    assert derive(moving, terms).base_zeros == ()
+    assert derive(moving, terms).counts["residual"].flops > asked.flops
+
+
+def test_all_terms_are_those_with_two_derivatives_at_most() -> None:
+    assert {"mass", "residual", "linearization", "rates", "force_rates", "accelerations"} <= set(ALL_TERMS)
+    assert not {"rates_3", "mass_rates_1", "rates_closed", "coriolis", "adjoints"} & set(ALL_TERMS)
+
+
+def test_variants_have_the_same_motion() -> None:
+    ends = {}
+    for name, variant in _variants(QUARTER).items():
+        if variant.scene is None or name == "terms of a step":
+            continue
+        terms = ["residual", "partials", "mass", "poses"] if variant.scene.coordinates == "joint" else None
+        model = eomgen.build(variant.scene, terms, profile="quick")
+        poses = model.simulate(0.2, 1e-3, error_estimate=False).poses
+        ends[name] = np.array([poses[body][-1] for body in model.bodies])
+    asked = ends.pop("as asked")
+    assert set(ends) >= {"all terms", "tunable", "moving base", "everything"}
+    for name, poses in ends.items():
+        np.testing.assert_allclose(poses, asked, rtol=0, atol=1e-6 if name in ("absolute", "everything") else 1e-12)
+
+
+@pytest.fixture(scope="module")
+def measured() -> eomgen.studies.savings.study.Savings:
+    return eomgen.savings(BEAM, rounds=1, only=["terms of a step", "moving base", "absolute"], profile="quick")
+
+
+def test_costs_and_ratios(measured: eomgen.studies.savings.study.Savings, tmp_path: Path) -> None:
+    asked, step, moving, absolute = measured.costs
+    assert [cost.name for cost in measured.costs] == ["as asked", "terms of a step", "moving base", "absolute"]
+    assert (asked.operations["forward_dynamics"], moving.operations["forward_dynamics"]) == (43, 94)
+    assert set(step.operations) < set(asked.operations)
+    assert step.step_operations == asked.step_operations
+    assert asked.c_bytes is not None
+    assert step.c_bytes is not None
+    assert moving.c_bytes is not None
+    assert step.c_bytes < asked.c_bytes < moving.c_bytes
+    for cost in (asked, step, moving):
+        assert cost.build_seconds is not None
+        assert cost.step_seconds is not None
+        assert cost.observed_seconds is not None
+        assert cost.step_seconds > 0.0
+        assert cost.observed_seconds > 0.0
+        assert cost.problem == ""
+    assert measured.ratio(asked, "c_bytes") == 1.0
+    assert measured.ratio(moving, "c_bytes") == moving.c_bytes / asked.c_bytes
+    assert "absolute coordinates know rigid bodies only, and this is a beam" in absolute.problem
+    assert absolute.step_seconds is None
+    assert measured.ratio(absolute, "c_bytes") is None
+    table, data = measured.write(tmp_path / "out")
+    assert json.loads(data.read_text(encoding="utf-8")) == measured.to_dict()
+    lines = table.read_text(encoding="utf-8").splitlines()
+    assert lines[0].startswith("variant,step_operations,c_bytes,build_seconds,step_seconds,observed_seconds,")
+    assert [line.split(",")[0] for line in lines[1:]] == [cost.name for cost in measured.costs]
+
+
+def test_the_verb_prints_a_table(
+    measured: eomgen.studies.savings.study.Savings,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("eomgen.studies.savings.study.savings", lambda *_, **__: measured)
+    assert main(["savings", BEAM, "--out", str(tmp_path / "out")]) == 0
+    printed = capsys.readouterr()
+    assert "flops of a step's terms" in printed.out
+    assert "forward_dynamics" in printed.out
+    assert "absolute: description error" in printed.out
+    assert "savings.csv" in printed.err
+    assert main(["savings", BEAM, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["variants"][2]["name"] == "moving base"
+
+
+def test_mistakes_are_answered() -> None:
+    with pytest.raises(UsageError, match="rounds: 0 rounds give no median; try: 7"):
+        eomgen.savings(BEAM, rounds=0)
+    with pytest.raises(UsageError, match="only: no variant is called moving; try: some of terms of a step, all terms"):
+        eomgen.savings(BEAM, only=["moving"])
+    with pytest.raises(UsageError, match="the scene as it is asked cannot be measured"):
+        scene = load(QUARTER)
+        eomgen.savings(replace(scene, simulation=replace(scene.simulation, step=0.5)), method="rk4", only=["tunable"])

@@ -1,0 +1,321 @@
+"""Speed against accuracy: points, front, slopes, files, going on, the axes of scenes, and what is refused."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.cli import main
+from eomgen.studies.work_precision import study as work_precision
+from eomgen.studies.work_precision.axes import candidates
+from eomgen.studies.work_precision.configuration import AXES, Configuration
+from eomgen.studies.work_precision.formulations import formulations
+from eomgen.studies.work_precision.observation import ErrorSize, errors, observed
+from eomgen.studies.work_precision.reference import Reference
+from eomgen.studies.work_precision.running import Grid, Runner
+
+#: A rod on a ball joint, thrown: no constraint in joint coordinates, three rows in absolute ones.
+THROWN: dict[str, Any] = {
+    "format": 1,
+    "name": "thrown_rod",
+    "bodies": {"rod": {"mass": 2.0, "center_of_mass": [0.1, 0, -0.3], "inertia": [0.05, 0.06, 0.02]}},
+    "joints": {"ball": {"type": "spherical", "parent": "base", "child": "rod", "initial": {"velocity": [1, 2, 3]}}},
+    "points": {"tip": {"body": "rod", "position": [0, 0, -0.6]}},
+    "outputs": {"tip": {"position": "tip", "unit": "m"}},
+    "simulation": {"step": 0.01, "duration": 0.64},
+}
+#: A pendulum of one coordinate: nothing rotates in space, nothing is constrained.
+SWING: dict[str, Any] = {
+    "format": 1,
+    "name": "swing",
+    "bodies": {"rod": {"mass": 1.0, "center_of_mass": [0, 0, -0.5]}},
+    "joints": {
+        "pin": {"type": "revolute", "parent": "base", "child": "rod", "axis": [0, 1, 0], "initial": {"position": 1.0}}
+    },
+    "outputs": {"angle": {"formula": "q.pin", "unit": "rad"}},
+    "simulation": {"step": 0.01, "duration": 1.28},
+}
+#: Two of them in a chain, fast: after a minute no two methods agree.
+WILD: dict[str, Any] = {
+    **SWING,
+    "name": "wild",
+    "bodies": {name: {"mass": 1.0, "center_of_mass": [0, 0, -0.5]} for name in ("upper", "lower")},
+    "joints": {
+        "pin": {**SWING["joints"]["pin"], "child": "upper", "initial": {"position": 3.0}},
+        "hinge": {
+            "type": "revolute", "parent": "upper", "child": "lower", "axis": [0, 1, 0], "position": [0, 0, -1],
+            "initial": {"position": 1.0, "velocity": 9.0},
+        },
+    },
+}  # fmt: skip  # a table
+STEPS = (0.02, 0.01, 0.005, 0.0025)
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> tuple[eomgen.Tradeoff, Path]:
+    folder = tmp_path_factory.mktemp("study")
+    made = eomgen.tradeoff(
+        SWING, outputs=["angle"], methods=["rk4", "generalized_alpha", "taylor"], steps=STEPS, folder=folder, repeats=3,
+        axes=["formulation", "method", "resolution", "arithmetic"],
+    )  # fmt: skip  # a call of one study
+    made.save(folder)
+    return made, folder
+
+
+def test_points_have_errors_times_and_counts_against_a_reference_of_known_uncertainty(
+    study: tuple[eomgen.Tradeoff, Path],
+) -> None:
+    found = study[0]
+    assert found.reference["by"].startswith("taylor, joint")
+    assert found.reference["held against"].startswith("rk4, joint")
+    assert 0.0 < found.uncertainty < 1e-11
+    for point in found.usable:
+        assert point.seconds is not None
+        assert point.least is not None
+        assert 0.0 < point.least <= point.seconds < 1.0
+        assert point.repeats >= 3
+        assert point.stats["steps"] > 0
+        sizes = point.error["angle"]
+        assert sizes.rms <= sizes.largest * (1.0 + 1e-12)
+        assert sizes.final <= sizes.largest
+        assert {"q", "v", "state", "angle"} == set(point.error)
+
+
+def test_no_point_counts_as_more_accurate_than_the_reference_is_known(study: tuple[eomgen.Tradeoff, Path]) -> None:
+    found = study[0]
+    assert found.usable
+    for point in found.usable:
+        for name, known in found.reference["uncertainty"].items():
+            if name in point.error:
+                assert point.error[name].largest >= known["largest"]
+                assert point.error[name].rms >= known["rms"]
+    assert found.best(0.5 * found.uncertainty) is None
+    assert found.best(1e-8) is not None
+
+
+def test_the_reference_itself_counts_as_accurate_as_it_is_known() -> None:
+    model = eomgen.build(SWING)
+    run = observed(model, model.simulate(0.2))
+    known = {"angle": ErrorSize(1.6e-7, 1e-8, 2e-8)}
+    held = Reference(run, "a run", "another", known)
+    assert held.errors_of(run)["angle"] == known["angle"]
+    assert held.errors_of(run)["q"].largest == 0.0  # of which nothing is known
+
+
+def test_absolute_coordinates_of_what_has_no_constraints_are_studied_where_asked_for() -> None:
+    options: dict[str, Any] = {"methods": ["rk4", "taylor"], "steps": [0.02, 0.01], "t_end": 0.2, "repeats": 1}
+    said: list[str] = []
+    found = eomgen.tradeoff(THROWN, announce=said.append, **options)
+    assert {point.configuration.formulation for point in found.points} == {"joint"}
+    assert found.left_out["SE3"] == "joint coordinates have no constraints; studied with the axis formulation named"
+    assert said == ["methods to build, or to take from the cache: 3, and up to 9 for the best"]
+
+
+def test_builds_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(work_precision, "LEAST_BUILDING", 0.0)
+    methods = ["generalized_alpha", "rk4", "taylor", "rk45"]
+    found = eomgen.tradeoff(SWING, methods=methods, steps=[0.02, 0.01], t_end=0.2, repeats=1, budget=1e-3)
+    assert found.points[0].configuration.method == "generalized_alpha"
+    assert "not built: builds have taken" in found.left_out["rk4, joint"]
+
+
+def test_help_names_the_axes_that_there_are(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["tradeoff", "--help"]) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert ", ".join(AXES) in printed
+
+
+def test_peaks_between_the_rows_of_coarse_runs_are_compared_where_runs_record_them() -> None:
+    runner = Runner(formulations(SWING, {}, others=False), Grid(0.001, 1280, coarsest=64, recorded=10))
+    shapes = {
+        "tolerance": runner.run(Configuration("joint", "taylor"), tolerance=1e-9),
+        "fine": runner.run(Configuration("joint", "rk4"), Fraction(2)),
+        "as the file": runner.run(Configuration("joint", "rk4"), Fraction(1, 5)),
+        "coarser": runner.run(Configuration("joint", "rk4"), Fraction(1, 64)),
+        "all": runner.run(Configuration("joint", "rk4"), Fraction(1), dense=True),
+    }
+    rows = {name: 0 if run.observation is None else len(run.observation.t) for name, run in shapes.items()}
+    assert rows == {"tolerance": 129, "fine": 129, "as the file": 129, "coarser": 21, "all": 1281}
+    dense = shapes["all"].observation
+    coarse = shapes["coarser"].observation
+    assert dense is not None
+    assert coarse is not None
+    apart = np.abs(coarse.outputs["angle"] - dense.outputs["angle"][::64]).max()
+    size = np.abs(dense.outputs["angle"]).max()
+    assert errors(coarse, dense)["angle"].largest == pytest.approx(apart / size)
+
+
+def test_errors_are_those_of_runs_made_by_hand(study: tuple[eomgen.Tradeoff, Path]) -> None:
+    model = eomgen.build(SWING)
+    exact = model.simulate(1.28, 0.02, method="taylor", tolerance=1e-15)
+    coarse = model.simulate(1.28, 0.01, method="rk4", record_every=2)
+    largest = np.abs(coarse.outputs["angle"] - exact.outputs["angle"]).max() / np.abs(exact.outputs["angle"]).max()
+    point = next(
+        p
+        for p in study[0].points
+        if p.configuration.method == "rk4" and p.value == 0.01 and p.configuration.real == "double"
+    )
+    assert point.error["angle"].largest == pytest.approx(largest, rel=1e-6)
+
+
+def test_slopes_are_the_declared_orders(study: tuple[eomgen.Tradeoff, Path]) -> None:
+    slopes = {slope.configuration.method: slope for slope in study[0].slopes if slope.configuration.real == "double"}
+    assert set(slopes) == {"rk4", "generalized_alpha"}
+    for slope in slopes.values():
+        assert slope.slope == pytest.approx(slope.declared, abs=0.1)
+
+
+def test_the_front_holds_what_nothing_dominates(study: tuple[eomgen.Tradeoff, Path]) -> None:
+    found = study[0]
+    assert found.front
+    for point in found.front:
+        dominated = [
+            other for other in found.usable
+            if (other.seconds or math.inf) < (point.seconds or math.inf)
+            and max(found.error(other), found.uncertainty) <= max(found.error(point), found.uncertainty)
+        ]  # fmt: skip  # a comprehension
+        assert not dominated
+        assert found.verdict(point) == "front"
+    best = found.best(1e-6)
+    assert best is not None
+    assert found.error(best) <= 1e-6
+
+
+def test_files_hold_all_points(study: tuple[eomgen.Tradeoff, Path]) -> None:
+    found, folder = study
+    data = json.loads((folder / "tradeoff.json").read_text())
+    assert {"scene", "quantity", "measure", "span", "reference", "machine", "points", "front", "slopes"} <= set(data)
+    assert len(data["points"]) == len(found.points)
+    assert {"method", "formulation", "kind", "value", "errors", "seconds", "stats", "verdict", "said"} <= set(
+        data["points"][0]
+    )
+    rows = list(csv.DictReader((folder / "tradeoff.csv").open()))
+    assert len(rows) == len(found.points)
+    assert float(rows[0]["angle largest"]) == found.points[0].error["angle"].largest
+    assert (folder / "tradeoff.png").stat().st_size > 10_000
+
+
+def test_a_study_goes_on_where_it_was_left(study: tuple[eomgen.Tradeoff, Path]) -> None:
+    found, folder = study
+    journal = folder / "points.jsonl"
+    lines = journal.read_text().splitlines(keepends=True)
+    cut = "".join(lines[:6]) + lines[6][:40]  # killed in the middle of a line
+    journal.write_text(cut)
+    again = eomgen.tradeoff(
+        SWING, outputs=["angle"], methods=["rk4", "generalized_alpha", "taylor"], steps=STEPS, folder=folder, repeats=3,
+        axes=["formulation", "method", "resolution"], resume=True,
+    )  # fmt: skip  # a call of one study
+    kept = [json.loads(line) for line in lines[1:6]]
+    times = {point.label: point.seconds for point in again.points}
+    assert all(point["point"]["seconds"] in times.values() for point in kept)
+    assert {p.label for p in again.points} <= {p.label for p in found.points}
+    assert journal.read_text().startswith("".join(lines[:6]))
+    assert all(json.loads(line) for line in journal.read_text().splitlines())
+
+
+def test_axes_are_cut_to_what_makes_a_difference() -> None:
+    refused: dict[str, str] = {}
+    swing = {c.row.name for c in candidates("joint", eomgen.build(SWING), (), refused)}
+    assert {"generalized_alpha", "rk4", "taylor", "hermite"} <= swing
+    assert not {name for name in swing if "index3" in name or "spatial" in name or "partitioned" in name}
+    absolute = formulations(THROWN, {}, others=True)
+    assert list(absolute.scenes) == ["joint", "SE3", "R3xSO3"]
+    held = {c.row.name for c in candidates("SE3", eomgen.build(absolute.scenes["SE3"]), (), refused)}
+    assert {"generalized_alpha", "generalized_alpha_index3", "generalized_alpha_spatial", "rk4_partitioned"} <= held
+    assert not held & {"rk4", "taylor", "hermite"}
+
+
+def test_formulations_of_one_scene_have_one_motion() -> None:
+    found = formulations(THROWN, {}, others=True)
+    runs = {}
+    for name, scene in found.scenes.items():
+        model = eomgen.build(scene)
+        method = "rk4_partitioned" if model.multipliers else "rk4"
+        runs[name] = observed(model, model.simulate(0.64, 0.0025, method=method, record_every=16))
+    for name in ("SE3", "R3xSO3"):
+        apart = errors(runs[name], runs["joint"])
+        assert apart["tip"].largest < 1e-7
+        assert apart["state"].largest < 1e-7
+        assert "multipliers" not in apart
+
+
+@pytest.mark.parametrize("example", ["four_bar/scene.toml"])
+def test_formulations_of_a_loop_begin_in_one_state(example: str) -> None:
+    path = Path(__file__).resolve().parents[2] / "examples" / example
+    runner = Runner(formulations(path, {}, others=True), Grid(0.02, 10))
+    runs = {name: runner.run(Configuration(name, "rk4_partitioned"), 40).observation for name in ("joint", "SE3")}
+    assert runs["joint"] is not None
+    assert runs["SE3"] is not None
+    assert errors(runs["SE3"], runs["joint"])["state"].largest < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"axes": ["formulations"]}, "axes: there is no axis 'formulations'; try: formulation"),
+        ({"outputs": ["angel"]}, "outputs: the scene has no output 'angel'; try: angle"),
+        ({"measure": "mean"}, "measure: there is no measure 'mean'; try: one of largest, rms, final"),
+        ({"methods": ["rk5"]}, "method: there is no method 'rk5'; try: rk4"),
+        (
+            {"methods": ["rk4_partitioned"]},
+            "methods: no method runs on this scene: partitioned needs a system with constraints",
+        ),
+        ({"budget": 0.0}, "budget: a study takes a positive number of seconds, not 0; try: 120"),
+        ({"steps": [0.02, 0.015]}, "steps: the step 0.015 s is no whole part of the coarsest, 0.02 s; try: 0.01"),
+        ({"steps": [0.02, -1.0]}, "steps: steps are positive numbers of seconds, which -1 is not; try: 1e-3"),
+        ({"steps": [3.0]}, "steps: the coarsest step, 3 s, does not fit into a run of 1.28 s; try: smaller steps"),
+        ({"t_end": 0.0}, "t_end: a study needs a later end than 0 s; try: 10"),
+    ],
+)
+def test_mistakes_are_named(options: dict[str, Any], message: str) -> None:
+    with pytest.raises(eomgen.EomgenError) as raised:
+        eomgen.tradeoff(SWING, **options)
+    assert message in str(raised.value)
+
+
+def test_a_motion_without_a_reference_is_refused() -> None:
+    with pytest.raises(eomgen.NumericalError, match=r"% of the motion: no error can be told from them; try: a shorter"):
+        eomgen.tradeoff(WILD, t_end=150.0, methods=["taylor", "rk4"], steps=[0.02], budget=8.0)
+
+
+def test_folders_of_studies_are_not_taken_by_mistake(study: tuple[eomgen.Tradeoff, Path]) -> None:
+    folder = study[1]
+    with pytest.raises(eomgen.FileError, match=r"holds the points of a study, points.jsonl; try: --resume"):
+        eomgen.tradeoff(SWING, folder=folder)
+    with pytest.raises(eomgen.FileError, match="of another scene, other times or other parameters; try: another"):
+        eomgen.tradeoff(SWING, folder=folder, resume=True, t_end=0.64)
+    (folder / "points.jsonl").write_text("nothing of the kind\n")
+    with pytest.raises(eomgen.FileError, match=r"these are not the points of a study; try: another folder"):
+        eomgen.tradeoff(SWING, folder=folder, resume=True)
+
+
+def test_the_command_prints_one_screen(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scene = tmp_path / "swing.toml"
+    scene.write_text(
+        'format = 1\nname = "swing"\n[bodies.rod]\nmass = 1.0\ncenter_of_mass = [0, 0, -0.5]\n'
+        '[joints.pin]\ntype = "revolute"\nparent = "base"\nchild = "rod"\naxis = [0, 1, 0]\n'
+        'initial = { position = 1.0 }\n[outputs]\nangle = { formula = "q.pin", unit = "rad" }\n'
+        "[simulation]\nstep = 0.01\nduration = 1.28\n"
+    )
+    arguments = [str(scene), "--out", str(tmp_path / "out"), "--output", "angle", "--methods", "rk4,taylor"]
+    assert (
+        main(["tradeoff", *arguments, "--steps", "0.02,0.01,0.005", "--repeats", "3", "--axes", "method,resolution"])
+        == 0
+    )
+    printed = capsys.readouterr()
+    assert "swing: largest error of angle, 1.28 s" in printed.out
+    assert len(printed.out.splitlines()) < 20
+    assert "swing: methods to build, or to take from the cache: 3\n" in printed.err
+    for words in ("reference: taylor, joint", "the scene's own", "order as declared", "written to"):
+        assert words in printed.err
+    assert main(["tradeoff", *arguments]) == 7
+    assert main(["tradeoff", *arguments[:3], "--steps", "fast"]) == 2
+    assert "these are not numbers of seconds; try: --steps 1e-3,5e-4" in capsys.readouterr().err

@@ -1,0 +1,261 @@
+"""tune: demands are met on runs that were not tuned on, by what a sweep finds best; files, real time, mistakes."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.cli import main
+from eomgen.studies.tuning import real_time
+from eomgen.studies.tuning.contender import Contender, Tried
+from eomgen.studies.tuning.scene_text import with_settings
+from eomgen.studies.work_precision.axes import candidates
+from eomgen.studies.work_precision.running import Grid
+from eomgen.studies.work_precision.times import ladder_grid, tuning_grid, whole_steps
+from tests.studies.test_tradeoff import SWING, WILD
+
+SCENE = """\
+format = 1
+name = "swing" # a pendulum
+
+[bodies.rod]
+mass = 1.0
+center_of_mass = [0, 0, -0.5]
+
+[joints.pin]
+type = "revolute"
+parent = "base"
+child = "rod"
+axis = [0, 1, 0]
+initial = { position = 1.0 }
+
+[simulation] # as fine as it was thought to need
+step = 1e-3 # s
+rho_inf = 0.9
+duration = 1.28
+
+[outputs]
+angle = { formula = "q.pin", unit = "rad" }
+"""
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    file = tmp_path_factory.mktemp("tuning") / "swing.toml"
+    file.write_text(SCENE)
+    return file
+
+
+@pytest.fixture(scope="module")
+def tuned(path: Path) -> eomgen.Tuned:
+    found = eomgen.tune(path, 1e-4, output="angle", methods=["generalized_alpha", "rk4"], formulated=False)
+    assert isinstance(found, eomgen.Tuned)
+    return found
+
+
+def test_the_demand_is_met_on_the_scene_and_on_runs_not_tuned_on(tuned: eomgen.Tuned) -> None:
+    assert tuned.error <= 1e-4
+    assert len(tuned.verified) == 3
+    assert tuned.met
+    for run in tuned.verified:
+        assert 0.0 < run.error <= 1e-4
+        assert run.uncertainty < 1e-4
+    model = eomgen.build(SCENE_DATA)
+    assert tuned.kind == "step"
+    own = {name: tuned.simulation[name] for name in ("step", "record_every", *tuned.configuration.parameters)}
+    again = model.simulate(1.28, method=tuned.configuration.method, **own)
+    exact = model.simulate(1.28, again.t[1], method="taylor", tolerance=1e-15)
+    assert len(again.t) == len(exact.t)
+    difference = np.abs(again.outputs["angle"] - exact.outputs["angle"]).max() / np.abs(exact.outputs["angle"]).max()
+    assert difference <= 1e-4
+
+
+SCENE_DATA = tomllib.loads(SCENE)
+
+
+def test_one_line_says_why(tuned: eomgen.Tuned) -> None:
+    assert " meets 0.0001 in " in tuned.why
+    assert "one digit more costs" in tuned.why
+    assert f"measured on {tuned.machine['processor']}" in tuned.why
+    data = json.loads(json.dumps(tuned.to_dict()))
+    assert {"why", "verified", "simulation", "rivals", "next_digit", "machine", "spent", "met"} <= set(data)
+
+
+def test_the_scene_is_written_with_its_comments(tuned: eomgen.Tuned, tmp_path: Path) -> None:
+    text = tuned.save(tmp_path / "tuned.toml").read_text()
+    assert "# a pendulum" in text
+    assert "# as fine as it was thought to need" in text
+    assert tomllib.loads(text)["simulation"]["duration"] == 1.28
+    simulation = eomgen.load(tmp_path / "tuned.toml").simulation
+    assert simulation.method == tuned.configuration.method
+    assert simulation.step == tuned.simulation["step"]
+    others = {key: value for key, value in tomllib.loads(text).items() if key != "simulation"}
+    assert others == {key: value for key, value in SCENE_DATA.items() if key != "simulation"}
+
+
+#: A quarter car whose strut meets its stop for some 10 ms: peaks of the ride that are 1 ms wide.
+STOPPED = """\
+format = 1
+name = "quarter_car_with_stop"
+[inputs]
+road = { road = { bump = { length = 1.0, height = 0.08, position = 2.0 }, speed = 5 }, unit = "m" }
+[bodies.wheel]
+mass = 40.0
+[bodies.body]
+mass = 320.0
+[joints.hop]
+type = "prismatic"
+parent = "base"
+child = "wheel"
+axis = [0, 0, 1]
+[joints.strut]
+type = "prismatic"
+parent = "wheel"
+child = "body"
+axis = [0, 0, 1]
+stiffness = 18000.0
+rest = "320 * 9.81 / 18000"
+damping = 1200.0
+limits = { lower = -0.03, upper = 0.03, stiffness = 2e5, damping = 500, onset = 0.002 }
+[efforts.tyre]
+joint = "hop"
+effort = "180000 * (road - q.hop)"
+[outputs]
+ride = { formula = "a.hop + a.strut", unit = "m/s^2" }
+[simulation]
+step = 1e-3
+duration = 1.5
+start = "equilibrium"
+"""
+
+
+@pytest.mark.parametrize("method", ["generalized_alpha", "rk45"])
+def test_errors_are_the_largest_over_all_rows_of_the_file_that_is_written(method: str, tmp_path: Path) -> None:
+    (tmp_path / "car.toml").write_text(STOPPED)
+    tuned = eomgen.tune(tmp_path / "car.toml", 1e-4, output="ride", methods=[method], formulated=False)
+    assert isinstance(tuned, eomgen.Tuned)
+    assert tuned.met
+    assert tuned.span == pytest.approx(1.5)
+    model = eomgen.build(tuned.save(tmp_path / "tuned.toml"))
+    written = model.simulate(error_estimate=False)
+    exact = model.simulate(1.5, written.t[1], record_every=1, method="rk45", tolerance=1e-13, error_estimate=False)
+    assert len(written.t) == len(exact.t) >= 1501
+    difference = np.abs(written.outputs["ride"] - exact.outputs["ride"])
+    true = difference.max() / np.abs(exact.outputs["ride"]).max()
+    assert true <= 1e-4
+    claimed = tuned.written[0]  # the winner may have settings that files of scenes cannot hold
+    assert true / 1.5 <= claimed <= 1.5 * true
+    steps = written.stats.get("own_steps", written.stats["steps"])
+    assert tuned.steps == steps  # what was timed is what the file does
+
+
+def test_references_are_known_at_thousands_of_times_among_which_are_all_rows_of_the_scenes_runs() -> None:
+    grid = tuning_grid(3.0, 1e-3, 1e-3)
+    assert (grid.row, grid.rows, grid.recorded, grid.coarsest) == (5e-4, 6000, 2, 120)
+    assert grid.end == pytest.approx(3.0)
+    coarse = tuning_grid(100.0, 0.1, 1.0)  # 101 rows are recorded
+    assert (coarse.row, coarse.rows, coarse.recorded) == (1.0 / 64, 6400, 64)
+    long = tuning_grid(1e3, 1e-3, 1e-3)  # a million rows: memory bounds it
+    assert (long.rows, long.recorded) == (15625, 1)
+    ladder = ladder_grid(0.0, 5.0, 1e-3, 1e-3, ())
+    assert ladder == Grid(ladder.row, ladder.rows, 0.0, 64, 1)
+    assert (ladder.row, ladder.end) == (pytest.approx(1e-3), pytest.approx(4.992))
+    given = ladder_grid(0.0, 1.2, 1e-3, 1e-3, (0.02, 0.01, 0.02 / 3))
+    assert given.coarsest % 6 == 0
+    assert given.rows >= 4000
+    assert [whole_steps(r, 10) for r in (0.01, 0.21, 0.3, 0.6, 1.0, 1.2)] == [0.1, 0.25, 1 / 3, 1.0, 1.0, 2.0]
+
+
+def test_settings_are_put_into_texts_of_every_kind(tmp_path: Path) -> None:
+    file = tmp_path / "scene.toml"
+    file.write_text('name = "x"\n[bodies.a]\nmass = 1.0\n')
+    text = with_settings(file, {"method": "rk4", "step": 0.5}, "absolute", "R3xSO3")
+    data = tomllib.loads(text)
+    assert data == {
+        "name": "x",
+        "coordinates": "absolute",
+        "bodies": {"a": {"mass": 1.0, "group": "R3xSO3"}},
+        "simulation": {"method": "rk4", "step": 0.5},
+    }
+    file.write_text('name = "x"\nsimulation = { step = 1e-3 }\n')
+    with pytest.raises(eomgen.UsageError, match=r"cannot be changed here; try: \[simulation\] method = \"rk4\""):
+        with_settings(file, {"method": "rk4"}, "", "")
+    with pytest.raises(eomgen.UsageError, match=r"can be written into .toml scene files only; try: \[simulation\]"):
+        with_settings(None, {"method": "rk4"}, "", "")
+
+
+def test_contenders_expect_what_their_order_says() -> None:
+    candidate = next(c for c in candidates("joint", eomgen.build(SWING), ["rk4"], {}))
+    contender = Contender(candidate, candidate.configuration({}), "step", 4.0)
+    assert contender.wanted(1e-6) == 4.0
+    contender.add(Tried(4.0, 1e-3, 1e-3), 1e-6)
+    assert contender.wanted(0.6**-1 * 1e-3 / 16.0) == 8.0  # order 4: half the step
+    contender.add(Tried(8.0, 2.0**-2 * 1e-3, 2e-3), 1e-6)
+    assert contender.order == pytest.approx(2.4)  # as low as is believed of 4
+    assert contender.best(1e-6) is None
+    contender.add(Tried(64.0, 5e-7, 16e-3), 1e-6)
+    assert contender.closed
+    assert contender.best(1e-6) == Tried(64.0, 5e-7, 16e-3)
+
+
+def test_a_cycle_buys_accuracy_and_bounds_its_iterations(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(real_time, "CYCLES", 200)
+    bought = eomgen.tune(path, real_time=0.02, output="angle", methods=["generalized_alpha"], t_end=0.64, budget=3.0)
+    assert isinstance(bought, eomgen.RealTime)
+    assert bought.late <= 0.02
+    assert bought.iterations >= 1
+    assert bought.configuration.settings["max_iterations"] == bought.iterations
+    errors = {steps: error for _, steps, _, error in bought.tried}
+    assert errors[2] == pytest.approx(errors[1] / 4.0, rel=0.2)
+    assert "99.99 % of the cycles take less than" in bought.why
+    with pytest.raises(eomgen.NumericalError, match=r"1 iterations a step do not converge: \d+ are needed"):
+        eomgen.tune(
+            path, real_time=0.02, iterations=1, output="angle", methods=["generalized_alpha"], t_end=0.64, budget=3.0
+        )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({}, "tune: either an error is demanded or a cycle of real time; try: error=1e-4"),
+        ({"error": 1e-4, "real_time": 1e-3}, "tune: either an error is demanded or a cycle of real time"),
+        ({"error": 2.0}, "error: a demand lies in 1e-13..0.5, not 2.0; try: 1e-4"),
+        ({"error": 1e-4, "output": "angel"}, "output: the scene has no output 'angel'; try: angle"),
+        ({"error": 1e-4, "measure": "mean"}, "measure: there is no measure 'mean'; try: one of largest, rms, final"),
+        ({"error": 1e-4, "iterations": 3}, "iterations: a bound of 1 or more goes with a cycle of real time"),
+        ({"real_time": 9.0}, "real_time: a cycle lies within the run of 1.28 s, not 9 s; try: 1e-3"),
+        (
+            {"real_time": 0.01, "methods": ["taylor"]},
+            "real_time: no method with steps of equal work runs on this scene",
+        ),
+    ],
+)
+def test_mistakes_are_named(arguments: dict[str, Any], message: str) -> None:
+    with pytest.raises(eomgen.EomgenError) as raised:
+        eomgen.tune(SWING, **arguments)
+    assert message in str(raised.value)
+
+
+def test_what_has_no_reference_is_not_tuned() -> None:
+    with pytest.raises(eomgen.NumericalError, match=r"differ by .* no error can be told from them"):
+        eomgen.tune(WILD, 1e-6, t_end=150.0, methods=["taylor", "rk4"])
+
+
+def test_the_command_writes_the_scene(path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = [str(path), "--error", "1e-3", "--output", "angle", "--methods", "rk4,generalized_alpha"]
+    assert main(["tune", *arguments, "--out", str(tmp_path / "tuned.toml")]) == 0
+    printed = capsys.readouterr()
+    assert "swing: largest error of angle below 0.001" in printed.out
+    assert "one digit more" in printed.out
+    assert "written: " in printed.err
+    assert eomgen.load(tmp_path / "tuned.toml").simulation.step != 1e-3
+    assert main(["tune", str(path), "--real-time", "soon"]) == 2
+    assert "--real-time soon: this is no time; try: --real-time 1ms" in capsys.readouterr().err
+    assert main(["tune", *arguments, "--out", str(tmp_path / "tuned.json")]) == 2
+    assert "a scene is written as a .toml file; try: --out tuned.toml" in capsys.readouterr().err
