@@ -25,6 +25,7 @@ C = TypeVar("C", bound=type)
 OF_MODELS = frozenset(
     {
         "simulate",
+        "start",
         "resume",
         "attach",
         "equilibrium",

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from eomgen.linear.linearization import Linearization
     from eomgen.linear.root_locus import RootLocus
     from eomgen.results.solution import Solution
+    from eomgen.simulation.simulator import Simulator
 
 
 @checked_calls('eomgen.build("scene.toml") or eomgen.build(scene), which make one', inputs="u", states="z", time="t")
@@ -37,6 +38,19 @@ class Model(CompiledModel):
         from eomgen.simulation.simulate import simulate  # noqa: PLC0415  # the model is used without it too
 
         return simulate(self, t_end, step, **options)
+
+    def start(
+        self,
+        initial: Mapping[str, Any] | None = None,
+        parameters: Parameters = None,
+        method: str | None = None,
+        step: float | None = None,
+        **options: Any,
+    ) -> Simulator:
+        """Return a simulator at an initial state, whose steps the caller takes; see ``eomgen.simulation.start``."""
+        from eomgen.simulation.start import start  # noqa: PLC0415
+
+        return start(self, initial, parameters, method, step, **options)
 
     def equilibrium(
         self,

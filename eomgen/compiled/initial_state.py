@@ -92,7 +92,11 @@ def _put(target: Array, part: slice, name: str, value: Any) -> None:
 def _scene_start(model: CompiledModel, parameters: Array | None) -> InitialState:
     """Return the scene's own initial state; absolute bodies are where the joints put them at the run's parameters."""
     q, v = model.initial_q.copy(), model.initial_v.copy()
-    if model.start is not None and parameters is not None and parameters.tolist() != list(model.parameters.values()):
-        start = model.start(dict(zip(model.parameters, parameters.tolist(), strict=True)))
+    if (
+        model.initial_at is not None
+        and parameters is not None
+        and parameters.tolist() != list(model.parameters.values())
+    ):
+        start = model.initial_at(dict(zip(model.parameters, parameters.tolist(), strict=True)))
         q, v = (np.array(part, dtype=float) for part in start)
     return InitialState(q, v, model.initial_z.copy())

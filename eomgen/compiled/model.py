@@ -71,7 +71,7 @@ class CompiledModel:
         self.scene = scene
         self.library = library
         self.stepper = functools.cache(stepper)
-        self.start = start
+        self.initial_at = start
         self._built = built
         self._gains = gains
         self._every_row = every_row

@@ -124,6 +124,25 @@ def start_description(*, equilibrium_start: bool, given: bool, chosen: str | Non
     return "initial values given, in place of the scene's equilibrium" if instead else "initial values given"
 
 
+def starts_at_equilibrium(start: str | None, given: bool, of_scene: str) -> bool:
+    """Return whether a run starts at static equilibrium.
+
+    Parameters
+    ----------
+    start, of_scene : of the run, if any, and of the scene
+    given : whether an initial state was
+
+    Raises
+    ------
+    UsageError
+        It can start so at neither.
+    """
+    chosen = start if start is not None else "initial" if given else of_scene
+    if chosen not in ("initial", "equilibrium"):
+        raise UsageError(Problem("start", f"a run cannot start at {chosen!r}", "initial or equilibrium"))
+    return chosen == "equilibrium"
+
+
 def start_of(
     run: Run, initial: Mapping[str, Any] | None, *, equilibrium_start: bool, changed: bool
 ) -> tuple[InitialState, list[str], list[str]]:

@@ -36,7 +36,7 @@ from eomgen.simulation.fast_motions import unresolved_motion
 from eomgen.simulation.growth import at_rest, own_growth, unstable_growth
 from eomgen.simulation.inputs import InputSignals, Signal, check_held, jumps_known, kind_of, read_signals
 from eomgen.simulation.momentum import momentum_drift
-from eomgen.simulation.run import Run, checkpoint_writer, start_description, start_of
+from eomgen.simulation.run import Run, checkpoint_writer, start_description, start_of, starts_at_equilibrium
 from eomgen.simulation.run_model import run_model
 from eomgen.simulation.settings import (
     check_memory,
@@ -208,7 +208,7 @@ def simulate(
         jumps_known(library),
     )
     run = Run(model, name, stepped_by, chosen, p, signals, grid, every)
-    equilibrium_start = _starts_at_equilibrium(start, initial is not None, defaults)
+    equilibrium_start = starts_at_equilibrium(start, initial is not None, str(defaults["start"]))
     changed = bool(initial) or parameters is not None
     state, corrections, at_rest = start_of(run, initial, equilibrium_start=equilibrium_start, changed=changed)
     begun = start_description(
@@ -259,14 +259,6 @@ def _unresolved(run: Run, state: InitialState) -> list[str]:
     u = run.signals.rows(np.array([t]))[0] if run.driven else None
     judged = [unresolved_states] if run.model.multipliers else [unresolved_damping, unresolved_states]
     return [fault(run.model, state, t, u, run.parameters, run.settings["step"], limit) for fault in judged]
-
-
-def _starts_at_equilibrium(start: str | None, given: bool, defaults: Mapping[str, Any]) -> bool:
-    """Return whether a run starts at static equilibrium."""
-    chosen = start if start is not None else "initial" if given else defaults["start"]
-    if chosen not in ("initial", "equilibrium"):
-        raise UsageError(Problem("start", f"a run cannot start at {chosen!r}", "initial or equilibrium"))
-    return bool(chosen == "equilibrium")
 
 
 def solution_of(

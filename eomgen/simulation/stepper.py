@@ -147,9 +147,11 @@ class Stepper:
             )
         )
 
-    def run(self, steps: int, record_every: int, u_table: Array | None, record: Array) -> tuple[int, int]:
-        """Take up to ``steps`` steps and fill rows of ``record``; 0: only write the state's row. Returns status and
-        rows."""
+    def run(self, steps: int, record_every: int, u_table: Array | None, record: Array | None) -> tuple[int, int]:
+        """Take up to ``steps`` steps and fill rows of ``record``, if any; 0: only write the state's row.
+
+        Returns status and rows.
+        """
         recorded = self._ffi.new("long *", 0)
         status = self._lib.eomgen_run(
             self._pointer(self.parameters),

@@ -1,0 +1,536 @@
+"""``Simulator``: a compiled stepper that a caller steps, with inputs, parameters and states that may jump between
+steps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import partial
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from eomgen.arrays import Array
+from eomgen.calls import ByName, checked_calls, unknown_attribute
+from eomgen.compiled.arguments import check_finite, check_name, number_of, numbers
+from eomgen.compiled.initial_state import InitialState
+from eomgen.errors import NumericalError, Problem, UsageError
+from eomgen.integrators.events import AT_EVENTS, STOPPED
+from eomgen.integrators.families.family import BAD_ARGUMENT
+from eomgen.integrators.stepper_layout import INPUT_NOT_FINITE
+from eomgen.simulation.events import ending
+from eomgen.simulation.failed_step import failed_step
+from eomgen.simulation.inputs import CheckedSignal, Signal, check_held, read_signals
+from eomgen.simulation.run import Run, start_of
+from eomgen.simulation.settings import check_span, count_of
+from eomgen.simulation.simulator_state import SimulatorState
+from eomgen.simulation.stepper import Stepper
+from eomgen.simulation.time_grid import TimeGrid, time_grid
+from eomgen.system.events import mode_parameter
+from eomgen.toolchain.library import Library
+
+if TYPE_CHECKING:
+    from eomgen.compiled.model import CompiledModel
+
+#: Steps in one call of compiled code, which hears no Ctrl-C.
+_MOST = 10_000
+#: Steps for which prescribed motions and curves are checked ahead at first, where they last so long; each time four
+#: times as many.
+_AHEAD = 1024
+_DOUBLE = np.dtype(np.float64)
+
+#: Inputs of a step: all of them in order, one number where there is one, some by name, or none.
+StepInputs = ArrayLike | Mapping[str, Signal] | None
+
+
+class StepEvent(NamedTuple):
+    """An event of a step: its name and its time in s."""
+
+    name: str
+    t: float
+
+
+@checked_calls("model.start(...), which makes one", inputs="u", steps="n", t_end="t")
+class Simulator:
+    """A motion that is stepped by its caller: ``run = model.start(...)``, then ``run.step(u)`` as often as wanted.
+
+    A step takes its inputs from its beginning on. Where they, or the parameters, are not what the last step ended with,
+    what the method carries from step to step (accelerations, algorithmic accelerations, steps of its own, series) is
+    evaluated anew from q and v, so that the order of the method is kept over jumps. Arrays that it gives are copies.
+
+    Quantities are those of ``Solution``, for one state: ``q`` (nq,), ``v`` (nv,), ``a`` (nv,), ``z`` (nz,),
+    ``multipliers`` (rows,), SI units. ``a`` and the multipliers are those that the last step ended with.
+
+    A failed step raises and leaves the last good state.
+    """
+
+    def __init__(self, run: Run, library: Library) -> None:
+        method = library.layout["method"]
+        self._run, self._library = run, library
+        self._stepper = Stepper(library, run.settings, run.parameters)
+        self._memory, self._places = self._stepper.state, self._stepper.places
+        names = [name for name, _ in method["row"]]
+        self._now = {name: self._memory[self._places[name]] for name in names}
+        self._rows_have_corrections = bool(method["hooks"]["row"])
+        self._linear = method["inputs"] == "sampled"
+        self._events = [row["name"] for row in method["events"]["rows"]] if "events" in method else []
+        self._modes = self._mode_columns(method)
+        self._u, self._u_end = np.zeros(run.model.nu), np.zeros(run.model.nu)
+        self._shape = self._u.shape
+        pointer = partial(library.ffi.from_buffer, "double[]")
+        stepper = self._stepper
+        memory = [pointer(part) for part in (stepper.parameters, stepper.settings, stepper.state, stepper.workspace)]
+        self._call = partial(library.lib.eomgen_run_inputs, *memory)
+        self._none = library.ffi.NULL
+        self._held, self._target = (pointer(part) if len(part) else self._none for part in (self._u, self._u_end))
+        self._one = partial(self._call, 1, self._held, self._none)
+        self._signals, self._given = run.signals, False
+        self._cleared, self._ahead, self._stopped = 0, _AHEAD, ""
+        self._found: tuple[StepEvent, ...] = ()
+        self.notes: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        return f"<Simulator of {self.model.name} by {self.method}: t = {self.t:.9g} s, steps of {self.step_size:.9g} s>"
+
+    if not TYPE_CHECKING:  # a checker knows the attributes by itself
+
+        def __getattr__(self, name: str) -> object:
+            raise unknown_attribute(self, name)
+
+    # -- steps ---------------------------------------------------------------------------------------------------------
+
+    def step(self, u: StepInputs = None, n: int = 1, *, end: ArrayLike | None = None) -> None:
+        """Take n steps with the same inputs.
+
+        Parameters
+        ----------
+        u : (nu,) array, number or mapping
+            Inputs, held over the steps. A mapping gives some by name, each a number or a function of t; the others, and
+            all where there is none, are those of ``start`` or of the scene's formulas, or zero.
+        n : int
+        end : (nu,) array or number
+            Inputs at the end of the last step, to which they go linearly from u.
+
+        Raises
+        ------
+        UsageError
+            Inputs of another shape or that are not finite; ``end`` for a method that holds its inputs; an event has
+            stopped the motion; curves or prescribed motions end.
+        NumericalError
+            A step failed; the state is the one before it.
+        """
+        plain = end is None and n == 1 and self._cleared > 0
+        if plain and type(u) is np.ndarray and u.dtype is _DOUBLE and u.shape == self._shape:
+            self._u[:] = u
+            self._given = True
+            self._cleared -= 1
+            if status := self._one():
+                self._judge(status)
+        else:
+            self._steps(u, count_of("n", n), end)
+
+    def advance(self, t: float, u: StepInputs = None, *, end: ArrayLike | None = None) -> None:
+        """Go on to a time in s: whole steps, and a shorter last one where they do not lead there.
+
+        Parameters
+        ----------
+        u, end : as in ``step``; ``end`` holds at t
+
+        Raises
+        ------
+        As of ``step``, and UsageError where t is behind.
+        """
+        now, target = self.t, number_of("t", t)
+        if target < now:
+            what = f"{target:.9g} s lies before the time of the state, {now:.9g} s"
+            raise UsageError(Problem("t", what, "a later time, or restore(state) of an earlier one"))
+        grid = time_grid(now, target, self.step_size, self._library.real)
+        between = end
+        if grid.rest and end is not None and grid.whole:
+            share = grid.whole * grid.step / (target - now)
+            first, last = self._inputs_of("u", u), self._inputs_of("end", end)
+            between = (1.0 - share) * first + share * last
+        if grid.whole:
+            self._steps(u, grid.whole, between)
+        if grid.rest and not self._stopped:
+            self._stepper.settings[0] = self._stepper.step_size = grid.rest
+            try:
+                self._steps(between if end is not None and grid.whole else u, 1, end)
+            finally:
+                self._stepper.settings[0] = self._stepper.step_size = grid.step
+            if not self._stopped:
+                self._memory[self._places["t"]] = grid.end
+
+    def set_parameter(self, name: str, value: float) -> None:
+        """Change a tunable parameter from now on; a mode of the scene's events by its name, too.
+
+        Raises
+        ------
+        UsageError
+            An unknown name, or a value that the scene would refuse.
+        ModelError
+            Rows of constraints that were left out at the scene's parameters do not follow from the others.
+        """
+        model = self.model
+        check_name("parameter", name, tuple(model.parameters))
+        present = dict(zip(model.parameters, self._present().tolist(), strict=True))
+        p = model.parameter_array({**present, name: value})
+        model.check_left_out(self.q, self.v, self.t, p)
+        self._stepper.parameters[: len(p)] = p
+        if self._stepper.modes is not None:
+            self._memory[self._places["mode"]] = p[self._modes]
+        self._rule(p)
+
+    def set_state(self, state: Mapping[str, Any] | None = None, *, t: float | None = None) -> None:
+        """Put the motion into another state, from which it starts anew; the counts of steps and events do as well.
+
+        Parameters
+        ----------
+        state : mapping
+            As ``initial`` of ``simulate``: ``{"q": q, "v": v}``, ``{"hinge": {"velocity": 1.0}}``; what is not given
+            stays as it is. It is brought onto the constraints; ``notes`` says how.
+        t : float
+            s.
+
+        Raises
+        ------
+        UsageError
+            As of ``simulate``.
+        ModelError, NumericalError
+            The state cannot be brought onto the constraints, or has no finite accelerations.
+        """
+        time = self.t if t is None else number_of("t", t)
+        p = self._present()
+        now = {"q": self.q, "v": self.v, **({"z": self.z} if self.model.nz else {})}
+        grid = TimeGrid(time, time, self.step_size, 0, 0.0)
+        begun = replace(self._run, parameters=p, grid=grid)
+        given, notes, _ = start_of(begun, {**now, **(state or {})}, equilibrium_start=False, changed=True)
+        self._stepper.parameters[: len(p)] = p
+        self.begin(time, given, notes)
+
+    def begin(self, t: float, state: InitialState, notes: list[str]) -> None:
+        """Start at a state that meets the constraints; what ``start`` and ``set_state`` end with."""
+        stepper, before = self._stepper, self._stepper.memory
+        table = None
+        if self._given:
+            table = np.tile(self._u, (stepper.sizes["rows_per_step"] + 1, 1))
+        elif self._driven:
+            table = np.ascontiguousarray(self._signals.table(t + stepper.step_size * stepper.input_times))
+        status = stepper.initialize(t, state.q, state.v, table, state.z)
+        if status:
+            stepper.restore(*before)
+            settings = ", ".join(f"{name} = {value:.6g}" for name, value in self._run.settings.items())
+            text = stepper.status_text(status)
+            if status == BAD_ARGUMENT.number:
+                raise UsageError(Problem("settings", f"{self.method} refuses {settings}: {text}", "the defaults"))
+            what = f"the motion cannot start at t = {t:.9g} s: {text}"
+            raise NumericalError(Problem("start", what, "another state or other parameters"))
+        self.notes, self._stopped, self._cleared, self._found = tuple(notes), "", 0, ()
+
+    # -- where it is ---------------------------------------------------------------------------------------------------
+
+    @property
+    def model(self) -> CompiledModel:
+        return self._run.model
+
+    @property
+    def method(self) -> str:
+        """Name of the method."""
+        return self._run.name
+
+    @property
+    def step_size(self) -> float:
+        """Size of a step, s."""
+        return self._run.settings["step"]
+
+    @property
+    def t(self) -> float:
+        """Time of the state, s."""
+        return float(self._memory[0])
+
+    @property
+    def q(self) -> Array:
+        return self._now["q"].copy()
+
+    @property
+    def v(self) -> Array:
+        return self._part("v")
+
+    @property
+    def a(self) -> Array:
+        return self._part("vdot")
+
+    @property
+    def z(self) -> Array:
+        """Internal states, (nz,)."""
+        return self._now["z"].copy() if self.model.nz else np.zeros(0)
+
+    @property
+    def multipliers(self) -> Array:
+        """Constraint forces, by ``model.multipliers``."""
+        return self._part("lam") if self.model.multipliers else np.zeros(0)
+
+    @property
+    def inputs(self) -> Array:
+        """Inputs (nu,) at the time of the state."""
+        return self._u.copy() if self._given else self._signals.rows(np.array([self.t]))[0]
+
+    @property
+    def outputs(self) -> dict[str, Array]:
+        """The scene's outputs by name."""
+        model = self.model
+        if "outputs" not in model.functions:
+            return ByName("output", {})
+        p, z = self._present(), self.z
+        return model.outputs(self.q, self.v, self.a, self.t, self.inputs, z=z, parameters=p)
+
+    @property
+    def parameters(self) -> Mapping[str, float]:
+        """Tunable parameters as they are now, modes of events among them."""
+        return MappingProxyType(dict(zip(self.model.parameters, self._present().tolist(), strict=True)))
+
+    @property
+    def events(self) -> tuple[StepEvent, ...]:
+        """The events within the last call of ``step`` or ``advance``, those aside that are only counted."""
+        return self._found
+
+    @property
+    def event_counts(self) -> dict[str, int]:
+        """How often each event came since the motion was started."""
+        counts = self._memory[self._places["event_count"]].astype(int).tolist() if self._events else []
+        return dict(zip(self._events, counts, strict=True))
+
+    @property
+    def stopped(self) -> str:
+        """Which event stopped the motion, in a sentence; empty while it goes on."""
+        return self._stopped
+
+    @property
+    def statistics(self) -> dict[str, int | float]:
+        """What the stepper counted since the motion was started."""
+        return self._stepper.statistics
+
+    # -- copies --------------------------------------------------------------------------------------------------------
+
+    @property
+    def state(self) -> SimulatorState:
+        """All that later steps depend on, the caller's functions of time aside; ``restore`` takes it."""
+        stepper = self._stepper
+        memory, workspace = stepper.memory
+        return SimulatorState(
+            t=self.t,
+            q=self.q,
+            v=memory[self._places["v"]],
+            z=self.z,
+            parameters=stepper.parameters[:-1].copy(),
+            u=self._u.copy() if self._given else None,
+            memory=memory,
+            workspace=workspace,
+            settings=stepper.settings.copy(),
+            scene=self.model.name,
+            fingerprint=self._library.fingerprint,
+            build=self._library.digest,
+        )
+
+    def restore(self, state: SimulatorState) -> None:
+        """Go back to a state of this simulator or of another one of the same model and method, to the same bits.
+
+        Raises
+        ------
+        UsageError
+            Anything else than a ``state``.
+        ModelError
+            It belongs to another model, method or compilation.
+        """
+        if not isinstance(state, SimulatorState):
+            hint = "run.state of before, or set_state({'q': q, 'v': v})"
+            raise UsageError(Problem("state", f"a state of a simulator is needed, not {type(state).__name__}", hint))
+        state.check(self.model.name, self._library)
+        stepper = self._stepper
+        stepper.restore(state.memory, state.workspace)
+        stepper.parameters[:-1] = state.parameters
+        stepper.settings[:] = state.settings
+        settings = dict(zip(self._run.settings, state.settings.tolist(), strict=True))
+        stepper.step_size = settings["step"]
+        self._run = replace(self._run, settings=settings)
+        self._given = state.u is not None
+        if state.u is not None:
+            self._u[:] = state.u
+        self._rule(state.parameters)
+        self._stopped, self._found = "", ()
+
+    def copy(self) -> Simulator:
+        """Return a simulator of the same model in the same state, which goes on by itself to the same bits."""
+        other = Simulator(self._run, self._library)
+        other.restore(self.state)
+        other._signals, other._stopped, other.notes = self._signals, self._stopped, self.notes
+        return other
+
+    __copy__ = copy
+
+    # -- inside --------------------------------------------------------------------------------------------------------
+
+    def _part(self, name: str) -> Array:
+        if self._rows_have_corrections:
+            row: Array = self._stepper.row[self._stepper.row_places[name]]
+            return row
+        return self._now[name].copy()
+
+    def _mode_columns(self, method: Mapping[str, Any]) -> list[int]:
+        modes = method["events"]["modes"] if "events" in method else []
+        return [list(self._run.model.parameters).index(mode_parameter(mode["name"])) for mode in modes]
+
+    def _present(self) -> Array:
+        """Parameters (np,) as they are now, with the modes."""
+        p = self._stepper.parameters[:-1].copy()
+        modes = self._stepper.modes
+        if modes is not None:
+            p[self._modes] = modes
+        return p
+
+    def _rule(self, p: Array) -> None:
+        """Let parameters (np,) hold for the scene's formulas of inputs, and look again at what is prescribed."""
+        model = self.model
+        formulas = partial(model.input_values, parameters=p.copy())
+        self._signals = replace(self._signals, formulas=formulas)
+        self._run = replace(self._run, parameters=p.copy(), signals=replace(self._run.signals, formulas=formulas))
+        self._cleared = 0
+
+    @property
+    def _driven(self) -> Callable[[Array], Array] | None:
+        return replace(self._run, signals=self._signals).driven
+
+    def _inputs_of(self, name: str, u: StepInputs) -> Array:
+        """Return inputs that are all given, (nu,)."""
+        if u is None or isinstance(u, Mapping):
+            hint = f"u and end as lists of {self.model.nu}, in the order of model.inputs"
+            raise UsageError(Problem(name, "inputs that move linearly need all of them at both ends", hint))
+        array = numbers(name, u)
+        if array.ndim == 0 and self._shape == (1,):
+            array = array.reshape(1)
+        if array.shape != self._shape:
+            names = ", ".join(self.model.inputs) or "none: the scene has no inputs"
+            what = f"the shape is {array.shape}, {self._shape} is needed: {names}"
+            raise UsageError(Problem(name, what, "one number for each input, or a mapping from names"))
+        check_finite(name, array, self.model.inputs)
+        return array
+
+    def _steps(self, u: StepInputs, n: int, end: ArrayLike | None) -> None:
+        if self._stopped:
+            hint = "restore(state) of before, or set_state"
+            raise UsageError(Problem("step", f"the motion was {self._stopped}", hint))
+        if end is not None and not self._linear:
+            what = f"{self.method} holds its inputs over each step"
+            raise UsageError(Problem("end", what, "shorter steps with held inputs, or another method"))
+        held = None if u is None or isinstance(u, Mapping) else self._inputs_of("u", u)
+        last = None if end is None else self._inputs_of("end", end)
+        first = self._inputs_of("u", u) if last is not None else held
+        signals = self._run.signals
+        if isinstance(u, Mapping):
+            signals = replace(signals, given={**signals.given, **self._named(u)})
+        self._look_ahead(n, signals.given if first is None else dict.fromkeys(self.model.inputs, 0.0))
+        self._signals, self._given, self._found = signals, first is not None, ()
+        if first is None:
+            self._follow(n)
+        else:
+            self._move(n, first, last)
+
+    def _named(self, u: Mapping[str, Signal]) -> dict[str, CheckedSignal]:
+        read = read_signals(u, self.model.inputs, 0)
+        for name, signal in read.items():
+            if isinstance(signal, np.ndarray):
+                hint = "a number, or a function of t"
+                raise UsageError(Problem(f"input {name}", "a table does not say to which steps it belongs", hint))
+        if self._run.method.inputs == "series":
+            check_held(self.method, read)
+        return read
+
+    def _look_ahead(self, n: int, given: Mapping[str, CheckedSignal]) -> None:
+        """Check curves and prescribed motions for the next steps, and for some more where they last so long."""
+        if self._cleared >= n:
+            self._cleared -= n
+            return
+        run, t, step = self._run, self.t, self._stepper.step_size
+        for many in (n + self._ahead, n):
+            grid = TimeGrid(t, t + many * step, step, many, 0.0)
+            try:
+                check_span(run.model, self._library, run.method, run.parameters, given, grid)
+            except UsageError:
+                if many == n:
+                    raise
+            else:
+                self._cleared = many - n if not self._events else 0
+                self._ahead = min(4 * self._ahead, 1024 * _AHEAD)
+                return
+
+    def _move(self, n: int, first: Array, last: Array | None) -> None:
+        """Take steps with inputs from first to last, or held."""
+        done = 0
+        while done < n:
+            size = min(n - done, _MOST)
+            begin, stop = self._between(first, last, done / n), self._between(first, last, (done + size) / n)
+            self._u[:], self._u_end[:] = begin, stop
+            before = self._count
+            status = self._call(size, self._held, self._none if last is None else self._target)
+            done += self._taken(before)
+            self._u[:] = self._between(first, last, done / n)
+            if status:
+                self._judge(status)
+                return
+
+    @property
+    def _count(self) -> int:
+        """Steps on the present grid; 0 where the next one begins another."""
+        same = abs(self._memory[self._places["step"]][0]) == self._stepper.step_size
+        return self._stepper.count if same else 0
+
+    def _taken(self, before: int) -> int:
+        """Note the events of a call, and return how many steps it took."""
+        log = self._stepper.found
+        if len(log):
+            names = self._events
+            self._found += tuple(
+                StepEvent(names[int(k)], float(t)) for k, t in zip(log["event"], log["t"], strict=True)
+            )
+        return self._count - before
+
+    @staticmethod
+    def _between(first: Array, last: Array | None, share: float) -> Array:
+        return first if last is None else (1.0 - share) * first + share * last
+
+    def _follow(self, n: int) -> None:
+        """Take steps with inputs that formulas and functions of time give."""
+        done = 0
+        while done < n:
+            before = self._count
+            status = self._follow_some(min(n - done, _MOST))
+            done += self._taken(before)
+            if status:
+                self._judge(status)
+                return
+
+    def _follow_some(self, n: int) -> int:
+        stepper, driven = self._stepper, self._driven
+        if driven is None:
+            return int(self._call(n, self._none, self._none))
+        count = self._count
+        times = stepper.times_of(count, n, stepper.origin if count else self.t)
+        return stepper.run(n, 0, np.ascontiguousarray(driven(times)), None)[0]
+
+    def _judge(self, status: int) -> None:
+        """Raise the error of a step that failed; a stop by an event is none."""
+        if status == INPUT_NOT_FINITE:
+            self._cleared += 1
+            check_finite("u", self._u, self.model.inputs)
+        if status == STOPPED.number:
+            self._stopped, self._cleared = ending(status, self._stepper), 0
+            return
+        self._cleared = 0
+        if status in AT_EVENTS:
+            raise NumericalError(ending(status, self._stepper), "another state, or other parameters of the event")
+        given = dict(zip(self.model.inputs, self._u.tolist(), strict=True)) if self._given else {}
+        signals = replace(self._signals, given={**self._signals.given, **given})
+        run = replace(self._run, parameters=self._present(), signals=signals)
+        raise NumericalError(failed_step(run, self._stepper, (self.t, self.q, self.v, self.a, self.z), status))

@@ -1,0 +1,57 @@
+"""What a simulator goes on from, to the same bits: its memory, parameters and settings, apart from the model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.arrays import Array
+from eomgen.errors import ModelError, Problem
+from eomgen.toolchain.library import Library
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatorState:
+    """The state of a simulator at the end of one of its steps; it can be kept, pickled and restored.
+
+    Attributes
+    ----------
+    t : s
+    q, v, z : (nq,), (nv,), (nz,)
+    parameters : (np,)
+    u : (nu,) inputs at t that were given to the last step; None where they followed the start or the scene
+    memory, workspace : the compiled stepper's, as doubles and as bytes
+    settings : of the stepper, in its order
+    scene, fingerprint, build : the library that they belong to
+    """
+
+    t: float
+    q: Array
+    v: Array
+    z: Array
+    parameters: Array
+    u: Array | None
+    memory: Array
+    workspace: NDArray[np.uint8]
+    settings: Array
+    scene: str
+    fingerprint: str
+    build: str
+
+    def __repr__(self) -> str:
+        return f"<SimulatorState of {self.scene} at t = {self.t:.9g} s>"
+
+    def check(self, scene: str, library: Library) -> None:
+        """Raise ModelError where the state belongs to another model, method or compilation than a simulator's."""
+        hint = "the model, method and compiler that made it, or start(initial={'q': state.q, 'v': state.v})"
+        what = ""
+        if self.scene != scene:
+            what = f"this is a state of the scene {self.scene!r}, the simulator runs {scene!r}"
+        elif self.fingerprint != library.fingerprint:
+            what = f"this is a state of another model {scene!r}: its scene, terms, method or C code differ"
+        elif self.build != library.digest:
+            what = f"this is a state of another compilation of {scene!r}, whose memory may be laid out differently"
+        if what:
+            raise ModelError(Problem("state", what, hint))

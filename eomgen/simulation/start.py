@@ -1,0 +1,119 @@
+"""start: from an initial state to a ``Simulator``, with the options of ``simulate``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from eomgen.calls import checked_call
+from eomgen.compiled.arguments import number_of
+from eomgen.compiled.model import CompiledModel
+from eomgen.compiled.terms import Parameters
+from eomgen.errors import Problem, UsageError
+from eomgen.integrators.methods import AUTO, canonical_name
+from eomgen.simulation.automatic import automatic
+from eomgen.simulation.inputs import InputSignals, Signal, check_held, jumps_known, read_signals
+from eomgen.simulation.run import Run, start_of, starts_at_equilibrium
+from eomgen.simulation.settings import chosen_method, positive, stepper_library, stepper_settings
+from eomgen.simulation.simulator import Simulator
+from eomgen.simulation.time_grid import FINEST, TimeGrid
+
+
+@checked_call(
+    u="inputs",
+    dt="step",
+    h="step",
+    t0="t_start",
+    solver="method",
+    integrator="method",
+    p="parameters",
+    rtol="settings",
+    atol="settings",
+    max_iterations="settings",
+    **dict.fromkeys(("q", "v", "z", "q0", "v0", "x0", "y0", "state"), "initial"),
+)
+def start(
+    model: CompiledModel,
+    initial: Mapping[str, Any] | None = None,
+    parameters: Parameters = None,
+    method: str | None = None,
+    step: float | None = None,
+    *,
+    rho_inf: float | None = None,
+    alpha: float | None = None,
+    beta: float | None = None,
+    gamma: float | None = None,
+    order: int | None = None,
+    tolerance: float | None = None,
+    inputs: Mapping[str, Signal] | None = None,
+    t_start: float = 0.0,
+    settings: Mapping[str, float] | None = None,
+    start: str | None = None,
+) -> Simulator:
+    """Return a simulator at an initial state, to be stepped by the caller.
+
+    What is not given is the scene's, as in ``simulate``, whose options these are. A simulator makes none of the checks
+    of a whole run: energies, growth and the discretisation error are left to the caller.
+
+    Parameters
+    ----------
+    initial, parameters, method, step : as in ``simulate``
+    rho_inf, alpha, beta, gamma, order, tolerance, t_start, settings, start : likewise
+    inputs : mapping
+        Name -> number or function of t: what inputs are in steps that are given none.
+
+    Raises
+    ------
+    UsageError
+        Anything that is wrong, by name.
+    ModelError
+        The method cannot run on this scene; constraints cannot be met.
+    NumericalError
+        The initial state has no finite accelerations.
+    """
+    defaults = model.library.layout["defaults"]
+    size = positive("step", defaults["step"] if step is None else step)
+    t = number_of("t_start", t_start)
+    p = model.parameter_array(parameters)
+    if p.ndim != 1:
+        what = f"one set of parameters is needed, not a batch of shape {p.shape}"
+        raise UsageError(Problem("parameters", what, "one simulator for each"))
+    note = ""
+    if (model.description.simulation.method if method is None else method) == AUTO:
+        method, note = automatic(model, initial, p, t, size)
+    name = canonical_name(model.library.layout["built_method"] if method is None else method, tolerance)
+    given = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma, "order": order, "tolerance": tolerance}
+    stepped_by = chosen_method(name, given, defaults, bool(model.multipliers))
+    library = stepper_library(model, name, stepped_by)
+    if settings is not None and not isinstance(settings, Mapping):
+        what = f"a mapping is needed, not {type(settings).__name__}"
+        raise UsageError(Problem("settings", what, 'settings={"rtol": 1e-9}'))
+    chosen = stepper_settings(library.layout["method"], size, stepped_by, settings or {})
+    apart = float(np.spacing((np.float32 if library.real == "float" else np.float64)(abs(t))))
+    if size < FINEST * apart:
+        what = f"at t = {t:.9g} s neighbouring numbers are {apart:.3g} s apart, too far for a step of {size:.3g} s"
+        raise UsageError(Problem("step", what, f"a step of {FINEST * apart:.2g} s or more, or times nearer to 0"))
+    from_caller = read_signals(inputs, model.inputs, 0)
+    for key, signal in from_caller.items():
+        if isinstance(signal, np.ndarray):
+            what = "a table is for a run whose end is known"
+            raise UsageError(Problem(f"input {key}", what, "a number or a function of t here, and values in step(u)"))
+    if stepped_by.inputs == "series":
+        check_held(name, from_caller)
+    signals = InputSignals(
+        model.inputs,
+        from_caller,
+        lambda times: model.input_values(times, parameters=p),
+        size,
+        t,
+        jumps_known(library),
+    )
+    run = Run(model, name, stepped_by, chosen, p, signals, TimeGrid(t, t, size, 0, 0.0), 1)
+    at_rest = starts_at_equilibrium(start, initial is not None, str(defaults["start"]))
+    changed = bool(initial) or parameters is not None
+    state, corrections, doubts = start_of(run, initial, equilibrium_start=at_rest, changed=changed)
+    simulator = Simulator(run, library)
+    simulator.begin(t, state, [*corrections, *doubts, *([note] if note else [])])
+    return simulator
