@@ -40,6 +40,7 @@ ROBOTS = {
     robot.name: robot
     for robot in (
         Robot("panda", "panda_description/urdf/panda.urdf", "fixed", ("panda_finger_joint1", "panda_finger_joint2")),
+        Robot("ur5", "ur_description/urdf/ur5_robot.urdf", "fixed"),
         Robot("anymal_b", "anymal_b_simple_description/robots/anymal.urdf", "free"),
         Robot("talos", "talos_data/robots/talos_reduced.urdf", "free"),
     )

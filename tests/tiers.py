@@ -20,6 +20,7 @@ SLOW: dict[str, tuple[str, ...]] = {
     "analysis/test_nearest_equilibrium.py::test_springs_that_end_inside_out_are_named": (),
     "analysis/test_nearest_equilibrium.py::test_where_no_damped_motion_settles_newton_does_and_says_so": (),
     "benchmarks/test_multibody_scripts.py": (),
+    "benchmarks/test_scripts.py::test_a_controlled_robot_moves_as_pinocchio_says": (),
     "benchmarks/test_scripts.py::test_all_contestants_spin_the_beam_up": (),
     "benchmarks/test_scripts.py::test_generation_time_measures_every_stage": (),
     "benchmarks/test_scripts.py::test_robot_dynamics_finds_its_own_numbers_right": (),
@@ -371,6 +372,22 @@ SLOW: dict[str, tuple[str, ...]] = {
     "simulation/test_long_trees.py::test_joints_of_several_coordinates_in_a_long_tree": (),
     "simulation/test_named_methods.py::test_cases_of_the_same_coefficients_run_the_same": (),
     "simulation/test_named_methods.py::test_undamped_and_damped_cases_bear_constraints": (),
+    "simulation/test_simulated_robot.py": (),
+    "simulation/test_simulator.py::test_copies_and_states_go_on_with_the_same_bits": (
+        "rk4-joint",
+        "generalized_alpha-absolute",
+    ),
+    "simulation/test_simulator.py::test_events_within_steps": (),
+    "simulation/test_simulator.py::test_methods_of_own_steps_keep_their_tolerance_over_jumps": ("taylor-None-1e-10",),
+    "simulation/test_simulator.py::test_steps_are_those_of_simulate_to_the_bit": (
+        "rk4-joint",
+        "generalized_alpha-absolute",
+    ),
+    "simulation/test_simulator.py::test_the_order_is_kept_over_jumps": (
+        "rk4-joint-4-options0",
+        "generalized_alpha-absolute-2-options5",
+    ),
+    "simulation/test_simulator.py::test_what_is_prescribed_ends_a_motion_where_it_ends": (),
     "simulation/test_time_grid.py::test_a_run_with_very_many_jumps_lists_none_of_them": (),
     "simulation/test_time_grid.py::test_ctrl_c_is_heard_among_many_jumps": (),
     "studies/test_check_of_examples.py::test_every_closed_form_of_an_example_agrees": (

@@ -16,7 +16,7 @@ from eomgen.arrays import Array
 from eomgen.calls import ByName, checked_calls, unknown_attribute
 from eomgen.compiled.arguments import check_finite, check_name, number_of, numbers
 from eomgen.compiled.initial_state import InitialState
-from eomgen.errors import NumericalError, Problem, UsageError
+from eomgen.errors import EomgenError, NumericalError, Problem, UsageError
 from eomgen.integrators.events import AT_EVENTS, STOPPED
 from eomgen.integrators.families.family import BAD_ARGUMENT
 from eomgen.integrators.stepper_layout import INPUT_NOT_FINITE
@@ -86,9 +86,12 @@ class Simulator:
         self._none = library.ffi.NULL
         self._held, self._target = (pointer(part) if len(part) else self._none for part in (self._u, self._u_end))
         self._one = partial(self._call, 1, self._held, self._none)
-        self._signals, self._given = run.signals, False
+        self._free = partial(self._call, 1, self._none, self._none)
+        self._by_formulas = run.driven is None
+        self._signals, self._given = run.signals, False  # of the last step
         self._cleared, self._ahead, self._stopped = 0, _AHEAD, ""
         self._found: tuple[StepEvent, ...] = ()
+        self._begun: InitialState | None = None
         self.notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
@@ -127,6 +130,11 @@ class Simulator:
             self._given = True
             self._cleared -= 1
             if status := self._one():
+                self._judge(status)
+        elif plain and u is None and self._by_formulas:
+            self._signals, self._given = self._run.signals, False
+            self._cleared -= 1
+            if status := self._free():
                 self._judge(status)
         else:
             self._steps(u, count_of("n", n), end)
@@ -212,22 +220,31 @@ class Simulator:
 
     def begin(self, t: float, state: InitialState, notes: list[str]) -> None:
         """Start at a state that meets the constraints; what ``start`` and ``set_state`` end with."""
-        stepper, before = self._stepper, self._stepper.memory
-        table = None
+        before = self._stepper.memory
+        try:
+            self._initialize(t, state, self._u, self._u)
+        except EomgenError:
+            self._stepper.restore(*before)
+            raise
+        self.notes, self._stopped, self._cleared, self._found = tuple(notes), "", 0, ()
+        self._begun = state
+
+    def _initialize(self, t: float, state: InitialState, first: Array, last: Array) -> None:
+        """Start with inputs that go from first to last over a step, where they are given."""
+        stepper, table = self._stepper, None
         if self._given:
-            table = np.tile(self._u, (stepper.sizes["rows_per_step"] + 1, 1))
-        elif self._driven:
-            table = np.ascontiguousarray(self._signals.table(t + stepper.step_size * stepper.input_times))
+            shares = stepper.input_times[:, np.newaxis]
+            table = np.ascontiguousarray((1.0 - shares) * first + shares * last)
+        elif driven := self._driven:
+            table = np.ascontiguousarray(driven(t + stepper.step_size * stepper.input_times))
         status = stepper.initialize(t, state.q, state.v, table, state.z)
         if status:
-            stepper.restore(*before)
             settings = ", ".join(f"{name} = {value:.6g}" for name, value in self._run.settings.items())
             text = stepper.status_text(status)
             if status == BAD_ARGUMENT.number:
                 raise UsageError(Problem("settings", f"{self.method} refuses {settings}: {text}", "the defaults"))
             what = f"the motion cannot start at t = {t:.9g} s: {text}"
-            raise NumericalError(Problem("start", what, "another state or other parameters"))
-        self.notes, self._stopped, self._cleared, self._found = tuple(notes), "", 0, ()
+            raise NumericalError(Problem("start", what, "another state, other parameters or inputs"))
 
     # -- where it is ---------------------------------------------------------------------------------------------------
 
@@ -326,6 +343,7 @@ class Simulator:
             z=self.z,
             parameters=stepper.parameters[:-1].copy(),
             u=self._u.copy() if self._given else None,
+            begun=self._begun,
             memory=memory,
             workspace=workspace,
             settings=stepper.settings.copy(),
@@ -359,7 +377,7 @@ class Simulator:
         if state.u is not None:
             self._u[:] = state.u
         self._rule(state.parameters)
-        self._stopped, self._found = "", ()
+        self._stopped, self._found, self._begun = "", (), state.begun
 
     def copy(self) -> Simulator:
         """Return a simulator of the same model in the same state, which goes on by itself to the same bits."""
@@ -432,6 +450,10 @@ class Simulator:
             signals = replace(signals, given={**signals.given, **self._named(u)})
         self._look_ahead(n, signals.given if first is None else dict.fromkeys(self.model.inputs, 0.0))
         self._signals, self._given, self._found = signals, first is not None, ()
+        if self._begun is not None and u is not None:  # the start was with other inputs
+            begin = self._u if first is None else first
+            self._initialize(self.t, self._begun, begin, self._between(begin, last, 1.0 / n))
+        self._begun = None
         if first is None:
             self._follow(n)
         else:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.arrays import Array
+from eomgen.compiled.initial_state import InitialState
 from eomgen.errors import ModelError, Problem
 from eomgen.toolchain.library import Library
 
@@ -22,6 +23,7 @@ class SimulatorState:
     q, v, z : (nq,), (nv,), (nz,)
     parameters : (np,)
     u : (nu,) inputs at t that were given to the last step; None where they followed the start or the scene
+    begun : state at which the motion starts with its next step; None once it goes on
     memory, workspace : the compiled stepper's, as doubles and as bytes
     settings : of the stepper, in its order
     scene, fingerprint, build : the library that they belong to
@@ -33,6 +35,7 @@ class SimulatorState:
     z: Array
     parameters: Array
     u: Array | None
+    begun: InitialState | None
     memory: Array
     workspace: NDArray[np.uint8]
     settings: Array

@@ -282,6 +282,37 @@ active_vehicle_status active_vehicle_run(const active_vehicle_parameters *p, con
     active_vehicle_state *state,
     active_vehicle_workspace *work, long steps, long record_every, const eomgen_real *u_table, eomgen_real *record,
     long *recorded);
+
+/* Up to `steps` steps without a record.
+ * Inputs [4] are held at u, or, where u_end is not NULL, linear in time from u at the start of the first step
+ * to u_end at the end of the last. u NULL: the scene's formulas. They may jump from call to call.
+ */
+active_vehicle_status active_vehicle_run_inputs(const active_vehicle_parameters *p,
+    const active_vehicle_settings *settings, active_vehicle_state *state,
+    active_vehicle_workspace *work, long steps, const eomgen_real *u, const eomgen_real *u_end);
+
+/* All that a motion needs, in one object, without pointers: an assignment copies it, and the copy goes on with the
+ * same bits. Parameters may be written between two steps; after t, q or v of the state,
+ * start it again. */
+typedef struct active_vehicle_simulator {
+    active_vehicle_parameters parameters;
+    active_vehicle_settings settings;
+    active_vehicle_state state;
+    active_vehicle_workspace work;
+} active_vehicle_simulator;
+
+/* The scene's parameters and initial state, and the method's settings. */
+void active_vehicle_simulator_default(active_vehicle_simulator *simulator);
+
+/* Starts at t, q and v of the state; u: inputs there, NULL for the
+ * scene's formulas. See active_vehicle_initialize. */
+active_vehicle_status active_vehicle_simulator_start(active_vehicle_simulator *simulator, const eomgen_real *u);
+
+/* See active_vehicle_run_inputs. */
+active_vehicle_status active_vehicle_simulator_step(active_vehicle_simulator *simulator, long steps,
+    const eomgen_real *u,
+    const eomgen_real *u_end);
+
 #ifdef __cplusplus
 }
 #endif

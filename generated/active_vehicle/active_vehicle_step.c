@@ -1345,33 +1345,96 @@ static void active_vehicle_write_row(const active_vehicle_parameters *p, const a
     (void)p; (void)inputs; (void)work;
 }
 
+/* Rows of inputs for step k of many, on the straight line from u to u_end; u alone, held, where that is NULL. */
+static const real *active_vehicle_rows_of_inputs(const real *u, const real *u_end, long k, long steps, real *rows)
+{
+    static const double at[2] = { 0.0, 1.0 };
+    int row, i;
+    for (row = 0; row <= 1; ++row) {
+        const real share = (real)(((double)k + at[row]) / (double)steps);
+        for (i = 0; i < 4; ++i)
+            rows[row * 4 + i] = u_end == NULL ? u[i] : (K(1.0) - share) * u[i] + share * u_end[i];
+    }
+    return rows;
+}
+
+/* Steps with inputs from a table, or else from u to u_end; see active_vehicle_run and active_vehicle_run_inputs. */
+static active_vehicle_status active_vehicle_loop(const active_vehicle_parameters *p,
+    const active_vehicle_settings *settings, active_vehicle_state *state,
+    active_vehicle_workspace *work, long steps, long record_every, const real *u_table, const real *u,
+        const real *u_end,
+    real *record, long *recorded)
+{
+    long k, count = 0;
+    const real *table = u_table;
+    active_vehicle_status status = ACTIVE_VEHICLE_OK;
+    real rows[8];
+    if (!active_vehicle_settings_are_good(settings) || state->t + settings->step == state->t)
+        status = ACTIVE_VEHICLE_BAD_ARGUMENT;
+    if (steps == 0 && record != NULL && status == ACTIVE_VEHICLE_OK)
+        active_vehicle_write_row(p, state, u_table, work, record + 22 * count++);
+    for (k = 0; k < steps && status == ACTIVE_VEHICLE_OK; ++k) {
+        if (u_table != NULL)
+            table = u_table + k * 4;
+        else if (u != NULL && (k == 0 || u_end != NULL))
+            table = active_vehicle_rows_of_inputs(u, u_end, k, steps, rows);
+        /* later steps share rows and parameters */
+        status = k == 0 ? active_vehicle_first_step(p, settings, state, work, table)
+            : active_vehicle_take_step(p, settings, state, work, table);
+        if (status != ACTIVE_VEHICLE_OK)
+            break;
+        if (record != NULL && record_every > 0 && state->count % record_every == 0) {
+            active_vehicle_write_row(p, state, table == NULL ? NULL : table + 4,
+                work, record + count * 22);
+            ++count;
+        }
+    }
+    if (k > 0)
+        active_vehicle_remember_inputs(state, table == NULL ? NULL : status == ACTIVE_VEHICLE_OK ? table + 4 : table);
+    if (recorded != NULL)
+        *recorded = count;
+    (void)u; (void)u_end;
+    return status;
+}
+
 active_vehicle_status active_vehicle_run(const active_vehicle_parameters *p, const active_vehicle_settings *settings,
     active_vehicle_state *state,
     active_vehicle_workspace *work, long steps, long record_every, const real *u_table, real *record, long *recorded)
 {
-    long k, rows = 0;
-    active_vehicle_status status = ACTIVE_VEHICLE_OK;
-    if (!active_vehicle_settings_are_good(settings) || state->t + settings->step == state->t)
-        status = ACTIVE_VEHICLE_BAD_ARGUMENT;
-    if (steps == 0 && record != NULL && status == ACTIVE_VEHICLE_OK)
-        active_vehicle_write_row(p, state, u_table, work, record + 22 * rows++);
-    for (k = 0; k < steps && status == ACTIVE_VEHICLE_OK; ++k) {
-        /* later steps share rows and parameters */
-        status = k == 0 ? active_vehicle_first_step(p, settings, state, work, u_table)
-            : active_vehicle_take_step(p, settings, state, work, u_table == NULL ? NULL : u_table + k * 4);
-        if (status != ACTIVE_VEHICLE_OK)
-            break;
-        if (record != NULL && record_every > 0 && state->count % record_every == 0) {
-            active_vehicle_write_row(p, state, u_table == NULL ? NULL : u_table + (k + 1) * 4, work, record
-                + rows * 22);
-            ++rows;
-        }
-    }
-    if (k > 0)
-        active_vehicle_remember_inputs(state, u_table == NULL ? NULL : u_table + k * 4);
-    if (recorded != NULL)
-        *recorded = rows;
-    return status;
+    return active_vehicle_loop(p, settings, state, work, steps, record_every, u_table, NULL, NULL, record, recorded);
+}
+
+active_vehicle_status active_vehicle_run_inputs(const active_vehicle_parameters *p,
+    const active_vehicle_settings *settings, active_vehicle_state *state,
+    active_vehicle_workspace *work, long steps, const real *u, const real *u_end)
+{
+    return active_vehicle_loop(p, settings, state, work, steps, 0, NULL, u, u_end, NULL, NULL);
+}
+
+void active_vehicle_simulator_default(active_vehicle_simulator *simulator)
+{
+    memset(&simulator->work, 0, sizeof simulator->work);
+    active_vehicle_default_parameters(&simulator->parameters);
+    active_vehicle_default_settings(&simulator->settings);
+    active_vehicle_default_state(&simulator->state);
+}
+
+active_vehicle_status active_vehicle_simulator_start(active_vehicle_simulator *simulator, const real *u)
+{
+    const real *table = NULL;
+    real rows[8];
+    if (u != NULL)
+        table = active_vehicle_rows_of_inputs(u, NULL, 0, 1, rows);
+    return active_vehicle_initialize(&simulator->parameters, &simulator->settings, &simulator->state, &simulator->work,
+        table);
+}
+
+active_vehicle_status active_vehicle_simulator_step(active_vehicle_simulator *simulator, long steps, const real *u,
+    const real *u_end)
+{
+    return active_vehicle_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state, &simulator->work,
+        steps,
+        u, u_end);
 }
 
 #endif

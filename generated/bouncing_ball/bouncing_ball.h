@@ -297,6 +297,35 @@ bouncing_ball_status bouncing_ball_run(const bouncing_ball_parameters *p, const 
     bouncing_ball_state *state,
     bouncing_ball_workspace *work, long steps, long record_every, const eomgen_real *u_table, eomgen_real *record,
     long *recorded);
+
+/* Up to `steps` steps without a record.
+ * The scene has no inputs: u and u_end are NULL.
+ * It ends early, with BOUNCING_BALL_OK, where the log of events is half full: state->count tells.
+ */
+bouncing_ball_status bouncing_ball_run_inputs(const bouncing_ball_parameters *p,
+    const bouncing_ball_settings *settings, bouncing_ball_state *state,
+    bouncing_ball_workspace *work, long steps, const eomgen_real *u, const eomgen_real *u_end);
+
+/* All that a motion needs, in one object, without pointers: an assignment copies it, and the copy goes on with the
+ * same bits. Parameters may be written between two steps; after t, q or v of the state,
+ * start it again. */
+typedef struct bouncing_ball_simulator {
+    bouncing_ball_parameters parameters;
+    bouncing_ball_settings settings;
+    bouncing_ball_state state;
+    bouncing_ball_workspace work;
+} bouncing_ball_simulator;
+
+/* The scene's parameters and initial state, and the method's settings. */
+void bouncing_ball_simulator_default(bouncing_ball_simulator *simulator);
+
+/* Starts at t, q and v of the state. See bouncing_ball_initialize. */
+bouncing_ball_status bouncing_ball_simulator_start(bouncing_ball_simulator *simulator, const eomgen_real *u);
+
+/* See bouncing_ball_run_inputs. */
+bouncing_ball_status bouncing_ball_simulator_step(bouncing_ball_simulator *simulator, long steps, const eomgen_real *u,
+    const eomgen_real *u_end);
+
 #ifdef __cplusplus
 }
 #endif

@@ -1124,11 +1124,14 @@ static void bouncing_ball_write_row(const bouncing_ball_parameters *p, const bou
     (void)p; (void)inputs; (void)work;
 }
 
-bouncing_ball_status bouncing_ball_run(const bouncing_ball_parameters *p, const bouncing_ball_settings *settings,
-    bouncing_ball_state *state,
-    bouncing_ball_workspace *work, long steps, long record_every, const real *u_table, real *record, long *recorded)
+/* Steps with inputs from a table, or else from u to u_end; see bouncing_ball_run and bouncing_ball_run_inputs. */
+static bouncing_ball_status bouncing_ball_loop(const bouncing_ball_parameters *p,
+    const bouncing_ball_settings *settings, bouncing_ball_state *state,
+    bouncing_ball_workspace *work, long steps, long record_every, const real *u_table, const real *u, const real *u_end,
+    real *record, long *recorded)
 {
-    long k, rows = 0;
+    long k, count = 0;
+    const real *table = u_table;
     bouncing_ball_status status = BOUNCING_BALL_OK;
     bouncing_ball_parameters present = *p;
     if (state->event_state.known)
@@ -1138,20 +1141,60 @@ bouncing_ball_status bouncing_ball_run(const bouncing_ball_parameters *p, const 
     if (!bouncing_ball_settings_are_good(settings) || state->t + settings->step == state->t)
         status = BOUNCING_BALL_BAD_ARGUMENT;
     if (steps == 0 && record != NULL && status == BOUNCING_BALL_OK)
-        bouncing_ball_write_row(p, state, u_table, work, record + 7 * rows++);
+        bouncing_ball_write_row(p, state, u_table, work, record + 7 * count++);
     for (k = 0; k < steps && status == BOUNCING_BALL_OK && work->found_count <= 32; ++k) {
-        status = bouncing_ball_step_with_events(p, settings, state, work, u_table == NULL ? NULL : u_table + k * 0);
+        status = bouncing_ball_step_with_events(p, settings, state, work, table);
         if (status != BOUNCING_BALL_OK)
             break;
         bouncing_ball_take_modes(state, &present);
         if (record != NULL && record_every > 0 && state->count % record_every == 0) {
-            bouncing_ball_write_row(p, state, NULL, work, record + rows * 7);
-            ++rows;
+            bouncing_ball_write_row(p, state, NULL,
+                work, record + count * 7);
+            ++count;
         }
     }
     if (recorded != NULL)
-        *recorded = rows;
+        *recorded = count;
+    (void)u; (void)u_end;
     return status;
+}
+
+bouncing_ball_status bouncing_ball_run(const bouncing_ball_parameters *p, const bouncing_ball_settings *settings,
+    bouncing_ball_state *state,
+    bouncing_ball_workspace *work, long steps, long record_every, const real *u_table, real *record, long *recorded)
+{
+    return bouncing_ball_loop(p, settings, state, work, steps, record_every, u_table, NULL, NULL, record, recorded);
+}
+
+bouncing_ball_status bouncing_ball_run_inputs(const bouncing_ball_parameters *p,
+    const bouncing_ball_settings *settings, bouncing_ball_state *state,
+    bouncing_ball_workspace *work, long steps, const real *u, const real *u_end)
+{
+    return bouncing_ball_loop(p, settings, state, work, steps, 0, NULL, u, u_end, NULL, NULL);
+}
+
+void bouncing_ball_simulator_default(bouncing_ball_simulator *simulator)
+{
+    memset(&simulator->work, 0, sizeof simulator->work);
+    bouncing_ball_default_parameters(&simulator->parameters);
+    bouncing_ball_default_settings(&simulator->settings);
+    bouncing_ball_default_state(&simulator->state);
+}
+
+bouncing_ball_status bouncing_ball_simulator_start(bouncing_ball_simulator *simulator, const real *u)
+{
+    const real *table = NULL;
+    (void)u;
+    return bouncing_ball_initialize(&simulator->parameters, &simulator->settings, &simulator->state, &simulator->work,
+        table);
+}
+
+bouncing_ball_status bouncing_ball_simulator_step(bouncing_ball_simulator *simulator, long steps, const real *u,
+    const real *u_end)
+{
+    return bouncing_ball_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state, &simulator->work,
+        steps,
+        u, u_end);
 }
 
 #endif

@@ -246,6 +246,36 @@ free_spinning_body_status free_spinning_body_run(const free_spinning_body_parame
     const free_spinning_body_settings *settings, free_spinning_body_state *state,
     free_spinning_body_workspace *work, long steps, long record_every, const eomgen_real *u_table, eomgen_real *record,
     long *recorded);
+
+/* Up to `steps` steps without a record.
+ * The scene has no inputs: u and u_end are NULL.
+ */
+free_spinning_body_status free_spinning_body_run_inputs(const free_spinning_body_parameters *p,
+    const free_spinning_body_settings *settings, free_spinning_body_state *state,
+    free_spinning_body_workspace *work, long steps, const eomgen_real *u, const eomgen_real *u_end);
+
+/* All that a motion needs, in one object, without pointers: an assignment copies it, and the copy goes on with the
+ * same bits. Parameters may be written between two steps; after t, q or v of the state,
+ * start it again. */
+typedef struct free_spinning_body_simulator {
+    free_spinning_body_parameters parameters;
+    free_spinning_body_settings settings;
+    free_spinning_body_state state;
+    free_spinning_body_workspace work;
+} free_spinning_body_simulator;
+
+/* The scene's parameters and initial state, and the method's settings. */
+void free_spinning_body_simulator_default(free_spinning_body_simulator *simulator);
+
+/* Starts at t, q and v of the state. See free_spinning_body_initialize. */
+free_spinning_body_status free_spinning_body_simulator_start(free_spinning_body_simulator *simulator,
+    const eomgen_real *u);
+
+/* See free_spinning_body_run_inputs. */
+free_spinning_body_status free_spinning_body_simulator_step(free_spinning_body_simulator *simulator, long steps,
+    const eomgen_real *u,
+    const eomgen_real *u_end);
+
 #ifdef __cplusplus
 }
 #endif

@@ -1298,29 +1298,75 @@ static void free_spinning_body_write_row(const free_spinning_body_parameters *p,
     (void)p; (void)inputs; (void)work;
 }
 
+/* Steps with inputs from a table, or else from u to u_end; see free_spinning_body_run and
+ * free_spinning_body_run_inputs. */
+static free_spinning_body_status free_spinning_body_loop(const free_spinning_body_parameters *p,
+    const free_spinning_body_settings *settings, free_spinning_body_state *state,
+    free_spinning_body_workspace *work, long steps, long record_every, const real *u_table, const real *u,
+        const real *u_end,
+    real *record, long *recorded)
+{
+    long k, count = 0;
+    const real *table = u_table;
+    free_spinning_body_status status = FREE_SPINNING_BODY_OK;
+    if (!free_spinning_body_settings_are_good(settings) || state->t + settings->step == state->t)
+        status = FREE_SPINNING_BODY_BAD_ARGUMENT;
+    if (steps == 0 && record != NULL && status == FREE_SPINNING_BODY_OK)
+        free_spinning_body_write_row(p, state, u_table, work, record + 20 * count++);
+    for (k = 0; k < steps && status == FREE_SPINNING_BODY_OK; ++k) {
+        status = free_spinning_body_take_step(p, settings, state, work, table);
+        if (status != FREE_SPINNING_BODY_OK)
+            break;
+        if (record != NULL && record_every > 0 && state->count % record_every == 0) {
+            free_spinning_body_write_row(p, state, NULL,
+                work, record + count * 20);
+            ++count;
+        }
+    }
+    if (recorded != NULL)
+        *recorded = count;
+    (void)u; (void)u_end;
+    return status;
+}
+
 free_spinning_body_status free_spinning_body_run(const free_spinning_body_parameters *p,
     const free_spinning_body_settings *settings, free_spinning_body_state *state,
     free_spinning_body_workspace *work, long steps, long record_every, const real *u_table, real *record,
         long *recorded)
 {
-    long k, rows = 0;
-    free_spinning_body_status status = FREE_SPINNING_BODY_OK;
-    if (!free_spinning_body_settings_are_good(settings) || state->t + settings->step == state->t)
-        status = FREE_SPINNING_BODY_BAD_ARGUMENT;
-    if (steps == 0 && record != NULL && status == FREE_SPINNING_BODY_OK)
-        free_spinning_body_write_row(p, state, u_table, work, record + 20 * rows++);
-    for (k = 0; k < steps && status == FREE_SPINNING_BODY_OK; ++k) {
-        status = free_spinning_body_take_step(p, settings, state, work, u_table == NULL ? NULL : u_table + k * 0);
-        if (status != FREE_SPINNING_BODY_OK)
-            break;
-        if (record != NULL && record_every > 0 && state->count % record_every == 0) {
-            free_spinning_body_write_row(p, state, NULL, work, record + rows * 20);
-            ++rows;
-        }
-    }
-    if (recorded != NULL)
-        *recorded = rows;
-    return status;
+    return free_spinning_body_loop(p, settings, state, work, steps, record_every, u_table, NULL, NULL, record,
+        recorded);
+}
+
+free_spinning_body_status free_spinning_body_run_inputs(const free_spinning_body_parameters *p,
+    const free_spinning_body_settings *settings, free_spinning_body_state *state,
+    free_spinning_body_workspace *work, long steps, const real *u, const real *u_end)
+{
+    return free_spinning_body_loop(p, settings, state, work, steps, 0, NULL, u, u_end, NULL, NULL);
+}
+
+void free_spinning_body_simulator_default(free_spinning_body_simulator *simulator)
+{
+    memset(&simulator->work, 0, sizeof simulator->work);
+    free_spinning_body_default_parameters(&simulator->parameters);
+    free_spinning_body_default_settings(&simulator->settings);
+    free_spinning_body_default_state(&simulator->state);
+}
+
+free_spinning_body_status free_spinning_body_simulator_start(free_spinning_body_simulator *simulator, const real *u)
+{
+    const real *table = NULL;
+    (void)u;
+    return free_spinning_body_initialize(&simulator->parameters, &simulator->settings, &simulator->state,
+        &simulator->work, table);
+}
+
+free_spinning_body_status free_spinning_body_simulator_step(free_spinning_body_simulator *simulator, long steps,
+    const real *u, const real *u_end)
+{
+    return free_spinning_body_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state,
+        &simulator->work, steps,
+        u, u_end);
 }
 
 #endif

@@ -328,6 +328,35 @@ heavy_top_r3xso3_status heavy_top_r3xso3_run(const heavy_top_r3xso3_parameters *
     const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state,
     heavy_top_r3xso3_workspace *work, long steps, long record_every, const eomgen_real *u_table, eomgen_real *record,
     long *recorded);
+
+/* Up to `steps` steps without a record.
+ * The scene has no inputs: u and u_end are NULL.
+ */
+heavy_top_r3xso3_status heavy_top_r3xso3_run_inputs(const heavy_top_r3xso3_parameters *p,
+    const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state,
+    heavy_top_r3xso3_workspace *work, long steps, const eomgen_real *u, const eomgen_real *u_end);
+
+/* All that a motion needs, in one object, without pointers: an assignment copies it, and the copy goes on with the
+ * same bits. Parameters may be written between two steps; after t, q or v of the state,
+ * start it again. */
+typedef struct heavy_top_r3xso3_simulator {
+    heavy_top_r3xso3_parameters parameters;
+    heavy_top_r3xso3_settings settings;
+    heavy_top_r3xso3_state state;
+    heavy_top_r3xso3_workspace work;
+} heavy_top_r3xso3_simulator;
+
+/* The scene's parameters and initial state, and the method's settings. */
+void heavy_top_r3xso3_simulator_default(heavy_top_r3xso3_simulator *simulator);
+
+/* Starts at t, q and v of the state. See heavy_top_r3xso3_initialize. */
+heavy_top_r3xso3_status heavy_top_r3xso3_simulator_start(heavy_top_r3xso3_simulator *simulator, const eomgen_real *u);
+
+/* See heavy_top_r3xso3_run_inputs. */
+heavy_top_r3xso3_status heavy_top_r3xso3_simulator_step(heavy_top_r3xso3_simulator *simulator, long steps,
+    const eomgen_real *u,
+    const eomgen_real *u_end);
+
 #ifdef __cplusplus
 }
 #endif

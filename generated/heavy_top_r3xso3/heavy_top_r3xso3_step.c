@@ -2195,30 +2195,77 @@ static void heavy_top_r3xso3_write_row(const heavy_top_r3xso3_parameters *p, con
     (void)p; (void)inputs; (void)work;
 }
 
-heavy_top_r3xso3_status heavy_top_r3xso3_run(const heavy_top_r3xso3_parameters *p,
+/* Steps with inputs from a table, or else from u to u_end; see heavy_top_r3xso3_run and heavy_top_r3xso3_run_inputs. */
+static heavy_top_r3xso3_status heavy_top_r3xso3_loop(const heavy_top_r3xso3_parameters *p,
     const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state,
-    heavy_top_r3xso3_workspace *work, long steps, long record_every, const real *u_table, real *record, long *recorded)
+    heavy_top_r3xso3_workspace *work, long steps, long record_every, const real *u_table, const real *u,
+        const real *u_end,
+    real *record, long *recorded)
 {
-    long k, rows = 0;
+    long k, count = 0;
+    const real *table = u_table;
     heavy_top_r3xso3_status status = HEAVY_TOP_R3XSO3_OK;
     if (!heavy_top_r3xso3_settings_are_good(settings) || state->t + settings->step == state->t)
         status = HEAVY_TOP_R3XSO3_BAD_ARGUMENT;
     if (steps == 0 && record != NULL && status == HEAVY_TOP_R3XSO3_OK)
-        heavy_top_r3xso3_write_row(p, state, u_table, work, record + 23 * rows++);
+        heavy_top_r3xso3_write_row(p, state, u_table, work, record + 23 * count++);
     for (k = 0; k < steps && status == HEAVY_TOP_R3XSO3_OK; ++k) {
-        status = heavy_top_r3xso3_take_step(p, settings, state, work, u_table == NULL ? NULL : u_table + k * 0);
+        status = heavy_top_r3xso3_take_step(p, settings, state, work, table);
         if (status != HEAVY_TOP_R3XSO3_OK)
             break;
         if (record != NULL && record_every > 0 && state->count % record_every == 0) {
-            heavy_top_r3xso3_write_row(p, state, NULL, work, record + rows * 23);
+            heavy_top_r3xso3_write_row(p, state, NULL,
+                work, record + count * 23);
             heavy_top_r3xso3_observe(p, state, work);
-            ++rows;
+            ++count;
         }
     }
-    heavy_top_r3xso3_finish(p, state, work);
     if (recorded != NULL)
-        *recorded = rows;
+        *recorded = count;
+    (void)u; (void)u_end;
     return status;
+}
+
+heavy_top_r3xso3_status heavy_top_r3xso3_run(const heavy_top_r3xso3_parameters *p,
+    const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state,
+    heavy_top_r3xso3_workspace *work, long steps, long record_every, const real *u_table, real *record, long *recorded)
+{
+    const heavy_top_r3xso3_status status = heavy_top_r3xso3_loop(p, settings, state, work, steps, record_every,
+        u_table, NULL, NULL,
+        record, recorded);
+    heavy_top_r3xso3_finish(p, state, work);
+    return status;
+}
+
+heavy_top_r3xso3_status heavy_top_r3xso3_run_inputs(const heavy_top_r3xso3_parameters *p,
+    const heavy_top_r3xso3_settings *settings, heavy_top_r3xso3_state *state,
+    heavy_top_r3xso3_workspace *work, long steps, const real *u, const real *u_end)
+{
+    return heavy_top_r3xso3_loop(p, settings, state, work, steps, 0, NULL, u, u_end, NULL, NULL);
+}
+
+void heavy_top_r3xso3_simulator_default(heavy_top_r3xso3_simulator *simulator)
+{
+    memset(&simulator->work, 0, sizeof simulator->work);
+    heavy_top_r3xso3_default_parameters(&simulator->parameters);
+    heavy_top_r3xso3_default_settings(&simulator->settings);
+    heavy_top_r3xso3_default_state(&simulator->state);
+}
+
+heavy_top_r3xso3_status heavy_top_r3xso3_simulator_start(heavy_top_r3xso3_simulator *simulator, const real *u)
+{
+    const real *table = NULL;
+    (void)u;
+    return heavy_top_r3xso3_initialize(&simulator->parameters, &simulator->settings, &simulator->state,
+        &simulator->work, table);
+}
+
+heavy_top_r3xso3_status heavy_top_r3xso3_simulator_step(heavy_top_r3xso3_simulator *simulator, long steps,
+    const real *u, const real *u_end)
+{
+    return heavy_top_r3xso3_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state,
+        &simulator->work, steps,
+        u, u_end);
 }
 
 #endif

@@ -279,6 +279,36 @@ pendulum_on_shaking_base_status pendulum_on_shaking_base_run(const pendulum_on_s
     pendulum_on_shaking_base_workspace *work, long steps, long record_every, const eomgen_real *u_table,
         eomgen_real *record,
     long *recorded);
+
+/* Up to `steps` steps without a record.
+ * The scene has no inputs: u and u_end are NULL.
+ */
+pendulum_on_shaking_base_status pendulum_on_shaking_base_run_inputs(const pendulum_on_shaking_base_parameters *p,
+    const pendulum_on_shaking_base_settings *settings, pendulum_on_shaking_base_state *state,
+    pendulum_on_shaking_base_workspace *work, long steps, const eomgen_real *u, const eomgen_real *u_end);
+
+/* All that a motion needs, in one object, without pointers: an assignment copies it, and the copy goes on with the
+ * same bits. Parameters may be written between two steps; after t, q or v of the state,
+ * start it again. */
+typedef struct pendulum_on_shaking_base_simulator {
+    pendulum_on_shaking_base_parameters parameters;
+    pendulum_on_shaking_base_settings settings;
+    pendulum_on_shaking_base_state state;
+    pendulum_on_shaking_base_workspace work;
+} pendulum_on_shaking_base_simulator;
+
+/* The scene's parameters and initial state, and the method's settings. */
+void pendulum_on_shaking_base_simulator_default(pendulum_on_shaking_base_simulator *simulator);
+
+/* Starts at t, q and v of the state. See pendulum_on_shaking_base_initialize. */
+pendulum_on_shaking_base_status pendulum_on_shaking_base_simulator_start(pendulum_on_shaking_base_simulator *simulator,
+    const eomgen_real *u);
+
+/* See pendulum_on_shaking_base_run_inputs. */
+pendulum_on_shaking_base_status pendulum_on_shaking_base_simulator_step(pendulum_on_shaking_base_simulator *simulator,
+    long steps, const eomgen_real *u,
+    const eomgen_real *u_end);
+
 #ifdef __cplusplus
 }
 #endif

@@ -1070,29 +1070,76 @@ static void pendulum_on_shaking_base_write_row(const pendulum_on_shaking_base_pa
     (void)p; (void)inputs; (void)work;
 }
 
+/* Steps with inputs from a table, or else from u to u_end; see pendulum_on_shaking_base_run and
+ * pendulum_on_shaking_base_run_inputs. */
+static pendulum_on_shaking_base_status pendulum_on_shaking_base_loop(const pendulum_on_shaking_base_parameters *p,
+    const pendulum_on_shaking_base_settings *settings, pendulum_on_shaking_base_state *state,
+    pendulum_on_shaking_base_workspace *work, long steps, long record_every, const real *u_table, const real *u,
+        const real *u_end,
+    real *record, long *recorded)
+{
+    long k, count = 0;
+    const real *table = u_table;
+    pendulum_on_shaking_base_status status = PENDULUM_ON_SHAKING_BASE_OK;
+    if (!pendulum_on_shaking_base_settings_are_good(settings) || state->t + settings->step == state->t)
+        status = PENDULUM_ON_SHAKING_BASE_BAD_ARGUMENT;
+    if (steps == 0 && record != NULL && status == PENDULUM_ON_SHAKING_BASE_OK)
+        pendulum_on_shaking_base_write_row(p, state, u_table, work, record + 4 * count++);
+    for (k = 0; k < steps && status == PENDULUM_ON_SHAKING_BASE_OK; ++k) {
+        status = pendulum_on_shaking_base_take_step(p, settings, state, work, table);
+        if (status != PENDULUM_ON_SHAKING_BASE_OK)
+            break;
+        if (record != NULL && record_every > 0 && state->count % record_every == 0) {
+            pendulum_on_shaking_base_write_row(p, state, NULL,
+                work, record + count * 4);
+            ++count;
+        }
+    }
+    if (recorded != NULL)
+        *recorded = count;
+    (void)u; (void)u_end;
+    return status;
+}
+
 pendulum_on_shaking_base_status pendulum_on_shaking_base_run(const pendulum_on_shaking_base_parameters *p,
     const pendulum_on_shaking_base_settings *settings, pendulum_on_shaking_base_state *state,
     pendulum_on_shaking_base_workspace *work, long steps, long record_every, const real *u_table, real *record,
         long *recorded)
 {
-    long k, rows = 0;
-    pendulum_on_shaking_base_status status = PENDULUM_ON_SHAKING_BASE_OK;
-    if (!pendulum_on_shaking_base_settings_are_good(settings) || state->t + settings->step == state->t)
-        status = PENDULUM_ON_SHAKING_BASE_BAD_ARGUMENT;
-    if (steps == 0 && record != NULL && status == PENDULUM_ON_SHAKING_BASE_OK)
-        pendulum_on_shaking_base_write_row(p, state, u_table, work, record + 4 * rows++);
-    for (k = 0; k < steps && status == PENDULUM_ON_SHAKING_BASE_OK; ++k) {
-        status = pendulum_on_shaking_base_take_step(p, settings, state, work, u_table == NULL ? NULL : u_table + k * 0);
-        if (status != PENDULUM_ON_SHAKING_BASE_OK)
-            break;
-        if (record != NULL && record_every > 0 && state->count % record_every == 0) {
-            pendulum_on_shaking_base_write_row(p, state, NULL, work, record + rows * 4);
-            ++rows;
-        }
-    }
-    if (recorded != NULL)
-        *recorded = rows;
-    return status;
+    return pendulum_on_shaking_base_loop(p, settings, state, work, steps, record_every, u_table, NULL, NULL, record,
+        recorded);
+}
+
+pendulum_on_shaking_base_status pendulum_on_shaking_base_run_inputs(const pendulum_on_shaking_base_parameters *p,
+    const pendulum_on_shaking_base_settings *settings, pendulum_on_shaking_base_state *state,
+    pendulum_on_shaking_base_workspace *work, long steps, const real *u, const real *u_end)
+{
+    return pendulum_on_shaking_base_loop(p, settings, state, work, steps, 0, NULL, u, u_end, NULL, NULL);
+}
+
+void pendulum_on_shaking_base_simulator_default(pendulum_on_shaking_base_simulator *simulator)
+{
+    memset(&simulator->work, 0, sizeof simulator->work);
+    pendulum_on_shaking_base_default_parameters(&simulator->parameters);
+    pendulum_on_shaking_base_default_settings(&simulator->settings);
+    pendulum_on_shaking_base_default_state(&simulator->state);
+}
+
+pendulum_on_shaking_base_status pendulum_on_shaking_base_simulator_start(pendulum_on_shaking_base_simulator *simulator,
+    const real *u)
+{
+    const real *table = NULL;
+    (void)u;
+    return pendulum_on_shaking_base_initialize(&simulator->parameters, &simulator->settings, &simulator->state,
+        &simulator->work, table);
+}
+
+pendulum_on_shaking_base_status pendulum_on_shaking_base_simulator_step(pendulum_on_shaking_base_simulator *simulator,
+    long steps, const real *u, const real *u_end)
+{
+    return pendulum_on_shaking_base_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state,
+        &simulator->work, steps,
+        u, u_end);
 }
 
 #endif

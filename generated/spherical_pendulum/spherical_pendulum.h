@@ -246,6 +246,36 @@ spherical_pendulum_status spherical_pendulum_run(const spherical_pendulum_parame
     const spherical_pendulum_settings *settings, spherical_pendulum_state *state,
     spherical_pendulum_workspace *work, long steps, long record_every, const eomgen_real *u_table, eomgen_real *record,
     long *recorded);
+
+/* Up to `steps` steps without a record.
+ * The scene has no inputs: u and u_end are NULL.
+ */
+spherical_pendulum_status spherical_pendulum_run_inputs(const spherical_pendulum_parameters *p,
+    const spherical_pendulum_settings *settings, spherical_pendulum_state *state,
+    spherical_pendulum_workspace *work, long steps, const eomgen_real *u, const eomgen_real *u_end);
+
+/* All that a motion needs, in one object, without pointers: an assignment copies it, and the copy goes on with the
+ * same bits. Parameters may be written between two steps; after t, q or v of the state,
+ * start it again. */
+typedef struct spherical_pendulum_simulator {
+    spherical_pendulum_parameters parameters;
+    spherical_pendulum_settings settings;
+    spherical_pendulum_state state;
+    spherical_pendulum_workspace work;
+} spherical_pendulum_simulator;
+
+/* The scene's parameters and initial state, and the method's settings. */
+void spherical_pendulum_simulator_default(spherical_pendulum_simulator *simulator);
+
+/* Starts at t, q and v of the state. See spherical_pendulum_initialize. */
+spherical_pendulum_status spherical_pendulum_simulator_start(spherical_pendulum_simulator *simulator,
+    const eomgen_real *u);
+
+/* See spherical_pendulum_run_inputs. */
+spherical_pendulum_status spherical_pendulum_simulator_step(spherical_pendulum_simulator *simulator, long steps,
+    const eomgen_real *u,
+    const eomgen_real *u_end);
+
 #ifdef __cplusplus
 }
 #endif

@@ -1198,29 +1198,75 @@ static void spherical_pendulum_write_row(const spherical_pendulum_parameters *p,
     (void)p; (void)inputs; (void)work;
 }
 
+/* Steps with inputs from a table, or else from u to u_end; see spherical_pendulum_run and
+ * spherical_pendulum_run_inputs. */
+static spherical_pendulum_status spherical_pendulum_loop(const spherical_pendulum_parameters *p,
+    const spherical_pendulum_settings *settings, spherical_pendulum_state *state,
+    spherical_pendulum_workspace *work, long steps, long record_every, const real *u_table, const real *u,
+        const real *u_end,
+    real *record, long *recorded)
+{
+    long k, count = 0;
+    const real *table = u_table;
+    spherical_pendulum_status status = SPHERICAL_PENDULUM_OK;
+    if (!spherical_pendulum_settings_are_good(settings) || state->t + settings->step == state->t)
+        status = SPHERICAL_PENDULUM_BAD_ARGUMENT;
+    if (steps == 0 && record != NULL && status == SPHERICAL_PENDULUM_OK)
+        spherical_pendulum_write_row(p, state, u_table, work, record + 11 * count++);
+    for (k = 0; k < steps && status == SPHERICAL_PENDULUM_OK; ++k) {
+        status = spherical_pendulum_take_step(p, settings, state, work, table);
+        if (status != SPHERICAL_PENDULUM_OK)
+            break;
+        if (record != NULL && record_every > 0 && state->count % record_every == 0) {
+            spherical_pendulum_write_row(p, state, NULL,
+                work, record + count * 11);
+            ++count;
+        }
+    }
+    if (recorded != NULL)
+        *recorded = count;
+    (void)u; (void)u_end;
+    return status;
+}
+
 spherical_pendulum_status spherical_pendulum_run(const spherical_pendulum_parameters *p,
     const spherical_pendulum_settings *settings, spherical_pendulum_state *state,
     spherical_pendulum_workspace *work, long steps, long record_every, const real *u_table, real *record,
         long *recorded)
 {
-    long k, rows = 0;
-    spherical_pendulum_status status = SPHERICAL_PENDULUM_OK;
-    if (!spherical_pendulum_settings_are_good(settings) || state->t + settings->step == state->t)
-        status = SPHERICAL_PENDULUM_BAD_ARGUMENT;
-    if (steps == 0 && record != NULL && status == SPHERICAL_PENDULUM_OK)
-        spherical_pendulum_write_row(p, state, u_table, work, record + 11 * rows++);
-    for (k = 0; k < steps && status == SPHERICAL_PENDULUM_OK; ++k) {
-        status = spherical_pendulum_take_step(p, settings, state, work, u_table == NULL ? NULL : u_table + k * 0);
-        if (status != SPHERICAL_PENDULUM_OK)
-            break;
-        if (record != NULL && record_every > 0 && state->count % record_every == 0) {
-            spherical_pendulum_write_row(p, state, NULL, work, record + rows * 11);
-            ++rows;
-        }
-    }
-    if (recorded != NULL)
-        *recorded = rows;
-    return status;
+    return spherical_pendulum_loop(p, settings, state, work, steps, record_every, u_table, NULL, NULL, record,
+        recorded);
+}
+
+spherical_pendulum_status spherical_pendulum_run_inputs(const spherical_pendulum_parameters *p,
+    const spherical_pendulum_settings *settings, spherical_pendulum_state *state,
+    spherical_pendulum_workspace *work, long steps, const real *u, const real *u_end)
+{
+    return spherical_pendulum_loop(p, settings, state, work, steps, 0, NULL, u, u_end, NULL, NULL);
+}
+
+void spherical_pendulum_simulator_default(spherical_pendulum_simulator *simulator)
+{
+    memset(&simulator->work, 0, sizeof simulator->work);
+    spherical_pendulum_default_parameters(&simulator->parameters);
+    spherical_pendulum_default_settings(&simulator->settings);
+    spherical_pendulum_default_state(&simulator->state);
+}
+
+spherical_pendulum_status spherical_pendulum_simulator_start(spherical_pendulum_simulator *simulator, const real *u)
+{
+    const real *table = NULL;
+    (void)u;
+    return spherical_pendulum_initialize(&simulator->parameters, &simulator->settings, &simulator->state,
+        &simulator->work, table);
+}
+
+spherical_pendulum_status spherical_pendulum_simulator_step(spherical_pendulum_simulator *simulator, long steps,
+    const real *u, const real *u_end)
+{
+    return spherical_pendulum_run_inputs(&simulator->parameters, &simulator->settings, &simulator->state,
+        &simulator->work, steps,
+        u, u_end);
 }
 
 #endif

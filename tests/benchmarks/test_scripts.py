@@ -14,6 +14,7 @@ from benchmarks import (
     measure,
     robot_dynamics,
     spin_up_beam,
+    stepper_overhead,
     stepping,
     time_derivatives,
 )
@@ -58,6 +59,11 @@ def test_stepping_reaches_the_reference(capsys: pytest.CaptureFixture[str]) -> N
     errors = {row[2].strip(): float(row[9]) for row in rows}
     assert errors["rk4"] < 1e-5
     assert errors["generalized_alpha"] < 1e-2
+
+
+def test_a_controlled_robot_moves_as_pinocchio_says(capsys: pytest.CaptureFixture[str]) -> None:
+    assert stepper_overhead.main(["--quick"]) == 0
+    assert "after 1000 samples: q differs from Pinocchio's by " in capsys.readouterr().out
 
 
 def test_adaptive_steps_agree_with_radau() -> None:

@@ -526,13 +526,14 @@ def sources(model: Model, program: StepperContext, parameters: Sequence[str] = (
 typedef struct {{ {members} }} {P}_parameters;
 typedef struct {{ real velocity_dot[3]; }} {P}_base_state;
 void {P}_initial_state(real *q, real *v, real *z);
+void {P}_default_parameters({P}_parameters *p);
 {declarations}
 {render("c/integrators/common/header.h.jinja")}
 #endif
 """
     initial = (
         f"void {P}_initial_state(real *q, real *v, real *z)\n{{\n    (void)z;\n    q[0] = K(1.0);\n    v[0] ="
-        " K(0.0);\n}\n"
+        f" K(0.0);\n}}\nvoid {P}_default_parameters({P}_parameters *p) {{ (void)p; }}\n"
     )
     return {
         f"{P}.h": header,

@@ -1,0 +1,73 @@
+"""A controller of 1 kHz around a robot, in Python and in C, against Pinocchio's forward dynamics in a Runge-Kutta
+method."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import eomgen
+from benchmarks import stepper_overhead
+from benchmarks.robots import driven, pinocchio_model, scene
+from tests.codegen.test_stand_alone import compiled, run
+
+SAMPLES = 1000
+DRIVER = """
+#include <stdio.h>
+#include "NAME.h"
+
+int main(void)
+{
+    static NAME_simulator run, copy;
+    const double target[6] = { TARGET }, stiffness[6] = { STIFFNESS }, damping[6] = { DAMPING };
+    double torque[6];
+    int i, k;
+    NAME_simulator_default(&run);
+    if (NAME_simulator_start(&run, NULL) == 0)
+        return 3; /* there are no formulas for the inputs */
+    for (i = 0; i < 6; ++i)
+        torque[i] = 0.0;
+    if (NAME_simulator_start(&run, torque) != 0)
+        return 4;
+    for (k = 0; k < 1000; ++k) {
+        for (i = 0; i < 6; ++i)
+            torque[i] = stiffness[i] * (target[i] - run.state.q[i]) - damping[i] * run.state.v[i];
+        if (k == 500) {
+            copy = run;
+            if (NAME_simulator_step(&copy, 7, torque, NULL) != 0)
+                return 5;
+        }
+        if (NAME_simulator_step(&run, 1, torque, NULL) != 0)
+            return 6;
+    }
+    for (i = 0; i < 6; ++i)
+        printf("%.17g %.17g\\n", run.state.q[i], run.state.v[i]);
+    return 0;
+}
+"""
+
+
+def listed(values: np.ndarray) -> str:
+    return ", ".join(repr(float(value)) for value in values)
+
+
+def test_a_controller_of_1_khz_around_the_ur5(tmp_path: Path) -> None:
+    pytest.importorskip("pinocchio")
+    described = scene(stepper_overhead.ROBOT)
+    q, v = stepper_overhead.by_pinocchio(pinocchio_model(stepper_overhead.ROBOT, described), SAMPLES)
+    simulator = stepper_overhead.build().start(method="rk4", step=stepper_overhead.STEP)
+    stepper_overhead.controlled(simulator, SAMPLES)
+    assert np.max(np.abs(simulator.q - q)) < 1e-14 and np.max(np.abs(simulator.v - v)) < 1e-14
+    assert np.max(np.abs(q - stepper_overhead.TARGET)) < 0.2, "it moves"
+    paths = eomgen.generate(driven(described), tmp_path / "c", method="rk4")
+    name = next(path.stem for path in paths if path.name.endswith("_step.c")).removesuffix("_step")
+    text = DRIVER.replace("NAME", name)
+    for word in ("TARGET", "STIFFNESS", "DAMPING"):
+        text = text.replace(word, listed(getattr(stepper_overhead, word)))
+    (tmp_path / "c" / "main.c").write_text(text, encoding="utf-8")
+    result = run(compiled(tmp_path / "c"))
+    assert result.returncode == 0, result.stderr
+    found = np.array([[float(word) for word in line.split()] for line in result.stdout.splitlines()])
+    assert np.max(np.abs(found[:, 0] - q)) < 1e-14 and np.max(np.abs(found[:, 1] - v)) < 1e-14

@@ -1,0 +1,379 @@
+"""A simulator takes the steps of ``simulate`` to the bit, and keeps the order of its method where inputs, parameters
+and states jump."""
+
+from __future__ import annotations
+
+import copy
+import itertools
+import pickle
+import tomllib
+from collections.abc import Mapping
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import eomgen
+
+#: A pendulum of tunable mass with a motor that lags behind its torque.
+PENDULUM = """
+format = 1
+name = "pendulum"
+gravity = [0, 0, -9.81]
+coordinates = "joint"
+[parameters]
+load = { value = 1.0, unit = "kg", tunable = true }
+[inputs]
+torque = { unit = "N m" }
+[states]
+lag = { rate = "(torque - lag) / 0.2" }
+[bodies.bob]
+mass = "load"
+inertia = [0.3, 0.3, 0.3]
+center_of_mass = [0, 0, -0.5]
+[joints.hinge]
+type = "revolute"
+parent = "base"
+child = "bob"
+axis = [0, 1, 0]
+[efforts.motor]
+joint = "hinge"
+effort = "lag + 0.5 * torque - 0.2 * v.hinge"
+[outputs]
+reached = { formula = "q.hinge + torque" }
+"""
+FREE = ("rk4", "rk45", "hermite", "taylor", "generalized_alpha", "hht", "newmark")
+HELD_BY_CONSTRAINTS = (
+    "generalized_alpha",
+    "generalized_alpha_index3",
+    "generalized_alpha_f1",
+    "generalized_alpha_index3_f2",
+    "rk4_partitioned",
+)
+CASES = [*((name, "joint") for name in FREE), *((name, "absolute") for name in HELD_BY_CONSTRAINTS)]
+OF_SERIES = ("taylor", "hermite")
+START = {"hinge": {"position": 0.4, "velocity": -0.3}}
+
+
+@cache
+def pendulum(coordinates: str) -> eomgen.Model:
+    text = PENDULUM.replace('coordinates = "joint"', f'coordinates = "{coordinates}"')
+    return eomgen.build(tomllib.loads(text), profile="quick")
+
+
+def start(name: str, coordinates: str, **options: Any) -> Any:
+    model = pendulum(coordinates)
+    initial = START if coordinates == "joint" else at(model, 0.4, -0.3, 0.0)
+    return model.start(initial, method=name, **options)
+
+
+def at(model: eomgen.Model, angle: float, rate: float, lag: float) -> Mapping[str, Any]:
+    """Return the state of the pendulum at an angle, in the coordinates of the model."""
+    if not model.multipliers:
+        return {"hinge": {"position": angle, "velocity": rate}, "lag": lag}
+    q, v = model.initial_q.copy(), model.initial_v.copy()
+    q[:4] = [np.cos(angle / 2), 0.0, np.sin(angle / 2), 0.0]
+    turn = np.array([[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]])
+    origin = model.initial_q[4:7]  # of the body's frame, seen from the hinge
+    q[4:7] = turn @ origin
+    v[:] = [0.0, rate, 0.0, *np.cross([0.0, rate, 0.0], origin)]
+    return {"q": q, "v": v, "z": [lag]}
+
+
+def angle_of(model: eomgen.Model, q: np.ndarray) -> float:
+    return float(q[0]) if not model.multipliers else float(2.0 * np.arctan2(q[2], q[0]))
+
+
+def rows_of(run: Any) -> np.ndarray:
+    return np.concatenate([[run.t], run.q, run.v, run.a, run.multipliers, run.z])
+
+
+def rows_over(solution: eomgen.Solution) -> np.ndarray:
+    return np.column_stack([solution.t, solution.q, solution.v, solution.a, solution.multipliers, solution.z])
+
+
+@pytest.mark.parametrize(("name", "coordinates"), CASES)
+def test_steps_are_those_of_simulate_to_the_bit(name: str, coordinates: str) -> None:
+    model, steps, step = pendulum(coordinates), 40, 2.0**-6
+    initial = START if coordinates == "joint" else at(model, 0.4, -0.3, 0.0)
+    options: dict[str, Any] = {"method": name, "initial": initial, "parameters": {"load": 1.5}}
+    if name == "newmark":
+        options["alpha"] = 0.1
+
+    def simulated(signal: Any) -> np.ndarray:
+        solution = model.simulate(steps * step, step, inputs={"torque": signal}, error_estimate=False, **options)
+        return rows_over(solution)
+
+    held = simulated(0.75)
+    run = model.start(step=step, **options)
+    found = []
+    for _ in range(steps):
+        run.step(np.array([0.75]))
+        found.append(rows_of(run))
+    assert np.array_equal(np.array(found), held[1:])
+    run = model.start(step=step, inputs={"torque": 0.75}, **options)
+    run.step(n=steps - 1)
+    run.step({"torque": 0.75})
+    assert np.array_equal(rows_of(run), held[-1])
+    if name in OF_SERIES:
+        return
+    followed = simulated(lambda t: np.sin(3.0 * t))
+    run = model.start(step=step, inputs={"torque": lambda t: np.sin(3.0 * t)}, **options)
+    run.step(n=3)
+    run.step(n=steps - 3)
+    assert np.array_equal(rows_of(run), followed[-1])
+    table = np.random.default_rng(3).integers(-64, 64, steps + 1) / 64.0
+    ramps = simulated(table)
+    run = model.start(step=step, **options)
+    for first, last in itertools.pairwise(table):
+        run.step([first], end=[last])
+    assert np.allclose(rows_of(run), ramps[-1], rtol=1e-13, atol=1e-12)  # simulate interpolates in its own order
+
+
+def oracle(segments: int) -> np.ndarray:
+    """Return angle, rate and lag at the end of ``jumps``, by own equations and SciPy."""
+    y, load = np.array([0.4, -0.3, 0.0]), 1.0
+
+    def rates(_: float, y: np.ndarray, load: float, torque: float) -> list[float]:
+        moment = y[2] + 0.5 * torque - 0.2 * y[1] - load * 9.81 * 0.5 * np.sin(y[0])
+        return [y[1], moment / (0.3 + load * 0.25), (torque - y[2]) / 0.2]
+
+    for k in range(segments):
+        if k == 2:
+            load = 2.5
+        if k == 4:
+            y = np.array([y[0] + 0.2, 1.5, -0.5])
+        args = (load, (-1.0) ** k * (2.0 + k))
+        y = solve_ivp(rates, (0.0, 0.25), y, "DOP853", args=args, rtol=1e-13, atol=1e-14).y[:, -1]
+    return y
+
+
+def jumps(name: str, coordinates: str, steps: int, segments: int = 6, **options: Any) -> np.ndarray:
+    """Return angle, rate and lag behind jumps of the torque, the load and the state; ``steps`` between two jumps."""
+    model = pendulum(coordinates)
+    run = start(name, coordinates, step=0.25 / steps, **options)
+    for k in range(segments):
+        if k == 2:
+            run.set_parameter("load", 2.5)
+        if k == 4:
+            run.set_state(at(model, angle_of(model, run.q) + 0.2, 1.5, -0.5))
+        torque = np.array([(-1.0) ** k * (2.0 + k)])
+        for _ in range(steps):
+            run.step(torque)
+    rate = run.v[0] if not model.multipliers else run.v[1]
+    return np.array([angle_of(model, run.q), rate, run.z[0]])
+
+
+@pytest.mark.parametrize(
+    ("name", "coordinates", "order", "options"),
+    [
+        ("rk4", "joint", 4, {}),
+        ("hermite", "joint", 4, {}),
+        ("generalized_alpha", "joint", 2, {}),
+        ("newmark", "joint", 2, {"beta": 0.25, "gamma": 0.5}),
+        ("rk4_partitioned", "absolute", 4, {}),
+        ("generalized_alpha", "absolute", 2, {}),
+        ("generalized_alpha_index3", "absolute", 2, {}),
+    ],
+)
+def test_the_order_is_kept_over_jumps(name: str, coordinates: str, order: int, options: dict[str, Any]) -> None:
+    exact = oracle(6)
+    errors = [np.linalg.norm(jumps(name, coordinates, steps, **options) - exact) for steps in (32, 64, 128)]
+    slopes = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
+    assert np.all(slopes > order - 0.25), (errors, slopes)
+    assert errors[-1] < (1e-8 if order == 4 else 1e-3)
+
+
+@pytest.mark.parametrize(
+    ("name", "tolerance", "error"), [("taylor", None, 1e-10), ("rk45", 1e-10, 1e-7), ("generalized_alpha", 1e-7, 1e-3)]
+)
+def test_methods_of_own_steps_keep_their_tolerance_over_jumps(name: str, tolerance: float, error: float) -> None:
+    assert np.linalg.norm(jumps(name, "joint", 8, tolerance=tolerance) - oracle(6)) < error
+
+
+@pytest.mark.parametrize(("name", "coordinates"), CASES)
+def test_copies_and_states_go_on_with_the_same_bits(name: str, coordinates: str) -> None:
+    options = {"alpha": 0.1} if name == "newmark" else {}
+    run = start(name, coordinates, step=0.01, **options)
+    run.step(np.array([1.0]), 7)
+    state, other, third = pickle.loads(pickle.dumps(run.state)), run.copy(), copy.copy(run)
+    assert repr(state) == "<SimulatorState of pendulum at t = 0.07 s>"
+
+    def on(simulator: Any) -> np.ndarray:
+        for k in range(9):
+            simulator.step(np.array([float(k % 4)]))
+        return rows_of(simulator)
+
+    first = on(run)
+    assert np.array_equal(on(other), first) and np.array_equal(on(third), first)
+    run.set_parameter("load", 3.0)
+    run.advance(0.3)
+    run.restore(state)
+    assert run.parameters["load"] == 1.0 and run.t == state.t and run.inputs == [1.0]
+    assert np.array_equal(on(run), first)
+    fresh = start(name, coordinates, step=0.01, **options)
+    fresh.restore(state)
+    assert np.array_equal(on(fresh), first)
+
+
+@pytest.mark.parametrize("coordinates", ["joint", "absolute"])
+def test_advance_ends_where_it_is_told_to(coordinates: str) -> None:
+    """Times off the grid, with an input that is linear over all of the way, against a run by the same steps."""
+    name = "rk4" if coordinates == "joint" else "rk4_partitioned"
+    run, other = (start(name, coordinates, step=2.0**-6) for _ in range(2))
+    run.advance(0.1, [1.0], end=[2.0])
+    assert run.t == 0.1 and run.inputs == [2.0]
+    other.step([1.0], 6, end=[1.0 + 0.9375])
+    other.advance(0.1, [1.9375], end=[2.0])
+    assert np.allclose(rows_of(run), rows_of(other), rtol=0, atol=1e-13)
+    run.advance(0.1)
+    run.step([2.0], 3)
+    assert run.t == 0.1 + 3 * 2.0**-6
+    run.advance(1.0)
+    assert run.t == 1.0 and run.statistics["steps"] > 60
+
+
+def test_what_a_simulator_says_of_itself() -> None:
+    run = start("rk4", "joint", step=1e-3)
+    assert repr(run) == "<Simulator of pendulum by rk4: t = 0 s, steps of 0.001 s>"
+    run.step(2.0, n=5)
+    assert run.outputs == {"reached": pytest.approx(run.q[0] + 2.0)}
+    assert run.inputs == [2.0] and run.stopped == "" and run.events == () and run.event_counts == {}
+    run.step()
+    assert run.inputs == [0.0], "what a step is not given is the scene's, and zero without a formula"
+    q = run.q
+    run.step()
+    assert q != run.q, "arrays are copies"
+    run.set_state({"hinge": 0.1}, t=2.0)
+    assert (run.t, run.q[0]) == (2.0, 0.1) and run.statistics["steps"] == 0
+
+
+@pytest.mark.parametrize(
+    ("call", "text"),
+    [
+        (lambda run: run.step([1.0, 2.0]), r"u: the shape is \(2,\), \(1,\) is needed: torque; try: one number for"),
+        (lambda run: run.step(np.array([np.nan])), "u: torque is nan, not a finite number"),
+        (lambda run: run.step({"torq": 1.0}), "there is no input 'torq'; try: torque"),
+        (lambda run: run.step({"torque": [1.0]}), "input torque: a table does not say to which steps it belongs"),
+        (lambda run: run.step(end=1.0), "u: inputs that move linearly need all of them at both ends"),
+        (lambda run: run.step(1.0, 0), "n: n must be a whole number from 1 on, not 0"),
+        (lambda run: run.step(1.0, dt=1), "step: there is no argument 'dt'"),
+        (lambda run: run.advance(-1.0), "t: -1 s lies before the time of the state, 0 s; try: a later time, or rest"),
+        (lambda run: run.set_parameter("mass", 1.0), "there is no parameter 'mass'"),
+        (lambda run: run.set_parameter("load", np.nan), "load is nan"),
+        (lambda run: run.set_parameter("load", -1.0), "load"),
+        (lambda run: run.set_state({"wheel": 1.0}), "there is no joint or state 'wheel'"),
+        (lambda run: run.restore("old"), "state: a state of a simulator is needed, not str; try: run.state of before"),
+        (lambda run: run.velocity, "a Simulator has no 'velocity'"),
+    ],
+)
+def test_mistakes_are_told_and_change_nothing(call: Any, text: str) -> None:
+    run = start("rk4", "joint", step=1e-3)
+    run.step(np.array([1.0]), 2)
+    before = rows_of(run)
+    run.set_state(t=0.0)
+    before[0] = 0.0
+    with pytest.raises((eomgen.UsageError, eomgen.ModelError), match=text):
+        call(run)
+    assert np.array_equal(rows_of(run), before)
+
+
+def test_starts_that_cannot_be_are_refused() -> None:
+    model = pendulum("joint")
+    for options, text in (
+        ({"dt": 0.1}, "there is no argument 'dt'; try: step"),
+        ({"step": -1.0}, "the step must be positive"),
+        ({"method": "rk5"}, "rk5"),
+        ({"inputs": {"torque": [1.0]}}, "input torque: a table is for a run whose end is known"),
+        ({"inputs": {"torque": abs}, "method": "taylor"}, "taylor needs the time derivatives of inputs"),
+        ({"parameters": [[1.0], [2.0]]}, "one set of parameters is needed, not a batch"),
+        ({"start": "rest"}, "a run cannot start at 'rest'"),
+        ({"settings": {"rtol": 1.0}, "method": "rk4"}, "has no setting 'rtol'"),
+        ({"step": 1e-9, "t_start": 1e9}, "too far for a step of 1e-09 s"),
+    ):
+        with pytest.raises(eomgen.UsageError, match=text):
+            model.start(**options)
+    with pytest.raises(eomgen.UsageError, match="end: taylor holds its inputs over each step"):
+        model.start(method="taylor").step(1.0, end=2.0)
+    with pytest.raises(eomgen.ModelError, match="this is a state of another model 'pendulum'"):
+        model.start(method="rk4").restore(model.start(method="taylor").state)
+
+
+def test_a_step_that_fails_leaves_the_last_good_state() -> None:
+    run = start("rk4", "joint", step=1e-3)
+    run.step(1.0, 3)
+    before = rows_of(run)
+    with pytest.raises(eomgen.NumericalError, match=r"the step from t = 0.003 s, of 0.001 s, failed: a value became"):
+        run.step(np.array([1e308]))
+    assert np.array_equal(rows_of(run)[:3], before[:3])
+    run.step(1.0)
+    assert run.t == pytest.approx(0.004)
+
+
+def test_what_is_prescribed_ends_a_motion_where_it_ends() -> None:
+    text = PENDULUM.replace('unit = "N m" }', 'unit = "N m", formula = "pulse(t)" }')
+    text += "[curves.pulse]\npoints = [[0, 0], [0.5, 1], [1, 0]]\n"
+    run = eomgen.build(tomllib.loads(text), profile="quick").start(method="rk4", step=0.01)
+    run.step(n=99)
+    run.step()
+    with pytest.raises(eomgen.UsageError, match="the points of pulse end at t = 1 s"):
+        run.step()
+    run.step(np.array([0.5]), 200)
+    assert run.t == pytest.approx(3.0)
+
+
+BALL = """
+format = 1
+name = "ball"
+gravity = [0, 0, -9.81]
+[parameters]
+restitution = { value = 0.5, tunable = true }
+[bodies.ball]
+mass = 1
+[joints.height]
+type = "prismatic"
+parent = "base"
+child = "ball"
+axis = [0, 0, 1]
+initial = { position = 1.0 }
+[inputs]
+push = { unit = "N" }
+[efforts.push]
+joint = "height"
+effort = "push"
+[events.bounce]
+when = "q.height"
+direction = "falling"
+action = "impact"
+restitution = "restitution"
+[events.top]
+when = "q.height - 1.5"
+direction = "rising"
+action = "stop"
+"""
+
+
+def test_events_within_steps() -> None:
+    run = eomgen.build(tomllib.loads(BALL), profile="quick").start(method="rk4", step=1e-2)
+    fall = np.sqrt(2.0 / 9.81)
+    run.step(np.array([0.0]), 45)
+    assert run.events == ()
+    run.step(np.array([0.0]))
+    ((name, t),) = run.events
+    assert name == "bounce" and t == pytest.approx(fall, abs=1e-12)
+    assert run.event_counts == {"bounce": 1, "top": 0}
+    speed = 0.5 * 9.81 * fall
+    rest = run.t - fall
+    assert run.q[0] == pytest.approx(speed * rest - 0.5 * 9.81 * rest**2, abs=1e-12)
+    state = run.state
+    run.step(np.array([0.0]))
+    assert run.events == ()
+    run.step(np.array([100.0]), 100)
+    assert run.stopped.startswith("stopped by the event top at t = ") and run.q[0] == pytest.approx(1.5, abs=1e-9)
+    with pytest.raises(eomgen.UsageError, match="step: the motion was stopped by the event top"):
+        run.step(np.array([0.0]))
+    run.restore(state)
+    run.step(np.array([0.0]))
+    assert run.stopped == "" and run.event_counts["bounce"] == 1
