@@ -74,7 +74,11 @@ def write_table(path: Path, names: Sequence[str], columns: Array) -> None:
 
 def write_text(path: Path, text: str) -> None:
     """Write a text file. Raises FileError."""
-    data = text.encode()
+    write_bytes(path, text.encode())
+
+
+def write_bytes(path: Path, data: bytes) -> None:
+    """Write a file. Raises FileError."""
 
     def fill(stream: IO[bytes]) -> None:
         stream.write(data)

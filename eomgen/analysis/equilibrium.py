@@ -70,6 +70,9 @@ class Equilibrium:
     base: Array | None = None
     notes: Sequence[str] = ()
 
+    def __repr__(self) -> str:
+        return f"<Equilibrium: {self.message}>"
+
     @property
     def initial(self) -> dict[str, Array]:
         """The state as ``simulate(initial=...)`` takes it."""

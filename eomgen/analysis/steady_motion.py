@@ -86,6 +86,9 @@ class SteadyMotion:
     base: Array | None = None
     a: Array = field(default_factory=lambda: np.zeros(0))
 
+    def __repr__(self) -> str:
+        return f"<SteadyMotion: {self.message}>"
+
     @property
     def initial(self) -> dict[str, Array]:
         """The state as ``simulate(initial=...)`` takes it."""

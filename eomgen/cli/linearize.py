@@ -137,11 +137,12 @@ class _Request:
         import numpy as np  # noqa: PLC0415
 
         from eomgen.files import make_folder, write_text  # noqa: PLC0415
+        from eomgen.linear import plots  # noqa: PLC0415
         from eomgen.linear.root_locus import root_locus  # noqa: PLC0415
-        from eomgen.results import linear_files, linear_plots  # noqa: PLC0415
+        from eomgen.results import linear_files  # noqa: PLC0415
 
         name, modes = self.model.name, lin.modes()
-        low, high = band or _span(lin)
+        low, high = band or modes.band
         frequencies = np.geomspace(low, high, _POINTS)
         responses = {pair: lin.frequency_response(2.0 * math.pi * frequencies, *pair) for pair in pairs}
         locus = (
@@ -154,18 +155,14 @@ class _Request:
         files = [folder / "modes.json", linear_files.write_modes(modes, folder / "modes.csv")]
         files.append(linear_files.write_matrices(lin, name, folder / "matrices.npz"))
         if len(modes):
-            files.append(linear_plots.draw_modes(modes, name, folder / "modes.png"))
+            files.append(plots.draw_modes(modes, name, folder / "modes.png"))
         if locus is not None:
             units = {item.name: item.unit for item in self.model.scene.parameters}
             files.append(linear_files.write_root_locus(locus, folder / "root_locus.csv"))
-            files.append(
-                linear_plots.draw_root_locus(locus, units.get(locus.parameter, ""), name, folder / "root_locus.png")
-            )
+            files.append(plots.draw_root_locus(locus, units.get(locus.parameter, ""), name, folder / "root_locus.png"))
         if responses:
             files.append(linear_files.write_responses(frequencies, responses, folder / "responses.csv"))
-            files.append(
-                linear_plots.draw_responses(frequencies, responses, self._units(), name, folder / "responses.png")
-            )
+            files.append(plots.draw_responses(frequencies, responses, self._units(), name, folder / "responses.png"))
         return files
 
     def _units(self) -> dict[str, str]:
@@ -182,7 +179,7 @@ class _Request:
 
 
 def _print(lin: Linearization, name: str) -> None:
-    from eomgen.results.linear_plots import degrees  # noqa: PLC0415
+    from eomgen.linear.plots import degrees  # noqa: PLC0415
 
     modes = lin.modes()
     rows = []
@@ -239,15 +236,6 @@ def _said(lin: Linearization) -> str:
         case _:
             count = int(sum(abs(modes.eigenvalues.real) <= modes.uncertainty))
             return f"neither stable nor unstable{frozen}: {counted(count, 'mode')} without decay or growth"
-
-
-def _span(lin: Linearization) -> tuple[float, float]:
-    """Return the band in Hz around the frequencies of all modes."""
-    modes = lin.modes()
-    frequencies = [
-        float(f) for f, v, d in zip(modes.frequency, modes.eigenvalues, modes.uncertainty, strict=True) if abs(v) > d
-    ]
-    return (0.1 * min(frequencies), 10.0 * max(frequencies)) if frequencies else (0.01, 100.0)
 
 
 def _state(text: str | None) -> str | float | None:

@@ -18,7 +18,7 @@ from eomgen.compiled.arguments import components, read_only
 from eomgen.compiled.coordinates import configuration_rate, coordinate_names, coordinate_units, with_unit_quaternions
 from eomgen.compiled.functions import DRIVERS
 from eomgen.compiled.terms import Inputs, Parameters, Terms
-from eomgen.errors import UsageError
+from eomgen.errors import Problem, UsageError
 from eomgen.solvers.consistency import Assembly, Constrained, EveryRow, assemble, check_left_out, split_sizes
 from eomgen.system.description import Description
 from eomgen.system.terms import PURPOSES, TERMS
@@ -53,6 +53,8 @@ class CompiledModel:
         parameters (np,).
     scene : optional
         What a front end read, and made all of this from.
+    again : partial, optional
+        The call that makes this model, from the cache where the library is there: what is pickled in its place.
     """
 
     def __init__(
@@ -65,6 +67,7 @@ class CompiledModel:
         gains: Gains | None = None,
         every_row: Callable[[], EveryRow] | None = None,
         scene: Any = None,
+        again: functools.partial[Self] | None = None,
     ) -> None:
         layout = library.layout
         self.description = description
@@ -75,6 +78,7 @@ class CompiledModel:
         self._built = built
         self._gains = gains
         self._every_row = every_row
+        self._again = again
         self._others: dict[tuple[str, ...], Self] = {}
         self._parameters = MappingProxyType({item["name"]: float(item["value"]) for item in layout["parameters"]})
         self.evaluator = Terms(library, description)
@@ -102,6 +106,13 @@ class CompiledModel:
 
     def __repr__(self) -> str:
         return f"<Model {self.name}: nq {self.nq}, nv {self.nv}, nu {self.nu}; {', '.join(self.terms)}>"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Return what goes to another process: the call that makes the model, since machine code does not travel."""
+        if self._again is None:
+            what = "this model was made by hand and cannot be sent to another process"
+            raise UsageError(Problem("pickle", what, "eomgen.build(scene), whose models can"))
+        return self._again.func, self._again.args, None
 
     # -- functions of the model ----------------------------------------------------------------------------------------
 

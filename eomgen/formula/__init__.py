@@ -3,6 +3,7 @@
 __all__ = [
     "discontinuities",
     "evaluate",
+    "infix",
     "jumps",
     "nodes",
     "piecewise",

@@ -10,16 +10,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy.linalg
 from numpy.typing import ArrayLike, NDArray
 
 from eomgen.arrays import Array
-from eomgen.errors import ModelError, Problem
+from eomgen.errors import ModelError, Problem, UsageError
+from eomgen.linear.display import linearization_html
 from eomgen.linear.freedom import Freedom
 from eomgen.linear.modes import Modes, modes
 from eomgen.linear.partials import Partials
+from eomgen.linear.plots import plot_response
 from eomgen.linear.state_space import FirstOrder, StateSpace, first_order
 
 Complex = NDArray[np.complex128]
@@ -80,6 +83,9 @@ class Linearization:
             f"<Linearization about the {self.reference.what} at t = {self.reference.t:.6g} s:"
             f" {', '.join(self.coordinates)}>"
         )
+
+    def _repr_html_(self) -> str:
+        return linearization_html(self.reference.what, self.reference.t, self.coordinates, self.modes())
 
     # -- second order --------------------------------------------------------------------------------------------------
 
@@ -186,3 +192,33 @@ class Linearization:
     def frequency_response(self, omega: ArrayLike, input: str, output: str) -> Complex:
         """Return the complex response of an output to an input; see ``StateSpace.frequency_response``."""
         return self.state_space().frequency_response(omega, input, output)
+
+    def plot_response(
+        self, input: str, output: str, frequencies: ArrayLike | None = None, axes: object = None
+    ) -> list[Any]:
+        """Draw magnitude and phase of the response of an output to an input; return matplotlib's two axes.
+
+        Parameters
+        ----------
+        input, output : str
+            As of ``frequency_response``.
+        frequencies : (n,) Hz
+            From a tenth of the lowest frequency of a mode to ten times the highest where none are given.
+        axes : two of matplotlib's Axes
+            A new figure of pyplot where none are given.
+
+        Raises
+        ------
+        UsageError
+            An input or an output that there is not; frequencies that are not positive numbers; other than two axes.
+        """
+        band = (
+            np.geomspace(*self.modes().band, 500)
+            if frequencies is None
+            else np.atleast_1d(np.asarray(frequencies, dtype=float))
+        )
+        if band.ndim != 1 or len(band) < 2 or not np.all(np.isfinite(band)) or np.any(band <= 0.0):
+            what = "frequencies have to be two or more positive numbers, Hz"
+            raise UsageError(Problem("plot_response", what, "numpy.geomspace(0.1, 100.0, 500)"))
+        values = self.frequency_response(2.0 * np.pi * band, input, output)
+        return plot_response(band, values, (input, output), axes)

@@ -15,6 +15,8 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from eomgen.arrays import Array
+from eomgen.linear.display import modes_html
+from eomgen.linear.plots import plot_modes
 
 Complex = NDArray[np.complex128]
 #: Rounding errors are this many times the bound's unit.
@@ -53,6 +55,30 @@ class Modes:
     def __len__(self) -> int:
         return len(self.eigenvalues)
 
+    def __repr__(self) -> str:
+        oscillating = [f"{value:.4g}" for value in self.frequency[self.oscillating][:6]]
+        more = ", ..." if int(np.sum(self.oscillating)) > len(oscillating) else ""
+        heard = f": {', '.join(oscillating)}{more} Hz" if oscillating else ""
+        return f"<Modes: {len(self)}, {self.stability}{heard}>"
+
+    def _repr_html_(self) -> str:
+        return modes_html(self)
+
+    def plot(self, axes: object = None) -> list[Any]:
+        """Draw the shape of each mode (at most 12) and return matplotlib's axes, one for each.
+
+        Parameters
+        ----------
+        axes : matplotlib Axes, one for each mode
+            A new figure of pyplot where none are given.
+
+        Raises
+        ------
+        UsageError
+            Another number of axes than of modes.
+        """
+        return plot_modes(self, axes)
+
     @property
     def oscillating(self) -> NDArray[np.bool_]:
         """(n,) Whether a mode oscillates."""
@@ -66,6 +92,14 @@ class Modes:
         if np.any(growth > self.uncertainty):
             return "unstable"
         return "stable" if np.all(growth < -self.uncertainty) else "marginal"
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """From a tenth of the lowest frequency of a mode that is not zero to ten times the highest, Hz."""
+        frequencies = self.frequency[np.abs(self.eigenvalues) > self.uncertainty]
+        if not len(frequencies):
+            return 0.01, 100.0
+        return 0.1 * float(np.min(frequencies)), 10.0 * float(np.max(frequencies))
 
     def dominant(self, mode: int, count: int = 3) -> list[tuple[str, complex]]:
         """Return the coordinates that take the largest part in a mode, by the roots of their kinetic energies."""

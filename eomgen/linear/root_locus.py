@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from scipy.optimize import linear_sum_assignment
 from eomgen.arrays import Array
 from eomgen.errors import EomgenError, Problem
 from eomgen.linear.linearization import Linearization
+from eomgen.linear.plots import plot_root_locus
 
 Complex = NDArray[np.complex128]
 
@@ -32,6 +34,26 @@ class RootLocus:
     values: Array
     eigenvalues: Complex
     stability: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        first, last = f"{self.values[0]:.6g}", f"{self.values[-1]:.6g}"
+        roots = f"{self.eigenvalues.shape[1]} roots at {len(self.values)} values of {self.parameter}"
+        return f"<RootLocus: {roots}, {first} to {last}; {', '.join(dict.fromkeys(self.stability))}>"
+
+    def plot(self, axes: object = None) -> list[Any]:
+        """Draw the upper half plane of roots, coloured by the parameter, and return matplotlib's axes, a list of one.
+
+        Parameters
+        ----------
+        axes : matplotlib Axes
+            A new figure of pyplot where none are given.
+
+        Raises
+        ------
+        UsageError
+            Something that is no axes, or more than one.
+        """
+        return plot_root_locus(self, axes)
 
 
 def root_locus(

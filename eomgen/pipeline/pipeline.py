@@ -219,7 +219,8 @@ def built_in(
             warnings.warn(f"{described.name}: {note}", RuntimeWarning, stacklevel=3)
     every_row = None if front_end.every_row is None else functools.cache(partial(front_end.every_row, document))
     gains = front_end.gains(document, _reproducible)
-    return Model(described, library, stepper, front_end.start(document), built, gains, every_row, document)
+    again = partial(built_in, cache, document, terms, method, profile, real)
+    return Model(described, library, stepper, front_end.start(document), built, gains, every_row, document, again)
 
 
 def method_of(scene: Scene, method: str | None) -> str:

@@ -1,10 +1,11 @@
-"""Plots of a solution: coordinates, velocities, outputs and energies over time, as PNG."""
+"""Plots of a solution over time: coordinates, velocities, outputs and energies, as PNG or on the axes of a caller."""
 
 from __future__ import annotations
 
 import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,15 +13,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from eomgen.arrays import Array
-from eomgen.results.figures import new_figure, saved
-from eomgen.text import listed
+from eomgen.errors import Problem, UsageError
+from eomgen.figures import axes_of_caller, new_figure, pyplot_figure, saved
+from eomgen.results.recorded import Recorded
+from eomgen.text import listed, shown
 
 if TYPE_CHECKING:
     from eomgen.results.events import Events
-    from eomgen.results.solution import Solution
 
 #: Curves in one panel, panels in one figure, points of one curve: more of them cannot be told apart.
 _CURVES, _PANELS, _POINTS = 6, 24, 4000
+#: Kinds of curves that a run draws into files.
+_DRAWN = ("coordinates", "velocities", "states", "outputs", "energy")
 #: Events that are marked by lines; more of them would be a surface.
 _EVENTS = 200
 #: Smaller changes are shown as none: they are rounding errors.
@@ -53,7 +57,7 @@ class Curve:
     description: str = ""
 
 
-def draw(solution: Solution, folder: Path) -> list[Path]:
+def draw(solution: Recorded, folder: Path) -> list[Path]:
     """Draw ``coordinates.png``, ``velocities.png``; ``states.png``, ``outputs.png``, ``energy.png`` if there are any.
 
     Raises
@@ -61,20 +65,81 @@ def draw(solution: Solution, folder: Path) -> list[Path]:
     FileError
         A figure cannot be written.
     """
+    figures = {kind: curves for kind, curves in _by_kind(solution).items() if kind in _DRAWN}
+    title = str(solution.metadata.get("scene", ""))
+    files = []
+    for kind, curves in figures.items():
+        if not curves:
+            continue
+        panels = _panels(curves)
+        shown = panels[:_PANELS]
+        figure = new_figure(_size(len(shown)))
+        _fill(_subplots(figure, len(shown)), solution, shown)
+        hidden = sum(len(panel) for panel in panels[_PANELS:])
+        heading = f"{title}: {kind}" + (f" (the first {len(curves) - hidden} of {len(curves)})" if hidden else "")
+        figure.suptitle(heading + _marks(solution.events), fontsize=11)
+        files.append(saved(figure, folder / f"{kind}.png", "another folder, or --no-plots"))
+    return files
+
+
+def plot(solution: Recorded, names: Sequence[str], axes: object = None) -> list[Any]:
+    """Draw curves of a solution; see ``Solution.plot``."""
+    curves = _chosen(solution, names)
+    panels = _panels(curves)
+    if axes is not None:
+        given = axes_of_caller("plot", axes, [listed(curve.name for curve in panel) for panel in panels])
+        _fill(given, solution, panels, beside=False)
+        return given
+    if len(panels) > _PANELS:
+        what = f"{len(curves)} curves need {len(panels)} panels, and a figure has {_PANELS}"
+        raise UsageError(Problem("plot", what, f"fewer names: one of {listed(_by_kind(solution))}, or of components"))
+    figure = pyplot_figure(_size(len(panels)))
+    drawn = _subplots(figure, len(panels))
+    _fill(drawn, solution, panels)
+    if marks := _marks(solution.events):
+        figure.suptitle(marks.removeprefix("; "), fontsize=11)
+    return drawn
+
+
+def _chosen(solution: Recorded, names: Sequence[str]) -> list[Curve]:
+    """Return the curves that names mean; without names the outputs, or else the coordinates."""
+    kinds = {kind: curves for kind, curves in _by_kind(solution).items() if curves}
+    if not names:
+        return kinds.get("outputs") or kinds.get("coordinates") or []
+    chosen: list[Curve] = []
+    for name in names:
+        found = kinds.get(name) or [
+            curve
+            for curves in kinds.values()
+            for curve in curves
+            if name in (curve.name, curve.output, f"output.{curve.name}", f"output.{curve.output}")
+            or curve.name.startswith(f"{name}[")
+        ]
+        if not found:
+            known = [
+                *kinds,
+                *dict.fromkeys(curve.output or curve.name for curves in kinds.values() for curve in curves),
+            ]
+            close = get_close_matches(str(name), known)
+            what = f"the solution has no curve {shown(name)}"
+            raise UsageError(Problem("plot", what, " or ".join(close) if close else f"one of {listed(known)}"))
+        chosen += found
+    return list({id(curve): curve for curve in chosen}.values())
+
+
+def _by_kind(solution: Recorded) -> dict[str, list[Curve]]:
+    """Return all curves of a solution by what they are."""
     names, units = solution.metadata.get("names", {}), solution.metadata.get("units", {})
-    figures = {
+    of_columns = solution.units()
+    accelerated = [of_columns.get(name, "") for name in names.get("a", [])]
+    return {
         "coordinates": _curves(solution.q, names.get("q", []), units.get("q", []), _COORDINATES),
         "velocities": _curves(solution.v, names.get("v", []), units.get("v", [])),
+        "accelerations": _curves(solution.a, names.get("a", []), accelerated),
         "states": _curves(solution.z, names.get("z", []), units.get("z", [])),
         "outputs": _outputs(solution, units.get("outputs", {})),
         "energy": _energies(solution),
     }
-    title = str(solution.metadata.get("scene", ""))
-    return [
-        _figure(solution.t, curves, f"{title}: {name}", folder / f"{name}.png", solution.events)
-        for name, curves in figures.items()
-        if curves
-    ]
 
 
 def _curves(
@@ -85,7 +150,7 @@ def _curves(
     return [Curve(name, unit, values, known.get(unit, "")) for name, unit, values in columns]
 
 
-def _energies(solution: Solution) -> list[Curve]:
+def _energies(solution: Recorded) -> list[Curve]:
     """Return energies and powers; energies as changes from the start where an offset would press them flat."""
     powers = [
         Curve(name, "W", values) for name, values in solution.energy.items() if "power" in name and np.any(values)
@@ -104,7 +169,7 @@ def _energies(solution: Solution) -> list[Curve]:
     return drawn + powers
 
 
-def _outputs(solution: Solution, units: dict[str, str]) -> list[Curve]:
+def _outputs(solution: Recorded, units: dict[str, str]) -> list[Curve]:
     meaning = solution.metadata.get("outputs", {})
     curves = []
     for name, array in solution.outputs.items():
@@ -148,29 +213,44 @@ def _panels(curves: Sequence[Curve]) -> list[list[Curve]]:
     return panels
 
 
-def _figure(t: Array, curves: Sequence[Curve], title: str, path: Path, events: Events | None) -> Path:
-    panels = _panels(curves)
-    shown = panels[:_PANELS]
-    columns = 1 if len(shown) <= 3 else 2
-    rows = -(-len(shown) // columns)
-    figure = new_figure((9.0 if columns == 1 else 15.0, 0.6 + 2.9 * rows))
-    axes = np.atleast_1d(figure.subplots(rows, columns, sharex=True, squeeze=False)).ravel()
-    for axis, panel in zip(axes, shown, strict=False):
-        _panel(axis, t, panel)
-        for time in _marked(events):
-            axis.axvline(time, color="#888888", linewidth=0.7, linestyle=":", zorder=0.5)
-    for axis in axes[len(shown) :]:
+def _size(panels: int) -> tuple[float, float]:
+    """Return the width and the height of a figure of so many panels, inches."""
+    columns = _columns(panels)
+    return 9.0 if columns == 1 else 15.0, 0.6 + 2.9 * -(-panels // columns)
+
+
+def _columns(panels: int) -> int:
+    return 1 if panels <= 3 else 2
+
+
+def _subplots(figure: Any, panels: int) -> list[Any]:
+    """Return the axes of a figure for panels over one time axis, which the lowest of each column shows."""
+    columns = _columns(panels)
+    axes = list(np.atleast_1d(figure.subplots(-(-panels // columns), columns, sharex=True, squeeze=False)).ravel())
+    for axis in axes[panels:]:
         axis.set_visible(False)
-    for axis in axes[max(0, len(shown) - columns) : len(shown)]:
-        axis.set_xlabel("time, s")
+    for axis in axes[: max(0, panels - columns)]:
+        axis.tick_params(labelbottom=False)
+    for axis in axes[max(0, panels - columns) : panels]:
         axis.tick_params(labelbottom=True)
-    figure.align_ylabels(list(axes[: len(shown)]))
-    hidden = sum(len(panel) for panel in panels[_PANELS:])
-    title += f" (the first {len(curves) - hidden} of {len(curves)})" if hidden else ""
-    if events is not None and len(_marked(events)):
-        title += f"; dotted: {listed(dict.fromkeys(events.names))}"
-    figure.suptitle(title, fontsize=11)
-    return saved(figure, path, "another folder, or --no-plots")
+    return axes[:panels]
+
+
+def _fill(axes: Sequence[Any], solution: Recorded, panels: Sequence[Sequence[Curve]], *, beside: bool = True) -> None:
+    """Draw panels on axes, one on each, with legends beside them or, where a caller made the room, within."""
+    for axis, panel in zip(axes, panels, strict=True):
+        _panel(axis, solution.t, panel, beside=beside)
+        for time in _marked(solution.events):
+            axis.axvline(time, color="#888888", linewidth=0.7, linestyle=":", zorder=0.5)
+        if axis.xaxis.get_tick_params()["labelbottom"]:
+            axis.set_xlabel("time, s")
+    for figure in {axis.figure for axis in axes}:
+        figure.align_ylabels([axis for axis in axes if axis.figure is figure])
+
+
+def _marks(events: Events | None) -> str:
+    """Return what the title says of the lines that mark events."""
+    return f"; dotted: {listed(dict.fromkeys(events.names))}" if events is not None and len(_marked(events)) else ""
 
 
 def _marked(events: Events | None) -> Array:
@@ -178,7 +258,7 @@ def _marked(events: Events | None) -> Array:
     return np.empty(0) if events is None or len(events) > _EVENTS else np.unique(events.t)
 
 
-def _panel(axis: Any, t: Array, panel: Sequence[Curve]) -> None:
+def _panel(axis: Any, t: Array, panel: Sequence[Curve], *, beside: bool = True) -> None:
     outputs = {curve.output: curve.description for curve in panel}
     alone = len(outputs) == 1
     for number, (curve, colour) in enumerate(zip(panel, _COLOURS, strict=False)):
@@ -195,7 +275,8 @@ def _panel(axis: Any, t: Array, panel: Sequence[Curve]) -> None:
     if high - low < _FLAT:
         axis.set_ylim(0.5 * (low + high) - _FLAT, 0.5 * (low + high) + _FLAT)
     axis.ticklabel_format(axis="y", style="sci", scilimits=(-4, 5), useOffset=False)
-    axis.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, frameon=False, fontsize=9)
+    place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0)} if beside else {"loc": "best"}
+    axis.legend(**place, borderaxespad=0.0 if beside else 0.5, frameon=not beside, fontsize=9)
 
 
 def _label(panel: Sequence[Curve], alone: bool) -> str:

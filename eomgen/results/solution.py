@@ -18,12 +18,18 @@ from eomgen.compiled.state import State
 from eomgen.errors import EomgenError, FileError, Problem, UsageError
 from eomgen.files import read_arrays, write_arrays, write_table
 from eomgen.results.dense_output import Between, Rows, largest_errors, state_at
+from eomgen.results.display import html
 from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.events import Events, events_from
+from eomgen.results.plots import plot
 from eomgen.results.scenery import PosesAndScenery
+from eomgen.results.tables import to_pandas, to_xarray, write_matlab
 from eomgen.system.description import component_names
 
 if TYPE_CHECKING:
+    import pandas
+    import xarray
+
     from eomgen.linear.linearization import Linearization
 
 
@@ -93,6 +99,9 @@ class Solution:
     def __repr__(self) -> str:
         return f"<Solution of {self.metadata.get('scene', 'a scene')}: {len(self.t)} rows; {self.message}>"
 
+    def _repr_html_(self) -> str:
+        return html(self)
+
     def __getstate__(self) -> dict[str, Any]:
         """Return what goes to another process: all that ``save`` keeps, poses among it, but not the way to the
         model."""
@@ -127,10 +136,32 @@ class Solution:
 
         return write_animation(self, path)
 
-    def save(self, path: str | Path) -> Path:
-        """Write the solution, all of it as ``.npz`` or a table as ``.csv``; a file of that name is replaced.
+    def plot(self, *names: str, axes: object = None) -> list[Any]:
+        """Draw curves over time and return their axes (matplotlib's), one for each panel of like quantities.
 
-        An ``.npz`` holds the poses of the bodies too, where the model can give them; a table does not.
+        Parameters
+        ----------
+        names : str
+            ``coordinates``, ``velocities``, ``accelerations``, ``states``, ``outputs``, ``energy``; or columns by name:
+            ``"q.hinge"``, ``"tip"``, ``"tip[0]"``, ``"total"``. The outputs, or else the coordinates, where none is
+            given.
+        axes : matplotlib Axes, or several
+            Where to draw, one for each panel; a new figure of pyplot where none are given.
+
+        Raises
+        ------
+        UsageError
+            A name that is none of a curve; another number of axes than of panels.
+        """
+        return plot(self, names, axes)
+
+    def save(self, path: str | Path) -> Path:
+        """Write the solution, all of it as ``.npz``, or its columns as ``.csv`` or ``.mat``; a file of that name is
+        replaced.
+
+        An ``.npz`` holds the poses of the bodies too, where the model can give them. A ``.mat`` (MATLAB's version 5)
+        holds ``t``, ``q``, ``v``, ``a``, ``z``, ``multipliers``, the structs ``outputs`` and ``energy``, and ``names``,
+        ``units`` and ``message``.
 
         Raises
         ------
@@ -151,9 +182,11 @@ class Solution:
         elif path.suffix == ".csv":
             columns = self.columns()
             write_table(path, list(columns), np.stack(list(columns.values()), axis=1))
+        elif path.suffix == ".mat":
+            write_matlab(self, path)
         else:
             kind = path.suffix or "a file without a suffix"
-            raise UsageError(Problem(str(path), f"a solution cannot be saved as {kind}", ".npz or .csv"))
+            raise UsageError(Problem(str(path), f"a solution cannot be saved as {kind}", ".npz, .csv or .mat"))
         return path
 
     @classmethod
@@ -327,6 +360,51 @@ class Solution:
             }
         return columns | {f"energy.{name}": array for name, array in self.energy.items()}
 
+    def units(self) -> dict[str, str]:
+        """Return the units of the columns by name: ``s``, ``rad``, ``m/s``, ``N``; ``1`` for pure numbers.
+
+        Multipliers have none of their own: forces or moments by what their row holds.
+        """
+        known = self.metadata.get("units", {})
+        of_v = list(known.get("v", []))
+        blocks = {
+            "q": known.get("q", []),
+            "v": of_v,
+            "a": [_per_second(unit) for unit in of_v],
+            "z": known.get("z", []),
+        }
+        names = self.metadata.get("names", {})
+        units = {"t": "s"}
+        for letter, of_block in blocks.items():
+            units |= dict(zip(names.get(letter, []), of_block, strict=False))
+        for name, array in self.outputs.items():
+            size = 1 if array.ndim == 1 else array.shape[1]
+            units |= dict.fromkeys(component_names("output", name, size), known.get("outputs", {}).get(name, ""))
+        return units | {f"energy.{name}": "W" if "power" in name else "J" for name in self.energy}
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return all columns as a pandas DataFrame over ``t``; its ``attrs`` have ``units``, ``scene`` and ``message``.
+
+        Raises
+        ------
+        UsageError
+            pandas is not installed.
+        """
+        return to_pandas(self)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return the solution as an xarray Dataset over ``t``, each variable with its ``units``.
+
+        ``q``, ``v``, ``a``, ``z`` and ``multipliers`` have a second dimension with the names of their components; each
+        output and energy is a variable.
+
+        Raises
+        ------
+        UsageError
+            xarray is not installed.
+        """
+        return to_xarray(self)
+
     def with_model(self, model: ModelOfRun) -> Solution:
         """Return this solution with the model of its run at hand; ``Model.attach`` makes one."""
         whole, known = replace(self, model=model), vars(self).get("poses_and_scenery")
@@ -358,3 +436,8 @@ class Solution:
             "success": self.success,
             "interrupted": self.interrupted,
         }
+
+
+def _per_second(unit: str) -> str:
+    """Return the unit of a rate: ``m/s`` -> ``m/s^2``, ``rad`` -> ``rad/s``."""
+    return f"{unit}^2" if unit.endswith("/s") else f"{unit}/s"

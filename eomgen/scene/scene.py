@@ -16,6 +16,7 @@ from eomgen.formula.nodes import Formula, Number
 from eomgen.formula.piecewise import AnyCurve
 from eomgen.scene.bodies.model import Base, Body
 from eomgen.scene.control.model import Controller, StateFeedback
+from eomgen.scene.display import html, line
 from eomgen.scene.events.model import Event
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.joints.constraint_model import Constraint
@@ -110,6 +111,12 @@ class Scene:
     def leading_joints(self) -> tuple[Joint, ...]:
         """The joints that move and follow no other: those with coordinates of their own."""
         return tuple(joint for joint in self.joints if joint.mimic is None and joint.kind.moves)
+
+    def __repr__(self) -> str:
+        return line(self)
+
+    def _repr_html_(self) -> str:
+        return html(self)
 
     if not TYPE_CHECKING:  # a checker knows the attributes by itself
 

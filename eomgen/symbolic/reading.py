@@ -87,17 +87,23 @@ def block_to_sympy(
 
 
 def to_latex(
-    tape: Tape, refs: Sequence[Ref], shape: Sequence[int], *, name: str = "", named: bool | None = None
+    tape: Tape,
+    refs: Sequence[Ref],
+    shape: Sequence[int],
+    *,
+    name: str = "",
+    named: bool | None = None,
+    names: Mapping[InputSymbol, str] | None = None,
 ) -> str:
     """Return a block as display LaTeX: ``name = matrix``, after its intermediates in ``aligned``."""
     import sympy  # noqa: PLC0415  # as in block_to_sympy
 
-    block = block_to_sympy(tape, refs, shape, named=named)
-    names, matrix = block if isinstance(block, tuple) else ([], block)
+    block = block_to_sympy(tape, refs, shape, named=named, names=names)
+    intermediates, matrix = block if isinstance(block, tuple) else ([], block)
     expression = sympy.latex(matrix if len(shape) else matrix[0, 0])
-    if not names:
+    if not intermediates:
         return f"{name} = {expression}" if name else expression
-    lines = [f"{sympy.latex(symbol)} &= {sympy.latex(value)}" for symbol, value in names]
+    lines = [f"{sympy.latex(symbol)} &= {sympy.latex(value)}" for symbol, value in intermediates]
     lines.append(f"{name} &= {expression}" if name else f"& {expression}")
     return "\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}"
 

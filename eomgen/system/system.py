@@ -22,6 +22,7 @@ from eomgen.symbolic.operations import Counts, InputSymbol
 from eomgen.symbolic.periodic import periodic_inputs
 from eomgen.symbolic.tape import Ref, Tape
 from eomgen.system.description import Factor
+from eomgen.system.display import equation, html, line
 from eomgen.system.events import EventRow, Mode
 from eomgen.system.terms import TERMS, nearest_term
 
@@ -52,6 +53,10 @@ BASE_SIZE = sum(size for _, size, _ in BASE_LAYOUT)
 #: Functions of a motion that is known: no stepper calls them at each step.
 OBSERVED = frozenset({"joint_angles", *(name for name, term in TERMS.items() if term.observed)})
 
+#: Terms of the separated form, and their symbols.
+_SYMBOLS = {"mass": "M", "coupling": "h", "base_motion": "b", "force": "Q"}
+#: Operations up to which a notebook shows a term: more of them fill a page.
+_READABLE = 120
 #: How inputs without a name of their own, the time and intermediates are called in SymPy: no name of a scene may look
 #: like that.
 _TAKEN = re.compile(r"t|[qvazu][0-9]+|(p|lam|base|w)_[0-9]+")
@@ -262,6 +267,36 @@ class System:
     angles: tuple[str, ...] = ()
     base_zeros: tuple[int, ...] = ()
 
+    def __repr__(self) -> str:
+        return line(self.name, self._sizes, {name: count.flops for name, count in self.counts.items()})
+
+    def _repr_html_(self) -> str:
+        functions = (
+            (name, ", ".join(function.inputs), self.counts[name].flops, function.description)
+            for name, function in self.functions.items()
+        )
+        return html(self.name, self.description, self._sizes, self._formulas, functions)
+
+    def _repr_latex_(self) -> str:
+        return "\n".join(f"$$\\displaystyle {text}$$" for text in self._formulas)
+
+    @property
+    def _sizes(self) -> dict[str, int]:
+        """Numbers of components by name."""
+        sizes = {name: getattr(self, name) for name in ("nq", "nv", "nu", "nz")}
+        return {**sizes, "constraints": len(self.multipliers)}
+
+    @property
+    def _formulas(self) -> list[str]:
+        """The equations of motion, and the terms of the separated form that are short enough to be read, as LaTeX."""
+        facts = self.facts
+        whole = equation(
+            base=facts.moving_base, constraints=bool(self.multipliers), states=bool(self.nz), inputs=bool(self.nu)
+        )
+        symbols = {term: symbol for term, symbol in _SYMBOLS.items() if term in self.functions}
+        short = [term for term in symbols if self.counts[term].flops <= _READABLE]
+        return [whole, *(self.latex(term, symbols[term]) for term in short)]
+
     if not TYPE_CHECKING:  # a checker knows the attributes by itself
 
         def __getattr__(self, name: str) -> object:
@@ -363,10 +398,26 @@ class System:
         # SymPy is imported only when it is asked for
         from eomgen.symbolic.reading import block_to_sympy  # noqa: PLC0415
 
+        block = self._block("sympy", term)
+        return block_to_sympy(self.tape, block.refs, block.shape, named=named, names=self.symbol_names)
+
+    def latex(self, term: str, name: str = "") -> str:
+        """Return a block as LaTeX, ``name = matrix``; a long one after its intermediates, see ``sympy``.
+
+        Raises
+        ------
+        UsageError
+            As of ``sympy``.
+        """
+        # SymPy is imported only when it is asked for
+        from eomgen.symbolic.reading import to_latex  # noqa: PLC0415
+
+        block = self._block("latex", term)
+        return to_latex(self.tape, block.refs, block.shape, name=name, names=self.symbol_names)
+
+    def _block(self, call: str, term: str) -> Block:
         if term not in self.functions:
             hint = f'eomgen.derive(scene, terms=[..., "{term}"])' if term in TERMS else nearest_term(str(term))
             what = f"the term {term} is not in this System, which was derived with {', '.join(self.functions)}"
-            raise UsageError(Problem("sympy", what, hint))
-        function = self.functions[term]
-        block = function.outputs[0]
-        return block_to_sympy(self.tape, block.refs, block.shape, named=named, names=self.symbol_names)
+            raise UsageError(Problem(call, what, hint))
+        return self.functions[term].outputs[0]

@@ -56,8 +56,8 @@ def test_outputs_are_columns(tmp_path: Path) -> None:
 
 
 def test_other_suffixes_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(eomgen.UsageError, match=r"a solution cannot be saved as \.mat; try: \.npz or \.csv"):
-        pendulum().simulate(0.0).save(tmp_path / "run.mat")
+    with pytest.raises(eomgen.UsageError, match=r"a solution cannot be saved as \.xlsx; try: \.npz, \.csv or \.mat"):
+        pendulum().simulate(0.0).save(tmp_path / "run.xlsx")
 
 
 def test_a_full_disk_is_named_and_the_old_file_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

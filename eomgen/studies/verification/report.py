@@ -13,8 +13,8 @@ from typing import Any, Literal
 import numpy as np
 
 from eomgen.errors import FileError, Problem
+from eomgen.figures import new_figure, saved
 from eomgen.files import write_text
-from eomgen.results.figures import new_figure, saved
 from eomgen.studies.verification.differences import LADDER
 from eomgen.text import json_text
 

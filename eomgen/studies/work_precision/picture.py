@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from eomgen.results.figures import new_figure, saved
+from eomgen.figures import new_figure, saved
 from eomgen.studies.work_precision.measured import DEMANDS, WRONG, Measured, Point
 from eomgen.studies.work_precision.running import REACHED
 

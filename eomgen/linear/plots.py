@@ -1,4 +1,4 @@
-"""Figures of a linear model as PNG: mode shapes, root locus, frequency responses."""
+"""Figures of a linear model, as PNG or on the axes of a caller: mode shapes, root locus, frequency responses."""
 
 from __future__ import annotations
 
@@ -6,18 +6,16 @@ import cmath
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.arrays import Array
-from eomgen.linear.modes import Modes
-from eomgen.linear.root_locus import RootLocus
-from eomgen.results.figures import new_figure, saved
+from eomgen.figures import axes_of_caller, new_figure, pyplot_figure, saved
 
 Complex = NDArray[np.complex128]
-#: Modes and coordinates in one figure: more of them cannot be told apart.
+#: DrawnModes and coordinates in one figure: more of them cannot be told apart.
 _MODES, _COORDINATES = 12, 14
 #: Roots of neighbouring values are joined by a line where they are nearer than this part of the figure.
 _JUMP = 0.08
@@ -26,18 +24,45 @@ _ROUNDING = 1e-9
 _GRID: dict[str, Any] = {"color": "#dddddd", "linewidth": 0.6}
 
 
-def draw_modes(modes: Modes, title: str, path: Path) -> Path:
+class DrawnModes(Protocol):
+    """What is drawn of ``Modes``: see there."""
+
+    @property
+    def eigenvalues(self) -> Complex: ...
+    @property
+    def frequency(self) -> Array: ...
+    @property
+    def damping_ratio(self) -> Array: ...
+    @property
+    def uncertainty(self) -> Array: ...
+    @property
+    def oscillating(self) -> NDArray[np.bool_]: ...
+    @property
+    def shapes(self) -> Complex: ...
+    @property
+    def coordinates(self) -> tuple[str, ...]: ...
+    @property
+    def weights(self) -> Array: ...
+
+    def __len__(self) -> int: ...
+
+
+class DrawnRoots(Protocol):
+    """What is drawn of a ``RootLocus``: see there."""
+
+    @property
+    def parameter(self) -> str: ...
+    @property
+    def values(self) -> Array: ...
+    @property
+    def eigenvalues(self) -> Complex: ...
+
+
+def draw_modes(modes: DrawnModes, title: str, path: Path) -> Path:
     """Draw the shape of each mode: amplitudes by coordinate, their phases beside them."""
-    shown = [k for k in range(len(modes)) if np.any(np.abs(modes.shapes[:, k]) > 1e-9)][:_MODES]
-    columns = min(3, max(1, len(shown)))
-    rows = max(1, -(-len(shown) // columns))
-    count = min(len(modes.coordinates), _COORDINATES)
-    figure = new_figure((4.6 * columns + 0.6, 0.8 + rows * (1.1 + 0.28 * count)))
-    axes = np.atleast_1d(figure.subplots(rows, columns, squeeze=False)).ravel()
-    for axis, k in zip(axes, shown, strict=False):
-        _shape(axis, modes, k, count)
-    for axis in axes[len(shown) :]:
-        axis.set_visible(False)
+    shown = _shown(modes)
+    figure = new_figure(_size(modes, len(shown)))
+    _shapes(_grid(figure, len(shown)), modes, shown)
     left_out = len(modes) - len(shown)
     figure.suptitle(
         f"{title}: shapes of modes" + (f" ({left_out} more are not drawn)" if left_out else ""), fontsize=11
@@ -45,7 +70,46 @@ def draw_modes(modes: Modes, title: str, path: Path) -> Path:
     return saved(figure, path)
 
 
-def _shape(axis: Any, modes: Modes, k: int, count: int) -> None:
+def plot_modes(modes: DrawnModes, axes: object = None) -> list[Any]:
+    """Draw the shape of each mode; see ``Modes.plot``."""
+    shown = _shown(modes)
+    if axes is None:
+        drawn = _grid(pyplot_figure(_size(modes, len(shown))), len(shown))
+    else:
+        drawn = axes_of_caller("plot", axes, [f"mode {k + 1}" for k in shown])
+    _shapes(drawn, modes, shown)
+    return drawn
+
+
+def _shown(modes: DrawnModes) -> list[int]:
+    return [k for k in range(len(modes)) if np.any(np.abs(modes.shapes[:, k]) > 1e-9)][:_MODES]
+
+
+def _size(modes: DrawnModes, shown: int) -> tuple[float, float]:
+    """Return the width and the height of the figure, inches."""
+    columns, count = _columns(shown), min(len(modes.coordinates), _COORDINATES)
+    return 4.6 * columns + 0.6, 0.8 + max(1, -(-shown // columns)) * (1.1 + 0.28 * count)
+
+
+def _columns(shown: int) -> int:
+    return min(3, max(1, shown))
+
+
+def _grid(figure: Any, shown: int) -> list[Any]:
+    columns = _columns(shown)
+    axes = list(np.atleast_1d(figure.subplots(max(1, -(-shown // columns)), columns, squeeze=False)).ravel())
+    for axis in axes[shown:]:
+        axis.set_visible(False)
+    return axes[:shown]
+
+
+def _shapes(axes: list[Any], modes: DrawnModes, shown: list[int]) -> None:
+    count = min(len(modes.coordinates), _COORDINATES)
+    for axis, k in zip(axes, shown, strict=True):
+        _shape(axis, modes, k, count)
+
+
+def _shape(axis: Any, modes: DrawnModes, k: int, count: int) -> None:
     chosen = np.sort(np.argsort(-modes.weights * np.abs(modes.shapes[:, k]), kind="stable")[:count])
     values = modes.shapes[chosen, k]
     height = np.arange(len(chosen))[::-1]
@@ -68,7 +132,7 @@ def degrees(value: complex) -> int:
     return 180 if phase == -180 else phase
 
 
-def caption(modes: Modes, k: int) -> str:
+def caption(modes: DrawnModes, k: int) -> str:
     """Return a mode in a few words: frequency and damping, or the rate at which it decays or grows."""
     value = modes.eigenvalues[k]
     if modes.oscillating[k]:
@@ -82,16 +146,29 @@ def _rounded(ratio: float) -> str:
     return "0" if abs(ratio) < 1e-9 else f"{ratio:.4g}"
 
 
-def draw_root_locus(locus: RootLocus, unit: str, title: str, path: Path) -> Path:
+def draw_root_locus(locus: DrawnRoots, unit: str, title: str, path: Path) -> Path:
     """Draw the upper half plane of roots, coloured by the parameter; crosses at its first value, rings at the last."""
+    figure = new_figure((8.4, 6.0))
+    _roots(figure.subplots(), locus, unit)
+    figure.suptitle(f"{title}: roots over {locus.parameter}", fontsize=11)
+    return saved(figure, path)
+
+
+def plot_root_locus(locus: DrawnRoots, axes: object = None) -> list[Any]:
+    """Draw the upper half plane of roots; see ``RootLocus.plot``."""
+    given = pyplot_figure((8.4, 6.0)).subplots() if axes is None else axes
+    drawn = axes_of_caller("plot", given, [f"roots over {locus.parameter}"])
+    _roots(drawn[0], locus, "")
+    return drawn
+
+
+def _roots(axis: Any, locus: DrawnRoots, unit: str) -> None:
     from matplotlib.colors import LogNorm, Normalize  # noqa: PLC0415  # slow to import, and only drawing needs it
 
     low, high = float(np.min(locus.values)), float(np.max(locus.values))
     ratios = locus.values[1:] / locus.values[:-1] if np.all(locus.values > 0.0) else np.zeros(0)
     logarithmic = len(ratios) > 1 and np.allclose(ratios, ratios[0], rtol=1e-9) and ratios[0] != 1.0
     norm = (LogNorm if logarithmic else Normalize)(low, high)
-    figure = new_figure((8.4, 6.0))
-    axis = figure.subplots()
     exact = np.abs(locus.eigenvalues.real) > _ROUNDING * np.abs(locus.eigenvalues)
     eigenvalues = np.where(exact, locus.eigenvalues, 1j * locus.eigenvalues.imag)
     tolerance = _ROUNDING * (1.0 + float(np.max(np.abs(eigenvalues), initial=0.0)))
@@ -123,45 +200,61 @@ def draw_root_locus(locus: RootLocus, unit: str, title: str, path: Path) -> Path
     axis.set_axisbelow(True)
     if drawn is not None:
         label = locus.parameter if unit in ("", "1") else f"{locus.parameter}, {unit}"
-        figure.colorbar(drawn, ax=axis, label=label)
+        axis.figure.colorbar(drawn, ax=axis, label=label)
     first, last = locus.values[0], locus.values[-1]
     axis.set_title(f"× {locus.parameter} = {first:.6g}   ○ {locus.parameter} = {last:.6g}", fontsize=10, loc="left")
-    figure.suptitle(f"{title}: roots over {locus.parameter}", fontsize=11)
-    return saved(figure, path)
 
 
 def draw_responses(
     frequencies: Array, responses: Mapping[tuple[str, str], Complex], units: Mapping[str, str], title: str, path: Path
 ) -> Path:
     """Draw magnitude and phase of each response over the frequency in Hz; one column for each."""
-    from matplotlib.ticker import MultipleLocator  # noqa: PLC0415  # slow to import, and only drawing needs it
-
     figure = new_figure((6.2 * len(responses) + 0.4, 6.4))
-    axes = figure.subplots(2, len(responses), squeeze=False, sharex=True, gridspec_kw={"height_ratios": [3, 2]})
+    axes = _columns_of_two(figure, len(responses))
     for column, ((of_input, output), values) in zip(axes.T, responses.items(), strict=True):
-        magnitude, phase = column
-        size = np.abs(values)
-        if np.any(size > 0.0):
-            magnitude.loglog(frequencies, np.where(size > 0.0, size, np.nan), color="#0B62C4", linewidth=1.4)
-        else:
-            magnitude.semilogx(frequencies, size, color="#0B62C4", linewidth=1.4)
-        angles = np.degrees(np.unwrap(np.angle(values)))
-        phase.semilogx(frequencies, angles, color="#0B62C4", linewidth=1.4)
-        middle, half = 0.5 * (angles.max() + angles.min()), max(0.55 * np.ptp(angles), 100.0)
-        phase.set_ylim(middle - half, middle + half)
         over = _ratio(units.get(output, ""), units.get(of_input, ""))
-        magnitude.set_ylabel("magnitude" + (f", {over}" if over else ""))
-        magnitude.set_title(f"{output} for {of_input}", fontsize=10, loc="left")
-        phase.set_ylabel("phase, °")
-        phase.yaxis.set_major_locator(MultipleLocator(90.0 if np.ptp(phase.get_ylim()) <= 540.0 else 180.0))
-        phase.set_xlabel("frequency, Hz")
-        phase.set_xlim(frequencies[0], frequencies[-1])
-        for axis in column:
-            axis.grid(True, which="both", **_GRID)
-            axis.set_axisbelow(True)
+        _response(column[0], column[1], frequencies, values, f"{output} for {of_input}", over)
     figure.align_ylabels(list(axes.ravel()))
     figure.suptitle(f"{title}: frequency responses", fontsize=11)
     return saved(figure, path)
+
+
+def plot_response(frequencies: Array, values: Complex, pair: tuple[str, str], axes: object = None) -> list[Any]:
+    """Draw magnitude and phase of the response of an output to an input; see ``Linearization.plot_response``."""
+    given = _columns_of_two(pyplot_figure((6.6, 6.4)), 1) if axes is None else axes
+    drawn = axes_of_caller("plot_response", given, ["magnitude", "phase"])
+    _response(drawn[0], drawn[1], frequencies, values, f"{pair[1]} for {pair[0]}", "")
+    return drawn
+
+
+def _columns_of_two(figure: Any, count: int) -> NDArray[np.object_]:
+    axes: NDArray[np.object_] = figure.subplots(
+        2, count, squeeze=False, sharex=True, gridspec_kw={"height_ratios": [3, 2]}
+    )
+    return axes
+
+
+def _response(magnitude: Any, phase: Any, frequencies: Array, values: Complex, title: str, over: str) -> None:
+    from matplotlib.ticker import MultipleLocator  # noqa: PLC0415  # slow to import, and only drawing needs it
+
+    size = np.abs(values)
+    if np.any(size > 0.0):
+        magnitude.loglog(frequencies, np.where(size > 0.0, size, np.nan), color="#0B62C4", linewidth=1.4)
+    else:
+        magnitude.semilogx(frequencies, size, color="#0B62C4", linewidth=1.4)
+    angles = np.degrees(np.unwrap(np.angle(values)))
+    phase.semilogx(frequencies, angles, color="#0B62C4", linewidth=1.4)
+    middle, half = 0.5 * (angles.max() + angles.min()), max(0.55 * np.ptp(angles), 100.0)
+    phase.set_ylim(middle - half, middle + half)
+    magnitude.set_ylabel("magnitude" + (f", {over}" if over else ""))
+    magnitude.set_title(title, fontsize=10, loc="left")
+    phase.set_ylabel("phase, °")
+    phase.yaxis.set_major_locator(MultipleLocator(90.0 if np.ptp(phase.get_ylim()) <= 540.0 else 180.0))
+    phase.set_xlabel("frequency, Hz")
+    phase.set_xlim(frequencies[0], frequencies[-1])
+    for axis in (magnitude, phase):
+        axis.grid(True, which="both", **_GRID)
+        axis.set_axisbelow(True)
 
 
 def _ratio(over: str, under: str) -> str:

@@ -1,0 +1,55 @@
+"""How a linear model shows itself in a notebook: the table of its modes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.arrays import Array
+from eomgen.html import page, paragraph, table
+
+
+class ShownModes(Protocol):
+    """What is shown of ``Modes``: see there."""
+
+    @property
+    def eigenvalues(self) -> NDArray[np.complex128]: ...
+    @property
+    def frequency(self) -> Array: ...
+    @property
+    def damping_ratio(self) -> Array: ...
+    @property
+    def uncertainty(self) -> Array: ...
+    @property
+    def oscillating(self) -> NDArray[np.bool_]: ...
+    @property
+    def stability(self) -> str: ...
+
+    def dominant(self, mode: int) -> list[tuple[str, complex]]: ...
+
+    def __len__(self) -> int: ...
+
+
+def linearization_html(what: str, t: float, coordinates: Sequence[str], modes: ShownModes) -> str:
+    """Return what a model is linear about, and when (s); its independent coordinates and its modes."""
+    free = f"coordinates: {', '.join(coordinates)}" if coordinates else "no coordinates are free"
+    return page(f"Linear model about the {what} at t = {t:.6g} s", paragraph(free), modes_html(modes))
+
+
+def modes_html(modes: ShownModes) -> str:
+    """Return frequency, damping ratio, eigenvalue and the largest part of each mode, and whether all decay."""
+    rows = (
+        (
+            k + 1,
+            f"{modes.frequency[k]:.6g}" if modes.oscillating[k] else "",
+            f"{modes.damping_ratio[k]:.4g}" if abs(modes.eigenvalues[k]) > modes.uncertainty[k] else "",
+            f"{modes.eigenvalues[k]:.6g}",
+            ", ".join(name for name, _ in modes.dominant(k)),
+        )
+        for k in range(len(modes))
+    )
+    headings = ("mode", "frequency, Hz", "damping ratio", "eigenvalue, 1/s", "mostly")
+    return page(f"{len(modes)} modes, {modes.stability}", table(headings, rows))

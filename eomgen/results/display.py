@@ -1,0 +1,40 @@
+"""How a Solution shows itself in a notebook: its outcome, and start, end and range of each column."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from eomgen.html import page, paragraph, table
+from eomgen.results.recorded import Recorded
+
+#: Columns that are rates of others and constraint forces: they are in ``columns()``, and would fill the page.
+_LEFT_OUT = ("a.", "multipliers")
+
+
+def html(solution: Recorded) -> str:
+    """Return the message of a run, its method, its estimated error, and its columns."""
+    data = solution.metadata
+    settings = ", ".join(f"{name} {value:.4g}" for name, value in data.get("settings", {}).items())
+    outcome = [
+        ("outcome", solution.message),
+        ("method", f"{data.get('method', '')}: {settings}" if settings else data.get("method", "")),
+        ("estimated error", str(solution.error.largest or solution.error)),
+        ("energy balance", str(data.get("energy_balance", ""))),
+    ]
+    return page(
+        f"Solution of {data.get('scene', 'a scene')}",
+        paragraph("" if solution.success else "The run is not a success."),
+        table(("", ""), ((name, text) for name, text in outcome if text)),
+        table(("column", "unit", "at the start", "at the end", "least", "largest"), _columns(solution)),
+    )
+
+
+def _columns(solution: Recorded) -> Iterator[tuple[str, ...]]:
+    units = solution.units()
+    for name, values in solution.columns().items():
+        if name.startswith(_LEFT_OUT) or not len(values):
+            continue
+        numbers = values[0], values[-1], np.min(values), np.max(values)
+        yield name, units.get(name, ""), *(f"{value:.6g}" for value in numbers)

@@ -1,0 +1,121 @@
+"""A solution in the containers of others: pandas, xarray, MATLAB."""
+
+from __future__ import annotations
+
+import io
+import re
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from eomgen.arrays import Array
+from eomgen.errors import Problem, UsageError
+from eomgen.files import write_bytes
+from eomgen.results.recorded import Recorded
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+_STATES = ("q", "v", "a", "z", "multipliers")
+#: Letters of a name in MATLAB's files.
+_MATLAB_NAME = 31
+
+
+def to_pandas(solution: Recorded) -> pandas.DataFrame:
+    """Return all columns over ``t``; see ``Solution.to_pandas``."""
+    columns = solution.columns()
+    time = columns.pop("t")
+    package = _package("pandas", "to_pandas")
+    frame: pandas.DataFrame = package.DataFrame(columns, index=package.Index(time, name="t"))
+    frame.attrs |= {"units": solution.units(), "scene": _scene(solution), "message": solution.message}
+    return frame
+
+
+def to_xarray(solution: Recorded) -> xarray.Dataset:
+    """Return the solution over ``t``; see ``Solution.to_xarray``."""
+    package = _package("xarray", "to_xarray")
+    units = solution.units()
+    variables: dict[str, Any] = {}
+    coordinates: dict[str, Any] = {"t": ("t", solution.t, {"units": "s"})}
+    names = _names(solution)
+    for letter in _STATES:
+        array = getattr(solution, letter)
+        if array.shape[1]:
+            along = f"{letter}_component"
+            variables[letter] = (("t", along), array)
+            coordinates[along] = names[letter]
+            coordinates[f"{letter}_units"] = (along, [units.get(name, "") for name in names[letter]])
+    of_outputs = solution.metadata.get("units", {}).get("outputs", {})
+    for name, array in solution.outputs.items():
+        dimensions = ("t",) if array.ndim == 1 else ("t", f"{name}_component")
+        variables[f"output.{name}"] = (dimensions, array, {"units": of_outputs.get(name, "")})
+    for name, array in solution.energy.items():
+        variables[f"energy.{name}"] = ("t", array, {"units": units[f"energy.{name}"]})
+    attributes = {"scene": _scene(solution), "message": solution.message, "success": int(solution.success)}
+    dataset: xarray.Dataset = package.Dataset(variables, coordinates, attributes)
+    return dataset
+
+
+def write_matlab(solution: Recorded, path: Path) -> None:
+    """Write a file of MATLAB's version 5. Raises FileError where it cannot be written."""
+    from scipy.io import savemat  # noqa: PLC0415  # slow to import
+
+    stream = io.BytesIO()
+    arrays = {name: getattr(solution, name) for name in ("t", *_STATES)}
+    described = {
+        "names": {letter: np.array(list_, dtype=object) for letter, list_ in _names(solution).items()},
+        "units": {letter: np.array(list_, dtype=object) for letter, list_ in _units(solution).items()},
+        "message": solution.message,
+        "scene": _scene(solution),
+    }
+    savemat(
+        stream,  # type: ignore[arg-type]  # the stubs do not know that it takes streams
+        {
+            **arrays,
+            "outputs": _struct(solution.outputs),
+            "energy": _struct(solution.energy),
+            **described,
+        },
+        oned_as="column",
+    )
+    write_bytes(path, stream.getvalue())
+
+
+def _struct(arrays: Any) -> dict[str, Array]:
+    """Return arrays by names that MATLAB takes as fields."""
+    named: dict[str, Array] = {}
+    for name, array in arrays.items():
+        field = re.sub(r"\W", "_", name)[:_MATLAB_NAME]
+        named[field if field[0].isalpha() else f"f{field}"[:_MATLAB_NAME]] = array
+    return named
+
+
+def _names(solution: Recorded) -> dict[str, list[str]]:
+    """Return the names of the components of each block, as ``columns`` has them."""
+    every = [name for name in solution.columns() if name != "t"]
+    names: dict[str, list[str]] = {}
+    start = 0
+    for letter in _STATES:
+        size = getattr(solution, letter).shape[1]
+        names[letter] = every[start : start + size]
+        start += size
+    return names
+
+
+def _units(solution: Recorded) -> dict[str, list[str]]:
+    units = solution.units()
+    return {letter: [units.get(name, "") for name in names] for letter, names in _names(solution).items()}
+
+
+def _scene(solution: Recorded) -> str:
+    return str(solution.metadata.get("scene", ""))
+
+
+def _package(name: str, call: str) -> Any:
+    try:
+        return import_module(name)
+    except ImportError:
+        raise UsageError(Problem(call, f"{name} is not installed", f"pip install {name}")) from None

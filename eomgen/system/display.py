@@ -1,0 +1,47 @@
+"""How a System shows itself: one line at a prompt, counts and formulas in a notebook, LaTeX."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+from eomgen.html import formula, page, paragraph, table
+
+#: Functions that are counted in one line.
+_COUNTED = 5
+
+
+def line(name: str, sizes: Mapping[str, int], flops: Mapping[str, int]) -> str:
+    """Return ``<System arm: nq 2, nv 2; operations: mass 12, coupling 30, force 20, and 8 more>``."""
+    counted = ", ".join(f"{function} {count}" for function, count in list(flops.items())[:_COUNTED])
+    if (more := len(flops) - _COUNTED) > 0:
+        counted += f", and {more} more"
+    return f"<System {name}: {_sizes(sizes)}; operations: {counted}>"
+
+
+def html(
+    name: str,
+    description: str,
+    sizes: Mapping[str, int],
+    formulas: Iterable[str],
+    functions: Iterable[Sequence[object]],
+) -> str:
+    """Return sizes, formulas (LaTeX) and a table of functions: name, inputs, operations, meaning."""
+    return page(
+        f"System {name}",
+        paragraph(description),
+        paragraph(_sizes(sizes)),
+        *(formula(text) for text in formulas),
+        table(("function", "of", "operations", "meaning"), functions),
+    )
+
+
+def equation(*, base: bool, constraints: bool, states: bool, inputs: bool) -> str:
+    """Return the equations of motion as LaTeX, in the terms that a system has."""
+    moved = r" + b(q, v, t)" if base else ""
+    held = r" + B(q, t)^{\mathsf T} \lambda" if constraints else ""
+    arguments = ", ".join(("q", "v", *(("z",) if states else ()), "t", *(("u",) if inputs else ())))
+    return rf"M(q)\,\dot v + h(q, v){moved}{held} = Q({arguments})"
+
+
+def _sizes(sizes: Mapping[str, int]) -> str:
+    return ", ".join(f"{name} {size}" for name, size in sizes.items() if size)
