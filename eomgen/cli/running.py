@@ -42,7 +42,7 @@ def read_scene(path: str, options: dict[str, Any]) -> Scene:
 
 def run(scene: Scene, options: dict[str, Any]) -> tuple[Model, Solution]:
     """Build and simulate a scene with the options that ``read_scene`` has left, or go on with the run of a
-    checkpoint."""
+    checkpoint. The model has the functions that runs call."""
     from eomgen.pipeline import pipeline  # noqa: PLC0415
 
     resumed, t_end = options.get("resume"), options["t_end"]
@@ -50,7 +50,7 @@ def run(scene: Scene, options: dict[str, Any]) -> tuple[Model, Solution]:
     own = {name: value for name, value in options.items() if name not in (*_OPEN, "resume", "t_end")}
     method = own["method"] if resumed is None else _method_of(resumed, own)
     with building(scene.name):
-        model = pipeline.build(scene, method=method)
+        model = pipeline.built_for_run(scene, method, own.get("start"))
     with progress_bar(scene.name) as progress:
         if resumed is None:
             return model, model.simulate(t_end, **own, **shared, progress=progress)

@@ -44,8 +44,9 @@ def savings(
 ) -> None:
     """Measure what a SCENE costs as it is asked: operations, bytes of C, seconds to build, time per step.
 
-    Against the same scene with the terms of a step alone, all terms, all numbers tunable, a base that moves in all six
-    ways, absolute coordinates, and all of that. Every variant is built in an empty cache, so this takes a while.
+    Against the same scene with what a run alone calls, the terms of a step alone, all terms, all numbers tunable, a
+    base that moves in all six ways, absolute coordinates, and all of that. Every variant is built in an empty cache, so
+    this takes a while.
     """
     from eomgen.files import make_folder  # noqa: PLC0415  # imported when the arguments are known to be fine
     from eomgen.studies.savings.study import savings as measured  # noqa: PLC0415

@@ -41,7 +41,8 @@ class CompiledModel:
     library : Library
         Functions, and the stepper of the default method.
     stepper : callable
-        Gives the library with the stepper of a method; asked once for each method.
+        Gives the library with the stepper of a method, and with the functions of a ``Selection`` where one is given;
+        asked once for each of them.
     start : callable, optional
         Gives q and v of the scene's initial state at other parameters, where they depend on them.
     built : callable, optional
@@ -61,7 +62,7 @@ class CompiledModel:
         self,
         description: Description,
         library: Library,
-        stepper: Callable[[str], Library],
+        stepper: Callable[..., Library],
         start: Start | None = None,
         built: Callable[[Sequence[str]], Self] | None = None,
         gains: Gains | None = None,
@@ -189,6 +190,7 @@ class CompiledModel:
             "states": bool(self.nz),
             "absolute": bool(self.description.joints),
             "outputs": bool(self.library.layout["outputs"]),
+            "moving_base": self.evaluator.moving_base,
         }
         return frozenset(name for name, holds in facts.items() if holds)
 

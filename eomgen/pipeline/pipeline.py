@@ -22,6 +22,7 @@ from eomgen.pipeline.scenes import SCENES
 from eomgen.scene.load import from_data
 from eomgen.scene.scene import Scene
 from eomgen.scene.sources.register import checked_options
+from eomgen.system.selection import Selection
 from eomgen.system.terms import TERMS, nearest_term
 from eomgen.text import shown
 from eomgen.version import __version__
@@ -128,7 +129,7 @@ def generate(
 
     chosen = target_named(target)
     document, front_end = as_document(scene)
-    program = _program(document, front_end, terms, method, chosen)[0]
+    program = _program(document, front_end, _selected(terms), method, chosen)[0]
     if program.defaults["start"] == "equilibrium":
         from eomgen.pipeline.equilibrium_start import with_equilibrium_start  # noqa: PLC0415
 
@@ -182,9 +183,14 @@ def built_in(
     method: str | None = None,
     profile: str = "fast",
     real: str = "double",
+    *,
+    start: str = "",
 ) -> Model:
     """Return the compiled model of a scene as ``build`` does, with libraries kept in this folder, the user's cache by
-    default."""
+    default.
+
+    ``start``: as of ``Selection``, where the model is built for runs alone.
+    """
     _check_terms(terms)
     from eomgen.integrators.methods import terms_of  # noqa: PLC0415
     from eomgen.model import Model  # noqa: PLC0415
@@ -200,16 +206,19 @@ def built_in(
     from eomgen.toolchain.cache import Cache  # noqa: PLC0415
 
     builder = Builder(profile=profile, real=real, cache=None if cache is None else Cache(cache))
-    library = _library(document, front_end, terms, _method_name(described, method), builder)
+    library = _library(document, front_end, _selected(terms, start), _method_name(described, method), builder)
     constrained = bool(library.layout["multipliers"])  # all rows of a scene may follow from its joints
     there = [function["name"] for function in library.layout["functions"]]
     long = not constrained and not described.states and "iteration" in there
 
-    def stepper(other: str) -> Library:
-        """Return a library with another method's stepper; of long trees without their dense partials."""
+    def stepper(other: str, selection: Selection | None = None) -> Library:
+        """Return a library with a method's stepper: of these functions, else of those that it calls; of long trees
+        without their dense partials."""
+        if selection is not None:
+            return _library(document, front_end, selection, other, builder)
         needed = terms_of(other, constrained, bool(described.states), "mass" in there)
         wanted = [("iteration" if long and term == "partials" else term) for term in needed]
-        return _library(document, front_end, wanted, other, builder)
+        return _library(document, front_end, _selected(wanted), other, builder)
 
     def built(others: Sequence[str]) -> Model:
         return built_in(cache, document, others, method, profile, real)
@@ -234,6 +243,23 @@ def terms_of_step(scene: Scene, method: str) -> tuple[str, ...]:
 
     constrained = bool(scene.constraints) or scene.coordinates == "absolute"
     return terms_of(method, constrained, bool(scene.states))
+
+
+def built_for_run(scene: Described, method: str | None = None, start: str | None = None) -> Model:
+    """Return the compiled model of a scene with the functions that its runs call; others are compiled when they are
+    needed.
+
+    Parameters
+    ----------
+    method, start : of the runs; the scene's by default
+    """
+    document, front_end = as_document(scene)
+    begun = start or front_end.describe(document).simulation.start
+    return built_in(None, document, None, method, start=begun)
+
+
+def _selected(terms: Sequence[str] | None, start: str = "") -> Selection:
+    return Selection(None if terms is None else tuple(terms), start)
 
 
 def _reproducible(document: Document, terms: Sequence[str]) -> Model:
@@ -320,7 +346,7 @@ def _method(described: Description, method: str | None) -> Method:
 
 
 def _program(
-    document: Document, front_end: FrontEnd, terms: Sequence[str] | None, method: str | None, target: Target
+    document: Document, front_end: FrontEnd, selection: Selection, method: str | None, target: Target
 ) -> tuple[Program, str]:
     """Return the Program, and why it has no stepper where it has none."""
     from eomgen.codegen.convert import to_program  # noqa: PLC0415
@@ -328,47 +354,58 @@ def _program(
 
     described = front_end.describe(document)
     chosen = _method(described, method)
-    system = derive(front_end.prepared(document, _reproducible), terms)
+    system = derive(front_end.prepared(document, _reproducible), selection.terms)
+    called = chosen.calls(system).union(
+        chosen.terms(bool(system.multipliers), bool(system.states), "mass" in system.functions)
+    )
+    functions = selection.functions(list(system.functions), called, implicit=chosen.implicit)
     if not target.steppers:
-        return to_program(system, names=target.names), f"{target.language} has functions only"
+        return to_program(system, None, functions, names=target.names), f"{target.language} has functions only"
     try:
-        return to_program(system, method_data(chosen, system, described.simulation.step), names=target.names), ""
+        data = method_data(chosen, system, described.simulation.step)
+        return to_program(system, data, functions, names=target.names), ""
     except ModelError as error:
-        return to_program(system, names=target.names), "; ".join(
+        return to_program(system, None, functions, names=target.names), "; ".join(
             dict.fromkeys(problem.what for problem in error.problems)
         )
 
 
-def _library(
-    document: Document, front_end: FrontEnd, terms: Sequence[str] | None, method: str, builder: Builder
-) -> Library:
-    content = _content(document, front_end, terms, method)
+def _library(document: Document, front_end: FrontEnd, selection: Selection, method: str, builder: Builder) -> Library:
+    content = _content(document, front_end, selection, method)
     cached = builder.find(content)
     if cached is not None:
         return cached
     with builder.claim(content):
-        return builder.find(content) or _made(document, front_end, terms, method, builder, content)
+        return builder.find(content) or _made(document, front_end, selection, method, builder, content)
 
 
 def _made(
-    document: Document, front_end: FrontEnd, terms: Sequence[str] | None, method: str, builder: Builder, content: bytes
+    document: Document, front_end: FrontEnd, selection: Selection, method: str, builder: Builder, content: bytes
 ) -> Library:
     """Return the library of a document, derived and compiled."""
     from eomgen.codegen.metadata import interface_layout  # noqa: PLC0415
     from eomgen.codegen.targets.c.interface import INTERFACE_CDEF  # noqa: PLC0415
     from eomgen.codegen.targets.c.target import C, generate_files, generate_interface  # noqa: PLC0415
 
-    program, refusal = _program(document, front_end, terms, method, C)
+    program, refusal = _program(document, front_end, selection, method, C)
     files = generate_files(program)
     layout: dict[str, Any] = {
         **interface_layout(program),
         "stepper_refused": refusal,
         "built_method": method,
+        "selection": vars(selection),
+        "fingerprint": _fingerprint(document, front_end),
     }
     return builder.build(content, {**files, **generate_interface(program, files)}, INTERFACE_CDEF, layout)
 
 
-def _content(document: Document, front_end: FrontEnd, terms: Sequence[str] | None, method: str) -> bytes:
+def _fingerprint(document: Document, front_end: FrontEnd) -> str:
+    """Return 16 hexadecimal digits of what the equations follow from, whichever terms and stepper a library has."""
+    stamps = json.dumps([front_end.name, _stamp(front_end), __version__])
+    return hashlib.sha256(document.content + b"\0" + stamps.encode()).hexdigest()[:16]
+
+
+def _content(document: Document, front_end: FrontEnd, selection: Selection, method: str) -> bytes:
     """Return all that determines the library, the compiler aside, without deriving anything."""
     from eomgen.integrators.families.register import stamp_of  # noqa: PLC0415
 
@@ -378,7 +415,7 @@ def _content(document: Document, front_end: FrontEnd, terms: Sequence[str] | Non
             f"this {kind} was made by hand and says nothing of its content", "eomgen.SceneBuilder or eomgen.load"
         )
     options = {
-        "terms": list(terms) if terms is not None else None,
+        **vars(selection),
         "method": method,
         "front_end": [front_end.name, _stamp(front_end)],
         "version": __version__,

@@ -38,6 +38,7 @@ _NEEDED = {
     "t_end": float,
     "inputs": dict,
     "fingerprint": str,
+    "selection": dict,
     "build": str,
 }
 
@@ -49,8 +50,8 @@ class Checkpoint:
     Attributes
     ----------
     run : JSON data: scene, method and its parameters, settings, tunable parameters, record_every, t_start and t_end in
-        s, kinds
-        of the inputs given by the caller (``number``, ``table`` or ``function``), fingerprint and build of the library
+        s, kinds of the inputs given by the caller (``number``, ``table`` or ``function``); of the library its
+        fingerprint, its functions (a ``Selection``) and its build
     state, workspace : the stepper's memory, as doubles and as bytes
     inputs : values of the inputs that are numbers or tables
     t, q, v, z : what the state says, for readers who want to start anew from there
@@ -104,8 +105,8 @@ class Checkpoint:
         if self.run["scene"] != scene:
             what = f"this checkpoint is one of the scene {self.run['scene']!r}, the model is {scene!r}"
             raise ModelError(Problem(str(path), what, hint))
-        if self.run["fingerprint"] != library.fingerprint:
-            what = f"this checkpoint was written by another model {scene!r}: the scene, its terms or its C code changed"
+        if self.run["fingerprint"] != library.layout["fingerprint"]:
+            what = f"this checkpoint was written by another model {scene!r}: the scene or eomgen changed"
             raise ModelError(Problem(str(path), what, hint))
         if self.run["build"] != library.digest or len(self.state) != library.lib.eomgen_stepper_size(0):
             what = f"this checkpoint was written by another compilation of {scene!r}, whose last bits may differ"

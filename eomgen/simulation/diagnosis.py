@@ -21,6 +21,7 @@ from eomgen.simulation.constraint_violation import FAILED, Violation
 from eomgen.simulation.energy_balance import Balance
 from eomgen.simulation.growth import Growth
 from eomgen.system.description import Description
+from eomgen.system.terms import TERMS
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
@@ -55,6 +56,7 @@ def first_non_finite(
     """
     q, v, a, z = state
     a = np.where(np.isfinite(a), a, 0.0)
+    model = model.having([term for term, _ in _ORDER if term in model.functions or not TERMS[term].quadratic])
     with np.errstate(all="ignore"):
         for ahead in (False, True):
             if ahead:

@@ -132,7 +132,8 @@ def own_growth(run: Run, library: Library, rows: Array) -> Growth | None:
     sizes = np.array([_sizes(run, row[np.newaxis])[0] for row in rows])
     largest = np.maximum.accumulate(sizes)  # so far: what passes through zero does not grow after it
     # what was at rest has no ratio
-    behind = np.divide(sizes[-1], largest, out=np.zeros_like(sizes), where=largest > 0.0)
+    with np.errstate(over="ignore"):
+        behind = np.divide(sizes[-1], largest, out=np.zeros_like(sizes), where=largest > 0.0)
     component = int(np.argmax(np.max(behind, axis=0)))
     step, near = run.settings["step"], max(2 * WINDOW, len(rows) // 10)
     for least in _BEHIND:

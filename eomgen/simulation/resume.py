@@ -24,6 +24,7 @@ from eomgen.simulation.run import checkpoint_writer, stored_run
 from eomgen.simulation.settings import check_memory, check_span, stepper_library
 from eomgen.simulation.simulate import solution_of
 from eomgen.simulation.stepper import Progress, Stepper, run_chunks
+from eomgen.system.selection import Selection
 
 
 @checked_call(u="inputs", p="parameters", file="path", tend="t_end", duration="t_end")
@@ -77,6 +78,8 @@ def resume(
         saved.check(file, model.name, model.library)
     method = method_named(saved_run["method"], **saved_run["method_parameters"])
     library = stepper_library(model, saved_run["method"], method)
+    if saved_run["fingerprint"] == library.layout["fingerprint"] and saved_run["build"] != library.digest:
+        library = model.stepper(saved_run["method"], Selection.from_data(saved_run["selection"]))
     saved.check(file, model.name, library)
     end = float(saved_run["t_end"]) if t_end is None else number_of("t_end", t_end)
     run = stored_run(model, saved_run, method, library, end, _inputs(saved, inputs))

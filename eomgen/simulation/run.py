@@ -79,7 +79,8 @@ class Run:
             "corrections": list(self.corrections),
             "start": self.begun,
             "inputs": {name: kind_of(signal) for name, signal in given.items()},
-            "fingerprint": library.fingerprint,
+            "fingerprint": library.layout["fingerprint"],
+            "selection": library.layout["selection"],
             "build": library.digest,
         }
         start = {name: state[place] for name, place in stepper.places.items() if name in ("t", "q", "v", "z")}

@@ -94,8 +94,8 @@ def attach(model: CompiledModel, solution: Solution, inputs: Mapping[str, Signal
     if missing:
         what = f"the solution does not say of which run it is ({missing[0]} is missing): by hand, or an older eomgen"
         raise UsageError(Problem("attach", what, "a solution of simulate"))
-    if data["fingerprint"] != model.library.fingerprint:
-        other = f"another model {model.name!r}: the scene, its terms or its C code changed"
+    if data["fingerprint"] != model.library.layout.get("fingerprint"):
+        other = f"another model {model.name!r}: the scene or eomgen changed"
         if data["scene"] != model.name:
             other = f"the scene {data['scene']!r}, the model is {model.name!r}"
         raise ModelError(Problem("attach", f"this is a solution of {other}", "the model that made it, or a new run"))

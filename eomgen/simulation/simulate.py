@@ -497,5 +497,5 @@ def _metadata(run: Run) -> dict[str, Any]:
             for output in model.description.outputs
         },
         "factors": [[f.group, f.q_start, f.q_size, f.v_start, f.v_size] for f in model.factors],
-        "fingerprint": getattr(model.library, "fingerprint", ""),
+        "fingerprint": layout.get("fingerprint", ""),
     }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 LARGE_ERROR = 0.1
 #: The part that advice aims at, and up to which errors follow powers of the step.
 AIM, FOLLOWED = 0.01, 0.5
+#: Part of velocities, or of 1 rad/s and 1 m/s, that differences of accelerations span.
+_DIFFERENCE = 1e-7
 #: Part of the multipliers that rounding may make.
 ROUNDED = 0.01
 
@@ -101,14 +103,31 @@ def unresolved_damping(
 
     ``limit``: the largest step times rate of decay at which the method is stable.
     """
-    if "partials" not in model.functions:
-        return ""
     fastest = 0.0
     for rate in (state.v, np.zeros_like(state.v)):
-        _, C, M = model.partials(state.q, rate, np.zeros_like(rate), t, u, z=state.z, parameters=p)
-        if np.all(np.isfinite(C)) and np.all(np.isfinite(M)) and np.linalg.matrix_rank(M) == len(M):
-            fastest = max(fastest, float(np.linalg.eigvals(np.linalg.solve(M, C)).real.max(initial=0.0)))
+        decay = _decay(model, state, rate, t, u, p)
+        if decay is not None and np.all(np.isfinite(decay)):
+            fastest = max(fastest, float(np.linalg.eigvals(decay).real.max(initial=0.0)))
     return _too_fast("damping or friction decays", fastest, step, limit)
+
+
+def _decay(
+    model: CompiledModel, state: InitialState, v: Array, t: float, u: Array | None, p: Array
+) -> NDArray[np.floating[Any]] | None:
+    """Return -d vdot/dv, (nv, nv), at velocities v: by partials, or by central differences where the model has none."""
+    if "partials" in model.functions:
+        _, C, M = model.partials(state.q, v, np.zeros_like(v), t, u, z=state.z, parameters=p)
+        known = np.all(np.isfinite(C)) and np.all(np.isfinite(M)) and np.linalg.matrix_rank(M) == len(M)
+        return np.linalg.solve(M, C) if known else None
+    if "forward_dynamics" not in model.functions or not model.nv:
+        return None
+    ways = np.diag(_DIFFERENCE * np.maximum(1.0, np.abs(v)))
+    with np.errstate(all="ignore"):
+        ahead, behind = (
+            model.forward_dynamics(state.q, v + sign * ways, t, u, z=state.z, parameters=p) for sign in (1.0, -1.0)
+        )
+        columns: Array = (behind - ahead) / (2.0 * np.diag(ways)[:, np.newaxis])
+    return columns.T
 
 
 def _too_fast(what: str, fastest: float, step: float, limit: float) -> str:

@@ -292,6 +292,7 @@ _INTERNAL = ("internal_rate", "internal_partials")
 _LINEAR = ("mass", "residual", "partials", "linearization", "output_partials", "poses", "forward_dynamics", *KINEMATIC)
 #: Terms that are needed for a purpose, as far as they exist.
 PURPOSES: Mapping[str, tuple[str, ...]] = {
+    "run": ("mass", "force", "internal_rate", "poses", "outputs", "energy", *KINEMATIC),
     "initial_assembly": ("mass", "constraint", "constraint_velocity", "constraint_jacobian", "constraint_size"),
     "equilibrium": ("mass", "residual", "partials", "poses", *KINEMATIC, *_INTERNAL),
     "linearization": (*_LINEAR, "velocity_partials", "acceleration_partials", "joint_velocities", *_INTERNAL),

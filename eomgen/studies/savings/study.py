@@ -107,9 +107,10 @@ def savings(
 ) -> Savings:
     """Measure what a scene costs as it is asked, and what it would with more than it asks for.
 
-    Variants: the terms of a step alone, all terms, all numbers tunable, a base that moves in all six ways, absolute
-    coordinates, and all of that. They have the same motion. Each is derived, built in an empty cache, and run at the
-    scene's step; runs of the variants alternate, so that what else the machine does meets all of them.
+    Variants: the functions of a run alone, the terms of a step alone, all terms, all numbers tunable, a base that moves
+    in all six ways, absolute coordinates, and all of that. They have the same motion. Each is derived, built in an
+    empty cache, and run at the scene's step; runs of the variants alternate, so that what else the machine does meets
+    all of them.
 
     Parameters
     ----------
@@ -174,13 +175,15 @@ def _built(variant: Variant, method: str, folder: Path, profile: str) -> tuple[C
         return Cost(variant.name, variant.what, problem=variant.problem), None
     terms = None if variant.terms is None else list(variant.terms)
     try:
+        began = time.perf_counter()
+        model = built_in(folder / "cache", variant.scene, terms, method, profile, start=variant.start)
+        seconds = time.perf_counter() - began
+        if variant.start:
+            terms = list(model.terms)
         system = derive(variant.scene, terms)
         operations = {name: count.flops for name, count in system.counts.items()}
         place = folder / f"c_{variant.name.replace(' ', '_')}"
         files = generate(variant.scene, place, terms, method)
-        began = time.perf_counter()
-        model = built_in(folder / "cache", variant.scene, terms, method, profile)
-        seconds = time.perf_counter() - began
     except EomgenError as error:
         return Cost(variant.name, variant.what, problem=str(error)), None
     of_step = [name for name in terms_of_step(variant.scene, method) if name in operations]

@@ -20,15 +20,21 @@ TREMBLING = 1e-100
 
 @dataclass(frozen=True)
 class Variant:
-    """A scene that asks for more, or for less: its name, what it asks for, its terms (None: by default).
+    """A scene that asks for more, or for less.
 
-    ``problem`` says why the scene cannot be made, where it is None.
+    Attributes
+    ----------
+    name, what : its name, and what it asks for
+    terms : None: by default
+    start : of runs, where it has the functions alone that these call
+    problem : why the scene cannot be made, where it is None
     """
 
     name: str
     what: str
     scene: Scene | None
     terms: tuple[str, ...] | None = None
+    start: str = ""
     problem: str = ""
 
 
@@ -42,6 +48,7 @@ def variants(scene: Scene, of_step: tuple[str, ...], absolute: Scene | str | Non
     """
     made = [
         Variant("as asked", "the scene as it is", scene),
+        Variant("a run", "only what a run calls, as eomgen simulate builds it", scene, start=scene.simulation.start),
         Variant("terms of a step", "only the terms that the stepper calls", scene, of_step),
         Variant("all terms", "every term that the scene can have, with two time derivatives", scene, ALL_TERMS),
     ]

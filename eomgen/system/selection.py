@@ -1,0 +1,45 @@
+"""Selection: which of the functions of a scene a library has. Fewer of them compile faster."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from eomgen.system.terms import PURPOSES, TERMS
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Which functions a library has.
+
+    Attributes
+    ----------
+    terms : wanted by name; None: the scene's own list, or all that it can use
+    start : ``initial`` or ``equilibrium``: of these, only what runs call that start so; empty: all of them
+    """
+
+    terms: tuple[str, ...] | None = None
+    start: str = ""
+
+    @classmethod
+    def from_data(cls, data: Mapping[str, Any]) -> Selection:
+        """Return the selection that a library's layout or a checkpoint holds as JSON."""
+        return cls(None if data["terms"] is None else tuple(data["terms"]), data["start"])
+
+    def functions(self, derived: Sequence[str], called: Collection[str], *, implicit: bool) -> list[str]:
+        """Return the functions, of those that were derived, in their order.
+
+        Parameters
+        ----------
+        called : by the steps of the method
+        implicit : whether these are implicit: motions that they do not resolve are then found by partials of the
+            residual; else states that decay too fast, by partials of the internal states
+        """
+        if not self.start:
+            return list(derived)
+        accelerations = "forward_dynamics" if "forward_dynamics" in derived else "residual"
+        needed = {*called, *PURPOSES["run"], accelerations, "partials" if implicit else "internal_partials"}
+        if self.start == "equilibrium":
+            needed |= set(PURPOSES["equilibrium"])
+        return [name for name in derived if name in needed or name not in TERMS or TERMS[name].of_events]

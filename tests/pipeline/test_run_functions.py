@@ -1,0 +1,186 @@
+"""Models that are built for runs alone: fewer functions, the same bits and messages, and nothing that a run misses."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.cli import main
+from eomgen.pipeline.pipeline import built_in, derive, load
+from eomgen.system.selection import Selection
+from eomgen.system.system import System
+from tests.models.cache import shared_cache
+
+__all__ = ["shared_cache"]
+
+ARM, QUARTER, FOUR_BAR, SERVO, BALL, SHAKEN = (
+    f"examples/{name}/scene.toml"
+    for name in ("robot_arm", "active_quarter_car", "four_bar", "pi_servo", "bouncing_ball", "pendulum_on_shaking_base")
+)
+
+
+def of_run(scene: Any, method: str | None = None, start: str = "initial") -> eomgen.Model:
+    return built_in(None, scene, None, method, "quick", start=start)
+
+
+def test_functions_that_runs_do_not_call_are_left_out() -> None:
+    explicit, implicit = of_run(ARM, "rk4"), of_run(ARM)
+    assert explicit.terms == ("mass", "force", "forward_dynamics", "poses", "outputs", "energy")
+    assert set(implicit.terms) == {*explicit.terms, "residual", "partials"}
+    left_out = set(eomgen.build(ARM, profile="quick").terms) - set(implicit.terms)
+    assert left_out == {"coupling", "inverse_dynamics", "twists"}
+
+
+def _flops(system: System, functions: list[str]) -> int:
+    return sum(system.counts[name].flops for name in functions)
+
+
+#: Additions and multiplications in all functions of a model, and in those that its runs call. They may only fall.
+BUDGETS = {
+    (ARM, "rk4"): (7286, 2350),
+    (ARM, "generalized_alpha"): (7286, 6026),
+    (FOUR_BAR, "generalized_alpha"): (1150, 995),
+    (SERVO, "rk4"): (138, 71),
+}
+
+
+@pytest.mark.parametrize(("path", "method"), BUDGETS)
+def test_operations_in_the_functions_of_a_run(path: str, method: str) -> None:
+    system, model = derive(load(path)), of_run(path, method)
+    assert (_flops(system, list(system.functions)), _flops(system, list(model.functions.names))) == BUDGETS[
+        path, method
+    ]
+
+
+@pytest.mark.parametrize(
+    ("path", "method", "steps"),
+    [
+        (ARM, "rk4", 50),
+        (ARM, "generalized_alpha", 50),
+        (SHAKEN, "rk45", 50),
+        (FOUR_BAR, "generalized_alpha", 50),
+        (FOUR_BAR, "rk4_partitioned", 50),
+        (SERVO, "generalized_alpha", 50),
+        (SERVO, "rk4", 50),
+        (BALL, "taylor", 400),
+        (SHAKEN, "hermite", 50),
+    ],
+)
+def test_a_run_is_the_same_to_the_bit_and_says_the_same(path: str, method: str, steps: int) -> None:
+    scene = load(path)
+    whole, short = eomgen.build(scene, method=method, profile="quick"), of_run(scene, method)
+    assert set(short.terms) < set(whole.terms)
+    end = steps * scene.simulation.step
+    one, other = (model.simulate(end, method=method) for model in (whole, short))
+    assert other.message == one.message
+    assert other.metadata == one.metadata
+    for name, column in one.columns().items():
+        np.testing.assert_array_equal(other.columns()[name], column, err_msg=name)
+    timed = ("seconds", "cost")
+    found, known = ({k: v for k, v in run.error.summary().items() if k not in timed} for run in (other, one))
+    assert found == known
+    for body, poses in one.poses.items():
+        np.testing.assert_array_equal(other.poses[body], poses)
+
+
+def test_a_run_from_equilibrium_has_what_finds_it() -> None:
+    whole = eomgen.build(QUARTER, profile="quick").simulate(0.05, start="equilibrium")
+    short = of_run(QUARTER, start="equilibrium").simulate(0.05, start="equilibrium")
+    assert short.message == whole.message
+    np.testing.assert_array_equal(short.q, whole.q)
+
+
+def test_damping_too_fast_for_an_explicit_step_is_found_without_partials() -> None:
+    data = {
+        "format": 1,
+        "name": "damped",
+        "bodies": {"one": {"mass": 2.0}, "two": {"mass": 0.5}},
+        "joints": {
+            "first": {"type": "prismatic", "parent": "base", "child": "one", "axis": [1, 0, 0], "damping": 100.0},
+            "second": {"type": "prismatic", "parent": "one", "child": "two", "axis": [1, 0, 0], "damping": 3000.0},
+        },
+    }
+    whole, short = eomgen.build(data, method="rk4", profile="quick"), of_run(data, "rk4")
+    assert "partials" in whole.functions
+    assert "partials" not in short.functions
+    # relative motion: 3000 N s/m on the reduced mass of 0.4 kg, and the softer damper adds a little
+    M, C = np.array([[2.5, 0.5], [0.5, 0.5]]), np.diag([100.0, 3000.0])
+    fastest = float(np.linalg.eigvals(np.linalg.solve(M, C)).real.max())
+    said = f"damping or friction decays at up to {fastest:.3g} 1/s at the start, too fast for an explicit method"
+    assert f"{fastest:.3g}" == "7.51e+03"
+    for model in (whole, short):
+        assert said in model.simulate(1e-3, 1e-3, error_estimate=False).message
+        assert "too fast" not in model.simulate(1e-3, 1e-5, error_estimate=False).message
+
+
+def test_a_failed_run_names_the_first_block_that_is_not_finite_all_the_same() -> None:
+    data = {
+        "format": 1,
+        "name": "pole",
+        "bodies": {"one": {"mass": 2.0}},
+        "joints": {"rail": {"type": "prismatic", "parent": "base", "child": "one", "axis": [1, 0, 0]}},
+        "efforts": {"motor": {"joint": "rail", "effort": "log(0.001 - t)"}},
+    }
+    whole, short = eomgen.build(data, method="rk4", profile="quick"), of_run(data, "rk4")
+    one, other = (model.simulate(0.01, 1e-4) for model in (whole, short))
+    assert not one.success
+    assert other.message == one.message
+    assert "Q (the generalized force)" in one.message
+
+
+def test_solutions_and_checkpoints_belong_to_the_scene_and_not_to_the_functions_that_were_built(tmp_path: Path) -> None:
+    whole, short, file = eomgen.build(ARM, profile="quick"), of_run(ARM), tmp_path / "run.ckpt"
+    one = whole.simulate(0.06, error_estimate=False)
+    first = short.simulate(0.03, checkpoint=file, error_estimate=False)
+    rest = whole.resume(file, 0.06, error_estimate=False)
+    assert np.array_equal(first.followed_by(rest).q, one.q)
+    stored = eomgen.Solution.load(first.save(tmp_path / "first.npz"))
+    again = whole.attach(stored)
+    assert sorted(again.outputs_at(0.015)) == sorted(first.outputs)
+    first = whole.simulate(0.03, method="rk4", checkpoint=file, error_estimate=False)
+    of_others = of_run(ARM, "rk4").resume(file, 0.06, error_estimate=False)
+    assert np.array_equal(first.followed_by(of_others).q, whole.simulate(0.06, method="rk4", error_estimate=False).q)
+
+
+def test_selections() -> None:
+    derived = ["mass", "coupling", "residual", "partials", "internal_rate", "internal_partials", "outputs", "base"]
+    assert Selection().functions(derived, {"residual"}, implicit=True) == derived
+    short = Selection(start="initial")
+    assert short.functions(derived, {"residual"}, implicit=True) == [
+        "mass",
+        "residual",
+        "partials",
+        "internal_rate",
+        "outputs",
+        "base",
+    ]
+    assert short.functions(derived, set(), implicit=False) == [
+        "mass",
+        "residual",
+        "internal_rate",
+        "internal_partials",
+        "outputs",
+        "base",
+    ]
+    assert Selection.from_data({"terms": ["mass"], "start": ""}) == Selection(("mass",))
+    assert Selection.from_data({"terms": None, "start": "initial"}) == short
+
+
+def test_the_verb_builds_what_the_run_calls(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[tuple[str, ...]] = []
+    simulate = eomgen.Model.simulate
+
+    def watched(model: eomgen.Model, *given: Any, **options: Any) -> eomgen.Solution:
+        made.append(model.terms)
+        return simulate(model, *given, **options)
+
+    monkeypatch.setattr(eomgen.Model, "simulate", watched)
+    words = [SERVO, "--out", str(tmp_path), "--no-plots", "--t-end", "0.01", "--no-error-estimate"]
+    assert main(["simulate", *words, "--method", "rk4"]) == 0
+    (terms,) = made
+    assert "coupling" not in terms
+    assert "partials" not in terms
