@@ -1,4 +1,5 @@
-"""Computation time of a run's steps alone: one call of compiled code for all of them, without Python between."""
+"""Computation time of a run's steps alone: one call of compiled code for all of them, or one from event to event where
+the library gives events to its caller, and otherwise no Python between."""
 
 from __future__ import annotations
 
@@ -59,12 +60,21 @@ class Repeated:
         self._table = signals.table(self._stepper.times_of(0, self.steps, start)) if driven else None
         self._record = np.empty((self.steps // self.every + 1, self._stepper.sizes["row"]))
 
+    @property
+    def state(self) -> Array:
+        """What the last repetition came to: t, q, v, (1 + nq + nv,)."""
+        return np.concatenate([self._stepper.state[self._stepper.places[name]] for name in ("t", "q", "v")])
+
     def seconds(self) -> float:
         """Return the processor's time for all steps, s; the start of the stepper does not count. Raises
         NumericalError where the run stops."""
         self._begin()
+        done, status, table, per_step = 0, 0, self._table, self._stepper.sizes["rows_per_step"]
         began = time.thread_time_ns()
-        status, _ = self._stepper.run(self.steps, self.every, self._table, self._record)
+        while done < self.steps and not status:
+            status, _ = self._stepper.run(self.steps - done, self.every, table, self._record)
+            done = self._stepper.count
+            table = None if self._table is None else self._table[done * per_step :]
         took = 1e-9 * (time.thread_time_ns() - began)
         self._check(status)
         return took

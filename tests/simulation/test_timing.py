@@ -1,0 +1,44 @@
+"""A run that is repeated for its time takes all of its steps."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.integrators.methods import method_named
+from eomgen.simulation.timing import Repeated
+
+#: A mass on a spring that passes its middle 63 times in 10 s, more often than a library keeps events.
+OSCILLATOR: dict[str, Any] = {
+    "format": 1,
+    "name": "oscillator",
+    "bodies": {"mass": {"mass": 1.0}},
+    "joints": {
+        "slide": {
+            "type": "prismatic",
+            "parent": "base",
+            "child": "mass",
+            "axis": [1, 0, 0],
+            "initial": {"position": 1.0},
+        }
+    },
+    "inputs": {"push": {"unit": "N"}},
+    "efforts": {"spring": {"joint": "slide", "effort": "push - 400 * q.slide"}},
+    "events": {"middle": {"when": "q.slide"}},
+}
+
+
+@pytest.mark.parametrize("real", ["double", "float"])
+def test_a_repeated_run_goes_on_after_events(real: Literal["double", "float"]) -> None:
+    model = eomgen.build(OSCILLATOR, real=real, profile="quick")
+    push = {"push": np.linspace(0.0, 40.0, 2001)}
+    run = model.simulate(10.0, 5e-3, method="rk4", inputs=push)
+    assert run.success and len(run.events) == pytest.approx(63, abs=1)
+    repeated = Repeated(model, run, method_named("rk4"), push)
+    for _ in range(2):
+        assert repeated.seconds() > 0.0
+        assert repeated.state[0] == pytest.approx(10.0, rel=1e-6)
+        assert repeated.state[1:] == pytest.approx(np.append(run.q[-1], run.v[-1]), rel=1e-6)
