@@ -89,6 +89,7 @@ def to_program(
         states=_named(names, system.states, "z_"),
         outputs=_named(names, system.outputs, "y_"),
         bodies=system.bodies,
+        frames=system.frames,
         multipliers=system.multipliers,
         row_units=system.row_units,
         warnings=system.warnings,

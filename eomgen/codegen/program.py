@@ -171,6 +171,8 @@ class Program:
         Constraint rows that follow from others at the default parameters, and may not at others.
     row_units : tuple of str
         Of the constraint rows: m, 1 or m/s.
+    frames : tuple of str
+        Bodies and named frames that the functions of frames give, in their order.
     start : str
         What there is to say about the initial state, where it is not simply that of the joints.
     """
@@ -214,6 +216,7 @@ class Program:
     warnings: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
     row_units: tuple[str, ...] = ()
+    frames: tuple[str, ...] = ()
 
     def function(self, name: str) -> ProgramFunction:
         """Return a function by name. Raises KeyError with the known names."""

@@ -1,4 +1,7 @@
-"""Poses, twists and points of the bodies of a compiled model, and their Jacobians with respect to v."""
+"""Poses, twists and points of the bodies and frames of a compiled model, and their Jacobians with respect to v.
+
+A frame by name (``[frames]`` of a scene, the fixed links of a URDF) stands wherever a body does.
+"""
 
 from __future__ import annotations
 
@@ -9,9 +12,10 @@ from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
 from eomgen.compiled.arguments import check_name, components
-from eomgen.compiled.coordinates import rotated
+from eomgen.compiled.coordinates import quaternion_product, rotated
 from eomgen.compiled.terms import Evaluated, Parameters
 from eomgen.errors import Problem, UsageError
+from eomgen.system.description import BASE, WORLD, FixedFrame
 
 
 class PointMotion(NamedTuple):
@@ -31,8 +35,14 @@ def pose(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> Array:
-    """Return quaternion (body to world axes) and position of a body's frame, (..., 7)."""
-    return _of(model, body, "poses", q=q, t=t, parameters=parameters, base=base)
+    """Return quaternion (own to world axes) and position of a body or a frame, (..., 7)."""
+    place = _placed(model, body, parameters)
+    found = _of(model, place.body, "poses", q=q, t=t, parameters=parameters, base=base)
+    if place.fixed is None:
+        return found
+    turn = np.broadcast_to(np.array(place.fixed.quaternion), (*found.shape[:-1], 4))
+    position = found[..., 4:] + rotated(found[..., :4], place.position)
+    return np.concatenate([quaternion_product(found[..., :4], turn), position], axis=-1)
 
 
 def twist(
@@ -45,8 +55,14 @@ def twist(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> Array:
-    """Return the inertial twist of a body's frame in body axes, angular first, (..., 6)."""
-    return _of(model, body, "twists", q=q, v=v, t=t, parameters=parameters, base=base)
+    """Return the inertial twist of a body or a frame in its own axes, angular first, (..., 6)."""
+    place = _placed(model, body, parameters)
+    found = _of(model, place.body, "twists", q=q, v=v, t=t, parameters=parameters, base=base)
+    if place.fixed is None:
+        return found
+    omega, velocity = found[..., :3], found[..., 3:] + np.cross(found[..., :3], place.position)
+    back = np.array(place.fixed.orientation)
+    return np.concatenate([omega @ back, velocity @ back], axis=-1)
 
 
 def point(
@@ -61,12 +77,12 @@ def point(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> PointMotion:
-    """Return position, velocity and acceleration in world axes of the point at ``r`` (..., 3) in a body's frame.
+    """Return position, velocity and acceleration in world axes of the point at ``r`` (..., 3) in a body or a frame.
 
     The velocity needs ``v``; the acceleration needs ``v``, ``a``, and a model built with the term
     ``accelerations``.
     """
-    r = _fixed_in(model, body, r)
+    body, r = _fixed_in(model, body, r, parameters)
     given: dict[str, Any] = {"q": q, "t": t, "parameters": parameters, "base": base}
     pose = _of(model, body, "poses", **given)
     turn = pose[..., :4]
@@ -84,13 +100,20 @@ def point(
 
 
 def body_jacobian(model: Evaluated, body: str, q: ArrayLike, *, parameters: Parameters = None) -> Array:
-    """Return the Jacobian of a body's frame in body axes, angular first, (..., 6, nv).
+    """Return the Jacobian of a body or a frame in its own axes, angular first, (..., 6, nv).
 
     The inertial twist is ``body_jacobian(body, q) @ v``, plus that of the moving base carried along. Columns belong
     to the components of v, so they are left-trivialised. The model must have been built with the term
     ``jacobians``.
     """
-    return _of(model, body, "jacobians", q=q, parameters=parameters)
+    place = _placed(model, body, parameters)
+    found = _of(model, place.body, "jacobians", q=q, parameters=parameters)
+    if place.fixed is None:
+        return found
+    columns = np.swapaxes(found, -1, -2)
+    angular, back = columns[..., :3], np.array(place.fixed.orientation)
+    linear = columns[..., 3:] + np.cross(angular, place.position[..., np.newaxis, :])
+    return np.swapaxes(np.concatenate([angular @ back, linear @ back], axis=-1), -1, -2)
 
 
 def point_jacobian(
@@ -103,31 +126,77 @@ def point_jacobian(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> Array:
-    """Return the Jacobian of the point at ``r`` (..., 3) in a body's frame, in world axes, (..., 3, nv).
+    """Return the Jacobian of the point at ``r`` (..., 3) in a body or a frame, in world axes, (..., 3, nv).
 
     The point's velocity in world axes is ``point_jacobian(body, r, q, t) @ v``, plus what the moving base gives to
     it where it is; a force f on the point adds ``point_jacobian(...).T @ f`` to Q. The model must have been built
     with the terms ``poses`` and ``jacobians``.
     """
-    r = _fixed_in(model, body, r)[..., np.newaxis, :]
+    body, place = _fixed_in(model, body, r, parameters)
+    r = place[..., np.newaxis, :]
     turn = _of(model, body, "poses", q=q, t=t, parameters=parameters, base=base)[..., np.newaxis, :4]
     columns = np.swapaxes(body_jacobian(model, body, q, parameters=parameters), -1, -2)
     return np.swapaxes(rotated(turn, columns[..., 3:] + np.cross(columns[..., :3], r)), -1, -2)
 
 
-def _fixed_in(model: Evaluated, body: str, r: ArrayLike) -> Array:
+class _Placed(NamedTuple):
+    """What carries something, and where on it: the body itself where ``fixed`` is None."""
+
+    body: str
+    fixed: FixedFrame | None
+    position: Array
+
+
+def _placed(model: Evaluated, name: str, parameters: Parameters) -> _Placed:
+    """Return the body that a name stands for, or the body that carries a frame, with the frame's position (..., 3)."""
+    terms = model.evaluator
+    frame = terms.fixed_frames.get(name)
+    if frame is None:
+        return _Placed(name, None, np.zeros(3))
+    return _Placed(frame.body, frame, _rigid(model, name, frame.body, terms.place_of(frame, parameters)))
+
+
+def _fixed_in(model: Evaluated, body: str, r: ArrayLike, parameters: Parameters) -> tuple[str, Array]:
+    """Return the body that carries a point, and the point's coordinates in it."""
+    at = components("r", r, 3)
+    place = _placed(model, body, parameters)
+    if place.fixed is not None:
+        at = place.position + at @ np.array(place.fixed.orientation).T
+    return place.body, _rigid(model, body, place.body, at)
+
+
+def _rigid(model: Evaluated, name: str, body: str, position: Array) -> Array:
     """Return coordinates in a body's frame, once it is clear that they belong to a point that the frame carries."""
-    place = components("r", r, 3)
-    if body in model.evaluator.beams and np.any(place != 0.0):
+    if body in model.evaluator.beams and np.any(position != 0.0):
         what = "the beam deforms, and the compiled model knows its shapes at the points of the scene only"
         raise UsageError(
-            Problem(f"point of {body}", what, "an entry of [points] with an output of it; r = 0 for the frame")
+            Problem(f"point of {name}", what, "an entry of [points] with an output of it; r = 0 for the frame")
         )
-    return place
+    return position
 
 
 def _of(model: Evaluated, body: str, term: str, **given: Any) -> Array:
-    check_name("body", body, model.evaluator.bodies)
-    every = model.evaluator.call(term, **given)[0]
-    found: Array = np.take(every, model.evaluator.bodies.index(body), axis=-3 if term == "jacobians" else -2)
+    terms = model.evaluator
+    if body in (BASE, WORLD) and any(frame.body == body for frame in terms.fixed_frames.values()):
+        return _of_base(model, body, term, **given)
+    check_name("body", body, [*terms.bodies, *terms.fixed_frames])
+    every = terms.call(term, **given)[0]
+    found: Array = np.take(every, terms.bodies.index(body), axis=-3 if term == "jacobians" else -2)
     return found
+
+
+def _of_base(model: Evaluated, name: str, term: str, **given: Any) -> Array:
+    """Return what a term of bodies would give for the base, or for the world: they carry frames, too."""
+    terms = model.evaluator
+    batch = np.broadcast_shapes(terms.configuration(given["q"]).shape[:-1], np.shape(given.get("t", 0.0)))
+    if term == "jacobians":
+        return np.zeros((*batch, 6, terms.functions.sizes["v"]))
+    if name == BASE and terms.moving_base:
+        struct = terms.base_at(given.get("t", 0.0), given["parameters"], given.get("base"))
+        found = struct[..., {"poses": slice(0, 7), "twists": slice(7, 13), "accelerations": slice(13, 19)}[term]]
+        if term == "accelerations":
+            turning = np.cross(struct[..., 7:10], struct[..., 10:13])
+            found = np.concatenate([found[..., :3], found[..., 3:] + turning], axis=-1)
+        return np.broadcast_to(found, (*np.broadcast_shapes(batch, found.shape[:-1]), found.shape[-1]))
+    still = [1.0, *[0.0] * 6] if term == "poses" else [0.0] * 6
+    return np.broadcast_to(np.array(still), (*batch, len(still)))

@@ -96,3 +96,10 @@ def rotated(quaternion: Array, r: Array) -> Array:
     twice = 2.0 * np.cross(axis, r)
     result: Array = r + w * twice + np.cross(axis, twice)
     return result
+
+
+def quaternion_product(p: Array, r: Array) -> Array:
+    """Return the Hamilton product p r of quaternions (w, x, y, z), (..., 4)."""
+    w = p[..., :1] * r[..., :1] - np.sum(p[..., 1:] * r[..., 1:], axis=-1, keepdims=True)
+    vector = p[..., :1] * r[..., 1:] + r[..., :1] * p[..., 1:] + np.cross(p[..., 1:], r[..., 1:])
+    return np.concatenate([w, vector], axis=-1)

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
 from eomgen.calls import unknown_attribute
-from eomgen.compiled import bodies, equations, prescribed, time_derivatives
+from eomgen.compiled import bodies, centroidal, equations, frames, prescribed, time_derivatives
 from eomgen.compiled.arguments import components, read_only
 from eomgen.compiled.coordinates import configuration_rate, coordinate_names, coordinate_units, with_unit_quaternions
 from eomgen.compiled.functions import DRIVERS
@@ -96,7 +96,8 @@ class CompiledModel:
         self.z_names = [f"z.{name}" for name in self.states]
         self.z_units = [str(item["unit"]) for item in layout["states"]]
         self.bodies, self.beams = self.evaluator.bodies, self.evaluator.beams
-        self.initial_q = read_only(layout["initial_q"])
+        self.frames = self.evaluator.frames
+        self.initial_q = self.evaluator.initial_q
         self.initial_v = read_only(layout["initial_v"])
         self.initial_z = read_only(layout["initial_z"])
 
@@ -129,6 +130,13 @@ class CompiledModel:
     discontinuity_times, jumps_between = prescribed.discontinuity_times, prescribed.jumps_between
     pose, twist, point = bodies.pose, bodies.twist, bodies.point
     body_jacobian, point_jacobian = bodies.body_jacobian, bodies.point_jacobian
+    jacobian, jacobian_rate, drift = frames.jacobian, frames.jacobian_rate, frames.drift
+    operational_inertia = frames.operational_inertia
+    center_of_mass, total_mass = centroidal.center_of_mass, centroidal.total_mass
+    center_of_mass_jacobian = centroidal.center_of_mass_jacobian
+    center_of_mass_drift = centroidal.center_of_mass_drift
+    centroidal_momentum = centroidal.centroidal_momentum
+    centroidal_momentum_rate, centroidal_drift = centroidal.centroidal_momentum_rate, centroidal.centroidal_drift
 
     # -- sizes and names -----------------------------------------------------------------------------------------------
 

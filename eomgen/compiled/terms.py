@@ -14,7 +14,8 @@ from eomgen.compiled.constraints import accelerations, blocks_of, solvable
 from eomgen.compiled.functions import Functions
 from eomgen.compiled.requirements import Requirements
 from eomgen.errors import Problem, UsageError
-from eomgen.system.description import Description, Factor
+from eomgen.formula.evaluate import evaluate_batch
+from eomgen.system.description import Description, Factor, FixedFrame
 from eomgen.system.system import base_component, base_place
 from eomgen.toolchain.library import Library
 
@@ -31,11 +32,14 @@ class Terms:
         self.library = library
         self.functions = Functions(library)
         self.bodies: tuple[str, ...] = tuple(layout["bodies"])
+        self.frames: tuple[str, ...] = tuple(layout["frames"])
+        self.fixed_frames = {frame.name: frame for frame in description.frames}
         self.beams = frozenset(item.name for item in description.coordinates if item.length)
         self.multipliers: tuple[str, ...] = tuple(layout["multipliers"])
         self.factors = tuple(Factor(**factor) for factor in layout["factors"])
         self.angles = tuple(str(name) for name in layout["angles"])
-        self._first_angles = np.array(layout["initial_q"], dtype=float)[int(layout["sizes"]["q"]) - len(self.angles) :]
+        self.initial_q = read_only(layout["initial_q"])
+        self._first_angles = self.initial_q[int(layout["sizes"]["q"]) - len(self.angles) :]
         self.moving_base = bool(layout["facts"]["moving_base"])
         self.fixed_parameters = tuple(description.fixed)
         self.parameter_names = [str(item["name"]) for item in layout["parameters"]]
@@ -46,6 +50,7 @@ class Terms:
         self._base_zeros = [int(component) for component in layout["base_zeros"]]
         self._defaults = read_only([item["value"] for item in layout["parameters"]])
         self._requirements = Requirements(description, self.parameter_names)
+        self._fixed_values = description.fixed
 
     def parameters(self, parameters: Parameters) -> Array:
         """Return tunable parameters as (..., np).
@@ -65,6 +70,20 @@ class Terms:
         check_finite("parameters", array, [f"parameter {name}" for name in self.parameter_names])
         self._requirements.check(array)
         return array
+
+    def place_of(self, frame: FixedFrame, parameters: Parameters) -> Array:
+        """Return the position of a frame's origin in the body that carries it, (..., 3), m."""
+        rows = self.parameters(parameters)
+        values: dict[str, float | Array] = {**self._fixed_values}
+        values |= {name: rows[..., k] for k, name in enumerate(self.parameter_names)}
+        entries = [evaluate_batch(formula, lambda symbol: values[symbol.name]) for formula in frame.position]
+        return np.stack(np.broadcast_arrays(*entries), axis=-1)
+
+    def base_at(self, t: ArrayLike, parameters: Parameters, base: ArrayLike | None) -> Array:
+        """Return the state of a moving base at t, (..., 19): the caller's, or the scene's own."""
+        if base is not None:
+            return self.base(base)
+        return self.functions("base", {"t": numbers("t", t), "p": self.parameters(parameters)})[0]
 
     def configuration(self, q: ArrayLike) -> Array:
         """Return q as (..., nq). Raises UsageError for a wrong shape and for quaternions that are not of unit length.

@@ -128,6 +128,7 @@ def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
         states=tuple(Quantity(s.name, s.initial, 1, s.unit, s.description) for s in scene.states),
         outputs=tuple(Quantity(o.name, 0.0, len(o.values), o.unit, o.description) for o in scene.outputs),
         bodies=tuple(body.name for body in scene.bodies),
+        frames=tuple(frame.name for frame in scene.frames_of_terms()),
         initial_q=initial_q,
         initial_v=initial_v,
         angles=angles,

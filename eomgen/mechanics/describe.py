@@ -51,6 +51,7 @@ def describe(scene: Scene) -> Description:
         requirements=scene.requirements,
         lengths=tuple(_lengths(scene)),
         gravity=scene.gravity,
+        frames=scene.frames,
         drawing=_drawing(scene),
         simulation=scene.simulation,
         places={key: location for key, location in scene.source.items() if key.startswith("simulation")},

@@ -43,7 +43,12 @@ Described = Scene | str | os.PathLike[str] | Mapping[str, Any] | Document
 
 @checked_call('eomgen.load("scene.toml")')
 def load(
-    path: Described, *, strict: bool = False, coordinates: Literal["joint", "absolute"] | None = None, **options: Any
+    path: Described,
+    *,
+    strict: bool = False,
+    coordinates: Literal["joint", "absolute"] | None = None,
+    task_frames: Sequence[str] = (),
+    **options: Any,
 ) -> Scene:
     """Read a scene from a ``.toml`` or ``.urdf`` file, or from what such a file holds.
 
@@ -55,6 +60,9 @@ def load(
         Refuse what an importer would leave out with a note.
     coordinates : str, optional
         ``joint`` or ``absolute``, in place of what the file says (a URDF says joint).
+    task_frames : sequence of str
+        Bodies and frames that the terms of frames give (``frame_jacobians`` and others), in place of what the file
+        says; a URDF says all.
     options
         For URDF: ``root``, whether the root link is ``fixed`` to the base or ``free``; ``lock``, moving joints to be
         fixed at zero; ``limits``, to turn limits of position into compliant stops, as hard as the joints' largest
@@ -67,9 +75,15 @@ def load(
     from eomgen.scene import load as reader  # noqa: PLC0415  # each stage of the road is imported when it is reached
 
     if isinstance(path, str | os.PathLike):
-        return reader.load(Path(path), strict=strict, coordinates=coordinates, **options)
+        return reader.load(Path(path), strict=strict, coordinates=coordinates, task_frames=task_frames, **options)
     checked_options(None, options)
-    return _given_scene(path, coordinates)
+    if not task_frames:
+        return _given_scene(path, coordinates)
+    if isinstance(path, Mapping):
+        names = [task_frames] if isinstance(task_frames, str) else list(task_frames)
+        return _given_scene({**path, "task_frames": names}, coordinates)
+    what = "the task frames of a Scene are chosen where it is read"
+    raise UsageError(Problem("task_frames", what, "the path or the mapping that it was read from"))
 
 
 @checked_call("a scene or the path of one")

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
         EffortKeys,
         EventKeys,
         ForceKeys,
+        FrameKeys,
         IncludeKeys,
         InputKeys,
         JointKeys,
@@ -63,6 +64,8 @@ class SceneBuilder:
         The terms wanted; none means all that are needed.
     coordinates : str
         ``joint``, or ``absolute`` where every body moves on its own and joints become constraints.
+    task_frames : sequence of str
+        Bodies and frames that the terms of frames give; none means all.
 
     Examples
     --------
@@ -79,6 +82,7 @@ class SceneBuilder:
         gravity: Sequence[Value] = (0.0, 0.0, -9.81),
         terms: Sequence[str] = (),
         coordinates: str = "joint",
+        task_frames: Sequence[str] = (),
     ) -> None:
         settings = {
             "name": name,
@@ -86,9 +90,10 @@ class SceneBuilder:
             "gravity": gravity,
             "terms": terms,
             "coordinates": coordinates,
+            "task_frames": task_frames,
         }
         self._data: dict[str, Any] = {"format": 1, **{key: _plain(value) for key, value in settings.items()}}
-        self._lines: dict[str, str] = dict.fromkeys(("name", "gravity", "terms", "coordinates"), _caller())
+        self._lines: dict[str, str] = dict.fromkeys((key for key in settings if key != "description"), _caller())
         self._problems: list[Problem] = []
 
     if not TYPE_CHECKING:  # a checker knows the attributes by itself
@@ -168,6 +173,13 @@ class SceneBuilder:
     ) -> Self:
         """Add a point fixed in a body, in the ``base``, or in the ``world`` (what rests while the base moves)."""
         return self._enter("points", name, body=body, position=position, **keys)
+
+    @enters("frames")
+    def frame(
+        self, name: str, body: str, position: Sequence[Value] = (0.0, 0.0, 0.0), **keys: Unpack[FrameKeys]
+    ) -> Self:
+        """Add a frame fixed in a body, in the ``base`` or in the ``world``; its origin is a point of that name."""
+        return self._enter("frames", name, body=body, position=position, **keys)
 
     @enters("parameters")
     def parameter(self, name: str, value: Value, **keys: Unpack[ParameterKeys]) -> Self:

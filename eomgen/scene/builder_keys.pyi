@@ -79,6 +79,10 @@ class ConstraintKeys(TypedDict, total=False):
 class PointKeys(TypedDict, total=False):
     pass
 
+class FrameKeys(TypedDict, total=False):
+    rotation: Rotations | None
+    orientation: Sequence[Sequence[float]] | None
+
 class ParameterKeys(TypedDict, total=False):
     tunable: bool | None
     unit: str | None

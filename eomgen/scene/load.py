@@ -19,7 +19,12 @@ from eomgen.text import shown
 
 
 def load(
-    path: str | Path, *, strict: bool = False, coordinates: Literal["joint", "absolute"] | None = None, **options: Any
+    path: str | Path,
+    *,
+    strict: bool = False,
+    coordinates: Literal["joint", "absolute"] | None = None,
+    task_frames: Sequence[str] = (),
+    **options: Any,
 ) -> Scene:
     """Read a scene from a file of any kind in the register of sources.
 
@@ -31,6 +36,8 @@ def load(
         Refuse what an importer would leave out with a note.
     coordinates : str, optional
         ``joint`` or ``absolute``, in place of what the file says (a URDF says joint).
+    task_frames : sequence of str
+        Bodies and frames that the terms of frames give, in place of what the file says (a URDF says all).
     options
         Of the source: for URDF ``root``, ``lock``, ``limits`` and ``friction``.
 
@@ -46,7 +53,8 @@ def load(
     path = Path(path)
     if coordinates not in (None, "joint", "absolute"):
         raise UsageError(f"coordinates are {shown(coordinates)}", "joint or absolute")
-    return _from_read(_read(path, strict=strict, **options), shown_file(path), coordinates, path.parent)
+    read = _read(path, strict=strict, **options)
+    return _from_read(read, shown_file(path), coordinates, path.parent, task_frames)
 
 
 def data_of(path: str | Path, *, strict: bool = False, **options: Any) -> dict[str, Any]:
@@ -89,6 +97,7 @@ def load_urdf(
     file: str = "robot.urdf",
     strict: bool = False,
     coordinates: Literal["joint", "absolute"] | None = None,
+    task_frames: Sequence[str] = (),
     **options: Any,
 ) -> Scene:
     """Read a scene from the text of a URDF file; see ``load``.
@@ -98,12 +107,19 @@ def load_urdf(
     DescriptionError, UsageError
     """
     read = URDF.read(text, file=file, strict=strict, **checked_options(URDF, options))
-    return _from_read(read, file, coordinates, None)
+    return _from_read(read, file, coordinates, None, task_frames)
 
 
-def _from_read(read: Read, file: str, coordinates: Literal["joint", "absolute"] | None, folder: Path | None) -> Scene:
+def _from_read(
+    read: Read,
+    file: str,
+    coordinates: Literal["joint", "absolute"] | None,
+    folder: Path | None,
+    task_frames: Sequence[str] = (),
+) -> Scene:
+    names = [task_frames] if isinstance(task_frames, str) else list(task_frames)
     return from_data(
-        read.data,
+        {**read.data, "task_frames": names} if names else read.data,
         file=file,
         lines=read.lines,
         notes=read.notes,

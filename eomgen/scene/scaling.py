@@ -13,6 +13,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 from eomgen.scene.document.schema import Document
@@ -165,7 +166,7 @@ def _move_origin(scene: dict[str, Any]) -> None:
     for joint in scene.get("joints", {}).values():
         if joint.get("parent") == "base":
             joint["position"] = _moved(joint.get("position", [0.0, 0.0, 0.0]))
-    for point in scene.get("points", {}).values():
+    for point in chain(scene.get("points", {}).values(), scene.get("frames", {}).values()):
         if point.get("body") in ("base", "world"):
             point["position"] = _moved(point.get("position", [0.0, 0.0, 0.0]))
     for constraint in scene.get("constraints", {}).values():

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, TypeVar
 
 from eomgen.calls import checked_calls, unknown_attribute
-from eomgen.formula.nodes import Formula, Number
+from eomgen.formula.nodes import ZERO_VECTOR, Formula, Number
 from eomgen.formula.piecewise import AnyCurve
 from eomgen.scene.bodies.model import Base, Body
 from eomgen.scene.control.model import Controller, StateFeedback
@@ -21,7 +21,7 @@ from eomgen.scene.events.model import Event
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.joints.constraint_model import Constraint
 from eomgen.scene.joints.model import Joint
-from eomgen.system.description import Point, Requirement, Simulation
+from eomgen.system.description import FixedFrame, Point, Requirement, Simulation
 from eomgen.system.signals import Input, Output, Parameter, State
 
 if TYPE_CHECKING:  # a Scene needs none of what reads files
@@ -65,6 +65,9 @@ class Scene:
         nothing
         is said: a lower-pair joint to ground or to slow bodies then holds exactly along a step. ``R3xSO3`` is for
         bodies that spin fast and freely.
+    points : the origins of frames among them, under the frames' names.
+    frames : frames of bodies by name.
+    task_frames : the bodies and frames that the terms of frames give; empty means all.
     requirements : what its values must be that tunable parameters decide; checked where these are given.
     terms : the terms the scene asks for; empty means all that its users may need.
     source : mapping from a dotted key (``bodies.arm.mass``) to ``file:line`` for messages.
@@ -85,6 +88,8 @@ class Scene:
     feedback: tuple[StateFeedback, ...] = ()
     base: Base | None = None
     points: tuple[Point, ...] = ()
+    frames: tuple[FixedFrame, ...] = ()
+    task_frames: tuple[str, ...] = ()
     elements: tuple[ForceElement, ...] = ()
     outputs: tuple[Output, ...] = ()
     constraints: tuple[Constraint, ...] = ()
@@ -111,6 +116,12 @@ class Scene:
     def leading_joints(self) -> tuple[Joint, ...]:
         """The joints that move and follow no other: those with coordinates of their own."""
         return tuple(joint for joint in self.joints if joint.mimic is None and joint.kind.moves)
+
+    def frames_of_terms(self) -> tuple[FixedFrame, ...]:
+        """The frames that terms of frames give, in their order: the task frames, else all bodies and all frames."""
+        every = {body.name: FixedFrame(body.name, body.name, ZERO_VECTOR) for body in self.bodies}
+        every |= {frame.name: frame for frame in self.frames}
+        return tuple(every[name] for name in self.task_frames or every)
 
     def __repr__(self) -> str:
         return line(self)

@@ -148,6 +148,17 @@ class Point:
 
 
 @dataclass(frozen=True)
+class FixedFrame(Point):
+    """A frame fixed in a body (or in the base, or in the world): a point with axes.
+
+    ``orientation``, (3, 3), and ``quaternion``, (w, x, y, z), both take its own axes to the body's.
+    """
+
+    orientation: tuple[tuple[float, ...], ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    quaternion: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
 class Solid:
     """What stands for a body, which the term ``poses`` moves: the homogeneous solid of its mass, centre and inertia.
 
@@ -258,6 +269,7 @@ class Description:
     requirements : what values must be that tunable parameters decide
     lengths : vectors, m, whose norms tell how large the machine is
     gravity : m/s^2
+    frames : named frames of bodies
     places : where the keys of ``simulation`` are written, for messages: ``file:line`` by ``simulation.method``
     """
 
@@ -276,6 +288,7 @@ class Description:
     requirements: tuple[Requirement, ...] = ()
     lengths: tuple[tuple[Formula, ...], ...] = ()
     gravity: Vector = ZERO_VECTOR
+    frames: tuple[FixedFrame, ...] = ()
     drawing: Drawing = field(default_factory=Drawing)
     simulation: Simulation = field(default_factory=Simulation)
     places: Mapping[str, str] = field(default_factory=dict)

@@ -200,6 +200,8 @@ class System:
     inner_owners : tuple of int
         For each unknown that ``iteration`` of a long tree keeps besides the velocity, the first velocity component of
         its link.
+    frames : tuple of str
+        Bodies and named frames that the terms of frames give, in their order.
     extent : tuple of Ref
         Size of the machine, m, and of gravity, m/s^2: functions of the parameters.
     events : tuple of EventRow
@@ -266,6 +268,7 @@ class System:
     order: int = 0
     angles: tuple[str, ...] = ()
     base_zeros: tuple[int, ...] = ()
+    frames: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         return line(self.name, self._sizes, {name: count.flops for name, count in self.counts.items()})

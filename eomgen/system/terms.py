@@ -68,6 +68,43 @@ _MOTION: Inputs = ("p", "t", "q", "v", "a", "z", "u", "base")
 _ALL: Inputs = ("p", "t", "q", "v", "a", "z", "lam", "u", "base")
 _CONSTRAINED = ("constraints",)
 
+#: Axes and point in which twists of frames are given: the ending of their terms, and words.
+REFERENCES: Mapping[str, tuple[str, str]] = {
+    "body": ("", "its own axes"),
+    "local_world_aligned": ("_aligned", "world axes, about its own origin"),
+    "world": ("_world", "world axes, about the world's origin"),
+}
+
+
+def _frame_terms() -> Iterator[Term]:
+    """Yield the terms of frames, which are recorded on request."""
+    yield Term("frame_poses", ("p", "q", "base"), "quaternion (to world axes) and position of every frame")
+    for ending, axes in REFERENCES.values():
+        twist = f"twist of every frame against the base, {axes}, angular first"
+        base = ("base",) if ending else ()
+        yield Term(f"frame_jacobians{ending}", ("p", "q", *base), f"Jacobians J: the {twist}, is J v")
+        yield Term(f"frame_jacobian_rates{ending}", ("p", "q", "v", *base), f"dJ/dt, J v being the {twist}")
+        yield Term(f"frame_drifts{ending}", ("p", "q", "v", *base), f"dJ/dt v, J v being the {twist}")
+    yield Term(
+        "frame_mobilities",
+        ("p", "q", "base"),
+        "inverse of the operational-space inertia of every frame, J M^-1 J^T, J in world axes about its origin",
+        exists=("unconstrained",),
+    )
+
+
+_PLACES: Inputs = ("p", "q", "base")
+_RATES: Inputs = ("p", "q", "v", "base")
+_CENTROIDAL = (
+    Term("center_of_mass", _PLACES, "centre of mass in the world, and mass, of all that moves against the base"),
+    Term("center_of_mass_jacobian", _PLACES, "J: velocity of the centre of mass against the base = J v, world axes"),
+    Term("center_of_mass_jacobian_rate", _RATES, "dJ/dt of the centre of mass, world axes"),
+    Term("center_of_mass_drift", _RATES, "dJ/dt v of the centre of mass, world axes"),
+    Term("centroidal_momentum", _PLACES, "A: the momentum about the centre of mass is A v, world axes, angular first"),
+    Term("centroidal_momentum_rate", _RATES, "dA/dt of the centroidal momentum matrix"),
+    Term("centroidal_drift", _RATES, "dA/dt v of the centroidal momentum matrix"),
+)
+
 _PLAIN = (
     Term("mass", ("p", "q"), "inertia matrix M(q), symmetric, full", quadratic=True),
     Term("coupling", ("p", "q", "v"), "nonlinear coupling vector h(q, v): inertia terms quadratic in v, base at rest"),
@@ -142,6 +179,7 @@ _PLAIN = (
         "body Jacobians: twist of every body against the base is J v, body axes, angular first",
         on_request=True,
     ),
+    *(replace(term, on_request=True) for term in (*_frame_terms(), *_CENTROIDAL)),
     Term("outputs", _ALL, "the scene's named outputs", exists=("outputs",), of_motion=True, observed=True),
     Term(
         "events",
@@ -312,6 +350,13 @@ _ELSEWHERE: Mapping[str, str] = {
     **dict.fromkeys(("velocity", "velocities"), "twists"),
     **dict.fromkeys(("phi", "constraints", "loops"), "constraint"),
     **dict.fromkeys(("g_q", "phi_q", "lambda", "multipliers"), "constraint_jacobian"),
+    **dict.fromkeys(("com", "centre_of_mass", "center_of_gravity", "cog"), "center_of_mass"),
+    **dict.fromkeys(("ag", "cmm", "ccrba", "centroidal_map", "centroidal"), "centroidal_momentum"),
+    **dict.fromkeys(("dag", "dccrba"), "centroidal_momentum_rate"),
+    **dict.fromkeys(("jacobian", "frame_jacobian", "j"), "frame_jacobians"),
+    **dict.fromkeys(("jdot", "j_dot", "jacobian_rates", "jacobian_time_variation"), "frame_jacobian_rates"),
+    **dict.fromkeys(("jdot_v", "bias_acceleration", "jacobian_drift"), "frame_drifts"),
+    **dict.fromkeys(("operational_space_inertia", "osim", "lambda_inverse"), "frame_mobilities"),
     "b": "base_motion",
 }
 

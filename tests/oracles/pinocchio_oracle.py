@@ -151,6 +151,7 @@ def oracle_from_urdf(path: Path, scene: Scene, root: str = "fixed", lock: Sequen
         model = pin.buildReducedModel(model, [model.getJointId(name) for name in lock], pin.neutral(model))
     bodies = {body.name: body for body in scene.bodies}
     joints, deviation, q_start, v_start = [], 0.0, 0, 0
+    written_frames = {re.sub(r"[^A-Za-z0-9_]", "_", f.name): f for f in model.frames if f.type == pin.FrameType.BODY}
     written = {re.sub(r"[^A-Za-z0-9_]", "_", name): name for name in model.names}
     for joint in scene.joints:
         name = written.get(joint.name, joint.name) if joint.type != "free" else "root_joint"
@@ -162,6 +163,12 @@ def oracle_from_urdf(path: Path, scene: Scene, root: str = "fixed", lock: Sequen
         deviation = max(deviation, np.abs(placement.homogeneous - model.jointPlacements[number].homogeneous).max())
         deviation = max(deviation, np.abs(inertia.matrix() - model.inertias[number].matrix()).max())
         model.jointPlacements[number], model.inertias[number] = placement, inertia
+    for frame in scene.frames:
+        if frame.name not in written_frames:
+            continue
+        found, placement = written_frames[frame.name], _placement(frame.orientation, frame.position)
+        deviation = max(deviation, np.abs(placement.homogeneous - found.placement.homogeneous).max())
+        found.placement = placement
     assert v_start == model.nv, "the scene has other degrees of freedom than Pinocchio's model"
     model.gravity.linear = np.array([value_of(item, {}) for item in scene.gravity])
     return PinocchioOracle(model, joints, float(deviation))

@@ -109,7 +109,7 @@ def _compared(path: Path, scene: Scene, root: str) -> Found:
     system = derive(scene, ["mass", "inverse_dynamics"])
     evaluate = tape_evaluator(system)
     state = random_states(system, STATES, np.random.default_rng(0))
-    oracle, q, projection = _oracle(path, scene, root)
+    oracle, q, projection = oracle_of_scene(path, scene, root)
     full = {"q": q(state["q"]), "v": state["v"] @ projection.T, "a": state["a"] @ projection.T}
     damping = np.array([value_of(formula, {}) for joint in _moving(scene) for formula in joint.each(joint.damping)])
     M = projection.T @ oracle.mass(full) @ projection
@@ -127,7 +127,7 @@ def _moving(scene: Scene) -> list[Joint]:
     return [joint for joint in scene.joints if joint.type != "fixed"]
 
 
-def _oracle(path: Path, scene: Scene, root: str) -> tuple[PinocchioOracle, Callable[[Array], Array], Array]:
+def oracle_of_scene(path: Path, scene: Scene, root: str) -> tuple[PinocchioOracle, Callable[[Array], Array], Array]:
     """Return Pinocchio's model in which every joint moves on its own, q and the velocity's projection from reduced
     ones."""
     independent = tuple(replace(joint, mimic=None) for joint in scene.joints)

@@ -93,7 +93,12 @@ def test_what_a_rigid_tree_on_a_base_at_rest_has_no_use_for() -> None:
     elastic = derive(scene_with("elastic"), list(TERMS)).functions
     assert set(recorded) - set(elastic) == of_closed_form and "elastic" in elastic
     constrained = derive(scene_with("constraints"), list(TERMS)).functions
-    assert set(recorded) - set(constrained) == {"forward_dynamics", "forward_rates", "forward_rates_1"}
+    assert set(recorded) - set(constrained) == {
+        "forward_dynamics",
+        "forward_rates",
+        "forward_rates_1",
+        "frame_mobilities",
+    }
 
 
 @pytest.mark.parametrize("fact", ["plain", "constraints", "states", "outputs", "moving_base", "absolute", "elastic"])

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from eomgen.errors import ModelError, Problem
 from eomgen.formula.nodes import Number, Symbol
 from eomgen.mechanics.constraints.counted_angles import counted_angles
-from eomgen.mechanics.constraints.rows import Row, rates_of, sine_of_excess_rotation
+from eomgen.mechanics.constraints.rows import Row, sine_of_excess_rotation
 from eomgen.mechanics.forces.frame_pairs import frame_pair, magnitude
 from eomgen.mechanics.forces.symbols import Offers, Quantities
-from eomgen.mechanics.kinematics.directions import configuration_directions
+from eomgen.mechanics.kinematics.directions import configuration_directions, rates_of
 from eomgen.mechanics.kinematics.points import Kinematics
 from eomgen.mechanics.tree.joints import Direction, frame_of, perpendicular
 from eomgen.mechanics.tree.links import Tree

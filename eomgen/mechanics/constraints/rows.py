@@ -7,24 +7,22 @@ and drivers included) are derivatives along directions that the configuration, t
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal
 
 from eomgen.mechanics.forces.frame_pairs import FramePair, FramePose, frame_pair, magnitude
 from eomgen.mechanics.forces.symbols import Quantities
-from eomgen.mechanics.kinematics.directions import configuration_directions, rates_along
+from eomgen.mechanics.kinematics.directions import configuration_directions, rates_of
 from eomgen.mechanics.tree.base import BaseState
 from eomgen.mechanics.tree.links import Tree
 from eomgen.scene.joints.constraint_model import Constraint
-from eomgen.symbolic.calculus.configuration import rotation
 from eomgen.symbolic.calculus.partials import forward_partials, jacobian_vector
 from eomgen.symbolic.calculus.tangents import Tangent
 from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.scalar import Scalar, Vector, apply, dot, minus, scaled, transpose
-from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
-from eomgen.system.system import BASE_LAYOUT
+from eomgen.symbolic.tape import ONE, Ref, Tape
 
 
 @dataclass(frozen=True)
@@ -248,36 +246,3 @@ class ConstraintCalculus:
     def by_configuration(self, values: Sequence[Scalar]) -> list[list[Scalar]]:
         """Return left-trivialised partials in q of n values, (n, nv)."""
         return self._dense(forward_partials(self.tape, [value.ref for value in values], self.seeds))
-
-
-def rates_of(tape: Tape, seeds: Mapping[Ref | InputSymbol, Tangent], base: BaseState) -> dict[Ref | InputSymbol, Ref]:
-    """Return the time derivatives of t, q and the base by reference, for directional derivatives at constant v."""
-    rates = rates_along(tape, seeds)
-    return rates | _base_rates(tape, base) if base.moving else rates
-
-
-def _base_rates(tape: Tape, base: BaseState) -> dict[Ref | InputSymbol, Ref]:
-    """Return the time derivatives of the base struct: pose from twist, twist from its derivative, held constant."""
-    start: dict[str, int] = {}
-    offset = 0
-    for name, size, _ in BASE_LAYOUT:
-        start[name], offset = offset, offset + size
-    rates: dict[Ref | InputSymbol, Ref] = {}
-
-    def block(name: str, size: int) -> list[Ref]:
-        return [value.ref for value in base.struct[start[name] : start[name] + size]]
-
-    quaternion, omega, velocity = block("quaternion", 4), block("omega", 3), block("velocity", 3)
-    half = tape.constant(0.5)
-    w, x, y, z = (tape.mul(half, ref) for ref in quaternion)
-    a, b, c = omega
-    rows = ((-x, -y, -z), (w, -z, y), (z, w, -x), (-y, x, w))
-    for ref, row in zip(quaternion, rows, strict=True):
-        rates[ref] = tape.add(tape.add(tape.mul(row[0], a), tape.mul(row[1], b)), tape.mul(row[2], c))
-    R = rotation(tape, quaternion)
-    for ref, line in zip(block("position", 3), R, strict=True):
-        terms = [tape.mul(entry, part) for entry, part in zip(line, velocity, strict=True)]
-        rates[ref] = tape.add(tape.add(terms[0], terms[1]), terms[2])
-    rates |= dict(zip(omega, block("omega_dot", 3), strict=True))
-    rates |= dict(zip(velocity, block("velocity_dot", 3), strict=True))
-    return {ref: rate for ref, rate in rates.items() if ref != ZERO}

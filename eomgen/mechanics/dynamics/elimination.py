@@ -15,10 +15,20 @@ def solve_tree(M: Sequence[Sequence[Scalar]], right: Sequence[Scalar], parents: 
     parents : (nv,) for each component the nearest one towards the root it is coupled with, -1 at the root
         Elimination runs from the tips to the root, so branches that do not meet never fill.
     """
-    size = len(right)
+    factors, inverse = factored(M, parents)
+    x = [value * inverse[k] for k, value in enumerate(half_solved(factors, right))]
+    for k in range(len(right)):
+        for i, factor in factors[k].items():
+            x[k] = x[k] - factor * x[i]
+    return x
+
+
+def factored(M: Sequence[Sequence[Scalar]], parents: Sequence[int]) -> tuple[list[dict[int, Scalar]], list[Scalar]]:
+    """Return L and 1 / D of M = L^T D L: the rows of the unit lower triangle L by column, and the inverse diagonal."""
+    size = len(M)
     A = [list(row) for row in M]
     factors: list[dict[int, Scalar]] = [{} for _ in range(size)]
-    inverse: list[Scalar] = list(right)
+    inverse = [M[k][k] for k in range(size)]
     for k in reversed(range(size)):
         inverse[k] = _reciprocal(A[k][k])
         above = _ancestors(parents, k)
@@ -27,14 +37,15 @@ def solve_tree(M: Sequence[Sequence[Scalar]], right: Sequence[Scalar], parents: 
             factors[k][i] = factor
             for j in above[above.index(i) :]:
                 A[i][j] = A[j][i] = A[i][j] - factor * A[k][j]
+    return factors, inverse
+
+
+def half_solved(factors: Sequence[dict[int, Scalar]], right: Sequence[Scalar]) -> list[Scalar]:
+    """Return L^-T right, for the L of ``factored``."""
     x = list(right)
-    for k in reversed(range(size)):
+    for k in reversed(range(len(x))):
         for i, factor in factors[k].items():
             x[i] = x[i] - factor * x[k]
-    x = [value * inverse[k] for k, value in enumerate(x)]
-    for k in range(size):
-        for i, factor in factors[k].items():
-            x[k] = x[k] - factor * x[i]
     return x
 
 

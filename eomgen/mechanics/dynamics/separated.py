@@ -142,7 +142,7 @@ def mass_matrix(tree: Tree, bodies: Sequence[Inertia] | None = None) -> list[lis
         with algebra.tape.block(f"mass matrix, columns of joint {link.joint.name}"):
             for k, dof in enumerate(link.dofs):
                 ratio = link.coordinates.ratio
-                load, own = _unit_acceleration(link, bodies[index], k)
+                load, own = unit_acceleration(link, bodies[index], k)
                 for other in range(k):
                     _couple(M, link.dofs[other], dof, ratio * ratio * own[other])
                 M[dof][dof] = M[dof][dof] + ratio * ratio * (own[k] + link.rotor_inertias[k])
@@ -156,7 +156,7 @@ def mass_matrix(tree: Tree, bodies: Sequence[Inertia] | None = None) -> list[lis
     return M
 
 
-def _unit_acceleration(link: Link, body: Inertia, k: int) -> tuple[Wrench, list[Scalar]]:
+def unit_acceleration(link: Link, body: Inertia, k: int) -> tuple[Wrench, list[Scalar]]:
     """Return the wrench that a unit acceleration of one column demands, and the virtual work along all columns of the
     link."""
     if link.elastic is None:

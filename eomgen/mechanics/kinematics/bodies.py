@@ -6,14 +6,14 @@ how the frames of links are chosen, which are turned against the bodies' where a
 
 from __future__ import annotations
 
-import math
+from collections.abc import Sequence
 
 from eomgen.lie import rotations
 from eomgen.lie.algebra import TapeAlgebra
 from eomgen.mechanics.kinematics.points import Kinematics
 from eomgen.mechanics.tree.base import quaternion_product
-from eomgen.mechanics.tree.links import CARRIER, ROOT, Link, Tree
-from eomgen.scene.geometry.rotations import ALIKE, first_near
+from eomgen.mechanics.tree.links import CARRIER, ROOT, WORLD, Link, Mount, Tree
+from eomgen.scene.geometry.rotations import quaternion_of_matrix
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Matrix, Scalar, Vector, apply, cross, plus, scaled, transpose
@@ -21,35 +21,8 @@ from eomgen.system.description import BASE
 
 
 def constant_quaternion(R: Matrix) -> list[float]:
-    """Return the unit quaternion (w, x, y, z) of a constant rotation matrix (Shepperd's largest-component rule).
-
-    Its w is positive; for angles within tolerance of pi, where w is about 0, the first of the largest components is, so
-    that signs of poses do not change there.
-    """
-    m = [[entry.constant or 0.0 for entry in row] for row in R]
-    squares = [
-        1.0 + m[0][0] + m[1][1] + m[2][2],
-        1.0 + m[0][0] - m[1][1] - m[2][2],
-        1.0 - m[0][0] + m[1][1] - m[2][2],
-        1.0 - m[0][0] - m[1][1] + m[2][2],
-    ]
-    largest = max(range(4), key=squares.__getitem__)
-    scale = 0.5 / math.sqrt(squares[largest])
-    pairs = {
-        (0, 1): m[2][1] - m[1][2],
-        (0, 2): m[0][2] - m[2][0],
-        (0, 3): m[1][0] - m[0][1],
-        (1, 2): m[1][0] + m[0][1],
-        (1, 3): m[0][2] + m[2][0],
-        (2, 3): m[2][1] + m[1][2],
-    }
-    quaternion = [
-        squares[largest] * scale if k == largest else pairs[min(k, largest), max(k, largest)] * scale for k in range(4)
-    ]
-    sizes = [abs(part) for part in quaternion]
-    leading = 0 if sizes[0] > ALIKE else first_near(sizes, max(sizes))
-    sign = -1.0 if quaternion[leading] < 0.0 else 1.0
-    return [sign * part for part in quaternion]
+    """Return the unit quaternion (w, x, y, z) of a constant rotation matrix, as ``quaternion_of_matrix``."""
+    return list(quaternion_of_matrix([[entry.constant or 0.0 for entry in row] for row in R]))
 
 
 def _joint_quaternion(tree: Tree, link: Link) -> list[Scalar]:
@@ -71,23 +44,45 @@ def _joint_quaternion(tree: Tree, link: Link) -> list[Scalar]:
     return quaternion_product(constant, list(q[:4]))
 
 
+class Orientations:
+    """Quaternions (w, x, y, z) of all links and bodies, to world axes; their signs are continuous along motions."""
+
+    def __init__(self, scene: Scene, tree: Tree, kinematics: Kinematics) -> None:
+        self.tree = tree
+        self.algebra = tree.algebra
+        still = [self.algebra.one, *self.algebra.zero_vector]
+        self.root = list(kinematics.base.struct[:4]) if kinematics.base.turning else still
+        self.carrier = list(kinematics.carrier.struct[:4]) if kinematics.carrier.turning else still
+        self.links: list[list[Scalar]] = []
+        for link in tree.links:
+            above = self.root if link.parent == ROOT else self.links[link.parent]
+            self.links.append(quaternion_product(above, _joint_quaternion(tree, link)))
+        self.mounted = _mounted(scene, tree)
+
+    def at(self, name: str, r: Vector) -> list[Scalar]:
+        """Return the quaternion of a body's frame carried to its point r; a beam has turned there."""
+        mount = self.tree.mount_at(name, r)
+        if mount.link == self.tree.mounts[name].link:
+            return self.body(name)
+        own = [self.algebra.scalar(part) for part in constant_quaternion(mount.orientation)]
+        return quaternion_product(self.links[mount.link], own)
+
+    def body(self, name: str) -> list[Scalar]:
+        """Return the quaternion of a body, of the base, or of the world."""
+        link = self.tree.mounts[name].link
+        if link == WORLD:
+            return [self.algebra.one, *self.algebra.zero_vector]
+        above = {ROOT: self.root, CARRIER: self.carrier}[link] if link < 0 else self.links[link]
+        own = self.mounted.get(name, [1.0, 0.0, 0.0, 0.0])
+        return quaternion_product(above, [self.algebra.scalar(part) for part in own])
+
+
 def poses(scene: Scene, tree: Tree, kinematics: Kinematics) -> list[Scalar]:
     """Return quaternion (w, x, y, z; body to world) and world position, m, of each body, (bodies, 7) row by row."""
-    algebra = tree.algebra
-    still = [algebra.one, *algebra.zero_vector]
-    root = list(kinematics.base.struct[:4]) if kinematics.base.turning else still
-    carrier = list(kinematics.carrier.struct[:4]) if kinematics.carrier.turning else still
-    of_links: list[list[Scalar]] = []
-    for link in tree.links:
-        above = root if link.parent == ROOT else of_links[link.parent]
-        of_links.append(quaternion_product(above, _joint_quaternion(tree, link)))
-    mounted = _mounted(scene, tree)
+    orientations = Orientations(scene, tree, kinematics)
     values: list[Scalar] = []
     for body in scene.bodies:
-        mount = tree.mounts[body.name]
-        above = {ROOT: root, CARRIER: carrier}[mount.link] if mount.link < 0 else of_links[mount.link]
-        values += quaternion_product(above, [algebra.scalar(part) for part in mounted[body.name]])
-        values += kinematics.origin(body.name)
+        values += [*orientations.body(body.name), *kinematics.origin(body.name)]
     return values
 
 
@@ -144,8 +139,8 @@ def accelerations(scene: Scene, tree: Tree, kinematics: Kinematics) -> list[Scal
 Columns = dict[int, tuple[Vector, Vector]]
 
 
-def body_jacobians(scene: Scene, tree: Tree) -> list[Scalar]:
-    """Return the Jacobian of each body's twist relative to the base, in body axes, (bodies, 6, nv), angular first."""
+def link_columns(tree: Tree) -> list[Columns]:
+    """Return per link what each velocity component moves it by: twist against the base in link axes, angular first."""
     of_links: list[Columns] = []
     for link in tree.links:
         carried: Columns = {}
@@ -158,14 +153,21 @@ def body_jacobians(scene: Scene, tree: Tree) -> list[Scalar]:
             angular, linear = carried.get(k, still)
             carried[k] = (plus(angular, scaled(ratio, column.angular)), plus(linear, scaled(ratio, column.linear)))
         of_links.append(carried)
-    values: list[Scalar] = []
-    for body in scene.bodies:
-        mount = tree.mounts[body.name]
-        rows = [[tree.algebra.zero] * tree.nv for _ in range(6)]
-        back = transpose(mount.orientation)
-        for k, (angular, linear) in (of_links[mount.link] if mount.link >= 0 else {}).items():
-            moved = plus(linear, cross(angular, mount.position))
-            for row, value in enumerate((*apply(back, angular), *apply(back, moved))):
-                rows[row][k] = value
-        values += [value for row in rows for value in row]
-    return values
+    return of_links
+
+
+def jacobian_of_mount(tree: Tree, columns: Sequence[Columns], mount: Mount) -> list[Scalar]:
+    """Return the Jacobian of what is mounted on a link, in its own axes, (6, nv) row by row."""
+    rows = [[tree.algebra.zero] * tree.nv for _ in range(6)]
+    back = transpose(mount.orientation)
+    for k, (angular, linear) in (columns[mount.link] if mount.link >= 0 else {}).items():
+        moved = plus(linear, cross(angular, mount.position))
+        for row, value in enumerate((*apply(back, angular), *apply(back, moved))):
+            rows[row][k] = value
+    return [value for row in rows for value in row]
+
+
+def body_jacobians(scene: Scene, tree: Tree) -> list[Scalar]:
+    """Return the Jacobian of each body's twist relative to the base, in body axes, (bodies, 6, nv), angular first."""
+    columns = link_columns(tree)
+    return [value for body in scene.bodies for value in jacobian_of_mount(tree, columns, tree.mounts[body.name])]

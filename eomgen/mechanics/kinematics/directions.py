@@ -9,13 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from eomgen.mechanics.tree.base import BaseState
 from eomgen.mechanics.tree.links import Tree
 from eomgen.scene.joint_types import GROUPS
-from eomgen.symbolic.calculus.configuration import configuration_seeds
+from eomgen.symbolic.calculus.configuration import configuration_seeds, rotation
 from eomgen.symbolic.calculus.tangents import Tangent
 from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.scalar import multiply, skew
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
+from eomgen.system.system import BASE_LAYOUT
 
 Seeds = dict[Ref | InputSymbol, Tangent]
 
@@ -49,3 +51,36 @@ def rates_along(tape: Tape, seeds: Mapping[Ref | InputSymbol, Tangent]) -> dict[
             total = tape.add(total, tape.mul(ref, tape.input("v", direction)))
         rates[key] = total
     return rates
+
+
+def rates_of(tape: Tape, seeds: Mapping[Ref | InputSymbol, Tangent], base: BaseState) -> dict[Ref | InputSymbol, Ref]:
+    """Return the time derivatives of t, q and the base by reference, for directional derivatives at constant v."""
+    rates = rates_along(tape, seeds)
+    return rates | _base_rates(tape, base) if base.moving else rates
+
+
+def _base_rates(tape: Tape, base: BaseState) -> dict[Ref | InputSymbol, Ref]:
+    """Return the time derivatives of the base struct: pose from twist, twist from its derivative, held constant."""
+    start: dict[str, int] = {}
+    offset = 0
+    for name, size, _ in BASE_LAYOUT:
+        start[name], offset = offset, offset + size
+    rates: dict[Ref | InputSymbol, Ref] = {}
+
+    def block(name: str, size: int) -> list[Ref]:
+        return [value.ref for value in base.struct[start[name] : start[name] + size]]
+
+    quaternion, omega, velocity = block("quaternion", 4), block("omega", 3), block("velocity", 3)
+    half = tape.constant(0.5)
+    w, x, y, z = (tape.mul(half, ref) for ref in quaternion)
+    a, b, c = omega
+    rows = ((-x, -y, -z), (w, -z, y), (z, w, -x), (-y, x, w))
+    for ref, row in zip(quaternion, rows, strict=True):
+        rates[ref] = tape.add(tape.add(tape.mul(row[0], a), tape.mul(row[1], b)), tape.mul(row[2], c))
+    R = rotation(tape, quaternion)
+    for ref, line in zip(block("position", 3), R, strict=True):
+        terms = [tape.mul(entry, part) for entry, part in zip(line, velocity, strict=True)]
+        rates[ref] = tape.add(tape.add(terms[0], terms[1]), terms[2])
+    rates |= dict(zip(omega, block("omega_dot", 3), strict=True))
+    rates |= dict(zip(velocity, block("velocity_dot", 3), strict=True))
+    return {ref: rate for ref, rate in rates.items() if ref != ZERO}

@@ -7,9 +7,8 @@ from itertools import accumulate
 
 from eomgen.errors import ModelError, Problem
 from eomgen.formula.nodes import Formula, Symbol
-from eomgen.mechanics.constraints.rows import rates_of
 from eomgen.mechanics.derivation import Derivation
-from eomgen.mechanics.kinematics.directions import configuration_directions
+from eomgen.mechanics.kinematics.directions import configuration_directions, rates_of
 from eomgen.scene.events.model import Event
 from eomgen.symbolic.calculus.partials import forward_partials, jacobian_vector
 from eomgen.symbolic.operations import InputSymbol

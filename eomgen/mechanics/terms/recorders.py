@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from eomgen.mechanics.derivation import Derivation
+from eomgen.mechanics.terms.centroidal import CENTROIDAL_RECORDERS
 from eomgen.mechanics.terms.events import event_actions, event_impulse, events
 from eomgen.mechanics.terms.forward_dynamics import forward_blocks
+from eomgen.mechanics.terms.frames import FRAME_RECORDERS
 from eomgen.mechanics.terms.implicit_step import equations, iteration, jacobian_values
 from eomgen.mechanics.terms.linearization import (
     acceleration_partials,
@@ -40,6 +42,8 @@ RECORDERS: Mapping[str, Callable[[Derivation], list[Block]]] = {
     "twists": Derivation.twists,
     "accelerations": Derivation.accelerations,
     "jacobians": Derivation.jacobians,
+    **FRAME_RECORDERS,
+    **CENTROIDAL_RECORDERS,
     "outputs": Derivation.outputs,
     "events": events,
     "event_actions": event_actions,

@@ -7,10 +7,12 @@ from collections.abc import Collection
 from eomgen.scene.bodies import schema as written
 from eomgen.scene.bodies.model import Base, Body
 from eomgen.scene.formula.scope import PARAMETERS, TIME
+from eomgen.scene.geometry.rotations import quaternion_of_matrix
 from eomgen.scene.reading import report
+from eomgen.scene.reading.orientation import read_orientation
 from eomgen.scene.reading.values import Values
 from eomgen.scene.signals.curves import check_twice_differentiable
-from eomgen.system.description import BASE, WORLD, Point
+from eomgen.system.description import BASE, WORLD, FixedFrame, Point
 from eomgen.text import key_of
 
 
@@ -32,6 +34,15 @@ def read_body(name: str, body: written.Body, values: Values) -> Body:
     xx, yy, zz, xy, xz, yz = (formula(f"{key}.inertia[{place}]", entry, PARAMETERS) for place, entry in entries)
     center = values.vector(f"{key}.center_of_mass", body.center_of_mass, PARAMETERS)
     return Body(name, formula(f"{key}.mass", body.mass, PARAMETERS), center, (xx, yy, zz, xy, xz, yz))
+
+
+def read_body_frame(name: str, frame: written.BodyFrame, bodies: Collection[str], values: Values) -> FixedFrame:
+    """Return a frame of a body; ``bodies`` are the names of what can carry it."""
+    key = key_of("frames", name)
+    report.check_reference(f"{key}.body", frame.body, [BASE, WORLD, *bodies], "body", values.report)
+    position = values.vector(f"{key}.position", frame.position, PARAMETERS)
+    orientation = read_orientation(key, frame.rotation, frame.orientation, values)
+    return FixedFrame(name, frame.body, position, orientation, quaternion_of_matrix(orientation))
 
 
 def read_point(name: str, point: written.Point, bodies: Collection[str], values: Values) -> Point:

@@ -6,7 +6,7 @@ from typing import Literal
 
 from eomgen.scene.formula.scope import PARAMETERS, TIME
 from eomgen.scene.reading.keys import Table, key, optional
-from eomgen.scene.reading.kinds import Inertia, Triple, Value
+from eomgen.scene.reading.kinds import Inertia, Matrix, Triple, Value
 from eomgen.scene.reading.rotation_schema import Rotations
 
 _ORIGIN = (0.0, 0.0, 0.0)
@@ -35,6 +35,17 @@ class Body(Table):
     group: Literal["SE3", "R3xSO3"] | None = optional(
         "for [absolute coordinates](#absolute-coordinates) only", shown_default="`SE3`"
     )
+
+
+class BodyFrame(Table):
+    """A frame fixed in a body, in the base or in the world; its origin is a point of the same name."""
+
+    body: str = key("what carries it", refers="bodies", kind="body, `base` or `world`")
+    position: Triple = key("of its origin, in the body's frame", _ORIGIN, unit="m", names=PARAMETERS)
+    rotation: Rotations | None = optional(
+        "its axes in the body, angles of fixed parameters; intrinsic rotations in order", shown_default="`[]`"
+    )
+    orientation: Matrix | None = optional("the same as a matrix, its axes to the body's; either this or `rotation`")
 
 
 class Point(Table):

@@ -11,7 +11,7 @@ from typing import Any, Literal
 from eomgen.formula.piecewise import AnyCurve
 from eomgen.scene import scene
 from eomgen.scene.bodies.beam_reading import read_beam
-from eomgen.scene.bodies.reading import read_base, read_body, read_point
+from eomgen.scene.bodies.reading import read_base, read_body, read_body_frame, read_point
 from eomgen.scene.control.controllers import (
     check_loops,
     made_parameters,
@@ -41,7 +41,7 @@ from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
 from eomgen.scene.signals.curves import Curves, digest
 from eomgen.scene.signals.reading import read_input, read_output, read_state
-from eomgen.system.description import Simulation
+from eomgen.system.description import Point, Simulation
 from eomgen.system.events import mode_parameter
 from eomgen.system.signals import Parameter
 from eomgen.text import key_of
@@ -99,7 +99,7 @@ def content(document: written.Document) -> bytes:
     data = document.model_dump(mode="json", exclude_none=True, exclude={"include"})
     for section in written.SECTIONS:
         data[section] = [[name, entry] for name, entry in data[section].items()]
-    for section in ("modes", "events"):
+    for section in ("modes", "events", "frames", "task_frames"):
         if not data[section]:
             del data[section]
     return json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
@@ -147,7 +147,7 @@ class _Assembler:
             controllers=(*outputs_of_controllers(document.controllers), *sorted(refused["controllers"])),
             joints=joint_types,
             beams=self.elastic,
-            points=(*document.points, *sorted(refused["points"])),
+            points=(*document.points, *document.frames, *sorted(refused["points"] | refused["frames"])),
             modes=(*document.modes, *sorted(refused["modes"])),
             curves=self.curve_table,
             offered={
@@ -195,6 +195,11 @@ class _Assembler:
                 )
             check_frames(tree, bodies, values)
         points = {name: read_point(name, point, self.bodies, values) for name, point in document.points.items()}
+        fixed_frames = {
+            name: read_body_frame(name, frame, self.bodies, values) for name, frame in document.frames.items()
+        }
+        points |= {name: Point(name, frame.body, frame.position) for name, frame in fixed_frames.items()}
+        checks.check_task_frames(document, self.refused, self.report)
         constraints = tuple(
             read_constraint(name, entry, self.bodies, points, values) for name, entry in document.constraints.items()
         )
@@ -221,7 +226,12 @@ class _Assembler:
             if complete and frames is not None:
                 check_two_bodies(element.section, element.name, *frames, tree, document.beams, self.report)
         check_places(
-            bodies, joints.values(), points.values(), chain.from_iterable(elements.values()), constraints, values
+            bodies,
+            joints.values(),
+            {**points, **fixed_frames}.values(),
+            chain.from_iterable(elements.values()),
+            constraints,
+            values,
         )
         checks.check_groups(document, self.report)
         absolute = document.coordinates == "absolute"
@@ -249,6 +259,8 @@ class _Assembler:
             "coordinates": document.coordinates,
             "groups": {name: body.group for name, body in document.bodies.items() if body.group is not None},
             "points": tuple(points.values()),
+            "frames": tuple(fixed_frames.values()),
+            "task_frames": tuple(dict.fromkeys(document.task_frames)),
             "elements": tuple(chain.from_iterable(elements.values())),
             "outputs": tuple(read_output(name, output, values) for name, output in document.outputs.items()),
             "modes": tuple(document.modes),

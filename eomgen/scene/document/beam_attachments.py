@@ -24,7 +24,7 @@ from eomgen.scene.joints.displacement import displaced
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
-from eomgen.system.description import Point
+from eomgen.system.description import FixedFrame, Point
 from eomgen.text import key_of
 
 
@@ -38,7 +38,9 @@ def check_places(
 ) -> None:
     """Report what is attached to a beam where the beam is not."""
     places = [(key_of("joints", joint.name, "position"), joint.parent, joint.position) for joint in joints]
-    places += [(key_of("points", point.name, "position"), point.body, point.position) for point in points]
+    for point in points:
+        section = "frames" if isinstance(point, FixedFrame) else "points"
+        places.append((key_of(section, point.name, "position"), point.body, point.position))
     for element in elements:
         places += [
             (key_of(element.section, element.name, *parts), body, place) for parts, body, place in element.places()

@@ -13,7 +13,7 @@ from eomgen.scene.control.controllers import made_by_controller
 from eomgen.scene.document.schema import SECTIONS, Document, Simulation
 from eomgen.scene.geometry.inertia import Inertia, tensor
 from eomgen.scene.joint_types import JOINTS
-from eomgen.scene.reading.report import Report
+from eomgen.scene.reading.report import Report, check_reference
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values
 from eomgen.system.description import BASE, WORLD
@@ -58,6 +58,10 @@ def _fault(section: str, name: str, document: Document) -> tuple[str, str]:
         return f"the name {name} is both a body and a beam", "another name for one of them"
     if section == "beams" and name in document.joints:
         return f"the name {name} is both a joint and a beam, and q.{name} would be both", "another name for one of them"
+    if section == "frames" and name in document.points:
+        return f"the name {name} is both a point and a frame", "the frame alone: its origin is a point"
+    if section == "frames" and (name in document.bodies or name in document.beams):
+        return f"the name {name} is both a body and a frame", "another name for the frame"
     if section == "constraints" and name in document.joints:
         return f"the name {name} is both a joint and a constraint", "another name for one of them"
     if section in _BARE and name in RESERVED:
@@ -100,6 +104,14 @@ def _fault_of_made(name: str, document: Document) -> tuple[str, str]:
                     fault = f"the controller makes {_BARE[section]} {made}, and there is {what} of that name"
                     return fault, "another name for one of them"
     return "", ""
+
+
+def check_task_frames(document: Document, refused: Mapping[str, set[str]], report: Report) -> None:
+    """Report task frames that are neither bodies nor frames."""
+    known = [*document.bodies, *document.beams, *document.frames]
+    known += sorted(refused["bodies"] | refused["beams"] | refused["frames"])
+    for place, name in enumerate(document.task_frames):
+        check_reference(f"task_frames[{place}]", name, known, "body or frame", report)
 
 
 def check_simulation(simulation: Simulation, report: Report) -> None:

@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, Field, create_model
 
 from eomgen.scene.bodies.beam_schema import Beam
-from eomgen.scene.bodies.schema import Base, Body, Point
+from eomgen.scene.bodies.schema import Base, Body, BodyFrame, Point
 from eomgen.scene.control.schema import Controller
 from eomgen.scene.events.schema import Event, Mode
 from eomgen.scene.forces.register import ELEMENTS
@@ -81,6 +81,7 @@ SECTIONS = (
     "joints",
     "constraints",
     "points",
+    "frames",
     *(row.section for row in ELEMENTS),
     "outputs",
     "modes",
@@ -126,6 +127,11 @@ class Document(Table, BaseModel):  # the linter knows the children of BaseModel 
     terms: Annotated[tuple[Literal[tuple(TERMS)], ...], Field(strict=False)] = key(  # type: ignore[valid-type]
         "functions wanted; empty means all that the scene can use, see [terms](#terms)", (), kind="list of names"
     )
+    task_frames: Annotated[tuple[str, ...], Field(strict=False)] = key(
+        "bodies and [frames](#frames) whose Jacobians and the like the terms of frames give; empty means all",
+        (),
+        kind="list of names",
+    )
     include: dict[str, Include] = {}
     parameters: dict[str, Parameter] = {}
     curves: dict[str, Curve] = {}
@@ -138,6 +144,7 @@ class Document(Table, BaseModel):  # the linter knows the children of BaseModel 
     joints: dict[str, Joint] = {}
     constraints: dict[str, Constraint] = {}
     points: dict[str, Point] = {}
+    frames: dict[str, BodyFrame] = {}
     for row in ELEMENTS:
         __annotations__[row.section] = GenericAlias(dict, (str, row.entry))
         locals()[row.section] = {}

@@ -161,3 +161,35 @@ def is_rotation(matrix: Array) -> bool:
 def rows(matrix: Array) -> tuple[tuple[float, float, float], ...]:
     """Return a 3x3 matrix as a tuple of rows of plain floats."""
     return tuple((float(row[0]), float(row[1]), float(row[2])) for row in matrix)
+
+
+def quaternion_of_matrix(m: Sequence[Sequence[float]]) -> tuple[float, float, float, float]:
+    """Return the unit quaternion (w, x, y, z) of a rotation matrix (Shepperd's largest-component rule).
+
+    Its w is positive; for angles within tolerance of pi, where w is about 0, the first of the largest components is, so
+    that signs of poses do not change there.
+    """
+    squares = [
+        1.0 + m[0][0] + m[1][1] + m[2][2],
+        1.0 + m[0][0] - m[1][1] - m[2][2],
+        1.0 - m[0][0] + m[1][1] - m[2][2],
+        1.0 - m[0][0] - m[1][1] + m[2][2],
+    ]
+    largest = max(range(4), key=squares.__getitem__)
+    scale = 0.5 / math.sqrt(squares[largest])
+    pairs = {
+        (0, 1): m[2][1] - m[1][2],
+        (0, 2): m[0][2] - m[2][0],
+        (0, 3): m[1][0] - m[0][1],
+        (1, 2): m[1][0] + m[0][1],
+        (1, 3): m[0][2] + m[2][0],
+        (2, 3): m[2][1] + m[1][2],
+    }
+    parts = [
+        squares[largest] * scale if k == largest else pairs[min(k, largest), max(k, largest)] * scale for k in range(4)
+    ]
+    sizes = [abs(part) for part in parts]
+    leading = 0 if sizes[0] > ALIKE else first_near(sizes, max(sizes))
+    sign = -1.0 if parts[leading] < 0.0 else 1.0
+    w, x, y, z = (sign * part for part in parts)
+    return w, x, y, z

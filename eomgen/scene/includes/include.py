@@ -193,6 +193,7 @@ def _merge(name: str, entry: Include, inner: Part, part: Part, report: Report) -
     values = overridden(key, entry, inner.data, known, report)
     names = {section: {local: prefix + local for local in _names(inner.data, section)} for section in SECTIONS}
     names["bodies"] |= names["beams"]
+    names["points"] |= names["frames"]
     space = Namespace(names, values)
     base = _base(name, entry, part, report)
     entries = Renamer(space, base, Path(entry.file)).document(inner.data)

@@ -5,15 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-import numpy as np
-
 from eomgen.formula.nodes import Number
 from eomgen.scene.formula.scope import PARAMETERS
-from eomgen.scene.geometry.rotations import frame_about, is_rotation, quaternion_of, rows, sequence, snapped_rotation
+from eomgen.scene.geometry.rotations import frame_about, quaternion_of, rows
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints import schema as written
 from eomgen.scene.joints.limits import read_friction, read_stops
 from eomgen.scene.joints.model import Coefficients, Joint, Mimic
+from eomgen.scene.reading.orientation import read_orientation
 from eomgen.scene.reading.values import Values
 from eomgen.text import key_of, shown
 
@@ -42,7 +41,7 @@ def read_joint(name: str, joint: written.Joint, values: Values) -> Joint:
         second_axis=second,
         pitch=Number(0.0) if joint.pitch is None else values.formula(f"{key}.pitch", joint.pitch, PARAMETERS),
         position=values.vector(f"{key}.position", joint.position, PARAMETERS),
-        orientation=_orientation(key, joint, values),
+        orientation=read_orientation(key, joint.rotation, joint.orientation, values),
         initial_position=_initial_position(key, joint, values),
         initial_velocity=_initial_velocity(key, joint, values),
         stops=read_stops(key, joint, values),
@@ -118,19 +117,6 @@ def _mimic(key: str, joint: written.Joint, values: Values) -> Mimic | None:
             values.report.add(f"{key}.initial.{field}", what, f"the initial state of {shown(joint.mimic.joint)}")
     multiplier = values.formula(f"{key}.mimic.multiplier", joint.mimic.multiplier, PARAMETERS)
     return Mimic(joint.mimic.joint, multiplier, values.formula(f"{key}.mimic.offset", joint.mimic.offset, PARAMETERS))
-
-
-def _orientation(key: str, joint: written.Joint, values: Values) -> tuple[tuple[float, float, float], ...]:
-    if joint.orientation is not None and joint.rotation is not None:
-        values.report.add(f"{key}.orientation", "orientation and rotation are both given", "one of them")
-    if joint.orientation is not None:
-        matrix = np.array(joint.orientation)
-        if is_rotation(matrix):
-            return rows(snapped_rotation(matrix))
-        what = "the matrix is not a rotation: orthonormal and right-handed to 1e-6"
-        values.report.add(f"{key}.orientation", what, "rotation")
-        return rows(np.eye(3))
-    return rows(sequence(values.constant_rotations(f"{key}.rotation", joint.rotation or ()) or []))
 
 
 def _known(key: str, given: Sequence[float | str] | None, count: int, what: str, values: Values) -> list[float] | None:

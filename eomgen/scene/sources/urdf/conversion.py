@@ -132,7 +132,7 @@ class _Place:
 
 
 class _Merger:
-    """Makes one body of links that are fixed to one another; their frames stay as points."""
+    """Makes one body of links that are fixed to one another; their frames stay by name."""
 
     def __init__(
         self,
@@ -155,7 +155,7 @@ class _Merger:
         self.parts: dict[str, list[Inertia]] = {}
         children = {joint.child for joint in order}
         root_link = next(name for name in robot.links if name not in children)
-        self.data: dict[str, Any] = {"format": 1, "name": robot.name, "bodies": {}, "joints": {}, "points": {}}
+        self.data: dict[str, Any] = {"format": 1, "name": robot.name, "bodies": {}, "joints": {}, "frames": {}}
         identity = (np.eye(3), np.zeros(3))
         self.places = {root_link: _Place(BASE if root == "fixed" else self.body_name(root_link), *identity)}
         if root != "fixed":
@@ -164,7 +164,7 @@ class _Merger:
             self.data["joints"][joint_name] = {"type": kind, "parent": BASE, "child": self.places[root_link].body}
         self.add_part(root_link)
         if root == "fixed":
-            self.data["points"][root_link] = {"body": BASE}
+            self.data["frames"][root_link] = {"body": BASE}
             self.notes.append(f"the root link {root_link} is fixed to the base, and so are the links fixed to it")
         for joint in order:
             self.attach(joint)
@@ -195,8 +195,13 @@ class _Merger:
             turn, shift = _moved(joint, self.held[joint.name])
             orientation, position = snapped_rotation(orientation @ turn), position + orientation @ shift
             self.places[joint.child] = _Place(parent.body, orientation, position)
-            self.data["points"][joint.child] = {"body": parent.body, "position": position.tolist()}
-            self.lines[f"points.{joint.child}"] = joint.line
+            turned = [list(row) for row in rows(orientation)]
+            self.data["frames"][joint.child] = {
+                "body": parent.body,
+                "position": position.tolist(),
+                "orientation": turned,
+            }
+            self.lines[f"frames.{joint.child}"] = joint.line
         else:
             self.places[joint.child] = _Place(self.body_name(joint.child), np.eye(3), np.zeros(3))
             entry: dict[str, Any] = {"type": joint.type, "parent": parent.body, "child": self.places[joint.child].body}
@@ -233,7 +238,7 @@ class _Merger:
             self.robot.left_out.setdefault("friction", []).append(joint.name)
 
     def make_bodies(self) -> None:
-        merged = [name for name in self.data["points"] if name in self.robot.links]
+        merged = [name for name in self.data["frames"] if name in self.robot.links]
         if merged:
             one = len(merged) == 1
             many = (
@@ -241,7 +246,7 @@ class _Merger:
                 if one
                 else f"{len(merged)} links are merged into the bodies they are"
             )
-            self.notes.append(f"{many} fixed to and kept as {'a point' if one else 'points'}: {listed(merged)}")
+            self.notes.append(f"{many} fixed to and kept as {'a frame' if one else 'frames'}: {listed(merged)}")
         for body, parts in self.parts.items():
             if body != BASE:
                 whole = combined(parts)

@@ -1,0 +1,171 @@
+"""Jacobians of bodies and frames with their rates and drifts, in three references, and operational-space inertias.
+
+Twists are angular first. Pinocchio has the linear part first: its J is ours with rows 3, 4, 5, 0, 1, 2, and its columns
+are those of its own order of v. References and their names there: ``body`` (LOCAL), twist in the frame's own axes;
+``local_world_aligned`` (LOCAL_WORLD_ALIGNED), world axes, linear part of the frame's origin; ``world`` (WORLD), world
+axes, linear part of the point that is at the world's origin. Columns belong to the components of v, so they are
+left-trivialised.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol, Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from eomgen.arrays import Array
+from eomgen.compiled.arguments import check_name
+from eomgen.compiled.terms import Evaluated, Parameters
+from eomgen.errors import NumericalError, Problem, UsageError
+from eomgen.system.terms import REFERENCES
+from eomgen.text import nearest, shown
+
+#: What the references are called elsewhere.
+_ELSEWHERE: Mapping[str, str] = {
+    **dict.fromkeys(("local", "own", "frame"), "body"),
+    **dict.fromkeys(("aligned", "world_aligned", "mixed"), "local_world_aligned"),
+    **dict.fromkeys(("spatial", "inertial"), "world"),
+}
+#: Part of the largest eigenvalue of J M^-1 J^T below which a direction counts as one in which a frame cannot move.
+_SINGULAR = 1e-12
+
+
+class Extensible(Evaluated, Protocol):
+    """A model that other terms can be added to."""
+
+    def having(self, terms: Sequence[str]) -> Self:
+        """Return a model of the same scene that has all of some terms."""
+        ...
+
+
+def jacobian(
+    model: Extensible,
+    frame: str,
+    q: ArrayLike,
+    t: ArrayLike = 0.0,
+    *,
+    reference: str = "body",
+    parameters: Parameters = None,
+    base: ArrayLike | None = None,
+) -> Array:
+    """Return the Jacobian J of a body or a frame, (..., 6, nv), angular first.
+
+    J v is the twist against the base, plus what a moving base adds; a wrench (moment, force) in the same reference adds
+    J^T wrench to Q. The term is ``frame_jacobians`` (``_aligned``, ``_world``), compiled at the first call where the
+    model was built without it.
+
+    Parameters
+    ----------
+    reference : str
+        ``body``: in the frame's own axes. ``local_world_aligned``: in world axes, the linear part of the frame's
+        origin. ``world``: in world axes, the linear part of the point at the world's origin.
+
+    Raises
+    ------
+    UsageError
+        Names that are not there, frames that are no task frames, wrong shapes.
+    """
+    return _of(model, "frame_jacobians", frame, reference, q=q, t=t, parameters=parameters, base=base)
+
+
+def jacobian_rate(
+    model: Extensible,
+    frame: str,
+    q: ArrayLike,
+    v: ArrayLike,
+    t: ArrayLike = 0.0,
+    *,
+    reference: str = "body",
+    parameters: Parameters = None,
+    base: ArrayLike | None = None,
+) -> Array:
+    """Return dJ/dt along v, (..., 6, nv); arguments as of ``jacobian``.
+
+    On a moving base the base moves too. The term is ``frame_jacobian_rates`` (``_aligned``, ``_world``).
+    """
+    return _of(model, "frame_jacobian_rates", frame, reference, q=q, v=v, t=t, parameters=parameters, base=base)
+
+
+def drift(
+    model: Extensible,
+    frame: str,
+    q: ArrayLike,
+    v: ArrayLike,
+    t: ArrayLike = 0.0,
+    *,
+    reference: str = "body",
+    parameters: Parameters = None,
+    base: ArrayLike | None = None,
+) -> Array:
+    """Return dJ/dt v, (..., 6), by a recursion that needs no matrix; arguments as of ``jacobian``.
+
+    On a base at rest the rate of the twist is J a + drift. In ``local_world_aligned`` that is the angular acceleration
+    and the acceleration of the origin. The term is ``frame_drifts`` (``_aligned``, ``_world``).
+    """
+    return _of(model, "frame_drifts", frame, reference, q=q, v=v, t=t, parameters=parameters, base=base)
+
+
+def operational_inertia(
+    model: Extensible,
+    frame: str,
+    q: ArrayLike,
+    t: ArrayLike = 0.0,
+    *,
+    rows: Sequence[int] = (0, 1, 2, 3, 4, 5),
+    parameters: Parameters = None,
+    base: ArrayLike | None = None,
+) -> Array:
+    """Return the operational-space inertia (J M^-1 J^T)^-1 of a body or a frame, (..., n, n).
+
+    J is ``local_world_aligned``, so rows 0 to 2 turn about world axes and 3 to 5 move the origin along them; kg m^2 and
+    kg. Khatib, IEEE J. Robotics and Automation 3 (1987) 43. The term is ``frame_mobilities``, J M^-1 J^T.
+
+    Parameters
+    ----------
+    rows : sequence of int
+        The directions of the task, all six by default.
+
+    Raises
+    ------
+    NumericalError
+        A direction in which the frame cannot move: J has not full row rank there.
+    UsageError
+        Names that are not there, frames that are no task frames, wrong shapes; scenes with constraints.
+    """
+    if model.evaluator.multipliers:
+        what = "constraints hold this scene, and the operational-space inertia is that of a tree"
+        raise UsageError(Problem("operational_inertia", what, "J, M and B of the model: M^-1 projected on B v = 0"))
+    wanted = [int(row) for row in rows]
+    if not wanted or len(set(wanted)) < len(wanted) or not set(wanted) <= set(range(6)):
+        raise UsageError(Problem("rows", f"{shown(str(list(rows)))} are not rows of a twist", "rows=[3, 4, 5]"))
+    given: dict[str, Any] = {"q": q, "t": t, "parameters": parameters, "base": base}
+    mobility = _taken(model, "frame_mobilities", frame, **given)[..., wanted, :][..., wanted]
+    values = np.linalg.eigvalsh(mobility)
+    if not np.all(values[..., 0] > _SINGULAR * values[..., -1]):
+        what = f"J M^-1 J^T of {frame} is singular: there is a direction in which it cannot move"
+        hint = "rows=[...] of the directions in which it can, or a configuration away from the singularity"
+        raise NumericalError(Problem("operational_inertia", what, hint))
+    return np.asarray(np.linalg.inv(mobility), dtype=np.float64)
+
+
+def _of(model: Extensible, term: str, frame: str, reference: str, **given: Any) -> Array:
+    if reference not in REFERENCES:
+        name = str(reference)
+        meant = name.lower() if name.lower() in REFERENCES else _ELSEWHERE.get(name.lower(), "")
+        hint = meant or nearest(name, REFERENCES)
+        raise UsageError(Problem("reference", f"there is no reference {shown(name)}", hint))
+    return _taken(model, f"{term}{REFERENCES[reference][0]}", frame, **given)
+
+
+def _taken(model: Extensible, term: str, frame: str, **given: Any) -> Array:
+    """Return what a term gives for one body or frame."""
+    terms = model.evaluator
+    if frame not in terms.frames and frame in (*terms.bodies, *terms.fixed_frames):
+        what = f"{frame} is no task frame, and the terms of frames give {', '.join(terms.frames)} only"
+        raise UsageError(Problem("task_frames", what, f'task_frames = [..., "{frame}"], or none for all'))
+    check_name("body or frame", frame, terms.frames)
+    every = model.having((term,)).evaluator.call(term, **given)[0]
+    found: Array = np.take(every, terms.frames.index(frame), axis=-2 if term.startswith("frame_drifts") else -3)
+    return found

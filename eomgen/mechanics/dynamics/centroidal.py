@@ -1,0 +1,137 @@
+"""Centre of mass and momentum of all that moves, against the base, from composite bodies.
+
+The wrench of inertia forces under a unit acceleration of one joint, carried to the base, is the momentum that a unit of
+its velocity has: the composite-body recursion of the mass matrix, taken one link further (Orin, Goswami and Lee,
+Autonomous Robots 35, 2013, 161). About the centre of mass, in world axes, these columns are the centroidal momentum
+matrix. The inertia wrench of the motion with the joints' accelerations at zero is its drift.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+from eomgen.mechanics.dynamics.separated import (
+    carried_loads,
+    composites,
+    field_wrenches,
+    unit_acceleration,
+    zero_base,
+)
+from eomgen.mechanics.kinematics.directions import configuration_directions, rates_of
+from eomgen.mechanics.kinematics.fields import total_fields
+from eomgen.mechanics.kinematics.points import Kinematics
+from eomgen.mechanics.kinematics.wrenches import Wrench, carry, summed
+from eomgen.mechanics.tree.inertia import Inertia
+from eomgen.mechanics.tree.links import ROOT, no_inertia
+from eomgen.symbolic.calculus.partials import jacobian_vector
+from eomgen.symbolic.scalar import Scalar, Vector, apply, cross, minus, plus, scaled
+
+
+class Centroidal:
+    """Centre of mass and momentum of the links of a tree, whose inertias have not been grouped.
+
+    What is fixed to the base is left out. Rotor inertias have no momentum here: they stand for gears inside links.
+    """
+
+    def __init__(self, kinematics: Kinematics) -> None:
+        self.kinematics = kinematics
+        self.tree = kinematics.tree
+        self.algebra = kinematics.algebra
+
+    @cached_property
+    def _bodies(self) -> list[Inertia]:
+        return composites(self.tree)
+
+    @cached_property
+    def _whole(self) -> Inertia:
+        """Shape integrals of all links about the base's origin, in base axes; the second moment is left out."""
+        total = no_inertia(self.algebra)
+        still = total.second
+        for link, body in zip(self.tree.links, self._bodies, strict=True):
+            if link.parent == ROOT:
+                first = plus(link.rotation.rotate(body.first), scaled(body.mass, link.position))
+                total = Inertia(total.mass + body.mass, plus(total.first, first), still)
+        return total
+
+    @property
+    def mass(self) -> Scalar:
+        """Mass of all links, kg."""
+        return self._whole.mass
+
+    @cached_property
+    def _center(self) -> Vector:
+        """Centre of mass relative to the base, (3,), m, in base axes."""
+        first = self._whole.first
+        return (first[0] / self.mass, first[1] / self.mass, first[2] / self.mass)
+
+    def center(self) -> Vector:
+        """Return the centre of mass in the world, (3,), m."""
+        base = self.kinematics.base
+        return plus(base.position, apply(base.orientation, self._center))
+
+    @cached_property
+    def _columns(self) -> list[Wrench]:
+        """Momentum about the base's origin per unit of v, in base axes, angular first."""
+        zero = self.algebra.zero_vector
+        found: list[Wrench] = [(zero, zero)] * self.tree.nv
+        for index, link in enumerate(self.tree.links):
+            with self.algebra.tape.block(f"momentum of joint {link.joint.name}"):
+                for k, dof in enumerate(link.dofs):
+                    load = unit_acceleration(link, self._bodies[index], k)[0]
+                    below = index
+                    while below != ROOT:
+                        load = carry(self.tree.links[below], load)
+                        below = self.tree.links[below].parent
+                    ratio = link.coordinates.ratio
+                    found[dof] = summed(found[dof], (scaled(ratio, load[0]), scaled(ratio, load[1])))
+        return found
+
+    def jacobian(self) -> list[Scalar]:
+        """Return the Jacobian of the centre of mass, (3, nv) row by row, in world axes, base at rest."""
+        turn = self.kinematics.base.orientation
+        inverse = self.algebra.one / self.mass
+        return _rows([apply(turn, scaled(inverse, linear)) for _, linear in self._columns])
+
+    def momentum(self) -> list[Scalar]:
+        """Return the centroidal momentum matrix, (6, nv) row by row, in world axes, angular first, base at rest."""
+        turn = self.kinematics.base.orientation
+        columns = [
+            (*apply(turn, minus(angular, cross(self._center, linear))), *apply(turn, linear))
+            for angular, linear in self._columns
+        ]
+        return _rows(columns)
+
+    def drift(self) -> list[Scalar]:
+        """Return dA/dt v for the matrix A of ``momentum``, (6,): the rate of momentum with v held."""
+        fields = total_fields(self.tree, zero_base(self.tree), accelerations=False, gravity=False)
+        loads = carried_loads(self.tree, field_wrenches(self.tree, fields), "rate of momentum")
+        zero = self.algebra.zero_vector
+        moment, force = zero, zero
+        for link, load in zip(self.tree.links, loads, strict=True):
+            if link.parent == ROOT:
+                moment, force = summed((moment, force), carry(link, load))
+        moment = minus(moment, cross(self._center, force))
+        base = self.kinematics.base
+        if base.turning:
+            angular, linear = zero, zero
+            for k, column in enumerate(self._columns):
+                rate = Scalar(self.algebra.tape, self.algebra.tape.input("v", k))
+                angular, linear = summed((angular, linear), (scaled(rate, column[0]), scaled(rate, column[1])))
+            moment = plus(moment, cross(base.omega, minus(angular, cross(self._center, linear))))
+            force = plus(force, cross(base.omega, linear))
+        return [*apply(base.orientation, moment), *apply(base.orientation, force)]
+
+    def center_drift(self) -> list[Scalar]:
+        """Return dJ/dt v for the Jacobian J of the centre of mass, (3,)."""
+        return [value / self.mass for value in self.drift()[3:]]
+
+    def rate(self, values: Sequence[Scalar]) -> list[Scalar]:
+        """Return the time derivatives of values along the motion of the coordinates and of the base."""
+        tape = self.algebra.tape
+        directions = rates_of(tape, configuration_directions(self.tree), self.kinematics.carrier)
+        return [Scalar(tape, ref) for ref in jacobian_vector(tape, [value.ref for value in values], directions)]
+
+
+def _rows(columns: Sequence[Sequence[Scalar]]) -> list[Scalar]:
+    return [value for row in zip(*columns, strict=True) for value in row]

@@ -1,0 +1,238 @@
+"""Frames by name: poses, Jacobians, their rates and drifts in three references, and inverse operational-space inertias.
+
+Oracles: Pinocchio's frames on the same URDF, and complex steps of the poses and of the Jacobians.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from eomgen.errors import DescriptionError
+from eomgen.formula.nodes import Number
+from eomgen.mechanics.derive import derive
+from eomgen.scene.builder import SceneBuilder
+from eomgen.scene.load import load, load_toml
+from eomgen.scene.scene import Scene
+from eomgen.system.description import FixedFrame
+from eomgen.system.terms import REFERENCES
+from tests.mechanics.test_jacobians import in_absolute_coordinates, scene_of
+from tests.oracles.evaluation import relative_error, tape_evaluator
+from tests.oracles.pinocchio_oracle import oracle_from_urdf, robot_file
+from tests.oracles.states import derivative, jacobian, on_base, random_states, rotation_of
+
+SWAP = [3, 4, 5, 0, 1, 2]
+OF_PINOCCHIO = {
+    "body": pin.LOCAL,
+    "local_world_aligned": pin.LOCAL_WORLD_ALIGNED,
+    "world": pin.WORLD,
+}
+KINDS = ("frame_jacobians", "frame_jacobian_rates", "frame_drifts")
+TERMS = ["frame_poses", *(f"{kind}{ending}" for kind in KINDS for ending, _ in REFERENCES.values())]
+ROBOTS = {
+    "ur_description/urdf/ur5_robot.urdf": "fixed",
+    "panda_description/urdf/panda.urdf": "free",
+    "solo_description/robots/solo12.urdf": "free",
+}
+
+
+@cache
+def turned_frame() -> FixedFrame:
+    scene = load(robot_file("ur_description/urdf/ur5_robot.urdf"))
+    return next(frame for frame in scene.frames if frame.name == "tool0")
+
+
+@pytest.mark.parametrize("path", ROBOTS)
+def test_against_pinocchios_frames(path: str, rng: np.random.Generator) -> None:
+    """Every link of the file, fixed or moving: Pinocchio's body frames of the same names."""
+    root = ROBOTS[path]
+    scene = load(robot_file(path), root=root, lock=("panda_finger_joint2",) if "panda" in path else ())
+    oracle = oracle_from_urdf(robot_file(path), scene, root, lock=("panda_finger_joint2",) if "panda" in path else ())
+    system = derive(scene, [*TERMS, "frame_mobilities"])
+    evaluate, state = tape_evaluator(system), random_states(system, 3, rng)
+    model, data = oracle.model, oracle.data
+    frames = [name for name in system.frames if model.existFrame(name)]
+    assert len(frames) > 6
+    found = {term: next(iter(evaluate(term, state).values())) for term in system.functions}
+    compared = 0
+    for sample in range(3):
+        q, v = oracle.q(state["q"][sample]), oracle.v(state["v"][sample])
+        pin.computeJointJacobians(model, data, q)
+        pin.computeJointJacobiansTimeVariation(model, data, q, v)
+        pin.updateFramePlacements(model, data)
+        M = np.triu(pin.crba(model, data, q))
+        M = (M + np.triu(M, 1).T)[np.ix_(oracle.order, oracle.order)]
+        for name in frames:
+            k, number = system.frames.index(name), model.getFrameId(name)
+            place = data.oMf[number]
+            pose = found["frame_poses"][sample, k]
+            assert np.abs(rotation_of(pose[:4]) - place.rotation).max() <= 1e-8  # right angles are made exact
+            assert np.abs(pose[4:] - place.translation).max() <= 1e-8
+            for reference, (ending, _) in REFERENCES.items():
+                J = pin.getFrameJacobian(model, data, number, OF_PINOCCHIO[reference])[np.ix_(SWAP, oracle.order)]
+                rate = pin.getFrameJacobianTimeVariation(model, data, number, OF_PINOCCHIO[reference])
+                rate = rate[np.ix_(SWAP, oracle.order)]
+                drift = rate @ state["v"][sample]
+                for kind, expected in zip(KINDS, (J, rate, drift), strict=True):
+                    here = found[f"{kind}{ending}"][sample, k]
+                    assert np.abs(here - expected).max() <= 1e-8 * max(1.0, np.abs(expected).max()), (name, kind)
+                    compared += 1
+                if reference == "local_world_aligned":
+                    mobility = J @ np.linalg.solve(M, J.T)
+                    here = found["frame_mobilities"][sample, k]
+                    assert np.abs(here - mobility).max() <= 1e-7 * np.abs(mobility).max() + 1e-30, name
+    assert compared == 27 * len(frames)
+
+
+def with_frames(scene: Scene, *, absolute: bool) -> Scene:
+    """Return a scene with a turned frame on each body, on the base and in the world."""
+    carriers = [*(body.name for body in scene.bodies), "base", "world"]
+    place = (Number(0.3), Number(-0.2), Number(0.1))
+    turned = turned_frame()
+    frames = tuple(replace(turned, name=f"on_{name}", body=name, position=place) for name in carriers)
+    return replace(in_absolute_coordinates(scene) if absolute else scene, frames=frames)
+
+
+def check_by_complex_steps(scene: Scene, rng: np.random.Generator, reach: float = 1.0) -> None:
+    """Jacobians against complex steps of the poses, and their rates against complex steps of the Jacobians."""
+    system = derive(scene, TERMS)
+    evaluate, state = tape_evaluator(system), random_states(system, 4, rng)
+    state["q"] = reach * state["q"] if reach != 1.0 else state["q"]
+    state = on_base(evaluate, state) if scene.base is not None else state
+    poses = evaluate("frame_poses", state)["frame_pose"]
+    rates = jacobian(evaluate, system.factors, "frame_poses", "frame_pose", state, "q")
+    v = state["v"]
+    along = {"q": v, "t": np.ones((4, 1))}
+    for k, name in enumerate(system.frames):
+        w, n = poses[:, k, :1, np.newaxis], poses[:, k, 1:4, np.newaxis]
+        w_dot, n_dot = rates[:, k, :1], rates[:, k, 1:4]
+        own = 2.0 * (w * n_dot - w_dot * n - np.cross(n, n_dot, axis=1))
+        R, velocity = rotation_of(poses[:, k, :4]), rates[:, k, 4:]
+        turned = R @ own
+        at = np.broadcast_to(poses[:, k, 4:, np.newaxis], velocity.shape)
+        expected = {
+            "": np.concatenate([own, np.swapaxes(R, -1, -2) @ velocity], axis=1),
+            "_aligned": np.concatenate([turned, velocity], axis=1),
+            "_world": np.concatenate([turned, velocity + np.cross(at, turned, axis=1)], axis=1),
+        }
+        for ending, J in expected.items():
+            found = evaluate(f"frame_jacobians{ending}", state)["J"][:, k]
+            assert relative_error(found, J, 2, floor=1e-3) <= 1e-12, (name, ending)
+            rate = derivative(evaluate, system.factors, f"frame_jacobians{ending}", state, along)["J"][:, k]
+            found = evaluate(f"frame_jacobian_rates{ending}", state)["J_dot"][:, k]
+            assert relative_error(found, rate, 2, floor=1e-3) <= 1e-12, (name, ending)
+            found = evaluate(f"frame_drifts{ending}", state)["drift"][:, k]
+            assert relative_error(found, np.einsum("sij,sj->si", rate, v), floor=1e-3) <= 1e-11, (name, ending)
+
+
+@pytest.mark.parametrize("absolute", [False, True], ids=["joint", "absolute"])
+@pytest.mark.parametrize("seed", range(4))
+def test_by_complex_steps(seed: int, absolute: bool, rng: np.random.Generator) -> None:
+    check_by_complex_steps(with_frames(scene_of(seed), absolute=absolute), rng)
+
+
+def test_frames_on_a_beam(rng: np.random.Generator) -> None:
+    builder = SceneBuilder("mast").beam(
+        "mast",
+        1.0,
+        mass_per_length=2.0,
+        bending_y={"modes": 2, "stiffness": 100.0},
+        stretch={"modes": 1, "stiffness": 1e4},
+    )
+    builder.joint("hinge", "revolute", "base", "mast", axis=[0, 0, 1])
+    builder.frame("tip", "mast", [1.0, 0.0, 0.0], rotation=[{"axis": [0, 1, 0], "angle": 0.4}])
+    builder.body("bob", 0.5, inertia=[0.1, 0.1, 0.2]).joint(
+        "pin", "revolute", "mast", "bob", axis=[1, 2, 0], position=[1.0, 0.0, 0.0]
+    )
+    check_by_complex_steps(builder.build(), rng, reach=0.01)
+
+
+def test_only_task_frames_cost() -> None:
+    path = robot_file("ur_description/urdf/ur5_robot.urdf")
+    every, one = load(path), load(path, task_frames=["wrist_3_link", "tool0"])
+    assert [frame.name for frame in one.frames_of_terms()] == ["wrist_3_link", "tool0"]
+    assert {"tool0", "base_link", "shoulder_link"} <= {frame.name for frame in every.frames_of_terms()}
+    system = derive(one, TERMS)
+    assert system.frames == ("wrist_3_link", "tool0")
+    assert system.functions["frame_jacobians"].outputs[0].shape == (2, 6, 6)
+    assert "tool0" in system.functions["frame_jacobians"].outputs[0].description
+    assert not set(TERMS) & set(derive(every).functions)
+
+
+#: term, exact operations for the flange of the Panda and the tool of the UR5
+COUNTS = {
+    "frame_poses": (236, 155),
+    "frame_jacobians": (280, 112),
+    "frame_jacobians_aligned": (169, 128),
+    "frame_jacobians_world": (147, 108),
+    "frame_jacobian_rates": (609, 281),
+    "frame_jacobian_rates_aligned": (466, 345),
+    "frame_jacobian_rates_world": (418, 302),
+    "frame_drifts": (243, 199),
+    "frame_drifts_aligned": (305, 259),
+    "frame_drifts_world": (444, 397),
+    "frame_mobilities": (1255, 737),
+}
+
+
+@pytest.mark.parametrize("term", COUNTS)
+def test_number_of_operations(term: str) -> None:
+    panda = load(robot_file("panda_description/urdf/panda.urdf"), task_frames=["panda_hand_tcp"])
+    ur5 = load(robot_file("ur_description/urdf/ur5_robot.urdf"), task_frames=["tool0"])
+    found = tuple(derive(scene, [term]).counts[term].flops for scene in (panda, ur5))
+    assert found == COUNTS[term]
+
+
+def test_a_frames_origin_is_a_point_and_moves_with_tunable_parameters(rng: np.random.Generator) -> None:
+    builder = SceneBuilder("arm").parameter("reach", 0.4, tunable=True)
+    builder.body("link", 1.0, inertia=[0.1, 0.1, 0.1]).joint("hinge", "revolute", "base", "link", axis=[0, 1, 0])
+    builder.frame("tool", "link", ["reach", 0.0, 0.1], orientation=[[0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    system = derive(builder.output("tip", position="tool").build(), ["frame_poses", "outputs"])
+    evaluate, state = tape_evaluator(system), random_states(system, 4, rng)
+    state["p"] = rng.uniform(0.2, 0.9, size=(4, 1))
+    pose = evaluate("frame_poses", state)["frame_pose"][:, system.frames.index("tool")]
+    np.testing.assert_allclose(pose[:, 4:], next(iter(evaluate("outputs", state).values())), atol=1e-14)
+    assert np.ptp(np.linalg.norm(pose[:, 4:], axis=1)) > 0.1
+
+
+BROKEN = """\
+format = 1
+name = "arm"
+task_frames = ["tol"]
+[bodies.link]
+mass = 1
+inertia = [1, 1, 1]
+[joints.hinge]
+type = "revolute"
+parent = "base"
+child = "link"
+axis = [0, 1, 0]
+[points.tip]
+body = "link"
+[frames.tip]
+body = "link"
+[frames.link]
+body = "link"
+[frames.tool]
+body = "lnk"
+orientation = [[1, 0, 0], [0, 1, 0], [0, 0, -1]]
+"""
+
+
+def test_what_is_said_of_mistakes() -> None:
+    with pytest.raises(DescriptionError) as caught:
+        load_toml(BROKEN, file="arm.toml")
+    said = str(caught.value)
+    assert "arm.toml:3 (task_frames[0]): there is no body or frame 'tol'; try: tool" in said
+    assert (
+        "arm.toml:14 (frames.tip): the name tip is both a point and a frame; try: the frame alone: its origin" in said
+    )
+    assert (
+        "arm.toml:16 (frames.link): the name link is both a body and a frame; try: another name for the frame" in said
+    )
+    assert "arm.toml:19 (frames.tool.body): there is no body 'lnk'; try: link" in said
+    assert "arm.toml:20 (frames.tool.orientation): the matrix is not a rotation: orthonormal and right-handed" in said

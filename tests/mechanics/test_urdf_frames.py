@@ -1,0 +1,112 @@
+"""Frames and centroidal terms of every URDF of example-robot-data that loads, against Pinocchio to 1e-11.
+
+Pinocchio's model has the placements and inertias that the scene has, whose right angles are exact. Joints that follow
+others move on their own there; its columns are projected.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from eomgen.errors import EomgenError
+from eomgen.mechanics.derive import derive
+from eomgen.scene.load import load
+from eomgen.scene.scene import Scene
+from eomgen.system.terms import REFERENCES
+from tests.oracles.evaluation import Array, tape_evaluator
+from tests.oracles.states import random_states, rotation_of
+from tests.oracles.urdf_robots import oracle_of_scene, robot_files
+
+SWAP = [3, 4, 5, 0, 1, 2]
+TOLERANCE = 1e-11
+#: Links whose frames are compared in each file: all of them where there are no more, else evenly chosen ones.
+MOST_FRAMES = 12
+OF_PINOCCHIO = {"body": pin.LOCAL, "local_world_aligned": pin.LOCAL_WORLD_ALIGNED, "world": pin.WORLD}
+KINDS = ("frame_jacobians", "frame_jacobian_rates", "frame_drifts")
+CENTROIDAL = (
+    "center_of_mass", "center_of_mass_jacobian", "center_of_mass_drift", "centroidal_momentum",
+    "centroidal_momentum_rate", "centroidal_drift",
+)  # fmt: skip  # a table
+TERMS = ["frame_poses", *(f"{kind}{ending}" for kind in KINDS for ending, _ in REFERENCES.values()), *CENTROIDAL]
+
+
+@cache
+def loading() -> dict[str, tuple[Path, str]]:
+    """Return path and root of every file that loads: free where it can be, since that has more columns."""
+    found = {}
+    for name, path in robot_files().items():
+        for root in ("free", "fixed"):
+            try:
+                load(path, root=root)
+            except EomgenError:
+                continue
+            found[name] = (path, root)
+            break
+    return found
+
+
+def chosen(scene: Scene) -> list[str]:
+    names = [frame.name for frame in scene.frames_of_terms()]
+    return names[:: max(1, -(-len(names) // MOST_FRAMES))]
+
+
+def off(found: Array, expected: Array) -> float:
+    size = float(np.linalg.norm(expected))
+    return float(np.linalg.norm(found - expected)) / (size if size > 1e-9 else 1.0)
+
+
+def test_most_files_load() -> None:
+    assert len(loading()) >= 65
+
+
+@pytest.mark.parametrize("name", robot_files())
+def test_frames_and_momentum(name: str, rng: np.random.Generator) -> None:
+    if name not in loading():
+        assert Path(name).stem in ("alex_psyonic_hands", "romeo", "romeo_laas_small", "ur3")
+        return
+    path, root = loading()[name]
+    scene = load(path, root=root)
+    scene = load(path, root=root, task_frames=chosen(scene))
+    oracle, configuration, P = oracle_of_scene(path, scene, root)
+    system = derive(scene, TERMS)
+    state = random_states(system, 2, rng)
+    evaluate = tape_evaluator(system)
+    values = {term: evaluate(term, state) for term in TERMS}
+    model, data = oracle.model, oracle.data
+    written = {frame.name: number for number, frame in enumerate(model.frames) if frame.type == pin.FrameType.BODY}
+    fixed = {frame.name for frame in scene.frames}
+    compared = 0
+    for k in range(2):
+        q, v = oracle.q(configuration(state["q"])[k]), oracle.v(state["v"][k] @ P.T)
+        pin.computeJointJacobians(model, data, q)
+        pin.computeJointJacobiansTimeVariation(model, data, q, v)
+        pin.updateFramePlacements(model, data)
+        for place, frame in enumerate(system.frames):
+            if frame not in written or (frame not in fixed and model.frames[written[frame]].placement != pin.SE3(1)):
+                continue
+            number = written[frame]
+            pose = values["frame_poses"]["frame_pose"][k, place]
+            assert np.abs(rotation_of(pose[:4]) - data.oMf[number].rotation).max() <= TOLERANCE
+            assert np.abs(pose[4:] - data.oMf[number].translation).max() <= TOLERANCE
+            for reference, (ending, _) in REFERENCES.items():
+                J = pin.getFrameJacobian(model, data, number, OF_PINOCCHIO[reference])
+                rate = pin.getFrameJacobianTimeVariation(model, data, number, OF_PINOCCHIO[reference])
+                J, rate = (matrix[np.ix_(SWAP, oracle.order)] @ P for matrix in (J, rate))
+                for kind, expected in zip(KINDS, (J, rate, rate @ state["v"][k]), strict=True):
+                    found = next(iter(values[f"{kind}{ending}"].values()))[k, place]
+                    assert off(found, expected) <= TOLERANCE, (frame, kind, ending)
+                    compared += 1
+        rate = pin.dccrba(model, data, q, v)[np.ix_(SWAP, oracle.order)] @ P
+        A = data.Ag[np.ix_(SWAP, oracle.order)] @ P
+        J = pin.jacobianCenterOfMass(model, data, q)[:, oracle.order] @ P
+        c = pin.centerOfMass(model, data, q)
+        of_mass = rate[3:] @ state["v"][k] / data.mass[0]
+        expected_values = (c, J, of_mass, A, rate, rate @ state["v"][k])
+        for term, expected in zip(CENTROIDAL, expected_values, strict=True):
+            assert off(next(iter(values[term].values()))[k], expected) <= TOLERANCE, term
+    assert compared > 0
