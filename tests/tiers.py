@@ -293,6 +293,11 @@ SLOW: dict[str, tuple[str, ...]] = {
         "1.0-12.0-flap5-lag5-polynomial-12-1e-09",
     ),
     "mechanics/test_structure.py::test_nothing_changes_by_more_than_the_numbers_of_a_scene": ("2", "18", "37", "92"),
+    "mechanics/test_urdf_frames.py": (
+        "panda_description/urdf/panda.urdf",
+        "solo_description/robots/solo12.urdf",
+        "ur_description/urdf/ur5_robot.urdf",
+    ),
     "mechanics/test_urdf_robots.py::test_a_difference_would_be_seen": (),
     "mechanics/test_urdf_robots.py::test_every_robot_agrees_or_is_refused": (),
     "mechanics/test_urdf_robots.py::test_followers_of_followers_are_among_them": (),

@@ -709,6 +709,7 @@ def test_hostile_parts_are_scenes_or_problems(part: dict[str, Any], car: dict[st
 #: Keys whose texts are no names of entries.
 _PLAIN = {
     "name",
+    "task_frames",
     "description",
     "unit",
     "method",

@@ -2,4 +2,13 @@
 
 __all__ = []
 #: Open to the other parts of ``mechanics`` as well.
-WITHIN = ["articulated_bodies", "beam_matrices", "elimination", "energy", "extended_system", "partials", "separated"]
+WITHIN = [
+    "articulated_bodies",
+    "beam_matrices",
+    "centroidal",
+    "elimination",
+    "energy",
+    "extended_system",
+    "partials",
+    "separated",
+]

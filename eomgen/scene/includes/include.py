@@ -7,7 +7,7 @@ while its formulas keep their text and take their namespace along.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -195,7 +195,7 @@ def _merge(name: str, entry: Include, inner: Part, part: Part, report: Report) -
     names["bodies"] |= names["beams"]
     names["points"] |= names["frames"]
     space = Namespace(names, values)
-    base = _base(name, entry, part, report)
+    base = _base(name, entry, part, report, taken=names["frames"].values())
     entries = Renamer(space, base, Path(entry.file)).document(inner.data)
     renamed_too = _made(entries)
     for section, made in _made(inner.data).items():
@@ -223,11 +223,16 @@ def _merge(name: str, entry: Include, inner: Part, part: Part, report: Report) -
     part.spaces += [*inner.spaces, space]
 
 
-def _base(name: str, entry: Include, part: Part, report: Report) -> str:
-    """Return the body that a part's base is: the parent itself, or a massless body that is fixed to it."""
+def _base(name: str, entry: Include, part: Part, report: Report, taken: Collection[str]) -> str:
+    """Return the body that a part's base is: the parent itself, or a massless body that is fixed to it.
+
+    ``taken`` are the names of the part's frames, which no body may have.
+    """
     if entry.position == (0.0, 0.0, 0.0) and not entry.rotation:
         return entry.parent
     body, key = f"{name}_base", key_of("include", name)
+    if body in taken:
+        body = f"{body}_body"
     rotation = [turn.model_dump() for turn in entry.rotation or ()]
     joint = {"type": "fixed", "parent": entry.parent, "child": body, "position": entry.position, "rotation": rotation}
     for section, made in (("bodies", {"mass": 0.0}), ("joints", joint)):
