@@ -51,17 +51,32 @@ NEGATIVE_RESTITUTION = Status(
     "the restitution of an impact is negative, and the motion would go on through what it meets",
     "a formula of the restitution that gives 0 or more there",
 )
-STATUSES = (STOPPED, ACCUMULATED, NOT_FINITE, NO_IMPULSE, OFF_CONSTRAINTS, NEGATIVE_RESTITUTION)
+LOG_FULL = Status(
+    26,
+    "EVENT_LOG_FULL",
+    f"more events lie between two rows than the {LOG} that are kept",
+    "a smaller step, which is the distance of rows here, or the action count for events that come often",
+)
+NO_VALUE = Status(
+    27,
+    "EVENT_WITHOUT_VALUE",
+    "the formula of an event, or its rate, has no finite value within the next step",
+    "a formula that is finite on both sides of its root: roots, logarithms and quotients may not be",
+)
+#: Those with the state at the event.
+_AT_EVENTS = (STOPPED, ACCUMULATED, NOT_FINITE, NO_IMPULSE, OFF_CONSTRAINTS, NEGATIVE_RESTITUTION, LOG_FULL)
+STATUSES = (*_AT_EVENTS, NO_VALUE)
 #: Their numbers: the state is that at the event, between points of the time grid.
-AT_EVENTS = frozenset(status.number for status in STATUSES)
+AT_EVENTS = frozenset(status.number for status in _AT_EVENTS)
 
 
 #: What the templates ask of each event: whether its rate is known, the action changes the motion, sets the state
-#: itself, stops the run, or only counts.
+#: itself, is an impact, stops the run, or only counts.
 _FLAGS: Mapping[str, Callable[[EventRow], bool]] = {
     "has_rate": lambda row: row.has_rate,
     "acts": lambda row: row.action not in ("record", "count"),
     "moves": lambda row: row.action in ("reset", "impact"),
+    "impacts": lambda row: row.action == "impact",
     "stops": lambda row: row.action == "stop",
     "counts": lambda row: row.action == "count",
 }
@@ -79,6 +94,7 @@ def event_data(rows: Sequence[EventRow], modes: Sequence[Mode]) -> dict[str, Any
         "most": MOST,
         "shortest": SHORTEST,
         "least_interval": LEAST_INTERVAL,
+        "last_status": _AT_EVENTS[-1].name,
         "named": max((len(row.assignments) for row in rows), default=0),
     }
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.compiled.model import CompiledModel
-from eomgen.integrators.events import ACCUMULATED, AT_EVENTS, STOPPED
+from eomgen.integrators.events import ACCUMULATED, AT_EVENTS, NO_VALUE, STOPPED
 from eomgen.results.events import Events
 from eomgen.simulation.event_log import entry_type
 from eomgen.simulation.stepper import Stepper, Trajectory
@@ -65,9 +65,12 @@ def parameters_over(events: Events | None, model: CompiledModel, p: Array, t: Ar
 
 def ending(status: int, stepper: Stepper) -> str:
     """Return a sentence on the event that ended a run; empty for other statuses."""
-    if status not in AT_EVENTS:
+    if status not in AT_EVENTS and status != NO_VALUE.number:
         return ""
     data = stepper.layout["method"]["events"]["rows"]
+    if status == NO_VALUE.number:
+        names = ", ".join(row["name"] for row in data)
+        return f"stopped at t = {stepper.t:.9g} s: {stepper.status_text(status)} (there are: {names})"
     row = data[int(stepper.state[stepper.places["event_last"]][0])]
     count = int(stepper.state[stepper.places["event_count"]][data.index(row)])
     if status == STOPPED.number:

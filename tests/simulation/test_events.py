@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 import eomgen
 from eomgen.arrays import Array
@@ -53,7 +54,7 @@ def ball() -> Model:
     return eomgen.build(BALL, profile="quick")
 
 
-@pytest.mark.parametrize("method", ["rk4", "taylor", "generalized_alpha", "hermite"])
+@pytest.mark.parametrize("method", ["rk4", "rk45", "taylor", "generalized_alpha", "hermite"])
 def test_a_bouncing_ball_follows_its_closed_form(method: str) -> None:
     solution = ball().simulate(method=method)
     assert solution.success and solution.message.startswith("stopped by the event end at t = 3.05 s")
@@ -90,6 +91,73 @@ def test_a_ball_that_comes_to_rest_ends_the_run_and_names_event_and_time() -> No
     assert "the event bounce comes again and again at t = " in solution.message
     assert "try: an event that stops the run, or switches a mode, where the motion comes to rest" in solution.message
     assert solution.t[-1] == pytest.approx(rest, rel=1e-6)
+
+
+WITH_TOLERANCES = (("rk4", {}), ("generalized_alpha", {}), ("rk45", {}), ("generalized_alpha", {"tolerance": 1e-6}))
+
+
+@pytest.mark.parametrize(("method", "more"), [*WITH_TOLERANCES, ("taylor", {})])
+def test_a_ball_on_the_ground_never_falls_through_it(method: str, more: dict[str, Any]) -> None:
+    """It starts on the ground at rest or moving down, or an impact without restitution leaves it there."""
+    for start, speed, restitution in ((0.0, 0.0, 0.8), (0.0, -1.0, 0.8), (1.0, 0.0, 0.0), (0.0, 0.0, 0.0)):
+        state = {"ball": {"position": start, "velocity": speed}}
+        solution = ball().simulate(
+            1.0, 0.05, method=method, initial=state, parameters={"restitution": restitution}, **more
+        )
+        assert solution.events is not None and solution.q.min() > -1e-12
+        assert solution.events.counts["bounce"] >= 1
+        if speed:
+            assert solution.events["bounce"].v[0] == pytest.approx(0.8, rel=1e-8)
+        else:
+            assert "the event bounce comes again and again at t = " in solution.message
+
+
+@pytest.mark.parametrize(("method", "more"), [("rk45", {}), ("generalized_alpha", {"tolerance": 1e-6})])
+@pytest.mark.parametrize("rows", [0.01, 0.5, 4.0])
+def test_methods_that_choose_their_steps_see_events_between_rows(
+    method: str, more: dict[str, Any], rows: float
+) -> None:
+    solution = ball().simulate(4.0, rows, method=method, **more)
+    assert solution.events is not None
+    assert dict(solution.events.counts) == {"bounce": 6, "top": 6, "rises": 5, "end": 1}
+    fall = np.sqrt(2.0 / G)
+    times = fall + 2.0 * fall * np.append(0.0, np.cumsum(0.8 ** np.arange(1, 6)))
+    np.testing.assert_allclose(solution.events["bounce"].t, times, rtol=1e-13)
+    assert solution.stats["own_steps"] < 20 + 3.1 / rows
+
+
+def test_more_events_than_are_kept_between_two_rows_end_the_run() -> None:
+    solution = ball().simulate(8.0, 4.0, method="rk45", initial={"ball": 0.01}, parameters={"restitution": 0.97})
+    assert not solution.success and solution.events is not None and len(solution.events) == 64
+    assert ": more events lie between two rows than the 64 that are kept" in solution.message
+    assert "try: a smaller step, which is the distance of rows here, or the action count" in solution.message
+
+
+def test_a_function_without_a_value_behind_its_root_is_named() -> None:
+    events = {"low": {"when": "sqrt(q.ball - 0.5)", "action": "stop"}}
+    for method in ("rk4", "rk45"):
+        solution = eomgen.build(changed(BALL, "no_value", events=events), profile="quick").simulate(1.0, method=method)
+        assert not solution.success and solution.t[-1] <= np.sqrt(1.0 / G)
+        assert "the formula of an event, or its rate, has no finite value within the next step (there are: low)" in (
+            solution.message
+        )
+        assert "try: a formula that is finite on both sides of its root" in solution.message
+
+
+def test_a_function_that_rests_on_its_root_is_seen_when_it_leaves_and_comes_back() -> None:
+    push = {"push": {"joint": "ball", "effort": "t * cos(4*t)"}}
+    scene = changed(BALL, "pushed_ball", gravity=[0, 0, 0], events={"zero": {"when": "v.ball"}}, modes={})
+    scene["joints"]["ball"]["initial"] = {"position": 0.0}
+    scene["efforts"] = push
+
+    def speed(t: float) -> float:
+        return float(4.0 * t * np.sin(4.0 * t) + np.cos(4.0 * t) - 1.0) / 16.0
+
+    roots = [brentq(speed, 0.4, 0.7), brentq(speed, 1.4, 1.7), brentq(speed, 2.2, 2.45), brentq(speed, 3.0, 3.2)]
+    for method, more in WITH_TOLERANCES:
+        solution = eomgen.build(scene, profile="quick").simulate(3.5, 0.01, method=method, **more)
+        assert solution.events is not None
+        np.testing.assert_allclose(solution.events["zero"].t, roots, rtol=2e-3)
 
 
 def test_a_solution_keeps_its_events(tmp_path: Path) -> None:
@@ -459,7 +527,7 @@ def test_a_negative_restitution_is_refused_whatever_it_is_made_of() -> None:
     run = eomgen.build(changed(BALL, "by_speed", events=events), profile="quick").simulate()
     assert not run.success and run.q.min() > -1e-9
     assert run.message == (
-        "at t = 0.45 s, the event bounce: the restitution of an impact is negative, and the motion would go on"
+        "at t = 0.451523641 s, the event bounce: the restitution of an impact is negative, and the motion would go on"
         " through what it meets, after 45 of 400 steps; try: a formula of the restitution that gives 0 or more there"
     )
 
