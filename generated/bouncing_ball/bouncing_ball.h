@@ -165,7 +165,10 @@ typedef enum bouncing_ball_status {
     BOUNCING_BALL_EVENT_WITHOUT_IMPULSE = 23,
     BOUNCING_BALL_EVENT_OFF_CONSTRAINTS = 24, /* the positions that an event sets break the constraints */
     /* the restitution of an impact is negative, and the motion would go on through what it meets */
-    BOUNCING_BALL_EVENT_NEGATIVE_RESTITUTION = 25
+    BOUNCING_BALL_EVENT_NEGATIVE_RESTITUTION = 25,
+    BOUNCING_BALL_EVENT_LOG_FULL = 26, /* more events lie between two rows than the 64 that are kept */
+    /* the formula of an event, or its rate, has no finite value within the next step */
+    BOUNCING_BALL_EVENT_WITHOUT_VALUE = 27
 } bouncing_ball_status;
 
 typedef struct bouncing_ball_settings {

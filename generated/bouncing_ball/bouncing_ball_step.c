@@ -80,6 +80,9 @@ const char *bouncing_ball_status_text(bouncing_ball_status status)
     case BOUNCING_BALL_EVENT_OFF_CONSTRAINTS: return "the positions that an event sets break the constraints";
     case BOUNCING_BALL_EVENT_NEGATIVE_RESTITUTION:
         return "the restitution of an impact is negative, and the motion would go on through what it meets";
+    case BOUNCING_BALL_EVENT_LOG_FULL: return "more events lie between two rows than the 64 that are kept";
+    case BOUNCING_BALL_EVENT_WITHOUT_VALUE:
+        return "the formula of an event, or its rate, has no finite value within the next step";
     }
     return "unknown status";
 }
@@ -467,11 +470,12 @@ const char *const bouncing_ball_event_names[4] = {
 #endif
 
 /* Of each event: the sign of the rate at the roots that count, 0 for both; whether the rate is known; whether the
- * action changes the motion, sets the state itself, stops the run, or is to count alone. */
+ * action changes the motion, sets the state itself, is an impact, stops the run, or is to count alone. */
 static const int bouncing_ball_event_sign[4] = { -1, -1, -1, 0 };
 static const int bouncing_ball_event_has_rate[4] = { 1, 1, 1, 1 };
 static const int bouncing_ball_event_acts[4] = { 1, 0, 1, 0 };
 static const int bouncing_ball_event_moves[4] = { 1, 0, 0, 0 };
+static const int bouncing_ball_event_impacts[4] = { 1, 0, 0, 0 };
 static const int bouncing_ball_event_stops[4] = { 0, 0, 0, 0 };
 static const int bouncing_ball_event_counts[4] = { 0, 0, 0, 1 };
 
@@ -500,7 +504,7 @@ static bouncing_ball_status bouncing_ball_sample_events(const bouncing_ball_para
     bouncing_ball_events(p, state->t, state->q, state->v, state->vdot, sample->value, sample->rate);
     (void)p; (void)row;
     return bouncing_ball_finite(sample->value, 4) && bouncing_ball_finite(sample->rate, 4) ? BOUNCING_BALL_OK
-        : BOUNCING_BALL_NOT_FINITE;
+        : BOUNCING_BALL_EVENT_WITHOUT_VALUE;
 }
 
 /* How far a function may be from zero at a root: what it moves by within the rounding of time. */
@@ -856,12 +860,12 @@ static void bouncing_ball_complete_entry(const bouncing_ball_state *state, bounc
     memcpy(entry->mode, state->event_state.mode, sizeof entry->mode);
 }
 
-/* The sign of a function that is on a root, or near one: that of its rate, or what it was. */
-static long bouncing_ball_side_of(int event, const bouncing_ball_event_sample *sample, real t, real step,
+/* The sign of a function; on a root, or as near to one as `near`, that of its rate, or what it was. */
+static long bouncing_ball_side_of(int event, const bouncing_ball_event_sample *sample, real t, real step, real near,
     long otherwise)
 {
     const real value = sample->value[event], rate = sample->rate[event];
-    if (EG_ABS(value) > bouncing_ball_near_root(t, step, rate))
+    if (EG_ABS(value) > near && EG_ABS(value) > bouncing_ball_near_root(t, step, rate))
         return value > K(0.0) ? 1 : -1;
     if (bouncing_ball_event_has_rate[event] && rate != K(0.0))
         return rate > K(0.0) ? 1 : -1;
@@ -935,9 +939,16 @@ static bouncing_ball_status bouncing_ball_take_events(bouncing_ball_parameters *
             return status;
     }
     for (i = 0; i < 4 && changed; ++i) {
-        const long side = state->event_state.side[i];
-        state->event_state.side[i] = bouncing_ball_side_of(i, &stretch->at_end, state->t, settings->step,
-            due[i] && bouncing_ball_event_moves[i] ? -side : side);
+        const long side = state->event_state.side[i], was = due[i] ? -side : side;
+        const int moved = due[i] && bouncing_ball_event_moves[i];
+        if (moved && bouncing_ball_event_impacts[i]) /* whatever rounding says, it is in front of what it has met */
+            state->event_state.side[i] = bouncing_ball_event_sign[i] != 0 ? -bouncing_ball_event_sign[i] : was;
+        else if (moved && EG_ABS(stretch->at_end.value[i]) <= K(2.0) * EG_ABS(before.value[i])
+            && EG_ABS(stretch->at_end.rate[i]) <= K(64.0) * bouncing_ball_EVENT_EPSILON * EG_ABS(before.rate[i]))
+            state->event_state.side[i] = was; /* it is left on its root, at rest */
+        else
+            state->event_state.side[i] = bouncing_ball_side_of(i, &stretch->at_end, state->t, settings->step,
+                moved ? K(2.0) * EG_ABS(before.value[i]) : K(0.0), moved ? was : side);
     }
     return stopped ? BOUNCING_BALL_EVENT_STOP : BOUNCING_BALL_OK;
 }
@@ -965,6 +976,58 @@ static int bouncing_ball_first_event(const bouncing_ball_stretch *stretch, const
     return found;
 }
 
+/* Ends a stretch at the first of its events; *event: the one that is first by the cubics, and then by the motion. */
+static bouncing_ball_status bouncing_ball_locate_first(const bouncing_ball_parameters *p,
+    const bouncing_ball_settings *settings,
+    bouncing_ball_stretch *stretch, real t, int *event, bouncing_ball_workspace *work, const real *u_table,
+    bouncing_ball_statistics *statistics)
+{
+    const long *sides = stretch->from.event_state.side;
+    bouncing_ball_status status = bouncing_ball_locate(p, settings, stretch, *event, (real)sides[*event], work, u_table,
+        statistics);
+    int i;
+    for (i = 0; i < 4 && status == BOUNCING_BALL_OK; ++i) {
+        const real near = bouncing_ball_near_root(t, settings->step, stretch->at_end.rate[i]);
+        if (i == *event || sides[i] == bouncing_ball_event_sign[i]
+            || !bouncing_ball_has_passed(sides[i], stretch->at_end.value[i])
+                || EG_ABS(stretch->at_end.value[i]) <= near)
+            continue; /* else it comes before the one that was thought to be first */
+        status = bouncing_ball_locate(p, settings, stretch, i, (real)sides[i], work, u_table, statistics);
+        *event = i;
+    }
+    return status;
+}
+
+/* Where functions are behind a stretch without events: some have passed zero in the direction that does not count, or
+ * have left a root that they were on. */
+static void bouncing_ball_note_sides(const bouncing_ball_settings *settings, bouncing_ball_stretch *stretch)
+{
+    long *side = stretch->from.event_state.side;
+    int i;
+    for (i = 0; i < 4; ++i) {
+        if (side[i] == 0)
+            side[i] = bouncing_ball_side_of(i, &stretch->at_end, stretch->end.t, settings->step, K(0.0), 0);
+        else if (bouncing_ball_has_passed(side[i], stretch->at_end.value[i]) && side[i] == bouncing_ball_event_sign[i])
+            side[i] = -side[i];
+    }
+}
+
+/* Sides at the start of a run. What leaves a root is no event, but an impact is one there, too. */
+static void bouncing_ball_find_sides(const bouncing_ball_settings *settings, const bouncing_ball_event_sample *sample,
+    bouncing_ball_state *state)
+{
+    int i;
+    for (i = 0; i < 4; ++i) {
+        const long sign = bouncing_ball_event_sign[i];
+        const real value = sample->value[i], rate = sample->rate[i];
+        state->event_state.side[i] = bouncing_ball_side_of(i, sample, state->t, settings->step, K(0.0), 0);
+        if (bouncing_ball_event_impacts[i] && EG_ABS(value) <= bouncing_ball_near_root(state->t, settings->step, rate)
+            && (rate == K(0.0) || sign == 0 || (rate > K(0.0)) == (sign > 0)))
+            state->event_state.side[i] = sign != 0 ? -sign : -state->event_state.side[i];
+    }
+    state->event_state.known = 1;
+}
+
 /* One step of the grid with the events in it. What only counts or records leaves the step as it is; behind what
  * changes the motion it goes on in a part of its own. */
 static bouncing_ball_status bouncing_ball_step_with_events(const bouncing_ball_parameters *given,
@@ -978,7 +1041,7 @@ static bouncing_ball_status bouncing_ball_step_with_events(const bouncing_ball_p
     bouncing_ball_stretch stretch, whole;
     bouncing_ball_statistics statistics;
     bouncing_ball_status status;
-    int acted = 0, ever = 0, event, i;
+    int acted = 0, ever = 0, event;
     long here = 0;
     real *rows = NULL;
     stretch.from = *state;
@@ -992,9 +1055,8 @@ static bouncing_ball_status bouncing_ball_step_with_events(const bouncing_ball_p
         &stretch.at_seen);
     if (status != BOUNCING_BALL_OK)
         return status;
-    for (i = 0; i < 4 && !state->event_state.known; ++i)
-        stretch.from.event_state.side[i] = bouncing_ball_side_of(i, &stretch.at_seen, state->t, settings->step, 0);
-    stretch.from.event_state.known = 1;
+    if (!state->event_state.known)
+        bouncing_ball_find_sides(settings, &stretch.at_seen, &stretch.from);
     stretch.end = stretch.from;
     status = bouncing_ball_take_step(p, settings, &stretch.end, work, u_table);
     statistics = stretch.end.statistics;
@@ -1014,17 +1076,7 @@ static bouncing_ball_status bouncing_ball_step_with_events(const bouncing_ball_p
         event = bouncing_ball_first_event(&stretch, stretch.from.event_state.side);
         acted = 0;
         if (event >= 0) {
-            for (i = -1; i < 4 && status == BOUNCING_BALL_OK; ++i) {
-                const int next = i < 0 ? event : i;
-                const long side = stretch.from.event_state.side[next];
-                const real near = bouncing_ball_near_root(state->t, settings->step, stretch.at_end.rate[next]);
-                if (i >= 0 && (i == event || side == bouncing_ball_event_sign[i]
-                    || !bouncing_ball_has_passed(side, stretch.at_end.value[i])
-                        || EG_ABS(stretch.at_end.value[i]) <= near))
-                    continue; /* else it comes before the one that was thought to be first */
-                status = bouncing_ball_locate(p, settings, &stretch, next, (real)side, work, u_table, &statistics);
-                event = next;
-            }
+            status = bouncing_ball_locate_first(p, settings, &stretch, state->t, &event, work, u_table, &statistics);
             if (status != BOUNCING_BALL_OK)
                 break;
             stretch.end.event_state = stretch.from.event_state;
@@ -1036,10 +1088,8 @@ static bouncing_ball_status bouncing_ball_step_with_events(const bouncing_ball_p
             if (status != BOUNCING_BALL_OK)
                 break;
         }
-        for (i = 0; i < 4 && event < 0; ++i) /* passed in the direction that does not count */
-            if (bouncing_ball_has_passed(stretch.from.event_state.side[i], stretch.at_end.value[i])
-                && stretch.from.event_state.side[i] == bouncing_ball_event_sign[i])
-                stretch.from.event_state.side[i] = -stretch.from.event_state.side[i];
+        if (event < 0)
+            bouncing_ball_note_sides(settings, &stretch);
         ever = ever || acted;
         if (acted) {
             stretch.from = stretch.end;
@@ -1070,8 +1120,7 @@ static bouncing_ball_status bouncing_ball_step_with_events(const bouncing_ball_p
     statistics.steps = steps + (status == BOUNCING_BALL_OK);
     if (status != BOUNCING_BALL_OK) {
         state->statistics = statistics;
-        /* the state at the event */
-        if (status >= BOUNCING_BALL_EVENT_STOP && status <= BOUNCING_BALL_EVENT_OFF_CONSTRAINTS) {
+        if (status >= BOUNCING_BALL_EVENT_STOP && status <= BOUNCING_BALL_EVENT_LOG_FULL) { /* the state at the event */
             *state = stretch.end;
             state->statistics = statistics;
             state->origin = origin;
