@@ -197,8 +197,11 @@ ORDER: dict[str, tuple[str, ...]] = {
         "stepper_data",
     ),
     "studies.tuning": (
-        "contender scene_text verification",
+        "conditions contender demand scene_text",
+        "judge",
+        "verification",
         "race real_time result",
+        "entries",
         "tune",
     ),
     "studies.ladders": (

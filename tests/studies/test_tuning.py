@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import tomllib
 from pathlib import Path
@@ -13,10 +14,14 @@ import pytest
 import eomgen
 from eomgen.cli import main
 from eomgen.studies.tuning import real_time
-from eomgen.studies.tuning.contender import Contender, Tried
+from eomgen.studies.tuning.conditions import conditions
+from eomgen.studies.tuning.contender import MARGIN, Contender, Tried
+from eomgen.studies.tuning.demand import Demand
+from eomgen.studies.tuning.judge import KNOWN, Judge
 from eomgen.studies.tuning.scene_text import with_settings
 from eomgen.studies.work_precision.axes import candidates
-from eomgen.studies.work_precision.running import Grid
+from eomgen.studies.work_precision.formulations import formulations
+from eomgen.studies.work_precision.running import Grid, Runner
 from eomgen.studies.work_precision.times import ladder_grid, tuning_grid, whole_steps
 from tests.studies.test_tradeoff import SWING, WILD
 
@@ -195,13 +200,85 @@ def test_contenders_expect_what_their_order_says() -> None:
     contender = Contender(candidate, candidate.configuration({}), "step", 4.0)
     assert contender.wanted(1e-6) == 4.0
     contender.add(Tried(4.0, 1e-3, 1e-3), 1e-6)
-    assert contender.wanted(0.6**-1 * 1e-3 / 16.0) == 8.0  # order 4: half the step
+    assert contender.wanted(MARGIN**-1 * 1e-3 / 16.0) == 8.0  # order 4: half the step
     contender.add(Tried(8.0, 2.0**-2 * 1e-3, 2e-3), 1e-6)
     assert contender.order == pytest.approx(2.4)  # as low as is believed of 4
     assert contender.best(1e-6) is None
-    contender.add(Tried(64.0, 5e-7, 16e-3), 1e-6)
+    contender.add(Tried(64.0, 7e-7, 16e-3), 1e-6)
     assert contender.closed
-    assert contender.best(1e-6) == Tried(64.0, 5e-7, 16e-3)
+    assert contender.best(1e-6) == Tried(64.0, 7e-7, 16e-3)
+    contender.reopen(5e-7)
+    assert not contender.closed
+    contender.add(Tried(128.0, 1e-9, 32e-3), 5e-7)
+    assert 64.0 < contender.wanted(5e-7) < 128.0  # between a run that misses and one that is better than demanded
+
+
+#: A pushed pendulum: its length may be tuned, a constant force and one over time push it.
+PUSHED: dict[str, Any] = {
+    **SCENE_DATA,
+    "parameters": {"length": {"value": 0.5, "unit": "m", "tunable": True}},
+    "inputs": {"push": {"formula": "0.4", "unit": "N m"}, "shake": {"formula": "0.3 * sin(5 * t)", "unit": "N m"}},
+    "efforts": {"drive": {"joint": "pin", "effort": "(push + shake + 0.1 * pull) * length / 0.5"}},
+}
+PUSHED["inputs"]["pull"] = {"unit": "N m"}
+
+
+def _runner(inputs: Any = None) -> Runner:
+    return Runner(formulations(PUSHED, {}, others=False), tuning_grid(1.28, 1e-3, 1e-3), None, inputs)
+
+
+def test_conditions_have_other_states_parameters_and_inputs() -> None:
+    def pull(t: float) -> float:
+        return 2.0 * t
+
+    runner = _runner({"pull": pull})
+    judge = Judge(runner, candidates("joint", runner.model("joint"), ["rk4"], {}), DEMAND, 5.0, lambda _: None)
+    motion = judge.reference().observation
+    first, second = (dict(c.arguments) for c, _ in zip(conditions(runner, motion), range(2), strict=False))
+    swing = np.abs(motion.q - motion.q[0]).max()
+    for one in (first, second):
+        assert abs(one["initial"]["q"][0] - 1.0) == pytest.approx(0.05 * swing)
+        assert abs(one["initial"]["v"][0]) == pytest.approx(0.05 * np.abs(motion.v).max())
+        assert set(one["inputs"]) == {"push", "pull"}  # what is over time is met later in place of being multiplied
+        assert one["inputs"]["push"] / 0.4 in (pytest.approx(0.97), pytest.approx(1.03))
+        assert one["inputs"]["pull"](1.0) in (pytest.approx(1.94), pytest.approx(2.06))
+        assert 0.01 * runner.grid.rows < one["later"] <= 0.03 * runner.grid.rows
+    assert "parameters" not in first
+    assert abs(second["parameters"]["length"] - 0.5) == pytest.approx(0.015)
+    again = [c.what for c, _ in zip(conditions(runner, motion), range(2), strict=False)]
+    assert again == [c.what for c, _ in zip(conditions(runner, motion), range(2), strict=False)]
+    assert "inputs by 3 %" in again[0]
+    assert "parameters by 3 %" in again[1]
+
+
+#: In a demand's own words.
+DEMAND = Demand(1e-4, "angle", "largest")
+
+
+def test_a_run_under_other_conditions_is_that_of_simulate() -> None:
+    runner = _runner({"pull": 1.0})
+    judge = Judge(runner, candidates("joint", runner.model("joint"), ["rk4"], {}), DEMAND, 5.0, lambda _: None)
+    condition = next(itertools.islice(conditions(runner, judge.reference().observation), 1, None))
+    held, given = judge.reference(condition).observation, dict(condition.arguments)
+    begin = given.pop("later") * runner.grid.row
+    exact = runner.model("joint").simulate(
+        1.28, runner.grid.row, t_start=begin, method="rk45", tolerance=1e-12, error_estimate=False, **given
+    )
+    assert held.t == pytest.approx(exact.t)
+    size = np.abs(exact.outputs["angle"]).max()
+    assert np.abs(held.outputs["angle"][:, 0] - exact.outputs["angle"]).max() <= KNOWN * 1e-4 * size
+
+
+@pytest.mark.parametrize("error", [1e-2, 1e-5, 1e-8])
+def test_the_judge_knows_a_motion_to_a_part_of_the_demand_and_no_better(error: float) -> None:
+    runner = Runner(formulations(SCENE_DATA, {}, others=False), tuning_grid(1.28, 1e-3, 1e-3))
+    methods = candidates("joint", runner.model("joint"), ["rk45"], {})
+    judge = Judge(runner, methods, Demand(error, "state", "largest"), 5.0, lambda _: None)
+    held = judge.reference()
+    exact = runner.model("joint").simulate(1.28, runner.grid.row, method="taylor", tolerance=1e-15)
+    assert np.abs(held.observation.q - exact.q).max() / np.ptp(exact.q) <= KNOWN * error
+    assert judge.bar() <= KNOWN * error
+    assert float(held.described.rpartition(" ")[2]) >= 1e-6 * error
 
 
 def test_a_cycle_buys_accuracy_and_bounds_its_iterations(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

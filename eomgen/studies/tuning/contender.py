@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Any
 
 from eomgen.studies.work_precision.axes import TOLERANCE, Candidate
 from eomgen.studies.work_precision.configuration import Configuration
-from eomgen.studies.work_precision.times import whole_steps
+from eomgen.studies.work_precision.times import fraction_of, whole_steps
 
 #: The part of the demand that a run is meant to meet: verification runs may be less kind.
-MARGIN = 0.6
+MARGIN = 0.75
 #: Errors above this tell nothing of the order.
 COARSE = 0.2
 #: By how many times the resolution of one run may exceed that of the one before.
@@ -21,16 +22,29 @@ LARGEST_JUMP = 16.0
 #: Runs of one contender at most.
 MOST_RUNS = 7
 #: A run is fine where another would be cheaper by less than this part.
-GAIN = 0.12
+GAIN = 0.1
 
 
 @dataclass(frozen=True)
 class Tried:
-    """One run: its resolution (steps in a row of the grid, or 1/tolerance), error, processor's seconds."""
+    """One run.
+
+    Attributes
+    ----------
+    resolution : steps in a row of the grid, or 1/tolerance
+    error : the largest under the conditions that it was made under
+    seconds : of the processor, for its steps
+    own : its error under the scene's own conditions
+    steps : of the method
+    conditions : how many conditions of the training it was made under, besides the scene's own
+    """
 
     resolution: float
     error: float
     seconds: float
+    own: float = math.inf
+    steps: float = 0.0
+    conditions: int = 0
 
 
 @dataclass
@@ -63,6 +77,17 @@ class Contender:
         able = [run for run in self.runs if run.error <= demand]
         return min(able, key=lambda run: run.seconds, default=None)
 
+    def seconds(self, demand: float) -> float:
+        """Return the seconds of its cheapest run that meets a demand; infinite where none does."""
+        best = self.best(demand)
+        return math.inf if best is None else best.seconds
+
+    def how(self, run: Tried) -> dict[str, Any]:
+        """Return a run as arguments of ``Runner.run``."""
+        if self.kind == TOLERANCE:
+            return {"configuration": self.configuration, "tolerance": 1.0 / run.resolution}
+        return {"configuration": self.configuration, "per_row": fraction_of(run.resolution)}
+
     @property
     def order(self) -> float:
         """Decades of error per decade of resolution, as the last two meaningful runs show it, else as declared."""
@@ -83,8 +108,17 @@ class Contender:
             return self._steps(4.0 * finest) if self.kind != TOLERANCE else 100.0 * finest
         factor = float((max(last.error, 1e-300) / (MARGIN * demand)) ** (1.0 / self.order))
         jump = LARGEST_JUMP if self.kind != TOLERANCE else 1e6
-        found = min(last.resolution * factor, jump * finest)
+        found = self._between(min(last.resolution * factor, jump * finest), demand)
         return self._steps(found) if self.kind != TOLERANCE else min(max(found, 10.0), 1e15)
+
+    def _between(self, found: float, demand: float) -> float:
+        """Return a resolution, or the middle between a run that misses the demand and the next one that meets it, where
+        it does not lie between them."""
+        met = min((run.resolution for run in self.runs if run.error <= demand), default=math.inf)
+        missed = max((run.resolution for run in self.runs if run.error > demand and run.resolution < met), default=0.0)
+        if not missed or found > missed:
+            return found
+        return math.sqrt(missed * met) if met < math.inf else 1.3 * missed
 
     def _steps(self, resolution: float) -> float:
         return whole_steps(resolution, self.coarsest)

@@ -5,21 +5,26 @@ from __future__ import annotations
 
 import math
 import statistics
-import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from eomgen.errors import EomgenError, NumericalError
+from eomgen.simulation.timing import Repeated
+from eomgen.studies.tuning.conditions import Condition
 from eomgen.studies.tuning.contender import Contender, Tried
-from eomgen.studies.work_precision.axes import TOLERANCE, reason
-from eomgen.studies.work_precision.reference import Reference
+from eomgen.studies.tuning.judge import Judge
+from eomgen.studies.tuning.verification import under
+from eomgen.studies.work_precision.axes import reason
 from eomgen.studies.work_precision.running import REACHED, REFUSED, Runner, timed
-from eomgen.studies.work_precision.times import fraction_of
 
 #: Times that one run's time is the median of; runs shorter than the second are repeated more often.
 REPEATS, SHORT, MORE_REPEATS = 3, 2e-3, 9
+#: Runs that take so many times as long as the best so far are timed once.
+FAR = 1.5
 #: A contender may promise this part of the best so far and still run.
 PROMISE = 0.97
+#: What takes up to this many times as long as the first is timed again side by side; and how many of these at most.
+CLOSE, FINALISTS = 1.25, 3
 
 
 @dataclass
@@ -28,21 +33,20 @@ class Race:
 
     Attributes
     ----------
-    judge : the motion that errors are told from
-    quantity, measure : whose error
     demand : what is to be met
-    seconds : spent so far, builds not counted
+    training : conditions besides the scene's own under which it is to be met
     """
 
-    runner: Runner
-    judge: Reference
-    quantity: str
-    measure: str
+    judge: Judge
     demand: float
     say: Callable[[str], None]
-    seconds: float = 0.0
+    training: list[Condition] = field(default_factory=list)
     runs: int = 0
     left_out: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def runner(self) -> Runner:
+        return self.judge.runner
 
     def run(self, contenders: Sequence[Contender], best: float = math.inf) -> Contender | None:
         """Return the contender that meets the demand at the least cost; None where none does.
@@ -52,48 +56,91 @@ class Race:
         best : seconds in which the demand is met already
         """
         for contender in contenders:
-            self._prepare(contender)
+            self.prepare(contender)
         while True:
-            best = min([best, *(run.seconds for c in contenders if (run := c.best(self.demand)))])
+            best = min(best, self._least(contenders))
             opened = [c for c in contenders if not c.closed and c.expected(self.demand) < PROMISE * best]
             if not opened:
                 break
-            self._advance(min(opened, key=lambda c: c.expected(self.demand)))
+            first = min(opened, key=lambda c: c.expected(self.demand))
+            self.say(first.configuration.label)
+            first.add(self._tried(first, first.wanted(self.demand), best), self.demand)
         able = [c for c in contenders if c.best(self.demand)]
-        return min(able, key=lambda c: c.best(self.demand).seconds, default=None)  # type: ignore[union-attr]
+        return min(able, key=lambda c: c.seconds(self.demand), default=None)
 
-    def _prepare(self, contender: Contender) -> None:
+    def prepare(self, contender: Contender) -> None:
+        """Build what a contender runs with; one that cannot be built runs no more."""
         self.say(f"building: {contender.configuration.label}")
         try:
             self.runner.prepare(contender.configuration)
         except EomgenError as error:
-            contender.closed, contender.why = True, reason(error)
-            self.left_out[contender.configuration.label] = contender.why
+            self._leave_out(contender, reason(error))
 
-    def _advance(self, contender: Contender) -> None:
-        resolution = contender.wanted(self.demand)
-        self.say(f"{contender.configuration.label}")
-        began = time.perf_counter()
-        contender.add(self.tried(contender, resolution), self.demand)
-        self.seconds += time.perf_counter() - began
-        self.runs += 1
+    def finish(self, contenders: Sequence[Contender]) -> None:
+        """Take the times of the cheapest runs that meet the demand again, in turns."""
+        able = sorted((c for c in contenders if c.best(self.demand)), key=lambda c: c.seconds(self.demand))
+        close = [c for c in able if c.seconds(self.demand) <= CLOSE * able[0].seconds(self.demand)][:FINALISTS]
+        if len(close) < 2:
+            return
+        entered: list[tuple[Contender, Tried, Repeated, list[float]]] = []
+        for contender in close:
+            run = contender.best(self.demand)
+            if run is not None:
+                outcome = self.runner.run(**contender.how(run), estimated=False)
+                entered += [(contender, run, outcome.repeated, [])] if outcome.repeated is not None else []
+        for _ in range(MORE_REPEATS if able[0].seconds(self.demand) < SHORT else REPEATS):
+            for *_, repeated, taken in entered:
+                taken.extend(timed(repeated, 1))
+        for contender, run, _, taken in entered:
+            contender.runs[contender.runs.index(run)] = replace(run, seconds=statistics.median(taken))
 
-    def tried(self, contender: Contender, resolution: float) -> Tried:
+    def _least(self, contenders: Sequence[Contender]) -> float:
+        """Return the least seconds of a run that meets the demand under all conditions of the training."""
+        while True:
+            able = [(run.seconds, n) for n, c in enumerate(contenders) if (run := c.best(self.demand)) is not None]
+            if not able:
+                return math.inf
+            first = contenders[min(able)[1]]
+            run = first.best(self.demand)
+            if run is None or run.conditions == len(self.training):
+                return min(able)[0]
+            first.runs[first.runs.index(run)] = self._trained(first, run)
+            first.reopen(self.demand)
+
+    def _trained(self, contender: Contender, run: Tried) -> Tried:
+        """Return a run with its largest error under the conditions of the training that it has not had."""
+        error, done = run.error, run.conditions
+        for condition in self.training[done:]:
+            outcome = under(self.judge, contender.how(run), condition)
+            done += 1
+            there = outcome.observation
+            error = max(error, math.inf if there is None else self.judge.error(there, condition))
+            if error > self.demand:
+                break
+        return replace(run, error=error, conditions=done)
+
+    def _tried(self, contender: Contender, resolution: float, best: float) -> Tried:
         """Return a run of a contender; of infinite error where it does not reach its end."""
-        if contender.kind == TOLERANCE:
-            outcome = self.runner.run(contender.configuration, tolerance=1.0 / resolution, estimated=False)
-        else:
-            outcome = self.runner.run(contender.configuration, fraction_of(resolution), estimated=False)
+        self.runs += 1
+        tried = Tried(resolution, math.inf, 1e-3)
+        outcome = self.runner.run(**contender.how(tried), estimated=False)
         if outcome.ended == REFUSED:
-            contender.closed, contender.why = True, outcome.said
-            self.left_out[contender.configuration.label] = outcome.said
+            self._leave_out(contender, outcome.said)
         if outcome.ended != REACHED or outcome.observation is None or outcome.repeated is None:
-            return Tried(resolution, math.inf, outcome.seconds or 1e-3)
-        size = self.judge.errors_of(outcome.observation).get(self.quantity)
-        error = math.inf if size is None else float(getattr(size, self.measure))
+            return replace(tried, seconds=outcome.seconds or 1e-3)
+        steps = outcome.stats.get("own_steps", outcome.stats.get("steps", 0.0))
+        error = self.judge.error(outcome.observation)
         try:
             taken = timed(outcome.repeated, 1)
-            taken += timed(outcome.repeated, (MORE_REPEATS if taken[0] < SHORT else REPEATS) - 1)
+            run = Tried(resolution, error, taken[0], error, steps)
+            if error <= self.demand and taken[0] < FAR * best:
+                run = self._trained(contender, run)
+                if run.error <= self.demand:
+                    taken += timed(outcome.repeated, (MORE_REPEATS if taken[0] < SHORT else REPEATS) - 1)
         except NumericalError:
-            return Tried(resolution, math.inf, outcome.seconds)
-        return Tried(resolution, error if math.isfinite(error) else math.inf, statistics.median(taken))
+            return replace(tried, seconds=outcome.seconds)
+        return replace(run, seconds=statistics.median(taken))
+
+    def _leave_out(self, contender: Contender, why: str) -> None:
+        contender.closed, contender.why = True, why
+        self.left_out[contender.configuration.label] = why

@@ -40,7 +40,7 @@ class Point:
     repeats : how many were taken
     stats : counts of the stepper
     order : declared, of the method
-    took : seconds of the study that the point took, all repeats included
+    took : the processor's seconds that the study spent on the point, all repeats included, builds apart
     """
 
     configuration: Configuration

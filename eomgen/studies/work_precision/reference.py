@@ -114,7 +114,7 @@ def reference(
     NumericalError
         There are no two that agree to a hundredth.
     """
-    order = sorted(found, key=lambda c: _rank(runner, c))
+    order = sorted(found, key=lambda c: rank(runner, c))
     solved: list[Solved] = []
     tried: list[str] = []
     for candidate in order:
@@ -133,23 +133,24 @@ def reference(
         raise NumericalError(Problem("reference", what, "a shorter run, or a scene whose motion is smooth"))
     first = solved[0]
     if len(solved) == 1:
-        _hold(f"{first.described} and the same at half its accuracy", first.settled)
+        hold(f"{first.described} and the same at half its accuracy", first.settled)
         known = {name: ErrorSize(*(first.settled,) * 3) for name in errors(first.observation, first.observation)}
         return Reference(first.observation, first.described, "itself at half its accuracy", known)
     apart = errors(solved[1].observation, first.observation)
-    _hold(f"{first.described} and {solved[1].described}", _of_motion(apart))
+    hold(f"{first.described} and {solved[1].described}", _of_motion(apart))
     return Reference(first.observation, first.described, solved[1].described, apart)
 
 
-def _hold(both: str, part: float) -> None:
-    """Raise NumericalError where two references differ by too large a part of the motion."""
+def hold(both: str, part: float) -> None:
+    """Raise NumericalError where two references, in words, differ by too large a part of the motion."""
     if not part <= LARGEST_UNCERTAINTY:
         what = f"{both} differ by {100.0 * part:.3g} % of the motion: no error can be told from them"
         hint = "a shorter run, before motions that start side by side part, or a larger budget for the references"
         raise NumericalError(Problem("reference", what, hint))
 
 
-def _rank(runner: Runner, candidate: Candidate) -> tuple[bool, bool, int, bool, int]:
+def rank(runner: Runner, candidate: Candidate) -> tuple[bool, bool, int, bool, int]:
+    """Return by what candidates for a reference are ordered, the best first."""
     constrained = bool(runner.model(candidate.formulation).multipliers)
     names = list(runner.formulations.scenes)
     return (

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
@@ -104,17 +105,17 @@ class Runner:
         #: Seconds of building, by model, and by model and method; short where the cache had it.
         self.compiled: dict[str, float] = {}
         self._models: dict[tuple[str, str, str], Model] = {}
-        self._starts: dict[str, dict[str, Any] | None] = {}
+        #: The processor's seconds of building in this process.
+        self.building = 0.0
+        self._starts: dict[tuple[Any, ...], dict[str, Any] | None] = {}
 
     def model(self, formulation: str, real: str = "double", profile: str = "fast") -> Model:
         """Return the model of a formulation. Raises EomgenError."""
         key = (formulation, real, profile)
         if key not in self._models:
-            began = time.perf_counter()
-            with warnings.catch_warnings():
+            with self._building(" ".join(key)), warnings.catch_warnings():
                 warnings.simplefilter("ignore", RuntimeWarning)
                 self._models[key] = pipeline.build(self.formulations.scenes[formulation], real=real, profile=profile)
-            self.compiled[" ".join(key)] = time.perf_counter() - began
         return self._models[key]
 
     def method(self, configuration: Configuration, tolerance: float | None = None) -> Family:
@@ -134,27 +135,48 @@ class Runner:
         name = self.build_name(configuration)
         model = self.model(*key)
         if name not in self.compiled:
-            began = time.perf_counter()
-            model.stepper(configuration.method)
-            self.compiled[name] = time.perf_counter() - began
+            with self._building(name):
+                model.stepper(configuration.method)
 
-    def _start(self, formulation: str) -> dict[str, Any] | None:
-        """Return where a formulation begins: None for the scene's own, whose start the others have, too.
+    @contextmanager
+    def _building(self, name: str) -> Iterator[None]:
+        """Take the time of a build; one that fails has taken the processor's, too."""
+        began, processor = time.perf_counter(), time.process_time()
+        try:
+            yield
+            self.compiled[name] = time.perf_counter() - began
+        finally:
+            self.building += time.process_time() - processor
+
+    def _start(
+        self,
+        formulation: str,
+        start: float,
+        initial: Mapping[str, Any] | None,
+        parameters: Mapping[str, float] | None,
+        inputs: Mapping[str, Any] | None,
+    ) -> Mapping[str, Any] | None:
+        """Return where a formulation begins: the scene's own where it is told to, None for where the scene says; the
+        others where the own one does.
 
         Loops are closed from guesses, each formulation's in a way of its own.
         """
         name = self.formulations.own
-        if formulation != name and formulation not in self._starts:
+        if formulation == name:
+            return initial
+        given = None if initial is None else tuple(np.asarray(part, dtype=float).tobytes() for part in initial.values())
+        key = (formulation, start, given, tuple((parameters or {}).items()))
+        if key not in self._starts:
             own, other = self.model(name), self.model(formulation)
             able = "poses" in own.functions and "twists" in own.functions
-            start, h = self.grid.start, 1e-6 * self.grid.row
+            h = 1e-6 * self.grid.row
             first = own.simulate(
-                start + h, h, t_start=start, parameters=self.parameters, inputs=self.inputs, error_estimate=False
+                start + h, h, t_start=start, initial=initial, parameters=parameters, inputs=inputs, error_estimate=False
             )
             state = first.q[0], first.v[0]
-            same = same_start(own, *state, other, start, self.parameters) if able else None
-            self._starts[formulation] = same if same is None or not other.nz else {**same, "z": first.z[0]}
-        return self._starts.get(formulation)
+            same = same_start(own, *state, other, start, parameters) if able else None
+            self._starts[key] = same if same is None or not other.nz else {**same, "z": first.z[0]}
+        return self._starts[key]
 
     def run(
         self,
@@ -164,6 +186,8 @@ class Runner:
         *,
         initial: Mapping[str, Any] | None = None,
         parameters: Mapping[str, float] | None = None,
+        inputs: Mapping[str, Any] | None = None,
+        later: int = 0,
         dense: bool = False,
         timed: bool = True,
         estimated: bool = True,
@@ -175,7 +199,9 @@ class Runner:
         per_row : p/q: p steps in q rows; not used with a tolerance
         dense : whether all rows are recorded, in place of those that a run of the scene's file would record:
             ``Grid.recorded`` apart, or every step where these are not whole steps
-        initial, parameters : of this run, in place of the study's
+        initial : of this run, ``q`` and ``v`` of the scene's own formulation, whichever runs
+        parameters, inputs : of this run, in place of the study's
+        later : rows of the grid by which this run begins later; it ends with the others
         timed : whether the run may be repeated for its time
         estimated : whether it estimates its error, which it may then speak of
         """
@@ -185,7 +211,9 @@ class Runner:
         steps, every = (1, between) if tolerance is not None else Fraction(per_row).as_integer_ratio()
         if between % every == 0:
             steps, every = steps * between // every, between
-        recorded = grid.rows // every
+        recorded = (grid.rows - later) // every
+        start = grid.start + later * grid.row
+        parameters, inputs = parameters or self.parameters, inputs or self.inputs
 
         def look(done: int, total: int) -> None:
             if time.perf_counter() - began > self.limit:
@@ -199,15 +227,15 @@ class Runner:
             with warnings.catch_warnings(), one_core():
                 warnings.simplefilter("ignore", RuntimeWarning)
                 solution = model.simulate(
-                    grid.start + grid.row * (recorded * every),
+                    start + grid.row * (recorded * every),
                     grid.row * every / steps,
                     method=configuration.method,
                     record_every=steps,
-                    t_start=grid.start,
+                    t_start=start,
                     settings=configuration.settings or None,
-                    parameters=parameters or self.parameters,
-                    inputs=self.inputs,
-                    initial=initial or self._start(configuration.formulation),
+                    parameters=parameters,
+                    inputs=inputs,
+                    initial=self._start(configuration.formulation, start, initial, parameters, inputs),
                     progress=look,
                     error_estimate=estimated,
                     **given,
@@ -218,7 +246,7 @@ class Runner:
             observation = observed(model, solution)
             if len(solution.t) != recorded + 1 or not np.all(np.isfinite(observation.q)):
                 return Outcome(STOPPED, "its rows are not those of the grid, or not finite", seconds=took)
-            repeated = Repeated(model, solution, self.method(configuration, tolerance), self.inputs) if timed else None
+            repeated = Repeated(model, solution, self.method(configuration, tolerance), inputs) if timed else None
             said = solution.message.partition("; ")[2]
             return Outcome(REACHED, said, observation, counts(solution.stats), repeated, took)
         except _TooLong:

@@ -385,10 +385,10 @@ class _Study:
         if (kept := self.journal.points.get(key)) is not None:
             self.points[key] = kept
             return kept
-        began = time.perf_counter()
+        began = time.process_time()
         outcome = self._run(ladder.configuration, ladder.kind, shown_value)
         point = self._measured(ladder, shown_value, outcome)
-        took = time.perf_counter() - began
+        took = time.process_time() - began
         self.spent += took
         self.points[key] = point = replace(point, took=took)
         self.journal.keep(key, point)
@@ -429,14 +429,16 @@ class _Study:
             cost = min((p.seconds or 0.0 for p in front if p.error_of(self.quantity, self.measure) <= error), default=0)
             if point.seconds > NEAR * cost or error > 0.1:
                 continue
-            began = time.perf_counter()
+            began = time.process_time()
             outcome = self._run(point.configuration, point.kind, point.value)
-            if outcome.repeated is not None:
-                taken = timed(outcome.repeated, self.repeats)
-                changed = replace(point, seconds=statistics.median(taken), least=min(taken), repeats=len(taken))
+            taken = [] if outcome.repeated is None else timed(outcome.repeated, self.repeats)
+            took = time.process_time() - began
+            self.spent += took
+            if taken:
+                median, count, took = statistics.median(taken), len(taken), point.took + took
+                changed = replace(point, seconds=median, least=min(taken), repeats=count, took=took)
                 self.points[key] = changed
                 self.journal.keep(key, changed)
-            self.spent += time.perf_counter() - began
 
     def _say(self, what: str, left: int = 0) -> None:
         if self.progress is not None:
