@@ -172,6 +172,7 @@ ORDER: dict[str, tuple[str, ...]] = {
         "kinematics summary",
         "forces",
         "constants constraints dynamics rates",
+        "reactions",
         "derivation",
         "initial_coordinates terms",
         "derive",

@@ -52,13 +52,14 @@ class Symbol(Node):
     ----------
     kind : str
         ``time``, ``parameter``, ``input``, ``state``, ``controller``, ``q``, ``v``, ``a``, ``position``, ``velocity``,
-        ``acceleration``, ``length``, ``rate``, ``tension``, ``load``, ``deflection`` or ``energy``.
+        ``acceleration``, ``length``, ``rate``, ``tension``, ``load``, ``deflection``, ``reaction``, ``drive_effort`` or
+        ``energy``.
     name : str
-        Name of the parameter, input, state, controller, joint, point, spring or tyre; empty for time; ``kinetic``,
-        ``potential``, ``total``, ``base_power`` or ``power`` for energies.
+        Name of the parameter, input, state, controller, joint, point, spring, tyre, constraint or reaction; empty for
+        time; ``kinetic``, ``potential``, ``total``, ``base_power`` or ``power`` for energies.
     index : int
-        Component in storage order (q of a spherical joint: quaternion; of a free joint: quaternion, position); 0 where
-        there is only one.
+        Component in storage order (q of a spherical joint: quaternion; of a free joint: quaternion, position; of a
+        reaction: moment, force); 0 where there is only one.
     """
 
     kind: str

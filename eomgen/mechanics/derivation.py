@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from functools import reduce
 
@@ -24,6 +24,8 @@ from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.kinematics.bodies import accelerations, body_jacobians, poses, twists
 from eomgen.mechanics.kinematics.directions import configuration_directions
 from eomgen.mechanics.kinematics.points import Kinematics
+from eomgen.mechanics.reactions.quantities import Reactions
+from eomgen.mechanics.reactions.transmitted import TransmittedWrenches
 from eomgen.mechanics.tree.absolute import build_absolute_tree
 from eomgen.mechanics.tree.base import base_state, resting_base
 from eomgen.mechanics.tree.build import build_tree
@@ -80,6 +82,7 @@ class Derivation:
         self.loads: Loads = applied_loads(scene, self.tree, self.quantities)
         self._energies: dict[str, Scalar] | None = None
         self.internal = InternalStates(scene, self.tree, self.quantities)
+        self.quantities.reactions = Reactions(scene, self._transmitted_wrenches)
         self.patterns: dict[str, tuple[tuple[int, int], ...]] = {}
         self.inner_owners: tuple[int, ...] = ()
         self.composites = separated.composites(self.grouped)
@@ -105,6 +108,17 @@ class Derivation:
         passive = (element.passive() for element in self.scene.elements)
         bare = replace(self.scene, elements=tuple(element for element in passive if element is not None))
         return energies(self.tree, self.kinematics, applied_loads(bare, self.tree, self.quantities), self.algebra.zero)
+
+    def _transmitted_wrenches(self, fixed: Collection[str]) -> TransmittedWrenches:
+        """Return what joints and constraints transmit; ``fixed`` are the fixed joints of which that is asked."""
+        rows = None if self.constraints is None else self.constraints.rows
+        tree, quantities, loads = self.tree, self.quantities, self.loads
+        if fixed and not self.absolute:
+            tree = build_tree(self.algebra, self.scene, fixed)
+            quantities = Quantities(self.scene, tree, Kinematics(tree, self.base), OFFERED)
+            quantities.energies = self._energies_without_formulas()
+            loads = applied_loads(self.scene, tree, quantities)
+        return TransmittedWrenches(self.scene, tree, quantities, self.motion, loads, rows)
 
     def constant(self, formula: Formula) -> Scalar:
         """Return a formula of parameters as a scalar on the tape."""

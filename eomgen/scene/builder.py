@@ -34,6 +34,7 @@ if TYPE_CHECKING:
         OutputKeys,
         ParameterKeys,
         PointKeys,
+        ReactionKeys,
         SimulationKeys,
         SpringKeys,
         StateKeys,
@@ -166,6 +167,11 @@ class SceneBuilder:
         disc or sphere).
         """
         return self._enter("constraints", name, type=type, first=first, second=second, **keys)
+
+    @enters("reactions")
+    def reaction(self, name: str, **keys: Unpack[ReactionKeys]) -> Self:
+        """Say where, and in which axes, ``reaction.NAME`` is told: of a joint or of a constraint."""
+        return self._enter("reactions", name, **keys)
 
     @enters("points")
     def point(

@@ -76,6 +76,12 @@ class ConstraintKeys(TypedDict, total=False):
     shape: str | None
     pitch: Value | None
 
+class ReactionKeys(TypedDict, total=False):
+    joint: str | None
+    constraint: str | None
+    point: str | None
+    axes: str | None
+
 class PointKeys(TypedDict, total=False):
     pass
 
@@ -150,6 +156,8 @@ class OutputKeys(TypedDict, total=False):
     velocity: str | None
     acceleration: str | None
     formula: Value | Sequence[Value] | None
+    reaction_force: str | None
+    reaction_moment: str | None
     energy: str | None
     unit: str | None
     description: str | None

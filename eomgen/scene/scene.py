@@ -21,6 +21,7 @@ from eomgen.scene.events.model import Event
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.joints.constraint_model import Constraint
 from eomgen.scene.joints.model import Joint
+from eomgen.scene.joints.reaction_model import Reaction
 from eomgen.system.description import FixedFrame, Point, Requirement, Simulation
 from eomgen.system.signals import Input, Output, Parameter, State
 
@@ -58,6 +59,7 @@ class Scene:
     curves : those that formulas can name, and those that inputs are made of.
     feedback : the state feedbacks among the controllers, whose gains a calibration may fill.
     constraints : what closes loops, besides the joints of the tree.
+    reactions : places and axes of the reactions that are not to be had as every joint and constraint has them.
     modes : numbers that only events change; their values are the tunable parameters ``mode_...``
     events : roots of formulas that stop a run, are counted, or change the state, in their order
     coordinates : ``joint``, or ``absolute`` where every body moves on its own and joints are constraints.
@@ -93,6 +95,7 @@ class Scene:
     elements: tuple[ForceElement, ...] = ()
     outputs: tuple[Output, ...] = ()
     constraints: tuple[Constraint, ...] = ()
+    reactions: tuple[Reaction, ...] = ()
     modes: tuple[str, ...] = ()
     events: tuple[Event, ...] = ()
     coordinates: Literal["joint", "absolute"] = "joint"

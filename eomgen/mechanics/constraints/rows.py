@@ -8,7 +8,7 @@ and drivers included) are derivatives along directions that the configuration, t
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
 
@@ -36,6 +36,8 @@ class Row:
         level of the lengths that multiply angular velocities
     extent : m, bound of the displacement that rotations of the joined bodies cause, wherever they slide or roll
     path_length : m, ``extent`` plus the distance between the bodies: the scale of point masses, which have no extent
+    constraint, number : whose equation it is, and which of its equations, holonomic ones first; None for the equation
+        of a joint that follows another
     """
 
     name: str
@@ -44,6 +46,8 @@ class Row:
     size: Scalar
     extent: Scalar
     path_length: Scalar
+    constraint: Constraint | None = None
+    number: int = 0
 
 
 @dataclass
@@ -75,10 +79,16 @@ def constraint_rows(quantities: Quantities, constraints: Sequence[Constraint]) -
     for item in constraints:
         with quantities.algebra.tape.block(f"constraint {item.name}"):
             pair = frame_pair(quantities, item.first, item.second)
-            rows.holonomic += _holonomic(quantities, item, pair)
-            if item.kind.rows[1]:
-                rows.velocity += _rolling(quantities, item, pair)
+            own = rows_of_pair(quantities, item, pair)
+            marked = [replace(row, constraint=item, number=number) for number, row in enumerate(own.all)]
+            rows.holonomic += marked[: len(own.holonomic)]
+            rows.velocity += marked[len(own.holonomic) :]
     return rows
+
+
+def rows_of_pair(quantities: Quantities, item: Constraint, pair: FramePair) -> Rows:
+    """Return the equations of one constraint between two frames."""
+    return Rows(_holonomic(quantities, item, pair), _rolling(quantities, item, pair) if item.kind.rows[1] else [])
 
 
 def _holonomic(quantities: Quantities, item: Constraint, pair: FramePair) -> list[Row]:

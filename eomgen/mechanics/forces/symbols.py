@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from eomgen.errors import ModelError
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.piecewise import Waves
 from eomgen.formula.recording import record, waves
@@ -38,6 +39,7 @@ class Quantities:
         self.controllers = {item.name: item for item in scene.controllers}
         self._outputs_of_controllers: dict[str, Scalar] = {}
         self.energies: dict[str, Scalar] = {}
+        self.reactions: Callable[[Symbol], Scalar] = _no_reactions
 
     def input(self, block: str, index: int = 0) -> Scalar:
         return Scalar(self.algebra.tape, self.algebra.tape.input(block, index))
@@ -66,6 +68,8 @@ class Quantities:
                 return self.kinematics.velocity(*self.at(self.points[symbol.name]))[symbol.index]
             case "acceleration":
                 return self.kinematics.acceleration(*self.at(self.points[symbol.name]))[symbol.index]
+            case "reaction" | "drive_effort":
+                return self.reactions(symbol)
             case kind if kind in self.offered:
                 section, offer = self.offered[kind]
                 return offer(self, self.elements[section, symbol.name])
@@ -96,6 +100,12 @@ class Quantities:
 
     def at(self, point: Point) -> tuple[str, Vector]:
         return point.body, self.vector(point.position)
+
+
+def _no_reactions(symbol: Symbol) -> Scalar:
+    """Refuse a reaction in a force, whose accelerations would depend on themselves."""
+    what = f"{symbol.kind}.{symbol.name} follows from the accelerations, so no force can depend on it"
+    raise ModelError(what, "an output, or an event")
 
 
 def input_signal(quantities: Quantities, item: Input) -> Scalar:

@@ -9,7 +9,6 @@ from eomgen.errors import ModelError, Problem
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.kinematics.directions import configuration_directions, rates_of
-from eomgen.scene.events.model import Event
 from eomgen.symbolic.calculus.partials import forward_partials, jacobian_vector
 from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.scalar import Scalar
@@ -33,7 +32,7 @@ def event_rows(derivation: Derivation) -> tuple[EventRow, ...]:
         The function of an impact depends on more than positions and time.
     """
     scene = derivation.scene
-    starts = accumulate((len(_formulas(event)) for event in scene.events), initial=0)
+    starts = accumulate((len(event.actions()) for event in scene.events), initial=0)
     impacts = [event for event in scene.events if event.action == "impact"]
     rows = []
     for event, value, place in zip(scene.events, _values(derivation), starts, strict=False):
@@ -87,7 +86,7 @@ def events(derivation: Derivation) -> list[Block]:
 
 def event_actions(derivation: Derivation) -> list[Block]:
     """Return the values of all formulas of actions, event by event."""
-    formulas = [formula for event in derivation.scene.events for formula in _formulas(event)]
+    formulas = [formula for event in derivation.scene.events for formula in event.actions()]
     values = _recorded(derivation, formulas, "actions of the events")
     refs = tuple(value.ref for value in values)
     return [Block("action", (len(refs),), refs, "new values, restitutions and new modes, event by event")]
@@ -120,12 +119,6 @@ def _recorded(derivation: Derivation, formulas: Sequence[Formula], what: str) ->
     derivation.energies()
     with derivation.tape.block(what):
         return [derivation.quantities.formula(formula) for formula in formulas]
-
-
-def _formulas(event: Event) -> list[Formula]:
-    """Return the formulas of an event's action."""
-    given = [event.restitution, event.value]
-    return [*(formula for _, formula in event.resets), *(formula for formula in given if formula is not None)]
 
 
 def _number(derivation: Derivation, symbol: Symbol) -> tuple[str, int]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 
 from eomgen.formula.nodes import Formula
@@ -25,12 +25,17 @@ from eomgen.mechanics.tree.links import (
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
+from eomgen.symbolic.rotation import MatrixFactor, Rotation
 from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, multiply, plus, transpose
 from eomgen.system.description import BASE
 
 
-def build_tree(algebra: Algebra, scene: Scene) -> Tree:
+def build_tree(algebra: Algebra, scene: Scene, apart: Collection[str] = ()) -> Tree:
     """Return the tree of a scene in joint coordinates, recorded on the algebra's tape.
+
+    Parameters
+    ----------
+    apart : fixed joints whose bodies keep links of their own, which do not move against those that carry them
 
     Raises
     ------
@@ -50,7 +55,7 @@ def build_tree(algebra: Algebra, scene: Scene) -> Tree:
     }
     tree = Tree(algebra, (), mounts, parameters, factors, coordinates)
     for body, joint in zip(scene.bodies, scene.joints, strict=True):
-        tree = _with_body(tree, body, joint, number)
+        tree = _with_body(tree, body, joint, number, merged=joint.name not in apart)
         if body.beam is not None:
             tree = add_beam(tree, scene, body, joint, number)
     complete = [
@@ -60,8 +65,11 @@ def build_tree(algebra: Algebra, scene: Scene) -> Tree:
     return replace(tree, links=tuple(complete))
 
 
-def _with_body(tree: Tree, body: Body, joint: Joint, number: Callable[[Formula], Scalar]) -> Tree:
-    """Return the tree with one more body: on links of its own if its joint moves, else on the link that carries it."""
+def _with_body(tree: Tree, body: Body, joint: Joint, number: Callable[[Formula], Scalar], *, merged: bool) -> Tree:
+    """Return the tree with one more body: on links of its own if its joint moves, else on the link that carries it.
+
+    Where it is not ``merged``, a body on a fixed joint has a link of its own, too.
+    """
     algebra = tree.algebra
 
     def vector(formulas: Sequence[Formula]) -> Vector:
@@ -75,6 +83,10 @@ def _with_body(tree: Tree, body: Body, joint: Joint, number: Callable[[Formula],
     inertia = inertia_about_center(algebra, number(body.mass), vector(body.center_of_mass), tensor)
     if body.beam is not None:
         inertia = no_inertia(algebra)
+    if not joint.kind.moves and not merged:
+        link = _fixed_link(algebra, body.name, joint, mount.link, orientation, position, inertia)
+        mounts = {**tree.mounts, body.name: Mount(len(tree.links), algebra.identity, algebra.zero_vector)}
+        return replace(tree, links=(*tree.links, link), mounts=mounts)
     if not joint.kind.moves:
         links = list(tree.links)
         if mount.link != ROOT:
@@ -109,6 +121,29 @@ def _with_body(tree: Tree, body: Body, joint: Joint, number: Callable[[Formula],
         parent, orientation, position = len(links) - 1, algebra.identity, algebra.zero_vector
     mounts = {**tree.mounts, body.name: Mount(parent, transpose(axes), algebra.zero_vector)}
     return replace(tree, links=tuple(links), mounts=mounts)
+
+
+def _fixed_link(
+    algebra: Algebra, name: str, joint: Joint, parent: int, orientation: Matrix, position: Vector, inertia: Inertia
+) -> Link:
+    """Return the link of a body on a fixed joint, which has no columns."""
+    return Link(
+        name=name,
+        joint=joint,
+        kind="fixed",
+        parent=parent,
+        rotation=Rotation((MatrixFactor(orientation),)),
+        orientation=orientation,
+        neutral_position=position,
+        travel=algebra.zero_vector,
+        position=position,
+        columns=(),
+        coordinates=Coordinates(algebra, (), (), algebra.one, algebra.zero),
+        velocities=(),
+        accelerations=(),
+        inertia=inertia,
+        rotor_inertias=(),
+    )
 
 
 def _link(

@@ -33,6 +33,7 @@ from eomgen.scene.joints.constraints import check_closings, read_constraint
 from eomgen.scene.joints.frames import check_two_bodies
 from eomgen.scene.joints.mimics import check_mimics
 from eomgen.scene.joints.moved_inertia import check_motion
+from eomgen.scene.joints.reactions import read_reaction
 from eomgen.scene.joints.reading import read_joint
 from eomgen.scene.joints.tree import Link, ordered
 from eomgen.scene.joints.unresisted import unresisted_motions
@@ -99,7 +100,7 @@ def content(document: written.Document) -> bytes:
     data = document.model_dump(mode="json", exclude_none=True, exclude={"include"})
     for section in written.SECTIONS:
         data[section] = [[name, entry] for name, entry in data[section].items()]
-    for section in ("modes", "events", "frames", "task_frames"):
+    for section in ("reactions", "modes", "events", "frames", "task_frames"):
         if not data[section]:
             del data[section]
     return json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
@@ -147,6 +148,8 @@ class _Assembler:
             controllers=(*outputs_of_controllers(document.controllers), *sorted(refused["controllers"])),
             joints=joint_types,
             beams=self.elastic,
+            constraints=(*document.constraints, *sorted(refused["constraints"])),
+            reactions=(*document.reactions, *sorted(refused["reactions"])),
             points=(*document.points, *document.frames, *sorted(refused["points"] | refused["frames"])),
             modes=(*document.modes, *sorted(refused["modes"])),
             curves=self.curve_table,
@@ -256,6 +259,9 @@ class _Assembler:
             "feedback": tuple(control.feedback),
             "base": read_base(document.base, values),
             "constraints": constraints,
+            "reactions": tuple(
+                read_reaction(name, entry, self.bodies, points, values) for name, entry in document.reactions.items()
+            ),
             "coordinates": document.coordinates,
             "groups": {name: body.group for name, body in document.bodies.items() if body.group is not None},
             "points": tuple(points.values()),

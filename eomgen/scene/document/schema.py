@@ -18,7 +18,7 @@ from eomgen.scene.control.schema import Controller
 from eomgen.scene.events.schema import Event, Mode
 from eomgen.scene.forces.register import ELEMENTS
 from eomgen.scene.formula.scope import PARAMETERS
-from eomgen.scene.joints.schema import Constraint, Joint
+from eomgen.scene.joints.schema import Constraint, Joint, Reaction
 from eomgen.scene.reading.keys import Table, key, optional
 from eomgen.scene.reading.kinds import Description, Finite, Triple, Value
 from eomgen.scene.reading.rotation_schema import Rotations
@@ -80,6 +80,7 @@ SECTIONS = (
     "beams",
     "joints",
     "constraints",
+    "reactions",
     "points",
     "frames",
     *(row.section for row in ELEMENTS),
@@ -143,6 +144,7 @@ class Document(Table, BaseModel):  # the linter knows the children of BaseModel 
     beams: dict[str, Beam] = {}
     joints: dict[str, Joint] = {}
     constraints: dict[str, Constraint] = {}
+    reactions: dict[str, Reaction] = {}
     points: dict[str, Point] = {}
     frames: dict[str, BodyFrame] = {}
     for row in ELEMENTS:

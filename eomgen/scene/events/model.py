@@ -32,3 +32,8 @@ class Event:
     least_interval: float = 0.0
     description: str = ""
     place: str = ""
+
+    def actions(self) -> list[Formula]:
+        """Return the formulas of its action: new values, a restitution, a new mode."""
+        given = [self.restitution, self.value]
+        return [*(formula for _, formula in self.resets), *(formula for formula in given if formula is not None)]

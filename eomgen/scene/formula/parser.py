@@ -13,7 +13,7 @@ import re
 from eomgen.formula.evaluate import apply
 from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol
 from eomgen.formula.words import FUNCTIONS
-from eomgen.scene.formula.scope import DERIVATIVES, ENERGIES, QUANTITIES, Names, Scope
+from eomgen.scene.formula.scope import DERIVATIVES, ENERGIES, QUANTITIES, REACTION_PARTS, Names, Scope
 from eomgen.scene.formula.tokens import DEGREES, DEPTH, IN_RADIANS, PREFIX, TOO_DEEP, FormulaError, FormulaText
 from eomgen.scene.joint_types import JOINTS
 from eomgen.text import is_legal, nearest, shown
@@ -235,9 +235,14 @@ class _Reader:
             if not (isinstance(node.slice, ast.Constant) and type(node.slice.value) is int):
                 raise self.error(node, "an index must be a whole number", "[0]")
             index, inner = int(node.slice.value), node.value
+        if isinstance(inner, ast.Attribute) and _is_reaction(inner.value):
+            return self.reaction(node, inner, index)
         if not (isinstance(inner, ast.Attribute) and isinstance(inner.value, ast.Name)):
             raise self.error(node, "only quantities such as q.joint or position.point[2] have parts")
         kind, name = inner.value.id.removeprefix(PREFIX), inner.attr.removeprefix(PREFIX)
+        if kind == "reaction":
+            what = f"reaction.{name[:64]} is a force and a moment"
+            raise self.error(node, what, f"reaction.{name[:64]}.force[0] or reaction.{name[:64]}.moment[0]")
         known, size = self.family(kind, name)
         if known is None:
             raise self.error(node, f"unknown quantity {shown(kind)}", nearest(kind, self.kinds()))
@@ -263,6 +268,23 @@ class _Reader:
             raise self.error(node, f"{kind}.{name} has no component {index}", hint)
         return Symbol(kind, name, index or 0)
 
+    def reaction(self, node: ast.expr, inner: ast.Attribute, index: int | None) -> Symbol:
+        """Return a component of the reaction of a joint or a constraint: ``reaction.hinge.force[2]``."""
+        assert isinstance(inner.value, ast.Attribute)  # what ``_is_reaction`` has found
+        name, part = inner.value.attr.removeprefix(PREFIX), inner.attr.removeprefix(PREFIX)
+        label = f"reaction.{name[:64]}"
+        if "reaction" not in self.scope.kinds:
+            what = f"{label} cannot be used here: it depends on the accelerations that follow from what stands here"
+            raise self.error(node, what, f"{self.scope.description} only")
+        if fault := self.names.fault_of_reaction(name):
+            raise self.error(node, f"{label}: {fault[0]}", fault[1])
+        if part not in REACTION_PARTS:
+            raise self.error(node, f"{label} has no part {shown(part)}", f"{label}.force[0] or {label}.moment[0]")
+        if index is None or index > 2:
+            what = f"{label}.{part} has 3 components" if index is None else f"{label}.{part} has no component {index}"
+            raise self.error(node, what, f"{label}.{part}[0]")
+        return Symbol("reaction", name, REACTION_PARTS[part] + index)
+
     def kinds(self) -> list[str]:
         """Return the kinds of quantities that have names here."""
         return [*QUANTITIES, *self.names.offered, *(["mode"] if self.names.modes else [])]
@@ -275,11 +297,22 @@ class _Reader:
             return [*self.names.joints, *self.names.beams], size
         if kind in ("position", "velocity", "acceleration"):
             return list(self.names.points), 3
+        if kind == "drive_effort":
+            return list(self.names.constraints), 1
         if kind == "mode" and self.names.modes:
             return list(self.names.modes), 1
         if kind in self.names.offered:
             return list(self.names.offered[kind].names), 1
         return (list(ENERGIES), 1) if kind == "energy" else (None, 0)
+
+
+def _is_reaction(node: ast.expr) -> bool:
+    """Return whether a node is ``reaction.NAME``."""
+    return (
+        isinstance(node, ast.Attribute)
+        and isinstance(node.value, ast.Name)
+        and node.value.id.removeprefix(PREFIX) == "reaction"
+    )
 
 
 def _plain_hint(word: str, name: str) -> str:

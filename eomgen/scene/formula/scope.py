@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from eomgen.formula.piecewise import AnyCurve
+from eomgen.text import nearest, shown
 
 #: Words before the name of a curve, and which derivative they stand for.
 DERIVATIVES: Mapping[str, int] = {"derivative": 1, "second_derivative": 2}
@@ -14,7 +15,13 @@ QUANTITIES: Mapping[str, str] = {
     **dict.fromkeys(("q", "v", "a"), "joint"),
     **dict.fromkeys(("position", "velocity", "acceleration"), "point"),
     "energy": "energy",
+    "reaction": "reaction",
+    "drive_effort": "constraint",
 }
+#: Sections whose entries have a reaction, in the order in which its name is looked for.
+REACTING = ("reactions", "joints", "constraints")
+#: Parts of a reaction, and where their three components start: angular first.
+REACTION_PARTS: Mapping[str, int] = {"moment": 0, "force": 3}
 ENERGIES = ("kinetic", "potential", "total", "base_power", "power")
 
 
@@ -54,7 +61,7 @@ SPRING_FORCE = Scope(
 STATE = Scope(
     "time, parameters, inputs, states, positions, velocities and tensions (not accelerations)", _STATE | {"tension"}
 )
-EVERYTHING = Scope("any quantity", _STATE | {"tension", "a", "acceleration", "power"})
+EVERYTHING = Scope("any quantity", _STATE | {"tension", "a", "acceleration", "power", "reaction", "drive_effort"})
 
 
 @dataclass(frozen=True)
@@ -76,6 +83,7 @@ class Names:
     parameters : mapping from name to whether it is tunable.
     joints : mapping from name to joint type; an empty type where it is not known.
     beams : mapping from name to number of elastic coordinates; 0 where it is not known.
+    reactions : those that an entry of their own places; every joint and constraint has one besides.
     curves : mapping from name to curve.
     offered : mapping from kind of quantity to the elements that offer it.
     """
@@ -86,10 +94,22 @@ class Names:
     controllers: tuple[str, ...] = ()
     joints: Mapping[str, str] = field(default_factory=dict)
     beams: Mapping[str, int] = field(default_factory=dict)
+    constraints: tuple[str, ...] = ()
+    reactions: tuple[str, ...] = ()
     points: tuple[str, ...] = ()
     modes: tuple[str, ...] = ()
     curves: Mapping[str, AnyCurve] = field(default_factory=dict)
     offered: Mapping[str, Offered] = field(default_factory=dict)
+
+    def fault_of_reaction(self, name: str) -> tuple[str, str] | None:
+        """Return what is wrong with the name of a reaction, and what to try; None where one thing has it."""
+        known = [*self.reactions, *self.joints, *self.constraints]
+        if name not in known:
+            return f"there is no joint, constraint or reaction {shown(name)}", nearest(name, known)
+        if name not in self.reactions and name in self.joints and name in self.constraints:
+            hint = f'[reactions] and {name[:64]}_load = {{ joint = "{name[:64]}" }}'
+            return f"both a joint and a constraint are called {name[:64]}", hint
+        return None
 
     def section_of(self, kind: str) -> str:
         """Return the section of the scene whose entries a kind of symbol names; nothing for time and energies."""

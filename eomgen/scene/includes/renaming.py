@@ -84,6 +84,8 @@ class Renamer:
             return self.base if name == BASE else WORLD
         if not isinstance(name, str) or not name:
             return name
+        if section == "reactions":
+            section = self.space.reacting(name)
         return self.space.names[section].get(name, f"{name} in {self.file.name}")
 
     def number(self, name: str) -> str:

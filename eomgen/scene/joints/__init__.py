@@ -1,6 +1,6 @@
 """Joints, their frames, limits and mimic joints, and constraints: schema, reading, model."""
 
-__all__ = ["constraint_model", "model", "unresisted"]
+__all__ = ["constraint_model", "model", "reaction_model", "unresisted"]
 #: Open to the other parts of ``scene`` as well.
 WITHIN = [
     "constraints",
@@ -9,6 +9,7 @@ WITHIN = [
     "frames",
     "mimics",
     "moved_inertia",
+    "reactions",
     "reading",
     "schema",
     "tree",

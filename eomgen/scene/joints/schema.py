@@ -140,6 +140,21 @@ class Joint(Table):
     initial: Initial = key("state at the start", Initial(), shown_default="zeros")
 
 
+class Reaction(Table):
+    """Where, and in which axes, the reaction of a joint or a constraint is told."""
+
+    joint: str | None = optional("whose reaction it is: what its parent exerts on its child", refers="joints")
+    constraint: str | None = optional(
+        "whose reaction it is: what the body of `first` exerts on that of `second`", refers="constraints"
+    )
+    point: str | None = optional(
+        "about which the moment is taken",
+        refers="points",
+        shown_default="the origin of the child's frame, or of the frame `second`",
+    )
+    axes: str = key("whose axes the components are in", "world", refers="bodies", kind="body, `base` or `world`")
+
+
 class Constraint(Table):
     """What closes a loop between two frames."""
 

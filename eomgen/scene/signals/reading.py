@@ -8,7 +8,7 @@ import operator
 from eomgen.formula.discontinuities import applications
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.piecewise import AnyCurve
-from eomgen.scene.formula.scope import ENERGIES, EVERYTHING, STATE, TIME
+from eomgen.scene.formula.scope import ENERGIES, EVERYTHING, REACTION_PARTS, STATE, TIME
 from eomgen.scene.reading import report
 from eomgen.scene.reading.values import Values
 from eomgen.scene.signals import schema as written
@@ -45,13 +45,19 @@ def read_state(name: str, entry: WrittenState, values: Values) -> State:
 
 
 #: Units of outputs that do not say theirs; energies are J, powers W.
-_UNITS = {"position": "m", "velocity": "m/s", "acceleration": "m/s^2"}
+_UNITS = {
+    "position": "m",
+    "velocity": "m/s",
+    "acceleration": "m/s^2",
+    "reaction_force": "N",
+    "reaction_moment": "N m",
+}
 
 
 def read_output(name: str, output: written.Output, values: Values) -> Output:
     """Return an output; where it says no unit, that of its kind."""
     key = key_of("outputs", name)
-    kinds = ("position", "velocity", "acceleration", "formula", "energy")
+    kinds = ("position", "velocity", "acceleration", "reaction_force", "reaction_moment", "formula", "energy")
     given = [kind for kind in kinds if getattr(output, kind) is not None]
     formulas: tuple[Formula, ...] = ()
     if len(given) != 1:
@@ -66,6 +72,11 @@ def read_output(name: str, output: written.Output, values: Values) -> Output:
     elif output.energy is not None:
         report.check_reference(f"{key}.energy", output.energy, ENERGIES, "energy", values.report)
         formulas = (Symbol("energy", output.energy),)
+    elif given[0].startswith("reaction"):
+        part, of = given[0].removeprefix("reaction_"), str(getattr(output, given[0]))
+        if fault := values.names.fault_of_reaction(of):
+            values.report.add(f"{key}.{given[0]}", *fault)
+        formulas = tuple(Symbol("reaction", of, REACTION_PARTS[part] + index) for index in range(3))
     else:
         kind, point = given[0], str(getattr(output, given[0]))
         report.check_reference(f"{key}.{kind}", point, values.names.points, "point", values.report)

@@ -151,8 +151,16 @@ class Output(Table):
     velocity: str | None = optional("3 components in world axes", refers="points")
     acceleration: str | None = optional("3 components in world axes", refers="points")
     formula: Values | None = optional("one component or several", names=EVERYTHING)
+    reaction_force: str | None = optional(
+        "3 components of what a joint or a constraint transmits, see [reactions](#reactions)",
+        refers="reactions",
+        kind="reaction, joint or constraint",
+    )
+    reaction_moment: str | None = optional(
+        "the same of its moment", refers="reactions", kind="reaction, joint or constraint"
+    )
     energy: str | None = optional(
         "J, or W for the powers", kind="`kinetic`, `potential`, `total`, `power`, `base_power`"
     )
-    unit: Unit = key("label", "", shown_default="m, m/s, m/s², J or W where the kind of output says it")
+    unit: Unit = key("label", "", shown_default="m, m/s, m/s², N, N m, J or W where the kind of output says it")
     description: Description = key("title of its panel in the plot, or in the legend where it shares one", "")

@@ -1,0 +1,5 @@
+"""Reactions: what joints and constraints transmit, from inverse dynamics and multipliers."""
+
+__all__ = []
+#: Open to the other parts of ``mechanics`` as well.
+WITHIN = ["quantities", "transmitted"]
