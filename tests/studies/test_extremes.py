@@ -8,6 +8,7 @@ import json
 import os
 import signal
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,18 @@ from eomgen.cli import main
 from eomgen.scene.load import from_data
 from eomgen.scene.scaling import GRAVITY, LENGTH, MASS, ORIGIN, STIFFNESS, TIME, with_factors
 from eomgen.studies.ladders.references import difference
-from eomgen.studies.ladders.runs import CRASH, HANG, RAISED, REACHED, REFUSED, STOPPED, UNFINISHED, Ended, in_child
+from eomgen.studies.ladders.runs import (
+    CRASH,
+    HANG,
+    RAISED,
+    REACHED,
+    REFUSED,
+    STOPPED,
+    UNFINISHED,
+    Ended,
+    Runner,
+    simulated,
+)
 from eomgen.studies.ladders.subject import Subject
 from eomgen.studies.ladders.table import LADDERS
 from eomgen.studies.ladders.verdicts import VERDICTS, verdict
@@ -88,18 +100,70 @@ def wrong() -> Ended:
     raise ValueError("no")
 
 
-def test_children_that_hang_crash_and_raise_are_told_apart(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("eomgen.studies.ladders.runs.GRACE", 0.3)
-    assert in_child(deaf, 0.2).how == HANG
-    assert in_child(slow, 0.2).how == UNFINISHED
-    crashed = in_child(killed, 20.0)
-    assert crashed.how == CRASH and crashed.said == "killed by signal 11"
-    raised = in_child(wrong, 20.0)
-    assert raised.how == RAISED and raised.said == "ValueError: no"
+def right() -> Ended:
     arrays = {"t": np.array([0.0, 0.1]), "q": np.array([[1.0 / 3.0], [np.nan]])}
-    answer = in_child(lambda: Ended(REACHED, "fine", arrays, finite=False), 20.0)
-    assert answer.arrays is not None and not answer.finite and answer.said == "fine"
-    np.testing.assert_array_equal(answer.arrays["q"], arrays["q"])
+    return Ended(REACHED, f"by process {os.getpid()}", arrays, finite=False)
+
+
+def late() -> Ended:
+    time.sleep(0.3)
+    return Ended(REACHED, "")
+
+
+def nothing(request: object) -> None:
+    pass
+
+
+@pytest.fixture
+def runner() -> Iterator[Runner]:
+    made = Runner(nothing, lambda call: call())
+    yield made
+    made.close()
+
+
+def test_runs_that_hang_crash_and_raise_are_told_apart(runner: Runner, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("eomgen.studies.ladders.runs.GRACE", 0.3)
+    assert runner.ended(deaf, 0.2).how == HANG
+    assert runner.ended(slow, 0.2).how == UNFINISHED
+    crashed = runner.ended(killed, 20.0)
+    assert crashed.how == CRASH and crashed.said == "killed by signal 11"
+    raised = runner.ended(wrong, 20.0)
+    assert raised.how == RAISED and raised.said == "ValueError: no"
+    expected, answer = right().arrays, runner.ended(right, 20.0)
+    assert answer.arrays is not None and expected is not None and not answer.finite
+    np.testing.assert_array_equal(answer.arrays["q"], expected["q"])
+
+
+def test_a_process_runs_one_thing_after_another_until_it_is_lost(runner: Runner) -> None:
+    first, used = runner.ended(right, 20.0), runner.used
+    assert not used and runner.ended(right, 20.0).said == first.said and runner.used
+    assert runner.ended(killed, 20.0).how == CRASH and runner.used
+    assert runner.ended(right, 20.0).said != first.said and not runner.used
+
+
+def test_the_time_limit_is_not_for_compiling() -> None:
+    compiled = Runner(lambda _: time.sleep(0.3), lambda call: call())
+    assert compiled.ended(right, 0.1).how == REACHED
+    assert compiled.ended(late, 0.1).how == UNFINISHED
+    compiled.close()
+    broken = Runner(lambda _: wrong(), lambda call: call())
+    assert broken.ended(right, 20.0) == Ended(RAISED, "ValueError: no")
+    broken.close()
+
+
+def test_a_fail_is_tried_again_in_a_process_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A process that others have run in may be broken: here the third run of each crashes."""
+    runs: list[float] = []
+
+    def fragile(*given: Any, **more: Any) -> Ended:
+        runs.append(1.0)
+        if len(runs) == 3:
+            os.kill(os.getpid(), signal.SIGSEGV)
+        return simulated(*given, **more)
+
+    monkeypatch.setattr("eomgen.studies.ladders.study.simulated", fragile)
+    found = eomgen.extremes(PENDULUM, cells=["length:1000:rk4", "length:0.001:rk4"])
+    assert [cell.verdict for cell in found.cells] == ["holds", "holds"]
 
 
 def test_formulas_are_scaled_with_their_arguments() -> None:
@@ -136,11 +200,28 @@ def test_differences_are_relative_to_the_motion_of_each_kind() -> None:
     t = np.linspace(0.0, 1.0, 3)
     held = {"t": t, "q": np.array([[1.0], [1.1], [1.2]]), "v": np.full((3, 1), 0.1)}
     of = {**held, "q": held["q"] + [[0.0], [0.0], [0.02]], "v": held["v"] * 1.3}
-    found = difference(subject, of, held)
+    found = difference(subject, of, held, 0.01)
     assert found.position == pytest.approx(0.1) and found.velocity == pytest.approx(0.3)
     assert found.worst == pytest.approx(0.1)
     still = {"t": t, "q": np.ones((3, 1)), "v": np.zeros((3, 1))}
-    assert difference(subject, {**still, "q": still["q"] + 1e-16}, still).worst < 1e-2
+    assert difference(subject, {**still, "q": still["q"] + 1e-16}, still, 0.01).worst < 1e-2
+    assert difference(subject, {**still, "q": still["q"] + 1e-16}, still, 1e-6).worst < 1e-6
+    assert difference(subject, {**still, "q": still["q"] + 1e-11}, still, 0.01).worst > 1.0
+
+
+def test_what_turns_by_rounding_while_it_falls_does_not_turn() -> None:
+    body = {"mass": 1.0, "center_of_mass": [-0.1, 0.0, 0.4], "inertia": [0.06, 0.06, 0.05, -0.01, -0.01, 0.01]}
+    joint = {"type": "free", "parent": "base", "child": "b"}
+    subject = Subject({"format": 1, "name": "fall", "bodies": {"b": body}, "joints": {"j": joint}}, {})
+    t = np.linspace(0.0, 4.0, 3)
+    q, v = np.tile([1.0, 0, 0, 0, 0, 0, 0], (3, 1)), np.zeros((3, 6))
+    q[:, 6], v[:, 5] = -5.0 * t**2, -10.0 * t
+    held = {"t": t, "q": q, "v": v}
+    turned = {name: array.copy() for name, array in held.items()}
+    turned["q"][:, 1], turned["v"][:, 0] = 5e-15 * t / 4.0, 1e-14
+    assert difference(subject, held, turned, 0.01).worst < 0.01
+    turned["q"][:, 1], turned["v"][:, 0] = 5e-9 * t / 4.0, 1e-8
+    assert difference(subject, held, turned, 0.01).worst > 0.1
 
 
 def test_a_study_goes_on_where_it_was_interrupted(tmp_path: Path) -> None:

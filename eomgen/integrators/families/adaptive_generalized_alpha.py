@@ -66,7 +66,8 @@ class AdaptiveGeneralizedAlpha(GeneralizedAlpha):
     @classmethod
     def names(cls) -> tuple[MethodName, ...]:
         compared = {"tolerance": COMPARED_TOLERANCES, "rho_inf": (0.5, 0.8, 0.9)}
-        rows = [MethodName("generalized_alpha_adaptive", _optimal, ("rho_inf", "tolerance"), compared=compared)]
+        parameters: tuple[str, ...] = ("rho_inf", "tolerance")
+        rows = [MethodName("generalized_alpha_adaptive", _optimal, parameters, compared=compared, ladders=("all",))]
         for case in OF_ORDER_2:
             _, parameters, _, _ = NAMED_CASES[case]
             make = partial(_named_case, case)

@@ -95,7 +95,8 @@ class DormandPrince(Family):
     @classmethod
     def names(cls) -> tuple[MethodName, ...]:
         compared = {"tolerance": COMPARED_TOLERANCES}
-        return (MethodName("rk45", cls, ("tolerance",), ("dormand_prince", "dopri5"), compared=compared),)
+        aliases = ("dormand_prince", "dopri5")
+        return (MethodName("rk45", cls, ("tolerance",), aliases, compared=compared, ladders=("all",)),)
 
     @classmethod
     def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:

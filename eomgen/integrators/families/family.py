@@ -30,6 +30,11 @@ GroupFunction = Literal["update", "tangent", "bracket", "transport"]
 #: What a scene has, by which methods differ: rows of constraints, or coordinates that are rotations.
 SceneFact = Literal["constraints", "rotations"]
 
+#: Ladders of extreme conditions: those that compare few methods, and all others too; all methods; numerical damping.
+Ladders = Literal["few", "all", "damped"]
+#: What makes runs of a method references for others: a tight tolerance, fine steps, or fine steps with other damping.
+FineBy = Literal["", "tolerance", "steps", "damping"]
+
 SMALLER_STEP = "a step smaller than {step:.3g} s"
 
 
@@ -61,6 +66,8 @@ class MethodName:
     compared : values of its parameters that are worth comparing in a study of speed against accuracy
     studied : whether such a study takes it where no methods are named
     by_tolerance : name of the method that is meant where a tolerance is given; empty: this one
+    ladders : of extreme conditions that take it where no methods are named
+    fine_by : what makes its runs references of such ladders; empty: nothing
     """
 
     name: str
@@ -72,6 +79,8 @@ class MethodName:
     compared: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     studied: bool = True
     by_tolerance: str = ""
+    ladders: tuple[Ladders, ...] = ()
+    fine_by: FineBy = ""
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -83,6 +83,12 @@ OF_ORDER_2 = ("hht", "wbz", "trapezoidal")
 _COMPARED_RADII: Mapping[str, tuple[float, ...]] = {
     STABILISED: (0.0, 0.5, 0.8, 0.9, 1.0),
     INDEX_3: (0.5, 0.8, 0.9),
+}
+#: Those that ladders of extreme conditions take.
+_IN_LADDERS: Mapping[str, Mapping[str, Any]] = {
+    "generalized_alpha": {"ladders": ("few", "damped"), "fine_by": "damping"},
+    "generalized_alpha_index3": {"ladders": ("all", "damped")},
+    "wbz": {"ladders": ("damped",)},
 }
 #: Newton's tolerances that studies compare, relative, with a hundredth of them relative to the whole motion.
 _COMPARED_TOLERANCES = (1e-8, 1e-6, 1e-4)
@@ -199,10 +205,12 @@ class GeneralizedAlpha(Family):
                 radii = {"rho_inf": _COMPARED_RADII[form]} if variant == "F0" else {}
                 studied = variant == "F0" or (variant == SPATIAL and form == STABILISED)
                 make = partial(_optimal, form, variant)
-                rows.append(MethodName(name, make, ("rho_inf",), others, (), differs, radii, studied, adaptive))
+                row = MethodName(name, make, ("rho_inf",), others, (), differs, radii, studied, adaptive)
+                rows.append(replace(row, **_IN_LADDERS.get(name, {})))
         for case, (_, parameters, aliases, _) in NAMED_CASES.items():
             make, adaptive = partial(_named_case, case, STABILISED), f"{case}_adaptive" if case in OF_ORDER_2 else ""
-            rows.append(MethodName(case, make, parameters, aliases, by_tolerance=adaptive))
+            row = MethodName(case, make, parameters, aliases, by_tolerance=adaptive)
+            rows.append(replace(row, **_IN_LADDERS.get(case, {})))
             index_3, differs = partial(_named_case, case, INDEX_3), _differs(INDEX_3, "F0")
             rows.append(MethodName(f"{case}_index3", index_3, parameters, differs=differs, studied=False))
         return tuple(rows)

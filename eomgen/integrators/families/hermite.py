@@ -57,7 +57,7 @@ class Hermite(Family):
 
     @classmethod
     def names(cls) -> tuple[MethodName, ...]:
-        return (MethodName("hermite", cls),)
+        return (MethodName("hermite", cls, ladders=("all",)),)
 
     @classmethod
     def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:

@@ -72,7 +72,12 @@ class PartitionedRungeKutta(RungeKuttaMuntheKaas):
     def names(cls) -> tuple[MethodName, ...]:
         return (
             MethodName(
-                "rk4_partitioned", lambda: PARTITIONED_RUNGE_KUTTA_4, aliases=("partitioned",), idle=("rho_inf",)
+                "rk4_partitioned",
+                lambda: PARTITIONED_RUNGE_KUTTA_4,
+                aliases=("partitioned",),
+                idle=("rho_inf",),
+                ladders=("few",),
+                fine_by="steps",
             ),
         )
 

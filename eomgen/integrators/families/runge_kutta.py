@@ -75,7 +75,16 @@ class RungeKuttaMuntheKaas(Family):
     @classmethod
     def names(cls) -> tuple[MethodName, ...]:
         aliases = ("rkmk4", "runge_kutta")  # no numerical damping is what explicit methods have anyway
-        return (MethodName("rk4", lambda: RUNGE_KUTTA_MUNTHE_KAAS_4, aliases=aliases, idle=("rho_inf",)),)
+        return (
+            MethodName(
+                "rk4",
+                lambda: RUNGE_KUTTA_MUNTHE_KAAS_4,
+                aliases=aliases,
+                idle=("rho_inf",),
+                ladders=("few",),
+                fine_by="steps",
+            ),
+        )
 
     @classmethod
     def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:

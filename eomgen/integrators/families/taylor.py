@@ -111,7 +111,9 @@ class Taylor(Family):
 
     @classmethod
     def names(cls) -> tuple[MethodName, ...]:
-        return (MethodName("taylor", cls, ("order", "tolerance"), compared={"tolerance": COMPARED_TOLERANCES}),)
+        compared = {"tolerance": COMPARED_TOLERANCES}
+        parameters = ("order", "tolerance")
+        return (MethodName("taylor", cls, parameters, compared=compared, ladders=("all",), fine_by="tolerance"),)
 
     @classmethod
     def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -10,7 +11,7 @@ import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.model import Model
-from eomgen.studies.ladders.runs import REACHED, ROWS, Conditions, Ended, in_child, simulated
+from eomgen.studies.ladders.runs import REACHED, ROWS, Conditions, Ended, Request
 from eomgen.studies.ladders.subject import OWN, Subject
 
 #: Two references have to agree to this.
@@ -19,8 +20,8 @@ AGREED = 1e-3
 LIMIT, MOST_STEPS = 10.0, 400_000
 #: Errors of velocities are so many times those of positions, at the same step.
 VELOCITY = 3.0
-#: Roundings that are no motion.
-_NO_MOTION = 1e3
+#: Roundings that are within any bound.
+_ROUNDINGS = 10.0
 _DOUBLE = float(np.finfo(np.float64).eps)
 
 
@@ -40,19 +41,24 @@ class Reference:
     uncertainty: float = np.inf
 
 
-def reference(subject: Subject, conditions: Conditions) -> Reference:
-    """Return the first reference that a second method confirms."""
+def reference(subject: Subject, conditions: Conditions, ended: Callable[[Request, float], Ended]) -> Reference:
+    """Return the first reference that a second method confirms.
+
+    Parameters
+    ----------
+    ended : gives how a run ends that has so many seconds
+    """
     tried = []
     for name, first, second in _pairs(subject, conditions):
-        one = in_child(first, LIMIT)
+        one = ended(first, LIMIT)
         if one.how != REACHED or one.arrays is None or not one.finite:
             tried.append(f"{name}: {one.how}")
             continue
-        other = in_child(second, LIMIT)
+        other = ended(second, LIMIT)
         if other.how != REACHED or other.arrays is None or not other.finite:
             tried.append(f"{name}: {other.how}")
             continue
-        apart = difference(subject, other.arrays, one.arrays).worst
+        apart = difference(subject, other.arrays, one.arrays, AGREED).worst
         if apart <= AGREED:
             return Reference(name, dict(one.arrays), apart)
         tried.append(f"{name}: apart by {apart:.2g}")
@@ -73,33 +79,42 @@ class Errors(NamedTuple):
 
 
 def difference(
-    subject: Subject, of: Mapping[str, Array], held: Mapping[str, Array], epsilon: float = _DOUBLE
+    subject: Subject, of: Mapping[str, Array], held: Mapping[str, Array], bound: float, epsilon: float = _DOUBLE
 ) -> Errors:
     """Return the errors of one run held against another.
 
-    A thousand roundings of the machine's size, and of a radian, are no motion yet.
+    Ten roundings are within any bound: of the machine's size and of a radian, and of how many of these its parts have
+    moved by at most. Forces on what has moved are rounded, and they turn, too.
 
     Parameters
     ----------
     of, held : ``t``, ``q`` and ``v`` of the rows
+    bound : of an error
     epsilon : last place of the numbers of the run
     """
     if of["q"].shape != held["q"].shape:
         return Errors(float("inf"), float("inf"))
-    model, span = subject.model(OWN), float(held["t"][-1] - held["t"][0])
-    least = {"rad": _NO_MOTION * epsilon, "m": _NO_MOTION * epsilon * subject.extent}
+    model, extent, span = subject.model(OWN), subject.extent, float(held["t"][-1] - held["t"][0])
+    scale = {"rad": 1.0, "m": extent}
     wrong: dict[str, float] = {}
     moved: dict[str, float] = {}
     for kind, error, motion in _positions(model, of["q"], held["q"]):
         wrong[kind] = max(wrong.get(kind, 0.0), error)
-        moved[kind] = max(moved.get(kind, least.get(kind, 0.0)), motion)
-    position = max((error / (moved[kind] or 1.0) for kind, error in wrong.items()), default=0.0)
+        moved[kind] = max(moved.get(kind, 0.0), motion)
+    turned = max(1.0, *(motion / scale[kind] for kind, motion in moved.items() if kind in scale))
+    rounding = _ROUNDINGS * epsilon / bound
+    least = {kind: rounding * turned * size for kind, size in scale.items()}
+    sizes = {kind: max(motion, least.get(kind, 0.0)) or 1.0 for kind, motion in moved.items()}
+    position = max((error / sizes[kind] for kind, error in wrong.items()), default=0.0)
+
+    kinds = {kind: [k for k, unit in enumerate(model.v_units) if unit == kind] for kind in set(model.v_units)}
+    fastest = {kind: float(np.max(np.abs(held["v"][:, columns]))) for kind, columns in kinds.items()}
+    rates = {f"{kind}/s": size for kind, size in scale.items()}
+    turning = max(turned / span, *(speed / rates[kind] for kind, speed in fastest.items() if kind in rates))
     velocity = 0.0
-    for kind in set(model.v_units):
-        columns = [k for k, unit in enumerate(model.v_units) if unit == kind]
-        floor = least.get(kind.removesuffix("/s"), 0.0) / span
-        size = max(float(np.max(np.abs(held["v"][:, columns]))), floor)
-        velocity = max(velocity, float(np.max(np.abs(of["v"][:, columns] - held["v"][:, columns]))) / (size or 1.0))
+    for kind, columns in kinds.items():
+        size = max(fastest[kind], rounding * turning * rates.get(kind, 0.0)) or 1.0
+        velocity = max(velocity, float(np.max(np.abs(of["v"][:, columns] - held["v"][:, columns]))) / size)
     found = Errors(position, velocity)
     return found if np.all(np.isfinite(found)) else Errors(float("inf"), float("inf"))
 
@@ -126,33 +141,27 @@ def _angle(one: Array, two: Array) -> float:
     return float(np.max(4.0 * np.arcsin(np.minimum(0.5 * closest, 1.0))))
 
 
-def _pairs(subject: Subject, conditions: Conditions) -> Iterator[tuple[str, Callable[[], Ended], Callable[[], Ended]]]:
-    model = subject.model(conditions.model)
+def _pairs(subject: Subject, conditions: Conditions) -> Iterator[tuple[str, Request, Request]]:
     free = conditions.varied(given={})
     span = conditions.step * conditions.steps
 
-    def finer(method: str, times: int, **more: float) -> Callable[[], Ended]:
+    def finer(method: str, times: int, **more: float) -> Request:
         steps = conditions.steps * times
-        changed = free.varied(step=span / steps, steps=steps)
-        return lambda: simulated(model, changed, method, error_estimate=False, **more)
+        return Request(free.varied(step=span / steps, steps=steps), method, {"error_estimate": False, **more})
 
-    def series(tolerance: float) -> Callable[[], Ended]:
+    def tight(method: str) -> Request:
         changed = free.varied(step=span / ROWS, steps=ROWS)
-        return lambda: simulated(model, changed, "taylor", error_estimate=False, tolerance=tolerance)
+        return Request(changed, method, {"error_estimate": False, "tolerance": 1e-14})
 
     # steps that resolve the fastest motion of the scene as it is
     least = int(np.ceil(conditions.step / subject.fine / conditions.parameters.get("unit_time", 1.0)))
     times = max(4, 4 * least)
     times = max(1, min(times, MOST_STEPS // (4 * conditions.steps)))
-    if subject.constrained:
-        fine = "rk4_partitioned"
+    for fine in subject.methods(fine_by="steps"):
+        for series in subject.methods(fine_by="tolerance"):
+            yield f"{series}, held against {fine} at 1/{times} of the step", tight(series), finer(fine, times)
         yield f"{fine} at 1/{times} and 1/{2 * times} of the step", finer(fine, 2 * times), finer(fine, times)
-    else:
-        if subject.runs("taylor"):
-            yield f"taylor, held against rk4 at 1/{times} of the step", series(1e-14), finer("rk4", times)
-        yield f"rk4 at 1/{times} and 1/{2 * times} of the step", finer("rk4", 2 * times), finer("rk4", times)
-    for few in (4, 64):
+    for damped, few in itertools.product(subject.methods(fine_by="damping"), (4, 64)):
         many = min(few * 4, max(2, MOST_STEPS // conditions.steps))
-        text = f"generalized_alpha at 1/{many} and 1/{many // 2} of the step"
-        implicit = "generalized_alpha"
-        yield text, finer(implicit, many, rho_inf=0.5), finer(implicit, max(1, many // 2), rho_inf=0.8)
+        text = f"{damped} at 1/{many} and 1/{many // 2} of the step"
+        yield text, finer(damped, many, rho_inf=0.5), finer(damped, max(1, many // 2), rho_inf=0.8)

@@ -1,8 +1,8 @@
-"""One run under given conditions, in a child process with a time limit: hangs and crashes are results, too."""
+"""Runs under given conditions, in a process of their own with a time limit: hangs and crashes are results, too."""
 
 from __future__ import annotations
 
-import json
+import contextlib
 import multiprocessing
 import os
 import signal
@@ -11,12 +11,14 @@ import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from multiprocessing.connection import Connection
-from typing import Any
+from multiprocessing.process import BaseProcess
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.errors import EomgenError
+from eomgen.integrators.methods import canonical_name
 from eomgen.model import Model
 from eomgen.results.solution import Solution
 
@@ -24,8 +26,8 @@ from eomgen.results.solution import Solution
 #: even that; killed by a signal; with an error that is none of eomgen's.
 REACHED, STOPPED, REFUSED, UNFINISHED = "reached", "stopped", "refused", "unfinished"
 HANG, CRASH, RAISED = "hang", "crash", "raised"
-#: Rows of a run that are compared, and seconds that a run has to stop when it is interrupted.
-ROWS, GRACE = 20, 5.0
+#: Rows of a run that are compared, seconds that a run has to stop when it is interrupted, and seconds for compiling.
+ROWS, GRACE, COMPILING = 20, 5.0, 600.0
 
 
 @dataclass(frozen=True)
@@ -80,6 +82,23 @@ class Ended:
     seconds: float = 0.0
 
 
+class Request(NamedTuple):
+    """A run: its conditions, its method, and other options of ``simulate``."""
+
+    conditions: Conditions
+    method: str
+    more: Mapping[str, Any] = {}
+
+
+def compile_stepper(model: Model, method: str) -> None:
+    """Compile the stepper of a method; what is wrong with it the run says."""
+    with contextlib.suppress(EomgenError), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        name = canonical_name(method)
+        if name != canonical_name(model.library.layout["built_method"]):
+            model.stepper(name)
+
+
 def simulated(model: Model, conditions: Conditions, method: str, **more: Any) -> Ended:
     """Return how a run under these conditions ends."""
     initial = None
@@ -125,55 +144,97 @@ def _arrays(run: Solution, conditions: Conditions) -> dict[str, Array]:
     }
 
 
-def in_child(call: Callable[[], Ended], limit: float) -> Ended:
-    """Return what a call gives in a child process.
+class Runner:
+    """A process that runs one thing after another, and a new one where it did not come back.
+
+    It is forked when it is first asked, so what is loaded there is known to it, and what it loads stays loaded. To
+    compile takes as long as it takes; the limit is for what comes after that.
 
     Parameters
     ----------
-    limit : s; then the child is interrupted, and killed when it does not end
+    prepare : what a request needs that is no part of its run
+    run : answers it
+
+    Attributes
+    ----------
+    used : whether the process of the last request had answered others before
     """
-    began = time.perf_counter()
-    fork = multiprocessing.get_context("fork")  # the models are there already
-    answers, sender = fork.Pipe(duplex=False)
-    child = fork.Process(target=_answer, args=(call, sender), daemon=True)
-    child.start()
-    sender.close()
-    data = b""
-    try:
-        there = answers.poll(limit)
-        if not there and child.pid is not None:
-            os.kill(child.pid, signal.SIGINT)
-            there = answers.poll(GRACE)
-        if not there:
-            child.kill()
-            return Ended(HANG, f"more than {limit:g} s, and no answer to an interrupt", seconds=limit)
-        data = answers.recv_bytes()
-    except EOFError:
-        pass
-    finally:
-        child.join()
-        answers.close()
-    took = time.perf_counter() - began
-    if not data:
-        return Ended(CRASH, f"killed by signal {-(child.exitcode or 0)}", seconds=took)
-    return _read(data, took)
+
+    def __init__(self, prepare: Callable[[Any], None], run: Callable[[Any], Ended]) -> None:
+        self._prepare, self._run = prepare, run
+        self._process: BaseProcess | None = None
+        self._pipe: Connection | None = None
+        self.used = False
+
+    def ended(self, request: Any, limit: float) -> Ended:
+        """Return how a request ends.
+
+        Parameters
+        ----------
+        request : what can be pickled
+        limit : s; then the process is interrupted, and killed when it does not answer
+        """
+        pipe, process = self._there()
+        try:
+            pipe.send(request)
+            if not pipe.poll(COMPILING):
+                return self._lost(Ended(HANG, f"more than {COMPILING:g} s to compile", seconds=COMPILING))
+            raised: Ended | None = pipe.recv()
+            if raised is not None:
+                return raised
+            began = time.perf_counter()
+            if pipe.poll(limit):
+                answer: Ended = pipe.recv()
+                return replace(answer, seconds=time.perf_counter() - began)
+            os.kill(process.pid or 0, signal.SIGINT)
+            if not pipe.poll(GRACE):
+                return self._lost(Ended(HANG, f"more than {limit:g} s, and no answer to an interrupt", seconds=limit))
+            answer = pipe.recv()
+            return self._lost(replace(answer, seconds=time.perf_counter() - began))
+        except (EOFError, OSError):
+            process.join()
+            return self._lost(Ended(CRASH, f"killed by signal {-(process.exitcode or 0)}"))
+
+    def close(self) -> None:
+        """End the process; the next request gets a new one."""
+        if self._process is not None and self._pipe is not None:
+            self._pipe.close()
+            self._process.kill()
+            self._process.join()
+        self._process, self._pipe = None, None
+
+    def _there(self) -> tuple[Connection, BaseProcess]:
+        if self._process is None or self._pipe is None:
+            fork = multiprocessing.get_context("fork")  # the models are there already
+            self._pipe, other = fork.Pipe()
+            self._process = fork.Process(target=_serve, args=(other, self._pipe, self._prepare, self._run), daemon=True)
+            self._process.start()
+            other.close()
+            self.used = False
+        else:
+            self.used = True
+        return self._pipe, self._process
+
+    def _lost(self, ended: Ended) -> Ended:
+        self.close()
+        return ended
 
 
-def _answer(call: Callable[[], Ended], sender: Connection) -> None:
-    """Call in the child, and send the answer."""
+def _serve(pipe: Connection, other: Connection, prepare: Callable[[Any], None], run: Callable[[Any], Ended]) -> None:
+    """Answer requests until the other end of the pipe is closed."""
+    other.close()
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        ended = call()
-    except KeyboardInterrupt:
-        ended = Ended(UNFINISHED, "interrupted")
-    except Exception as error:
-        ended = Ended(RAISED, f"{type(error).__name__}: {error}")
-    arrays = {name: array.tolist() for name, array in (ended.arrays or {}).items()}
-    content = [ended.how, ended.said, arrays if ended.arrays is not None else None, ended.finite]
-    sender.send_bytes(json.dumps(content).encode())
-
-
-def _read(data: bytes, seconds: float) -> Ended:
-    how, said, arrays, finite = json.loads(data)
-    rows = None if arrays is None else {name: np.array(array, dtype=float) for name, array in arrays.items()}
-    return Ended(how, said, rows, finite, seconds)
+    while True:
+        try:
+            request = pipe.recv()
+        except (EOFError, KeyboardInterrupt):
+            return
+        try:
+            prepare(request)
+            pipe.send(None)
+            ended = run(request)
+        except KeyboardInterrupt:
+            ended = Ended(UNFINISHED, "interrupted")
+        except Exception as error:
+            ended = Ended(RAISED, f"{type(error).__name__}: {error}")
+        pipe.send(ended)

@@ -16,11 +16,11 @@ from eomgen.errors import FileError, Problem, UsageError
 from eomgen.files import make_folder
 from eomgen.studies.ladders.references import Reference, difference, reference
 from eomgen.studies.ladders.result import Extremes
-from eomgen.studies.ladders.runs import REACHED, Conditions, Ended, in_child, simulated
+from eomgen.studies.ladders.runs import REACHED, Conditions, Ended, Request, Runner, compile_stepper, simulated
 from eomgen.studies.ladders.structure import Structure
 from eomgen.studies.ladders.subject import FACTORS, SINGLE, Subject
 from eomgen.studies.ladders.table import BY_NAME, EQUATIONS, LADDERS, SAME, Ladder, methods_of
-from eomgen.studies.ladders.verdicts import Cell, verdict
+from eomgen.studies.ladders.verdicts import FAILS, Cell, verdict
 from eomgen.text import nearest, shown
 from eomgen.version import __version__
 
@@ -89,7 +89,10 @@ def extremes(
     wanted = [BY_NAME[name] for name in ladders] or list(LADDERS)
     chosen = [_cell_of(text) for text in cells] if cells else None
     journal = _Journal(folder, _identity(study.subject), resume=resume)
-    found, left_out = study.run(wanted, methods, chosen, journal, began + budget, progress)
+    try:
+        found, left_out = study.run(wanted, methods, chosen, journal, began + budget, progress)
+    finally:
+        study.runner.close()
     source = str(scene) if isinstance(scene, str | Path) else study.subject.name
     return Extremes(
         study.subject.name, source, tuple(found), left_out, study.subject.period, time.perf_counter() - began
@@ -113,6 +116,12 @@ class _Study:
         self.subject, self.limit = subject, limit
         self.references: dict[str, Reference] = {}
         self.structure: Structure | None = None
+        self.runner = Runner(
+            lambda request: compile_stepper(subject.model(request.conditions.model), request.method),
+            lambda request: simulated(
+                subject.model(request.conditions.model), request.conditions, request.method, **request.more
+            ),
+        )
 
     def run(
         self,
@@ -159,15 +168,25 @@ class _Study:
         if ladder.against == EQUATIONS:
             return self._equations(ladder, value, method)
         conditions = ladder.conditions(self.subject, value)
-        model = self.subject.model(conditions.model)
-        ended = in_child(lambda: simulated(model, conditions, method), self.limit)
+        self.subject.model(conditions.model)  # what cannot be built raises here
+        request = Request(conditions, method)
+        ended = self.runner.ended(request, self.limit)
+        used = self.runner.used
+        found = self._judged(ladder, value, method, conditions, ended)
+        if found.verdict == FAILS and used:  # what its process ran before must not be the reason
+            self.runner.close()
+            ended = self.runner.ended(request, self.limit)
+            found = self._judged(ladder, value, method, conditions, ended)
+        return found
+
+    def _judged(self, ladder: Ladder, value: float, method: str, conditions: Conditions, ended: Ended) -> Cell:
         error, by = None, ""
         if ended.how == REACHED and ended.finite and ended.arrays is not None:
             held = self._reference(ladder, conditions, method)
             by = held.by
             if held.arrays is not None:
                 epsilon = float(np.finfo(np.float32 if conditions.model == SINGLE else np.float64).eps)
-                error = difference(self.subject, ended.arrays, held.arrays, epsilon)
+                error = difference(self.subject, ended.arrays, held.arrays, ladder.bound, epsilon)
         found = verdict(ended, None if error is None else error.worst, ladder.bound)
         q, v = (None, None) if error is None else error
         return Cell(ladder.name, value, method, found, q, v, ladder.bound, ended.said, by, ended.seconds)
@@ -192,14 +211,13 @@ class _Study:
             key = f"same {method}"
             if key not in self.references:
                 own = self.subject.conditions(model=FACTORS)
-                model = self.subject.model(FACTORS)
-                ended = in_child(lambda: simulated(model, own, method, error_estimate=False), self.limit)
+                ended = self.runner.ended(Request(own, method, {"error_estimate": False}), self.limit)
                 arrays = dict(ended.arrays) if ended.how == REACHED and ended.arrays is not None else None
                 self.references[key] = Reference(f"{method}, the scene as it is", arrays, 0.0)
             return self.references[key]
         key = _key(conditions.varied(given={}))
         if key not in self.references:
-            self.references[key] = reference(self.subject, conditions)
+            self.references[key] = reference(self.subject, conditions, self.runner.ended)
         return self.references[key]
 
 

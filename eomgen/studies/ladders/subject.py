@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -13,6 +13,8 @@ import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.errors import EomgenError
+from eomgen.integrators.families.family import FineBy, Ladders, MethodName
+from eomgen.integrators.families.register import BUILT_IN, families_of_others
 from eomgen.integrators.methods import check_needs, method_named
 from eomgen.model import Model
 from eomgen.pipeline import pipeline
@@ -139,6 +141,13 @@ class Subject:
             return False
         return True
 
+    def methods(self, *, ladders: Ladders | None = None, fine_by: FineBy = "") -> list[str]:
+        """Return the methods of a kind of ladders, or those whose runs can be references, that can step the scene and
+        that do what no other one does."""
+        has = {"constraints": self.constrained, "rotations": any(f.group != "R" for f in self.model(OWN).factors)}
+        rows = [row for row in _rows() if (row.fine_by == fine_by if fine_by else ladders in row.ladders)]
+        return [row.name for row in rows if all(has[fact] for fact in row.differs) and self.runs(row.name)]
+
     @cached_property
     def start(self) -> tuple[Array, Array]:
         """Where cells start: the scene's initial state, q and v, on its constraints."""
@@ -226,6 +235,11 @@ class Subject:
             parameters={name: x for name, x in units.parameters.items() if name in self.factors},
             sizes=sizes,
         )
+
+
+def _rows() -> Iterator[MethodName]:
+    for family in (*BUILT_IN, *families_of_others()):
+        yield from family.names()
 
 
 def _rates(model: Model, q: Array, v: Array, z: Array | None, parameters: Mapping[str, float]) -> Array:

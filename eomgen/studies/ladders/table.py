@@ -204,15 +204,13 @@ BY_NAME: Mapping[str, Ladder] = {ladder.name: ladder for ladder in LADDERS}
 
 def methods_of(ladder: Ladder, subject: Subject, wanted: Sequence[str]) -> list[str]:
     """Return the methods that a ladder runs with, the scene's first."""
-    own = str(subject.model(OWN).description.simulation.method)
-    explicit = "rk4_partitioned" if subject.constrained else "rk4"
-    every = [own, "generalized_alpha", explicit]
-    if ladder.methods == ALL:
-        every += ["generalized_alpha_index3"] if subject.constrained else ["hermite", "taylor", "rk45"]
-    elif ladder.methods == DAMPED:
-        every = ["generalized_alpha", *(["generalized_alpha_index3"] if subject.constrained else ["wbz"])]
-    elif ladder.methods == ONE:
-        every = [own]
+    own = [str(subject.model(OWN).description.simulation.method)]
+    every = {
+        ONE: lambda: own,
+        FEW: lambda: [*own, *subject.methods(ladders="few")],
+        ALL: lambda: [*own, *subject.methods(ladders="few"), *subject.methods(ladders="all")],
+        DAMPED: lambda: subject.methods(ladders="damped"),
+    }[ladder.methods]()
     found = [name for name in dict.fromkeys(every) if subject.runs(name)]
     chosen = [name for name in (wanted if ladder.methods != ONE else []) if subject.runs(name)]
     return chosen or found
