@@ -118,8 +118,7 @@ def _coordinates(scene: Scene) -> Iterator[Coordinates]:
 
 
 def _elastic(name: str, beam: Beam) -> Coordinates:
-    """Return what elastic coordinates are; nodal ones are deflections and slopes in turn, so those have no unit of
-    their own.
+    """Return what elastic coordinates are.
 
     A beam of order 1 is right, and its inertia positive definite, for deformations that are small against its length.
     Higher modes have steeper slopes at the same deflection, so they get less.
@@ -127,7 +126,7 @@ def _elastic(name: str, beam: Beam) -> Coordinates:
     units: list[str] = []
     reach: list[float] = []
     for item in beam.deformations:
-        units += ["" if item.nodal else "rad" if item.kind == "torsion" else "m"] * item.modes
+        units += item.units
         length = min(beam.length, 1.0) if item.nodal else 1.0 if item.kind == "torsion" else beam.length
         reach += [_SMALL * length / (item.modes if item.nodal else number + 1) for number in range(item.modes)]
     return Coordinates(name, tuple(units), tuple(reach), beam.length, beam.order == 1)

@@ -172,6 +172,21 @@ def test_nodal_coordinates_of_cubic_elements() -> None:
     np.testing.assert_allclose(found.k[2:, 2:], np.array([[12.0, -6 * h], [-6 * h, 4 * h * h]]) / h**3, rtol=1e-13)
 
 
+@pytest.mark.parametrize(
+    ("kind", "ends", "modes", "expected"),
+    [
+        ("stretch", "clamped_free", 4, "m m m m"),
+        ("torsion", "free_free", 5, "rad rad rad rad rad"),
+        ("bending_y", "clamped_free", 4, "m rad m rad"),
+        ("bending_z", "free_free", 6, "m rad m rad m rad"),
+        ("bending_y", "pinned_pinned", 4, "rad m rad rad"),
+    ],
+)
+def test_nodal_coordinates_have_units(kind: Any, ends: Any, modes: int, expected: str) -> None:
+    found = deformation(kind, modes, "finite_elements", elements=2, ends=ends, nodal=True)
+    assert " ".join(found.units) == expected
+
+
 @pytest.mark.parametrize("shapes", ["free_free", "polynomial", "finite_elements"])
 def test_free_shapes_have_mean_axes(shapes: Any) -> None:
     """They move neither the centre of mass nor, in bending, the axis of inertia: the floating frame is the mean of the

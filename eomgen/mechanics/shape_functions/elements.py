@@ -18,13 +18,10 @@ import numpy as np
 from eomgen.mechanics.shape_functions.banded import Banded, modes
 from eomgen.mechanics.shape_functions.fixed_point import BITS, ONE, WORKING, Fixed, array, polynomial, times, unfixed
 from eomgen.mechanics.shape_functions.polynomials import Coefficients, differentiated, integrated, product, shifted
-from eomgen.scene.bodies.beam import Beam, Deformation, Ends
+from eomgen.scene.bodies.beam import Beam, Deformation
 
 _CUBIC = ((1, 0, -3, 2), (0, 1, -2, 1), (0, 0, 3, -2), (0, 0, -1, 1))
 _QUADRATIC = ((1, -3, 2), (0, 4, -4), (0, -1, 2))
-#: Nodal coordinates held at the ends; negative ones are counted from the last.
-_FIXED_IN_BENDING: dict[Ends, tuple[int, ...]] = {"clamped_free": (0, 1), "free_free": (), "pinned_pinned": (0, -2)}
-_FIXED: dict[Ends, tuple[int, ...]] = {"clamped_free": (0,), "free_free": (), "pinned_pinned": (0, -1)}
 
 
 @dataclass(frozen=True)
@@ -80,8 +77,7 @@ def elements(deformation: Deformation, beam: Beam) -> Elements:
     bending = deformation.kind.startswith("bending")
     whole = _mesh(deformation.elements, Fraction(beam.length), bending)
     size = whole.size
-    fixed_dofs = {dof % size for dof in (_FIXED_IN_BENDING if bending else _FIXED)[deformation.ends]}
-    free = [dof for dof in range(size) if dof not in fixed_dofs]
+    free = deformation.free_nodal
     mesh = replace(whole, nodal=whole.nodal[:, free])
     if deformation.nodal:
         return mesh

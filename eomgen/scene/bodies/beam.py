@@ -24,6 +24,10 @@ KINDS: tuple[DeformationKind, ...] = ("bending_y", "bending_z", "stretch", "tors
 #: Of the length of a beam: what is this little beyond one of its ends is at that end.
 AT_END = 1e-6
 
+#: Nodal coordinates held at the ends; negative ones are counted from the last.
+_FIXED_IN_BENDING: dict[Ends, tuple[int, ...]] = {"clamped_free": (0, 1), "free_free": (), "pinned_pinned": (0, -2)}
+_FIXED: dict[Ends, tuple[int, ...]] = {"clamped_free": (0,), "free_free": (), "pinned_pinned": (0, -1)}
+
 _ZERO: Formula = Number(0.0)
 _ONE: Formula = Number(1.0)
 
@@ -70,6 +74,21 @@ class Deformation:
     nodal: bool = False
     normalisation: Normalisation = "natural"
     masses: tuple[tuple[float, float, float], ...] = ()
+
+    @property
+    def free_nodal(self) -> list[int]:
+        """Which nodal coordinates of a mesh its ends leave free; in bending deflections and slopes come in turn."""
+        bending = self.kind.startswith("bending")
+        size = 2 * self.elements + (2 if bending else 1)
+        fixed = {dof % size for dof in (_FIXED_IN_BENDING if bending else _FIXED)[self.ends]}
+        return [dof for dof in range(size) if dof not in fixed]
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Units of the elastic coordinates."""
+        if self.nodal and self.kind.startswith("bending"):
+            return tuple("rad" if dof % 2 else "m" for dof in self.free_nodal)
+        return ("rad" if self.kind == "torsion" else "m",) * self.modes
 
 
 @dataclass(frozen=True)
