@@ -30,7 +30,9 @@ _OF_SCENES = ("strict", "coordinates", *all_options())
 @click.option("--ladders", default=None, metavar="NAME,NAME", help="step, stiffness, length, ...; all by default.")
 @click.option("--methods", default=None, metavar="NAME,NAME", help="In place of those that suit the scene.")
 @click.option("--cell", "cells", multiple=True, metavar="LADDER:VALUE[:METHOD]", help="This cell alone; repeatable.")
-@click.option("--budget", type=float, default=300.0, show_default=True, metavar="S", help="Of computation.")
+@click.option(
+    "--budget", type=float, default=300.0, show_default=True, metavar="S", help="Of computation, compiling aside."
+)
 @click.option("--limit", type=float, default=20.0, show_default=True, metavar="S", help="For one cell.")
 @click.option("--resume", is_flag=True, help="Go on with the cells of the folder.")
 @json_option

@@ -134,6 +134,15 @@ class _Comparisons:
         return float(self.own.rows[-1, 0]) - self._same
 
     @property
+    def turn(self) -> float:
+        """The largest turn within a step of the run, rad."""
+        model = self.run.model
+        columns = [1 + model.nq + k for k, unit in enumerate(model.v_units) if unit == "rad/s"]
+        with np.errstate(all="ignore"):
+            fastest = float(np.max(np.abs(self.own.rows[:, columns]), initial=0.0))
+        return fastest * self.run.settings["step"]
+
+    @property
     def _same(self) -> float:
         return SAME_TIME * self.run.settings["step"]
 
@@ -242,8 +251,11 @@ def _by_steps(runs: _Comparisons) -> ErrorEstimate:
 
 
 def _doubtful(runs: _Comparisons, found: ErrorEstimate, near: _Apart) -> bool:
-    """Return whether longer steps tell too little, so that a shorter one has to."""
-    if runs.span.steps < _FEW_STEPS or found.t[-1] < runs.end:
+    """Return whether longer steps tell too little, so that a shorter one has to.
+
+    What turns by more than half a turn within a step is met at angles that longer steps pass over in the same way.
+    """
+    if runs.span.steps < _FEW_STEPS or found.t[-1] < runs.end or runs.turn > math.pi:
         return True
     other_order = abs(found.order - found.declared_order) > _OTHER_ORDER and found.relative > _NEGLIGIBLE
     return other_order or float(shares(near.kinds, runs.size).max(initial=0.0)) > _DOUBTFUL

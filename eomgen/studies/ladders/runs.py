@@ -158,13 +158,14 @@ class Runner:
     Attributes
     ----------
     used : whether the process of the last request had answered others before
+    compiling : s that went into what is no part of runs
     """
 
     def __init__(self, prepare: Callable[[Any], None], run: Callable[[Any], Ended]) -> None:
         self._prepare, self._run = prepare, run
         self._process: BaseProcess | None = None
         self._pipe: Connection | None = None
-        self.used = False
+        self.used, self.compiling = False, 0.0
 
     def ended(self, request: Any, limit: float) -> Ended:
         """Return how a request ends.
@@ -176,10 +177,12 @@ class Runner:
         """
         pipe, process = self._there()
         try:
+            began = time.perf_counter()
             pipe.send(request)
             if not pipe.poll(COMPILING):
                 return self._lost(Ended(HANG, f"more than {COMPILING:g} s to compile", seconds=COMPILING))
             raised: Ended | None = pipe.recv()
+            self.compiling += time.perf_counter() - began
             if raised is not None:
                 return raised
             began = time.perf_counter()

@@ -56,9 +56,9 @@ def extremes(
     cells : sequence of str
         ``LADDER:VALUE`` or ``LADDER:VALUE:METHOD``: these alone.
     budget : float
-        s of computation; what it leaves out is said.
+        s of computation, compiling aside; what it leaves out is said.
     limit : float
-        s that a cell may take.
+        s that a cell may take, compiling aside.
     folder : path
         Where cells are written as they come; see also ``Extremes.save``.
     resume : bool
@@ -90,7 +90,7 @@ def extremes(
     chosen = [_cell_of(text) for text in cells] if cells else None
     journal = _Journal(folder, _identity(study.subject), resume=resume)
     try:
-        found, left_out = study.run(wanted, methods, chosen, journal, began + budget, progress)
+        found, left_out = study.run(wanted, methods, chosen, journal, budget, progress)
     finally:
         study.runner.close()
     source = str(scene) if isinstance(scene, str | Path) else study.subject.name
@@ -129,7 +129,7 @@ class _Study:
         methods: Sequence[str],
         chosen: Sequence[tuple[Ladder, float, str]] | None,
         journal: _Journal,
-        end: float,
+        budget: float,
         progress: Progress | None,
     ) -> tuple[list[Cell], dict[str, str]]:
         found: list[Cell] = []
@@ -149,13 +149,14 @@ class _Study:
                 known = methods_of(ladder, self.subject, methods)
                 plan += [(ladder, value, method) for value in ladder.values for method in known]
         plan = [entry for entry in plan if entry[0].name not in left_out]
+        began = time.perf_counter()
         for number, (ladder, value, method) in enumerate(plan):
             if progress is not None:
                 progress(number, len(plan), f"{ladder.name} {value:g} {method}")
             key = f"{ladder.name}:{value:.9g}:{method}"
             if key in journal.cells:
                 found.append(journal.cells[key])
-            elif time.perf_counter() > end:
+            elif time.perf_counter() - began - self.runner.compiling > budget:
                 left_out[key] = "the budget is spent"
             else:
                 cell = self.cell(ladder, value, method)
