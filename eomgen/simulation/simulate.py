@@ -293,7 +293,8 @@ def solution_of(
         fast = unresolved_motion(run, trajectory.rows, average, events, changes, jumps)
         error = replace(error, unresolved=fast)
     conservative = model.library.layout["facts"]["conservative"] and not len(changes)
-    epsilon = float(np.finfo(np.float32 if model.library.real == "float" else np.float64).eps)
+    single = model.library.real == "float"
+    epsilon = float(np.finfo(np.float32 if single else np.float64).eps)
     between = run.every > 1 or run.method.chooses_steps  # there are steps between the rows
     balance = energy_balance(t, energy, jumps, conservative=conservative, sparse=between, epsilon=epsilon)
     if balance.error is not None and balance.error > REPORTED and at_rest(run, trajectory.rows):
@@ -307,7 +308,9 @@ def solution_of(
         drift = "" if len(changes) else momentum_drift(model, (t, q, v, z), p, run.signals if run.driven else None)
         if fault := failure(growth, balance, energy, run.method, violation):
             success, message = False, f"{message}, but {fault}"
-        elif warning := run_warnings(statistics, balance, run.settings["step"], cause, violation, error, drift):
+        elif warning := run_warnings(
+            statistics, balance, run.settings["step"], cause, violation, error, drift, single=single
+        ):
             success = balance.gain <= FAILED or (between and not conservative)  # rows may miss a pulse of power
             message = f"{message}{'; ' if success else ', but '}{warning}"
         if bending is not None and success:

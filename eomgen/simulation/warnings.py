@@ -37,11 +37,14 @@ def run_warnings(
     violation: Violation | None = None,
     error: ErrorEstimate | None = None,
     momentum: str = "",
+    *,
+    single: bool = False,
 ) -> str:
     """Return the warnings about a run that reached its end, with what to try; empty without any.
 
     ``cause`` looks for a cause other than too large a step, called only if there are warnings; its text says what to
-    try. ``momentum`` says which one drifts that has to be kept.
+    try. ``momentum`` says which one drifts that has to be kept. ``single``: numbers are of single precision, where
+    errors without order are mostly rounding, of which smaller steps have more.
     """
     found = []
     halvings = int(statistics.get("halvings", 0))
@@ -57,6 +60,8 @@ def run_warnings(
     if violation is not None:
         found.append(violation.what)
     rounding, coarser = statistics.get("max_rounding", 0.0), ""
+    if single and error is not None and error.unordered:
+        coarser = f"try: double precision; rounding grows where steps are smaller than {step:.3g} s"
     if rounding > ROUNDED:
         found.append(f"up to {100.0 * rounding:.2g} % of the multipliers is rounding, which grows as 1/step^2")
         coarser = f"try: generalized_alpha, a step larger than {step:.3g} s, or double precision"

@@ -263,6 +263,13 @@ def test_16_overdamped_joints_creep(damping: float) -> None:
     assert run.q[-1, 0] == pytest.approx(0.5 + 3.68 / damping, abs=0.02 / damping)
 
 
+def test_13_single_precision_is_told_to_be_double_where_smaller_steps_are_worse() -> None:
+    scene = EXAMPLES / "slider_crank_spatial" / "scene.toml"
+    run = eomgen.build(scene, real="float").simulate(2.0, 1e-5, record_every=10000)
+    assert ", and no less at half the step" in run.message
+    assert run.message.endswith("; try: double precision; rounding grows where steps are smaller than 1e-05 s")
+
+
 @pytest.mark.parametrize("length", [1e-6, 1e-3, 1e3, 1e5])
 def test_17_the_stabilised_form_does_not_depend_on_the_unit_of_length(length: float) -> None:
     top = {
@@ -293,7 +300,32 @@ def test_18_machines_of_any_size_are_brought_onto_their_constraints(units: tuple
         assert run.success and re.fullmatch(r"reached t = \S+ s in 50 steps", run.message)
 
 
+@pytest.mark.parametrize("method", ["generalized_alpha", "generalized_alpha_index3", "rk4_partitioned"])
+def test_18_angles_of_very_many_turns_are_told_to_drop_them(method: str) -> None:
+    model = eomgen.build(EXAMPLES / "four_bar" / "scene.toml")
+    start = {"q": model.initial_q + 2e9 * np.pi, "v": model.initial_v}
+    run = model.simulate(0.1, 1e-3, method=method, initial=start)
+    what = "the initial configuration cannot be brought onto the constraints"
+    hint = "initial coordinates that meet them more closely; angles without their whole turns, which cost digits"
+    assert run.message == f"stopped at t = 0 s, after 0 of 100 steps: {what}; try: {hint}"
+
+
 def test_18_a_spin_beyond_the_step_is_told_to_take_a_smaller_one() -> None:
     run = eomgen.build(one({"type": "spherical"})).simulate(0.1, 0.01, initial={"v": [0, 0, 1000]})
     what = "a body turns by more than 0.9 of a full turn within one step; reduce the step"
     assert run.message == f"stopped at t = 0 s, after 0 of 10 steps: {what}; try: a step smaller than 0.01 s"
+
+
+@pytest.mark.parametrize("turn", [6.2, 6.3])
+def test_what_turns_once_within_a_step_is_not_taken_to_stand_still(turn: float) -> None:
+    """A mass off the axis of a spin: at steps of one turn, and of two and four, its weight always pulls one way."""
+    body = {"mass": 1.0, "center_of_mass": [0.1, 0, 0], "inertia": [1.0, 1.0, 1.0]}
+    slide = {"type": "prismatic", "parent": "base", "child": "carriage", "axis": [1, 0, 0], "stiffness": 1e4}
+    spin = {"type": "revolute", "parent": "carriage", "child": "rotor", "axis": [0, 0, 1]}
+    scene = {"format": 1, "name": "rotor", "gravity": [0, 0, 0], "bodies": {"carriage": {"mass": 1.0}, "rotor": body}}
+    model = eomgen.build(scene | {"joints": {"slide": slide, "spin": spin}})
+    start = {"spin": {"position": 0.0, "velocity": turn / 1e-3}}
+    run = model.simulate(0.1, 1e-3, initial=start)
+    exact = model.simulate(0.1, 1e-5, method="rk4", initial=start, record_every=100)
+    assert np.abs(run.q - exact.q)[:, 0].max() > 0.5 * np.ptp(exact.q[:, 0])
+    assert "the estimated error is " in run.message and " of q.slide" in run.message

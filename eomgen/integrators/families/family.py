@@ -344,7 +344,10 @@ BAD_ARGUMENT = Status(
 SINGULAR_ADVICE = "the inertia of the bodies and, near special configurations, other initial angles"
 SINGULAR_MASS = Status(2, "SINGULAR", "the mass matrix is singular", SINGULAR_ADVICE)
 NOT_CONSISTENT = Status(
-    6, "NOT_CONSISTENT", "the initial configuration cannot be brought onto the constraints", BAD_ARGUMENT.advice
+    6,
+    "NOT_CONSISTENT",
+    "the initial configuration cannot be brought onto the constraints",
+    "initial coordinates that meet them more closely; angles without their whole turns, which cost digits",
 )
 
 

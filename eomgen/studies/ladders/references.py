@@ -144,24 +144,25 @@ def _angle(one: Array, two: Array) -> float:
 def _pairs(subject: Subject, conditions: Conditions) -> Iterator[tuple[str, Request, Request]]:
     free = conditions.varied(given={})
     span = conditions.step * conditions.steps
+    # steps that resolve the fastest motion of the scene as it is
+    fine = subject.fine * conditions.parameters.get("unit_time", 1.0)
+    own = conditions.steps if 4 * conditions.steps <= MOST_STEPS else ROWS * int(np.ceil(span / fine / ROWS))
 
     def finer(method: str, times: int, **more: float) -> Request:
-        steps = conditions.steps * times
+        steps = own * times
         return Request(free.varied(step=span / steps, steps=steps), method, {"error_estimate": False, **more})
 
     def tight(method: str) -> Request:
         changed = free.varied(step=span / ROWS, steps=ROWS)
         return Request(changed, method, {"error_estimate": False, "tolerance": 1e-14})
 
-    # steps that resolve the fastest motion of the scene as it is
-    least = int(np.ceil(conditions.step / subject.fine / conditions.parameters.get("unit_time", 1.0)))
-    times = max(4, 4 * least)
-    times = max(1, min(times, MOST_STEPS // (4 * conditions.steps)))
-    for fine in subject.methods(fine_by="steps"):
+    times = max(1, min(4 * int(np.ceil(span / own / fine)), MOST_STEPS // (4 * own)))
+    step = "of the step" if own == conditions.steps else f"of {span / own:.3g} s"
+    for stepped in subject.methods(fine_by="steps"):
         for series in subject.methods(fine_by="tolerance"):
-            yield f"{series}, held against {fine} at 1/{times} of the step", tight(series), finer(fine, times)
-        yield f"{fine} at 1/{times} and 1/{2 * times} of the step", finer(fine, 2 * times), finer(fine, times)
+            yield f"{series}, held against {stepped} at 1/{times} {step}", tight(series), finer(stepped, times)
+        yield f"{stepped} at 1/{times} and 1/{2 * times} {step}", finer(stepped, 2 * times), finer(stepped, times)
     for damped, few in itertools.product(subject.methods(fine_by="damping"), (4, 64)):
-        many = min(few * 4, max(2, MOST_STEPS // conditions.steps))
-        text = f"{damped} at 1/{many} and 1/{many // 2} of the step"
+        many = min(few * 4, max(2, MOST_STEPS // own))
+        text = f"{damped} at 1/{many} and 1/{many // 2} {step}"
         yield text, finer(damped, many, rho_inf=0.5), finer(damped, max(1, many // 2), rho_inf=0.8)
