@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
 from eomgen.calls import unknown_attribute
-from eomgen.compiled import bodies, centroidal, equations, frames, prescribed, time_derivatives
+from eomgen.compiled import bodies, centroidal, configurations, equations, frames, prescribed, time_derivatives
 from eomgen.compiled.arguments import components, read_only
-from eomgen.compiled.coordinates import configuration_rate, coordinate_names, coordinate_units, with_unit_quaternions
+from eomgen.compiled.coordinates import configuration_rate, with_unit_quaternions
 from eomgen.compiled.functions import DRIVERS
 from eomgen.compiled.terms import Inputs, Parameters, Terms
 from eomgen.errors import Problem, UsageError
@@ -88,11 +88,9 @@ class CompiledModel:
             self.evaluator.factors,
             self.evaluator.input_names,
         )
-        self.q_names, self.v_names = coordinate_names(self.factors)
-        self.q_units, self.v_units = coordinate_units(self.factors, description.coordinates)
+        self.q_names, self.v_names = self.evaluator.q_names, self.evaluator.v_names
+        self.q_units, self.v_units = self.evaluator.q_units, self.evaluator.v_units
         self.angles = self.evaluator.angles
-        self.q_names += [f"q.{name}" for name in self.angles]
-        self.q_units += ["rad"] * len(self.angles)
         self.z_names = [f"z.{name}" for name in self.states]
         self.z_units = [str(item["unit"]) for item in layout["states"]]
         self.bodies, self.beams = self.evaluator.bodies, self.evaluator.beams
@@ -132,6 +130,8 @@ class CompiledModel:
     body_jacobian, point_jacobian = bodies.body_jacobian, bodies.point_jacobian
     jacobian, jacobian_rate, drift = frames.jacobian, frames.jacobian_rate, frames.drift
     operational_inertia = frames.operational_inertia
+    integrate, difference = configurations.integrate, configurations.difference
+    neutral, random = configurations.neutral, configurations.random
     center_of_mass, total_mass = centroidal.center_of_mass, centroidal.total_mass
     center_of_mass_jacobian = centroidal.center_of_mass_jacobian
     center_of_mass_drift = centroidal.center_of_mass_drift

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from eomgen.arrays import Array
 from eomgen.compiled.arguments import by_name, check_finite, check_quaternions, components, numbers, read_only
 from eomgen.compiled.constraints import accelerations, blocks_of, solvable
+from eomgen.compiled.coordinates import coordinate_names, coordinate_units
 from eomgen.compiled.functions import Functions
 from eomgen.compiled.requirements import Requirements
 from eomgen.errors import Problem, UsageError
@@ -38,6 +39,11 @@ class Terms:
         self.multipliers: tuple[str, ...] = tuple(layout["multipliers"])
         self.factors = tuple(Factor(**factor) for factor in layout["factors"])
         self.angles = tuple(str(name) for name in layout["angles"])
+        self.description = description
+        self.q_names, self.v_names = coordinate_names(self.factors)
+        self.q_units, self.v_units = coordinate_units(self.factors, description.coordinates)
+        self.q_names += [f"q.{name}" for name in self.angles]
+        self.q_units += ["rad"] * len(self.angles)
         self.initial_q = read_only(layout["initial_q"])
         self._first_angles = self.initial_q[int(layout["sizes"]["q"]) - len(self.angles) :]
         self.moving_base = bool(layout["facts"]["moving_base"])

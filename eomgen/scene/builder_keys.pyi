@@ -16,6 +16,7 @@ class IncludeKeys(TypedDict, total=False):
     lock: Sequence[str] | None
     limits: bool | None
     friction: bool | None
+    actuated: bool | None
 
 class SimulationKeys(TypedDict, total=False):
     method: str | None

@@ -16,6 +16,7 @@ from eomgen.scene.load import load, load_urdf
 from eomgen.scene.scene import Scene
 from tests.oracles.evaluation import relative_error, tape_evaluator
 from tests.oracles.formulas import value_of
+from tests.oracles.pinocchio_oracle import robot_file
 from tests.oracles.states import random_states
 
 LINK = """<link name="{}"><inertial><mass value="1.5"/><origin xyz="0.1 -0.2 0.3" rpy="0.1 0.2 0.3"/>
@@ -211,7 +212,7 @@ def test_limits_are_for_urdf(tmp_path) -> None:
     path = tmp_path / "scene.toml"
     path.write_text("format = 1")
     for asked in ({"limits": True}, {"friction": True}):
-        with pytest.raises(UsageError, match="root, lock, limits and friction are for URDF only"):
+        with pytest.raises(UsageError, match="root, lock, limits, friction and actuated are for URDF only"):
             load(path, **asked)
 
 
@@ -261,3 +262,30 @@ def test_a_nearly_straight_frame_is_no_turn_about_one_axis() -> None:
     M = pin.crba(model, model.createData(), q)
     found = tape_evaluator(system)("mass", {"q": q})["M"]
     assert relative_error(found, np.triu(M) + np.triu(M, 1).T, 2) <= 1e-15
+
+
+def test_actuated_joints_have_inputs_of_their_names() -> None:
+    """One for each joint that moves on its own, in the order of v; not for the free root and followers."""
+    scene = load(robot_file("panda_description/urdf/panda.urdf"), root="free", actuated=True, lock=["panda_joint3"])
+    moving = [joint.name for joint in scene.joints if joint.mimic is None and joint.type in ("revolute", "prismatic")]
+    assert [item.name for item in scene.inputs] == moving and len(moving) == 7
+    assert [item.unit for item in scene.inputs] == ["N m"] * 6 + ["N"]
+    assert "panda_finger_joint2" not in moving and "panda_joint3" not in moving
+    assert not load(robot_file("panda_description/urdf/panda.urdf")).inputs
+
+
+def test_efforts_are_what_inverse_dynamics_gives(rng: np.random.Generator) -> None:
+    scene = load(robot_file("ur_description/urdf/ur5_robot.urdf"), actuated=True)
+    system = derive(scene, ["inverse_dynamics", "forward_dynamics"])
+    evaluate, state = tape_evaluator(system), random_states(system, 4, rng)
+    state["u"] = 0.0 * state["u"]
+    tau = evaluate("inverse_dynamics", state)["tau"]
+    assert relative_error(evaluate("forward_dynamics", {**state, "u": tau})["vdot"], state["a"]) <= 1e-11
+
+
+def test_a_joint_that_is_called_like_a_function_has_another_input() -> None:
+    text = """<robot name="r"><link name="a"/><link name="b"><inertial><mass value="1"/>
+      <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+      <joint name="sin" type="continuous"><parent link="a"/><child link="b"/></joint></robot>"""
+    scene = load_urdf(text, actuated=True)
+    assert [item.name for item in scene.inputs] == ["sin_effort"]

@@ -18,6 +18,7 @@ from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints.displacement import displaced
 from eomgen.scene.reading.report import Report
 from eomgen.scene.sources.source import OptionError
+from eomgen.scene.sources.urdf.actuation import effort_inputs
 from eomgen.scene.sources.urdf.elements import Joint, Robot, read_robot
 from eomgen.scene.sources.urdf.mimics import held_and_following
 from eomgen.scene.sources.urdf.notes import (
@@ -44,6 +45,7 @@ def urdf_data(
     lock: Sequence[str] = (),
     limits: bool = False,
     friction: bool = False,
+    actuated: bool = False,
 ) -> tuple[dict[str, Any], dict[str, int | str], list[str]]:
     """Return a URDF in the form of a scene file, the line of each key, and notes on what was changed and left out.
 
@@ -69,6 +71,8 @@ def urdf_data(
     order = _from_root(robot, report)
     held, leaders = held_and_following(robot, locked, report)
     merger = _Merger(robot, order, held, leaders, root, limits=limits, friction=friction)
+    if actuated:
+        merger.data |= effort_inputs([joint for joint in order if joint.name not in held and joint.name not in leaders])
     notes = [*merger.notes, *notes_of_names_and_angles(robot, locked), *notes_of_mimics(robot, locked, held, leaders)]
     notes += notes_of_what_has_no_effect(robot, held)
     warnings = [*inertia_warnings(robot), *left_out(robot, set(held))]

@@ -17,6 +17,7 @@ def read_urdf(
     lock: Sequence[str] = (),
     limits: bool = False,
     friction: bool = False,
+    actuated: bool = False,
 ) -> Read:
     """Return a URDF in the form of a scene file; the options as in ``URDF``.
 
@@ -28,7 +29,7 @@ def read_urdf(
 
     held = "attached" if included and root == "fixed" else root
     data, lines, notes = urdf_data(
-        text, file=file, strict=strict, root=held, lock=lock, limits=limits, friction=friction
+        text, file=file, strict=strict, root=held, lock=lock, limits=limits, friction=friction, actuated=actuated
     )
     return Read(data, lines, notes, inertias_checked=True)
 
@@ -64,6 +65,12 @@ URDF = Source(
             False,
             "take dry friction of joints, regularised",
             of_key="dry friction of joints is taken, regularised",
+        ),
+        Option(
+            "actuated",
+            False,
+            "give every moving joint of one coordinate an effort input of its own name",
+            of_key="every moving joint of one coordinate has an effort input of its own name",
         ),
     ),
     {".xacro": "xacro first, to make a .urdf of it"},

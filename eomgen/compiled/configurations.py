@@ -1,0 +1,125 @@
+"""Configurations of a compiled model as elements of its group: steps along velocities, differences, neutral, random.
+
+Velocities are left-trivialised, as everywhere: ``integrate(q, dq)`` is q exp(dq~); partials in q are along such dq.
+A free joint's position changes in the body's own axes. Pinocchio's ``integrate`` and ``difference`` are the same maps,
+with its own order of numbers.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from eomgen.arrays import Array
+from eomgen.compiled.arguments import components
+from eomgen.compiled.terms import Evaluated, Parameters
+from eomgen.errors import Problem, UsageError
+from eomgen.formula.evaluate import evaluate
+from eomgen.lie import product
+from eomgen.lie.groups import group_named
+
+#: How far random coordinates without limits go, by unit.
+_REACH = {"rad": math.pi, "m": 1.0}
+
+
+def integrate(model: Evaluated, q: ArrayLike, dq: ArrayLike, t: float = 0.0, *, parameters: Parameters = None) -> Array:
+    """Return q exp(dq~), (..., nq), for steps dq (..., nv), velocity times time: rad and m.
+
+    Quaternions are scaled back to unit length and keep their sign. Angles that are counted over turns, behind the poses
+    in q, follow.
+
+    Raises
+    ------
+    UsageError
+        Wrong shapes, or quaternions that are not of unit length.
+    """
+    terms = model.evaluator
+    start, step = terms.configuration(q), terms.velocity("dq", dq)
+    shape = np.broadcast_shapes(start.shape[:-1], step.shape[:-1])
+    start, step = np.broadcast_to(start, (*shape, start.shape[-1])), np.broadcast_to(step, (*shape, step.shape[-1]))
+    return terms.followed(product.update(terms.factors, start, step), t, terms.parameters(parameters))
+
+
+def difference(model: Evaluated, first: ArrayLike, second: ArrayLike) -> Array:
+    """Return dq, (..., nv), with integrate(first, dq) = second up to signs of quaternions; turns of pi at most.
+
+    Raises
+    ------
+    UsageError
+        Wrong shapes, or quaternions that are not of unit length.
+    """
+    terms = model.evaluator
+    return product.difference(terms.factors, terms.configuration(first), terms.configuration(second))
+
+
+def neutral(model: Evaluated) -> Array:
+    """Return the configuration in which every joint is at zero, (nq,): unit quaternions (1, 0, 0, 0), else zeros.
+
+    In absolute coordinates every body is then at the world's origin, which constraints do not allow;
+    ``model.initial_q`` meets them.
+    """
+    q = np.zeros(model.evaluator.functions.sizes["q"])
+    for factor in model.evaluator.factors:
+        q[factor.q] = group_named(factor.group, factor.v_size).identity
+    return q
+
+
+def random(
+    model: Evaluated,
+    size: int | Sequence[int] = (),
+    *,
+    generator: np.random.Generator | int | None = None,
+    parameters: Parameters = None,
+) -> Array:
+    """Return random configurations, (*size, nq).
+
+    Orientations are uniform; coordinates are uniform within the limits of their joints where the scene has limits, else
+    in -pi to pi rad or -1 to 1 m, and elastic ones in small deformations. Constraints are not looked at:
+    ``model.consistent`` finds the nearest configuration that meets them.
+
+    Parameters
+    ----------
+    size : int or sequence of int
+        Of the batch; one configuration by default.
+    generator : numpy.random.Generator, or a seed
+        A new one, seeded by the system, by default.
+    """
+    terms = model.evaluator
+    try:
+        shape = (size,) if isinstance(size, int) else tuple(int(number) for number in size)
+        source = np.random.default_rng(generator)
+        q = np.zeros((*shape, terms.functions.sizes["q"]))
+    except (TypeError, ValueError) as error:
+        raise UsageError(Problem("random", str(error), "random(100, generator=1)")) from None
+    lower, upper = _ranges(model, parameters)
+    q[...] = lower + (upper - lower) * source.random(q.shape)
+    for factor in terms.factors:
+        if factor.group != "R":
+            drawn = source.normal(size=(*shape, 4))
+            part = slice(factor.q_start, factor.q_start + 4)
+            q[..., part] = drawn / np.linalg.norm(drawn, axis=-1, keepdims=True)
+    return terms.followed(components("q", q, q.shape[-1]), 0.0, terms.parameters(parameters))
+
+
+def _ranges(model: Evaluated, parameters: Parameters) -> tuple[Array, Array]:
+    """Return the lowest and highest number of each component of q, (nq,) each."""
+    terms = model.evaluator
+    described = terms.description
+    upper = np.array([_REACH.get(unit, 1.0) for unit in terms.q_units], dtype=float)
+    by_name = {item.name: item for item in described.coordinates}
+    for factor in terms.factors:
+        if factor.name in by_name and by_name[factor.name].reach:
+            upper[factor.q] = by_name[factor.name].reach
+    lower = -upper
+    given = dict(zip(terms.parameter_names, np.atleast_1d(terms.parameters(parameters)).tolist(), strict=True))
+    values = described.values(given)
+    for limit in described.limits:
+        if limit.coordinate in terms.q_names:
+            place = terms.q_names.index(limit.coordinate)
+            for side, bound in ((lower, limit.lower), (upper, limit.upper)):
+                if bound is not None:
+                    side[place] = evaluate(bound, lambda symbol: values[symbol.name])
+    return lower, np.maximum(lower, upper)
