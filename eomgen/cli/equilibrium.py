@@ -44,7 +44,7 @@ def equilibrium(scene: str, path: str | None, time: float, any_kind: bool, as_js
 
     described = read_scene(scene, options)
     with building(described.name):
-        model = pipeline.build(described)
+        model = pipeline.build(described, real="double")
     result = model.equilibrium(options["initial"], options["parameters"], time, options["inputs"], any_kind=any_kind)
     data = _described(model, result)
     if path is not None:

@@ -98,7 +98,7 @@ class _Request:
         described = read_scene(path, options)
         self.parameters, self.inputs, self.initial = options["parameters"], options["inputs"], options["initial"]
         with building(described.name):
-            self.model: Model = pipeline.build(described)
+            self.model: Model = pipeline.build(described, real="double")
 
     def linearized(self, changes: dict[str, float], before: Linearization | None) -> Linearization:
         """Return the linear model with some parameters changed; equilibria are looked for where the last one was."""

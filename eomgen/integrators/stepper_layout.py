@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from eomgen.errors import Problem, UsageError
+
 #: The stepper's part of the interface of every compiled model; ``templates/c/interface/stepper.c.jinja`` implements it.
 STEPPER_CDEF = """\
 long eomgen_stepper_size(int what);
@@ -26,6 +28,37 @@ STEPPER_SIZES = ("state", "settings", "row", "rows_per_step", "workspace", "foun
 def default_settings(data: Mapping[str, Any]) -> dict[str, float]:
     """Return the settings by name, in the order of the flat array, with the values of ``Program.method``."""
     return {item["name"]: float(item["default"]) for item in data["settings"]}
+
+
+def checked_setting(data: Mapping[str, Any], name: str, value: float) -> float:
+    """Return a caller's or a scene's value of a setting.
+
+    Raises
+    ------
+    UsageError
+        The method has no such setting, or this value is none of it.
+    """
+    rows = {item["name"]: item for item in data["settings"]}
+    known = [other for other in rows if other != "step" and other not in data["parameters"]]
+    if name not in known:
+        hint = f"one of {', '.join(known)}" if known else ""
+        raise UsageError(Problem("settings", f"{data['family']} has no setting {name!r}", hint))
+    if value < 0.0:
+        raise UsageError(Problem(f"settings.{name}", f"{name} is negative: {value:.9g}"))
+    if whole := rows[name]["whole"]:
+        least, largest = whole
+        if not (float(value).is_integer() and least <= value <= largest):
+            what = f"{name} must be {'0 or 1' if largest == 1 else f'a whole number from {least} to {largest}'}"
+            hint = f"{rows[name]['default']:.0f}"
+            raise UsageError(Problem(f"settings.{name}", f"{what}, not {value:.9g}", hint))
+    return float(value)
+
+
+def with_settings(data: Mapping[str, Any], given: Mapping[str, float]) -> dict[str, Any]:
+    """Return ``Program.method`` with other defaults of its settings. Raises UsageError as ``checked_setting``."""
+    values = {name: checked_setting(data, name, value) for name, value in given.items()}
+    rows = [{**item, "default": values.get(item["name"], item["default"])} for item in data["settings"]]
+    return {**data, "settings": rows}
 
 
 def statistics_kinds(data: Mapping[str, Any]) -> dict[str, str]:

@@ -161,7 +161,7 @@ def build(
     *,
     method: str | None = None,
     profile: str = "fast",
-    real: str = "double",
+    real: str | None = None,
 ) -> Model:
     """Return the compiled model of a scene, from the cache where nothing has changed.
 
@@ -177,7 +177,7 @@ def build(
     profile : str
         ``fast`` (this processor), ``reproducible`` (same bits everywhere) or ``quick`` (compiles fastest).
     real : str
-        Number type of the compiled code: ``double`` or ``float``.
+        Number type of the compiled code: ``double`` or ``float``; the scene's by default.
 
     Raises
     ------
@@ -188,7 +188,9 @@ def build(
     RuntimeWarning
         Some motion of the joints moves no mass, so forward dynamics has no answer; names the joints.
     """
-    return built_in(None, scene, terms, method, profile, real)
+    document, front_end = as_document(scene)
+    chosen = front_end.describe(document).simulation.real if real is None else real
+    return built_in(None, document, terms, method, profile, chosen)
 
 
 def built_in(
@@ -269,8 +271,8 @@ def built_for_run(scene: Described, method: str | None = None, start: str | None
     method, start : of the runs; the scene's by default
     """
     document, front_end = as_document(scene)
-    begun = start or front_end.describe(document).simulation.start
-    return built_in(None, document, None, method, start=begun)
+    simulation = front_end.describe(document).simulation
+    return built_in(None, document, None, method, real=simulation.real, start=start or simulation.start)
 
 
 def _selected(terms: Sequence[str] | None, start: str = "") -> Selection:
@@ -279,7 +281,7 @@ def _selected(terms: Sequence[str] | None, start: str = "") -> Selection:
 
 def _reproducible(document: Document, terms: Sequence[str]) -> Model:
     """Return a model from which values of parameters or states are found: the same bits everywhere."""
-    return build(document, terms, profile="reproducible")
+    return build(document, terms, profile="reproducible", real="double")
 
 
 def as_document(described: Described) -> tuple[Document, FrontEnd]:
@@ -378,11 +380,24 @@ def _program(
         return to_program(system, None, functions, names=target.names), f"{target.language} has functions only"
     try:
         data = method_data(chosen, system, described.simulation.step)
+        if _method_name(described, method) == _method_name(described, None):
+            data = _with_settings(data, described)
         return to_program(system, data, functions, names=target.names), ""
     except ModelError as error:
         return to_program(system, None, functions, names=target.names), "; ".join(
             dict.fromkeys(problem.what for problem in error.problems)
         )
+
+
+def _with_settings(data: dict[str, Any], described: Description) -> dict[str, Any]:
+    """Return the data of the method described with its settings as defaults. Raises DescriptionError."""
+    from eomgen.integrators.stepper_layout import with_settings  # noqa: PLC0415
+
+    try:
+        return with_settings(data, described.simulation.settings)
+    except UsageError as error:
+        where = f"{described.places.get('simulation.settings', described.name)} (simulation.settings)"
+        raise DescriptionError([Problem(where, p.what, p.hint) for p in error.problems]) from None
 
 
 def _library(document: Document, front_end: FrontEnd, selection: Selection, method: str, builder: Builder) -> Library:

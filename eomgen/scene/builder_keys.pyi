@@ -28,6 +28,8 @@ class SimulationKeys(TypedDict, total=False):
     gamma: float | None
     tolerance: float | None
     order: int | None
+    settings: Mapping[str, float] | None
+    real: str | None
     record_every: int | None
     start: str | None
 

@@ -15,7 +15,7 @@ from eomgen.compiled.model import CompiledModel
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.formula.prescribed_motion import constant
 from eomgen.integrators.methods import Method, canonical_name, method_named, method_parameters, terms_of
-from eomgen.integrators.stepper_layout import default_settings
+from eomgen.integrators.stepper_layout import checked_setting, default_settings
 from eomgen.simulation.angle_range import check_angles
 from eomgen.simulation.inputs import CheckedSignal, check_reach
 from eomgen.simulation.time_grid import TimeGrid, check_jumps
@@ -61,21 +61,8 @@ def stepper_settings(
     UsageError."""
     values = default_settings(data)
     own = {name: float(value) for name, value in method.parameters.items()}
-    whole = {item["name"]: item["whole"] for item in data["settings"]}
-    known = [name for name in values if name != "step" and name not in own]
     for name, value in extra.items():
-        if name not in known:
-            hint = f"one of {', '.join(known)}" if known else ""
-            raise UsageError(Problem("settings", f"{data['family']} has no setting {name!r}", hint))
-        number = number_of(f"settings.{name}", value, "number")
-        if number < 0.0:
-            raise UsageError(Problem(f"settings.{name}", f"{name} is negative: {number:.9g}"))
-        if whole[name]:
-            least, largest = whole[name]
-            if not (number.is_integer() and least <= number <= largest):
-                what = f"{name} must be {'0 or 1' if largest == 1 else f'a whole number from {least} to {largest}'}"
-                raise UsageError(Problem(f"settings.{name}", f"{what}, not {number:.9g}", f"{values[name]:.0f}"))
-        values[name] = number
+        values[name] = checked_setting(data, name, number_of(f"settings.{name}", value, "number"))
     values["step"] = step
     return values | own
 

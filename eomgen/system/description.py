@@ -250,6 +250,8 @@ class Simulation:
     start: str = "initial"
     tolerance: float | None = None
     order: int | None = None
+    settings: Mapping[str, float] = field(default_factory=dict)
+    real: str = "double"
 
 
 @dataclass(frozen=True)

@@ -154,7 +154,8 @@ def test_errors_are_the_largest_over_all_rows_of_the_file_that_is_written(method
     difference = np.abs(written.outputs["ride"] - exact.outputs["ride"])
     true = difference.max() / np.abs(exact.outputs["ride"]).max()
     assert true <= 1e-4
-    claimed = tuned.written[0]  # the winner may have settings that files of scenes cannot hold
+    claimed = tuned.written[0]
+    assert claimed == tuned.error  # files hold all that was chosen
     assert true / 1.5 <= claimed <= 1.5 * true
     steps = written.stats.get("own_steps", written.stats["steps"])
     assert tuned.steps == steps  # what was timed is what the file does
@@ -188,6 +189,14 @@ def test_settings_are_put_into_texts_of_every_kind(tmp_path: Path) -> None:
         "bodies": {"a": {"mass": 1.0, "group": "R3xSO3"}},
         "simulation": {"method": "rk4", "step": 0.5},
     }
+    text = with_settings(file, {"method": "hht", "settings": {"rtol": 1e-4, "reuse": 0.0}, "real": "float"}, "", "")
+    assert tomllib.loads(text)["simulation"] == {
+        "method": "hht",
+        "settings": {"rtol": 1e-4, "reuse": 0.0},
+        "real": "float",
+    }
+    file.write_text(text)
+    assert tomllib.loads(with_settings(file, {"method": "rk4"}, "", ""))["simulation"] == {"method": "rk4"}
     file.write_text('name = "x"\nsimulation = { step = 1e-3 }\n')
     with pytest.raises(eomgen.UsageError, match=r"cannot be changed here; try: \[simulation\] method = \"rk4\""):
         with_settings(file, {"method": "rk4"}, "", "")

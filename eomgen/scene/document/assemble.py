@@ -284,5 +284,7 @@ class _Assembler:
                 simulation.start,
                 simulation.tolerance,
                 simulation.order,
+                dict(simulation.settings),
+                simulation.real,
             ),
         }

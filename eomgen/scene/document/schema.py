@@ -109,6 +109,14 @@ class Simulation(Table):
     order: Annotated[int, Field(ge=2, le=40)] | None = optional(
         "of `taylor`", kind="whole number, 2 to 40", shown_default="what suits the tolerance"
     )
+    settings: dict[str, Finite] = key(
+        "of the method's iteration, as of `simulate`: `rtol`, `atol`, `max_iterations`, `max_halvings`, `reuse`; other"
+        " methods keep theirs",
+        {},
+        kind="numbers by name",
+        shown_default="`{}`",
+    )
+    real: Literal["double", "float"] = key("numbers of the compiled code, where `eomgen.build` is not told", "double")
     record_every: Annotated[int, Field(ge=1, le=1_000_000_000)] = key(
         "steps between recorded rows", 1, kind="whole number from 1"
     )

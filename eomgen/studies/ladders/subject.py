@@ -71,7 +71,7 @@ class Subject:
         if which != FACTORS:
             return pipeline.build(self.scene, real="float" if which == SINGLE else "double")
         scene, self.factors = self._with_factors()
-        return pipeline.build(scene)
+        return pipeline.build(scene, real="double")
 
     def _with_factors(self) -> tuple[Scene, tuple[str, ...]]:
         if self.data is None:

@@ -170,7 +170,7 @@ def real_time(
         tried=tuple((one.configuration.label, one.steps, one.late, one.error) for one in bought),
         refused=refused,
         machine=machine(),
-        simulation=keys | dict(best.configuration.parameters),
+        simulation=keys | best.configuration.of_scene(),
         source=source,
     )
 

@@ -41,8 +41,7 @@ class Tuned:
     own : the scene's own settings, their error and seconds; infinite where they fail
     verified : runs that it was not tuned on
     simulation : keys of the scene's section of that name
-    written : error and seconds of what ``save`` writes, where scenes do not hold all of the configuration; else those
-        above
+    written : error and seconds of what ``save`` writes: those above
     coordinates, group : for the scene, where they are not its own; empty otherwise
     machine : what was measured on
     spent : seconds of computation, builds not counted; and runs

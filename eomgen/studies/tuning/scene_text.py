@@ -13,7 +13,19 @@ from eomgen.errors import FileError, Problem, UsageError
 _SECTION = re.compile(r"^\s*\[([^\[\]]+)\]\s*(#.*)?$")
 _BODY = re.compile(r"^bodies\.([A-Za-z0-9_-]+)$")
 #: Keys that say how a run is made, which leave the file where they are not among the new ones.
-_OF_METHODS = ("method", "step", "rho_inf", "alpha", "beta", "gamma", "tolerance", "order", "record_every")
+_OF_METHODS = (
+    "method",
+    "step",
+    "rho_inf",
+    "alpha",
+    "beta",
+    "gamma",
+    "tolerance",
+    "order",
+    "record_every",
+    "settings",
+    "real",
+)
 
 
 def with_settings(path: Path | None, simulation: Mapping[str, Any], coordinates: str, group: str) -> str:
@@ -86,6 +98,8 @@ def _is_key(line: str, name: str) -> bool:
 
 
 def _value(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return f"{{ {', '.join(f'{name} = {_value(one)}' for name, one in value.items())} }}"
     return f'"{value}"' if isinstance(value, str) else repr(value)
 
 

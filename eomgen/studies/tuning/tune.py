@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import math
 import os
-import statistics
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
@@ -19,7 +18,7 @@ from eomgen.studies.tuning.contender import Contender, Tried
 from eomgen.studies.tuning.demand import Demand
 from eomgen.studies.tuning.entries import Entries
 from eomgen.studies.tuning.judge import Judge
-from eomgen.studies.tuning.race import REPEATS, Race
+from eomgen.studies.tuning.race import Race
 from eomgen.studies.tuning.real_time import RealTime
 from eomgen.studies.tuning.real_time import real_time as in_real_time
 from eomgen.studies.tuning.result import Rival, Tuned
@@ -270,7 +269,7 @@ class _Tuning:
             own=self._own_settings(judge),
             verified=checks,
             simulation=self._simulation(winner, value),
-            written=self._as_written(winner, run, judge),
+            written=(run.own, run.seconds),
             coordinates=("joint" if name == JOINT else "absolute") if elsewhere else "",
             group=name if elsewhere and name != JOINT else "",
             machine=machine(),
@@ -285,23 +284,13 @@ class _Tuning:
         simulation = self.defaults
         given = {name: getattr(simulation, name) for name in ("alpha", "beta", "gamma") if getattr(simulation, name)}
         method = str(self.runner.model(self.own).library.layout["built_method"])
-        configuration = Configuration(self.own, method, given)
+        configuration = Configuration(self.own, method, given, settings=dict(simulation.settings), real=simulation.real)
         words = f"{method}, step {simulation.step:g} s"
         per_row = Fraction(self.runner.grid.row / simulation.step).limit_denominator(MOST_TIMES)
         outcome = self.runner.run(configuration, per_row, estimated=False)
         if outcome.ended != REACHED or outcome.observation is None or outcome.repeated is None:
             return words, math.inf, math.inf
         return words, judge.error(outcome.observation), timed(outcome.repeated, 1)[0]
-
-    def _as_written(self, winner: Contender, run: Tried, judge: Judge) -> tuple[float, float]:
-        """Return error and seconds with what a scene's file can hold of a configuration."""
-        plain = winner.configuration.varied(policy="", settings={}, real="double", profile="fast")
-        if plain.key == winner.configuration.key:
-            return run.own, run.seconds
-        outcome = self.runner.run(**{**winner.how(run), "configuration": plain}, estimated=False)
-        if outcome.observation is None or outcome.repeated is None:
-            return math.inf, math.inf
-        return judge.error(outcome.observation), statistics.median(timed(outcome.repeated, REPEATS))
 
     def _simulation(self, winner: Contender, value: float) -> dict[str, Any]:
         """Return the keys of a scene's section ``simulation``."""
@@ -312,7 +301,7 @@ class _Tuning:
             found |= {"tolerance": value, "step": grid.row * grid.recorded, "record_every": 1}
         else:
             found |= {"step": value, "record_every": max(1, round(interval / value))}
-        return found | dict(winner.configuration.parameters)
+        return found | winner.configuration.of_scene()
 
 
 def _rivals(contenders: Sequence[Contender], winner: Contender, demand: float) -> tuple[Rival, ...]:

@@ -86,7 +86,7 @@ def check(
     described = pipeline.as_document(scene)[0]
     terms = _terms(described, only)
     system = pipeline.derive(described, terms)
-    model = pipeline.build(described, terms, profile=profile)
+    model = pipeline.build(described, terms, profile=profile, real="double")
     engine, tape = compiled(model, system), on_tape(system)
     rng = np.random.default_rng(seed)
     found, space = draw(model, engine, states, rng)

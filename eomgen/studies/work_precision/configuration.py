@@ -60,6 +60,11 @@ class Configuration:
     def varied(self, **changes: Any) -> Configuration:
         return replace(self, **changes)
 
+    def of_scene(self) -> dict[str, Any]:
+        """Return the keys of a scene's section ``simulation`` besides the method that are not their defaults."""
+        settings = {"settings": dict(self.settings)} if self.settings else {}
+        return {**self.parameters, **settings, **({"real": self.real} if self.real != "double" else {})}
+
     def to_dict(self) -> dict[str, Any]:
         return {
             "formulation": self.formulation,
