@@ -115,7 +115,7 @@ def test_calls_that_cannot_be_taken(call: Callable[[], object], text: str) -> No
             "linearize",
             "a System has no 'linearize'; try: eomgen.build(scene).linearize",
         ),
-        (pendulum, "mass_matrix", "a Model has no 'mass_matrix'; try: mass"),
+        (pendulum, "crba", "a Model has no 'crba'; try: mass"),
         (pendulum, "intial_q", "a Model has no 'intial_q'; try: initial_q"),
         (lambda: pendulum().simulate(0.01, 1e-2), "output", "a Solution has no 'output'; try: outputs"),
     ],

@@ -82,6 +82,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
         _check_streams()
+        if {"-v", "--verbose"} & set(words):
+            _talk()
         with warnings.catch_warnings():
             warnings.showwarning = _show_warning
             result = commands.main(words, prog_name="eomgen", standalone_mode=False)
@@ -120,6 +122,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
             err=True,
         )
         return 1
+
+
+def _talk() -> None:
+    """Write what the loggers of the package say to stderr."""
+    import logging  # noqa: PLC0415  # most runs are silent
+
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setFormatter(logging.Formatter("%(name)s: %(message)s"))
+    logger = logging.getLogger("eomgen")
+    logger.handlers = [handler]
+    logger.setLevel(logging.DEBUG)
 
 
 def _check_streams() -> None:

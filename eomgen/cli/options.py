@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
-debug_option = click.option("--debug", is_flag=True, expose_value=False, help="Show tracebacks of errors.")
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
 input_option = click.option(
     "--input", "inputs", multiple=True, metavar="NAME=VALUE", help="A constant input; may be repeated."
@@ -33,6 +32,16 @@ time_option = click.option(
     "--t", "time", type=float, default=0.0, show_default=True, metavar="S", help="Time of inputs and of the base."
 )
 any_kind_option = click.option("--any-kind", is_flag=True, help="An unstable equilibrium will do: the nearest.")
+
+
+def debug_option(command: Command) -> Command:
+    """Add ``--debug`` and ``--verbose``, which ``main`` looks for."""
+    for names, text in (
+        (("-v", "--verbose"), "Say on stderr what is derived, compiled and run, and how long it takes."),
+        (("--debug",), "Show tracebacks of errors."),
+    ):
+        command = click.option(*names, is_flag=True, expose_value=False, help=text)(command)
+    return command
 
 
 def scene_options(command: Command) -> Command:

@@ -84,6 +84,22 @@ def inverse_dynamics(
     return model.evaluator.call("inverse_dynamics", q=q, v=v, a=a, t=t, u=u, z=z, parameters=parameters, base=base)[0]
 
 
+def bias(
+    model: Evaluated,
+    q: ArrayLike,
+    v: ArrayLike,
+    t: ArrayLike = 0.0,
+    u: Inputs = None,
+    *,
+    z: States = None,
+    parameters: Parameters = None,
+    base: ArrayLike | None = None,
+) -> Array:
+    """Return h + b - Q, (..., nv): inverse dynamics of a = 0, Pinocchio's ``nonLinearEffects`` with all forces."""
+    rest = np.zeros(model.evaluator.functions.sizes["v"])
+    return inverse_dynamics(model, q, v, rest, t, u, z=z, parameters=parameters, base=base)
+
+
 def forward_dynamics(
     model: Evaluated,
     q: ArrayLike,

@@ -27,6 +27,9 @@ from eomgen.toolchain.library import Library
 Gains = Callable[[Mapping[str, float]], dict[str, float]]
 Start = Callable[[Mapping[str, float]], tuple[Sequence[float], Sequence[float]]]
 
+#: What other rooms need and a user's completion does not show.
+_INTERNALS = frozenset({"description", "evaluator", "factors", "functions", "having", "library", "stepper"})
+
 
 class CompiledModel:
     """The functions of a compiled scene on arrays; ``eomgen.model.Model`` has analyses and runs as well.
@@ -104,6 +107,9 @@ class CompiledModel:
         def __getattr__(self, name: str) -> object:
             raise unknown_attribute(self, name)
 
+    def __dir__(self) -> list[str]:
+        return [name for name in super().__dir__() if name not in _INTERNALS]
+
     def __repr__(self) -> str:
         return f"<Model {self.name}: nq {self.nq}, nv {self.nv}, nu {self.nu}; {', '.join(self.terms)}>"
 
@@ -117,6 +123,7 @@ class CompiledModel:
     # -- functions of the model ----------------------------------------------------------------------------------------
 
     mass, coupling, force, base_motion = equations.mass, equations.coupling, equations.force, equations.base_motion
+    mass_matrix, bias = equations.mass, equations.bias  # as other packages call M and h + b - Q
     inverse_dynamics, forward_dynamics = equations.inverse_dynamics, equations.forward_dynamics
     constrained_dynamics, partials = equations.constrained_dynamics, equations.partials
     evaluate, energy, outputs = equations.evaluate, equations.energy, equations.outputs

@@ -6,7 +6,9 @@ import functools
 import hashlib
 import inspect
 import json
+import logging
 import os
+import time
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -37,6 +39,7 @@ if TYPE_CHECKING:
     from eomgen.toolchain.builder import Builder
     from eomgen.toolchain.library import Library
 
+_LOG = logging.getLogger(__name__)
 #: A scene, the path of one, nested data as a scene file holds them, or the document of another front end.
 Described = Scene | str | os.PathLike[str] | Mapping[str, Any] | Document
 
@@ -108,7 +111,10 @@ def derive(scene: Described, terms: Sequence[str] | None = None) -> System:
     described = front_end.describe(document)
     if problems := jumps(described.laws, described.values({}), 0.0, described.simulation.duration):
         raise DescriptionError(problems)
+    began = time.perf_counter()
     system = front_end.derive(document, terms)
+    seconds, functions = time.perf_counter() - began, ", ".join(system.functions)
+    _LOG.info("derived %s in %.2f s: %s", system.name, seconds, functions)
     return system if system.defaults else replace(system, defaults=vars(described.simulation))
 
 

@@ -112,7 +112,8 @@ def _chosen(solution: Recorded, names: Sequence[str]) -> list[Curve]:
             curve
             for curves in kinds.values()
             for curve in curves
-            if name in (curve.name, curve.output, f"output.{curve.name}", f"output.{curve.output}")
+            if name
+            in (curve.name, curve.output, f"output.{curve.name}", f"output.{curve.output}", f"input.{curve.name}")
             or curve.name.startswith(f"{name}[")
         ]
         if not found:
@@ -137,6 +138,9 @@ def _by_kind(solution: Recorded) -> dict[str, list[Curve]]:
         "velocities": _curves(solution.v, names.get("v", []), units.get("v", [])),
         "accelerations": _curves(solution.a, names.get("a", []), accelerated),
         "states": _curves(solution.z, names.get("z", []), units.get("z", [])),
+        "inputs": [
+            Curve(name, of_columns.get(f"input.{name}", ""), values) for name, values in solution.inputs.items()
+        ],
         "outputs": _outputs(solution, units.get("outputs", {})),
         "energy": _energies(solution),
     }

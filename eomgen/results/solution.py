@@ -42,6 +42,8 @@ class ModelOfRun(Protocol):
 
     def poses_and_scenery(self, t: Array, q: Array) -> PosesAndScenery: ...
 
+    def inputs(self, t: Array) -> dict[str, Array]: ...
+
     def outputs(self, state: State) -> dict[str, Array]: ...
 
     def linear(self, state: State) -> Linearization: ...
@@ -106,7 +108,15 @@ class Solution:
         """Return what goes to another process: all that ``save`` keeps, poses among it, but not the way to the
         model."""
         self._poses_or_none()
-        return {**vars(self), "model": None}
+        return {**vars(self), "inputs": self.inputs, "model": None}
+
+    @cached_property
+    def inputs(self) -> Mapping[str, Array]:
+        """The inputs at the rows, name -> (nt,): the caller's and those that the scene gives itself.
+
+        Evaluated when first asked for; ``save`` keeps them.
+        """
+        return ByName("input", {} if self.model is None else self.model.inputs(self.t))
 
     @cached_property
     def poses_and_scenery(self) -> PosesAndScenery:
@@ -199,7 +209,14 @@ class Solution:
             The file cannot be read or is not a solution.
         """
         arrays, metadata = read_arrays(Path(path))
-        groups: dict[str, dict[str, Array]] = {"outputs": {}, "energy": {}, "poses": {}, "error": {}, "events": {}}
+        groups: dict[str, dict[str, Array]] = {
+            "inputs": {},
+            "outputs": {},
+            "energy": {},
+            "poses": {},
+            "error": {},
+            "events": {},
+        }
         plain: dict[str, Array] = {}
         for name, array in arrays.items():
             group, _, member = name.partition(".")
@@ -230,6 +247,7 @@ class Solution:
         known: dict[str, Any] = {} if summary is None else {"error": ErrorEstimate.from_file(groups["error"], summary)}
         known |= {"outputs": groups["outputs"], "energy": groups["energy"], "metadata": metadata, "events": events}
         solution = cls(**states, **outcome, **known)
+        vars(solution)["inputs"] = ByName("input", groups["inputs"])
         return solution if scenery is None else solution._with(PosesAndScenery(groups["poses"], scenery))
 
     def at(self, t: ArrayLike) -> State:
@@ -332,6 +350,10 @@ class Solution:
             energy={name: joined(self.energy[name], array) for name, array in later.energy.items()},
             error=ErrorEstimate.missing("the estimate of each part begins where the part begins"),
         )
+        vars(whole)["inputs"] = ByName(
+            "input",
+            {name: joined(self.inputs[name], array) for name, array in later.inputs.items() if name in self.inputs},
+        )
         seen = None if later.model else later._poses_or_none()
         if seen is None or self._poses_or_none() is None:
             return whole
@@ -339,7 +361,8 @@ class Solution:
         return whole._with(PosesAndScenery(poses, seen.scenery))
 
     def columns(self) -> dict[str, Array]:
-        """Return all columns (nt,) by name: ``t``, ``q.hinge``, ``v.ball[2]``, ``output.tip[0]``, ``energy.total``."""
+        """Return all columns (nt,) by name: ``t``, ``q.hinge``, ``v.ball[2]``, ``input.motor``, ``output.tip[0]``,
+        ``energy.total``."""
         names: Mapping[str, list[str]] = self.metadata.get("names", {})
         columns = {"t": self.t}
         for letter, array in (
@@ -353,6 +376,7 @@ class Solution:
             if len(labels) != array.shape[1]:
                 labels = [f"{letter}[{index}]" for index in range(array.shape[1])]
             columns |= {label: array[:, index] for index, label in enumerate(labels)}
+        columns |= {f"input.{name}": array for name, array in self.inputs.items()}
         for name, array in self.outputs.items():
             table = array[:, np.newaxis] if array.ndim == 1 else array
             columns |= {
@@ -377,6 +401,7 @@ class Solution:
         units = {"t": "s"}
         for letter, of_block in blocks.items():
             units |= dict(zip(names.get(letter, []), of_block, strict=False))
+        units |= {f"input.{name}": known.get("inputs", {}).get(name, "") for name in self.inputs}
         for name, array in self.outputs.items():
             size = 1 if array.ndim == 1 else array.shape[1]
             units |= dict.fromkeys(component_names("output", name, size), known.get("outputs", {}).get(name, ""))
@@ -408,6 +433,7 @@ class Solution:
     def with_model(self, model: ModelOfRun) -> Solution:
         """Return this solution with the model of its run at hand; ``Model.attach`` makes one."""
         whole, known = replace(self, model=model), vars(self).get("poses_and_scenery")
+        vars(whole)["inputs"] = self.inputs
         return whole if known is None else whole._with(known)
 
     def _with(self, known: PosesAndScenery) -> Solution:
@@ -423,6 +449,7 @@ class Solution:
 
     def _arrays(self) -> dict[str, Array]:
         arrays = {name: getattr(self, name) for name in ("t", "q", "v", "a", "z", "multipliers")}
+        arrays |= {f"inputs.{name}": array for name, array in self.inputs.items()}
         arrays |= {f"outputs.{name}": array for name, array in self.outputs.items()}
         arrays |= (
             {} if self.events is None else {f"events.{name}": array for name, array in self.events.arrays().items()}

@@ -48,6 +48,8 @@ def to_xarray(solution: Recorded) -> xarray.Dataset:
             variables[letter] = (("t", along), array)
             coordinates[along] = names[letter]
             coordinates[f"{letter}_units"] = (along, [units.get(name, "") for name in names[letter]])
+    for name, array in solution.inputs.items():
+        variables[f"input.{name}"] = ("t", array, {"units": units[f"input.{name}"]})
     of_outputs = solution.metadata.get("units", {}).get("outputs", {})
     for name, array in solution.outputs.items():
         dimensions = ("t",) if array.ndim == 1 else ("t", f"{name}_component")
@@ -75,6 +77,7 @@ def write_matlab(solution: Recorded, path: Path) -> None:
         stream,  # type: ignore[arg-type]  # the stubs do not know that it takes streams
         {
             **arrays,
+            "inputs": _struct(solution.inputs),
             "outputs": _struct(solution.outputs),
             "energy": _struct(solution.energy),
             **described,

@@ -47,6 +47,15 @@ class RunModel:
         """Return poses at times (nt,) and configurations (nt, nq), with what else a picture shows."""
         return poses_and_scenery(self.model, t, q, self.parameters)
 
+    def inputs(self, t: Array) -> dict[str, Array]:
+        """Return the inputs at times (nt,), name -> (nt,)."""
+        model = self.model
+        if not model.nu:
+            return {}
+        p = parameters_over(self.events, model, self.parameters, t)
+        table = model.input_values(t, parameters=p) if self.signals is None else self.signals.rows(t)
+        return dict(zip(model.inputs, np.ascontiguousarray(table.T), strict=True))
+
     def outputs(self, state: State) -> dict[str, Array]:
         """Return the outputs of a state at times (...), with the inputs of the run at these times."""
         u = None if self.signals is None else self.signals.rows(state.t.ravel()).reshape(*state.t.shape, self.model.nu)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import time
 from collections.abc import Mapping, Sequence
@@ -59,6 +60,7 @@ from eomgen.simulation.warnings import (
     unresolved_states,
 )
 
+_LOG = logging.getLogger(__name__)
 _BATCH = 8192
 
 
@@ -228,6 +230,7 @@ def simulate(
     message = "; ".join(filter(None, [solution.message, *_unresolved(run, state), *outside, *at_rest, choice]))
     if choice:
         notes = [*notes, choice]
+    _LOG.info("ran %s with %s in %.3g s: %s", model.name, name, solution.stats["wall_time"], message)
     return replace(solution, message=message, metadata={**solution.metadata, "notes": notes})
 
 
@@ -493,6 +496,7 @@ def _metadata(run: Run) -> dict[str, Any]:
             "q": model.q_units,
             "v": model.v_units,
             "z": model.z_units,
+            "inputs": {item["name"]: item["unit"] for item in layout["inputs"]},
             "outputs": {o["name"]: o["unit"] for o in layout["outputs"]},
         },
         "outputs": {

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
+import logging
+import time
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from importlib.metadata import version
@@ -26,6 +28,7 @@ from eomgen.toolchain.compiler import (
 from eomgen.toolchain.compiler import profile as profile_named
 from eomgen.toolchain.library import Library
 
+_LOG = logging.getLogger(__name__)
 _LIBRARY, _LAYOUT, _CDEF, _COMMANDS = "model", "layout.json", "interface.cdef", "commands.txt"
 _REALS = {
     "double": (),
@@ -94,7 +97,9 @@ class Builder:
         if entry is None:
             return None
         try:
-            return self._load(entry)
+            library = self._load(entry)
+            _LOG.info("took the library from the cache, %s", entry.file(_LIBRARY + library_suffix()))
+            return library
         except (ToolchainError, OSError, ValueError, KeyError, TypeError):
             self.cache.quarantine(key)
             return None
@@ -136,6 +141,7 @@ class Builder:
             (folder / _COMMANDS).write_text("\n".join([self.compiler.version, *commands, ""]), encoding="utf-8")
 
         key = self.key(content)
+        began = time.perf_counter()
         try:
             entry = self.cache.put(key, fill)
         except ToolchainError as error:
@@ -145,6 +151,11 @@ class Builder:
                     for p in error.problems
                 ]
             ) from error
+        seconds, lines = time.perf_counter() - began, sum(text.count("\n") for text in files.values())
+        _LOG.info(
+            "compiled %d lines of C in %.2f s by %s, %s", lines, seconds, self.compiler.version, self.profile.name
+        )
+        _LOG.debug("commands: %s", entry.text(_COMMANDS).replace("\n", "; ").rstrip("; "))
         return self._load(entry)
 
     def _wrapper(self, cdef: str, header: str, headers: Path) -> Path:

@@ -61,3 +61,28 @@ def test_models_travel_by_their_scene() -> None:
     again = pickle.loads(pickle.dumps(model))
     assert again is not model and again.terms == model.terms
     assert np.array_equal(again.simulate(0.1, 1e-3).q, model.simulate(0.1, 1e-3).q)
+
+
+def test_inputs_of_a_run_are_in_its_solution(tmp_path: Path) -> None:
+    model = pendulum()
+    of_scene = model.simulate(0.05, 1e-3)
+    assert np.allclose(of_scene.inputs["torque"], 0.2 * np.sin(3.0 * of_scene.t), atol=1e-15)
+    driven = model.simulate(0.05, 1e-3, inputs={"torque": lambda t: 1.0 + t})
+    assert np.array_equal(driven.inputs["torque"], 1.0 + driven.t)
+    stored = eomgen.Solution.load(driven.save(tmp_path / "run.npz"))
+    assert np.array_equal(stored.columns()["input.torque"], 1.0 + driven.t)
+    assert stored.units()["input.torque"] == "N m"
+    assert np.array_equal(pickle.loads(pickle.dumps(driven)).inputs["torque"], 1.0 + driven.t)
+    attached = model.attach(stored, inputs={"torque": lambda t: 1.0 + t})
+    assert np.array_equal(attached.inputs["torque"], stored.inputs["torque"])
+    with pytest.raises(eomgen.UsageError, match="there is no input 'torqe'; try: torque"):
+        driven.inputs["torqe"]
+
+
+def test_names_of_other_packages() -> None:
+    model = pendulum()
+    q, v, t = np.array([0.4]), np.array([0.3]), 0.1
+    assert np.array_equal(model.mass_matrix(q), model.mass(q))
+    parts = model.coupling(q, v) + model.base_motion(q, v, t) - model.force(q, v, t)
+    assert np.allclose(model.bias(q, v, t), parts, atol=1e-13)
+    assert "library" not in dir(model) and {"mass", "simulate", "parameters"} <= set(dir(model))

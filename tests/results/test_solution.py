@@ -52,7 +52,7 @@ def test_csv_has_named_columns_of_the_same_bits(tmp_path: Path) -> None:
 def test_outputs_are_columns(tmp_path: Path) -> None:
     names = list(pendulum().simulate(0.0).columns())
     assert names[:4] == ["t", "q.hinge", "v.hinge", "a.hinge"]
-    assert names[4:8] == ["output.tip[0]", "output.tip[1]", "output.tip[2]", "output.angle"]
+    assert names[4:9] == ["input.torque", "output.tip[0]", "output.tip[1]", "output.tip[2]", "output.angle"]
 
 
 def test_other_suffixes_are_refused(tmp_path: Path) -> None:
