@@ -61,9 +61,10 @@ def to_program(
     series: tuple[ProgramFunction, ...] = ()
     data = dict(method or {})
     if data.get("inputs") == "series":
-        series, sizes, breakpoints = series_functions(system, curve_numbers)
+        analytic = data["max_order"] > data["order"]
+        series, sizes, breakpoints = series_functions(system, curve_numbers, analytic=analytic)
         data |= sizes
-        if data["max_order"] > data["order"] and breakpoints:
+        if analytic and breakpoints:
             data["jumps"] = jump_data((*system.discontinuities, *breakpoints), data["max_order"])
     base_read, base_of_step = _base_of_step(system, wanted, nest_limit) if method else ((), None)
     curves = {id(curve): curve for curve, _ in tape.curves}

@@ -45,7 +45,8 @@ class InputSignals:
     def rows(self, times: Array) -> Array:
         """Return the inputs at times (n,), (n, nu). Raises UsageError when a callable fails or gives no finite
         number."""
-        table = np.array(self.formulas(times))
+        every = len(self.given) == len(self.names)
+        table = np.empty((len(times), len(self.names))) if every else np.array(self.formulas(times))
         for name, signal in self.given.items():
             column = self.names.index(name)
             if callable(signal):

@@ -11,7 +11,6 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from eomgen.analysis.bending import largest_bending
 from eomgen.analysis.definiteness import inertia_warning, linear_range_exceeded
@@ -447,15 +446,25 @@ def _evaluate(
     energies: list[dict[str, Array]] = []
     for start in range(0, len(t), _BATCH):
         part = slice(start, start + _BATCH)
-        u: ArrayLike | None = signals.rows(t[part]) if signals is not None else None
+        state, present = (q[part], v[part], a[part], t[part]), _rows(p, part)
+        u, base = _prescribed(model, t[part], present, signals)
         if "outputs" in model.functions:
-            outputs.append(model.outputs(q[part], v[part], a[part], t[part], u, z=z[part], parameters=_rows(p, part)))
+            outputs.append(model.outputs(*state, u, z=z[part], parameters=present, base=base))
         if "energy" in model.functions:
-            held = {"multipliers": multipliers[part]} if model.multipliers else {}
-            energies.append(
-                model.energy(q[part], v[part], a[part], t[part], u, z=z[part], parameters=_rows(p, part), **held)
-            )
+            held = multipliers[part] if model.multipliers else None
+            energies.append(model.energy(*state, u, z=z[part], multipliers=held, parameters=present, base=base))
     return _joined(outputs), _joined(energies)
+
+
+def _prescribed(
+    model: CompiledModel, t: Array, p: Array, signals: InputSignals | None
+) -> tuple[Array | None, Array | None]:
+    """Return the inputs and the state of the base at times (rows,), None where there are none; evaluated once, since a
+    road of many harmonics costs more than all else of a row."""
+    u = None
+    if model.nu:
+        u = model.input_values(t, parameters=p) if signals is None else signals.rows(t)
+    return u, model.base(t, parameters=p) if model.evaluator.moving_base else None
 
 
 def _rows(p: Array, part: slice) -> Array:

@@ -50,6 +50,44 @@ def test_order_across_a_known_jump() -> None:
     assert np.log2(np.array(errors[:-1]) / errors[1:]) == pytest.approx(4.0, abs=0.2)
 
 
+def test_order_on_a_measured_road_whose_speed_is_a_parameter() -> None:
+    """A smooth curve has rates between its points and at them, wherever these are passed; a series would end there."""
+    made = eomgen.build("examples/half_car_on_measured_road/scene.toml", profile="quick")
+    exact = made.simulate(2.0, 2e-4, method="rk4", record_every=10_000, error_estimate=False)
+    runs = [made.simulate(2.0, step, method="hermite", error_estimate=False) for step in (4e-3, 2e-3, 1e-3)]
+    errors = np.array([np.abs(run.q[-1] - exact.q[-1]).max() for run in runs])
+    assert np.log2(errors[:-1] / errors[1:]) == pytest.approx(4.0, abs=0.2)
+    assert errors[0] < 1e-7
+
+
+@pytest.mark.parametrize(
+    ("curve", "formula", "kink"),
+    [
+        ("linear", "told(soft * t)", "the pieces of curve 'told', decided by a tunable parameter or a formula that is"
+            " not linear in time"),
+        ("linear", "told(q.rail)", "the pieces of curve 'told', decided by the motion"),
+        ("quintic", "max(q.rail, 0)", "max(), decided by the motion"),
+        ("quintic", "told(q.rail)", ""),
+        ("quintic", "derivative.told(soft * t)", ""),
+    ],
+)  # fmt: skip  # a table
+def test_kinks_at_unknown_times_are_refused_and_smooth_curves_are_not(curve: str, formula: str, kink: str) -> None:
+    builder = eomgen.SceneBuilder("rough").parameter("soft", 0.2, tunable=True)
+    builder.body("mass", 1.0).joint("rail", "prismatic", "base", "mass", axis=[1, 0, 0])
+    builder.curve("told", points=[[-1, 0], [0.2, 1], [1, -2]], interpolation=curve)
+    made = eomgen.build(builder.effort("push", "rail", formula).build(), profile="quick")
+    if not kink:
+        assert made.simulate(0.1, 0.01, method="hermite").success
+        return
+    with pytest.raises(EomgenError) as caught:
+        made.simulate(0.1, 0.01, method="hermite")
+    assert (
+        str(caught.value)
+        == "model error: hermite cannot run on this scene: its steps take the rates of accelerations, which jump at"
+        f" kinks, and these need known times; here are {kink}; try: generalized_alpha"
+    )
+
+
 def test_corrections_that_do_not_settle_stop_the_run() -> None:
     builder = eomgen.SceneBuilder("stiff").body("mass", 1.0)
     builder.joint("rail", "prismatic", "base", "mass", axis=[1, 0, 0], stiffness=1e6, initial={"position": 0.1})

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import signal
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -14,6 +14,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import eomgen
+from eomgen.compiled.functions import Functions
 from tests.models.scenes import breaking, flyer, pendulum
 
 
@@ -54,6 +55,24 @@ def test_accelerations_outputs_and_energies_belong_to_the_recorded_states() -> N
     for name, values in model.energy(run.q, run.v, run.a, run.t).items():
         np.testing.assert_allclose(run.energy[name], values, rtol=0)
     assert run.stats["steps"] == 300 and run.stats["newton_iterations"] >= 300 and run.stats["wall_time"] > 0.0
+
+
+@pytest.mark.parametrize("inputs", [None, {"torque": 0.3}])
+def test_inputs_and_the_base_are_evaluated_once_for_each_row(
+    inputs: dict[str, float] | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model, times = pendulum(), {"inputs": 0, "base": 0, "outputs": 0, "energy": 0}
+    evaluate = Functions.__call__
+
+    def counted(functions: Functions, name: str, blocks: Mapping[str, np.ndarray]) -> tuple[np.ndarray, ...]:
+        if name in times and np.size(blocks["t"]) > 1:
+            times[name] += np.size(blocks["t"])
+        return evaluate(functions, name, blocks)
+
+    monkeypatch.setattr(Functions, "__call__", counted)
+    run = model.simulate(0.5, 1e-3, inputs=inputs, error_estimate=False)
+    assert len(run.t) == 501
+    assert times == {"inputs": 0 if inputs else 501, "base": 501, "outputs": 501, "energy": 501}
 
 
 def test_energy_changes_by_the_work_done_on_the_pendulum() -> None:

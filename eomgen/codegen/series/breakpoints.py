@@ -1,7 +1,7 @@
 """Breakpoints in time: instants at which the equations on a tape are not analytic.
 
-Low-order methods step over the breaks of smooth splines without loss of order (see ``formula.discontinuities``); a
-Taylor series must end at every break.
+Low-order methods step over the breaks of smooth splines without loss of order (see ``formula.discontinuities``), and so
+do steps by accelerations and their rates; a Taylor series must end at every break.
 """
 
 from __future__ import annotations
@@ -19,8 +19,10 @@ _NON_SMOOTH = frozenset({Op.ABS, Op.SIGN, Op.MIN, Op.MAX, Op.LT, Op.LE})
 _CONSTANT = frozenset({"p", "u", "followed"})
 
 
-def breakpoints_in_time(source: Tape) -> tuple[Discontinuity, ...]:
+def breakpoints_in_time(source: Tape, *, analytic: bool = True) -> tuple[Discontinuity, ...]:
     """Return the times at which an operation of the tape is not analytic, without repetition.
+
+    ``analytic``: whether derivatives of all orders are taken, or the first alone, which smooth curves have everywhere.
 
     Raises
     ------
@@ -33,6 +35,8 @@ def breakpoints_in_time(source: Tape) -> tuple[Discontinuity, ...]:
         op, operands = source.op[node], source.operands(node)
         if op not in _NON_SMOOTH and op is not Op.CURVE:
             continue
+        if op is Op.CURVE and not analytic and _has_rate(source, node):
+            continue
         blocks = {symbol.block for symbol in source.depends_on(operands)} - _CONSTANT
         lines = [line for ref in operands if (line := _line(source, ref)) is not None]
         if len(lines) == len(operands):
@@ -44,9 +48,17 @@ def breakpoints_in_time(source: Tape) -> tuple[Discontinuity, ...]:
             unknown.append(f"{operation}, decided by {decider}")
     if unknown:
         listed = "; ".join(dict.fromkeys(unknown))
-        operation = f"a Taylor series needs smooth equations, or discontinuities at known times; here are {listed}"
-        raise ModelError(Problem("method", operation, "rk4 or generalized_alpha"))
+        needs = "a Taylor series needs smooth equations, or discontinuities at known times"
+        if not analytic:
+            needs = "its steps take the rates of accelerations, which jump at kinks, and these need known times"
+        raise ModelError(Problem("method", f"{needs}; here are {listed}", "rk4 or generalized_alpha"))
     return tuple(by_time[key] for key in sorted(by_time))
+
+
+def _has_rate(tape: Tape, node: int) -> bool:
+    """Return whether what is taken of a curve has a continuous rate: the next derivative jumps nowhere."""
+    curve, derivative = tape.curves[tape.b[node]]
+    return all(order > derivative + 1 for _, order in curve.kinks())
 
 
 def _line(tape: Tape, ref: Ref) -> tuple[float, float] | None:

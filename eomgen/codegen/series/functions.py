@@ -21,17 +21,17 @@ LANES = 8
 
 
 def series_functions(
-    system: System, curve_numbers: dict[int, int]
+    system: System, curve_numbers: dict[int, int], *, analytic: bool = True
 ) -> tuple[tuple[ProgramFunction, ...], dict[str, Any], tuple[Discontinuity, ...]]:
     """Return ``series_start``, ``series_next``, ``extent``, what a driver needs, and times at which a series ends.
 
     What it needs are sizes, ``products``, ``kept``, and ``room`` of a row of products, and ``kinds``: which components
-    of q and of v are angles, and which are lengths.
+    of q and of v are angles, and which are lengths. ``analytic``: as of ``breakpoints_in_time``.
 
     Raises ModelError where the motion has no Taylor series.
     """
     recurrence = Recurrence(system, by_inverse={"mass", "residual"} <= set(system.functions))
-    breakpoints = breakpoints_in_time(recurrence.source)
+    breakpoints = breakpoints_in_time(recurrence.source, analytic=analytic)
     series, tape = recurrence.series, recurrence.series.tape
     per_next = tape.input(ORDER, 2)
     start: list[tuple[str, Sequence[Ref], str]] = [
