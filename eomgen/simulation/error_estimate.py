@@ -140,11 +140,16 @@ class _Comparisons:
         columns = [1 + model.nq + k for k, unit in enumerate(model.v_units) if unit == "rad/s"]
         with np.errstate(all="ignore"):
             fastest = float(np.max(np.abs(self.own.rows[:, columns]), initial=0.0))
-        return fastest * self.run.settings["step"]
+        return fastest * self.step
+
+    @property
+    def step(self) -> float:
+        """Of the run's time grid, s."""
+        return self.run.settings["step"]
 
     @property
     def _same(self) -> float:
-        return SAME_TIME * self.run.settings["step"]
+        return SAME_TIME * self.step
 
     def at(self, *, multiple: float = 1.0, tolerance: float | None = None) -> _Motion:
         """Return the motion with another step or tolerance. Raises _NoEstimateError where the run was interrupted."""
@@ -302,8 +307,14 @@ def _estimate(runs: _Comparisons, pair: _Pair, declared: float) -> ErrorEstimate
         relative=largest.share if largest is not None else 0.0,
         largest=largest,
         largest_output=_largest_output(runs, errors, times),
-        method=pair.words,
+        method=f"{pair.words}{_since(runs)}",
     )
+
+
+def _since(runs: _Comparisons) -> str:
+    """Return from where on a resumed run is compared, in words; empty for one that is compared from its start."""
+    first, start = float(runs.span.rows[0, 0]), runs.run.grid.start
+    return f" from t = {first:.6g} s on, where the state is taken for exact" if first > start + 0.5 * runs.step else ""
 
 
 def _largest_output(runs: _Comparisons, errors: Kinds, times: Array) -> Largest | None:

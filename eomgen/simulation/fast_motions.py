@@ -24,8 +24,9 @@ if TYPE_CHECKING:
 
 #: Step times angular frequency above which a step does not resolve a mode, and the one that resolves it well.
 UNRESOLVED, RESOLVED = 1.0, 0.3
-#: Part of the accelerations, by kinetic energy, from which on an excited mode is told of.
-NOTICED = 0.1
+#: Part of the accelerations, by kinetic energy, from which on an excited mode is told of; the larger ones of those
+#: there and of this quantile of the record, which is not zero where a run begins at rest.
+NOTICED, _USUAL = 0.1, 0.9
 #: How many times an event or a jump must enlarge what swings, for it to have excited it.
 _EXCITED = 3.0
 #: Deflections of a mode below this part of the coordinates, or of 1, are rounding.
@@ -71,9 +72,11 @@ def unresolved_motion(run: Run, rows: Array, step: float, events: Events | None,
     """
     if not run.method.implicit or "partials" not in run.model.functions or not run.model.nv:
         return ""  # explicit methods do not damp what they hold, so that runs at other steps differ
+    first = 1 + run.model.nq + run.model.nv
+    accelerations = rows[:, first : first + run.model.nv]
     for place in _places(run, rows, events, acting, jumps):
         try:
-            found = _Modes(run, place, step).largest()
+            found = _Modes(run, place, step, accelerations).largest()
         except (EomgenError, np.linalg.LinAlgError, ValueError):  # states at which the equations give no numbers
             continue
         if found is not None:
@@ -116,20 +119,24 @@ def _places(run: Run, rows: Array, events: Events | None, acting: Array, jumps: 
 
 @dataclass(frozen=True)
 class _Modes:
-    """Modes about a state of a run in steps that do not resolve all of them."""
+    """Modes about a state of a run in steps that do not resolve all of them; accelerations (n, nv) of its record."""
 
     run: Run
     place: _Place
     step: float
+    accelerations: Array
 
     def largest(self) -> _Swing | None:
         """Return the mode that swings most; None where none swings noticeably."""
         place, found = self.place, []
         frequencies, forms, mass = self._unresolved()
+        energies = np.einsum("ni,ij,nj->n", self.accelerations, mass, self.accelerations)
+        usual = float(np.quantile(np.sqrt(np.maximum(energies, 0.0)), _USUAL))
         for frequency, form in list(zip(frequencies, forms.T, strict=True)):
             span = _SPAN / frequency
             later = 0.05 * span if place.jump else 0.0
             swing, size = self._swing((place.q, place.v, place.z), place.t + later, span, frequency, mass @ form, mass)
+            size = max(size, usual)
             reach = float(np.abs(place.q).max(initial=1.0))
             deflection = swing / frequency**2 * float(np.abs(form).max())
             if not (swing > NOTICED * size and deflection > _ROUNDING * reach):

@@ -206,6 +206,10 @@ def test_a_run_that_goes_on_is_estimated_from_its_checkpoint_on(tmp_path: Path) 
     first = pendulum().simulate(0.5, 1e-3, record_every=7, checkpoint=file)
     second = pendulum().resume(file, 1.0)
     assert second.error.available and second.error.t[0] > first.t[-1] and second.error.t[-1] == second.t[-1]
+    begins = f"from t = {second.t[1]:.6g} s on, where the state is taken for exact"
+    assert second.error.method == f"runs at 2 and 4 times the step {begins}"
+    assert begins in str(second.error)
+    assert "taken for exact" not in str(first.error)
     assert not first.followed_by(second).error.available
     assert not pendulum().resume(file, 1.0, error_estimate=False).error.available
 

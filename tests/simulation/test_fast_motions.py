@@ -73,6 +73,30 @@ def test_a_stiff_pendulum_that_swings_slowly_is_not_told_of() -> None:
     assert model.simulate(1.0, 2e-3, initial=start).error.unresolved == ""
 
 
+@cache
+def pushed(effort: str) -> eomgen.Model:
+    """Return two masses of 1 kg with a stiff leg between them, of which the first is pushed along x."""
+    builder = eomgen.SceneBuilder("pushed", gravity=[0, 0, 0]).body("upper", 1.0, inertia=[0.1, 0.1, 0.1])
+    builder.body("lower", 1.0, inertia=[0.1, 0.1, 0.1])
+    builder.joint("slide", "prismatic", "base", "upper", axis=[1, 0, 0])
+    builder.joint("leg", "prismatic", "upper", "lower", axis=[1, 0, 0], stiffness=1e7)
+    return eomgen.build(builder.effort("push", "slide", effort).build(), profile="quick")
+
+
+def test_a_known_jump_that_sets_a_stiff_machine_ringing_is_told_of() -> None:
+    run = pushed("100 if t > 0.5 else 0").simulate(1.0, 2e-3)
+    hertz = float(np.sqrt(2e7)) / (2.0 * np.pi)  # of the reduced mass of 0.5 kg
+    assert run.error.unresolved.startswith(f"the jump at t = 0.5 s excites a motion of v.leg at {hertz:.3g} Hz")
+    assert pushed("100 if t > 0.5 else 0").simulate(1.0, 1e-4).error.unresolved == ""
+
+
+def test_a_kink_and_a_force_that_rises_smoothly_from_rest_are_not_told_of() -> None:
+    """At rest there is no acceleration to hold a swing against, but later in the run there is."""
+    assert pushed("400 * max(t - 0.5, 0)").simulate(1.0, 2e-3).error.unresolved == ""
+    assert pushed("100 * sin(2 * t)").simulate(1.0, 2e-3).error.unresolved == ""
+    assert "the start excites a motion of v.leg" in pushed("100 * cos(2 * t)").simulate(1.0, 2e-3).error.unresolved
+
+
 def test_an_impact_that_sets_a_stiff_machine_ringing_is_told_of() -> None:
     builder = eomgen.SceneBuilder("ringing").body("upper", 1.0, inertia=[0.1, 0.1, 0.1])
     builder.body("lower", 1.0, inertia=[0.1, 0.1, 0.1])
