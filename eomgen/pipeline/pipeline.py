@@ -70,7 +70,8 @@ def load(
         For URDF: ``root``, whether the root link is ``fixed`` to the base or ``free``; ``lock``, moving joints to be
         fixed at zero; ``limits``, to turn limits of position into compliant stops, as hard as the joints' largest
         efforts ask for; ``friction``, to take the dry friction of joints, regularised at 0.01 rad/s and 1 mm/s;
-        ``actuated``, to give every moving joint of one coordinate an effort input of its own name.
+        ``actuated``, to give every moving joint of one coordinate an effort input of its own name;
+        ``tunable``, links whose mass, centre of mass and inertia become tunable parameters.
 
     Raises
     ------

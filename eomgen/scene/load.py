@@ -39,7 +39,8 @@ def load(
     task_frames : sequence of str
         Bodies and frames that the terms of frames give, in place of what the file says (a URDF says all).
     options
-        Of the source: for URDF ``root``, ``lock``, ``limits``, ``friction`` and ``actuated``.
+        Of the source: for URDF ``root``, ``lock``, ``limits``, ``friction``,
+        ``actuated`` and ``tunable``.
 
     Raises
     ------

@@ -212,7 +212,7 @@ def test_limits_are_for_urdf(tmp_path) -> None:
     path = tmp_path / "scene.toml"
     path.write_text("format = 1")
     for asked in ({"limits": True}, {"friction": True}):
-        with pytest.raises(UsageError, match="root, lock, limits, friction and actuated are for URDF only"):
+        with pytest.raises(UsageError, match="root, lock, limits, friction, actuated and tunable are for URDF only"):
             load(path, **asked)
 
 
@@ -289,3 +289,52 @@ def test_a_joint_that_is_called_like_a_function_has_another_input() -> None:
       <joint name="sin" type="continuous"><parent link="a"/><child link="b"/></joint></robot>"""
     scene = load_urdf(text, actuated=True)
     assert [item.name for item in scene.inputs] == ["sin_effort"]
+
+
+UR5 = "ur_description/urdf/ur5_robot.urdf"
+
+
+def test_inertial_parameters_of_any_link_are_tunable(rng: np.random.Generator) -> None:
+    """At the file's values nothing changes; a payload on a massless tool and other inertias are those of Pinocchio."""
+    path = robot_file(UR5)
+    scene = load(path, tunable=["tool0", "forearm_link"])
+    assert len(scene.parameters) == 20 and scene.parameters[0].tunable
+    system, plain = derive(scene, ["mass", "inverse_dynamics"]), derive(load(path), ["mass", "inverse_dynamics"])
+    evaluate, state = tape_evaluator(system), random_states(system, 3, rng)
+    for term, block in (("mass", "M"), ("inverse_dynamics", "tau")):
+        expected = tape_evaluator(plain)(term, state)[block]
+        assert relative_error(evaluate(term, state)[block], expected) <= 1e-13
+    names = [parameter.name for parameter in scene.parameters]
+    values = dict(zip(names, (parameter.value for parameter in scene.parameters), strict=True))
+    values |= {"tool0_mass": 1.5, "tool0_center_z": 0.07, "tool0_center_x": -0.02, "tool0_inertia_xx": 0.01}
+    values |= {"tool0_inertia_yy": 0.012, "tool0_inertia_zz": 0.013, "tool0_inertia_xy": 0.001}
+    values |= {"forearm_link_mass": 3.1, "forearm_link_inertia_xz": 0.002}
+    state["p"] = np.broadcast_to([values[name] for name in names], (3, 20))
+    model = pin.buildModelFromUrdf(str(path))
+    wrist, elbow = model.getJointId("wrist_3_joint"), model.getJointId("elbow_joint")
+    tool = model.frames[model.getFrameId("tool0")].placement
+    tensor = np.array([[0.01, 0.001, 0.0], [0.001, 0.012, 0.0], [0.0, 0.0, 0.013]])
+    model.inertias[wrist] += tool.act(pin.Inertia(1.5, np.array([-0.02, 0.0, 0.07]), tensor))
+    forearm = model.inertias[elbow]
+    off = np.zeros((3, 3))
+    off[0, 2] = off[2, 0] = 0.002 - forearm.inertia[0, 2]
+    model.inertias[elbow] = pin.Inertia(3.1, forearm.lever, forearm.inertia + off)
+    motions = zip(state["q"], state["v"], state["a"], strict=True)
+    expected = [pin.rnea(model, model.createData(), *each) for each in motions]
+    assert relative_error(evaluate("inverse_dynamics", state)["tau"], np.array(expected)) <= 1e-8  # right angles
+
+
+def test_what_is_fixed_to_a_tunable_link_is_another_body(rng: np.random.Generator) -> None:
+    path = robot_file("panda_description/urdf/panda.urdf")
+    scene, plain = load(path, tunable="panda_link7"), load(path)
+    assert "panda_link7_others" in [body.name for body in scene.bodies]
+    system, expected = derive(scene, ["mass"]), tape_evaluator(derive(plain, ["mass"]))
+    state = random_states(system, 3, rng)
+    assert relative_error(tape_evaluator(system)("mass", state)["M"], expected("mass", state)["M"], 2) <= 1e-13
+
+
+def test_links_that_cannot_be_tuned_are_named() -> None:
+    with pytest.raises(UsageError, match=r"has no link 'tol0'; try: tool0"):
+        load(robot_file(UR5), tunable=["tol0"])
+    with pytest.raises(UsageError, match="the link base_link is fixed to the base, so its mass"):
+        load(robot_file(UR5), tunable=["base_link"])

@@ -5,7 +5,7 @@ A link's frame is its joint's frame at zero, in URDF as here, so placements are 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,6 +20,7 @@ from eomgen.scene.reading.report import Report
 from eomgen.scene.sources.source import OptionError
 from eomgen.scene.sources.urdf.actuation import effort_inputs
 from eomgen.scene.sources.urdf.elements import Joint, Robot, read_robot
+from eomgen.scene.sources.urdf.inertias import body_entry, tunable_body
 from eomgen.scene.sources.urdf.mimics import held_and_following
 from eomgen.scene.sources.urdf.notes import (
     inertia_warnings,
@@ -46,6 +47,7 @@ def urdf_data(
     limits: bool = False,
     friction: bool = False,
     actuated: bool = False,
+    tunable: Sequence[str] = (),
 ) -> tuple[dict[str, Any], dict[str, int | str], list[str]]:
     """Return a URDF in the form of a scene file, the line of each key, and notes on what was changed and left out.
 
@@ -67,10 +69,16 @@ def urdf_data(
         if name not in by_written:
             raise OptionError("lock", f"{file} has no joint {shown(name)} to lock", nearest(name, by_written))
     locked = {by_written[name] for name in lock}
+    links = {robot.original.get(name, name): name for name in robot.links}
+    tunable = (tunable,) if isinstance(tunable, str) else tunable
+    for name in tunable:
+        if name not in links:
+            raise OptionError("tunable", f"{file} has no link {shown(name)}", nearest(name, links))
     report.raise_problems()
     order = _from_root(robot, report)
     held, leaders = held_and_following(robot, locked, report)
-    merger = _Merger(robot, order, held, leaders, root, limits=limits, friction=friction)
+    own = {links[name] for name in tunable}
+    merger = _Merger(robot, order, held, leaders, root, own, limits=limits, friction=friction)
     if actuated:
         merger.data |= effort_inputs([joint for joint in order if joint.name not in held and joint.name not in leaders])
     notes = [*merger.notes, *notes_of_names_and_angles(robot, locked), *notes_of_mimics(robot, locked, held, leaders)]
@@ -145,18 +153,20 @@ class _Merger:
         held: Mapping[str, float],
         leaders: Mapping[str, str],
         root: str,
+        tunable: Collection[str],
         *,
         limits: bool,
         friction: bool,
     ) -> None:
         self.robot = robot
+        self.tunable = tunable
         self.held = held
         self.leaders = leaders
         self.limits = limits
         self.friction = friction
         self.notes: list[str] = []
         self.lines: dict[str, int | str] = {}
-        self.parts: dict[str, list[Inertia]] = {}
+        self.parts: dict[str, dict[str, Inertia]] = {}
         children = {joint.child for joint in order}
         root_link = next(name for name in robot.links if name not in children)
         self.data: dict[str, Any] = {"format": 1, "name": robot.name, "bodies": {}, "joints": {}, "frames": {}}
@@ -186,7 +196,10 @@ class _Merger:
     def add_part(self, link: str) -> None:
         place = self.places[link]
         inertia = self.robot.links[link].inertia
-        self.parts.setdefault(place.body, []).append(inertia.moved(place.orientation, place.position))
+        self.parts.setdefault(place.body, {})[link] = inertia.moved(place.orientation, place.position)
+        if place.body == BASE and link in self.tunable:
+            what = f"the link {link} is fixed to the base, so its mass and inertia move nothing"
+            raise OptionError("tunable", what, "a link that a joint moves")
         self.lines.setdefault(f"bodies.{place.body}", self.robot.links[link].line)
 
     def attach(self, joint: Joint) -> None:
@@ -198,6 +211,9 @@ class _Merger:
         if joint.name in self.held:
             turn, shift = _moved(joint, self.held[joint.name])
             orientation, position = snapped_rotation(orientation @ turn), position + orientation @ shift
+        if joint.name in self.held and joint.child in self.tunable and parent.body != BASE:
+            self.fix(joint.name, parent.body, joint.child, orientation, position)
+        elif joint.name in self.held:
             self.places[joint.child] = _Place(parent.body, orientation, position)
             turned = [list(row) for row in rows(orientation)]
             self.data["frames"][joint.child] = {
@@ -223,6 +239,17 @@ class _Merger:
             self.add_limits(joint, entry)
             self.data["joints"][joint.name] = entry
         self.add_part(joint.child)
+
+    def fix(self, joint: str, parent: str, link: str, orientation: Array, position: Array) -> None:
+        """Make a body of its own of a link that is fixed to another body."""
+        self.places[link] = _Place(self.body_name(link), np.eye(3), np.zeros(3))
+        self.data["joints"][joint] = {
+            "type": "fixed",
+            "parent": parent,
+            "child": self.places[link].body,
+            "position": position.tolist(),
+            "orientation": [list(row) for row in rows(orientation)],
+        }
 
     def add_limits(self, joint: Joint, entry: dict[str, Any]) -> None:
         """Turn a joint's limits into stops where that is asked for, and note what stays out."""
@@ -252,15 +279,20 @@ class _Merger:
             )
             self.notes.append(f"{many} fixed to and kept as {'a frame' if one else 'frames'}: {listed(merged)}")
         for body, parts in self.parts.items():
-            if body != BASE:
-                whole = combined(parts)
-                xx, yy, zz = np.diag(whole.about_center).tolist()
-                xy, xz, yz = (float(whole.about_center[row, column]) for row, column in ((0, 1), (0, 2), (1, 2)))
-                self.data["bodies"][body] = {
-                    "mass": whole.mass,
-                    "center_of_mass": whole.center.tolist(),
-                    "inertia": [xx, yy, zz, xy, xz, yz],
-                }
+            own = next((link for link in parts if link in self.tunable), "")
+            if body == BASE:
+                continue
+            if not own:
+                self.data["bodies"][body] = body_entry(combined(list(parts.values())))
+                continue
+            parameters, self.data["bodies"][body] = tunable_body(own, self.robot.links[own].inertia)
+            self.data.setdefault("parameters", {}).update(parameters)
+            others = combined([part for link, part in parts.items() if link != own])
+            if others.mass or np.any(others.about_center):
+                name = f"{body}_others"
+                self.data["bodies"][name] = body_entry(others)
+                self.data["joints"][name] = {"type": "fixed", "parent": body, "child": name}
+                self.notes.append(f"what is fixed to the tunable link {own} is the body {name}")
 
 
 def _moved(joint: Joint, value: float) -> tuple[Array, Array]:

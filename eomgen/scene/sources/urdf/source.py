@@ -18,6 +18,7 @@ def read_urdf(
     limits: bool = False,
     friction: bool = False,
     actuated: bool = False,
+    tunable: Sequence[str] = (),
 ) -> Read:
     """Return a URDF in the form of a scene file; the options as in ``URDF``.
 
@@ -29,7 +30,15 @@ def read_urdf(
 
     held = "attached" if included and root == "fixed" else root
     data, lines, notes = urdf_data(
-        text, file=file, strict=strict, root=held, lock=lock, limits=limits, friction=friction, actuated=actuated
+        text,
+        file=file,
+        strict=strict,
+        root=held,
+        lock=lock,
+        limits=limits,
+        friction=friction,
+        actuated=actuated,
+        tunable=tunable,
     )
     return Read(data, lines, notes, inertias_checked=True)
 
@@ -71,6 +80,13 @@ URDF = Source(
             False,
             "give every moving joint of one coordinate an effort input of its own name",
             of_key="every moving joint of one coordinate has an effort input of its own name",
+        ),
+        Option(
+            "tunable",
+            (),
+            "make mass, centre of mass and inertia of this link tunable parameters; may be repeated",
+            metavar="LINK",
+            of_key="links whose mass, centre of mass and inertia are tunable parameters",
         ),
     ),
     {".xacro": "xacro first, to make a .urdf of it"},
