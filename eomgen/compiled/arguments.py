@@ -19,6 +19,9 @@ from eomgen.units.labels import in_label
 UNIT_TOLERANCE = 1e-6
 
 
+_SECONDS = "number of seconds"
+
+
 def numbers(name: str, value: ArrayLike) -> Array:
     """Return real numbers as an array of doubles. Raises UsageError for anything else."""
     try:
@@ -120,8 +123,28 @@ def by_name(
     return result
 
 
-def number_of(name: str, value: object, kind: str = "number of seconds") -> float:
-    """Return a finite number. Raises UsageError."""
+def measured(name: str, value: Any, units: Sequence[str]) -> Any:
+    """Return what is given for the components of a vector, each text ("30 deg") as the number in its unit.
+
+    Raises
+    ------
+    UsageError
+        A text that is not a number with a unit, or of another dimension.
+    """
+    if isinstance(value, str):
+        return in_label(name, value, units[0]) if len(units) == 1 else value
+    if isinstance(value, list | tuple) and len(value) == len(units) and any(isinstance(item, str) for item in value):
+        return [
+            in_label(f"{name}[{k}]", item, unit) if isinstance(item, str) else item
+            for k, (item, unit) in enumerate(zip(value, units, strict=True))
+        ]
+    return value
+
+
+def number_of(name: str, value: object, kind: str = _SECONDS) -> float:
+    """Return a finite number; of seconds also from a text with a unit, ``5 ms``. Raises UsageError."""
+    if isinstance(value, str) and kind == _SECONDS:
+        value = in_label(name, value, "s")
     if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
         raise UsageError(Problem(name, f"a {kind} is needed, not {type(value).__name__}"))
     try:

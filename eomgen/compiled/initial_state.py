@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from eomgen.arrays import Array
-from eomgen.compiled.arguments import by_name, check_finite, check_name, check_quaternions, numbers
+from eomgen.compiled.arguments import by_name, check_finite, check_name, check_quaternions, measured, numbers
 from eomgen.errors import Problem, UsageError
 
 if TYPE_CHECKING:
@@ -35,8 +35,8 @@ def initial_state(
     Parameters
     ----------
     initial : mapping
-        ``q``, ``v``, ``z`` as arrays; or joints: ``{"hinge": 0.3}``, ``{"hinge": {"position": 0.3, "velocity": 1.0}}``;
-        or internal states: ``{"filtered": 0.2}``, ``{"z": {"filtered": 0.2}}``.
+        ``q``, ``v``, ``z`` as arrays; or joints: ``{"hinge": 0.3}``, ``{"hinge": {"position": "30 deg", "velocity":
+        1.0}}``; or internal states: ``{"filtered": 0.2}``, ``{"z": {"filtered": 0.2}}``.
     parameters : (np,) array, optional
         Those of the run, which the scene's own state in absolute coordinates depends on.
 
@@ -50,13 +50,16 @@ def initial_state(
     if not isinstance(given, Mapping):
         what = f"a mapping is needed, not {type(given).__name__}"
         raise UsageError(Problem("initial", what, 'dict(q=..., v=...) or {"joint": position}'))
+    units = {"q": model.q_units, "v": model.v_units, "z": model.z_units}
     blocks = {name: value for name, value in given.items() if name in _BLOCKS}
     for name, value in blocks.items():
         if name == "z" and isinstance(value, Mapping):
-            state.z[:] = by_name("state", value, model.states, state.z)
+            state.z[:] = by_name(
+                "state", value, model.states, state.z, units=dict(zip(model.states, model.z_units, strict=True))
+            )
         else:
             given_value = model.evaluator.with_references("initial q", value) if name == "q" else value
-            _put(getattr(state, name), slice(None), f"initial {name}", given_value)
+            _put(getattr(state, name), slice(None), f"initial {name}", given_value, units[name])
     _joints(model, {name: value for name, value in given.items() if name not in blocks}, state)
     check_finite("initial q", state.q, model.q_names)
     check_finite("initial v", state.v, model.v_names)
@@ -69,19 +72,24 @@ def _joints(model: CompiledModel, given: Mapping[str, Any], state: InitialState)
     factors = {factor.name: factor for factor in model.factors}
     for name, value in given.items():
         if name in model.states and name not in factors:
-            _put(state.z, slice(model.states.index(name), model.states.index(name) + 1), f"initial {name}", value)
+            index = model.states.index(name)
+            _put(state.z, slice(index, index + 1), f"initial {name}", value, model.z_units)
             continue
         check_name("joint or state" if model.states else "joint", name, [*factors, *model.states])
         parts = value if isinstance(value, Mapping) else {"position": value}
         for key, number in parts.items():
             if key not in ("position", "velocity"):
                 raise UsageError(Problem(f"initial {name}", f"{key!r} is not known here", "position or velocity"))
-            target, part = (state.q, factors[name].q) if key == "position" else (state.v, factors[name].v)
-            _put(target, part, f"initial {key} of {name}", number)
+            target, part, units = (
+                (state.q, factors[name].q, model.q_units)
+                if key == "position"
+                else (state.v, factors[name].v, model.v_units)
+            )
+            _put(target, part, f"initial {key} of {name}", number, units)
 
 
-def _put(target: Array, part: slice, name: str, value: Any) -> None:
-    array = numbers(name, value)
+def _put(target: Array, part: slice, name: str, value: Any, units: Sequence[str]) -> None:
+    array = numbers(name, measured(name, value, units[part]))
     size = len(target[part])
     if array.shape != (size,) and not (size == 1 and array.ndim == 0):
         hint = f"a list of {size} numbers, from Python or in the scene" if array.ndim == 0 else ""

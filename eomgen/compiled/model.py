@@ -95,6 +95,7 @@ class CompiledModel:
         self.q_units, self.v_units = self.evaluator.q_units, self.evaluator.v_units
         self.angles = self.evaluator.angles
         self.z_names = [f"z.{name}" for name in self.states]
+        self.input_units = {str(item["name"]): str(item["unit"]) for item in layout["inputs"]}
         self.z_units = [str(item["unit"]) for item in layout["states"]]
         self.bodies, self.beams = self.evaluator.bodies, self.evaluator.beams
         self.frames = self.evaluator.frames

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
-from eomgen.compiled.arguments import check_finite, check_name, numbers
+from eomgen.compiled.arguments import check_finite, check_name, measured, numbers
 from eomgen.errors import Problem, UsageError
 from eomgen.toolchain.library import Library
 
@@ -111,8 +111,13 @@ def check_held(method: str, given: Mapping[str, CheckedSignal]) -> None:
             raise UsageError(Problem(f"input {name}", what, hint))
 
 
-def read_signals(inputs: Mapping[str, Signal] | None, names: tuple[str, ...], steps: int) -> dict[str, CheckedSignal]:
-    """Check what is given for the inputs of a run of ``steps`` steps.
+def read_signals(
+    inputs: Mapping[str, Signal] | None,
+    names: tuple[str, ...],
+    steps: int,
+    units: Mapping[str, str] | None = None,
+) -> dict[str, CheckedSignal]:
+    """Check what is given for the inputs of a run of ``steps`` steps; a text as ``1 N m`` is brought to its unit.
 
     Raises
     ------
@@ -129,7 +134,7 @@ def read_signals(inputs: Mapping[str, Signal] | None, names: tuple[str, ...], st
         if callable(signal):
             read[name] = signal
             continue
-        array = numbers(f"input {name}", signal)
+        array = numbers(f"input {name}", measured(f"input {name}", signal, [(units or {}).get(name, "")]))
         check_finite(f"input {name}", array)
         if array.ndim == 0:
             read[name] = float(array)

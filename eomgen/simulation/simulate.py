@@ -196,7 +196,7 @@ def simulate(
     grid = time_grid(t_first, end, step, library.real)
     stepper = Stepper(library, chosen, p)
     check_memory(grid.steps // every + 2, stepper.sizes["row"])
-    from_caller = read_signals(inputs, model.inputs, grid.steps)
+    from_caller = read_signals(inputs, model.inputs, grid.steps, model.input_units)
     check_span(model, library, stepped_by, p, from_caller, grid)
     if stepped_by.inputs == "series":
         check_held(name, from_caller)

@@ -460,7 +460,7 @@ class Simulator:
             self._move(n, first, last)
 
     def _named(self, u: Mapping[str, Signal]) -> dict[str, CheckedSignal]:
-        read = read_signals(u, self.model.inputs, 0)
+        read = read_signals(u, self.model.inputs, 0, self.model.input_units)
         for name, signal in read.items():
             if isinstance(signal, np.ndarray):
                 hint = "a number, or a function of t"

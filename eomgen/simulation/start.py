@@ -95,7 +95,7 @@ def start(
     if size < FINEST * apart:
         what = f"at t = {t:.9g} s neighbouring numbers are {apart:.3g} s apart, too far for a step of {size:.3g} s"
         raise UsageError(Problem("step", what, f"a step of {FINEST * apart:.2g} s or more, or times nearer to 0"))
-    from_caller = read_signals(inputs, model.inputs, 0)
+    from_caller = read_signals(inputs, model.inputs, 0, model.input_units)
     for key, signal in from_caller.items():
         if isinstance(signal, np.ndarray):
             what = "a table is for a run whose end is known"
