@@ -13,7 +13,16 @@ from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
 from eomgen.calls import unknown_attribute
-from eomgen.compiled import bodies, centroidal, configurations, equations, frames, prescribed, time_derivatives
+from eomgen.compiled import (
+    actuators,
+    bodies,
+    centroidal,
+    configurations,
+    equations,
+    frames,
+    prescribed,
+    time_derivatives,
+)
 from eomgen.compiled.arguments import components, read_only
 from eomgen.compiled.coordinates import configuration_rate, with_unit_quaternions
 from eomgen.compiled.functions import DRIVERS
@@ -138,6 +147,7 @@ class CompiledModel:
     body_jacobian, point_jacobian = bodies.body_jacobian, bodies.point_jacobian
     jacobian, jacobian_rate, drift = frames.jacobian, frames.jacobian_rate, frames.drift
     operational_inertia = frames.operational_inertia
+    actuator_efforts = actuators.actuator_efforts
     integrate, difference = configurations.integrate, configurations.difference
     neutral, random = configurations.neutral, configurations.random
     center_of_mass, total_mass = centroidal.center_of_mass, centroidal.total_mass

@@ -1,0 +1,185 @@
+"""Inverse dynamics with chosen actuators, through loops: efforts, multipliers, and efforts that move nothing.
+
+    M a + h + b - Q + B^T lam = S tau
+
+For a motion that meets the constraints, P = I - B^+ B takes out what their forces can carry: P S tau = P r with
+r = M a + h + b - Q. With as many actuators as degrees of freedom tau is unique; with more it is the least in norm, and the null space of P S
+holds the internal efforts that change no motion; with fewer there is none but for special motions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from eomgen.arrays import Array
+from eomgen.compiled.arguments import check_name
+from eomgen.compiled.frames import Extensible
+from eomgen.compiled.terms import Parameters, States
+from eomgen.errors import NumericalError, Problem, UsageError
+
+#: Share of the largest singular value below which a direction counts as none.
+_SINGULAR = 1e-10
+#: Share of what is balanced that may be left over.
+_LEFT_OVER = 1e-8
+#: By how much accelerations may miss the constraints, as a share of their summands.
+_MISSED = 1e-6
+#: Share of the largest effort in an internal effort below which an actuator takes no part in it.
+_PART = 1e-6
+
+
+@dataclass(frozen=True)
+class ActuatorEfforts:
+    """Efforts of actuators for a motion.
+
+    Attributes
+    ----------
+    names : of the actuators
+    efforts : (..., n), N m or N: unique, or the least in norm
+    multipliers : (..., rows), of the constraints, with these efforts
+    null_space : (..., n, k), orthonormal columns: efforts along them change no motion, only multipliers; k is 0 where
+        the efforts are unique
+    """
+
+    names: tuple[str, ...]
+    efforts: Array
+    multipliers: Array
+    null_space: Array
+
+    @property
+    def unique(self) -> bool:
+        """Whether no other efforts give the motion."""
+        return not self.null_space.shape[-1]
+
+    @property
+    def internal(self) -> tuple[str, ...]:
+        """The null space in words, column by column, of the first state: ``left 0.71, right -0.71``."""
+        first = self.null_space[(0,) * (self.null_space.ndim - 2)]
+        found = []
+        for column in first.T:
+            largest = np.abs(column).max()
+            pairs = zip(self.names, column, strict=True)
+            found.append(", ".join(f"{name} {part:.3g}" for name, part in pairs if abs(part) > _PART * largest))
+        return tuple(found)
+
+
+def actuator_efforts(
+    model: Extensible,
+    q: ArrayLike,
+    v: ArrayLike,
+    a: ArrayLike,
+    actuators: Sequence[str] | None = None,
+    t: float = 0.0,
+    *,
+    z: States = None,
+    parameters: Parameters = None,
+    base: ArrayLike | None = None,
+) -> ActuatorEfforts:
+    """Return the efforts that chosen actuators need for a motion, with or without closed loops.
+
+    Parameters
+    ----------
+    actuators : sequence of str
+        Joints of one coordinate, or components such as ``ball[0]`` and ``slider``, that carry one each, as in
+        ``model.v_names`` without ``v.``; by default the inputs of the scene that it does not prescribe, each with what
+        it does to Q. Prescribed inputs have their values.
+
+    Raises
+    ------
+    UsageError
+        Names that are not there; no actuators; forces that are not linear in the inputs; accelerations that do not meet
+        the constraints.
+    NumericalError
+        The actuators cannot give the motion; names what remains. In some states of a batch more internal efforts exist
+        than in others.
+    """
+    able = model.having(("residual", "force", "constraint_jacobian", "constraint_bias", "inverse_dynamics"))
+    terms = able.evaluator
+    given: dict[str, Any] = {"q": q, "v": v, "t": t, "z": z, "parameters": parameters, "base": base}
+    names, S, still = _columns(able, actuators, given)
+    (r,) = terms.call("inverse_dynamics", **{**given, "u": still}, a=a)
+    nv, rows = terms.functions.sizes["v"], len(terms.multipliers)
+    batch = np.broadcast_shapes(r.shape[:-1], S.shape[:-2])
+    r, S = np.broadcast_to(r, (*batch, nv)), np.broadcast_to(S, (*batch, nv, len(names)))
+    B = np.zeros((*batch, rows, nv))
+    if rows:
+        B = np.broadcast_to(terms.call("constraint_jacobian", **given)[0], (*batch, rows, nv))
+        _check_accelerations(terms, B, terms.velocity("a", a), terms.call("constraint_bias", **given)[0])
+    inverse = np.linalg.pinv(B, rcond=_SINGULAR) if rows else np.zeros((*batch, nv, 0))
+    P = np.eye(nv) - inverse @ B
+    A, wanted = P @ S, (P @ r[..., np.newaxis])[..., 0]
+    efforts = (np.linalg.pinv(A, rcond=_SINGULAR) @ wanted[..., np.newaxis])[..., 0]
+    needed = (S @ efforts[..., np.newaxis])[..., 0] - r
+    _check_left_over(terms.v_names, names, (P @ needed[..., np.newaxis])[..., 0], wanted)
+    multipliers = (np.swapaxes(inverse, -1, -2) @ needed[..., np.newaxis])[..., 0]
+    return ActuatorEfforts(names, efforts, multipliers, _null_space(A))
+
+
+def _columns(
+    model: Extensible, actuators: Sequence[str] | None, given: dict[str, Any]
+) -> tuple[tuple[str, ...], Array, dict[str, float]]:
+    """Return the names of actuators, what a unit of each does to Q, (..., nv, n), and inputs that are at rest."""
+    terms = model.evaluator
+    driven = terms.description.driven
+    still = dict.fromkeys(driven, 0.0)
+    if actuators is not None:
+        names = (actuators,) if isinstance(actuators, str) else tuple(actuators)
+        known = [name.removeprefix("v.") for name in terms.v_names]
+        for name in names:
+            check_name("actuator", name.removeprefix("v."), known)
+        places = [known.index(name.removeprefix("v.")) for name in names]
+        columns = np.eye(terms.functions.sizes["v"])[:, places]
+    else:
+        names = tuple(driven)
+        base = terms.call("force", **given, u=still)[0]
+        ones = [terms.call("force", **given, u={**still, name: 1.0})[0] - base for name in names]
+        twos = [terms.call("force", **given, u={**still, name: 2.0})[0] - base for name in names]
+        for name, one, two in zip(names, ones, twos, strict=True):
+            if np.any(np.abs(two - 2.0 * one) > 1e-9 * (np.abs(two).max() + np.abs(base).max() + 1e-300)):
+                what = f"the generalized forces are not linear in the input {name}, so it is no actuator"
+                raise UsageError(Problem("actuators", what, "actuators=[...], joints by their names"))
+        columns = np.stack(ones, axis=-1) if names else np.zeros((terms.functions.sizes["v"], 0))
+    if not names:
+        what = "there are no actuators: the scene has no inputs that a caller drives"
+        raise UsageError(Problem("actuators", what, "actuators=[...], joints by their names"))
+    return names, columns, still
+
+
+def _check_accelerations(terms: Any, B: Array, a: Array, bias: Array) -> None:
+    missed = (B @ a[..., np.newaxis])[..., 0] + bias
+    size = (np.abs(B) @ np.abs(a)[..., np.newaxis])[..., 0] + np.abs(bias)
+    share = np.abs(missed) - _MISSED * (size + size.max(axis=-1, keepdims=True))
+    if np.any(share > 0.0):
+        row = int(np.argmax(share.max(axis=tuple(range(share.ndim - 1)))))
+        off = float(np.abs(missed[..., row]).max())
+        what = f"the accelerations do not meet the constraint {terms.multipliers[row]}: its row is off by {off:.3g}"
+        hint = "a with B a = -g, where g is the term constraint_bias: those of the independent joints decide the others"
+        raise UsageError(Problem("a", what, hint))
+
+
+def _check_left_over(v_names: Sequence[str], names: Sequence[str], left: Array, wanted: Array) -> None:
+    size = np.linalg.norm(wanted, axis=-1)
+    if np.any(np.linalg.norm(left, axis=-1) > _LEFT_OVER * size):
+        most = int(np.argmax(np.abs(left).max(axis=tuple(range(left.ndim - 1)))))
+        what = (
+            f"the actuators {', '.join(names)} cannot give this motion: {float(np.abs(left[..., most]).max()):.3g}"
+            f" remains along {v_names[most]}"
+        )
+        raise NumericalError(Problem("actuator_efforts", what, "more actuators, or a motion that these can give"))
+
+
+def _null_space(A: Array) -> Array:
+    """Return an orthonormal basis of the null space of A, (..., n, k)."""
+    _, values, rows = np.linalg.svd(A)
+    scale = values.max(axis=-1, keepdims=True) if values.shape[-1] else values
+    ranks = np.sum(values > _SINGULAR * scale, axis=-1)
+    rank = int(np.max(ranks)) if ranks.size else 0
+    if np.any(ranks != rank):
+        what = "in some of these states actuators lose their effect, and there are more internal efforts than in others"
+        raise NumericalError(Problem("actuator_efforts", what, "these states one by one"))
+    found: Array = np.swapaxes(rows[..., rank:, :], -1, -2)
+    return found
