@@ -3,8 +3,8 @@
     M a + h + b - Q + B^T lam = S tau
 
 For a motion that meets the constraints, P = I - B^+ B takes out what their forces can carry: P S tau = P r with
-r = M a + h + b - Q. With as many actuators as degrees of freedom tau is unique; with more it is the least in norm, and the null space of P S
-holds the internal efforts that change no motion; with fewer there is none but for special motions.
+r = M a + h + b - Q. With as many actuators as degrees of freedom tau is unique; with more it is the least in norm, and
+the null space of P S holds internal efforts, which change no motion; with fewer there is none but for special motions.
 """
 
 from __future__ import annotations
