@@ -106,6 +106,7 @@ def to_program(
         initial_z=system.initial_z,
         dof_parent=system.dof_parent,
         discontinuities=tuple(asdict(item) for item in system.discontinuities),
+        sampled=tuple(asdict(item) for item in system.sampled),
         validity=tuple(asdict(item) for item in system.validity),
         facts=asdict(system.facts),
         defaults=dict(system.defaults),

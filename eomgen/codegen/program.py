@@ -215,6 +215,7 @@ class Program:
     base_of_step: Part | None = None
     warnings: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
+    sampled: tuple[Mapping[str, float], ...] = ()
     row_units: tuple[str, ...] = ()
     frames: tuple[str, ...] = ()
 

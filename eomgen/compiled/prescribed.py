@@ -80,12 +80,11 @@ def jumps_between(model: Evaluated, t: Array, near: float) -> Array:
 
 
 def _jumps(model: Evaluated, order: int) -> list[tuple[float, float]]:
-    """Return time and period (s, 0 where it comes once) of what is known to jump up to an order."""
-    return [
-        (float(item["time"]), float(item["period"]))
-        for item in model.evaluator.library.layout["discontinuities"]
-        if item["order"] <= order
-    ]
+    """Return time and period (s, 0 where it comes once) of what is known to jump up to an order: samples always."""
+    layout = model.evaluator.library.layout
+    known = [item for item in layout["discontinuities"] if item["order"] <= order]
+    sampled = {(float(item["offset"]), float(item["period"])) for item in layout["sampled"]}
+    return [*((float(item["time"]), float(item["period"])) for item in known), *sorted(sampled)]
 
 
 def jumps_per_second(waves: Iterable[tuple[float, float]]) -> float:

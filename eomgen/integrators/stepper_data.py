@@ -10,6 +10,7 @@ from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.integrators.events import STATUSES, event_data, event_state
 from eomgen.integrators.families.family import Family, Field, GroupFunction, Setting, Sizes, velocities
 from eomgen.integrators.methods import check_needs
+from eomgen.integrators.samples import sample_data
 from eomgen.integrators.step_splitting import jump_data
 from eomgen.lie import kernels
 from eomgen.lie.groups import Group, group_named
@@ -82,7 +83,7 @@ def method_data(method: Family, system: System, step: float = 1e-3, samples: Any
         "inputs": method.inputs,
         "dense_output": method.dense_output,
         "state_is_all": method.state_is_all,
-        "remembers": sampled and bool(sizes.u or sizes.p),
+        "remembers": sampled and bool(sizes.u or sizes.p or system.sampled),
         "rows_per_step": len(own["input_times"]) - 1,
         "rows_text": _rows_text(own["input_times"]) if sampled else "the first held over the step",
         "renewal": method.renewal,
@@ -94,6 +95,7 @@ def method_data(method: Family, system: System, step: float = 1e-3, samples: Any
         "turning": list(system.turning),
         "positions": system.positions,
         **({"jumps": jumps} if jumps else {}),
+        **({"samples": sample_data(system.sampled)} if system.sampled else {}),
         **({"events": event_data(system.events, system.modes)} if system.events else {}),
         "parameters": list(method.parameters),
         **{name: float(value) for name, value in method.parameters.items()},

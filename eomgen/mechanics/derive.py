@@ -17,6 +17,7 @@ from eomgen.mechanics.summary import kept_and_dropped
 from eomgen.mechanics.terms.events import event_rows, modes, needs_impulse
 from eomgen.mechanics.terms.rates import rate_blocks
 from eomgen.mechanics.terms.recorders import RECORDERS
+from eomgen.mechanics.terms.samples import sample_rows
 from eomgen.mechanics.tree.base import base_law
 from eomgen.scene.joints.unresisted import UNRESISTED
 from eomgen.scene.scene import Scene
@@ -89,6 +90,7 @@ def _existence_facts(derivation: Derivation) -> set[str]:
         "large": derivation.large,
         "events": bool(scene.events),
         "event_actions": any(event.action in ("reset", "impact", "switch") for event in scene.events),
+        "samples": any(state.sampling is not None for state in scene.states),
         "event_impulse": needs_impulse(derivation),
     }
     return {name for name, holds in facts.items() if holds}
@@ -147,6 +149,7 @@ def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
         notes=scene.notes,
         events=event_rows(derivation) if scene.events else (),
         modes=modes(derivation),
+        sampled=sample_rows(derivation),
         discontinuities=discontinuities(scene),
         validity=validity(scene),
         constants=named_constants(tree, derivation.quantities),

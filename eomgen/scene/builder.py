@@ -209,8 +209,10 @@ class SceneBuilder:
         return self._enter("curves", name, **keys)
 
     @enters("states")
-    def state(self, name: str, rate: Value, **keys: Unpack[StateKeys]) -> Self:
-        """Add an internal state: ``rate``, a formula of everything but accelerations, is its time derivative."""
+    def state(self, name: str, rate: Value | None = None, **keys: Unpack[StateKeys]) -> Self:
+        """Add an internal state: ``rate``, a formula of everything but accelerations, is its time derivative; or
+        ``sample`` in s and ``formula`` of one that is sampled.
+        """
         return self._enter("states", name, rate=rate, **keys)
 
     @enters("controllers")

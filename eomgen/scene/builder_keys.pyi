@@ -120,6 +120,10 @@ class CurveKeys(TypedDict, total=False):
     description: str | None
 
 class StateKeys(TypedDict, total=False):
+    sample: Value | None
+    formula: Value | None
+    delay: Value | None
+    quantum: Value | None
     initial: Value | None
     unit: str | None
     description: str | None

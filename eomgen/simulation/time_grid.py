@@ -103,6 +103,7 @@ def check_jumps(method: Mapping[str, Any], step: float) -> None:
     step : s
     """
     waves = [(float(time), float(period)) for time, period in method.get("jumps", {}).get("periodic", ())]
+    waves += [(float(offset), float(period)) for period, offset in method.get("samples", {}).get("clocks", ())]
     count = step * jumps_per_second(waves)
     if count > MOST_JUMPS:
         what = (

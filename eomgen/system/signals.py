@@ -41,14 +41,39 @@ class Input:
 
 
 @dataclass(frozen=True)
+class Sampling:
+    """When and how an internal state takes new values.
+
+    Attributes
+    ----------
+    formula : of everything but accelerations
+    period, offset : s; samples are at offset + k period, k = 0, 1, ...
+    quantum : values are rounded to whole multiples of it; 0: they are not
+    register : whether it takes what other states held before they are sampled at the same time
+    place : where it is written, for messages
+    """
+
+    formula: Formula
+    period: float
+    offset: float = 0.0
+    quantum: float = 0.0
+    register: bool = False
+    place: str = ""
+
+
+@dataclass(frozen=True)
 class State:
-    """An internal state z_k: zdot_k = ``rate``, a formula of everything but accelerations, from ``initial`` on."""
+    """An internal state z_k: zdot_k = ``rate``, a formula of everything but accelerations, from ``initial`` on.
+
+    A sampled one has rate 0 and keeps its value between samples.
+    """
 
     name: str
     rate: Formula
     initial: float = 0.0
     unit: str = ""
     description: str = ""
+    sampling: Sampling | None = None
 
 
 @dataclass(frozen=True)

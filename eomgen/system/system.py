@@ -24,6 +24,7 @@ from eomgen.symbolic.tape import Ref, Tape
 from eomgen.system.description import Factor
 from eomgen.system.display import equation, html, line
 from eomgen.system.events import EventRow, Mode
+from eomgen.system.samples import SampleRow
 from eomgen.system.terms import TERMS, nearest_term
 
 if TYPE_CHECKING:
@@ -208,6 +209,8 @@ class System:
         What happens at the roots of the functions that the term ``events`` gives, in its order.
     modes : tuple of Mode
         Numbers that only events change.
+    sampled : tuple of SampleRow
+        Which internal states take new values, given by the term ``samples``, at which times.
     discontinuities : tuple of Discontinuity
         Known times at which the right-hand side is not smooth.
     validity : tuple of Validity
@@ -253,6 +256,7 @@ class System:
     extent: tuple[Ref, ...] = ()
     events: tuple[EventRow, ...] = ()
     modes: tuple[Mode, ...] = ()
+    sampled: tuple[SampleRow, ...] = ()
     discontinuities: tuple[Discontinuity, ...] = ()
     validity: tuple[Validity, ...] = ()
     constants: tuple[Quantity, ...] = ()

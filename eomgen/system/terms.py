@@ -208,6 +208,15 @@ _PLAIN = (
         of_events=True,
     ),
     Term(
+        "samples",
+        _ALL,
+        "new values of the sampled states",
+        exists=("samples",),
+        of_motion=True,
+        observed=True,
+        of_events=True,
+    ),
+    Term(
         "elastic",
         _MOTION,
         "beams: structural stiffness K, damping D, and geometric stiffness K_geo for the present motion",

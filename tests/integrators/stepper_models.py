@@ -50,6 +50,7 @@ class Model:
     holonomic: int = 0
     discontinuities: tuple[()] = ()
     events: tuple[()] = ()
+    sampled: tuple[()] = ()
     modes: tuple[()] = ()
     turning: tuple[int, ...] = ()
     initial_z: tuple = ()

@@ -16,6 +16,7 @@ from eomgen.mechanics.terms.linearization import (
     linearization,
     output_partials,
 )
+from eomgen.mechanics.terms.samples import samples
 from eomgen.system.system import Block
 
 RECORDERS: Mapping[str, Callable[[Derivation], list[Block]]] = {
@@ -48,6 +49,7 @@ RECORDERS: Mapping[str, Callable[[Derivation], list[Block]]] = {
     "events": events,
     "event_actions": event_actions,
     "event_impulse": event_impulse,
+    "samples": samples,
     "elastic": Derivation.elastic,
     "linearization": linearization,
     "acceleration_partials": acceleration_partials,

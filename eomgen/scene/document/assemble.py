@@ -216,7 +216,7 @@ class _Assembler:
             made, curves = read_input(name, entry, self.curves, values)
             inputs.append(made)
             self.curve_table |= curves
-        states = [read_state(name, entry, values) for name, entry in document.states.items()]
+        states = [state for name, entry in document.states.items() for state in read_state(name, entry, values)]
         control = read_controllers(document.controllers, document.section("springs"), document.outputs, values)
         site = Site(self.bodies, points, values)
         elements = {

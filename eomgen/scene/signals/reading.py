@@ -14,6 +14,7 @@ from eomgen.scene.reading.values import Values
 from eomgen.scene.signals import schema as written
 from eomgen.scene.signals.curves import Curves
 from eomgen.scene.signals.roads import Harmonic
+from eomgen.scene.signals.sampling import read_sampled_state
 from eomgen.scene.signals.schema import State as WrittenState
 from eomgen.system.signals import Input, Output, State
 from eomgen.text import key_of
@@ -36,12 +37,22 @@ def read_input(name: str, entry: written.Input, curves: Curves, values: Values) 
     return Input(name, formula, entry.unit, entry.description, harmonics), table
 
 
-def read_state(name: str, entry: WrittenState, values: Values) -> State:
-    """Return an internal state."""
+def read_state(name: str, entry: WrittenState, values: Values) -> list[State]:
+    """Return an internal state; of a delayed sampled one also those that hold its values."""
     key = key_of("states", name)
+    if entry.rate is None or entry.sample is not None:
+        given = [word for word in ("rate", "sample", "formula") if getattr(entry, word) is not None]
+        if given == ["sample", "formula"]:
+            return read_sampled_state(name, entry, values)
+        what = f"a state needs its rate, or a sample and a formula, and has {' and '.join(given) or 'none of them'}"
+        values.report.add(key, what, 'rate = "..."; or sample = "1 ms" and formula = "..."')
+        return []
+    for word in ("formula", "delay", "quantum"):
+        if getattr(entry, word) is not None:
+            values.report.add(f"{key}.{word}", f"{word} is of sampled states", 'sample = "1 ms" in place of the rate')
     rate = values.formula(f"{key}.rate", entry.rate, STATE)
     initial = values.constant(f"{key}.initial", entry.initial)
-    return State(name, rate, initial, entry.unit, entry.description)
+    return [State(name, rate, initial, entry.unit, entry.description)]
 
 
 #: Units of outputs that do not say theirs; energies are J, powers W.

@@ -122,9 +122,25 @@ class Input(Shape):
 
 
 class State(Table):
-    """An internal state z, which its rate moves."""
+    """An internal state z, which its rate moves, or which takes new values at times of its own."""
 
-    rate: Value = key("its time derivative", names=STATE)
+    rate: Value | None = optional("its time derivative; required unless it is sampled", names=STATE)
+    sample: Value | None = optional("of a sampled state: time between two samples", unit="s", names=FIXED_PARAMETERS)
+    formula: Value | None = optional(
+        "of a sampled state: what it is from a sample to the next", unit=ANY_UNIT, names=STATE
+    )
+    delay: Value | None = optional(
+        "of a sampled state: from the sample to when it takes effect",
+        unit="s",
+        names=FIXED_PARAMETERS,
+        shown_default="0",
+    )
+    quantum: Value | None = optional(
+        "of a sampled state: values are rounded to whole multiples of it",
+        unit=ANY_UNIT,
+        names=FIXED_PARAMETERS,
+        shown_default="not rounded",
+    )
     initial: Value = key("at the start", 0.0, unit=ANY_UNIT, names=FIXED_PARAMETERS)
     unit: Unit = key("label", "")
     description: Description = key("for tables", "")

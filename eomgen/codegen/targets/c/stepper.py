@@ -349,7 +349,7 @@ class Calls:
 
     def copy_state(self, to: str, source: str) -> str:
         """Return the copy of a state but for what its accelerations were evaluated with, which steps keep."""
-        if not self.program.method["remembers"]:
+        if not any(item["group"] == "conditions" for item in self.program.method["state"]):
             return f"{to} = {source};"
         pointers = [text[1:] if text[0] == "*" else f"&{text}" for text in (to, source)]
         return f"memcpy({', '.join(pointers)}, offsetof({self.program.prefix}_state, conditions));"

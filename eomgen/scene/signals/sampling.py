@@ -1,0 +1,66 @@
+"""Reading of sampled states: their clock, and the registers that delay them."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+from eomgen.formula.nodes import ZERO, Formula, Symbol
+from eomgen.scene.formula.scope import STATE
+from eomgen.scene.reading.values import Values
+from eomgen.scene.signals.schema import State as WrittenState
+from eomgen.system.signals import Sampling, State
+from eomgen.text import key_of
+
+#: Parts of a period that a delay may be off a whole number of samples and still be taken for it.
+_WHOLE = 1e-9
+#: The shortest remainder of a delay, in parts of a period: less is next to the sample itself.
+_LEAST = 1e-4
+#: Samples that a delay may hold.
+_MOST = 1000
+
+
+def read_sampled_state(name: str, entry: WrittenState, values: Values) -> list[State]:
+    """Return a sampled state, and before it those that hold its values while they are delayed."""
+    key = key_of("states", name)
+    place = values.report.where(f"{key}.formula")
+    initial = values.constant(f"{key}.initial", entry.initial)
+    formula = ZERO if entry.formula is None else values.formula(f"{key}.formula", entry.formula, STATE)
+    period = values.constant(f"{key}.sample", entry.sample or 0.0)
+    quantum = values.constant(f"{key}.quantum", entry.quantum or 0.0)
+    delay = values.constant(f"{key}.delay", entry.delay or 0.0)
+    if not 0.0 < period < math.inf:
+        what = f"the time between two samples is {period:.6g} s, and has to be positive"
+        values.report.add(f"{key}.sample", what, 'sample = "1 ms"')
+        return []
+    if quantum < 0.0:
+        values.report.add(f"{key}.quantum", f"the quantum {quantum:.6g} is negative", "a positive number")
+    if not 0.0 <= delay <= _MOST * period:
+        what = f"a delay of {delay:.6g} s is not between 0 and {_MOST} samples, {_MOST * period:.6g} s"
+        values.report.add(f"{key}.delay", what, f"delay = {period:.6g}")
+        return []
+    whole = round(delay / period)
+    rest = 0.0
+    if abs(delay - whole * period) > _WHOLE * period:
+        whole = math.floor(delay / period)
+        rest = delay - whole * period
+        if rest < _LEAST * period:
+            what = f"the delay ends {rest:.3g} s after a sample, which is too near to it"
+            values.report.add(f"{key}.delay", what, f"delay = {whole * period:.9g}")
+
+    def held(label: str, value: Formula, offset: float = 0.0, *, register: bool = True) -> State:
+        text = entry.description if label == name else f"what {name} will be"
+        rounded = 0.0 if register else quantum
+        sampling = Sampling(value, period, offset, rounded, register, place)
+        return State(label, ZERO, initial, entry.unit, text, sampling)
+
+    if not delay:
+        return [held(name, formula, register=False)]
+    labels = [f"{name}_sampled", *(f"{name}_sampled_{k}" for k in range(2, whole + (rest > 0.0) + 1))]
+    taken = {*values.names.states, *values.names.parameters, *values.names.inputs} & set(labels)
+    for label in sorted(taken):
+        what = f"the name {label} is taken, and is that of what {name} holds while it is delayed"
+        values.report.add(key, what, "another name")
+    made = [held(labels[0], formula, register=False)]
+    made += [held(label, Symbol("state", before)) for before, label in itertools.pairwise(labels)]
+    return [*made, held(name, Symbol("state", labels[-1]), rest)]
