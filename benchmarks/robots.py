@@ -68,7 +68,10 @@ def driven(undriven: Scene) -> Scene:
         for name, (joint, index) in zip(names, places, strict=True)
     ]
     return dataclasses.replace(
-        undriven, inputs=tuple(Input(name) for name in names), elements=(*undriven.elements, *efforts)
+        undriven,
+        inputs=tuple(Input(name) for name in names),
+        elements=(*undriven.elements, *efforts),
+        content=undriven.content + b", driven",
     )
 
 

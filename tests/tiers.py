@@ -101,6 +101,8 @@ SLOW: dict[str, tuple[str, ...]] = {
     "examples/test_machines.py::test_both_coordinates_place_the_last_body_as_the_closed_form_does": (),
     "examples/test_machines.py::test_loop_moves_as_its_energy_integral_says": ("slider_crank_planar", "four_bar"),
     "examples/test_pi_servo.py::test_with_limits_it_is_what_its_equations_say": ("0.3",),
+    "examples/test_sampled_servo.py::test_it_settles_within_its_encoder": (),
+    "examples/test_sampled_servo.py::test_orders_are_kept_between_samples": (),
     "examples/test_rotations.py::test_free_body_flips_after_the_time_of_the_elliptic_integral": ("joint",),
     "examples/test_rotations.py::test_hanging_chain_on_its_moving_base_is_the_same_in_both_coordinates": (),
     "examples/test_rotations.py::test_hanging_chain_reaches_the_tip_of_another_engine": (),
@@ -377,6 +379,15 @@ SLOW: dict[str, tuple[str, ...]] = {
     "simulation/test_long_trees.py::test_joints_of_several_coordinates_in_a_long_tree": (),
     "simulation/test_named_methods.py::test_cases_of_the_same_coefficients_run_the_same": (),
     "simulation/test_named_methods.py::test_undamped_and_damped_cases_bear_constraints": (),
+    "simulation/test_sampled_states.py::test_a_held_force_is_that_of_a_controller_by_hand": (
+        "0.007-rk4",
+        "0.007-generalized_alpha",
+    ),
+    "simulation/test_sampled_states.py::test_a_simulator_a_checkpoint_and_parameters_go_with_samples": (),
+    "simulation/test_sampled_states.py::test_events_and_samples_in_one_step": (),
+    "simulation/test_sampled_states.py::test_rounding_delays_rates_and_order_are_those_of_a_controller_by_hand": (
+        "0.004-rk4",
+    ),
     "simulation/test_simulated_robot.py": (),
     "simulation/test_simulator.py::test_copies_and_states_go_on_with_the_same_bits": (
         "rk4-joint",

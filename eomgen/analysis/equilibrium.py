@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from eomgen.analysis.equilibrium_warnings import SAME, Measures, equilibrium_notes
+from eomgen.analysis.sampled import check_continuous
 from eomgen.arrays import Array
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import initial_state
@@ -127,6 +128,7 @@ def equilibrium(
     UsageError
         The model was built without the terms that are needed, or arguments cannot be taken.
     """
+    check_continuous(model, "equilibrium")
     needed = {"mass", "residual", "partials"} | ({"constraint_jacobian"} if model.multipliers else set())
     needed |= {"internal_rate", "internal_partials"} if model.nz else set()
     if missing := sorted(name for name in needed if name not in model.functions):

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.analysis.equilibrium import Equilibrium, equilibrium
+from eomgen.analysis.sampled import check_continuous
 from eomgen.analysis.steady_motion import SteadyMotion, steady_motion
 from eomgen.arrays import Array
 from eomgen.compiled.arguments import check_finite, check_name, components, number_of
@@ -120,6 +121,7 @@ def about(
     ModelError, NumericalError
         Constraints depend on each other there, the inertia matrix is singular, or partials are not finite.
     """
+    check_continuous(model, "linearize")
     a, lam = _dynamics(model, state, operating_point)
     measures, names = _measures(model, state, a, operating_point, independent)
     of_inputs = model.nu or model.nz or names.disturbances

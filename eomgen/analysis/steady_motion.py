@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.analysis.definiteness import beams_beyond_linear_range, inertia_warning
 from eomgen.analysis.equilibrium_warnings import Measures
+from eomgen.analysis.sampled import check_continuous
 from eomgen.analysis.steady_conditions import At, Conditions, named_values
 from eomgen.analysis.symmetries import Fields, constant, symmetries
 from eomgen.arrays import Array
@@ -132,6 +133,7 @@ def steady_motion(
     if p.ndim != 1:
         raise UsageError(Problem("parameters", f"one set of parameters is needed, not a batch of shape {p.shape}"))
     able = model.having(PURPOSES["linearization"])
+    check_continuous(able, "steady_motion")
     start = initial_state(able, initial, p)
     q, held_q, v, held_v = named_values(able, start.q, velocities, coordinates)
     conditions = _conditions(able, p, number_of("t", t), u, q, np.where(held_v, v, start.v))

@@ -1,0 +1,198 @@
+"""Sampled states are the same controller stepped by hand: hold, delay, rounding, order, rates, with every method."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+import eomgen
+
+CART = """
+format = 1
+name = "cart"
+gravity = [0, 0, 0]
+[parameters]
+stiffness = { value = 40, unit = "N/m", tunable = true }
+[bodies.cart]
+mass = 1
+[joints.x]
+type = "prismatic"
+parent = "base"
+child = "cart"
+axis = [1, 0, 0]
+[inputs]
+target = { formula = "1 + t", unit = "m" }
+"""
+HOLD = """
+[states.force]
+sample = "10 ms"
+formula = "stiffness * (target - q.x) - 6 * v.x"
+unit = "N"
+initial = 0.5
+[efforts.force]
+joint = "x"
+effort = "force"
+"""
+#: A measurement of 8 bits, its difference as velocity, an integral, and a force that takes effect 3.2 ms later.
+DIGITAL = """
+[states.measured]
+sample = "10 ms"
+formula = "q.x"
+quantum = "1/256"
+[states.before]
+sample = "10 ms"
+formula = "now"
+delay = "10 ms"
+[states.now]
+sample = "10 ms"
+formula = "measured"
+[states.integral]
+sample = "20 ms"
+formula = "integral + 0.02 * (target - measured)"
+[states.force]
+sample = "10 ms"
+formula = "stiffness * (target - measured) - 6 * (measured - before) / 0.01 + 3 * integral"
+delay = "13.2 ms"
+[efforts.force]
+joint = "x"
+effort = "force"
+"""
+METHODS = ("rk4", "rk45", "taylor", "hermite", "generalized_alpha", "generalized_alpha_f1", "hht")
+
+
+@cache
+def model(text: str) -> eomgen.Model:
+    return eomgen.build(tomllib.loads(CART + text), profile="quick")
+
+
+def held_by_hand(t_end: float) -> tuple[float, float, float]:
+    q = v = force = 0.0
+    for k in range(round(t_end / 0.01)):
+        force = 40 * (1 + k * 0.01 - q) - 6 * v
+        q, v = q + v * 0.01 + force * 0.5e-4, v + force * 0.01
+    return q, v, force
+
+
+def digital_by_hand(samples: int) -> tuple[float, float]:
+    """Return q and v after samples of 10 ms of a unit mass under the digital controller, by exact parabolas."""
+    q = v = integral = 0.0
+    measured = [0.0]
+    asked = [0.0, 0.0, 0.0]
+    for k in range(samples):
+        t = k * 0.01
+        measured.append(math.floor(q * 256 + 0.5) / 256)
+        if k % 2 == 0:
+            integral += 0.02 * (1 + t - measured[-1])
+        asked.append(40 * (1 + t - measured[-1]) - 6 * (measured[-1] - measured[-2]) / 0.01 + 3 * integral)
+        for span, force in ((0.0032, asked[-3]), (0.0068, asked[-2])):
+            q, v = q + v * span + 0.5 * force * span**2, v + force * span
+    return q, v
+
+
+@pytest.mark.parametrize("name", METHODS)
+@pytest.mark.parametrize("step", [0.01, 0.0025, 0.007, 0.05])
+def test_a_held_force_is_that_of_a_controller_by_hand(name: str, step: float) -> None:
+    options = {"rho_inf": 0.8} if name.startswith("gen") else {}
+    solution = model(HOLD).simulate(0.7, step, method=name, **options)
+    q, v, force = held_by_hand(0.7)
+    assert solution.success, solution.message
+    assert solution.q[-1, 0] == pytest.approx(q, abs=1e-13) and solution.v[-1, 0] == pytest.approx(v, abs=1e-12)
+    assert solution.z[0, 0] == 0.5 and solution.z[-1, 0] == pytest.approx(force, abs=1e-11)
+    if step == 0.0025:
+        assert np.array_equal(solution.z[1:5, 0], [40.0] * 4), "a row at a sample has what held until then"
+
+
+@pytest.mark.parametrize("name", METHODS)
+@pytest.mark.parametrize("step", [0.01, 0.004])
+def test_rounding_delays_rates_and_order_are_those_of_a_controller_by_hand(name: str, step: float) -> None:
+    solution = model(DIGITAL).simulate(2.0, step, method=name, error_estimate=False)
+    q, v = digital_by_hand(200)
+    assert solution.success, solution.message
+    assert solution.q[-1, 0] == pytest.approx(q, abs=1e-11) and solution.v[-1, 0] == pytest.approx(v, abs=1e-10)
+    measured = solution.z[:, model(DIGITAL).states.index("measured")]
+    assert np.array_equal(measured * 256, np.round(measured * 256)) and len(np.unique(measured)) > 20
+
+
+@pytest.mark.parametrize("name", ["rk4", "generalized_alpha"])
+def test_a_simulator_a_checkpoint_and_parameters_go_with_samples(name: str, tmp_path: Any) -> None:
+    whole = model(DIGITAL).simulate(1.0, 0.004, method=name, error_estimate=False)
+    run = model(DIGITAL).start(method=name, step=0.004)
+    run.step(n=100)
+    state = run.state
+    run.step(n=150)
+    assert np.array_equal(run.q, whole.q[-1]) and np.array_equal(run.z, whole.z[-1])
+    run.restore(state)
+    run.set_parameter("stiffness", 20.0)
+    run.advance(0.61)
+    assert run.t == 0.61 and run.q[0] != pytest.approx(whole.at(0.61).q[0])
+    path = tmp_path / "run.ckpt"
+    model(DIGITAL).simulate(0.4, 0.004, method=name, error_estimate=False, checkpoint=path)
+    rest = model(DIGITAL).resume(path, 1.0, error_estimate=False)
+    assert np.array_equal(rest.q[-1], whole.q[-1])
+
+
+def test_samples_count_from_the_origin_of_time() -> None:
+    """A run that begins between two samples waits for the next one with what it starts from."""
+    solution = model(HOLD).simulate(0.031, 0.001, method="rk4", t_start=0.015, error_estimate=False)
+    assert np.array_equal(solution.z[:6, 0], [0.5] * 6)
+    q = 0.5 * 0.5 * 0.005**2
+    assert solution.z[6, 0] == pytest.approx(40 * (1.02 - q) - 6 * 0.5 * 0.005, abs=1e-12)
+
+
+def test_events_and_samples_in_one_step() -> None:
+    text = HOLD + '[events.there]\nwhen = "q.x - 0.3"\naction = "stop"\n'
+    solution = model(text).simulate(2.0, 0.01, method="rk4")
+    assert solution.events is not None and solution.events.names == ("there",)
+    q = v = 0.0
+    for k in range(200):
+        force = 40 * (1 + k * 0.01 - q) - 6 * v
+        after = q + v * 0.01 + force * 0.5e-4
+        if after >= 0.3:
+            span = (-v + math.sqrt(v * v + 2 * force * (0.3 - q))) / force
+            assert solution.events.t[0] == pytest.approx(k * 0.01 + span, abs=1e-10)
+            return
+        q, v = after, v + force * 0.01
+    raise AssertionError("the cart never gets there")
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ('[states.a]\nsample = "1 ms"\n', "a state needs its rate, or a sample and a formula, and has sample"),
+        ('[states.a]\nrate = "1"\nsample = "1 ms"\nformula = "1"\n', "and has rate and sample and formula"),
+        ("[states.a]\ninitial = 1\n", "and has none of them; try: rate"),
+        ('[states.a]\nrate = "1"\ndelay = "1 ms"\n', r"delay is of sampled states; try: sample = \"1 ms\" in place"),
+        ('[states.a]\nsample = 0\nformula = "1"\n', "the time between two samples is 0 s, and has to be positive"),
+        ('[states.a]\nsample = 1\nformula = "1"\nquantum = -1\n', "the quantum -1 is negative"),
+        ('[states.a]\nsample = 1\nformula = "1"\ndelay = -1\n', "a delay of -1 s is not between 0 and 1000 samples"),
+        ('[states.a]\nsample = 1\nformula = "1"\ndelay = 1.00001\n', "the delay ends 1e-05 s after a sample"),
+        ('[states.a]\nsample = 1\nformula = "a.x"\n', "states.a.formula"),
+        ('[states.a]\nsample = 1\nformula = "1"\ndelay = 1\n[states.a_sampled]\nrate = "1"\n', "the name a_sampled is"),
+        ('[states.a]\nsample = "1 kg"\nformula = "1"\n', "a mass, a time in s is expected"),
+    ],
+)
+def test_mistakes_in_sampled_states_are_told(text: str, said: str) -> None:
+    with pytest.raises(eomgen.DescriptionError, match=said):
+        eomgen.load(tomllib.loads(CART + text))
+
+
+def test_sampled_states_that_ask_for_each_other_are_refused() -> None:
+    text = '[states.a]\nsample = 1\nformula = "b"\n[states.b]\nsample = 1\nformula = "a + 1"\n'
+    with pytest.raises(eomgen.ModelError, match="the sampled states a, b ask for each other's value at the same time"):
+        eomgen.derive(eomgen.load(tomllib.loads(CART + text)))
+    delayed = text.replace('formula = "b"', 'formula = "b"\ndelay = 1')
+    rows = eomgen.derive(eomgen.load(tomllib.loads(CART + delayed))).sampled
+    assert [(row.state, row.level) for row in rows] == [(0, 2), (1, 0), (2, 1)]
+
+
+def test_what_moves_continuously_only_is_refused() -> None:
+    for analysis in (model(HOLD).linearize, model(HOLD).equilibrium, model(HOLD).steady_motion):
+        with pytest.raises(eomgen.ModelError, match="the states force are sampled: between samples they stay"):
+            analysis()
+    with pytest.raises(eomgen.UsageError, match="forces jump 1e\\+06 times within a step of 1e\\+04 s"):
+        model(HOLD).simulate(2e4, 1e4, method="rk4")
