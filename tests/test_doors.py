@@ -192,7 +192,7 @@ ORDER: dict[str, tuple[str, ...]] = {
         "reading",
     ),
     "integrators": (
-        "newton step_splitting",
+        "newton samples step_splitting",
         "families",
         "events methods stepper_layout",
         "stepper_data",

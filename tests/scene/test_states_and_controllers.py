@@ -125,7 +125,7 @@ def test_python_builds_the_same_scene() -> None:
             'x = { rate = 1, initial = "gain" }',
             "the tunable parameter 'gain' cannot be used here (column 1); try: a fixed",
         ),
-        ("x = { initial = 1 }", "the key rate is missing; try: rate = ..."),
+        ("x = { initial = 1 }", "a state needs its rate, or a sample and a formula, and has none of them"),
         ("gain = { rate = 1 }", "the name gain is both a parameter and a state; try: another name for one of them"),
         ("wanted = { rate = 1 }", "the name wanted is both an input and a state; try: another name for one of them"),
         ("t = { rate = 1 }", "the name t is a word of formulas; try: t_value"),

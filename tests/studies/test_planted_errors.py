@@ -118,6 +118,7 @@ BEHIND_RATES = {"system_jacobian", "adjoints", "joint_brackets", "link_brackets"
 CLAIM_NOTHING = {
     "outputs",
     "event_actions",
+    "samples",
     "poses",
     "constraint",
     "constraint_size",
@@ -177,6 +178,7 @@ def test_every_term_has_a_form_or_is_behind_one() -> None:
     assert {term for _, term, _, _ in PLANTED} >= set(TERMS) - other_orders - BEHIND_RATES - {
         "outputs",
         "event_actions",
+        "samples",
         "constraint_size",
     }
 

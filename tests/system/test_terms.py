@@ -35,6 +35,8 @@ def scene_with(fact: str) -> Scene:
             builder.constraint("pin", "distance", {"body": "base", "position": [0.2, 0.0, 0.0]}, tip, length=0.6)
         case "states":
             builder.state("lag", "q.hinge - lag")
+        case "samples":
+            builder.state("held", sample=0.01, formula="q.hinge")
         case "outputs":
             builder.output("angle", formula="q.hinge")
         case "moving_base":
@@ -83,7 +85,7 @@ def test_what_a_rigid_tree_on_a_base_at_rest_has_no_use_for() -> None:
     of_constraints = {name for name in TERMS if name.startswith("constraint")} | {"equations", "iteration"}
     of_constraints |= {"velocity_partials", "acceleration_partials", "jacobian_values", "joint_velocities"}
     of_others = {"internal_rate", "internal_partials", "outputs", "output_partials", "elastic"}
-    of_others |= {"events", "event_actions", "event_impulse"}
+    of_others |= {"events", "event_actions", "event_impulse", "samples"}
     of_base = {"base_motion", "base_motion_rates", "base_motion_rates_1"}
     recorded = derive(scene_with("plain"), list(TERMS)).functions
     assert set(TERMS) - set(recorded) == of_constraints | of_others | of_base
