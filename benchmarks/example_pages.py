@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import io
 import json
+import math
 import re
 import shlex
 import subprocess
@@ -33,7 +34,7 @@ DEMANDS = (1e-2, 1e-3, 1e-4, 1e-6, 1e-8)
 TOLD = (1e-3, 1e-6)
 BEGIN, END = "<!-- measured -->", "<!-- end of what is measured -->"
 #: Pictures are this wide, in so many colours, and no larger than so many bytes.
-WIDTH, COLOURS, LARGEST = 1150, 32, 80_000
+WIDTH, COLOURS, LARGEST = 1150, 160, 80_000
 
 
 #: What every study varies, and the seconds that it may compute.
@@ -151,7 +152,7 @@ def section(name: str, study: Measured, told: Mapping[str, Any]) -> str:
     for demand in DEMANDS:
         best = study.best(demand)
         cells = ["none meets it", "", "", ""] if best is None else _cells(study, best)
-        lines.append(f"| {demand:g} | {' | '.join(cells)} |")
+        lines.append(f"| {power(demand)} | {' | '.join(cells)} |")
     lines += ["", " ".join([*(advice(study, demand) for demand in TOLD), own_settings(study)])]
     by, bar = study.reference["by"], study.uncertainty
     lines += ["", f"The reference, {by}, is known to {bar:.0e} by {study.reference['held against']}."]
@@ -185,8 +186,8 @@ def advice(study: Measured, demand: float) -> str:
     """Return a sentence on what to take for a demand."""
     best = study.best(demand)
     if best is None:
-        return f"No run of this study has an error of {demand:g}."
-    return f"For {demand:g} take {_words(best)}: {_time(best.seconds)}."
+        return f"No run of this study has an error of {power(demand)}."
+    return f"For {power(demand)} take {_words(best)}: {_time(best.seconds)}."
 
 
 def own_settings(study: Measured) -> str:
@@ -200,6 +201,11 @@ def own_settings(study: Measured) -> str:
     if best is None or not best.seconds or own.seconds < 1.1 * best.seconds:
         return f"{text}; nothing is as accurate and faster."
     return f"{text}; {_words(best)} is as accurate and {own.seconds / best.seconds:.2g} times as fast."
+
+
+def power(demand: float) -> str:
+    """Return a power of ten as pages write it."""
+    return f"1e{round(math.log10(demand))}"
 
 
 def _cells(study: Measured, point: Point) -> list[str]:
@@ -246,9 +252,10 @@ def compressed(picture: Path) -> bytes:
     with Image.open(picture) as opened:
         image = opened.convert("RGB")
     height = round(image.height * WIDTH / image.width)
-    small = image.resize((WIDTH, height), Image.Resampling.LANCZOS).quantize(COLOURS, dither=Image.Dither.NONE)
+    small = image.resize((WIDTH, height), Image.Resampling.LANCZOS)
+    few = small.quantize(COLOURS, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
     text = io.BytesIO()
-    small.save(text, "PNG", optimize=True)
+    few.save(text, "PNG", optimize=True)
     if text.tell() > LARGEST:
         raise ValueError(f"{picture}: {text.tell()} bytes in {COLOURS} colours, more than {LARGEST}")
     return text.getvalue()

@@ -1,0 +1,75 @@
+"""Every example has a page whose commands are commands, whose files are there, and whose measured part is that of its
+study."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+from benchmarks.example_pages import BEGIN, DEMANDS, END, LARGEST, PAGES, STUDIES, TOLD, command, power
+from tests.docs.test_docs import command as verb_named
+
+ROOT = Path(__file__).parents[2]
+FOLDERS = sorted(path.parent.name for path in (ROOT / "examples").glob("*/README.md"))
+NAMES = [*FOLDERS, "README"]
+
+
+def text_of(name: str) -> str:
+    return (PAGES / f"{name}.md").read_text(encoding="utf-8")
+
+
+def commands(text: str) -> list[list[str]]:
+    """Return the words of every indented line that starts with eomgen or python."""
+    return [
+        shlex.split(line, comments=True) for line in re.findall(r"^ {4}((?:eomgen|python) .+)$", text, re.MULTILINE)
+    ]
+
+
+def test_every_example_has_a_page_a_study_and_a_row() -> None:
+    assert sorted(STUDIES) == FOLDERS
+    assert sorted(path.stem for path in PAGES.glob("*.md")) == sorted(NAMES)
+    assert re.findall(r"^\| \[(\w+)\]\(\1\.md\) \|", text_of("README"), re.MULTILINE) == FOLDERS
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_commands_parse_and_their_files_are_there(name: str) -> None:
+    found = commands(text_of(name))
+    assert found
+    for program, verb, *words in found:
+        if program == "python":
+            script = ROOT / (words[0].replace(".", "/") + ".py" if verb == "-m" else verb)
+            assert script.is_file(), script
+            continue
+        context = verb_named(verb).make_context(verb, list(words))
+        assert (ROOT / context.params["scene"]).is_file(), context.params["scene"]
+        assert context.params["folder"].startswith("out/")
+
+
+@pytest.mark.parametrize("name", FOLDERS)
+def test_the_measured_part_is_that_of_the_study(name: str) -> None:
+    text = text_of(name)
+    before, begin, rest = text.partition(BEGIN)
+    measured, end, _ = rest.partition(END)
+    assert begin and end and before.startswith("# ")
+    assert commands(measured) == [shlex.split(command(name))]
+    assert re.findall(r"^\| (\S+) \| (?!cheapest|--)", measured, re.MULTILINE)[-len(DEMANDS) :] == [
+        power(demand) for demand in DEMANDS
+    ]
+    for demand in map(power, TOLD):
+        assert re.search(rf"For {demand} take `\w+`|No run of this study has an error of {demand}", measured), demand
+    assert 5_000 < (PAGES / f"{name}.png").stat().st_size <= LARGEST
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_links_lead_somewhere(name: str) -> None:
+    links = re.findall(r"\]\((?!https?:)([^)\s#]+)", text_of(name))
+    assert links
+    for target in links:
+        assert (PAGES / target).exists(), target
+
+
+def test_the_readme_leads_to_the_pages() -> None:
+    assert "(docs/examples/README.md)" in (ROOT / "README.md").read_text(encoding="utf-8")
