@@ -23,6 +23,10 @@ $(VENV)/installed-test: $(VENV)/installed
 	$(BIN)/python -m pip install --quiet --editable '.[test,dev]'
 	@touch $@
 
+$(VENV)/installed-all: $(VENV)/installed-test
+	$(BIN)/python -m pip install --quiet --editable '.[test,dev,notebook]'
+	@touch $@
+
 demo: $(VENV)/installed
 	$(BIN)/eomgen doctor --quiet
 	$(BIN)/python examples/spin_up_beam/demo.py --out out/spin_up_beam
@@ -40,7 +44,7 @@ test: $(VENV)/installed-test browser
 	$(BIN)/eomgen doctor --quiet
 	$(BIN)/python -m pytest -n auto -m "not slow"
 
-test-all: $(VENV)/installed-test browser
+test-all: $(VENV)/installed-all browser
 	$(BIN)/python -m pytest -n auto -m slow
 
 coverage: $(VENV)/installed-test browser

@@ -26,6 +26,7 @@ SLOW: dict[str, tuple[str, ...]] = {
     "benchmarks/test_scripts.py::test_robot_dynamics_finds_its_own_numbers_right": (),
     "benchmarks/test_scripts.py::test_time_derivatives_meet_the_closed_form": (),
     "browser/test_animation_page.py::test_bodies_are_where_the_projection_says_at_two_times": ("light",),
+    "browser/test_notebook.py": (),
     "cli/test_failures.py::test_a_curve_that_is_left_stops_the_run": ("tyre", "bump"),
     "cli/test_linearize.py::test_about_a_steady_motion": (),
     "codegen/test_arithmetic.py::test_every_operation_agrees_with_the_tape": ("double-4e-15", "complex-4e-15"),

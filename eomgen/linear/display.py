@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 from eomgen.arrays import Array
 from eomgen.html import page, paragraph, table
 
+#: Damping ratios below this are rounding.
+_ROUNDING = 1e-9
+
 
 class ShownModes(Protocol):
     """What is shown of ``Modes``: see there."""
@@ -45,11 +48,25 @@ def modes_html(modes: ShownModes) -> str:
         (
             k + 1,
             f"{modes.frequency[k]:.6g}" if modes.oscillating[k] else "",
-            f"{modes.damping_ratio[k]:.4g}" if abs(modes.eigenvalues[k]) > modes.uncertainty[k] else "",
-            f"{modes.eigenvalues[k]:.6g}",
+            f"{_known(modes.damping_ratio[k], _ROUNDING):.4g}"
+            if abs(modes.eigenvalues[k]) > modes.uncertainty[k]
+            else "",
+            _eigenvalue(modes.eigenvalues[k], modes.uncertainty[k]),
             ", ".join(name for name, _ in modes.dominant(k)),
         )
         for k in range(len(modes))
     )
     headings = ("mode", "frequency, Hz", "damping ratio", "eigenvalue, 1/s", "mostly")
     return page(f"{len(modes)} modes, {modes.stability}", table(headings, rows))
+
+
+def _eigenvalue(value: complex, uncertainty: float) -> str:
+    """Return an eigenvalue without the parts that are rounding."""
+    real, imaginary = _known(value.real, uncertainty), _known(value.imag, uncertainty)
+    if not imaginary:
+        return f"{real:.6g}"
+    return f"{real:.6g} ± {imaginary:.6g}j" if real else f"± {imaginary:.6g}j"
+
+
+def _known(value: float, uncertainty: float) -> float:
+    return value if abs(value) > uncertainty else 0.0
