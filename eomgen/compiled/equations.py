@@ -214,14 +214,21 @@ def outputs(
     u: Inputs = None,
     *,
     z: States = None,
+    multipliers: ArrayLike | None = None,
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> dict[str, Array]:
-    """Return the scene's outputs by name, (...) for one component and (..., size) for several."""
+    """Return the scene's outputs by name, (...) for one component and (..., size) for several.
+
+    Accelerations and multipliers are those of the motion where outputs need them and they are not given.
+    """
     if not model.evaluator.library.layout["outputs"]:
         model.evaluator.parameters(parameters)
         return ByName("output", {})
-    values = model.evaluator.call("outputs", q=q, v=v, a=a, t=t, u=u, z=z, parameters=parameters, base=base)[0]
+    given: dict[str, Any] = {"q": q, "v": v, "t": t, "u": u, "z": z, "parameters": parameters, "base": base}
+    if multipliers is None and "lam" in model.evaluator.functions.inputs("outputs"):
+        multipliers = model.evaluator.accelerations(**given)[1]
+    values = model.evaluator.call("outputs", **given, a=a, multipliers=multipliers)[0]
     result, start = ByName[Array]("output", {}), 0
     for item in model.evaluator.library.layout["outputs"]:
         size = int(item["size"])

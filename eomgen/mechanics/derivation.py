@@ -11,7 +11,7 @@ from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.recording import record
 from eomgen.mechanics.constraints.counted_angles import counted_angles
-from eomgen.mechanics.constraints.joints import AbsoluteQuantities, following_rows, joint_constraint
+from eomgen.mechanics.constraints.joints import AbsoluteQuantities, driven_rows, following_rows, joint_constraint
 from eomgen.mechanics.constraints.rows import ConstraintCalculus, Row, constraint_rows
 from eomgen.mechanics.dynamics import separated
 from eomgen.mechanics.dynamics.beam_matrices import geometric, structural
@@ -93,9 +93,8 @@ class Derivation:
             items = [
                 as_constraint for joint in self.scene.joints if (as_constraint := joint_constraint(joint)) is not None
             ] + items
-        if not items:
-            return None
         rows = constraint_rows(self.quantities, items)
+        rows.holonomic += driven_rows(self.quantities)
         if isinstance(self.quantities, AbsoluteQuantities):
             rows.holonomic[:0] = following_rows(self.quantities)
         rows = rows.without(self.without_rows)

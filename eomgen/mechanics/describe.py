@@ -7,7 +7,7 @@ from dataclasses import replace
 from itertools import chain
 
 from eomgen.formula.nodes import Formula, Number
-from eomgen.formula.prescribed_motion import Law
+from eomgen.formula.prescribed_motion import Law, constant
 from eomgen.scene.bodies.beam import Beam
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.joint_types import DRIVE_UNITS
@@ -70,12 +70,22 @@ def base_disturbances(scene: Scene) -> tuple[str, ...]:
 
 
 def laws_of(scene: Scene) -> Iterator[Law]:
-    """Yield the prescribed laws of motion of a scene: drives of constraints, position and rotation of the base."""
+    """Yield the prescribed laws of motion of a scene: drives of joints and constraints, lengths over time, position and
+    rotation of the base."""
     where = Report(scene.name, scene.source).where
+    for joint in scene.joints:
+        for number, (formula, (what, unit)) in enumerate(
+            zip(joint.drive, joint.kind.coordinates.items(), strict=False)
+        ):
+            key = key_of("joints", joint.name, *(("drive",) if len(joint.drive) == 1 else ("drive", number)))
+            yield Law(where(key), f"driven {what}", unit, formula)
     for constraint in scene.constraints:
         if constraint.drive is not None:
             key, what = where(key_of("constraints", constraint.name, "drive")), constraint.kind.drive
             yield Law(key, f"driven {what}", DRIVE_UNITS[what], constraint.drive)
+        elif constraint.prescribed is not None:
+            key = where(key_of("constraints", constraint.name, "length"))
+            yield Law(key, "driven distance", "m", constraint.prescribed)
     if scene.base is not None:
         for axis, formula in enumerate(scene.base.position):
             yield Law(where(key_of("base", "position", axis)), "position of the base", "m", formula)
@@ -88,7 +98,9 @@ def formulas_of_forces(scene: Scene) -> Iterator[tuple[Formula, int]]:
     if scene.base is not None:
         yield from ((formula, 2) for formula in scene.base.position)
         yield from ((rotation.angle, 2) for rotation in scene.base.rotations)
-    yield from ((constraint.drive, 2) for constraint in scene.constraints if constraint.drive is not None)
+    yield from ((formula, 2) for joint in scene.joints for formula in joint.drive)
+    laws = (constraint.prescribed for constraint in scene.constraints)
+    yield from ((law, 2) for law in laws if law is not None)
     yield from ((state.rate, 0) for state in scene.states)
     yield from ((controller.output, 0) for controller in scene.controllers)
     yield from chain.from_iterable(element.formulas() for element in scene.elements)
@@ -148,7 +160,9 @@ def _lengths(scene: Scene) -> Iterator[tuple[Formula, ...]]:
     yield from (body.center_of_mass for body in scene.bodies)
     yield from (joint.position for joint in scene.joints)
     for constraint in scene.constraints:
-        yield from (constraint.first.position, constraint.second.position, (constraint.radius,), (constraint.length,))
+        yield from (constraint.first.position, constraint.second.position, (constraint.radius,))
+        if constant(constraint.length):
+            yield (constraint.length,)
     yield from (lengths for element in scene.elements if (lengths := element.lengths()))
     yield from ((Number(body.beam.length),) for body in scene.bodies if body.beam is not None)
     for joint in scene.joints:

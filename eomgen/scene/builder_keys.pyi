@@ -70,6 +70,7 @@ class JointKeys(TypedDict, total=False):
     rotor_inertia: Value | Sequence[Value] | None
     limits: Mapping[str, Any] | None
     friction: Mapping[str, Any] | None
+    drive: Value | Sequence[Value] | None
     mimic: Mapping[str, Any] | None
     initial: Mapping[str, Any] | None
 

@@ -181,10 +181,11 @@ class _Comparisons:
         if not len(rows):  # a run that does not get through its first step
             return _Motion(rows, {name: values[:0] for name, values in self.own.outputs.items()})
         ends = np.cumsum([1, model.nq, model.nv, model.nv, len(model.multipliers)])
-        t, q, v, a, _, z = np.split(rows, ends, axis=1)
+        t, q, v, a, multipliers, z = np.split(rows, ends, axis=1)
+        held = {"multipliers": multipliers} if model.multipliers else {}
         u = run.signals.rows(t[:, 0]) if run.driven else None
         with np.errstate(all="ignore"):
-            return _Motion(rows, model.outputs(q, v, a, t[:, 0], u, z=z, parameters=parameters))
+            return _Motion(rows, model.outputs(q, v, a, t[:, 0], u, z=z, parameters=parameters, **held))
 
 
 class _Pair(NamedTuple):

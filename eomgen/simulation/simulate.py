@@ -448,11 +448,12 @@ def _evaluate(
         part = slice(start, start + _BATCH)
         state, present = (q[part], v[part], a[part], t[part]), _rows(p, part)
         u, base = _prescribed(model, t[part], present, signals)
+        held = multipliers[part] if model.multipliers else None
+        given: dict[str, Any] = {"z": z[part], "multipliers": held, "parameters": present, "base": base}
         if "outputs" in model.functions:
-            outputs.append(model.outputs(*state, u, z=z[part], parameters=present, base=base))
+            outputs.append(model.outputs(*state, u, **given))
         if "energy" in model.functions:
-            held = multipliers[part] if model.multipliers else None
-            energies.append(model.energy(*state, u, z=z[part], multipliers=held, parameters=present, base=base))
+            energies.append(model.energy(*state, u, **given))
     return _joined(outputs), _joined(energies)
 
 

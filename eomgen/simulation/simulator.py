@@ -301,7 +301,8 @@ class Simulator:
         if "outputs" not in model.functions:
             return ByName("output", {})
         p, z = self._present(), self.z
-        return model.outputs(self.q, self.v, self.a, self.t, self.inputs, z=z, parameters=p)
+        held = {"multipliers": self.multipliers} if model.multipliers else {}
+        return model.outputs(self.q, self.v, self.a, self.t, self.inputs, z=z, parameters=p, **held)
 
     @property
     def parameters(self) -> Mapping[str, float]:

@@ -390,7 +390,7 @@ def test_the_effort_of_a_drive_moves_the_machine(rng) -> None:
         ("reaction.pin.torque[0]", "reaction.pin has no part 'torque'"),
         ("reaction.pin.force", "reaction.pin.force has 3 components; try: reaction.pin.force[0]"),
         ("reaction.pin.force[3]", "reaction.pin.force has no component 3"),
-        ("drive_effort.pin", "drive_effort.pin: there is no constraint 'pin'"),
+        ("drive_effort.pin", "drive_effort.pin: pin has no drive"),
     ],
 )
 def test_what_is_said_of_formulas(formula: str, said: str) -> None:

@@ -9,6 +9,7 @@ from functools import cache
 from typing import Any
 
 from eomgen.scene.document.schema import SECTIONS, Document
+from eomgen.scene.forces.register import ALL_BOUNDS
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.keys import Table, fields_of
 
@@ -220,7 +221,7 @@ def parameter_keys(model: type[Table] = Document, before: str = "") -> Iterator[
             continue
         if inner is not None:
             yield from parameter_keys(inner.model, key)
-        elif meaning.names is PARAMETERS:
+        elif meaning.names is PARAMETERS or key in ALL_BOUNDS:
             yield key
 
 

@@ -458,7 +458,11 @@ def test_one_problem(old: str, new: str, message: str) -> None:
             '[efforts]\ne = { joint = "hinge", effort = 1, index = true }',
             "a whole number is needed here, not a boolean (true)",
         ),
-        ("[outputs]\no = {}", "an output needs one of position, velocity, acceleration, formula, energy, not none"),
+        (
+            "[outputs]\no = {}",
+            "an output needs one of position, velocity, acceleration, reaction_force, reaction_moment, formula, energy,"
+            " not none",
+        ),
         ('[outputs]\no = { position = "tip", energy = "total" }', "not position and energy"),
         ('[outputs]\no = { energy = "totl" }', "(outputs.o.energy): there is no energy 'totl'; try: total"),
         ("[outputs]\no = { formula = [] }", "the list of formulas is empty"),

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from eomgen.errors import ModelError, Problem
 from eomgen.formula.nodes import Number, Symbol
+from eomgen.formula.prescribed_motion import smooth
 from eomgen.mechanics.constraints.counted_angles import counted_angles
 from eomgen.mechanics.constraints.rows import Row, sine_of_excess_rotation
 from eomgen.mechanics.forces.frame_pairs import frame_pair, magnitude
@@ -97,6 +98,14 @@ class AbsoluteQuantities(Quantities):
         past = measure.past(call(Op.SIN, reference), call(Op.COS, reference))
         return reference + call(Op.ATAN2, past.sine, past.cosine)
 
+    def beyond(self, joint: str, index: int, law: Scalar, *, turns: bool) -> Scalar:
+        """Return how far a joint's coordinate is past a law; of an angle always within half a turn."""
+        measure, call = self._measure(joint, index), self.algebra.call
+        if isinstance(measure, Scalar):
+            return measure - law
+        past = measure.past(call(Op.SIN, law), call(Op.COS, law))
+        return call(Op.ATAN2, past.sine, past.cosine)
+
     def _wrapped(self, joint: str, index: int) -> Scalar:
         """Return a travel, m, or an angle in (-pi, pi], with the rates and the virtual work of the counted one."""
         measure = self._measure(joint, index)
@@ -165,6 +174,21 @@ def following_rows(quantities: AbsoluteQuantities) -> list[Row]:
         else:
             value = quantities.coordinate(joint.name) - target
             rows.append(Row(name, value, "m", pair.size + magnitude(target), pair.lever, pair.path_length))
+    return rows
+
+
+def driven_rows(quantities: Quantities) -> list[Row]:
+    """Return one constraint equation for each coordinate of a joint that a drive prescribes: coordinate = law."""
+    rows = list[Row]()
+    for joint in quantities.scene.joints:
+        for index, (drive, (what, unit)) in enumerate(zip(joint.drive, joint.kind.coordinates.items(), strict=False)):
+            with quantities.algebra.tape.block(f"drive of joint {joint.name}"):
+                pair = frame_pair(quantities, Frame(joint.parent, joint.position), Frame(joint.child))
+                law, angle = quantities.formula(drive), unit == "rad"
+                value = quantities.beyond(joint.name, index, law, turns=angle and not smooth(drive))
+                size = (quantities.algebra.one if angle else pair.size) + magnitude(law)
+            name = f"{joint.name}: driven {what}"
+            rows.append(Row(name, value, "1" if angle else "m", size, pair.lever, pair.path_length, joint, index))
     return rows
 
 

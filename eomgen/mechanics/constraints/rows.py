@@ -18,6 +18,7 @@ from eomgen.mechanics.kinematics.directions import configuration_directions, rat
 from eomgen.mechanics.tree.base import BaseState
 from eomgen.mechanics.tree.links import Tree
 from eomgen.scene.joints.constraint_model import Constraint
+from eomgen.scene.joints.model import Joint
 from eomgen.symbolic.calculus.partials import forward_partials, jacobian_vector
 from eomgen.symbolic.calculus.tangents import Tangent
 from eomgen.symbolic.operations import InputSymbol, Op
@@ -36,8 +37,8 @@ class Row:
         level of the lengths that multiply angular velocities
     extent : m, bound of the displacement that rotations of the joined bodies cause, wherever they slide or roll
     path_length : m, ``extent`` plus the distance between the bodies: the scale of point masses, which have no extent
-    constraint, number : whose equation it is, and which of its equations, holonomic ones first; None for the equation
-        of a joint that follows another
+    owner, number : whose equation it is, and which of its equations, holonomic ones first: a constraint, or a joint
+        with a drive for each coordinate; None for the equation of a joint that follows another
     """
 
     name: str
@@ -46,7 +47,7 @@ class Row:
     size: Scalar
     extent: Scalar
     path_length: Scalar
-    constraint: Constraint | None = None
+    owner: Constraint | Joint | None = None
     number: int = 0
 
 
@@ -80,7 +81,7 @@ def constraint_rows(quantities: Quantities, constraints: Sequence[Constraint]) -
         with quantities.algebra.tape.block(f"constraint {item.name}"):
             pair = frame_pair(quantities, item.first, item.second)
             own = rows_of_pair(quantities, item, pair)
-            marked = [replace(row, constraint=item, number=number) for number, row in enumerate(own.all)]
+            marked = [replace(row, owner=item, number=number) for number, row in enumerate(own.all)]
             rows.holonomic += marked[: len(own.holonomic)]
             rows.velocity += marked[len(own.holonomic) :]
     return rows

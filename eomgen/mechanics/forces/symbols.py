@@ -13,6 +13,7 @@ from eomgen.mechanics.kinematics.points import Kinematics
 from eomgen.mechanics.tree.links import Mount, Tree
 from eomgen.scene.joints.constraint_model import Frame
 from eomgen.scene.scene import Scene
+from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra, Scalar, Vector
 from eomgen.system.description import Point
 from eomgen.system.signals import Input
@@ -80,6 +81,12 @@ class Quantities:
         """Return the generalized force by velocity component of a unit effort on a joint's coordinate."""
         coordinates = self.tree.coordinates[joint]
         return {coordinates.dofs[index]: coordinates.ratio}
+
+    def beyond(self, joint: str, index: int, law: Scalar, *, turns: bool) -> Scalar:
+        """Return how far a joint's coordinate is past a law; of an angle within half a turn where ``turns``."""
+        past = self.tree.coordinates[joint].q[index] - law
+        call = self.algebra.call
+        return call(Op.ATAN2, call(Op.SIN, past), call(Op.COS, past)) if turns else past
 
     def controller(self, name: str) -> Scalar:
         """Return a controller's output, recorded once."""

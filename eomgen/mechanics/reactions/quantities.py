@@ -9,6 +9,8 @@ from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.reactions.transmitted import Transmitted, TransmittedWrenches
 from eomgen.mechanics.tree.links import ROOT, Tree
+from eomgen.scene.joints.constraint_model import Constraint
+from eomgen.scene.joints.model import Joint
 from eomgen.scene.joints.reaction_model import Reaction
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.scalar import Scalar, Vector, apply, cross, minus, plus, transpose
@@ -42,10 +44,10 @@ class Reactions:
         Raises
         ------
         ModelError
-            There is nothing of that name, or the constraint has no drive.
+            Nothing of that name has a drive.
         """
         if symbol.kind == "drive_effort":
-            return self._drive_effort(symbol.name)
+            return self._drive_effort(symbol.name, symbol.index)
         if symbol.name not in self._found:
             item = self._named(symbol.name)
             with self.wrenches.tree.algebra.tape.block(f"reaction {symbol.name}"):
@@ -67,11 +69,13 @@ class Reactions:
             return Reaction(name, "joints", name)
         return Reaction(name, "constraints", name)
 
-    def _drive_effort(self, name: str) -> Scalar:
-        item = next((item for item in self.scene.constraints if item.name == name), None)
-        if item is None or item.drive is None:
-            raise ModelError(f"the constraint {name} has no drive, and so no drive_effort", "drive = a formula of time")
-        return self.wrenches.drive_effort(item)
+    def _drive_effort(self, name: str, index: int) -> Scalar:
+        driven: list[Joint | Constraint] = [joint for joint in self.scene.joints if joint.drive]
+        driven += [item for item in self.scene.constraints if item.prescribed is not None]
+        item = next((item for item in driven if item.name == name), None)
+        if item is None:
+            raise ModelError(f"nothing called {name} has a drive, and so no drive_effort", "drive = a formula of time")
+        return self.wrenches.drive_effort(item, index)
 
     def _components(self, item: Reaction) -> tuple[Scalar, ...]:
         if item.section == "joints":

@@ -79,16 +79,18 @@ class TransmittedWrenches:
         """Return what the first body exerts on the second one, about the origin of the second frame."""
         return self._pair(item)[1]
 
-    def drive_effort(self, item: Constraint) -> Scalar:
-        """Return what a constraint's drive pushes along its angle, N m, or its travel, N; positive drives it up."""
+    def drive_effort(self, item: Constraint | Joint, index: int = 0) -> Scalar:
+        """Return what a drive pushes along an angle, N m, or a travel or distance, N; positive drives it up."""
         multipliers = self._multipliers(item)
+        if isinstance(item, Joint):
+            return -multipliers[index]
         effort = multipliers[max(multipliers)]  # its equation is the last of the constraint
-        return -effort if item.kind.drive == "angle" else effort
+        return effort if item.kind.drive == "travel" else -effort
 
-    def _multipliers(self, item: Constraint) -> dict[int, Scalar]:
-        """Return the multiplier of each equation of a constraint, without those that follow from others."""
+    def _multipliers(self, item: Constraint | Joint) -> dict[int, Scalar]:
+        """Return the multiplier of each equation, without those that follow from others."""
         rows = [] if self.rows is None else self.rows.all
-        return {row.number: self.quantities.input("lam", k) for k, row in enumerate(rows) if row.constraint is item}
+        return {row.number: self.quantities.input("lam", k) for k, row in enumerate(rows) if row.owner is item}
 
     def _pair(self, item: Constraint) -> tuple[Transmitted, Transmitted]:
         """Return the wrenches of a constraint on its first and on its second body, both where the second frame is."""

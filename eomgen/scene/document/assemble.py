@@ -192,7 +192,8 @@ class _Assembler:
         if complete and len(order) == len(links) == len(bodies):
             tree = [joints[link.name] for link in order]
             check_motion(tree, bodies, values, absolute=document.coordinates == "absolute")
-            if document.coordinates == "joint" and not document.constraints and not self.report.found:
+            free = not document.constraints and not any(joint.drive for joint in tree)
+            if document.coordinates == "joint" and free and not self.report.found:
                 self.unresisted = unresisted_motions(
                     tree, checks.body_inertias(bodies.values(), values), sections, values
                 )
@@ -242,6 +243,8 @@ class _Assembler:
             read_event(name, entry, joints, self.names.modes, absolute, values)
             for name, entry in document.events.items()
         )
+        outputs = tuple(read_output(name, output, values) for name, output in document.outputs.items())
+        checks.check_drive_efforts(outputs, events, joints.values(), constraints, self.report)
         checks.check_simulation(document.simulation, self.report)
         simulation = document.simulation
         return {
@@ -268,7 +271,7 @@ class _Assembler:
             "frames": tuple(fixed_frames.values()),
             "task_frames": tuple(dict.fromkeys(document.task_frames)),
             "elements": tuple(chain.from_iterable(elements.values())),
-            "outputs": tuple(read_output(name, output, values) for name, output in document.outputs.items()),
+            "outputs": outputs,
             "modes": tuple(document.modes),
             "events": events,
             "requirements": tuple(values.requirements),

@@ -7,18 +7,23 @@ from dataclasses import replace
 
 import numpy as np
 
+from eomgen.formula.evaluate import symbols
 from eomgen.formula.words import RESERVED
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.control.controllers import made_by_controller
 from eomgen.scene.document.schema import SECTIONS, Document, Simulation
+from eomgen.scene.events.model import Event
 from eomgen.scene.geometry.inertia import Inertia, tensor
 from eomgen.scene.joint_types import JOINTS
+from eomgen.scene.joints.constraint_model import Constraint
+from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.report import Report, check_reference
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values
 from eomgen.system.description import BASE, WORLD
 from eomgen.system.events import mode_parameter
-from eomgen.text import NAME_LENGTH, NAME_RULE, is_legal, key_of, listed, shown
+from eomgen.system.signals import Output
+from eomgen.text import NAME_LENGTH, NAME_RULE, is_legal, key_of, listed, nearest, shown
 
 
 def check_names(document: Document, refused: Mapping[str, set[str]], report: Report) -> Document:
@@ -112,6 +117,26 @@ def check_task_frames(document: Document, refused: Mapping[str, set[str]], repor
     known += sorted(refused["bodies"] | refused["beams"] | refused["frames"])
     for place, name in enumerate(document.task_frames):
         check_reference(f"task_frames[{place}]", name, known, "body or frame", report)
+
+
+def check_drive_efforts(
+    outputs: Iterable[Output],
+    events: Iterable[Event],
+    joints: Iterable[Joint],
+    constraints: Iterable[Constraint],
+    report: Report,
+) -> None:
+    """Report efforts of drives of what has none, or of two things of one name."""
+    driven = [joint.name for joint in joints if joint.drive]
+    driven += [item.name for item in constraints if item.prescribed is not None]
+    formulas = [(key_of("outputs", item.name), value) for item in outputs for value in item.values]
+    formulas += [(key_of("events", item.name), value) for item in events for value in (item.when, *item.actions())]
+    for key, formula in formulas:
+        for symbol in sorted(symbols(formula), key=lambda symbol: symbol.name):
+            if symbol.kind == "drive_effort" and (count := driven.count(symbol.name)) != 1:
+                what = f"{symbol.name} has no drive" if not count else f"two drives are called {symbol.name}"
+                hint = nearest(symbol.name, driven) or 'drive = "0.5 * t"'
+                report.add(key, f"drive_effort.{symbol.name}: {what}", hint if not count else "another name")
 
 
 def check_simulation(simulation: Simulation, report: Report) -> None:

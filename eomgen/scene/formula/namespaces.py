@@ -5,14 +5,14 @@ So a message quotes what the file says, and no text is ever edited.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, TypeVar
 
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Application, Formula, Operation, Symbol
 from eomgen.scene.formula.parser import read_formula
-from eomgen.scene.formula.scope import PARAMETERS, REACTING, Names, Scope
+from eomgen.scene.formula.scope import DRIVEN, PARAMETERS, REACTING, Names, Scope
 from eomgen.scene.formula.tokens import FormulaError
 from eomgen.system.events import mode_parameter
 
@@ -33,9 +33,9 @@ class Namespace:
     names: Mapping[str, Mapping[str, str]]
     values: Mapping[str, str]
 
-    def reacting(self, name: str) -> str:
-        """Return the section of what the reaction ``name`` is of in the included file: its own entry comes first."""
-        return next((section for section in REACTING if name in self.names[section]), REACTING[0])
+    def section_with(self, name: str, sections: Sequence[str]) -> str:
+        """Return the first of several sections in which the included file has an entry of that name."""
+        return next((section for section in sections if name in self.names[section]), sections[0])
 
 
 class Included(str):
@@ -154,8 +154,8 @@ def _resolved(symbol: Symbol, spaces: tuple[Namespace, ...], names: Names) -> Fo
         section = names.section_of(symbol.kind)
         if section == "joints" and symbol.name in space.names["beams"]:
             section = "beams"  # whose elastic coordinates are called like those of joints
-        if section == "reactions":
-            section = space.reacting(symbol.name)
+        if section in ("reactions", "drives"):
+            section = space.section_with(symbol.name, REACTING if section == "reactions" else DRIVEN)
         if section:
             symbol = replace(symbol, name=space.names[section][symbol.name])
     return symbol

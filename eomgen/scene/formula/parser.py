@@ -298,7 +298,9 @@ class _Reader:
         if kind in ("position", "velocity", "acceleration"):
             return list(self.names.points), 3
         if kind == "drive_effort":
-            return list(self.names.constraints), 1
+            row = JOINTS.get(self.names.joints.get(name, ""))
+            size = max(len(row.coordinates), 1) if row and name not in self.names.constraints else 1
+            return [*self.names.joints, *self.names.constraints], size
         if kind == "mode" and self.names.modes:
             return list(self.names.modes), 1
         if kind in self.names.offered:

@@ -16,10 +16,12 @@ QUANTITIES: Mapping[str, str] = {
     **dict.fromkeys(("position", "velocity", "acceleration"), "point"),
     "energy": "energy",
     "reaction": "reaction",
-    "drive_effort": "constraint",
+    "drive_effort": "drive",
 }
 #: Sections whose entries have a reaction, in the order in which its name is looked for.
 REACTING = ("reactions", "joints", "constraints")
+#: Sections whose entries may be driven.
+DRIVEN = ("joints", "constraints")
 #: Parts of a reaction, and where their three components start: angular first.
 REACTION_PARTS: Mapping[str, int] = {"moment": 0, "force": 3}
 ENERGIES = ("kinetic", "potential", "total", "base_power", "power")

@@ -9,6 +9,7 @@ from typing import Any
 
 from eomgen.scene.document.schema import SECTIONS, Document, Include
 from eomgen.scene.formula.namespaces import Included, Namespace
+from eomgen.scene.formula.scope import REACTING
 from eomgen.scene.reading.keys import Inner, Meaning, Table, fields_of
 from eomgen.scene.reading.kinds import Refused
 from eomgen.scene.reading.report import Report
@@ -85,7 +86,7 @@ class Renamer:
         if not isinstance(name, str) or not name:
             return name
         if section == "reactions":
-            section = self.space.reacting(name)
+            section = self.space.section_with(name, REACTING)
         return self.space.names[section].get(name, f"{name} in {self.file.name}")
 
     def number(self, name: str) -> str:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from eomgen.formula.nodes import ZERO, Formula
+from eomgen.formula.prescribed_motion import constant
 from eomgen.scene.joint_types import TYPES, Connection, ConstraintType, JointType
 
 
@@ -39,6 +40,7 @@ class Constraint:
         the first's xy plane without slip.
     drive : formula of t and parameters, or None
         Prescribes the free displacement: the angle or the travel that the type names.
+    length : formula of t and parameters
     """
 
     name: str
@@ -55,3 +57,8 @@ class Constraint:
     def kind(self) -> Connection:
         """What is known of its type."""
         return TYPES[self.type]
+
+    @property
+    def prescribed(self) -> Formula | None:
+        """What it prescribes over time: its drive, or a length that changes; None where it prescribes nothing."""
+        return self.length if self.drive is None and not constant(self.length) else self.drive

@@ -8,15 +8,15 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from eomgen.formula.nodes import ZERO, Formula
-from eomgen.scene.formula.scope import PARAMETERS, TIME
+from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.joint_types import CONSTRAINTS, TYPES, Need
 from eomgen.scene.joints import schema as written
 from eomgen.scene.joints.constraint_model import Constraint
+from eomgen.scene.joints.drives import read_law, read_length
 from eomgen.scene.joints.frames import check_two_bodies, read_frame
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
-from eomgen.scene.signals.curves import check_twice_differentiable
 from eomgen.system.description import Point
 from eomgen.text import key_of
 
@@ -50,20 +50,12 @@ def read_constraint(
         type=entry.type,
         first=first,
         second=second,
-        drive=_drive(key, entry.drive, values),
-        length=_number(f"{key}.length", entry.length, values),
+        drive=None if entry.drive is None else read_law(f"{key}.drive", entry.drive, values),
+        length=ZERO if entry.length is None else read_length(f"{key}.length", entry.length, values),
         radius=_number(f"{key}.radius", entry.radius, values),
         shape=entry.shape or "disc",
         pitch=_number(f"{key}.pitch", entry.pitch, values),
     )
-
-
-def _drive(key: str, drive: float | str | None, values: Values) -> Formula | None:
-    if drive is None:
-        return None
-    formula = values.formula(f"{key}.drive", drive, TIME)
-    check_twice_differentiable(f"{key}.drive", [formula], values.report)
-    return formula
 
 
 def _needs(entry: written.Constraint) -> tuple[Need, Need]:

@@ -74,6 +74,7 @@ class Joint:
     initial_position : neutral-relative q: 0 to 3 numbers; spherical: quaternion (4); free: quaternion and position (7).
     initial_velocity : 0 to 3, or 6 numbers; angular first, body axes.
     mimic : what the joint's coordinate follows, None where it is a coordinate of its own.
+    drive : formulas of time that prescribe its coordinates, one for each; none where they are free.
     """
 
     name: str
@@ -94,6 +95,7 @@ class Joint:
     second_axis: tuple[float, float, float] = (1.0, 0.0, 0.0)
     pitch: Formula = ZERO
     mimic: Mimic | None = None
+    drive: tuple[Formula, ...] = ()
 
     @property
     def kind(self) -> Connection:

@@ -10,6 +10,7 @@ from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.geometry.rotations import frame_about, quaternion_of, rows
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints import schema as written
+from eomgen.scene.joints.drives import driven_start, read_drives
 from eomgen.scene.joints.limits import read_friction, read_stops
 from eomgen.scene.joints.model import Coefficients, Joint, Mimic
 from eomgen.scene.reading.orientation import read_orientation
@@ -32,6 +33,8 @@ def read_joint(name: str, joint: written.Joint, values: Values) -> Joint:
     key = key_of("joints", name)
     axis, second = _axes(key, joint, values)
     coefficients = {field: _coefficients(key, field, joint, values) for field in _COEFFICIENTS}
+    drive = read_drives(key, joint, values)
+    start, speed = driven_start(key, drive, values)
     return Joint(
         name=name,
         type=joint.type,
@@ -42,11 +45,12 @@ def read_joint(name: str, joint: written.Joint, values: Values) -> Joint:
         pitch=Number(0.0) if joint.pitch is None else values.formula(f"{key}.pitch", joint.pitch, PARAMETERS),
         position=values.vector(f"{key}.position", joint.position, PARAMETERS),
         orientation=read_orientation(key, joint.rotation, joint.orientation, values),
-        initial_position=_initial_position(key, joint, values),
-        initial_velocity=_initial_velocity(key, joint, values),
+        initial_position=start if drive else _initial_position(key, joint, values),
+        initial_velocity=speed if drive else _initial_velocity(key, joint, values),
         stops=read_stops(key, joint, values),
         friction=read_friction(key, joint, values),
         mimic=_mimic(key, joint, values),
+        drive=drive,
         stiffness=coefficients["stiffness"],
         damping=coefficients["damping"],
         rest=coefficients["rest"],

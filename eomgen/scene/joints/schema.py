@@ -136,6 +136,12 @@ class Joint(Table):
     )
     limits: Limits | None = optional("compliant stops", kind="table, below")
     friction: Friction | None = optional("dry friction", kind="table, below")
+    drive: Values | None = optional(
+        "prescribes the coordinates over time, which then have no initial state of their own",
+        unit=by_coordinate("rad", "m"),
+        names=TIME,
+        kind="value or list of values of time, rad or m",
+    )
     mimic: Mimic | None = optional("what the coordinate follows, in place of being free", kind="table, below")
     initial: Initial = key("state at the start", Initial(), shown_default="zeros")
 
@@ -166,7 +172,12 @@ class Constraint(Table):
         unit={name: DRIVE_UNITS[row.drive] for name, row in CONSTRAINTS.items() if row.drive},
         names=TIME,
     )
-    length: Value | None = of_parameters("between the origins", unit="m", shown_default="required for `distance`")
+    length: Value | None = optional(
+        "between the origins; a formula of time prescribes it",
+        unit="m",
+        names=TIME,
+        shown_default="required for `distance`",
+    )
     radius: Value | None = of_parameters("of the disc or sphere", unit="m", shown_default="required for `rolling`")
     shape: Literal["disc", "sphere"] | None = optional("for `rolling`", shown_default="`disc`")
     pitch: Value | None = of_parameters("travel per radian", unit="m/rad", shown_default="required for `helical`")

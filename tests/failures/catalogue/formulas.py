@@ -152,7 +152,7 @@ FAILURES = [
         "An attribute of Python",
         3,
         "description error: scene.toml:28 (efforts.motor.effort): unknown quantity 'motor' (column 1); try: one of q,"
-        " v, a, position, velocity, acceleration, energy, length and 4 more",
+        " v, a, position, velocity, acceleration, energy, reaction and 6 more",
         old='effort = "motor"',
         new='effort = "motor.__class__"',
     ),

@@ -1,0 +1,96 @@
+"""Reading of prescribed motions: drives of joints and of constraints, lengths over time, and where they start."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from eomgen.errors import ModelError
+from eomgen.formula.evaluate import symbols
+from eomgen.formula.law_values import law_and_rate
+from eomgen.formula.nodes import Formula
+from eomgen.formula.prescribed_motion import constant
+from eomgen.scene.formula.scope import PARAMETERS, TIME
+from eomgen.scene.joint_types import JOINTS
+from eomgen.scene.joints import schema as written
+from eomgen.scene.reading.values import UNKNOWN, Values
+from eomgen.scene.signals.curves import check_twice_differentiable
+
+#: What the complex step of a rate may leave of a value that is zero.
+_NOISE = 1e-50
+#: Rates that a complex step of 1e-30 gives beside a pole or where a root has no real value, and no machine has.
+_ENDLESS = 1e25
+_STARTS = ("position", "orientation", "rotation", "velocity")
+
+
+def read_law(key: str, value: float | str, values: Values) -> Formula:
+    """Return a prescribed motion, a formula of time that has accelerations; what is wrong with it is reported."""
+    formula = values.formula(key, value, TIME)
+    check_twice_differentiable(key, [formula], values.report)
+    return formula
+
+
+def read_length(key: str, value: float | str, values: Values) -> Formula:
+    """Return a length, which time may prescribe; it has to be positive, at the start where it changes."""
+    formula = values.formula(key, value, TIME)
+    if formula is UNKNOWN:
+        return formula
+    if constant(formula):
+        return values.formula(key, value, PARAMETERS)
+    check_twice_differentiable(key, [formula], values.report)
+    length, _ = start_of(key, formula, values)
+    if length < 0.0:
+        values.report.add(key, f"the length is {length:.6g} m at t = 0, which is not positive", "a length in m")
+    return formula
+
+
+def read_drives(key: str, joint: written.Joint, values: Values) -> tuple[Formula, ...]:
+    """Return the drives of a joint, one for each coordinate; none where it has none, or they are refused."""
+    if joint.drive is None:
+        return ()
+    kind, place, report = JOINTS[joint.type], f"{key}.drive", values.report
+    meanings = tuple(kind.coordinates)
+    if not meanings:
+        report.add(place, f"a {joint.type} joint has no coordinates that a drive could prescribe", "a revolute joint")
+        return ()
+    if len(joint.drive) != len(meanings):
+        count = f"{len(meanings)} values ({', '.join(meanings)})" if len(meanings) > 1 else "one value"
+        report.add(place, f"the drive of a {joint.type} joint needs {count}, not {len(joint.drive)}")
+        return ()
+    if joint.mimic is not None:
+        report.add(place, "a joint that follows another cannot be driven", f"the drive of {joint.mimic.joint}")
+    for field in _STARTS:
+        if getattr(joint.initial, field) is not None:
+            report.add(f"{key}.initial.{field}", "a driven joint has no initial state of its own", "drive at t = 0")
+    return tuple(read_law(at, value, values) for at, value in zip(_places(key, joint.drive), joint.drive, strict=True))
+
+
+def driven_start(key: str, drives: Sequence[Formula], values: Values) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return the initial position and velocity of a driven joint."""
+    starts = [start_of(at, law, values) for at, law in zip(_places(key, drives), drives, strict=True)]
+    return tuple(value for value, _ in starts), tuple(rate for _, rate in starts)
+
+
+def _places(key: str, drives: Sequence[object]) -> list[str]:
+    """Return the key of each drive of a joint."""
+    return [f"{key}.drive"] if len(drives) == 1 else [f"{key}.drive[{number}]" for number in range(len(drives))]
+
+
+def start_of(key: str, law: Formula, values: Values) -> tuple[float, float]:
+    """Return a prescribed motion at t = 0 and the default parameters, and its rate; zeros where that is reported."""
+    named = {symbol.name for symbol in symbols(law) if symbol.kind == "parameter"}
+    if law is UNKNOWN or not named <= values.parameters.keys():
+        return 0.0, 0.0
+    try:
+        value, rate = (float(number[0]) for number in law_and_rate(law, values.parameters)(np.zeros(1)))
+    except ModelError as error:
+        values.report.add(key, error.problems[0].what, error.problems[0].hint)
+        return 0.0, 0.0
+    if not (math.isfinite(value) and abs(rate) < _ENDLESS):
+        values.report.add(
+            key, "the motion has no finite value and rate at t = 0", "a law that begins at t = 0 or before"
+        )
+        return 0.0, 0.0
+    return (0.0 if abs(value) < _NOISE else value), rate
