@@ -5,6 +5,7 @@ __all__ = [
     "evaluate",
     "infix",
     "jumps",
+    "law_values",
     "nodes",
     "piecewise",
     "prescribed_motion",
