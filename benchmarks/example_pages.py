@@ -107,8 +107,11 @@ def measure(name: str, folder: Path) -> None:
 
 
 def study_in(folder: Path) -> Measured:
-    """Return the study that ``tradeoff.json`` in a folder tells."""
+    """Return the study that ``tradeoff.json`` in a folder tells. Raises ValueError where methods were not built in
+    time, which the cache has at the next run."""
     held = json.loads((folder / "tradeoff.json").read_text(encoding="utf-8"))
+    if late := [name for name, why in held["left_out"].items() if why.startswith("not built")]:
+        raise ValueError(f"{folder.name}: {'; '.join(late)}: not built within the budget; run it once more")
     span = held["span"]
     return Measured(
         held["scene"],
