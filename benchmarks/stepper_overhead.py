@@ -14,6 +14,7 @@ import statistics
 import sys
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -22,8 +23,12 @@ from numpy.typing import NDArray
 import eomgen
 from benchmarks.measure import machine, pin_to_core
 from benchmarks.robots import ROBOTS, PinocchioModel, driven, pinocchio_model, scene
+from eomgen.formula.nodes import ZERO, Number, Symbol
 from eomgen.model import Model
+from eomgen.scene.forces.efforts import Effort
+from eomgen.scene.scene import Scene
 from eomgen.simulation.simulator import Simulator
+from eomgen.system.signals import Sampling, State
 
 Array = NDArray[np.float64]
 ROBOT = ROBOTS["ur5"]
@@ -75,7 +80,19 @@ def seconds(work: Callable[[], None]) -> float:
     return time.thread_time() - began
 
 
-def contestants(model: Model, samples: int) -> dict[str, Callable[[], None]]:
+def in_the_scene(described: Scene) -> Scene:
+    """Return a robot with the controller as sampled states, one for each joint."""
+    states, efforts = [], []
+    for number, joint in enumerate(described.joints):
+        kp, kd, target = (float(values[number]) for values in (STIFFNESS, DAMPING, TARGET))
+        name = f"torque_{number}"
+        formula = Number(kp) * (Number(target) - Symbol("q", joint.name)) - Number(kd) * Symbol("v", joint.name)
+        states.append(State(name, ZERO, sampling=Sampling(formula, STEP)))
+        efforts.append(Effort(name, joint.name, Symbol("state", name), 0))
+    return replace(described, states=tuple(states), elements=(*described.elements, *efforts), content=b"sampled")
+
+
+def contestants(model: Model, sampled: Model, samples: int) -> dict[str, Callable[[], None]]:
     """Return what takes as many steps each."""
     many, one, loop = (model.start(method="rk4", step=STEP) for _ in range(3))
     torque = np.zeros(model.nu)
@@ -102,12 +119,19 @@ def contestants(model: Model, samples: int) -> dict[str, Callable[[], None]]:
             found = model.simulate(t + STEP, STEP, initial={"q": q, "v": v}, inputs=u, t_start=t, error_estimate=False)
             q, v = found.q[-1], found.v[-1]
 
+    def in_scene() -> None:
+        scripted.restore(scripted_begun)
+        scripted.step(n=samples)
+
     many.step(torque)
     begun = many.state
+    scripted = sampled.start(method="rk4", step=STEP)
+    scripted_begun = scripted.state
     return {
         "compiled steps in one call": in_one_call,
         "run.step(u)": one_by_one,
         "PD controller in NumPy and run.step(u)": with_controller,
+        "the same controller in the scene, in one call": in_scene,
         "PD controller and simulate (1 of 50 samples)": by_simulate,
     }
 
@@ -132,7 +156,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if chosen.quick:
         return 0
     pin_to_core(chosen.core)
-    works = contestants(model, SAMPLES)
+    sampled = eomgen.build(in_the_scene(described), ["forward_dynamics", "internal_rate"], method="rk4")
+    works = contestants(model, sampled, SAMPLES)
     found: dict[str, list[float]] = {name: [] for name in works}
     for _ in range(chosen.rounds):
         for name, work in works.items():

@@ -384,6 +384,7 @@ SLOW: dict[str, tuple[str, ...]] = {
         "0.007-rk4",
         "0.007-generalized_alpha",
     ),
+    "simulation/test_sampled_states.py::test_a_sampled_quantity_that_passes_zero_does_so_at_a_sample": (),
     "simulation/test_sampled_states.py::test_a_simulator_a_checkpoint_and_parameters_go_with_samples": (),
     "simulation/test_sampled_states.py::test_events_and_samples_in_one_step": (),
     "simulation/test_sampled_states.py::test_rounding_delays_rates_and_order_are_those_of_a_controller_by_hand": (

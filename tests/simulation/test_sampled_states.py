@@ -144,9 +144,13 @@ def test_samples_count_from_the_origin_of_time() -> None:
     assert solution.z[6, 0] == pytest.approx(40 * (1.02 - q) - 6 * 0.5 * 0.005, abs=1e-12)
 
 
-def test_events_and_samples_in_one_step() -> None:
+@pytest.mark.parametrize(
+    ("name", "tolerance"),
+    [("rk4", None), ("rk45", None), ("taylor", None), ("generalized_alpha", None), ("generalized_alpha", 1e-6)],
+)
+def test_events_and_samples_in_one_step(name: str, tolerance: float | None) -> None:
     text = HOLD + '[events.there]\nwhen = "q.x - 0.3"\naction = "stop"\n'
-    solution = model(text).simulate(2.0, 0.01, method="rk4")
+    solution = model(text).simulate(2.0, 0.01, method=name, tolerance=tolerance)
     assert solution.events is not None and solution.events.names == ("there",)
     q = v = 0.0
     for k in range(200):
@@ -158,6 +162,16 @@ def test_events_and_samples_in_one_step() -> None:
             return
         q, v = after, v + force * 0.01
     raise AssertionError("the cart never gets there")
+
+
+@pytest.mark.parametrize("name", ["rk4", "rk45", "taylor", "generalized_alpha"])
+def test_a_sampled_quantity_that_passes_zero_does_so_at_a_sample(name: str) -> None:
+    """The force falls below 20 N at t = 0.1 s: by hand 20.96 and 18.92 N before and behind it."""
+    text = HOLD + '[events.low]\nwhen = "force - 20"\naction = "stop"\n'
+    solution = model(text).simulate(0.5, 0.004, method=name, error_estimate=False)
+    assert solution.events is not None and solution.events.names == ("low",)
+    assert held_by_hand(0.1)[2] > 20.0 > held_by_hand(0.11)[2]
+    assert solution.events.t[0] == pytest.approx(0.1, abs=1e-9)
 
 
 @pytest.mark.parametrize(

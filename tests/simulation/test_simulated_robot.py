@@ -3,7 +3,6 @@ method."""
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,10 +11,6 @@ import pytest
 import eomgen
 from benchmarks import stepper_overhead
 from benchmarks.robots import driven, pinocchio_model, scene
-from eomgen.formula.nodes import ZERO, Number, Symbol
-from eomgen.scene.forces.efforts import Effort
-from eomgen.scene.scene import Scene
-from eomgen.system.signals import Sampling, State
 from tests.codegen.test_stand_alone import compiled, run
 
 SAMPLES = 1000
@@ -78,26 +73,11 @@ def test_a_controller_of_1_khz_around_the_ur5(tmp_path: Path) -> None:
     assert np.max(np.abs(found[:, 0] - q)) < 1e-14 and np.max(np.abs(found[:, 1] - v)) < 1e-14
 
 
-def in_the_scene(described: Scene) -> Scene:
-    """Return the robot with the controller as sampled states, one for each joint."""
-    states, efforts = [], []
-    for number, joint in enumerate(described.joints):
-        kp, kd, target = (
-            float(values[number])
-            for values in (stepper_overhead.STIFFNESS, stepper_overhead.DAMPING, stepper_overhead.TARGET)
-        )
-        name = f"torque_{number}"
-        formula = Number(kp) * (Number(target) - Symbol("q", joint.name)) - Number(kd) * Symbol("v", joint.name)
-        states.append(State(name, ZERO, sampling=Sampling(formula, stepper_overhead.STEP)))
-        efforts.append(Effort(name, joint.name, Symbol("state", name), 0))
-    return replace(described, states=tuple(states), elements=(*described.elements, *efforts), content=b"sampled")
-
-
 def test_the_same_controller_in_the_scene(tmp_path: Path) -> None:
     pytest.importorskip("pinocchio")
     described = scene(stepper_overhead.ROBOT)
     q, v = stepper_overhead.by_pinocchio(pinocchio_model(stepper_overhead.ROBOT, described), SAMPLES)
-    sampled = in_the_scene(described)
+    sampled = stepper_overhead.in_the_scene(described)
     solution = eomgen.build(sampled, ["forward_dynamics", "internal_rate"], method="rk4").simulate(
         SAMPLES * stepper_overhead.STEP, stepper_overhead.STEP, error_estimate=False
     )
