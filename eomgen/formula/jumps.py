@@ -20,7 +20,7 @@ from eomgen.formula.discontinuities import breakpoints
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.law_values import law_and_rate
 from eomgen.formula.nodes import Formula
-from eomgen.formula.prescribed_motion import Law, smooth
+from eomgen.formula.prescribed_motion import Law
 
 #: Times of the grid.
 _GRID = 1025
@@ -57,7 +57,7 @@ def jumps(laws: Iterable[Law], values: Mapping[str, float], start: float, end: f
     """
     problems = []
     for law in laws:
-        if smooth(law.formula):
+        if law.smooth:
             continue
         names = sorted({symbol.name for symbol in symbols(law.formula) if symbol.kind == "parameter"})
         jump = first_jump(law.formula, tuple((name, values[name]) for name in names), start, end, law.unit == "rad")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import dataclass
+from functools import cached_property
 
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Application, Formula, Number, Operation
@@ -11,13 +12,24 @@ from eomgen.formula.nodes import Application, Formula, Number, Operation
 _SMOOTH = frozenset({"add", "sub", "mul", "neg", "sin", "cos", "sinh", "cosh", "tanh", "exp", "atan"})
 
 
-class Law(NamedTuple):
+@dataclass(frozen=True)
+class Law:
     """A formula of time that something must follow, with its location and description for messages, and its unit."""
 
     where: str
     what: str
     unit: str
     formula: Formula
+
+    @cached_property
+    def constant(self) -> bool:
+        """Whether nothing moves."""
+        return constant(self.formula)
+
+    @cached_property
+    def smooth(self) -> bool:
+        """Whether neither the law nor its rate can jump."""
+        return smooth(self.formula)
 
 
 def smooth(formula: Formula) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -55,7 +56,13 @@ def method_named(name: str, rho_inf: float | None = 0.8, **parameters: float | N
     """
     row = row_of(name)[1]
     given = {"rho_inf": rho_inf, **parameters}
-    return row.make(**{key: given[key] for key in row.parameters if given.get(key) is not None})
+    return _made(row.name, tuple((key, given[key]) for key in row.parameters if given.get(key) is not None))
+
+
+@functools.lru_cache(maxsize=256)
+def _made(name: str, parameters: tuple[tuple[str, float | None], ...]) -> Method:
+    """Return a method; its exact coefficients take longer to be checked than a short run takes."""
+    return row_of(name)[1].make(**dict(parameters))
 
 
 #: Parameters of which one may say what the others do.

@@ -13,7 +13,6 @@ from eomgen.arrays import Array
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import ModelError, Problem, UsageError
-from eomgen.formula.prescribed_motion import constant
 from eomgen.integrators.methods import Method, canonical_name, method_named, method_parameters, terms_of
 from eomgen.integrators.stepper_layout import checked_setting, default_settings
 from eomgen.simulation.angle_range import check_angles
@@ -122,7 +121,7 @@ def followed_laws(model: CompiledModel, method: Method, p: Array, grid: TimeGrid
     They may jump at the parameters of the run, (np,), or be too steep for the step; methods with steps of their own
     follow what is steep.
     """
-    laws = [law for law in model.description.laws if not constant(law.formula)]
+    laws = [law for law in model.description.laws if not law.constant]
     if not laws:
         return [], []
     from eomgen.formula.jumps import jumps  # noqa: PLC0415  # most scenes need none of it
