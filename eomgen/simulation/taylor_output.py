@@ -42,11 +42,12 @@ class StepsBetween:
         """
         stepper = Stepper(self.library, self.settings, self.parameters(rows.t[0]))
         record = np.empty((len(t), stepper.sizes["row"]))
+        q, v, a, z = (record[:, stepper.row_places.get(name, slice(0))] for name in ("q", "v", "vdot", "z"))
         for place, (time, before) in enumerate(zip(t, index, strict=True)):
             row = before + 1 if time >= rows.t[before + 1] else before
             start = float(rows.t[row])
             if time <= start:
-                record[place] = np.concatenate([[time], *(array[row] for array in rows[1:])])
+                q[place], v[place], a[place], z[place] = rows.q[row], rows.v[row], rows.a[row], rows.z[row]
                 continue
             stepper.settings[0] = float(time) - start
             present = self.parameters(rows.t[row])
@@ -59,8 +60,6 @@ class StepsBetween:
                 status, _ = stepper.run(1, 1, table, record[place : place + 1])
             if status:
                 raise NumericalError(f"no state at t = {time:.9g} s: {stepper.status_text(status)}", "times of rows")
-        ends = np.cumsum([1, stepper.nq, stepper.nv, stepper.nv])
-        _, q, v, a, z = np.split(record, ends, axis=1)
         return q, v, a, z
 
 

@@ -259,8 +259,10 @@ def test_extreme_tolerances_hold(tolerance: float) -> None:
 
 
 def test_states_between_rows_are_as_good() -> None:
-    found, true = model("flyer").simulate(0.4, 0.1, tolerance=1e-6, **QUIET), exact("flyer")
-    assert np.abs(found.at(true.t).q - true.q).max() < 1e-5
+    for name in ("flyer", "rods_se3"):  # without multipliers in the rows, and with them
+        found, true = model(name).simulate(0.4, 0.1, tolerance=1e-6, **QUIET), exact(name)
+        assert np.abs(found.at(true.t).q - true.q).max() < 1e-5
+        assert found.at(true.t).z.shape == true.z.shape
 
 
 @pytest.mark.parametrize("name", ["controlled", pytest.param("rods_se3", marks=pytest.mark.slow)])

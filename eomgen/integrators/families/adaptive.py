@@ -33,6 +33,8 @@ COARSE = 1e-3
 #: errors do not shrink as fast as steps do.
 SHORT = 0.05
 
+#: Growth of a step at most where rounding may be a tenth of the error that is allowed: smaller errors cannot be seen.
+NOISY_GROWTH = 1.125
 #: Error of an explicit step, as a part of the motion, up to which its end tells the size of the motion.
 ACCURATE = 0.01
 
@@ -112,4 +114,5 @@ def step_data(order: int) -> Mapping[str, Any]:
         "coarse": COARSE,
         "short": SHORT,
         "accurate": ACCURATE,
+        "noisy_growth": NOISY_GROWTH,
     }

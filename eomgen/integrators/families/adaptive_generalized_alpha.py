@@ -118,6 +118,7 @@ class AdaptiveGeneralizedAlpha(GeneralizedAlpha):
             "turning": [],
             "least_growth": LEAST_GROWTH,
             "most_growth": MOST_GROWTH,
+            "noisy_growth": LEAST_GROWTH,
             "iterations": ITERATIONS,
             "velocity_part": VELOCITY_PART,
         }

@@ -51,6 +51,65 @@ _CONSTRAINED = Need(
 )
 
 
+def partition_state(sizes: Sizes) -> tuple[Field, ...]:
+    """Return what a state says of its partition."""
+    largest = "largest so far of the smallest pivot of B_D with its rows divided by the extents of what they close"
+    return (
+        Field("dependent", "velocity components that follow from the others, in increasing order", sizes.lam, "long"),
+        Field("largest_regularity", largest, group="passage"),
+        Field("passage_t", "of the last two states with regular constraints, newest first", 2, "real", "passage", "t"),
+        Field("passage_vdot", "their accelerations", 2 * sizes.v, "real", "passage", "vdot"),
+        Field("history", "how many of them there are", 0, "long", "passage"),
+        Field("singularity_near", "1: a singular position is near", 0, "long", "passage"),
+    )
+
+
+PARTITION_STATISTICS = (
+    Field("partitions", "sets of dependent components that were in use, one after the other", 0, "long"),
+    Field("max_constraint", "largest |Phi| of all states that steps ended in"),
+    Field("max_constraint_velocity", "largest |w| of these"),
+    Field("max_pivot_ratio", "largest by smallest pivot of B_D, weighed, in any evaluation"),
+    Field("singular_passages", "positions passed where the constraints are singular, or nearly", 0, "long"),
+)
+
+
+def partition_statuses(angles: bool) -> tuple[Status, ...]:
+    """Return how steps with a partition may fail."""
+    slipped = "the correction of the dependent coordinates did not converge, whichever they are"
+    singular = (
+        "the constraints are singular here or within the step, whichever coordinates depend on the others, "
+        "or a part has no mass"
+    )
+    return (
+        Status(1, "NOT_CONVERGED", slipped, SMALLER_STEP),
+        Status(2, "SINGULAR", singular, SINGULAR_ADVICE),
+        NOT_FINITE,
+        BAD_ARGUMENT,
+        *((rotation_too_large(angles),) if angles else ()),
+        NOT_CONSISTENT,
+    )
+
+
+def partition_data(system: System) -> Mapping[str, Any]:
+    """Return what the templates of coordinate partitioning read. Raises ModelError for more rows than components."""
+    nv, nl = velocities(system.factors), len(system.multipliers)
+    if nl > nv:
+        what = f"there are {nl} constraint rows for {nv} velocity components: some repeat others"
+        raise ModelError(Problem("method", what, "leave out the rows that follow from others"))
+    return {
+        "matrices": False,
+        "unknowns": {"v": nv, "lam": nl, "holonomic": system.holonomic, "eta": 0},
+        "angular": [int(turns) for turns in system.angular],
+        "lengths": [int(unit != "1") for unit in system.row_units],
+        "largest_gain": LARGEST_GAIN,
+        "good_gain": GOOD_GAIN,
+        "smallest_pivot": SMALLEST_PIVOT,
+        "near_part": NEAR_PART,
+        "singular_part": SINGULAR_PART,
+        "max_iterations": MOST_CORRECTIONS,
+    }
+
+
 @dataclass(frozen=True)
 class PartitionedRungeKutta(RungeKuttaMuntheKaas):
     """An explicit Runge-Kutta method in the Lie algebra whose stages are brought onto the constraints.
@@ -94,62 +153,16 @@ class PartitionedRungeKutta(RungeKuttaMuntheKaas):
         return f"{super().title(constrained)}, constraints eliminated by coordinate partitioning"
 
     def state(self, sizes: Sizes) -> tuple[Field, ...]:
-        largest = "largest so far of the smallest pivot of B_D with its rows divided by the extents of what they close"
-        return (
-            Field(
-                "dependent", "velocity components that follow from the others, in increasing order", sizes.lam, "long"
-            ),
-            Field("largest_regularity", largest, group="passage"),
-            Field(
-                "passage_t", "of the last two states with regular constraints, newest first", 2, "real", "passage", "t"
-            ),
-            Field("passage_vdot", "their accelerations", 2 * sizes.v, "real", "passage", "vdot"),
-            Field("history", "how many of them there are", 0, "long", "passage"),
-            Field("singularity_near", "1: a singular position is near", 0, "long", "passage"),
-        )
+        return partition_state(sizes)
 
     def statistics(self, sizes: Sizes) -> tuple[Field, ...]:
-        return (
-            Field("partitions", "sets of dependent components that were in use, one after the other", 0, "long"),
-            Field("max_constraint", "largest |Phi| of all states that steps ended in"),
-            Field("max_constraint_velocity", "largest |w| of these"),
-            Field("max_pivot_ratio", "largest by smallest pivot of B_D, weighed, in any evaluation"),
-            Field("singular_passages", "positions passed where the constraints are singular, or nearly", 0, "long"),
-        )
+        return PARTITION_STATISTICS
 
     def statuses(self, constrained: bool, angles: bool) -> tuple[Status, ...]:
-        slipped = "the correction of the dependent coordinates did not converge, whichever they are"
-        singular = (
-            "the constraints are singular here or within the step, whichever coordinates depend on the others, "
-            "or a part has no mass"
-        )
-        return (
-            Status(1, "NOT_CONVERGED", slipped, SMALLER_STEP),
-            Status(2, "SINGULAR", singular, SINGULAR_ADVICE),
-            NOT_FINITE,
-            BAD_ARGUMENT,
-            *((rotation_too_large(angles),) if angles else ()),
-            NOT_CONSISTENT,
-        )
+        return partition_statuses(angles)
 
     def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
-        nv, nl = velocities(system.factors), len(system.multipliers)
-        if nl > nv:
-            what = f"there are {nl} constraint rows for {nv} velocity components: some repeat others"
-            raise ModelError(Problem("method", what, "leave out the rows that follow from others"))
-        return {
-            **super().data(system, step, samples),
-            "matrices": False,
-            "unknowns": {"v": nv, "lam": nl, "holonomic": system.holonomic, "eta": 0},
-            "angular": [int(turns) for turns in system.angular],
-            "lengths": [int(unit != "1") for unit in system.row_units],
-            "largest_gain": LARGEST_GAIN,
-            "good_gain": GOOD_GAIN,
-            "smallest_pivot": SMALLEST_PIVOT,
-            "near_part": NEAR_PART,
-            "singular_part": SINGULAR_PART,
-            "max_iterations": MOST_CORRECTIONS,
-        }
+        return {**super().data(system, step, samples), **partition_data(system)}
 
 
 PARTITIONED_RUNGE_KUTTA_4 = PartitionedRungeKutta(

@@ -17,6 +17,7 @@ from eomgen.integrators.families.family import Family, MethodName
 from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
 from eomgen.integrators.families.hermite import Hermite
 from eomgen.integrators.families.partitioned import PartitionedRungeKutta
+from eomgen.integrators.families.partitioned_pair import PartitionedDormandPrince
 from eomgen.integrators.families.runge_kutta import RungeKuttaMuntheKaas
 from eomgen.integrators.families.taylor import Taylor
 from eomgen.text import nearest, shown
@@ -29,6 +30,7 @@ BUILT_IN: tuple[type[Family], ...] = (
     RungeKuttaMuntheKaas,
     DormandPrince,
     PartitionedRungeKutta,
+    PartitionedDormandPrince,
     Hermite,
     Taylor,
 )
