@@ -66,7 +66,7 @@ def step_state(sizes: Sizes) -> tuple[Field, ...]:
     return tuple(fields)
 
 
-STEP_GROUPS = (("control", "What the next step of the method's own follows from."),)
+STEP_GROUPS: tuple[tuple[str, str], ...] = (("control", "What the next step of the method's own follows from."),)
 
 
 def step_statistics() -> tuple[Field, ...]:
