@@ -81,6 +81,9 @@ def method_parameters(name: str, given: Mapping[str, float | None], scene: Mappi
     row = row_of(name)[1]
     specified = {key: value for key, value in given.items() if value is not None}
     for key in specified:
+        if key == "tolerance" and row.fixed_steps:
+            why, hint = row.fixed_steps
+            raise UsageError(Problem(key, f"{row.name} takes no tolerance: {why}", hint))
         if key not in (*row.parameters, *row.idle):
             hint = f"only {', '.join(row.parameters)}" if row.parameters else "leave it out"
             raise UsageError(Problem(key, f"{row.name} takes no {key}", hint))

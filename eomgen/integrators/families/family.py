@@ -66,6 +66,7 @@ class MethodName:
     compared : values of its parameters that are worth comparing in a study of speed against accuracy
     studied : whether such a study takes it where no methods are named
     by_tolerance : name of the method that is meant where a tolerance is given; empty: this one
+    fixed_steps : why its steps cannot follow a tolerance, and what to take; empty for methods that take one
     ladders : of extreme conditions that take it where no methods are named
     fine_by : what makes its runs references of such ladders; empty: nothing
     """
@@ -79,6 +80,7 @@ class MethodName:
     compared: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     studied: bool = True
     by_tolerance: str = ""
+    fixed_steps: tuple[str, str] | tuple[()] = ()
     ladders: tuple[Ladders, ...] = ()
     fine_by: FineBy = ""
 

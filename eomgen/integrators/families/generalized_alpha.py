@@ -79,6 +79,24 @@ NAMED_CASES: Mapping[str, tuple[Callable[..., Coefficients], tuple[str, ...], tu
 OF_ORDER_2 = ("hht", "wbz", "trapezoidal")
 
 
+#: Why steps of other forms and variants have one size, and what to take where they are to follow a tolerance.
+_INDEX_3_FIXED = (
+    "in index 3 velocities lie off the constraints by the square of the step, and where it changes, that leaves"
+    " multipliers with errors of first order",
+    "generalized_alpha, which holds velocities on the constraints, or rk45_partitioned",
+)
+_VARIANT_FIXED: Mapping[str, tuple[str, str] | tuple[()]] = {
+    "F0": (),
+    "F1": ("the estimate of errors is that of a step with one exponential", "generalized_alpha"),
+    "F2": ("the estimate of errors is that of a step with one exponential", "generalized_alpha"),
+    SPATIAL: ("what turns from step to step with a body belongs to steps of one size", "generalized_alpha, or rk45"),
+}
+_NEWMARK_FIXED = (
+    "the estimate of errors is of methods of order 2, and with damping its order is 1",
+    "trapezoidal, which it is without damping, or generalized_alpha",
+)
+
+
 #: Spectral radii at infinite frequency that studies compare, by form.
 _COMPARED_RADII: Mapping[str, tuple[float, ...]] = {
     STABILISED: (0.0, 0.5, 0.8, 0.9, 1.0),
@@ -206,13 +224,16 @@ class GeneralizedAlpha(Family):
                 studied = variant == "F0" or (variant == SPATIAL and form == STABILISED)
                 make = partial(_optimal, form, variant)
                 row = MethodName(name, make, ("rho_inf",), others, (), differs, radii, studied, adaptive)
-                rows.append(replace(row, **_IN_LADDERS.get(name, {})))
+                fixed = _INDEX_3_FIXED if form == INDEX_3 else _VARIANT_FIXED[variant]
+                rows.append(replace(row, fixed_steps=fixed, **_IN_LADDERS.get(name, {})))
         for case, (_, parameters, aliases, _) in NAMED_CASES.items():
             make, adaptive = partial(_named_case, case, STABILISED), f"{case}_adaptive" if case in OF_ORDER_2 else ""
-            row = MethodName(case, make, parameters, aliases, by_tolerance=adaptive)
+            fixed = () if adaptive else _NEWMARK_FIXED
+            row = MethodName(case, make, parameters, aliases, by_tolerance=adaptive, fixed_steps=fixed)
             rows.append(replace(row, **_IN_LADDERS.get(case, {})))
             index_3, differs = partial(_named_case, case, INDEX_3), _differs(INDEX_3, "F0")
-            rows.append(MethodName(f"{case}_index3", index_3, parameters, differs=differs, studied=False))
+            row = MethodName(f"{case}_index3", index_3, parameters, differs=differs, studied=False)
+            rows.append(replace(row, fixed_steps=_INDEX_3_FIXED))
         return tuple(rows)
 
     @classmethod

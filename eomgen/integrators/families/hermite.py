@@ -42,6 +42,10 @@ COARSE = 0.01
 STRETCH = 0.1
 
 
+#: Why its steps do not follow a tolerance, and what to take.
+_FIXED = ("its steps are all of one size, so that energies do not drift", "rk45, or taylor")
+
+
 @dataclass(frozen=True)
 class Hermite(Family):
     """Hermite's corrector with fixed steps."""
@@ -57,7 +61,7 @@ class Hermite(Family):
 
     @classmethod
     def names(cls) -> tuple[MethodName, ...]:
-        return (MethodName("hermite", cls, ladders=("all",)),)
+        return (MethodName("hermite", cls, ladders=("all",), fixed_steps=_FIXED),)
 
     @classmethod
     def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:

@@ -137,6 +137,7 @@ class PartitionedRungeKutta(RungeKuttaMuntheKaas):
                 idle=("rho_inf",),
                 ladders=("few",),
                 fine_by="steps",
+                fixed_steps=("it has no estimate of its errors", "rk45_partitioned"),
             ),
         )
 

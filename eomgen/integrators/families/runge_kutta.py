@@ -83,6 +83,7 @@ class RungeKuttaMuntheKaas(Family):
                 idle=("rho_inf",),
                 ladders=("few",),
                 fine_by="steps",
+                fixed_steps=("it has no estimate of its errors", "rk45"),
             ),
         )
 
