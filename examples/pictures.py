@@ -350,7 +350,7 @@ def slider_crank_spatial() -> None:
 
 def four_bar() -> None:
     run = simulated("four_bar")
-    figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.6), layout="constrained")
+    figure, (left, middle, right) = plt.subplots(1, 3, figsize=(13, 3.6), layout="constrained")
     pin, end, tracer = (run.outputs[name] for name in ("crank_pin", "rocker_end", "tracer"))
     turn = slice(0, int(np.argmax(run.outputs["angles"][:, 0] > run.outputs["angles"][0, 0] + 2.0 * np.pi)) + 1)
     paths = ((pin, "crank pin", BLUE, "-"), (end, "rocker pin", GREEN, "-"), (tracer, "tracer", VERMILION, "--"))
@@ -367,8 +367,19 @@ def four_bar() -> None:
     left.set(xlabel="x, m", ylabel="z, m")
     left.set_aspect("equal", adjustable="datalim")
     left.legend(frameon=False, loc="upper left")
-    right.plot(run.t, run.outputs["angles"][:, 1], color=GREEN)
-    right.set(xlabel="time, s", ylabel="angle of the rocker, rad", xlim=(0, run.t[-1]))
+    middle.plot(run.t, run.outputs["angles"][:, 1], color=GREEN)
+    middle.set(xlabel="time, s", ylabel="angle of the rocker, rad", xlim=(0, run.t[-1]))
+    turned = run.outputs["angles"][turn, 0] - run.outputs["angles"][0, 0]
+    forces = (
+        ("bearing", "on the crank, in its bearing", BLUE, "-"),
+        ("pin_force", "on the rocker, in its pin", GREEN, "--"),
+    )
+    for name, label, colour, style in forces:
+        size = np.linalg.norm(run.outputs[name][turn], axis=1)
+        right.plot(np.degrees(turned), size, color=colour, linestyle=style, label=label)
+    right.set(xlabel="angle that the crank has turned, degrees", ylabel="force, N", xlim=(0, 360), ylim=(0, 330))
+    right.set_xticks(range(0, 361, 90))
+    right.legend(frameon=False, loc="upper right")
     save(figure, "four_bar")
 
 
