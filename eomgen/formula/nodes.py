@@ -52,19 +52,22 @@ class Symbol(Node):
     ----------
     kind : str
         ``time``, ``parameter``, ``input``, ``state``, ``controller``, ``q``, ``v``, ``a``, ``position``, ``velocity``,
-        ``acceleration``, ``length``, ``rate``, ``tension``, ``load``, ``deflection``, ``reaction``, ``drive_effort`` or
-        ``energy``.
+        ``acceleration``, ``gravity``, ``tau``, ``length``, ``rate``, ``tension``, ``load``, ``deflection``,
+        ``reaction``, ``drive_effort`` or ``energy``.
     name : str
         Name of the parameter, input, state, controller, joint, point, spring, tyre, constraint or reaction; empty for
         time; ``kinetic``, ``potential``, ``total``, ``base_power`` or ``power`` for energies.
     index : int
         Component in storage order (q of a spherical joint: quaternion; of a free joint: quaternion, position; of a
         reaction: moment, force); 0 where there is only one.
+    reference: str
+        Of ``tau``: the reference motion.
     """
 
     kind: str
     name: str = ""
     index: int = 0
+    reference: str = ""
 
 
 @dataclass(frozen=True)

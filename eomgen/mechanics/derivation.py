@@ -17,6 +17,7 @@ from eomgen.mechanics.dynamics import separated
 from eomgen.mechanics.dynamics.beam_matrices import geometric, structural
 from eomgen.mechanics.dynamics.energy import energies
 from eomgen.mechanics.dynamics.partials import differentiated_partials, inertial_partials
+from eomgen.mechanics.dynamics.reference_efforts import ReferenceEfforts
 from eomgen.mechanics.forces.applied import OFFERED, applied_loads
 from eomgen.mechanics.forces.internal_states import InternalStates, state_formulas
 from eomgen.mechanics.forces.loads import Loads
@@ -77,6 +78,8 @@ class Derivation:
         self.kinematics = Kinematics(self.tree, self.base, self.prescribed if self.absolute else None)
         made = AbsoluteQuantities if self.absolute else Quantities
         self.quantities: Quantities = made(scene, self.tree, self.kinematics, OFFERED)
+        if not self.absolute:
+            self.quantities.dynamics = ReferenceEfforts(scene, self.grouped, self.motion, self.quantities)
         self.constraints = self._constraint_calculus()
         self.quantities.energies = self._energies_without_formulas()
         self.loads: Loads = applied_loads(scene, self.tree, self.quantities)

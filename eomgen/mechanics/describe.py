@@ -103,6 +103,7 @@ def formulas_of_forces(scene: Scene) -> Iterator[tuple[Formula, int]]:
     yield from ((law, 2) for law in laws if law is not None)
     yield from ((state.rate, 0) for state in scene.states)
     yield from ((controller.output, 0) for controller in scene.controllers)
+    yield from ((formula, 0) for reference in scene.references for formula in reference.formulas)
     yield from chain.from_iterable(element.formulas() for element in scene.elements)
 
 

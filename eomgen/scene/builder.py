@@ -35,6 +35,7 @@ if TYPE_CHECKING:
         ParameterKeys,
         PointKeys,
         ReactionKeys,
+        ReferenceKeys,
         SimulationKeys,
         SpringKeys,
         StateKeys,
@@ -222,6 +223,11 @@ class SceneBuilder:
         Formulas use its output by its name.
         """
         return self._enter("controllers", name, type=type, signal=signal, **keys)
+
+    @enters("references")
+    def reference(self, name: str, **keys: Unpack[ReferenceKeys]) -> Self:
+        """Add a reference motion of joints, for which formulas ask the inverse dynamics: ``tau.elbow(name)``."""
+        return self._enter("references", name, **keys)
 
     @enters("outputs")
     def output(self, name: str, **keys: Unpack[OutputKeys]) -> Self:

@@ -160,6 +160,11 @@ class ControllerKeys(TypedDict, total=False):
     unit: str | None
     description: str | None
 
+class ReferenceKeys(TypedDict, total=False):
+    position: Mapping[str, Value] | None
+    velocity: Mapping[str, Value] | None
+    acceleration: Mapping[str, Value] | None
+
 class OutputKeys(TypedDict, total=False):
     position: str | None
     velocity: str | None

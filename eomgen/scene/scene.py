@@ -16,6 +16,7 @@ from eomgen.formula.nodes import ZERO_VECTOR, Formula, Number
 from eomgen.formula.piecewise import AnyCurve
 from eomgen.scene.bodies.model import Base, Body
 from eomgen.scene.control.model import Controller, StateFeedback
+from eomgen.scene.control.references import Reference
 from eomgen.scene.display import html, line
 from eomgen.scene.events.model import Event
 from eomgen.scene.forces.element import ForceElement
@@ -60,6 +61,7 @@ class Scene:
     feedback : the state feedbacks among the controllers, whose gains a calibration may fill.
     constraints : what closes loops, besides the joints of the tree.
     reactions : places and axes of the reactions that are not to be had as every joint and constraint has them.
+    references : motions that formulas ask inverse dynamics about.
     modes : numbers that only events change; their values are the tunable parameters ``mode_...``
     events : roots of formulas that stop a run, are counted, or change the state, in their order
     coordinates : ``joint``, or ``absolute`` where every body moves on its own and joints are constraints.
@@ -96,6 +98,7 @@ class Scene:
     outputs: tuple[Output, ...] = ()
     constraints: tuple[Constraint, ...] = ()
     reactions: tuple[Reaction, ...] = ()
+    references: tuple[Reference, ...] = ()
     modes: tuple[str, ...] = ()
     events: tuple[Event, ...] = ()
     coordinates: Literal["joint", "absolute"] = "joint"

@@ -22,6 +22,7 @@ from hypothesis import strategies as st
 import eomgen
 from eomgen.cli import main
 from eomgen.errors import DescriptionError
+from eomgen.mechanics.derive import derive
 from eomgen.scene.document.schema import SECTIONS, Document
 from eomgen.scene.formula.scope import Names
 from eomgen.scene.joints.model import Mimic
@@ -262,6 +263,48 @@ parameters = { stiffness = "2 * rate", mass = "load" }
     assert scene.joints[2].position[1] == scene.bodies[3].mass == by_hand.rest
     assert scene.source["joints.front_end_travel"] == "wheel.toml:14"
     assert scene.source["joints.front_roll"] == "axle.toml:9"
+
+
+def test_references_and_frames_are_renamed(folder: Path) -> None:
+    """An arm whose efforts follow its own reference, and a spring on a frame of it, twice in one scene."""
+    arm = """\
+format = 1
+name = "arm"
+[bodies.link]
+mass = 2
+center_of_mass = [0.3, 0, 0]
+inertia = [0.1, 0.1, 0.1]
+[joints.hinge]
+type = "revolute"
+parent = "base"
+child = "link"
+axis = [0, 1, 0]
+[frames.tool]
+body = "link"
+position = [0.5, 0, 0]
+[points.wall]
+body = "base"
+[springs.coil]
+first = "wall"
+second = "tool"
+stiffness = 10
+[references.servo]
+acceleration = { hinge = "position.tool[2] - v.hinge" }
+[efforts.motor]
+joint = "hinge"
+effort = "tau.hinge(servo) + gravity.hinge"
+"""
+    (folder / "arm.toml").write_text(arm, encoding="utf-8")
+    both = 'format = 1\nname = "both"\n[include.left]\nfile = "arm.toml"\n[include.right]\nfile = "arm.toml"\n'
+    scene = made(folder, both)
+    assert [frame.name for frame in scene.frames] == ["left_tool", "right_tool"]
+    assert {frame.body for frame in scene.frames} == {"left_link", "right_link"}
+    twice, once = derive(scene, ["forward_dynamics"]), derive(load(folder / "arm.toml"), ["forward_dynamics"])
+    q, v = np.array([0.4, -1.1]), np.array([0.2, 0.7])
+    found = tape_evaluator(twice)("forward_dynamics", {"q": q, "v": v})["vdot"]
+    for k in range(2):
+        alone = tape_evaluator(once)("forward_dynamics", {"q": q[k : k + 1], "v": v[k : k + 1]})["vdot"]
+        np.testing.assert_allclose(found[k], alone[0], rtol=1e-13)
 
 
 def test_tables_are_found_from_the_file_that_names_them(folder: Path) -> None:
@@ -718,6 +761,7 @@ _PLAIN = {
     "prefix",
     "parameters",
     "lock",
+    "tunable",
     "argument",
     "value",
     "outputs",

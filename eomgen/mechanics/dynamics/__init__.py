@@ -10,5 +10,6 @@ WITHIN = [
     "energy",
     "extended_system",
     "partials",
+    "reference_efforts",
     "separated",
 ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from eomgen.errors import ModelError
+from eomgen.errors import ModelError, Problem
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.piecewise import Waves
 from eomgen.formula.recording import record, waves
@@ -40,6 +40,7 @@ class Quantities:
         self.controllers = {item.name: item for item in scene.controllers}
         self._outputs_of_controllers: dict[str, Scalar] = {}
         self.energies: dict[str, Scalar] = {}
+        self.dynamics: Callable[[Symbol], Scalar] = _no_dynamics
         self.reactions: Callable[[Symbol], Scalar] = _no_reactions
 
     def input(self, block: str, index: int = 0) -> Scalar:
@@ -69,6 +70,8 @@ class Quantities:
                 return self.kinematics.velocity(*self.at(self.points[symbol.name]))[symbol.index]
             case "acceleration":
                 return self.kinematics.acceleration(*self.at(self.points[symbol.name]))[symbol.index]
+            case "gravity" | "tau":
+                return self.dynamics(symbol)
             case "reaction" | "drive_effort":
                 return self.reactions(symbol)
             case kind if kind in self.offered:
@@ -107,6 +110,12 @@ class Quantities:
 
     def at(self, point: Point) -> tuple[str, Vector]:
         return point.body, self.vector(point.position)
+
+
+def _no_dynamics(symbol: Symbol) -> Scalar:
+    """Refuse inverse dynamics where joints have no coordinates."""
+    what = f"{symbol.kind}.{symbol.name} is of joint coordinates, and this scene has absolute ones"
+    raise ModelError(Problem(f"{symbol.kind}.{symbol.name}", what, 'coordinates = "joint"'))
 
 
 def _no_reactions(symbol: Symbol) -> Scalar:

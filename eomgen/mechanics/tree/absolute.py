@@ -134,7 +134,7 @@ def _separate_links(
 
 def _link(algebra: Algebra, kind: MotionKind, name: str, parent: int, factor: Factor, inertia: Inertia) -> FreeLink:
     units, zero = algebra.identity, algebra.zero
-    coordinates = own_coordinates(algebra, factor)
+    coordinates = own_coordinates(algebra, factor, {})
     motion = Motion(kind, IDENTITY if kind == "travel" else (), tuple(range(factor.v_size)))
     with algebra.tape.block(f"rotation of body {name}"):
         rotation, position = pose_of(algebra, motion, zero, units, algebra.zero_vector, coordinates.q)

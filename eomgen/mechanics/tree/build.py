@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 
 from eomgen.formula.nodes import Formula
@@ -30,11 +30,17 @@ from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, multi
 from eomgen.system.description import BASE
 
 
-def build_tree(algebra: Algebra, scene: Scene, apart: Collection[str] = ()) -> Tree:
+def build_tree(
+    algebra: Algebra,
+    scene: Scene,
+    apart: Collection[str] = (),
+    given: Mapping[tuple[str, int], Scalar] | None = None,
+) -> Tree:
     """Return the tree of a scene in joint coordinates, recorded on the algebra's tape.
 
     Parameters
     ----------
+    given : values in place of components of q, v and a, by block and number
     apart : fixed joints whose bodies keep links of their own, which do not move against those that carry them
 
     Raises
@@ -48,7 +54,7 @@ def build_tree(algebra: Algebra, scene: Scene, apart: Collection[str] = ()) -> T
         return record(algebra, formula, lambda symbol: parameters[symbol.name])
 
     elastic = {body.name: body.beam.size for body in scene.bodies if body.beam is not None}
-    factors, coordinates = joint_coordinates(algebra, scene.joints, number, elastic)
+    factors, coordinates = joint_coordinates(algebra, scene.joints, number, elastic, given or {})
     mounts = {
         BASE: Mount(ROOT, algebra.identity, algebra.zero_vector),
         WORLD_NAME: Mount(WORLD, algebra.identity, algebra.zero_vector),

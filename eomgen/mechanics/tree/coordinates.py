@@ -7,7 +7,7 @@ by virtual work, multiplied, so motion subspaces, inertia and forces need no mor
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from eomgen.formula.nodes import Formula
 from eomgen.mechanics.tree.joints import Motion
@@ -26,6 +26,7 @@ class Coordinates:
     components : components of q behind each coordinate
     dofs : component of v behind each velocity component
     ratio, offset : q of the joint = ratio (component of q) + offset; 1 and 0 unless it follows another
+    given : values in place of components of q, v and a, by block and number
     """
 
     algebra: Algebra
@@ -33,6 +34,7 @@ class Coordinates:
     dofs: tuple[int, ...]
     ratio: Scalar
     offset: Scalar
+    given: Mapping[tuple[str, int], Scalar] = field(default_factory=dict)
 
     @property
     def q(self) -> tuple[Scalar, ...]:
@@ -47,6 +49,8 @@ class Coordinates:
         return tuple(self.ratio * self._input("a", dof) for dof in self.dofs)
 
     def _input(self, block: str, index: int) -> Scalar:
+        if (block, index) in self.given:
+            return self.given[block, index]
         return Scalar(self.algebra.tape, self.algebra.tape.input(block, index))
 
     def of(self, motion: Motion) -> Coordinates:
@@ -61,21 +65,26 @@ class Coordinates:
         return replace(self, ratio=multiplier * self.ratio, offset=multiplier * self.offset + offset)
 
 
-def own_coordinates(algebra: Algebra, factor: Factor) -> Coordinates:
+def own_coordinates(algebra: Algebra, factor: Factor, given: Mapping[tuple[str, int], Scalar]) -> Coordinates:
     """Return the coordinates of an independent joint."""
     components, dofs = (
         range(factor.q_start, factor.q_start + factor.q_size),
         range(factor.v_start, factor.v_start + factor.v_size),
     )
-    return Coordinates(algebra, tuple(components), tuple(dofs), algebra.one, algebra.zero)
+    return Coordinates(algebra, tuple(components), tuple(dofs), algebra.one, algebra.zero, given)
 
 
 def joint_coordinates(
-    algebra: Algebra, joints: Sequence[Joint], number: Callable[[Formula], Scalar], elastic: Mapping[str, int]
+    algebra: Algebra,
+    joints: Sequence[Joint],
+    number: Callable[[Formula], Scalar],
+    elastic: Mapping[str, int],
+    given: Mapping[tuple[str, int], Scalar],
 ) -> tuple[tuple[Factor, ...], dict[str, Coordinates]]:
     """Return the factors of the configuration in joint order, and the coordinates of moving joints and beams by name.
 
-    ``elastic`` gives the number of elastic coordinates of a body; they follow its joint's.
+    ``elastic`` gives the number of elastic coordinates of a body; they follow its joint's. ``given`` holds values in
+    place of components of q, v and a.
     """
     moving = {joint.name: joint for joint in joints if joint.kind.moves}
     factors: list[Factor] = []
@@ -89,7 +98,7 @@ def joint_coordinates(
         for name, (group, q_size, v_size) in sizes.items():
             factors.append(Factor(group, name, q_start, q_size, v_start, v_size))
             q_start, v_start = q_start + q_size, v_start + v_size
-    coordinates = {factor.name: own_coordinates(algebra, factor) for factor in factors}
+    coordinates = {factor.name: own_coordinates(algebra, factor, given) for factor in factors}
     for joint in moving.values():
         followers: list[tuple[str, Mimic]] = []
         leader = joint

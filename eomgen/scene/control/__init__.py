@@ -1,5 +1,5 @@
 """Controllers and state feedback: schema, reading, model."""
 
-__all__ = ["model"]
+__all__ = ["model", "references"]
 #: Open to the other parts of ``scene`` as well.
-WITHIN = ["controllers", "schema"]
+WITHIN = ["controllers", "references", "schema"]

@@ -19,6 +19,7 @@ from eomgen.scene.control.controllers import (
     read_controllers,
     states_of_controllers,
 )
+from eomgen.scene.control.references import read_reference
 from eomgen.scene.document import checks
 from eomgen.scene.document import schema as written
 from eomgen.scene.document.beam_attachments import check_frames, check_not_absolute, check_places
@@ -100,7 +101,7 @@ def content(document: written.Document) -> bytes:
     data = document.model_dump(mode="json", exclude_none=True, exclude={"include"})
     for section in written.SECTIONS:
         data[section] = [[name, entry] for name, entry in data[section].items()]
-    for section in ("reactions", "modes", "events", "frames", "task_frames"):
+    for section in ("reactions", "references", "modes", "events", "frames", "task_frames"):
         if not data[section]:
             del data[section]
     return json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
@@ -152,6 +153,7 @@ class _Assembler:
             reactions=(*document.reactions, *sorted(refused["reactions"])),
             points=(*document.points, *document.frames, *sorted(refused["points"] | refused["frames"])),
             modes=(*document.modes, *sorted(refused["modes"])),
+            references=(*document.references, *sorted(refused["references"])),
             curves=self.curve_table,
             offered={
                 kind: Offered(row.section, scope, (*document.section(row.section), *sorted(refused[row.section])))
@@ -272,6 +274,12 @@ class _Assembler:
             "task_frames": tuple(dict.fromkeys(document.task_frames)),
             "elements": tuple(chain.from_iterable(elements.values())),
             "outputs": outputs,
+            "references": tuple(
+                read_reference(
+                    name, entry, frozenset(joint.name for joint in joints.values() if joint.mimic is not None), values
+                )
+                for name, entry in document.references.items()
+            ),
             "modes": tuple(document.modes),
             "events": events,
             "requirements": tuple(values.requirements),

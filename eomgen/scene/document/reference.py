@@ -18,11 +18,22 @@ from pydantic.fields import FieldInfo
 
 from eomgen.scene.bodies import beam_schema as schema_beams
 from eomgen.scene.bodies import schema as schema_bodies
+from eomgen.scene.control import references as schema_references
 from eomgen.scene.control import schema as schema_control
 from eomgen.scene.document import schema
 from eomgen.scene.events import schema as schema_events
 from eomgen.scene.forces.register import ELEMENTS
-from eomgen.scene.formula.scope import EVERYTHING, FIXED_PARAMETERS, PARAMETERS, ROAD, SPRING_FORCE, STATE, TIME, Scope
+from eomgen.scene.formula.scope import (
+    EVERYTHING,
+    FIXED_PARAMETERS,
+    LOAD,
+    PARAMETERS,
+    ROAD,
+    SPRING_FORCE,
+    STATE,
+    TIME,
+    Scope,
+)
 from eomgen.scene.joints import frame_schema as schema_places
 from eomgen.scene.joints import schema as schema_joints
 from eomgen.scene.reading import rotation_schema
@@ -39,6 +50,7 @@ SCOPES: dict[Scope, str] = {
     PARAMETERS: "of parameters",
     TIME: "of time",
     STATE: "of the state",
+    LOAD: "of the state and inverse dynamics",
     ROAD: "of scope *road*",
     SPRING_FORCE: "of scope *spring force*",
     EVERYTHING: "of everything",
@@ -66,6 +78,7 @@ _MODULES = (
     schema_signals,
     schema_beams,
     schema_control,
+    schema_references,
     schema_events,
     schema,
 )

@@ -14,6 +14,7 @@ from pydantic import BaseModel, Field, create_model
 
 from eomgen.scene.bodies.beam_schema import Beam
 from eomgen.scene.bodies.schema import Base, Body, BodyFrame, Point
+from eomgen.scene.control.references import ReferenceEntry
 from eomgen.scene.control.schema import Controller
 from eomgen.scene.events.schema import Event, Mode
 from eomgen.scene.forces.register import ELEMENTS
@@ -84,6 +85,7 @@ SECTIONS = (
     "points",
     "frames",
     *(row.section for row in ELEMENTS),
+    "references",
     "outputs",
     "modes",
     "events",
@@ -159,6 +161,7 @@ class Document(Table, BaseModel):  # the linter knows the children of BaseModel 
         __annotations__[row.section] = GenericAlias(dict, (str, row.entry))
         locals()[row.section] = {}
     del row
+    references: dict[str, ReferenceEntry] = {}
     outputs: dict[str, Output] = {}
     modes: dict[str, Mode] = {}
     events: dict[str, Event] = {}

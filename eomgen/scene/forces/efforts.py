@@ -11,7 +11,7 @@ from pydantic import Field
 
 from eomgen.formula.nodes import Formula
 from eomgen.scene.forces.element import ForceElement, Row, Site
-from eomgen.scene.formula.scope import STATE
+from eomgen.scene.formula.scope import LOAD
 from eomgen.scene.joint_types import JOINTS, by_component
 from eomgen.scene.reading.keys import Table, key
 from eomgen.scene.reading.kinds import Value
@@ -26,7 +26,7 @@ class EffortEntry(Table):
     effort: Value = key(
         "positive drives the coordinate up",
         unit=by_component("N m", "N"),
-        names=STATE,
+        names=LOAD,
     )
     index: Annotated[int, Field(ge=0, le=5)] = key("component of the joint's velocity, angular ones first", 0)
 
@@ -57,7 +57,7 @@ def read_effort(name: str, effort: EffortEntry, site: Site) -> Effort:
         if effort.index >= size:
             hint = f"an index from 0 to {size - 1}" if size else "a moving joint"
             values.report.add(f"{key}.index", f"the {kind} joint {effort.joint} has no component {effort.index}", hint)
-    return Effort(name, effort.joint, values.formula(f"{key}.effort", effort.effort, STATE), effort.index)
+    return Effort(name, effort.joint, values.formula(f"{key}.effort", effort.effort, LOAD), effort.index)
 
 
 ROW = Row(Effort, EffortEntry, read_effort, {})

@@ -8,7 +8,7 @@ from typing import ClassVar, Literal
 
 from eomgen.formula.nodes import Formula, Vector
 from eomgen.scene.forces.element import ForceElement, Row, Site
-from eomgen.scene.formula.scope import PARAMETERS, STATE
+from eomgen.scene.formula.scope import LOAD, PARAMETERS
 from eomgen.scene.reading.keys import Table, key
 from eomgen.scene.reading.kinds import Triple
 from eomgen.scene.reading.report import check_reference
@@ -23,8 +23,8 @@ class ForceEntry(Table):
 
     body: str = key("what they act on", refers="bodies", kind="body, not the base")
     point: Triple = key("where the force acts, in the body's frame", _ZEROS, unit="m", names=PARAMETERS)
-    force: Triple = key("through the point", _ZEROS, unit="N", names=STATE)
-    torque: Triple = key("beside the force's own moment", _ZEROS, unit="N m", names=STATE)
+    force: Triple = key("through the point", _ZEROS, unit="N", names=LOAD)
+    torque: Triple = key("beside the force's own moment", _ZEROS, unit="N m", names=LOAD)
     axes: Literal["world", "body"] = key("axes of force and torque", "world")
 
 
@@ -59,8 +59,8 @@ def read_force(name: str, force: ForceEntry, site: Site) -> Force:
     else:
         check_reference(f"{key}.body", force.body, site.bodies, "body", values.report)
     point = vector(f"{key}.point", force.point, PARAMETERS)
-    force_vector = vector(f"{key}.force", force.force, STATE)
-    return Force(name, force.body, point, force_vector, vector(f"{key}.torque", force.torque, STATE), force.axes)
+    force_vector = vector(f"{key}.force", force.force, LOAD)
+    return Force(name, force.body, point, force_vector, vector(f"{key}.torque", force.torque, LOAD), force.axes)
 
 
 ROW = Row(Force, ForceEntry, read_force, {"point": None})

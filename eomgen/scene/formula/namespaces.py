@@ -158,6 +158,8 @@ def _resolved(symbol: Symbol, spaces: tuple[Namespace, ...], names: Names) -> Fo
             section = space.section_with(symbol.name, REACTING if section == "reactions" else DRIVEN)
         if section:
             symbol = replace(symbol, name=space.names[section][symbol.name])
+        if symbol.reference:
+            symbol = replace(symbol, reference=space.names["references"][symbol.reference])
     return symbol
 
 

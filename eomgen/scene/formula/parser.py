@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import math
 import re
+from dataclasses import replace
 
 from eomgen.formula.evaluate import apply
 from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol
@@ -155,6 +156,8 @@ class _Reader:
         return self.convert(node, depth)
 
     def call(self, node: ast.Call, depth: int) -> tuple[Formula, float | None]:
+        if _is_tau(node.func):
+            return self.tau(node), None
         if isinstance(node.func, ast.Attribute) and isinstance(node.func.value, ast.Name):
             return self.application(node, node.func.attr, node.func.value.id.removeprefix(PREFIX), depth)
         if not isinstance(node.func, ast.Name):
@@ -193,6 +196,22 @@ class _Reader:
         argument, _ = self.convert(node.args[0], depth + 1)
         return Application(self.names.curves[name], argument, DERIVATIVES.get(word, 0)), None
 
+    def tau(self, node: ast.Call) -> Symbol:
+        """Return what inverse dynamics asks of a joint for a reference motion: ``tau.elbow(servo)``."""
+        assert isinstance(node.func, ast.Attribute | ast.Subscript)  # what ``call`` has found
+        joint = self.quantity(node.func, called=True)
+        label = f"tau.{joint.name}"
+        one = node.args[0] if len(node.args) == 1 and not node.keywords else None
+        if not isinstance(one, ast.Name):
+            raise self.error(
+                node, f"{label}() takes the name of one reference", f"{label}(servo), and [references.servo]"
+            )
+        name = one.id.removeprefix(PREFIX)
+        if name not in self.names.references:
+            hint = nearest(name, self.names.references) or "a [references] section"
+            raise self.error(one, f"there is no reference {shown(name)}", hint)
+        return replace(joint, reference=name)
+
     def bare(self, node: ast.Name) -> tuple[Formula, float | None]:
         name = node.id.removeprefix(PREFIX)
         if name == "pi":
@@ -228,7 +247,7 @@ class _Reader:
         if kind not in self.scope.kinds:
             raise self.error(node, f"{what} cannot be used here", f"{self.scope.description} only")
 
-    def quantity(self, node: ast.Attribute | ast.Subscript) -> Symbol:
+    def quantity(self, node: ast.Attribute | ast.Subscript, *, called: bool = False) -> Symbol:
         index = None
         inner: ast.expr = node
         if isinstance(node, ast.Subscript):
@@ -243,6 +262,9 @@ class _Reader:
         if kind == "reaction":
             what = f"reaction.{name[:64]} is a force and a moment"
             raise self.error(node, what, f"reaction.{name[:64]}.force[0] or reaction.{name[:64]}.moment[0]")
+        if kind == "tau" and not called:
+            what = f"tau.{name[:64]} needs a reference motion"
+            raise self.error(node, what, f"tau.{name[:64]}(servo), and [references.servo]")
         known, size = self.family(kind, name)
         if known is None:
             raise self.error(node, f"unknown quantity {shown(kind)}", nearest(kind, self.kinds()))
@@ -295,6 +317,9 @@ class _Reader:
             row = JOINTS.get(self.names.joints.get(name, ""))
             size = (row.q_size if kind == "q" else row.v_size) if row else self.names.beams.get(name) or None
             return [*self.names.joints, *self.names.beams], size
+        if kind in ("gravity", "tau"):
+            row = JOINTS.get(self.names.joints.get(name, ""))
+            return list(self.names.joints), row.v_size if row else None
         if kind in ("position", "velocity", "acceleration"):
             return list(self.names.points), 3
         if kind == "drive_effort":
@@ -306,6 +331,13 @@ class _Reader:
         if kind in self.names.offered:
             return list(self.names.offered[kind].names), 1
         return (list(ENERGIES), 1) if kind == "energy" else (None, 0)
+
+
+def _is_tau(node: ast.expr) -> bool:
+    """Return whether a node is ``tau.NAME``, or a component of it."""
+    inner = node.value if isinstance(node, ast.Subscript) else node
+    name = inner.value if isinstance(inner, ast.Attribute) else None
+    return isinstance(name, ast.Name) and name.id.removeprefix(PREFIX) == "tau"
 
 
 def _is_reaction(node: ast.expr) -> bool:

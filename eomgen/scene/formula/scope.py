@@ -17,6 +17,7 @@ QUANTITIES: Mapping[str, str] = {
     "energy": "energy",
     "reaction": "reaction",
     "drive_effort": "drive",
+    **dict.fromkeys(("gravity", "tau"), "joint"),
 }
 #: Sections whose entries have a reaction, in the order in which its name is looked for.
 REACTING = ("reactions", "joints", "constraints")
@@ -50,6 +51,7 @@ _STATE = frozenset(
         "energy",
         "element",
         "mode",
+        "gravity",
     }
 )
 FIXED_PARAMETERS = Scope("fixed parameters", frozenset({"fixed"}))
@@ -63,7 +65,11 @@ SPRING_FORCE = Scope(
 STATE = Scope(
     "time, parameters, inputs, states, positions, velocities and tensions (not accelerations)", _STATE | {"tension"}
 )
-EVERYTHING = Scope("any quantity", _STATE | {"tension", "a", "acceleration", "power", "reaction", "drive_effort"})
+LOAD = Scope(
+    "time, parameters, inputs, states, positions, velocities, tensions and inverse dynamics (not accelerations)",
+    _STATE | {"tension", "tau"},
+)
+EVERYTHING = Scope("any quantity", LOAD.kinds | {"a", "acceleration", "power", "reaction", "drive_effort"})
 
 
 @dataclass(frozen=True)
@@ -100,6 +106,7 @@ class Names:
     reactions: tuple[str, ...] = ()
     points: tuple[str, ...] = ()
     modes: tuple[str, ...] = ()
+    references: tuple[str, ...] = ()
     curves: Mapping[str, AnyCurve] = field(default_factory=dict)
     offered: Mapping[str, Offered] = field(default_factory=dict)
 

@@ -1,0 +1,79 @@
+"""Reference motions, for which formulas ask what inverse dynamics needs: ``tau.elbow(servo)``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from eomgen.formula.nodes import Formula
+from eomgen.scene.formula.scope import SPRING_FORCE
+from eomgen.scene.joint_types import JOINTS
+from eomgen.scene.reading.keys import Table, key
+from eomgen.scene.reading.kinds import Value
+from eomgen.scene.reading.report import check_reference
+from eomgen.scene.reading.values import Values
+from eomgen.text import key_of
+
+_BY_JOINT = "table of values by joint"
+
+
+class ReferenceEntry(Table):
+    """Coordinates, velocities and accelerations of joints, in place of those that they have."""
+
+    position: dict[str, Value] = key(
+        "of joints of one coordinate, rad or m; others are where they are",
+        {},
+        refers="joints",
+        names=SPRING_FORCE,
+        kind=_BY_JOINT,
+        shown_default="`{}`",
+    )
+    velocity: dict[str, Value] = key(
+        "the same, rad/s or m/s; others have the velocity that they have",
+        {},
+        refers="joints",
+        names=SPRING_FORCE,
+        kind=_BY_JOINT,
+        shown_default="`{}`",
+    )
+    acceleration: dict[str, Value] = key(
+        "the same, rad/s² or m/s²; those of others are 0",
+        {},
+        refers="joints",
+        names=SPRING_FORCE,
+        kind=_BY_JOINT,
+        shown_default="`{}`",
+    )
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A reference motion: pairs of a joint of one coordinate and a formula of the state and of time."""
+
+    name: str
+    position: tuple[tuple[str, Formula], ...] = ()
+    velocity: tuple[tuple[str, Formula], ...] = ()
+    acceleration: tuple[tuple[str, Formula], ...] = ()
+
+    @property
+    def formulas(self) -> tuple[Formula, ...]:
+        """All formulas."""
+        return tuple(formula for part in (self.position, self.velocity, self.acceleration) for _, formula in part)
+
+
+def read_reference(name: str, entry: ReferenceEntry, followers: frozenset[str], values: Values) -> Reference:
+    """Return a reference motion; ``followers`` are joints that mimic others."""
+    parts: dict[str, tuple[tuple[str, Formula], ...]] = {}
+    for part in ("position", "velocity", "acceleration"):
+        found = []
+        for joint, text in getattr(entry, part).items():
+            place = key_of("references", name, part, joint)
+            if not check_reference(place, joint, values.names.joints, "joint", values.report):
+                continue
+            kind = JOINTS.get(values.names.joints[joint])
+            if kind is not None and kind.v_size != 1:
+                values.report.add(place, f"a {kind.name} joint has not one coordinate", "a joint of one coordinate")
+            if joint in followers:
+                values.report.add(place, f"the joint {joint} follows another", "the joint that it follows")
+            found.append((joint, values.formula(place, text, SPRING_FORCE)))
+        parts[part] = tuple(found)
+    return Reference(name, **parts)
