@@ -11,7 +11,7 @@ from __future__ import annotations
 import copy
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from typing import Any
@@ -79,6 +79,23 @@ def with_factors(data: Data, wanted: Sequence[str]) -> dict[str, Any]:
         _weigh_first(scaled)
     factors = {name: {"value": NEUTRAL[name], "tunable": True} for name in wanted}
     return scaled | {"parameters": {**plain.get("parameters", {}), **factors}}
+
+
+def used_factors(scene: Data, wanted: Sequence[str]) -> frozenset[str]:
+    """Return which factors the numbers of a scene ``with_factors`` have: what is not there or zero has none."""
+    texts = list(_texts({key: value for key, value in scene.items() if key != "parameters"}))
+    return frozenset(name for name in wanted if any(name in text for text in texts))
+
+
+def _texts(value: Any) -> Iterator[str]:
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, Mapping):
+        for entry in value.values():
+            yield from _texts(entry)
+    elif isinstance(value, list | tuple):
+        for entry in value:
+            yield from _texts(entry)
 
 
 class _Scaled:

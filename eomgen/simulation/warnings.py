@@ -19,8 +19,9 @@ if TYPE_CHECKING:
     from eomgen.compiled.initial_state import InitialState
     from eomgen.compiled.model import CompiledModel
 
-#: Part of the motion from which on its estimated error is warned of.
-LARGE_ERROR = 0.1
+#: Part of the motion above which no error may be unsaid, and the estimate from which on it may be there, since
+#: estimates are good to a factor.
+LARGE_ERROR, DOUBTFUL_ERROR = 0.1, 0.1 / 1.5
 #: The part that advice aims at, and up to which errors follow powers of the step.
 AIM, FOLLOWED = 0.01, 0.5
 #: Part of velocities, or of 1 rad/s and 1 m/s, that differences of accelerations span.
@@ -78,7 +79,7 @@ def run_warnings(
 
 def large_error(error: ErrorEstimate) -> str:
     """Return what is doubtful of the estimated error of a run; empty where it is small, and shrinks with the step."""
-    if error.largest is None or not (error.relative > LARGE_ERROR or error.unordered):
+    if error.largest is None or not (error.relative > DOUBTFUL_ERROR or error.unordered):
         return ""
     since = (
         f", above {100.0 * LARGE_ERROR:.0f} % from t = {error.above(LARGE_ERROR):.6g} s on"

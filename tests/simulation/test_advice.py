@@ -3,6 +3,8 @@ mapping."""
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,8 @@ import eomgen
 from eomgen.simulation.energy_balance import Balance, energy_balance
 from eomgen.simulation.warnings import run_warnings
 from tests.models.scenes import pendulum
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 def swing() -> eomgen.Scene:
@@ -30,6 +34,16 @@ def test_a_run_with_too_large_steps_says_so() -> None:
     assert rest.startswith(f"the estimated error is {poor.error.largest}, above 10 % from t = ")
     assert "and the energy is out of balance by " in rest
     assert rest.endswith("; try: a step smaller than 0.25 s")
+
+
+def test_an_error_that_may_be_a_tenth_is_said() -> None:
+    model = eomgen.build(EXAMPLES / "heavy_top" / "joint_coordinates.toml")
+    step = 0.00418593
+    run = model.simulate(40 * step, step, method="generalized_alpha")
+    exact = model.simulate(40 * step, step, method="taylor", tolerance=1e-12)
+    angles = [2.0 * np.arccos(np.minimum(np.abs(np.sum(run.q * q, axis=1)), 1.0)) for q in (exact.q, exact.q[0])]
+    assert angles[0].max() > 0.09 * angles[1].max() and 0.067 < run.error.relative < 0.1
+    assert f" in 40 steps; the estimated error is {run.error.largest}; try: a step smaller than " in run.message
 
 
 def test_halved_steps_are_told() -> None:

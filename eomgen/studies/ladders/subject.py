@@ -19,7 +19,19 @@ from eomgen.integrators.methods import check_needs, method_named
 from eomgen.model import Model
 from eomgen.pipeline import pipeline
 from eomgen.scene.load import data_of, from_data
-from eomgen.scene.scaling import DAMPING, GRAVITY, LENGTH, MASS, ORIGIN, RATIO, STIFFNESS, TIME, UnitsOf, with_factors
+from eomgen.scene.scaling import (
+    DAMPING,
+    GRAVITY,
+    LENGTH,
+    MASS,
+    ORIGIN,
+    RATIO,
+    STIFFNESS,
+    TIME,
+    UnitsOf,
+    used_factors,
+    with_factors,
+)
 from eomgen.scene.scene import Scene
 from eomgen.studies.ladders.runs import ROWS, Conditions
 from eomgen.system.system import Facts
@@ -54,6 +66,7 @@ class Subject:
         self._models: dict[str, Model] = {}
         self.why_not: dict[str, str] = {}
         self.factors: tuple[str, ...] = ()
+        self.used: frozenset[str] = frozenset()
 
     @property
     def name(self) -> str:
@@ -79,7 +92,9 @@ class Subject:
         failures: list[EomgenError] = []
         for wanted in _SETS:
             try:
-                return self.read(with_factors(copy.deepcopy(self.data), wanted)), wanted
+                scaled = with_factors(copy.deepcopy(self.data), wanted)
+                self.used = used_factors(scaled, wanted)
+                return self.read(scaled), wanted
             except EomgenError as error:
                 failures.append(error)
             except (TypeError, ValueError, KeyError) as error:

@@ -45,6 +45,16 @@ class Ladder:
     bound: float = 0.01
 
 
+#: Why a factor changes nothing in a scene.
+_ABSENT: Mapping[str, str] = {
+    STIFFNESS: "it has no key stiffness with a value",
+    DAMPING: "it has no key damping with a value",
+    GRAVITY: "it is without gravity",
+    RATIO: "no body in it has a mass of its own",
+    ORIGIN: "nothing in it is fixed at a place",
+}
+
+
 def _always(subject: Subject) -> str:
     return ""
 
@@ -54,7 +64,9 @@ def _with(*factors: str) -> Callable[[Subject], str]:
         if not subject.has(FACTORS):
             return f"its numbers cannot be scaled: {subject.why_not[FACTORS]}"
         missing = [name for name in factors if name not in subject.factors]
-        return f"it has numbers that have to be fixed, so no factor {missing[0]}" if missing else ""
+        if missing:
+            return f"it has numbers that have to be fixed, so no factor {missing[0]}"
+        return next((_ABSENT[name] for name in factors if name in _ABSENT and name not in subject.used), "")
 
     return applies
 
