@@ -16,7 +16,7 @@ NO_ORDER, NOTICED = 0.5, 0.03
 OWN = "its motion"
 _NUMBERS = ("order", "declared_order", "relative", "seconds", "cost")
 _WORDS = ("available", "reason", "method", "unresolved")
-_LARGEST = ("largest", "largest_output")
+_LARGEST = ("largest", "largest_velocity", "largest_output")
 _STATES = ("q", "increment", "v", "z", "multipliers")
 
 
@@ -68,6 +68,7 @@ class ErrorEstimate:
     declared_order : of the method; NaN where it chooses its steps
     relative : the largest of ``relative_at``
     largest : which, how much and when
+    largest_velocity : the same of the velocities, as a part of the largest of the same unit
     largest_output : the same of the outputs, as a part of the range of each; None without any
     method : how the estimate was obtained
     seconds : s, time that the estimate took
@@ -89,6 +90,7 @@ class ErrorEstimate:
     declared_order: float = float("nan")
     relative: float = float("nan")
     largest: Largest | None = None
+    largest_velocity: Largest | None = None
     largest_output: Largest | None = None
     method: str = ""
     seconds: float = 0.0

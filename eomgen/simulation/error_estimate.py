@@ -39,6 +39,7 @@ _OTHER_ORDER, _NEGLIGIBLE = 0.75, 1e-10
 _EXPLODED = 10.0
 #: What errors are a part of where a component hardly moves, and of outputs.
 SMALL, RANGE = "{least}, the least that counts as its motion", "its range"
+FASTEST = "the largest velocity in {unit}"
 _INTERRUPTED = "the runs that it is made from were interrupted"
 #: Differences that are rounding, in last places.
 _ROUNDING = 1e3
@@ -122,6 +123,7 @@ class _Comparisons:
 
     def __init__(self, run: Run, library: Library, rows: Array, parameters: Array, progress: Progress | None) -> None:
         self.run, self._library, self._progress = run, library, progress
+        self.events = "events" in library.layout["method"]
         self.span = span_of(run, rows, parameters)
         self.own = self._motion(self.span.rows, self.span.parameters)
         self.size: MotionSize = motion_size(run.model, rows, self.own.outputs)
@@ -216,16 +218,17 @@ def _by_tolerance(runs: _Comparisons) -> ErrorEstimate:
     """Return what a run at a smaller tolerance tells, at a larger one where no smaller one is taken.
 
     Errors follow tolerances only roughly: where a corner is met, or steps are few, a tenth of the tolerance makes from
-    a hundredth of the error to twice as much. So the better run is asked, though it costs more.
+    a hundredth of the error to twice as much. So the better run is asked, though it costs more. Events are looked for
+    on the grid, which is refined for them as well: those that one step passes over are the error then.
     """
     own = runs.run.settings["tolerance"]
     order = min(float(runs.run.method.order), math.log2(_TOLERANCES))
     found = None
     for power, gain in ((-order, _by_shorter(order)), (order, _by_longer(order))):
         tolerance = own * math.pow(2.0, power)
-        found = runs.at(tolerance=tolerance)
+        found = runs.at(tolerance=tolerance, multiple=0.5 if runs.events else 1.0)
         if len(found.rows) > 1 and not found.stopped:
-            words = f"a run at a tolerance of {tolerance:.2g}"
+            words = f"a run at a tolerance of {tolerance:.2g}{' and half the step' * runs.events}"
             return _estimate(runs, _Pair(runs.apart(runs.own, found), None, partial(_known, gain), words), math.nan)
     reason = f": {found.stopped}" if found is not None and found.stopped else ""
     raise _NoEstimateError(f"runs at other tolerances do not come to the end{reason}")
@@ -245,7 +248,7 @@ def _by_steps(runs: _Comparisons) -> ErrorEstimate:
         far = None if four is None else runs.apart(twice, four)
         words = "a run at twice the step" if four is None else "runs at 2 and 4 times the step"
         found = _estimate(runs, _Pair(near, far, _by_longer, words), order)
-        if not _doubtful(runs, found, near):
+        if four is not None and not four.stopped and not _doubtful(runs, found, near):
             return found
     half = runs.at(multiple=0.5)
     if len(half.rows) > 1 and not half.stopped:
@@ -307,6 +310,7 @@ def _estimate(runs: _Comparisons, pair: _Pair, declared: float) -> ErrorEstimate
         declared_order=declared,
         relative=largest.share if largest is not None else 0.0,
         largest=largest,
+        largest_velocity=_largest_velocity(runs, errors["v"], times),
         largest_output=_largest_output(runs, errors, times),
         method=f"{pair.words}{_since(runs)}",
     )
@@ -316,6 +320,24 @@ def _since(runs: _Comparisons) -> str:
     """Return from where on a resumed run is compared, in words; empty for one that is compared from its start."""
     first, start = float(runs.span.rows[0, 0]), runs.run.grid.start
     return f" from t = {first:.6g} s on, where the state is taken for exact" if first > start + 0.5 * runs.step else ""
+
+
+def _largest_velocity(runs: _Comparisons, errors: Array, times: Array) -> Largest | None:
+    """Return the largest error of the velocities, (n, nv), as a part of the largest velocity of the same unit; None
+    where nothing moves."""
+    model = runs.run.model
+    velocities = np.abs(runs.span.rows[:, 1 + model.nq : 1 + model.nq + model.nv]).max(axis=0)
+    units = np.array(model.v_units)
+    fastest = np.array([velocities[units == unit].max() for unit in units])
+    moving = np.flatnonzero(fastest > 0.0)
+    if not errors.size or not len(moving):
+        return None
+    share = np.nan_to_num(errors[:, moving] / fastest[moving], nan=np.inf)
+    row, place = np.unravel_index(int(np.argmax(share)), share.shape)
+    column = int(moving[place])
+    unit, time, error = str(units[column]), float(times[row]), float(errors[row, column])
+    measure = FASTEST.format(unit=unit or "its unit")
+    return Largest(model.v_names[column], error, unit, time, float(share[row, place]), measure)
 
 
 def _largest_output(runs: _Comparisons, errors: Kinds, times: Array) -> Largest | None:

@@ -303,7 +303,7 @@ def solution_of(
         balance = Balance(0.0)
     if success:
         growth = unstable_growth(last_run, stepper.library, trajectory)
-        cause = partial(_cause_besides_step, run, t, q)
+        cause = partial(_cause_besides_step, run, t, q, "events" in stepper.layout["method"])
         found = largest_violation(model, t, q, p, statistics.get("max_constraint", 0.0)), largest_stretch(model, t, q)
         violation = max(filter(None, found), key=lambda one: one.share, default=None)
         bending = largest_bending(model, t, q)
@@ -354,13 +354,15 @@ def solution_of(
     )
 
 
-def _cause_besides_step(run: Run, t: Array, q: Array) -> str:
+def _cause_besides_step(run: Run, t: Array, q: Array, has_events: bool) -> str:
     """Return what a doubtful run suffers from besides too large a step, and what to try; empty where nothing is
     found."""
     if beyond := linear_range_exceeded(run.model, t, q, run.parameters):
         return beyond
     if run.method.chooses_steps:
-        return f"try: a tolerance smaller than {run.settings['tolerance']:.3g}"
+        finer = f"try: a tolerance smaller than {run.settings['tolerance']:.3g}"
+        looks = f", or a step smaller than {run.settings['step']:.3g} s, in each of which events are looked for"
+        return f"{finer}{looks if has_events else ''}"
     singular = nearest_singular(run.model, t, q, run.parameters)
     return f"{singular.what}; try: {way_through(run.method, run.settings['step'])}" if singular else ""
 

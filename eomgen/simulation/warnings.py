@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 #: Part of the motion above which no error may be unsaid, and the estimate from which on it may be there, since
 #: estimates are good to a factor.
 LARGE_ERROR, DOUBTFUL_ERROR = 0.1, 0.1 / 1.5
+#: The same of velocities, as a part of the largest: at one step they are some three times less accurate.
+WRONG_VELOCITY = 0.3
 #: The part that advice aims at, and up to which errors follow powers of the step.
 AIM, FOLLOWED = 0.01, 0.5
 #: Part of velocities, or of 1 rad/s and 1 m/s, that differences of accelerations span.
@@ -80,7 +82,8 @@ def run_warnings(
 def large_error(error: ErrorEstimate) -> str:
     """Return what is doubtful of the estimated error of a run; empty where it is small, and shrinks with the step."""
     if error.largest is None or not (error.relative > DOUBTFUL_ERROR or error.unordered):
-        return ""
+        fast = error.largest_velocity
+        return f"the estimated error is {fast}" if fast is not None and fast.share > WRONG_VELOCITY else ""
     since = (
         f", above {100.0 * LARGE_ERROR:.0f} % from t = {error.above(LARGE_ERROR):.6g} s on"
         if error.relative > LARGE_ERROR

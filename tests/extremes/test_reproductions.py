@@ -329,3 +329,24 @@ def test_what_turns_once_within_a_step_is_not_taken_to_stand_still(turn: float) 
     exact = model.simulate(0.1, 1e-5, method="rk4", initial=start, record_every=100)
     assert np.abs(run.q - exact.q)[:, 0].max() > 0.5 * np.ptp(exact.q[:, 0])
     assert "the estimated error is " in run.message and " of q.slide" in run.message
+
+
+def test_a_spin_that_two_steps_follow_alike_and_four_do_not_is_tried_at_half_the_step() -> None:
+    """At 2 rad a step nutation is not resolved, nor at 4; at 8 the run is refused, so no order tells."""
+    model = eomgen.build(EXAMPLES / "heavy_top" / "joint_coordinates.toml")
+    spin = np.array(model.initial_v) * (2.0 / 4e-4 / np.abs(model.initial_v).max())
+    run = model.simulate(0.016, 4e-4, method="generalized_alpha", initial={"q": model.initial_q, "v": spin})
+    assert run.success and "by runs at half and 2 times the step" in str(run.error)
+    assert "; the estimated error is " in run.message and " of the rotation of pivot " in run.message
+
+
+@pytest.mark.parametrize("method", ["taylor", "rk45"])
+def test_events_that_a_step_passes_over_are_seen_at_half_of_it(method: str) -> None:
+    """A ball that bounces and falls off the plate within one step: its last bounces are in no step's ends."""
+    model = eomgen.build(EXAMPLES / "bouncing_ball" / "scene.toml")
+    run, fine = (model.simulate(4.0, step, method=method) for step in (0.6283185307, 0.01))
+    assert len(run.events) < len(fine.events) and fine.message.startswith("reached t = 4 s in 400 steps")
+    assert "the estimated error is " not in fine.message
+    said = r"; the estimated error is \S+ m/s of v\.height at t = \S+ s, \d+ % of the largest velocity in m/s; "
+    hint = r"try: a tolerance smaller than \S+, or a step smaller than 0\.628 s, in each of which events are looked for"
+    assert re.search(said + hint, run.message)

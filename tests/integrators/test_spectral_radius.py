@@ -30,48 +30,67 @@ OTHERS: Mapping[str, tuple[Mapping[str, float], ...]] = {
     "wbz": ({"alpha": 0.1}, {"alpha": 1.0}),
     "newmark": ({"alpha": 0.1}, {"beta": 0.25, "gamma": 0.5}),
 }
+#: What methods need that refuse their defaults, and those that are refused whatever is given.
+_OWN: Mapping[str, Mapping[str, float]] = {"newmark_index3": {"alpha": 0.1}}
+REFUSED = ("trapezoidal_index3",)
 #: Largest step times frequency without damping of methods that have a limit.
-LIMITS = {"rk4": 2.8, "hermite": 0.6}
+LIMITS = {"rk4": 2.8, "rk4_partitioned": 2.8, "hermite": 0.6}
 
 
 @cache
-def oscillator() -> Model:
-    return eomgen.build(
-        {
-            "format": 1,
-            "name": "oscillator",
-            "gravity": [0, 0, 0],
-            "parameters": {name: {"value": 1.0, "tunable": True} for name in ("k", "c")},
-            "bodies": {"b": {"mass": 1.0}},
-            "joints": {
-                "x": {"type": "prismatic", "parent": "base", "child": "b", "axis": [1, 0, 0]}
-                | {"stiffness": "k", "damping": "c"}
-            },
-        }
-    )
+def oscillator(constrained: bool) -> Model:
+    """Return a mass on a spring; constrained: one that could move across as well, but for a line that it is held on."""
+    scene: dict[str, Any] = {
+        "format": 1,
+        "name": "oscillator",
+        "gravity": [0, 0, 0],
+        "parameters": {name: {"value": 1.0, "tunable": True} for name in ("k", "c")},
+        "bodies": {"b": {"mass": 1.0}},
+        "joints": {
+            "x": {"type": "prismatic", "parent": "base", "child": "b", "axis": [1, 0, 0]}
+            | {"stiffness": "k", "damping": "c"}
+        },
+    }
+    if constrained:
+        scene["bodies"]["held"] = {"mass": 1.0}
+        scene["joints"]["y"] = {"type": "prismatic", "parent": "b", "child": "held", "axis": [0, 1, 0]}
+        line = {"type": "point_on_line", "first": {"body": "base", "axis": [1, 0, 0]}, "second": {"body": "held"}}
+        scene["constraints"] = {"line": line}
+        scene["bodies"]["b"]["mass"] = 0.5
+        scene["bodies"]["held"]["mass"] = 0.5
+    return eomgen.build(scene)
 
 
-def fixed_steps() -> list[tuple[str, Mapping[str, float]]]:
-    """Return the methods of the register that serve scenes without constraints and take the steps they are given."""
+def fixed_steps(constrained: bool) -> list[tuple[str, Mapping[str, float]]]:
+    """Return the methods of the register that serve scenes with or without constraints and take the steps they are
+    given; with constraints those that do what they do not do without."""
     found: list[tuple[str, Mapping[str, float]]] = []
     for family in BUILT_IN:
         for row in family.names():
-            if "_index3" in row.name:  # the same without constraints
+            if "constraints" in row.differs and not constrained:  # the same as another one
                 continue
-            method = method_named(row.name)
-            constrained_only = any(need.fact == "constraints" and need.value for need in method.needs)
-            if method.chooses_steps or constrained_only:
+            own = _OWN.get(row.name, {})
+            if row.name in REFUSED:
+                with pytest.raises(eomgen.UsageError, match="index 3 is weakly unstable"):
+                    method_named(row.name)
                 continue
-            found += [(row.name, given) for given in ({}, *OTHERS.get(row.name, ()))]
+            method = method_named(row.name, **own)
+            wrong = any(need.fact == "constraints" and need.value is not constrained for need in method.needs)
+            if method.chooses_steps or wrong:
+                continue
+            others = () if constrained else OTHERS.get(row.name, ())
+            found += [(row.name, given) for given in (own, *others)]
     return found
 
 
-def amplification(method: str, given: Mapping[str, float], step: float, k: float, c: float) -> Array | None:
+def amplification(
+    method: str, given: Mapping[str, float], step: float, k: float, c: float, constrained: bool = False
+) -> Array | None:
     """Return the matrix of one step on (x, v, a), scaled; None where the step is halved or refused."""
-    model = oscillator()
+    model = oscillator(constrained)
     library = model.stepper(method)
     full: dict[str, Any] = dict.fromkeys(("rho_inf", "alpha", "beta", "gamma", "order", "tolerance")) | dict(given)
-    chosen = chosen_method(method, full, model.library.layout["defaults"], False)
+    chosen = chosen_method(method, full, model.library.layout["defaults"], constrained)
     settings = stepper_settings(library.layout["method"], step, chosen, {})
     stepper = Stepper(library, settings, model.parameter_array({"k": k, "c": c}))
     names = [name for name in ("q", "v", "a") if name in stepper.places]
@@ -81,10 +100,11 @@ def amplification(method: str, given: Mapping[str, float], step: float, k: float
     for column in range(len(names)):
         x = np.zeros(3)
         x[column] = scale[column]
-        if stepper.initialize(0.0, x[:1], x[1:2], None):
+        q, v, a = (np.array([entry, 0.0][: model.nq]) for entry in x)
+        if stepper.initialize(0.0, q, v, None):
             return None
         if "a" in names:
-            stepper.state[stepper.places["a"]] = x[2]
+            stepper.state[stepper.places["a"]] = a
             stepper.state[stepper.places["history"]] = 0.0  # the step of the method itself, not a damped start
         status, _ = stepper.run(1, 1, None, np.empty((1, stepper.sizes["row"])))
         if status or stepper.statistics.get("halvings"):
@@ -93,7 +113,22 @@ def amplification(method: str, given: Mapping[str, float], step: float, k: float
     return matrix
 
 
-@pytest.mark.parametrize(("method", "given"), fixed_steps())
+@pytest.mark.parametrize(("method", "given"), fixed_steps(constrained=True))
+def test_spectral_radius_on_a_constraint_is_at_most_one(method: str, given: Mapping[str, float]) -> None:
+    measured, worst = 0, 0.0
+    for phase in PHASES:
+        if phase > LIMITS.get(method, np.inf):
+            continue
+        for step in (1.0, 1e-6):
+            matrix = amplification(method, given, step, (phase / step) ** 2, 0.0, constrained=True)
+            if matrix is not None:
+                measured += 1
+                worst = max(worst, float(np.max(np.abs(np.linalg.eigvals(matrix)))))
+    assert worst <= 1.0 + 1e-12
+    assert measured >= 12
+
+
+@pytest.mark.parametrize(("method", "given"), fixed_steps(constrained=False))
 def test_spectral_radius_is_at_most_one(method: str, given: Mapping[str, float]) -> None:
     limit = LIMITS.get(method, np.inf)
     measured, worst = 0, 0.0
