@@ -30,9 +30,8 @@ OTHERS: Mapping[str, tuple[Mapping[str, float], ...]] = {
     "wbz": ({"alpha": 0.1}, {"alpha": 1.0}),
     "newmark": ({"alpha": 0.1}, {"beta": 0.25, "gamma": 0.5}),
 }
-#: What methods need that refuse their defaults, and those that are refused whatever is given.
-_OWN: Mapping[str, Mapping[str, float]] = {"newmark_index3": {"alpha": 0.1}}
-REFUSED = ("trapezoidal_index3",)
+#: Methods that refuse their defaults, which do not damp.
+REFUSED = ("newmark_index3", "trapezoidal_index3")
 #: Largest step times frequency without damping of methods that have a limit.
 LIMITS = {"rk4": 2.8, "rk4_partitioned": 2.8, "hermite": 0.6}
 
@@ -69,17 +68,16 @@ def fixed_steps(constrained: bool) -> list[tuple[str, Mapping[str, float]]]:
         for row in family.names():
             if "constraints" in row.differs and not constrained:  # the same as another one
                 continue
-            own = _OWN.get(row.name, {})
             if row.name in REFUSED:
                 with pytest.raises(eomgen.UsageError, match="index 3 is weakly unstable"):
                     method_named(row.name)
                 continue
-            method = method_named(row.name, **own)
+            method = method_named(row.name)
             wrong = any(need.fact == "constraints" and need.value is not constrained for need in method.needs)
             if method.chooses_steps or wrong:
                 continue
             others = () if constrained else OTHERS.get(row.name, ())
-            found += [(row.name, given) for given in (own, *others)]
+            found += [(row.name, given) for given in ({}, *others)]
     return found
 
 

@@ -1,0 +1,97 @@
+"""Texts that maps of examples meet and that no other test reads whole: what happened, where, and what to try."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import eomgen
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+NUMBER = r"-?\d\S*"
+
+
+def told(text: str) -> str:
+    """Return a pattern of a text in which # stands for any number."""
+    return re.escape(text).replace(r"\#", NUMBER)
+
+
+def example(name: str) -> eomgen.Model:
+    return eomgen.build(EXAMPLES / name / "scene.toml")
+
+
+@pytest.mark.parametrize(
+    ("name", "run", "text"),
+    [
+        (
+            "four_bar",
+            {"step": 1.4e-3, "t_end": 0.056, "method": "rk4_partitioned", "initial": {"drive": {"velocity": 3e3}}},
+            "stopped at t = # s, after # of 40 steps: the correction of the dependent coordinates did not converge,"
+            " whichever they are; try: a step smaller than 0.0014 s",
+        ),
+        (
+            "bouncing_ball",
+            {"step": 0.0628, "t_end": 2.512, "method": "rk4"},
+            "the event bounce comes again and again at t = # s, # times so far: the motion comes to rest there, or it"
+            " chatters, after # of 40 steps; try: an event that stops the run, or switches a mode, where the motion"
+            " comes to rest",
+        ),
+        (
+            "double_pendulum_on_shaking_base",
+            {"step": 0.0125, "t_end": 0.5, "method": "rk4", "initial": {"shoulder": {"velocity": 8e7}}},
+            "stopped at t = 0 s, after 0 of 40 steps: a value became infinite or not a number; the first block that is"
+            " not finite is M (the inertia matrix), component v.shoulder at t = # s, where q.shoulder is # rad and"
+            " q.elbow is # rad: sines and cosines are computed up to 1e+10 rad, beyond which numbers are 2e-06 rad and"
+            " more apart; try: smaller initial angles and velocities, or a shorter run",
+        ),
+        (
+            "four_bar",
+            {"step": 1e-8, "t_end": 2e-6, "method": "generalized_alpha_index3"},
+            "reached t = 2e-06 s in 200 steps; up to # % of the multipliers is rounding, which grows as 1/step^2; try:"
+            " generalized_alpha, a step larger than 1e-08 s, or double precision",
+        ),
+    ],
+)
+def test_how_runs_end(name: str, run: dict[str, Any], text: str) -> None:
+    solution = example(name).simulate(**run)
+    assert re.fullmatch(told(text) + r"(; .*)?", solution.message), solution.message
+
+
+@pytest.mark.parametrize(
+    ("name", "run", "text"),
+    [
+        (
+            "pendulum_on_shaking_base",
+            {"t_start": 1e9, "t_end": 1e9 + 0.3, "step": 1.5e-3},
+            "usage error: t_start: cos(#) would be taken at t = # s; sines and cosines are computed up to 1e+10 rad,"
+            " beyond which numbers are 2e-06 rad and more apart; try: an origin of time near the run, with the phase"
+            " there in the formula",
+        ),
+        (
+            "pendulum_on_shaking_base",
+            {"step": 0.015, "t_end": 0.6},
+            "base.position[2]): the position of the base is too steep for a step of 0.015 s near t = # s: over one step"
+            " it changes by # m more or less than its rates tell, # % of its range; try: a step of # s",
+        ),
+    ],
+)
+def test_what_is_refused(name: str, run: dict[str, Any], text: str) -> None:
+    with pytest.raises(eomgen.UsageError, match=told(text)):
+        example(name).simulate(**run)
+
+
+def test_what_nothing_in_a_wheel_turns_for_is_left_out() -> None:
+    slider = {"type": "prismatic", "parent": "base", "child": "b", "axis": [1, 0, 0], "stiffness": 1.0}
+    scene = {"format": 1, "name": "cart", "gravity": [0, 0, 0], "bodies": {"b": {"mass": 1.0}}, "joints": {"x": slider}}
+    left_out = eomgen.extremes(scene, ladders=["damping", "gravity", "spin", "turns"]).left_out
+    assert left_out == {
+        "damping": "it has no key damping with a value",
+        "gravity": "it is without gravity",
+        "spin": "nothing in it turns by a velocity of its own",
+        "turns": "it has no angles as coordinates",
+    }
+    assert not np.any(eomgen.build(scene).initial_v)
