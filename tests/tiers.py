@@ -282,6 +282,14 @@ SLOW: dict[str, tuple[str, ...]] = {
         "random 1",
         "states, absolute",
     ),
+    "mechanics/test_reactions.py::test_absolute_coordinates": ("0",),
+    "mechanics/test_reactions.py::test_every_body_of_a_tree_is_in_balance": ("0", "4"),
+    "mechanics/test_reactions.py::test_on_a_moving_base": ("1",),
+    "mechanics/test_reactions.py::test_with_a_loop_of_every_type": (
+        "revolute-True-disc",
+        "distance-False-disc",
+        "rolling-False-sphere",
+    ),
     "mechanics/test_shape_families.py::test_a_tapered_blade": ("finite_elements-3-more0-3e-06",),
     "mechanics/test_shape_families.py::test_frequencies_of_uniform_beams": (
         "polynomial-bending_y-clamped_free",
