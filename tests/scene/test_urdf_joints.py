@@ -12,7 +12,7 @@ import pytest
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.mechanics.derive import derive
 from eomgen.scene.geometry.rotations import about_axis, snapped_rotation
-from eomgen.scene.load import load, load_urdf
+from eomgen.scene.load import from_data, load, load_urdf
 from eomgen.scene.scene import Scene
 from tests.oracles.evaluation import relative_error, tape_evaluator
 from tests.oracles.formulas import value_of
@@ -338,3 +338,76 @@ def test_links_that_cannot_be_tuned_are_named() -> None:
         load(robot_file(UR5), tunable=["tol0"])
     with pytest.raises(UsageError, match="the link base_link is fixed to the base, so its mass"):
         load(robot_file(UR5), tunable=["base_link"])
+
+
+FOUR_BAR = """<robot name="four_bar">
+  <link name="ground"/>
+  <link name="crank"><inertial><origin xyz="0.1 0 0"/><mass value="1"/>
+    <inertia ixx="0.01" iyy="0.02" izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <link name="coupler"><inertial><origin xyz="0.2 0 0"/><mass value="2"/>
+    <inertia ixx="0.01" iyy="0.03" izz="0.03" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <link name="rocker"><inertial><origin xyz="0.15 0 0"/><mass value="1.5"/>
+    <inertia ixx="0.01" iyy="0.02" izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <link name="tip"/>
+  <joint name="a" type="continuous"><parent link="ground"/><child link="crank"/><axis xyz="0 1 0"/></joint>
+  <joint name="b" type="continuous"><origin xyz="0.2 0 0"/><parent link="crank"/><child link="coupler"/>
+    <axis xyz="0 1 0"/></joint>
+  <joint name="c" type="continuous"><origin xyz="0.5 0 0"/><parent link="ground"/><child link="rocker"/>
+    <axis xyz="0 1 0"/></joint>
+  <joint name="end" type="fixed"><origin xyz="0.3 0 0" rpy="0 0 1.57079632679"/>
+    <parent link="rocker"/><child link="tip"/></joint>
+  <loop_joint name="pin" type="revolute">
+    <link1 link="coupler" xyz="0.4 0 0" rpy="0 0 0"/>
+    <link2 link="tip" xyz="0 0 0" rpy="0 0 -1.57079632679"/>
+    <axis xyz="0 1 0"/>
+  </loop_joint>
+</robot>"""
+
+
+def test_a_loop_joint_is_the_constraint_that_one_would_write(rng: np.random.Generator) -> None:
+    scene = load_urdf(FOUR_BAR)
+    (pin_of_file,) = scene.constraints
+    assert pin_of_file.type == "revolute" and (pin_of_file.first.body, pin_of_file.second.body) == ("coupler", "rocker")
+    ends = [[value_of(entry, {}) for entry in frame.position] for frame in (pin_of_file.first, pin_of_file.second)]
+    np.testing.assert_allclose(ends, [[0.4, 0.0, 0.0], [0.3, 0.0, 0.0]], atol=1e-15)
+    assert not [note for note in scene.notes if "loop" in note]
+    data = data_of_text(FOUR_BAR)
+    frames = [
+        {"body": body, "position": [x, 0, 0], "axis": [0, 1, 0]} for body, x in (("coupler", 0.4), ("rocker", 0.3))
+    ]
+    data["constraints"] = {"pin": {"type": "revolute", "first": frames[0], "second": frames[1]}}
+    by_hand = from_data(data, inertias_checked=True)
+    terms = ["constraint", "constraint_velocity", "residual"]
+    found, expected = derive(scene, terms), derive(by_hand, terms)
+    assert found.multipliers == expected.multipliers
+    state = random_states(found, 3, rng)
+    state["lam"] = rng.normal(size=(3, len(found.multipliers)))
+    of_file, of_hand = tape_evaluator(found), tape_evaluator(expected)
+    # the frames' other axes may be chosen differently: the rows span the same
+    one, two = of_file("constraint", state)["Phi"], of_hand("constraint", state)["Phi"]
+    np.testing.assert_allclose(np.linalg.norm(one, axis=1), np.linalg.norm(two, axis=1), atol=1e-12)
+
+
+def data_of_text(text: str) -> dict[str, Any]:
+    from eomgen.scene.sources.urdf.source import URDF  # of this test alone
+
+    return dict(URDF.read(text).data)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('type="revolute">', 'type="revolut">', "the type 'revolut' of a loop joint is not known; try: revolute"),
+        ('link1 link="coupler"', 'link1 link="cupler"', "there is no link 'cupler'; try: coupler"),
+        ('<link2 link="tip" xyz="0 0 0" rpy="0 0 -1.57079632679"/>', "", "the loop joint has no <link2 link=...>"),
+        (
+            '<axis xyz="0 1 0"/>\n  </loop_joint>',
+            '<axis xyz="0 0 0"/>\n  </loop_joint>',
+            "the axis of the loop joint has no direction",
+        ),
+    ],
+)
+def test_a_broken_loop_joint_is_named(old: str, new: str, said: str) -> None:
+    assert old in FOUR_BAR
+    with pytest.raises(DescriptionError, match=re.escape(said)):
+        load_urdf(FOUR_BAR.replace(old, new))

@@ -13,13 +13,13 @@ import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.scene.geometry.inertia import Inertia, combined
-from eomgen.scene.geometry.rotations import rows, snapped_rotation, unit_axis
+from eomgen.scene.geometry.rotations import frame_about, rows, snapped_rotation, unit_axis
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints.displacement import displaced
 from eomgen.scene.reading.report import Report
 from eomgen.scene.sources.source import OptionError
 from eomgen.scene.sources.urdf.actuation import effort_inputs
-from eomgen.scene.sources.urdf.elements import Joint, Robot, read_robot
+from eomgen.scene.sources.urdf.elements import Joint, LoopJoint, Robot, read_robot
 from eomgen.scene.sources.urdf.inertias import body_entry, tunable_body
 from eomgen.scene.sources.urdf.mimics import held_and_following
 from eomgen.scene.sources.urdf.notes import (
@@ -102,7 +102,10 @@ def _from_root(robot: Robot, report: Report) -> list[Joint]:
         if joint.child in carrier:
             what = f"the link {joint.child} is already carried by the joint {carrier[joint.child].name}"
             report.add_at(
-                joint.line, f"joints.{joint.name}", what, "one joint for each link: closed loops are not part of URDF"
+                joint.line,
+                f"joints.{joint.name}",
+                what,
+                "one joint for each link; a <loop_joint> closes a loop",
             )
         carrier.setdefault(joint.child, joint)
         children[joint.parent].append(joint)
@@ -182,6 +185,8 @@ class _Merger:
             self.notes.append(f"the root link {root_link} is fixed to the base, and so are the links fixed to it")
         for joint in order:
             self.attach(joint)
+        for loop in robot.loops.values():
+            self.close(loop)
         self.make_bodies()
 
     def body_name(self, link: str) -> str:
@@ -250,6 +255,22 @@ class _Merger:
             "position": position.tolist(),
             "orientation": [list(row) for row in rows(orientation)],
         }
+
+    def close(self, loop: LoopJoint) -> None:
+        """Make a constraint of a loop joint: frames in the bodies of its links, z along its axis."""
+        along = unit_axis(loop.axis)
+        assert along is not None  # the reader refuses an axis of no length
+        entry: dict[str, Any] = {"type": loop.type}
+        for side, end in (("first", loop.first), ("second", loop.second)):
+            place = self.places[end.link]
+            turned = snapped_rotation(place.orientation @ end.orientation @ frame_about(along))
+            position = place.orientation @ end.position + place.position
+            frame: dict[str, Any] = {"body": place.body, "position": position.tolist()}
+            if loop.type != "spherical":
+                frame |= {"axis": turned[:, 2].tolist(), "x_axis": turned[:, 0].tolist()}
+            entry[side] = frame
+        self.data.setdefault("constraints", {})[loop.name] = entry
+        self.lines[f"constraints.{loop.name}"] = loop.line
 
     def add_limits(self, joint: Joint, entry: dict[str, Any]) -> None:
         """Turn a joint's limits into stops where that is asked for, and note what stays out."""

@@ -24,6 +24,16 @@ from eomgen.text import NAME_LENGTH, is_legal, nearest, shown
 
 #: Types of joints by their names in the format.
 JOINT_TYPES = {name: row.name for row in TYPES.values() for name in row.urdf}
+#: Types of constraints by the types of loop joints.
+LOOP_TYPES = {
+    "spherical": "spherical",
+    "ball": "spherical",
+    "revolute": "revolute",
+    "continuous": "revolute",
+    "prismatic": "prismatic",
+    "planar": "planar",
+    "fixed": "fixed",
+}
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _VERSION = re.compile(r"([0-9]{1,9})(?:\.([0-9]{1,9}))?")
 #: The newest minor version of URDF 1 that is read, and the first that has ``quat_xyzw``.
@@ -95,6 +105,28 @@ class Joint:
         return JOINTS[self.type].units[0] if self.type and self.components == 1 else ""
 
 
+@dataclass(frozen=True)
+class LoopEnd:
+    """One end of a loop joint: a frame in a link."""
+
+    link: str
+    orientation: Array
+    position: Array
+
+
+@dataclass(frozen=True)
+class LoopJoint:
+    """A joint that closes a loop, as Drake's first parser and Isaac Sim have it; ``axis`` is in the frames of its
+    ends."""
+
+    name: str
+    line: int
+    type: str
+    first: LoopEnd
+    second: LoopEnd
+    axis: tuple[float, ...]
+
+
 #: How near to a right angle an angle has to be for its few digits to be worth a note, in rad.
 NEARLY = 1e-3
 
@@ -119,6 +151,7 @@ class Robot:
     minor: int = 0
     links: dict[str, Link] = field(default_factory=dict)
     joints: dict[str, Joint] = field(default_factory=dict)
+    loops: dict[str, LoopJoint] = field(default_factory=dict)
     original: dict[str, str] = field(default_factory=dict)
     snapped: list[str] = field(default_factory=list)
     nearly_right: dict[str, str] = field(default_factory=dict)
@@ -146,12 +179,13 @@ class _Reader:
         self.out = Robot("")
         self.link_names: dict[str, str] = {}
         self.joint_names: dict[str, str] = {}
-        self.used: dict[str, set[str]] = {"link": set(), "joint": set()}
+        self.loop_names: dict[str, str] = {}
+        self.used: dict[str, set[str]] = {"link": set(), "joint": set(), "loop_joint": set()}
 
     def robot(self, root: Element) -> Robot:
         self.out.name = _legal(root.get("name") or "robot", ())
         self.out.minor = self.version(root)
-        links, joints = tuple(root.named("link")), tuple(root.named("joint"))
+        links, joints, loops = (tuple(root.named(tag)) for tag in ("link", "joint", "loop_joint"))
         self.tell_left_over(root, "")
         for element in links:
             if name := self.name(element, "link", self.link_names):
@@ -160,6 +194,11 @@ class _Reader:
         for element in joints:
             if name := self.name(element, "joint", self.joint_names):
                 self.out.joints[name] = self.joint(name, element)
+                self.tell_left_over(element, name)
+        self.used["loop_joint"] |= self.used["joint"]
+        for element in loops:
+            if name := self.name(element, "loop_joint", self.loop_names):
+                self.out.loops[name] = self.loop(name, element)
                 self.tell_left_over(element, name)
         return self.out
 
@@ -211,7 +250,7 @@ class _Reader:
             else:
                 self.out.left_out.setdefault(child.tag, []).append(owner or child.get("name"))
         for child in element.read_children:
-            if child.tag not in ("link", "joint", *_GEOMETRY):
+            if child.tag not in ("link", "joint", "loop_joint", *_GEOMETRY):
                 self.tell_left_over(child, owner)
 
     def leave_unread(self, what: str, element: Element, owner: str) -> None:
@@ -319,6 +358,30 @@ class _Reader:
             limit=self.limit(element, key),
             friction=friction,
         )
+
+    def loop(self, name: str, element: Element) -> LoopJoint:
+        key, written = f"loop_joints.{name}", element.get("type")
+        if written not in LOOP_TYPES:
+            what = f"the type {shown(written)} of a loop joint is not known"
+            self.report.add_at(element.line, key, what, nearest(written, LOOP_TYPES))
+        first, second = (self.loop_end(element, tag, key) for tag in ("link1", "link2"))
+        axis = self.numbers(element.first("axis"), "xyz", key, (1.0, 0.0, 0.0))
+        if not any(axis):
+            self.report.add_at(element.line, key, "the axis of the loop joint has no direction", '<axis xyz="0 0 1"/>')
+        return LoopJoint(name, element.line, LOOP_TYPES.get(written, ""), first, second, axis)
+
+    def loop_end(self, element: Element, tag: str, key: str) -> LoopEnd:
+        end = element.first(tag)
+        written = end.get("link") if end else ""
+        if not written:
+            self.report.add_at(element.line, key, f"the loop joint has no <{tag} link=...>", "")
+        elif written not in self.link_names:
+            hint = nearest(written, self.link_names)
+            self.report.add_at(end.line if end else element.line, key, f"there is no link {shown(written)}", hint)
+        roll, pitch, yaw = self.numbers(end, "rpy", key, (0.0, 0.0, 0.0))
+        position = np.array(self.numbers(end, "xyz", key, (0.0, 0.0, 0.0)))
+        orientation = snapped_rotation(roll_pitch_yaw(roll, pitch, yaw))
+        return LoopEnd(self.link_names.get(written, ""), orientation, position)
 
     def mimic(self, element: Element, key: str) -> Mimic | None:
         found = element.first("mimic")
