@@ -44,7 +44,7 @@ class Tuned:
     written : error and seconds of what ``save`` writes: those above
     coordinates, group : for the scene, where they are not its own; empty otherwise
     machine : what was measured on
-    spent : seconds of computation, builds not counted; and runs
+    spent : the processor's seconds of computation, builds not counted; and runs of the race
     built : seconds of building
     left_out : what did not race, and why
     source : the scene's file, None where there is none

@@ -191,8 +191,9 @@ class _Tuning:
         self._enough(contenders, demand)
         run = winner.best(demand.error)
         assert run is not None  # ``_enough`` has seen it
-        processor = time.process_time() - began - self.runner.building
-        return self._described(demand, contenders, (winner, run), checks, judge, race, processor, source)
+        own_settings = self._own_settings(judge)
+        spent = time.process_time() - began - self.runner.building, race.runs
+        return self._described(demand, contenders, (winner, run), checks, own_settings, spent, source)
 
     def _others(self) -> list[str]:
         """Return the names of formulations beside the scene's own that may win."""
@@ -242,9 +243,8 @@ class _Tuning:
         contenders: Sequence[Contender],
         won: tuple[Contender, Tried],
         checks: tuple[Verified, ...],
-        judge: Judge,
-        race: Race,
-        processor: float,
+        own_settings: tuple[str, float, float],
+        spent: tuple[float, int],
         source: Path | None,
     ) -> Tuned:
         winner, run = won
@@ -264,16 +264,16 @@ class _Tuning:
             seconds=run.seconds,
             span=grid.end - grid.start,
             steps=run.steps,
-            rivals=_rivals(contenders, winner, race.demand),
-            next_digit=_next_digit(contenders, run, race.demand),
-            own=self._own_settings(judge),
+            rivals=_rivals(contenders, winner, demand.error),
+            next_digit=_next_digit(contenders, run, demand.error),
+            own=own_settings,
             verified=checks,
             simulation=self._simulation(winner, value),
             written=(run.own, run.seconds),
             coordinates=("joint" if name == JOINT else "absolute") if elsewhere else "",
             group=name if elsewhere and name != JOINT else "",
             machine=machine(),
-            spent=(processor, race.runs),
+            spent=spent,
             built=sum(self.runner.compiled.values()),
             left_out=dict(self.left_out),
             source=source,
