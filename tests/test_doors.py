@@ -214,7 +214,8 @@ ORDER: dict[str, tuple[str, ...]] = {
         "study",
     ),
     "studies.work_precision": (
-        "common_start configuration formulations machine observation",
+        "common_start configuration fidelity machine observation",
+        "formulations",
         "axes running",
         "measured reference times",
         "journal picture",

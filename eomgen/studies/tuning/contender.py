@@ -17,6 +17,8 @@ from eomgen.studies.work_precision.times import fraction_of, whole_steps
 MARGIN = 0.75
 #: Errors above this tell nothing of the order.
 COARSE = 0.2
+#: Orders that runs show are believed down to this part of the declared one.
+LEAST_ORDER = 0.5
 #: By how many times the resolution of one run may exceed that of the one before.
 LARGEST_JUMP = 16.0
 #: Runs of one contender at most.
@@ -91,12 +93,22 @@ class Contender:
     @property
     def order(self) -> float:
         """Decades of error per decade of resolution, as the last two meaningful runs show it, else as declared."""
-        declared = 1.0 if self.kind == TOLERANCE else float(self.candidate.method.order)
-        told = sorted((run for run in self.runs if 1e-14 < run.error < COARSE), key=lambda run: run.resolution)[-2:]
+        declared = self._declared
+        told = self._told
         if len(told) < 2 or told[1].resolution < 1.3 * told[0].resolution:
             return declared
         seen = math.log(told[0].error / told[1].error) / math.log(told[1].resolution / told[0].resolution)
-        return min(max(seen, 0.6 * declared), 1.6 * declared)
+        return min(max(seen, LEAST_ORDER * declared), 1.6 * declared)
+
+    @property
+    def _declared(self) -> float:
+        return 1.0 if self.kind == TOLERANCE else float(self.candidate.method.order)
+
+    @property
+    def _told(self) -> list[Tried]:
+        """The last two meaningful runs, the coarser first."""
+        told = (run for run in self.runs if 1e-14 < run.error < COARSE)
+        return sorted(told, key=lambda run: run.resolution)[-2:]
 
     def wanted(self, demand: float) -> float:
         """Return the resolution at which a demand is met, by the model; steps end on rows of the grid."""
@@ -128,6 +140,10 @@ class Contender:
         if not self.runs:
             return 0.0
         wanted = self.wanted(demand)
+        if len(self._told) == len(self.runs) == 1 and (error := self.runs[0].error) < MARGIN * demand:
+            # corners may lower the order, and then still coarser runs do
+            coarser = (max(error, 1e-14) / (MARGIN * demand)) ** (1.0 / (LEAST_ORDER * self._declared))
+            wanted = min(wanted, coarser * self.runs[0].resolution)
         runs = sorted(self.runs, key=lambda run: run.resolution)
         last = min(runs, key=lambda run: abs(math.log(run.resolution / wanted)))
         if self.kind == TOLERANCE:

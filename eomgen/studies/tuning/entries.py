@@ -29,7 +29,7 @@ class Entries:
     Attributes
     ----------
     own : candidates of the scene's own formulation
-    others : names of other formulations
+    others : names of other formulations, those of less fidelity first
     axes : along which configurations may vary
     defaults : of the scene
     """
@@ -49,8 +49,10 @@ class Entries:
         best = self.race.run(contenders)
         for near in (self._relatives, self._settings):
             best = self._also(contenders, best, near(best))
-        for name in self.others if "formulation" in self.axes else ():
+        for name in self.others:
             best = self._also(contenders, best, self._formulated(name, best))
+            if name in self.race.runner.formulations.simplified:
+                continue
             if best is not None and any(self._dearer(c, best) for c in contenders if c.candidate.formulation == name):
                 rest = self.others[self.others.index(name) + 1 :]
                 why = f"a step on {name} takes more than {DEARER:g} times as long as the best one's"

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from eomgen.errors import Problem, UsageError
 from eomgen.files import write_text
 from eomgen.studies.tuning.scene_text import with_settings
 from eomgen.studies.tuning.verification import Verified
@@ -48,6 +49,7 @@ class Tuned:
     built : seconds of building
     left_out : what did not race, and why
     source : the scene's file, None where there is none
+    simplified : in words, where a scene of less fidelity than the one described suffices; empty otherwise
     """
 
     scene: str
@@ -74,6 +76,7 @@ class Tuned:
     built: float
     left_out: Mapping[str, str] = field(default_factory=dict)
     source: Path | None = None
+    simplified: str = ""
 
     @property
     def label(self) -> str:
@@ -121,6 +124,7 @@ class Tuned:
             "written": {"error": self.written[0], "seconds": self.written[1]},
             "coordinates": self.coordinates,
             "group": self.group,
+            "simplified": self.simplified,
             "machine": dict(self.machine),
             "spent": {"seconds": self.spent[0], "runs": self.spent[1], "building": self.built},
             "left_out": dict(self.left_out),
@@ -132,9 +136,13 @@ class Tuned:
         Raises
         ------
         UsageError
-            The scene is from no ``.toml`` file, or is written in a way that settings cannot be put into.
+            The scene is from no ``.toml`` file, or is written in a way that settings cannot be put into; it is one of
+            less fidelity.
         FileError
         """
+        if self.simplified:
+            what = f"what was chosen has less fidelity, {self.simplified}, which is not written into files"
+            raise UsageError(Problem(str(path), what, "fewer modes, order or stiffening in [beams]; or other axes"))
         text = with_settings(self.source, self.simulation, self.coordinates, self.group)
         write_text(Path(path), text)
         return Path(path)

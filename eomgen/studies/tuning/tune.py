@@ -80,7 +80,7 @@ def tune(
     measure : str
         ``largest``, ``rms`` or ``final``.
     axes : sequence of str
-        What may vary, of those of ``eomgen.tradeoff``; all by default.
+        What may vary, of those of ``eomgen.tradeoff``; all but ``fidelity`` by default.
     methods : sequence of str
         All that make a difference to the scene by default.
     t_end : float
@@ -117,7 +117,8 @@ def tune(
     if measure not in MEASURES:
         raise UsageError(Problem("measure", f"there is no measure {shown(measure)}", f"one of {', '.join(MEASURES)}"))
     chosen = checked_axes(axes)
-    found = formulations(scene, reading, others=formulated and real_time is None and "formulation" in chosen)
+    others = formulated and real_time is None and "formulation" in chosen
+    found = formulations(scene, reading, others=others, fidelity=real_time is None and "fidelity" in chosen)
     source = Path(scene) if isinstance(scene, str | os.PathLike) else None
     say = progress or (lambda _: None)
     if error is None:
@@ -197,11 +198,12 @@ class _Tuning:
 
     def _others(self) -> list[str]:
         """Return the names of formulations beside the scene's own that may win."""
-        others = list(self.found.scenes)[1:]
+        less = self.found.simplified
+        others = [name for name in self.found.scenes if name != self.own and name not in less]
         if self.own == JOINT and not self.runner.model(JOINT).multipliers and others:
             self.left_out |= dict.fromkeys(others, "joint coordinates have no constraints")
-            return []
-        return others
+            return list(less)
+        return [*less, *others]
 
     def _enough(self, contenders: Sequence[Contender], demand: Demand) -> None:
         if not any(c.best(demand.error) for c in contenders):
@@ -251,7 +253,7 @@ class _Tuning:
         grid = self.runner.grid
         value = 1.0 / run.resolution if winner.kind == TOLERANCE else grid.row / run.resolution
         name = winner.configuration.formulation
-        elsewhere = name != self.own
+        elsewhere = name != self.own and name not in self.found.simplified
         return Tuned(
             scene=self.runner.model(self.own).name,
             quantity=demand.quantity,
@@ -277,6 +279,7 @@ class _Tuning:
             built=sum(self.runner.compiled.values()),
             left_out=dict(self.left_out),
             source=source,
+            simplified=name if name in self.found.simplified else "",
         )
 
     def _own_settings(self, judge: Judge) -> tuple[str, float, float]:

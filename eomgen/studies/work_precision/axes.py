@@ -11,7 +11,7 @@ from eomgen.integrators.families.family import Family, MethodName
 from eomgen.integrators.families.register import BUILT_IN, families_of_others, row_of
 from eomgen.integrators.methods import check_needs, method_named
 from eomgen.model import Model
-from eomgen.studies.work_precision.configuration import AXES, Configuration
+from eomgen.studies.work_precision.configuration import AXES, NAMED, Configuration
 from eomgen.system.system import Facts
 from eomgen.text import nearest, shown
 
@@ -57,11 +57,11 @@ class Candidate:
 
 
 def checked_axes(names: Sequence[str]) -> tuple[str, ...]:
-    """Return the axes asked for, all where none are named. Raises UsageError."""
+    """Return the axes asked for; where none are named all but those of ``NAMED``. Raises UsageError."""
     for name in names:
         if name not in AXES:
             raise UsageError(Problem("axes", f"there is no axis {shown(name)}", nearest(name, AXES)))
-    return tuple(names) or tuple(AXES)
+    return tuple(names) or tuple(name for name in AXES if name not in NAMED)
 
 
 def candidates(

@@ -16,7 +16,10 @@ AXES: Mapping[str, str] = {
     "policy": "settings of Newton's iteration",
     "arithmetic": "double and float",
     "profile": "profile of the compiler",
+    "fidelity": "modes of beams, their order, stiffening, rigid beams; errors are against the scene described",
 }
+#: Axes that vary only where they are named.
+NAMED = ("fidelity",)
 
 
 @dataclass(frozen=True)

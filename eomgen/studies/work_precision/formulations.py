@@ -12,6 +12,7 @@ from eomgen.errors import EomgenError
 from eomgen.pipeline import pipeline
 from eomgen.scene.load import load as load_file
 from eomgen.scene.scene import Scene
+from eomgen.studies.work_precision.fidelity import simplified
 
 JOINT = "joint"
 #: Groups on which absolute bodies move, the one of bodies that name none first.
@@ -26,10 +27,12 @@ class Formulations:
     ----------
     scenes : by name, the scene's own first
     refused : why others cannot be had, by name
+    simplified : names of those of less fidelity
     """
 
     scenes: Mapping[str, Any]
     refused: Mapping[str, str]
+    simplified: tuple[str, ...] = ()
 
     @property
     def own(self) -> str:
@@ -37,7 +40,7 @@ class Formulations:
         return next(iter(self.scenes))
 
 
-def formulations(described: Any, options: Mapping[str, Any], *, others: bool) -> Formulations:
+def formulations(described: Any, options: Mapping[str, Any], *, others: bool, fidelity: bool = False) -> Formulations:
     """Return the formulations of what ``eomgen.load`` takes.
 
     A Scene that was made already keeps its coordinates, since they are chosen where it is read.
@@ -46,6 +49,7 @@ def formulations(described: Any, options: Mapping[str, Any], *, others: bool) ->
     ----------
     options : of ``eomgen.load``
     others : whether formulations besides the scene's own are wanted
+    fidelity : whether its own one is also wanted with less fidelity
 
     Raises
     ------
@@ -67,7 +71,8 @@ def formulations(described: Any, options: Mapping[str, Any], *, others: bool) ->
             continue
         for changed in [scene] if coordinates == "joint" else [_on_group(scene, group) for group in GROUPS]:
             found.setdefault(_name_of(changed), changed)
-    return Formulations(found, refused)
+    less = {f"{_name_of(own)}, {what}": scene for what, scene in simplified(own)} if fidelity else {}
+    return Formulations({**found, **less}, refused, tuple(less))
 
 
 def _read(described: Any, options: Mapping[str, Any], coordinates: Literal["joint", "absolute"]) -> Scene:

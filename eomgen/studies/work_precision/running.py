@@ -168,6 +168,8 @@ class Runner:
         key = (formulation, start, given, tuple((parameters or {}).items()))
         if key not in self._starts:
             own, other = self.model(name), self.model(formulation)
+            if formulation in self.formulations.simplified:
+                return None if initial is None else _shortened(own, other, initial)
             able = "poses" in own.functions and "twists" in own.functions
             h = 1e-6 * self.grid.row
             first = own.simulate(
@@ -253,6 +255,17 @@ class Runner:
             return Outcome(TOO_LONG, f"more than {self.limit:g} s of computation", seconds=time.perf_counter() - began)
         except EomgenError as error:
             return Outcome(REFUSED, str(error))
+
+
+def _shortened(own: Model, other: Model, initial: Mapping[str, Any]) -> dict[str, Any]:
+    """Return an initial state with the components that a scene of less fidelity has: the first of each factor."""
+    q, v = np.array(other.initial_q, dtype=float), np.zeros(other.nv)
+    places = {factor.name: factor for factor in own.factors}
+    for there in other.factors:
+        if (here := places.get(there.name)) is not None:
+            q[there.q] = np.asarray(initial["q"])[here.q][: there.q_size]
+            v[there.v] = np.asarray(initial["v"])[here.v][: there.v_size]
+    return {"q": q, "v": v}
 
 
 def counts(stats: Mapping[str, Any]) -> dict[str, float]:

@@ -147,7 +147,7 @@ def tradeoff(
     for step in steps:
         if not (math.isfinite(step) and step > 0.0):
             raise UsageError(Problem("steps", f"steps are positive numbers of seconds, which {step:g} is not", "1e-3"))
-    found = formulations(scene, reading, others="formulation" in chosen)
+    found = formulations(scene, reading, others="formulation" in chosen, fidelity="fidelity" in chosen)
     study = _Study(found, chosen, tuple(methods), t_end, tuple(steps), parameters, inputs, budget, repeats, progress)
     study.absolute = "formulation" in axes
     study.announce = announce
@@ -211,7 +211,8 @@ class _Study:
             self.announce(f"methods to build, or to take from the cache: {len(builds)}{more}")
         held = journal.reference()
         if held is None:
-            held = reference(self.runner, every, REFERENCE_SHARE * self.budget, self._say)
+            exact = [c for c in every if c.formulation not in self.found.simplified]
+            held = reference(self.runner, exact, REFERENCE_SHARE * self.budget, self._say)
             journal.keep_reference(held)
         self.reference = held
         if self.quantity not in held.uncertainty:
@@ -248,7 +249,14 @@ class _Study:
         methods = self.methods if "method" in self.axes else (self.methods or (self._own_method,))
         own = self.runner.formulations.own
         for name in list(self.runner.formulations.scenes):
-            if name != own and not self.absolute and own == JOINT and not self.runner.model(own).multipliers:
+            less = name in self.found.simplified
+            if (
+                name != own
+                and not less
+                and not self.absolute
+                and own == JOINT
+                and not self.runner.model(own).multipliers
+            ):
                 self.left_out[name] = "joint coordinates have no constraints; studied with the axis formulation named"
                 continue
             self._say(f"building: {name}")

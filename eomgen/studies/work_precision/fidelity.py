@@ -1,0 +1,97 @@
+"""Scenes of less fidelity than the one described: fewer modes of beams, order 1, no stiffening, beams as rigid bodies.
+
+Errors of their runs are against the scene described, so what is left out counts as an error.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import Any
+
+from eomgen.formula.nodes import Number, Symbol
+from eomgen.scene.scene import Scene
+
+#: Kinds of symbols that name a coordinate of a beam, or its rates.
+_COORDINATES = ("q", "v", "a")
+#: Where the coordinates of beams are now, by beam and index; None where they are left out.
+_Moved = Mapping[tuple[str, int], int | None]
+
+
+def simplified(scene: Scene) -> Iterator[tuple[str, Scene]]:
+    """Yield scenes of less fidelity and what they are in words; none for a scene without beams."""
+    beams = {body.name: body.beam for body in scene.bodies if body.beam is not None}
+    modal = [item.modes for beam in beams.values() for item in beam.deformations if not item.nodal]
+    most = max(modal, default=1)
+    for count in sorted({most - 1, most // 2, 1} - {0, most}, reverse=True):
+        yield f"at most {count} mode{'s' * (count > 1)}", _with_modes(scene, count)
+    if any(beam.order > 1 for beam in beams.values()):
+        yield "order 1", _with_beams(scene, "order 1", order=1)
+    if any(beam.stiffening for beam in beams.values()):
+        yield "no stiffening", _with_beams(scene, "no stiffening", stiffening=False)
+    if beams:
+        yield "rigid", _rigid(scene)
+
+
+def _with_beams(scene: Scene, tag: str, **changes: Any) -> Scene:
+    bodies = tuple(
+        body if body.beam is None else replace(body, beam=replace(body.beam, **changes)) for body in scene.bodies
+    )
+    return replace(scene, bodies=bodies, content=scene.content + tag.encode())
+
+
+def _with_modes(scene: Scene, most: int) -> Scene:
+    """Return a scene whose beams have so many modes of each deformation at most; coordinates that it has no more are
+    zero where formulas name them."""
+    moved: dict[tuple[str, int], int | None] = {}
+    bodies = []
+    for body in scene.bodies:
+        if body.beam is None:
+            bodies.append(body)
+            continue
+        kept, before, now = [], 0, 0
+        for item in body.beam.deformations:
+            count = item.modes if item.nodal else min(item.modes, most)
+            for index in range(item.modes):
+                moved[body.name, before + index] = now + index if index < count else None
+            before, now = before + item.modes, now + count
+            position, velocity = item.initial_position[:count], item.initial_velocity[:count]
+            kept.append(replace(item, modes=count, initial_position=position, initial_velocity=velocity))
+        bodies.append(replace(body, beam=replace(body.beam, deformations=tuple(kept))))
+    return replace(_moved(scene, moved), bodies=tuple(bodies), content=scene.content + f"at most {most}".encode())
+
+
+def _rigid(scene: Scene) -> Scene:
+    moved = {(body.name, k): None for body in scene.bodies if body.beam for k in range(body.beam.size)}
+    bodies = tuple(replace(body, beam=None) for body in scene.bodies)
+    return replace(_moved(scene, moved), bodies=bodies, content=scene.content + b"rigid")
+
+
+def _moved(scene: Scene, moved: _Moved) -> Scene:
+    """Return a scene whose formulas name coordinates of beams by their new places."""
+    names = ("elements", "outputs", "inputs", "states", "controllers", "events")
+    return replace(scene, **{name: _in(getattr(scene, name), moved) for name in names})
+
+
+def _in(value: Any, moved: _Moved) -> Any:
+    """Return data with the formulas in them changed; the same object where nothing changes."""
+    if isinstance(value, Symbol):
+        place = (value.name, value.index)
+        if value.kind not in _COORDINATES or place not in moved:
+            return value
+        index = moved[place]
+        return Number(0.0) if index is None else replace(value, index=index)
+    if isinstance(value, tuple):
+        parts = [_in(part, moved) for part in value]
+        if all(new is old for new, old in zip(parts, value, strict=True)):
+            return value
+        return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
+    if isinstance(value, Mapping):
+        changed = {key: _in(part, moved) for key, part in value.items()}
+        return changed if any(changed[key] is not value[key] for key in value) else value
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.init}
+        new = {name: _in(part, moved) for name, part in fields.items()}
+        return replace(value, **new) if any(new[name] is not fields[name] for name in fields) else value
+    return value
