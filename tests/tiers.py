@@ -416,6 +416,8 @@ SLOW: dict[str, tuple[str, ...]] = {
     "simulation/test_simulator.py::test_what_is_prescribed_ends_a_motion_where_it_ends": (),
     "simulation/test_time_grid.py::test_a_run_with_very_many_jumps_lists_none_of_them": (),
     "simulation/test_time_grid.py::test_ctrl_c_is_heard_among_many_jumps": (),
+    "studies/test_fidelity.py::test_errors_are_against_the_full_scene": (),
+    "studies/test_fidelity.py::test_tune_races_less_where_it_is_asked_to_and_writes_no_file_of_it": (),
     "studies/test_check_of_examples.py::test_every_closed_form_of_an_example_agrees": (
         "quarter_car/scene.toml",
         "heavy_top/se3.toml",
