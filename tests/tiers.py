@@ -398,12 +398,14 @@ SLOW: dict[str, tuple[str, ...]] = {
     "simulation/test_sampled_states.py::test_rounding_delays_rates_and_order_are_those_of_a_controller_by_hand": (
         "0.004-rk4",
     ),
+    "simulation/test_sampled_states.py::test_the_program_in_c_runs_as_simulate_does": ("True-taylor",),
     "simulation/test_simulated_robot.py": (),
     "simulation/test_simulator.py::test_copies_and_states_go_on_with_the_same_bits": (
         "rk4-joint",
         "generalized_alpha-absolute",
     ),
     "simulation/test_simulator.py::test_events_within_steps": (),
+    "simulation/test_simulator.py::test_every_example_is_stepped_as_it_is_simulated": ("bouncing_ball-scene",),
     "simulation/test_simulator.py::test_methods_of_own_steps_keep_their_tolerance_over_jumps": ("taylor-None-1e-10",),
     "simulation/test_simulator.py::test_steps_are_those_of_simulate_to_the_bit": (
         "rk4-joint",

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import eomgen
+from tests.codegen.test_stand_alone import compiled, run
 
 CART = """
 format = 1
@@ -121,19 +122,32 @@ def test_rounding_delays_rates_and_order_are_those_of_a_controller_by_hand(name:
 @pytest.mark.parametrize("name", ["rk4", "generalized_alpha"])
 def test_a_simulator_a_checkpoint_and_parameters_go_with_samples(name: str, tmp_path: Any) -> None:
     whole = model(DIGITAL).simulate(1.0, 0.004, method=name, error_estimate=False)
-    run = model(DIGITAL).start(method=name, step=0.004)
-    run.step(n=100)
-    state = run.state
-    run.step(n=150)
-    assert np.array_equal(run.q, whole.q[-1]) and np.array_equal(run.z, whole.z[-1])
-    run.restore(state)
-    run.set_parameter("stiffness", 20.0)
-    run.advance(0.61)
-    assert run.t == 0.61 and run.q[0] != pytest.approx(whole.at(0.61).q[0])
+    simulator = model(DIGITAL).start(method=name, step=0.004)
+    simulator.step(n=100)
+    state = simulator.state
+    simulator.step(n=150)
+    assert np.array_equal(simulator.q, whole.q[-1]) and np.array_equal(simulator.z, whole.z[-1])
+    simulator.restore(state)
+    simulator.set_parameter("stiffness", 20.0)
+    simulator.advance(0.61)
+    assert simulator.t == 0.61 and simulator.q[0] != pytest.approx(whole.at(0.61).q[0])
     path = tmp_path / "run.ckpt"
     model(DIGITAL).simulate(0.4, 0.004, method=name, error_estimate=False, checkpoint=path)
     rest = model(DIGITAL).resume(path, 1.0, error_estimate=False)
     assert np.array_equal(rest.q[-1], whole.q[-1])
+
+
+@pytest.mark.parametrize("name", ["rk4", "rk45", "taylor", "hermite", "generalized_alpha"])
+@pytest.mark.parametrize("events", [False, True])
+def test_the_program_in_c_runs_as_simulate_does(name: str, events: bool, tmp_path: Any) -> None:
+    text = DIGITAL + ('[events.low]\nwhen = "force - 20"\naction = "record"\n' if events else "")
+    eomgen.generate(eomgen.load(tomllib.loads(CART + text)), tmp_path / "c", method=name)
+    result = run(compiled(tmp_path / "c"), "1.0", "4e-3", "250")
+    assert result.returncode == 0, result.stderr
+    assert ("low at t = 0.0132" in result.stderr) == events
+    last = [float(word) for word in result.stdout.splitlines()[-1].split(",")]
+    q, v = digital_by_hand(100)
+    assert last[1:3] == pytest.approx([q, v], abs=1e-11)
 
 
 def test_samples_count_from_the_origin_of_time() -> None:

@@ -9,6 +9,7 @@ import pickle
 import tomllib
 from collections.abc import Mapping
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -130,6 +131,23 @@ def test_steps_are_those_of_simulate_to_the_bit(name: str, coordinates: str) -> 
     for first, last in itertools.pairwise(table):
         run.step([first], end=[last])
     assert np.allclose(rows_of(run), ramps[-1], rtol=1e-13, atol=1e-12)  # simulate interpolates in its own order
+
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*/*.toml")), ids=lambda path: f"{path.parent.name}-{path.stem}")
+def test_every_example_is_stepped_as_it_is_simulated(path: Path) -> None:
+    model = eomgen.build(path, profile="quick")
+    step = model.library.layout["defaults"]["step"]
+    solution = model.simulate(40 * step, step, error_estimate=False, record_every=1)
+    run = model.start()
+    for _ in range(20):
+        run.step()
+    run.step(n=20)
+    assert np.array_equal(rows_of(run)[1:], rows_over(solution)[-1, 1:])
+    assert set(run.outputs) == set(solution.outputs)
+    assert all(np.array_equal(value, solution.outputs[name][-1]) for name, value in run.outputs.items())
 
 
 def oracle(segments: int) -> np.ndarray:
