@@ -441,6 +441,7 @@ SLOW: dict[str, tuple[str, ...]] = {
     "studies/test_tradeoff.py::test_absolute_coordinates_of_what_has_no_constraints_are_studied_where_asked_for": (),
     "studies/test_tuning.py::test_errors_are_the_largest_over_all_rows_of_the_file_that_is_written": ("rk45",),
     "symbolic/test_map.py::test_random_loops_in_value_derivative_adjoint_and_jet": (),
+    "system/test_steady_operations.py": (),
     "symbolic/test_reading.py::test_named_and_whole_are_the_same_numbers": (),
     "test_turned_loops.py::test_a_million_lengths_away": ("joint-four_bar", "absolute-slider_crank"),
     "test_turned_loops.py::test_a_start_in_other_units": ("four_bar-joint",),

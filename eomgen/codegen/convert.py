@@ -10,6 +10,7 @@ from eomgen.codegen.program import OutputArray, Part, Program, ProgramCurve, Pro
 from eomgen.codegen.scheduling.maps import program_loop
 from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, PART_LIMIT, schedule
 from eomgen.codegen.series.functions import series_functions
+from eomgen.codegen.series.rates import rate_functions
 from eomgen.codegen.targets.c.naming import NAMES
 from eomgen.codegen.targets.target import Names
 from eomgen.errors import ModelError
@@ -61,11 +62,13 @@ def to_program(
     series: tuple[ProgramFunction, ...] = ()
     data = dict(method or {})
     if data.get("inputs") == "series":
-        analytic = data["max_order"] > data["order"]
-        series, sizes, breakpoints = series_functions(system, curve_numbers, analytic=analytic)
+        if data["max_order"] > data["order"]:
+            series, sizes, breakpoints = series_functions(system, curve_numbers)
+            if breakpoints:
+                data["jumps"] = jump_data((*system.discontinuities, *breakpoints), data["max_order"])
+        else:
+            series, sizes = rate_functions(system, curve_numbers)
         data |= sizes
-        if analytic and breakpoints:
-            data["jumps"] = jump_data((*system.discontinuities, *breakpoints), data["max_order"])
     base_read, base_of_step = _base_of_step(system, wanted, nest_limit) if method else ((), None)
     curves = {id(curve): curve for curve, _ in tape.curves}
     return Program(

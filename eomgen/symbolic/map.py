@@ -244,11 +244,18 @@ def unroll(tape: Tape, loop: Map) -> MapResults:
 
 
 def splice(
-    target: Tape, source: Tape, refs: Sequence[Ref], bindings: Mapping[InputSymbol, Ref], *, unrolled: bool = False
+    target: Tape,
+    source: Tape,
+    refs: Sequence[Ref],
+    bindings: Mapping[InputSymbol, Ref],
+    *,
+    unrolled: bool = False,
+    known: Mapping[int, Ref] | None = None,
 ) -> list[Ref]:
     """Copy what references need from one tape to another and return them there.
 
-    Inputs without a binding stay inputs. Maps stay Maps, unless they are to be ``unrolled``.
+    Inputs without a binding stay inputs. Maps stay Maps, unless they are to be ``unrolled``. ``known``: nodes of the
+    source, and what stands for them.
     """
     copy: dict[int, Ref] = {}
     of_maps: dict[int, list[Ref]] = {}
@@ -259,7 +266,9 @@ def splice(
 
     for node in source.live(refs):
         op = source.op[node]
-        if op is Op.CONST:
+        if known and node in known:
+            copy[node] = known[node]
+        elif op is Op.CONST:
             copy[node] = target.constant(source.constants[source.a[node]])
         elif op is Op.INPUT:
             symbol = source.inputs[source.a[node]]

@@ -8,7 +8,11 @@ import numpy as np
 import pytest
 
 import eomgen
+from eomgen.codegen.convert import to_program
 from eomgen.errors import EomgenError
+from eomgen.integrators.methods import method_named
+from eomgen.integrators.stepper_data import method_data
+from eomgen.pipeline.pipeline import derive, load
 from tests.integrators.test_taylor import SCENES, error, model, pushed, reference
 from tests.models.cache import shared_cache
 
@@ -48,6 +52,24 @@ def test_order_across_a_known_jump() -> None:
         abs(made.simulate(1.2, 1.2 / count, method="hermite").q[-1, 0] - exact.q[-1, 0]) for count in (40, 80, 160)
     ]
     assert np.log2(np.array(errors[:-1]) / errors[1:]) == pytest.approx(4.0, abs=0.2)
+
+
+#: Operations of the functions of a step, of which only the first is evaluated in every correction. They may only fall.
+BUDGETS = {
+    "quarter_car": {"series_rates": 51, "series_of_time": 2013},
+    "active_vehicle": {"series_rates": 913, "series_of_time": 6849},
+    "pendulum_on_shaking_base": {"series_rates": 9, "series_of_time": 5},
+    "robot_arm": {"series_rates": 2526},
+}
+
+
+@pytest.mark.parametrize("name", BUDGETS)
+def test_what_is_of_time_alone_is_apart_from_what_corrections_evaluate(name: str) -> None:
+    system = derive(load(f"examples/{name}/scene.toml"), ["mass", "residual"])
+    program = to_program(system, method_data(method_named("hermite"), system, 1e-3))
+    assert {item.name: item.operations for item in program.series if item.name != "extent"} == BUDGETS[name]
+    for item in program.series:
+        assert item.name != "series_of_time" or not {"q", "v", "z"} & set(item.inputs)
 
 
 def test_order_on_a_measured_road_whose_speed_is_a_parameter() -> None:

@@ -21,17 +21,17 @@ LANES = 8
 
 
 def series_functions(
-    system: System, curve_numbers: dict[int, int], *, analytic: bool = True
+    system: System, curve_numbers: dict[int, int]
 ) -> tuple[tuple[ProgramFunction, ...], dict[str, Any], tuple[Discontinuity, ...]]:
     """Return ``series_start``, ``series_next``, ``extent``, what a driver needs, and times at which a series ends.
 
     What it needs are sizes, ``products``, ``kept``, and ``room`` of a row of products, and ``kinds``: which components
-    of q and of v are angles, and which are lengths. ``analytic``: as of ``breakpoints_in_time``.
+    of q and of v are angles, and which are lengths.
 
     Raises ModelError where the motion has no Taylor series.
     """
     recurrence = Recurrence(system, by_inverse={"mass", "residual"} <= set(system.functions))
-    breakpoints = breakpoints_in_time(recurrence.source, analytic=analytic)
+    breakpoints = breakpoints_in_time(recurrence.source)
     series, tape = recurrence.series, recurrence.series.tape
     per_next = tape.input(ORDER, 2)
     start: list[tuple[str, Sequence[Ref], str]] = [
@@ -48,26 +48,34 @@ def series_functions(
         coefficients = [tape.mul(per_next, term.next) for term in terms]
         later.append((f"{block}_next", coefficients, f"coefficient k + 1 of {block}"))
     functions = [
-        _function(tape, "series_start", "values at order 0, and coefficient 1", START_BLOCKS, start, curve_numbers),
-        _function(tape, "series_next", "coefficient k + 1 from those before it", NEXT_BLOCKS, later, curve_numbers),
+        program_function(
+            tape, "series_start", "values at order 0, and coefficient 1", START_BLOCKS, start, curve_numbers
+        ),
+        program_function(
+            tape, "series_next", "coefficient k + 1 from those before it", NEXT_BLOCKS, later, curve_numbers
+        ),
     ]
-    if system.extent:
-        sizes = [("extent", system.extent, "size of the machine, m, and of gravity, m/s^2")]
-        functions.append(
-            _function(system.tape, "extent", "what rounding is a fraction of", ("p",), sizes, curve_numbers)
-        )
+    functions += extent_function(system, curve_numbers)
     room = -(-len(series.left) // LANES) * LANES
     needed = {
         "products": len(series.left),
         "kept": len(series.kept),
         "room": room,
         "lanes": LANES,
-        "kinds": _kinds(system),
+        "kinds": kinds(system),
     }
     return tuple(functions), needed, breakpoints
 
 
-def _kinds(system: System) -> list[dict[str, Any]]:
+def extent_function(system: System, curve_numbers: dict[int, int]) -> list[ProgramFunction]:
+    """Return the function of the size of the machine and of gravity, where a system tells them."""
+    if not system.extent:
+        return []
+    sizes = [("extent", system.extent, "size of the machine, m, and of gravity, m/s^2")]
+    return [program_function(system.tape, "extent", "what rounding is a fraction of", ("p",), sizes, curve_numbers)]
+
+
+def kinds(system: System) -> list[dict[str, Any]]:
     """Return the components of q and v of each kind that there is, ``angle`` and ``length``; quaternions are angles."""
     members: dict[str, tuple[list[int], list[int]]] = {"angle": ([], []), "length": ([], [])}
     for factor in system.factors:
@@ -92,7 +100,7 @@ def _adjacent(components: Sequence[int]) -> bool:
     return list(components) == list(range(components[0], components[0] + len(components)))
 
 
-def _function(
+def program_function(
     tape: Tape,
     name: str,
     description: str,
@@ -100,6 +108,7 @@ def _function(
     outputs: Sequence[tuple[str, Sequence[Ref], str]],
     curve_numbers: dict[int, int],
 ) -> ProgramFunction:
+    """Return a function of a Program from references on a tape; outputs: (label, references, description)."""
     present = [output for output in outputs if output[1]]
     made = schedule(
         tape,

@@ -107,7 +107,7 @@ _POINTERS = {
 }  # fmt: skip  # a table
 _DERIVATIVES = ("j", "s", "a_higher", "u_dot", "u_ddot", "u_higher", "base_rates")
 #: What only the functions of a Taylor stepper read.
-_SERIES = ("followed", "t_k", "q_k", "v_k", "z_k", "sums", "left", "right", "kept", "order")
+_SERIES = ("followed", "t_k", "q_k", "v_k", "z_k", "sums", "left", "right", "kept", "held", "order")
 
 
 class CNames:

@@ -29,6 +29,8 @@ class StepperProgram(Protocol):
     def angles(self) -> tuple[str, ...]: ...
     @property
     def function_names(self) -> tuple[str, ...]: ...
+    @property
+    def series(self) -> tuple[ProgramFunction, ...]: ...
     def function(self, name: str) -> ProgramFunction: ...
 
 
@@ -82,7 +84,12 @@ def stepper_names(program: StepperProgram) -> dict[str, Any]:
     if "room" in method:
         texts = {"angle": "angles and quaternions, which 1 rad is large for", "length": "lengths"}
         kinds = ", and ".join(texts[kind["name"]] for kind in method["kinds"])
-        names |= {"call_series": calls.series, "norm": calls.norm, "kinds_compared": kinds}
+        names |= {
+            "call_series": calls.series,
+            "series": {item.name: item for item in program.series},
+            "norm": calls.norm,
+            "kinds_compared": kinds,
+        }
     return names
 
 
@@ -360,11 +367,12 @@ class Calls:
         texts = {"p": "p", "t": "work->begin + work->begin_low", "t_k": "&t_k", "order": "order"}
         for block in ("q", "v", "z"):
             texts |= {block: f"work->{block}", f"{block}_1": f"work->{block}_rate"}
+            texts[f"{block}_2"] = f"work->{block}_row + {2 * sizes[block]}"
             texts[f"{block}_k"] = f"work->{block}_row + k * {sizes[block]}"
             texts[f"{block}_next"] = f"work->{block}_row + (k + 1) * {sizes[block]}"
         for name in ("left", "right", "kept"):
             texts |= {name: f"work->{name}", f"{name}_0": f"work->{name}", f"{name}_k": f"work->{name} + k * {room}"}
-        texts |= {name: f"work->{name}" for name in ("u", "followed", "sums", "extent")}
+        texts |= {name: f"work->{name}" for name in ("u", "followed", "sums", "held", "extent")}
         arguments = [*function.inputs, *(output.argument for output in function.outputs)]
         return f"{self.program.prefix}_{function.name}({', '.join(texts[name] for name in arguments)});"
 
