@@ -1,8 +1,9 @@
-"""How far the momentum of a floating tree drifts where no external force changes it.
+"""How far the momentum of what floats drifts where no external force changes it.
 
-The rows of M v that belong to a free root are the momentum of all that it carries, and those of Q the external wrench
-on it: internal forces do no work in a rigid motion. A component of the momentum in the world along which there is no
-wrench in any row is kept (Marsden and Ratiu, Introduction to Mechanics and Symmetry (1999), section 11.4).
+The rows of M v that belong to a free root are the momentum of all that it carries, and those of Q - B^T lam the
+external wrench on it: internal forces do no work in a rigid motion. A component of the momentum in the world along
+which there is no wrench in any row is kept (Marsden and Ratiu, Introduction to Mechanics and Symmetry (1999), section
+11.4): of one free tree, or of all of them together, as bodies in absolute coordinates are.
 """
 
 from __future__ import annotations
@@ -30,7 +31,11 @@ _NAMES = (*(f"angular momentum about {axis}" for axis in "xyz"), *(f"momentum al
 
 
 def momentum_drift(
-    model: CompiledModel, states: tuple[Array, Array, Array, Array], p: Array, signals: InputSignals | None = None
+    model: CompiledModel,
+    states: tuple[Array, Array, Array, Array],
+    p: Array,
+    signals: InputSignals | None = None,
+    multipliers: Array | None = None,
 ) -> str:
     """Return which momentum drifts though nothing changes it, and by how much; empty where none does, or is kept.
 
@@ -39,35 +44,60 @@ def momentum_drift(
     states : t (rows,) in s, q (rows, nq), v (rows, nv), z (rows, nz)
     p : (np,) parameters
     signals : what drives the inputs; None: the scene's formulas
+    multipliers : (rows, number of constraints) where there are constraints
     """
-    root, (t, q, v, z) = _floating_root(model), states
-    if root is None or len(t) < 2 or not {"mass", "force"} <= set(model.terms):
+    roots, (t, q, v, z) = _floating(model), states
+    needed = {"mass", "force"} | ({"constraint_jacobian"} if model.multipliers else set())
+    if not roots or len(t) < 2 or not needed <= set(model.terms) or (model.multipliers and multipliers is None):
         return ""
     chosen = np.unique(np.linspace(0, len(t) - 1, min(len(t), _MOST_ROWS)).astype(int))
     t, q, v, z = t[chosen], q[chosen], v[chosen], z[chosen]
     u = None if signals is None else signals.rows(t)
-    M = model.mass(q, parameters=p)[:, root.v]
-    if not np.all(np.isfinite(M)):
-        return ""
+    M = model.mass(q, parameters=p)
     forces = model.force(q, v, t, u, z=z, parameters=p)
-    group = group_named(root.group, root.v_size)
-    turned = np.swapaxes(numeric.adjoint(group, numeric.inverse(group, q[:, root.q])), -1, -2)
-    momentum = (turned @ np.einsum("nij,nj->ni", M, v)[..., np.newaxis])[..., 0]
-    wrench = np.abs((turned @ forces[:, root.v, np.newaxis])[..., 0]).max(axis=0)
-    moving = np.max(np.abs(turned) @ np.einsum("nij,nj->ni", np.abs(M), np.abs(v))[..., np.newaxis], axis=0)[:, 0]
-    kept = wrench <= _ROUNDING * np.abs(forces).max(initial=0.0)
-    sizes = np.repeat([moving[:3].max(), moving[3:].max()], 3)
-    drift = np.where(kept & (sizes > 0.0), np.ptp(momentum, axis=0) / np.where(sizes > 0.0, sizes, 1.0), 0.0)
+    if multipliers is not None and model.multipliers:
+        rows = next(iter(model.evaluate("constraint_jacobian", q, t=t, parameters=p).values()))
+        forces = forces - np.einsum("nij,ni->nj", rows.reshape(len(t), -1, model.nv), multipliers[chosen])
+    if not (np.all(np.isfinite(M)) and np.all(np.isfinite(forces))):
+        return ""
+    every = np.array([_of_root(root, q, v, M, forces) for root in roots])  # momentum, wrench, size of the momentum
+    together = every.sum(axis=0)[np.newaxis] if len(roots) > 1 else every[:0]
+    drift = np.array([_drifts(parts, np.abs(forces).max(initial=0.0)) for parts in (*every, *together)]).max(axis=0)
     worst = int(np.argmax(drift))
     if not drift[worst] > REPORTED:
         return ""
     return f"the {_NAMES[worst]}, which nothing changes, drifts by {100.0 * drift[worst]:.2g} % of the momenta at work"
 
 
-def _floating_root(model: CompiledModel) -> Factor | None:
-    """Return the free joint that carries all bodies from a base at rest; None where there is no such joint."""
-    if model.multipliers or model.library.layout["facts"]["moving_base"]:
-        return None
-    roots = [hinge.name for hinge in model.description.drawing.hinges if hinge.parent == BASE]
-    found = [factor for factor in model.factors if factor.group == "SE3" and factor.name in roots]
-    return found[0] if len(roots) == len(found) == 1 else None
+def _of_root(root: Factor, q: Array, v: Array, M: Array, forces: Array) -> Array:
+    """Return momentum, wrench and the size of the momentum of what a free root carries, (3, rows, 6), in the world."""
+    group = group_named(root.group, root.v_size)
+    turned = np.swapaxes(numeric.adjoint(group, numeric.inverse(group, q[:, root.q])), -1, -2)
+    M = M[:, root.v]
+    momentum = (turned @ np.einsum("nij,nj->ni", M, v)[..., np.newaxis])[..., 0]
+    wrench = (turned @ forces[:, root.v, np.newaxis])[..., 0]
+    size = (np.abs(turned) @ np.einsum("nij,nj->ni", np.abs(M), np.abs(v))[..., np.newaxis])[..., 0]
+    return np.array([momentum, wrench, size])
+
+
+def _drifts(parts: Array, largest: float) -> Array:
+    """Return by how much the components of a momentum drift that have to be kept, (6,), as parts of its size.
+
+    Parameters
+    ----------
+    parts : as of ``_of_root``
+    largest : generalized force
+    """
+    momentum, wrench, size = parts
+    kept = np.abs(wrench).max(axis=0) <= _ROUNDING * largest
+    sizes = np.repeat([size[:, :3].max(), size[:, 3:].max()], 3)
+    return np.where(kept & (sizes > 0.0), np.ptp(momentum, axis=0) / np.where(sizes > 0.0, sizes, 1.0), 0.0)
+
+
+def _floating(model: CompiledModel) -> list[Factor]:
+    """Return the free joints to a base at rest, in absolute coordinates all bodies; none where the base moves."""
+    if model.library.layout["facts"]["moving_base"]:
+        return []
+    roots = {hinge.name for hinge in model.description.drawing.hinges if hinge.parent == BASE}
+    every = bool(model.description.joints)  # of bodies in absolute coordinates
+    return [factor for factor in model.factors if factor.group == "SE3" and (every or factor.name in roots)]

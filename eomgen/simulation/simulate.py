@@ -307,7 +307,8 @@ def solution_of(
         found = largest_violation(model, t, q, p, statistics.get("max_constraint", 0.0)), largest_stretch(model, t, q)
         violation = max(filter(None, found), key=lambda one: one.share, default=None)
         bending = largest_bending(model, t, q)
-        drift = "" if len(changes) else momentum_drift(model, (t, q, v, z), p, run.signals if run.driven else None)
+        driving = run.signals if run.driven else None
+        drift = "" if len(changes) else momentum_drift(model, (t, q, v, z), p, driving, multipliers)
         if fault := failure(growth, balance, energy, run.method, violation):
             success, message = False, f"{message}, but {fault}"
         elif warning := run_warnings(

@@ -36,6 +36,55 @@ def test_drift_is_told_and_a_fine_run_keeps_all() -> None:
     assert tumbling().simulate(5.0, 0.01, method="rk4").message == "reached t = 5 s in 500 steps"
 
 
+def two_bodies(kind: str) -> eomgen.Model:
+    """Return two tumbling bodies with a spring between them, or a hinge in absolute coordinates; nothing else acts."""
+    coordinates = "absolute" if kind in ("hinge", "pinned") else "joint"
+    builder = eomgen.SceneBuilder(f"two_{kind}", gravity=[0, 0, 0], coordinates=coordinates)
+    builder.body("one", 2.0, center_of_mass=[0.1, 0, 0], inertia=[1.0, 2.0, 3.0])
+    builder.body("other", 1.0, center_of_mass=[0.2, 0, 0], inertia=[0.3, 0.2, 0.1])
+    free = {"position": [0, 0, 0], "velocity": [0.1, 3.0, 0.1, 0.5, 0.2, 0.0]}
+    builder.joint("root", "free", "base", "one", initial=free)
+    if kind == "spring":
+        builder.joint(
+            "second", "free", "base", "other", initial={"position": [1, 0, 0], "velocity": [2, 0.1, 0, 0, 0, 0]}
+        )
+        builder.point("here", "one", position=[0.3, 0, 0]).point("there", "other")
+        builder.spring("cord", "here", "there", stiffness=20.0, length=0.5)
+    else:
+        builder.joint("hinge", "revolute", "one", "other", axis=[0, 0, 1], initial={"velocity": 1.0})
+    if kind == "pinned":
+        above = {"body": "base", "position": [0, 0, 2.0]}
+        builder.constraint("pin", "distance", above, {"body": "one", "position": [0, 0, 0]}, length=2.0)
+    return eomgen.build(builder.build(), profile="quick")
+
+
+@pytest.mark.parametrize("kind", ["spring", "hinge"])
+def test_the_momentum_of_several_bodies_together_is_kept(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    model = two_bodies(kind)
+    coarse = model.simulate(20.0, 0.2)
+    which = r"(angular )?momentum (along|about) [xyz], which nothing changes, drifts by \S+ % of the momenta at work"
+    assert re.search(which, coarse.message)
+    monkeypatch.setattr(momentum, "REPORTED", 0.0)
+    drifts = []
+    for step in (0.02, 0.01):
+        run = model.simulate(1.0, step)
+        said = momentum_drift(model, (run.t, run.q, run.v, run.z), model.parameter_array(), None, run.multipliers)
+        found = re.search(r"drifts by (\S+) %", said)
+        assert found is not None
+        drifts.append(float(found[1]))
+    assert 3.0 < drifts[0] / drifts[1] < 5.0  # of order 2
+
+
+def test_a_constraint_to_the_base_leaves_the_momentum_about_the_axis_through_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(momentum, "REPORTED", 0.0)
+    model = two_bodies("pinned")
+    run = model.simulate(2.0, 0.02)
+    said = momentum_drift(model, (run.t, run.q, run.v, run.z), model.parameter_array(), None, run.multipliers)
+    assert said.startswith("the angular momentum about z, which nothing changes, drifts by ")
+
+
 def test_what_forces_change_is_not_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(momentum, "REPORTED", 0.0)
     assert part(flyer(), flyer().simulate(1.0, 0.02, method="rk4")) < 1e-6  # it falls, and its parts push one another
