@@ -336,6 +336,37 @@ def test_a_motion_from_rest_begins_in_steps_of_the_size_of_its_own_time(method: 
     assert errors(found, true)[0] < 1e-3 * np.abs(true.q).max()
 
 
+def stiff_chain() -> eomgen.Scene:
+    """Return three rods on hinges, the last of which has a stiff spring, 3000 rad/s, off its rest."""
+    builder = eomgen.SceneBuilder("stiff_chain")
+    hinges = ((20.0, 0.4, 0.3), (10.0, 0.2, -0.2), (5e4, 20.0, 0.02))
+    for k, (stiffness, damping, start) in enumerate(hinges):
+        builder.body(f"rod{k}", 1.0, center_of_mass=[0.25, 0, 0], inertia=[0.002, 0.02, 0.02])
+        parent, position = (f"rod{k - 1}", [0.5, 0, 0]) if k else ("base", [0, 0, 0])
+        builder.joint(
+            f"joint{k}",
+            "revolute",
+            parent,
+            f"rod{k}",
+            axis=[0, 1, 0],
+            position=position,
+            stiffness=stiffness,
+            damping=damping,
+            initial={"position": start},
+        )
+    return builder.build()
+
+
+def test_a_first_step_that_explodes_is_forgotten() -> None:
+    """Nothing moves yet, and steps begin with the spacing of rows, which is far too long for the spring."""
+    made = eomgen.build(stiff_chain(), method=ADAPTIVE)
+    for spacing in (0.01, 0.0145, 0.02, 0.03, 0.05, 0.1):
+        found = made.simulate(spacing, spacing, method="rk45", tolerance=1e-9, **QUIET)
+        true = made.simulate(spacing, spacing / 2000, method="rk4", record_every=2000, **QUIET)
+        assert found.success and found.stats["own_steps"] < 5000, (spacing, found.message)
+        assert np.abs(found.q[-1] - true.q[-1]).max() < 1e-8
+
+
 @pytest.mark.parametrize("method", ["generalized_alpha", "rk45"])
 def test_rounding_at_rest_asks_for_no_steps(method: str) -> None:
     """A weight hangs at rest on springs but for rounding."""
