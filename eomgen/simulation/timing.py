@@ -50,6 +50,8 @@ class Repeated:
         p = np.array([described["parameters"][name] for name in model.parameters], dtype=float)
         self._stepper = Stepper(library, settings, p)
         self._state = (start, solution.q[0], solution.v[0], solution.z[0])
+        #: Arithmetic of the compiled code.
+        self.real = library.real
         self.steps = round((float(described["t_end"]) - start) / step)
         given = read_signals(inputs, model.inputs, self.steps)
         signals = InputSignals(

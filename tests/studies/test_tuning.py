@@ -13,7 +13,8 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
-from eomgen.studies.tuning import real_time
+from eomgen.simulation.timing import Repeated
+from eomgen.studies.tuning import entries, race, real_time
 from eomgen.studies.tuning.conditions import conditions
 from eomgen.studies.tuning.contender import MARGIN, Contender, Tried
 from eomgen.studies.tuning.demand import Demand
@@ -276,6 +277,25 @@ def test_a_run_under_other_conditions_is_that_of_simulate() -> None:
     assert held.t == pytest.approx(exact.t)
     size = np.abs(exact.outputs["angle"]).max()
     assert np.abs(held.outputs["angle"][:, 0] - exact.outputs["angle"]).max() <= KNOWN * 1e-4 * size
+
+
+def _halved_in_single(repeated: Repeated, count: int) -> list[float]:
+    """Return times of a machine on which single precision takes half the time."""
+    return [1e-6 * repeated.steps * (0.5 if repeated.real == "float" else 1.0)] * count
+
+
+@pytest.mark.parametrize(("error", "real"), [(1e-3, "float"), (1e-9, "double")])
+def test_single_precision_is_chosen_where_it_suffices(
+    error: float, real: str, path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(race, "timed", _halved_in_single)
+    monkeypatch.setattr(entries, "SINGLE", 0.0)  # it races for every demand, and floors of its error decide
+    tuned = eomgen.tune(path, error, output="angle", methods=["rk4"], axes=["resolution", "arithmetic"])
+    assert isinstance(tuned, eomgen.Tuned)
+    assert tuned.met
+    assert tuned.configuration.real == real
+    assert eomgen.build(tuned.save(tmp_path / "tuned.toml")).library.real == real
+    assert tuned.simulation.get("real", "double") == real
 
 
 @pytest.mark.parametrize("error", [1e-2, 1e-5, 1e-8])

@@ -48,7 +48,7 @@ class RealTime:
     late : processor's time that a part ``PART`` of the cycles stays below, s
     longest, mean : of all cycles, s
     iterations : of one step at most, bounded by the settings; 0 where nothing is iterated
-    error : that it buys, of ``quantity`` in ``measure``
+    error : that it buys, of ``quantity`` in ``measure``, at the ends of cycles, where a controller reads it
     uncertainty : of the reference
     tried : all that was measured: label, steps in a cycle, late, error
     refused : what cannot run in bounded time, and why
@@ -80,7 +80,7 @@ class RealTime:
         return (
             f"{self.configuration.label}, step {self.step:.4g} s ({self.steps} in a cycle{bound}): "
             f"{100.0 * PART:g} % of the cycles take less than {1e6 * self.late:.3g} us of {1e6 * self.cycle:.3g} us, "
-            f"the longest {1e6 * self.longest:.3g} us; error {self.error:.1e} of {self.quantity}; "
+            f"the longest {1e6 * self.longest:.3g} us; error {self.error:.1e} of {self.quantity} where cycles end; "
             f"measured on {self.machine['processor']}, {self.machine['compiler']}"
         )
 
