@@ -328,7 +328,10 @@ def _largest_velocity(runs: _Comparisons, errors: Array, times: Array) -> Larges
     model = runs.run.model
     velocities = np.abs(runs.span.rows[:, 1 + model.nq : 1 + model.nq + model.nv]).max(axis=0)
     units = np.array(model.v_units)
-    fastest = np.array([velocities[units == unit].max() for unit in units])
+    span = float(runs.span.rows[-1, 0] - runs.span.rows[0, 0])
+    least = runs.size.sizes["increment"] / span  # what moves less rests but for rounding
+    measures = np.maximum(velocities, np.where(np.isfinite(least), least, 0.0))
+    fastest = np.array([measures[units == unit].max() for unit in units])
     moving = np.flatnonzero(fastest > 0.0)
     if not errors.size or not len(moving):
         return None

@@ -71,7 +71,7 @@ def run_warnings(
     if not found:
         return ""
     smaller = f"smaller than {step:.3g} s"
-    if error is not None and found == [doubted]:
+    if error is not None and found == [doubted] and error.relative > AIM:
         smaller = f"smaller than {step * error.refinement(AIM):.2g} s"
         if error.unordered or error.relative > FOLLOWED:
             end = error.above(min(LARGE_ERROR, error.relative / 2.0))
