@@ -147,9 +147,10 @@ class ErrorEstimate:
 
     @property
     def unordered(self) -> bool:
-        """Whether runs at other steps differ noticeably, and not less where steps are smaller."""
+        """Whether runs at other steps differ noticeably, in states or outputs, and not less where steps are smaller."""
         ordered = self.order >= NO_ORDER or np.isnan(self.declared_order)
-        return self.available and self.relative > NOTICED and not ordered
+        of_outputs = 0.0 if self.largest_output is None else self.largest_output.share
+        return self.available and max(self.relative, of_outputs) > NOTICED and not ordered
 
     def above(self, part: float) -> float:
         """Return the first time, s, at which the error is above a part of the motion; infinite where it never is."""

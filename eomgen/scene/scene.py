@@ -15,8 +15,7 @@ from eomgen.calls import checked_calls, unknown_attribute
 from eomgen.formula.nodes import ZERO_VECTOR, Formula, Number
 from eomgen.formula.piecewise import AnyCurve
 from eomgen.scene.bodies.model import Base, Body
-from eomgen.scene.control.model import Controller, StateFeedback
-from eomgen.scene.control.references import Reference
+from eomgen.scene.control.model import Controller, Reference, StateFeedback
 from eomgen.scene.display import html, line
 from eomgen.scene.events.model import Event
 from eomgen.scene.forces.element import ForceElement

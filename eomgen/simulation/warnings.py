@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from eomgen.arrays import Array
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula
-from eomgen.results.error_estimate import ErrorEstimate
+from eomgen.results.error_estimate import NOTICED, ErrorEstimate
 from eomgen.simulation.constraint_violation import Violation
 from eomgen.simulation.energy_balance import REPORTED, Balance
 
@@ -90,7 +90,10 @@ def large_error(error: ErrorEstimate) -> str:
         else ""
     )
     unordered = ", and no less at half the step" if error.unordered else ""
-    return f"the estimated error is {error.largest}{since}{unordered}"
+    noticed = error.largest
+    if error.relative <= NOTICED and error.largest_output is not None:
+        noticed = error.largest_output
+    return f"the estimated error is {noticed}{since}{unordered}"
 
 
 def unresolved_states(

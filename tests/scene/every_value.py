@@ -135,6 +135,7 @@ SCENE: dict[str, Any] = {
         "end": {"body": "arm", "position": [0.1, 0.2, -1.0]},
         "hub": {"body": "disc", "position": [0.0, 0.0, 0.1]},
     },
+    "frames": {"flange": {"body": "arm", "position": [0.1, 0.2, -1.0]}},
     "constraints": {
         "rope": {
             "type": "distance",

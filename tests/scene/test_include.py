@@ -767,6 +767,7 @@ _PLAIN = {
     "outputs",
     "signal_gains",
     "signal_weights",
+    "settings",
 }
 
 

@@ -219,7 +219,8 @@ def test_ctrl_c_returns_what_there_is_and_a_second_handler_is_restored() -> None
     [
         ({"step": 0.0}, "step: the step must be positive, not 0"),
         ({"step": np.nan}, "step: step is nan, not a finite number"),
-        ({"step": "1"}, "step: a number of seconds is needed, not str"),
+        ({"step": "1"}, "step: '1' is neither a number nor a number with a unit"),
+        ({"step": [1e-3]}, "step: a number of seconds is needed, not list"),
         ({"t_end": np.inf}, "t_end: t_end is inf, not a finite number"),
         ({"t_end": -1.0}, "t_end: the end -1 s lies before the start 0 s"),
         ({"t_end": 1e9, "step": 1e-9}, "1e+09 s in steps of 1e-09 s are 1e+18 steps"),

@@ -15,7 +15,7 @@ from eomgen.mechanics.tree.base import BaseMotion
 from eomgen.mechanics.tree.build import build_tree
 from eomgen.mechanics.tree.grouping import grouped
 from eomgen.mechanics.tree.links import Tree
-from eomgen.scene.control.references import Reference
+from eomgen.scene.control.model import Reference
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.scalar import Scalar
 

@@ -64,3 +64,18 @@ class Controller:
     output: Formula
     unit: str = ""
     description: str = ""
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A reference motion: pairs of a joint of one coordinate and a formula of the state and of time."""
+
+    name: str
+    position: tuple[tuple[str, Formula], ...] = ()
+    velocity: tuple[tuple[str, Formula], ...] = ()
+    acceleration: tuple[tuple[str, Formula], ...] = ()
+
+    @property
+    def formulas(self) -> tuple[Formula, ...]:
+        """All formulas."""
+        return tuple(formula for part in (self.position, self.velocity, self.acceleration) for _, formula in part)

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from eomgen.formula.nodes import Formula
+from eomgen.scene.control.model import Reference
 from eomgen.scene.formula.scope import SPRING_FORCE
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.reading.keys import Table, key
@@ -43,21 +42,6 @@ class ReferenceEntry(Table):
         kind=_BY_JOINT,
         shown_default="`{}`",
     )
-
-
-@dataclass(frozen=True)
-class Reference:
-    """A reference motion: pairs of a joint of one coordinate and a formula of the state and of time."""
-
-    name: str
-    position: tuple[tuple[str, Formula], ...] = ()
-    velocity: tuple[tuple[str, Formula], ...] = ()
-    acceleration: tuple[tuple[str, Formula], ...] = ()
-
-    @property
-    def formulas(self) -> tuple[Formula, ...]:
-        """All formulas."""
-        return tuple(formula for part in (self.position, self.velocity, self.acceleration) for _, formula in part)
 
 
 def read_reference(name: str, entry: ReferenceEntry, followers: frozenset[str], values: Values) -> Reference:

@@ -131,6 +131,7 @@ UNBOUNDED = frozenset(
         "bodies.center_of_mass",
         "bodies.inertia",
         "points.position",
+        "frames.position",
         "joints.position",
         "joints.stiffness",
         "joints.damping",

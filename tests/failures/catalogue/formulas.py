@@ -40,7 +40,8 @@ FAILURES = [
         "An acceleration in a force",
         3,
         "description error: scene.toml:28 (efforts.motor.effort): a.shoulder cannot be used here (column 8); try: time,"
-        " parameters, inputs, states, positions, velocities and tensions (not accelerations) only",
+        " parameters, inputs, states, positions, velocities, tensions and inverse dynamics (not"
+        " accelerations) only",
         old='effort = "motor"',
         new='effort = "-0.1 * a.shoulder"',
     ),
@@ -152,7 +153,7 @@ FAILURES = [
         "An attribute of Python",
         3,
         "description error: scene.toml:28 (efforts.motor.effort): unknown quantity 'motor' (column 1); try: one of q,"
-        " v, a, position, velocity, acceleration, energy, reaction and 6 more",
+        " v, a, position, velocity, acceleration, energy, reaction and 8 more",
         old='effort = "motor"',
         new='effort = "motor.__class__"',
     ),

@@ -8,7 +8,8 @@ FAILURES = [
     Failure(
         "A state without its rate",
         3,
-        "description error: scene.toml:34 (states.lag.rate): the key rate is missing; try: rate = ...",
+        "description error: scene.toml:34 (states.lag): a state needs its rate, or a sample and a formula, and has none"
+        ' of them; try: rate = "..."; or sample = "1 ms" and formula = "..."',
         more="[states]\nlag = { initial = 1.0 }",
     ),
     Failure(
