@@ -38,8 +38,8 @@ _NAMED = 4
     "--axes",
     default=None,
     metavar="NAME,NAME",
-    help="What is varied: formulation, method, parameters, resolution, policy, arithmetic, profile; all by default;"
-    " fidelity where named.",
+    help="What is varied: formulation, method, parameters, resolution, policy, arithmetic, profile, fidelity; by"
+    " default all but fidelity.",
 )
 @click.option("--methods", default=None, metavar="NAME,NAME", help="All that make a difference by default.")
 @click.option("--steps", default=None, metavar="S,S", help="Steps in s; each must divide the largest.")

@@ -195,6 +195,7 @@ def build(
     RuntimeWarning
         Some motion of the joints moves no mass, so forward dynamics has no answer; names the joints.
     """
+    _check_terms(terms)
     document, front_end = as_document(scene)
     chosen = front_end.describe(document).simulation.real if real is None else real
     return built_in(None, document, terms, method, profile, chosen)

@@ -1,5 +1,5 @@
 """Controllers and state feedback: schema, reading, model."""
 
-__all__ = ["model", "references"]
+__all__ = ["model"]
 #: Open to the other parts of ``scene`` as well.
 WITHIN = ["controllers", "references", "schema"]
