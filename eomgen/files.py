@@ -7,6 +7,7 @@ import errno
 import json
 import os
 import tempfile
+import tokenize
 import zipfile
 import zlib
 from collections.abc import Callable, Mapping, Sequence
@@ -49,8 +50,11 @@ def read_arrays(
         raise FileError(
             Problem(str(path), f"this is not a {kind} written by eomgen: {error.args[0]} is missing")
         ) from None
-    # zipfile raises NotImplementedError for a compression or encryption that it does not know: such a file is not ours
-    except (ValueError, EOFError, NotImplementedError, zlib.error, zipfile.BadZipFile) as error:
+    # zipfile raises NotImplementedError for a compression or encryption that it does not know, and NumPy reads headers
+    # as Python's text: such a file is not ours
+    except (
+        ValueError, EOFError, NotImplementedError, SyntaxError, tokenize.TokenError, zlib.error, zipfile.BadZipFile
+    ) as error:  # fmt: skip  # a list of kinds
         raise FileError(Problem(str(path), f"this is not a {kind} written by eomgen: {error}", hint)) from None
     return arrays, metadata
 

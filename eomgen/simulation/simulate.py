@@ -308,7 +308,8 @@ def solution_of(
         violation = max(filter(None, found), key=lambda one: one.share, default=None)
         bending = largest_bending(model, t, q)
         driving = run.signals if run.driven else None
-        drift = "" if len(changes) else momentum_drift(model, (t, q, v, z), p, driving, multipliers)
+        still = len(changes) or at_rest(run, trajectory.rows)
+        drift = "" if still else momentum_drift(model, (t, q, v, z), p, driving, multipliers)
         if fault := failure(growth, balance, energy, run.method, violation):
             success, message = False, f"{message}, but {fault}"
         elif warning := run_warnings(
