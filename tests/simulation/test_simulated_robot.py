@@ -6,7 +6,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 import eomgen
 from benchmarks import stepper_overhead
@@ -54,7 +53,6 @@ def listed(values: np.ndarray) -> str:
 
 
 def test_a_controller_of_1_khz_around_the_ur5(tmp_path: Path) -> None:
-    pytest.importorskip("pinocchio")
     described = scene(stepper_overhead.ROBOT)
     q, v = stepper_overhead.by_pinocchio(pinocchio_model(stepper_overhead.ROBOT, described), SAMPLES)
     simulator = stepper_overhead.build().start(method="rk4", step=stepper_overhead.STEP)
@@ -74,7 +72,6 @@ def test_a_controller_of_1_khz_around_the_ur5(tmp_path: Path) -> None:
 
 
 def test_the_same_controller_in_the_scene(tmp_path: Path) -> None:
-    pytest.importorskip("pinocchio")
     described = scene(stepper_overhead.ROBOT)
     q, v = stepper_overhead.by_pinocchio(pinocchio_model(stepper_overhead.ROBOT, described), SAMPLES)
     sampled = stepper_overhead.in_the_scene(described)
