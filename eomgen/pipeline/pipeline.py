@@ -71,6 +71,7 @@ def load(
         fixed at zero; ``limits``, to turn limits of position into compliant stops, as hard as the joints' largest
         efforts ask for; ``friction``, to take the dry friction of joints, regularised at 0.01 rad/s and 1 mm/s;
         ``actuated``, to give every moving joint of one coordinate an effort input of its own name;
+        ``transmissions``, to make the efforts of actuators inputs, which transmissions carry to the joints;
         ``tunable``, links whose mass, centre of mass and inertia become tunable parameters.
 
     Raises

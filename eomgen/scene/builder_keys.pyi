@@ -17,6 +17,7 @@ class IncludeKeys(TypedDict, total=False):
     limits: bool | None
     friction: bool | None
     actuated: bool | None
+    transmissions: bool | None
     tunable: Sequence[str] | None
 
 class SimulationKeys(TypedDict, total=False):

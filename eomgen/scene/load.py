@@ -40,7 +40,7 @@ def load(
         Bodies and frames that the terms of frames give, in place of what the file says (a URDF says all).
     options
         Of the source: for URDF ``root``, ``lock``, ``limits``, ``friction``,
-        ``actuated`` and ``tunable``.
+        ``actuated``, ``transmissions`` and ``tunable``.
 
     Raises
     ------

@@ -281,7 +281,9 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
         load(tmp_path / "scene.json")
     with pytest.raises(UsageError, match="xacro first"):
         load(tmp_path / "robot.xacro")
-    with pytest.raises(UsageError, match="root, lock, limits, friction, actuated and tunable are for URDF only"):
+    with pytest.raises(
+        UsageError, match="root, lock, limits, friction, actuated, transmissions and tunable are for URDF only"
+    ):
         load(tmp_path / "scene.toml", lock=["hinge"])
     with pytest.raises(FileError, match="cannot be read"):
         load(tmp_path / "nul\0.toml")

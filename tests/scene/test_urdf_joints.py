@@ -212,7 +212,9 @@ def test_limits_are_for_urdf(tmp_path) -> None:
     path = tmp_path / "scene.toml"
     path.write_text("format = 1")
     for asked in ({"limits": True}, {"friction": True}):
-        with pytest.raises(UsageError, match="root, lock, limits, friction, actuated and tunable are for URDF only"):
+        with pytest.raises(
+            UsageError, match="root, lock, limits, friction, actuated, transmissions and tunable are for URDF only"
+        ):
             load(path, **asked)
 
 

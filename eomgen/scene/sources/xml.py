@@ -22,7 +22,8 @@ class Element:
     def __init__(self, tag: str, attributes: dict[str, str], line: int) -> None:
         self.tag = tag
         self.line = line
-        self.has_text = False
+        self._text: list[str] = []
+        self._text_read = False
         self._attributes = attributes
         self._children: list[Element] = []
         self._asked: dict[str, None] = {}
@@ -31,6 +32,20 @@ class Element:
     def add(self, child: Element) -> None:
         """Put a child behind the others."""
         self._children.append(child)
+
+    def add_text(self, piece: str) -> None:
+        """Put a piece of text behind the others."""
+        self._text.append(piece)
+
+    def text(self) -> str:
+        """Return the text without white space around it; it counts as read."""
+        self._text_read = True
+        return "".join(self._text).strip()
+
+    @property
+    def has_text(self) -> bool:
+        """Tell whether there is text that was not read."""
+        return not self._text_read and any(not piece.isspace() for piece in self._text)
 
     def has(self, attribute: str) -> bool:
         """Tell whether there is an attribute; it counts as read."""
@@ -60,6 +75,13 @@ class Element:
             element = waiting.pop()
             yield element
             waiting += element._children
+
+    def read_whole(self) -> None:
+        """Count the element and all below it as read."""
+        for element in self.everything():
+            element._asked |= dict.fromkeys(element._attributes)
+            element._handed_out |= {id(child) for child in element._children}
+            element._text_read = True
 
     @property
     def asked(self) -> Sequence[str]:
@@ -139,8 +161,7 @@ def _parsed(text: str, file: str, *, lines_before: int = 0) -> Element:
         stack.pop()
 
     def characters(text: str) -> None:
-        if not text.isspace():
-            stack[-1].has_text = True
+        stack[-1].add_text(text)
 
     def document_type(*_details: object) -> None:
         raise refused(

@@ -29,6 +29,7 @@ from eomgen.scene.sources.urdf.notes import (
     notes_of_names_and_angles,
     notes_of_what_has_no_effect,
 )
+from eomgen.scene.sources.urdf.transmissions import Transmissions, actuation, read_transmissions
 from eomgen.scene.sources.xml import read_xml
 from eomgen.system.description import BASE, WORLD
 from eomgen.text import listed, nearest, shown
@@ -47,6 +48,7 @@ def urdf_data(
     limits: bool = False,
     friction: bool = False,
     actuated: bool = False,
+    transmissions: bool = False,
     tunable: Sequence[str] = (),
 ) -> tuple[dict[str, Any], dict[str, int | str], list[str]]:
     """Return a URDF in the form of a scene file, the line of each key, and notes on what was changed and left out.
@@ -63,7 +65,9 @@ def urdf_data(
     """
     lock = (lock,) if isinstance(lock, str) else lock
     report = Report(file, {})
-    robot = read_robot(read_xml(text, file), report)
+    root_element = read_xml(text, file)
+    gears = read_transmissions(root_element, report) if transmissions else Transmissions((), {})
+    robot = read_robot(root_element, report)
     by_written = {robot.original.get(name, name): name for name in robot.joints}
     for name in lock:
         if name not in by_written:
@@ -79,11 +83,17 @@ def urdf_data(
     held, leaders = held_and_following(robot, locked, report)
     own = {links[name] for name in tunable}
     merger = _Merger(robot, order, held, leaders, root, own, limits=limits, friction=friction)
-    if actuated:
-        merger.data |= effort_inputs([joint for joint in order if joint.name not in held and joint.name not in leaders])
-    notes = [*merger.notes, *notes_of_names_and_angles(robot, locked), *notes_of_mimics(robot, locked, held, leaders)]
+    motors = actuation(robot, gears, held.keys(), leaders.keys())
+    own_inputs = [joint for joint in order if joint.name not in held and joint.name not in leaders] if actuated else []
+    merger.data |= effort_inputs([joint for joint in own_inputs if joint.name not in motors.driven], motors)
+    notes = [
+        *merger.notes,
+        *motors.notes,
+        *notes_of_names_and_angles(robot, locked),
+        *notes_of_mimics(robot, locked, held, leaders),
+    ]
     notes += notes_of_what_has_no_effect(robot, held)
-    warnings = [*inertia_warnings(robot), *left_out(robot, set(held))]
+    warnings = [*inertia_warnings(robot), *left_out(robot, set(held)), *motors.warnings]
     if strict:
         for line, note in warnings:
             report.add_at(line, "", note, "no --strict (strict=False), to go on without")

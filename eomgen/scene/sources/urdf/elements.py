@@ -34,7 +34,7 @@ LOOP_TYPES = {
     "planar": "planar",
     "fixed": "fixed",
 }
-_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _VERSION = re.compile(r"([0-9]{1,9})(?:\.([0-9]{1,9}))?")
 #: The newest minor version of URDF 1 that is read, and the first that has ``quat_xyzw``.
 NEWEST, WITH_QUATERNIONS = 2, 1
@@ -163,7 +163,10 @@ class Robot:
 
 
 def read_robot(root: Element, report: Report) -> Robot:
-    """Return what a URDF holds; what is wrong goes to the report."""
+    """Return what a URDF holds; what is wrong goes to the report.
+
+    Children of the root that were handed out before, as those of a further reader are, count as read.
+    """
     if root.tag != "robot":
         report.add_at(root.line, "", f"the outermost element is {shown(root.tag)}, not 'robot'", "a URDF file")
         report.raise_problems()
@@ -183,7 +186,7 @@ class _Reader:
         self.used: dict[str, set[str]] = {"link": set(), "joint": set(), "loop_joint": set()}
 
     def robot(self, root: Element) -> Robot:
-        self.out.name = _legal(root.get("name") or "robot", ())
+        self.out.name = legal_name(root.get("name") or "robot", ())
         self.out.minor = self.version(root)
         links, joints, loops = (tuple(root.named(tag)) for tag in ("link", "joint", "loop_joint"))
         self.tell_left_over(root, "")
@@ -221,7 +224,7 @@ class _Reader:
         elif written in taken:
             self.report.add_at(element.line, "", f"the {kind} {shown(written)} is there twice", "another name")
         else:
-            taken[written] = _legal(written, self.used[kind])
+            taken[written] = legal_name(written, self.used[kind])
             self.used[kind].add(taken[written])
             if taken[written] != written:
                 self.out.original[taken[written]] = written
@@ -250,8 +253,8 @@ class _Reader:
             else:
                 self.out.left_out.setdefault(child.tag, []).append(owner or child.get("name"))
         for child in element.read_children:
-            if child.tag not in ("link", "joint", "loop_joint", *_GEOMETRY):
-                self.tell_left_over(child, owner)
+            if element.tag == "transmission" or child.tag not in ("link", "joint", "loop_joint", *_GEOMETRY):
+                self.tell_left_over(child, owner or child.get("name"))
 
     def leave_unread(self, what: str, element: Element, owner: str) -> None:
         self.out.unread.setdefault(what, []).append((element.line, owner))
@@ -264,7 +267,7 @@ class _Reader:
             return default
         written = element.get(attribute)
         words = written.split()
-        if len(words) != len(default) or not all(_NUMBER.fullmatch(word) for word in words):
+        if len(words) != len(default) or not all(NUMBER.fullmatch(word) for word in words):
             count = f"{len(default)} numbers are" if len(default) > 1 else "a number is"
             self.report.add_at(element.line, key, f"{attribute}: {count} needed here, not {shown(written)}", "")
             return default
@@ -423,7 +426,7 @@ def _off_right(angle: float) -> float:
     return abs(angle - quarters * 0.5 * math.pi) if quarters else 0.0
 
 
-def _legal(name: str, taken: Collection[str]) -> str:
+def legal_name(name: str, taken: Collection[str]) -> str:
     """Return a legal name close to ``name`` that is not taken."""
     legal = re.sub(r"[^A-Za-z0-9_]", "_", name)[: NAME_LENGTH - 4]
     legal = name if is_legal(name) else legal if is_legal(legal) else f"_{legal}"

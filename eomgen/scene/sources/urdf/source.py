@@ -18,6 +18,7 @@ def read_urdf(
     limits: bool = False,
     friction: bool = False,
     actuated: bool = False,
+    transmissions: bool = False,
     tunable: Sequence[str] = (),
 ) -> Read:
     """Return a URDF in the form of a scene file; the options as in ``URDF``.
@@ -38,6 +39,7 @@ def read_urdf(
         limits=limits,
         friction=friction,
         actuated=actuated,
+        transmissions=transmissions,
         tunable=tunable,
     )
     return Read(data, lines, notes, inertias_checked=True)
@@ -80,6 +82,12 @@ URDF = Source(
             False,
             "give every moving joint of one coordinate an effort input of its own name",
             of_key="every moving joint of one coordinate has an effort input of its own name",
+        ),
+        Option(
+            "transmissions",
+            False,
+            "make efforts of actuators behind transmissions inputs",
+            of_key="efforts of actuators behind transmissions are inputs",
         ),
         Option(
             "tunable",
