@@ -71,7 +71,6 @@ def driven(undriven: Scene) -> Scene:
         undriven,
         inputs=tuple(Input(name) for name in names),
         elements=(*undriven.elements, *efforts),
-        content=undriven.content + b", driven",
     )
 
 

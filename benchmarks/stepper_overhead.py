@@ -89,7 +89,7 @@ def in_the_scene(described: Scene) -> Scene:
         formula = Number(kp) * (Number(target) - Symbol("q", joint.name)) - Number(kd) * Symbol("v", joint.name)
         states.append(State(name, ZERO, sampling=Sampling(formula, STEP)))
         efforts.append(Effort(name, joint.name, Symbol("state", name), 0))
-    return replace(described, states=tuple(states), elements=(*described.elements, *efforts), content=b"sampled")
+    return replace(described, states=tuple(states), elements=(*described.elements, *efforts))
 
 
 def contestants(model: Model, sampled: Model, samples: int) -> dict[str, Callable[[], None]]:

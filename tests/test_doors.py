@@ -157,7 +157,7 @@ ORDER: dict[str, tuple[str, ...]] = {
         "bodies",
         "joints",
         "forces",
-        "control display events",
+        "control digest display events",
         "scene sources",
         "document",
         "includes scaling",

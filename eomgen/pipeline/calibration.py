@@ -128,7 +128,6 @@ def _opened(scene: Scene) -> _Opened:
         feedback=(),
         terms=(),
         notes=(),
-        content=scene.content + b"\0opened" if scene.content else b"",
     )
     return _Opened(opened, tuple(name for item in fed_back for name in item.calibrated), rows)
 

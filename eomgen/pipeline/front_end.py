@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import Gains, Start
@@ -46,6 +46,7 @@ class FrontEnd:
     start : what gives q and v of the initial state at other values of tunable parameters, where they depend on them
     gains : what finds parameters that ``prepared`` fills at other values of the others, where there are any
     every_row : what evaluates the constraints with the rows that were left out as redundant, where there are any
+    content : all that determines the equations of a document; its ``content`` where nothing else is said
     """
 
     name: str
@@ -56,3 +57,4 @@ class FrontEnd:
     start: Callable[[Any], Start | None] = lambda _: None
     gains: Callable[[Any, Build], Gains | None] = lambda _, __: None
     every_row: Callable[[Any], EveryRow] | None = None
+    content: Callable[[Any], bytes] = lambda document: cast("bytes", document.content)

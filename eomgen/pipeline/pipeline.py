@@ -441,14 +441,15 @@ def _made(
 def _fingerprint(document: Document, front_end: FrontEnd) -> str:
     """Return 16 hexadecimal digits of what the equations follow from, whichever terms and stepper a library has."""
     stamps = json.dumps([front_end.name, _stamp(front_end), __version__])
-    return hashlib.sha256(document.content + b"\0" + stamps.encode()).hexdigest()[:16]
+    return hashlib.sha256(front_end.content(document) + b"\0" + stamps.encode()).hexdigest()[:16]
 
 
 def _content(document: Document, front_end: FrontEnd, selection: Selection, method: str) -> bytes:
     """Return all that determines the library, the compiler aside, without deriving anything."""
     from eomgen.integrators.families.register import stamp_of  # noqa: PLC0415
 
-    if not document.content:
+    content = front_end.content(document)
+    if not content:
         kind = type(document).__name__
         raise UsageError(
             f"this {kind} was made by hand and says nothing of its content", "eomgen.SceneBuilder or eomgen.load"
@@ -461,7 +462,7 @@ def _content(document: Document, front_end: FrontEnd, selection: Selection, meth
         "code": _code_stamp(),
         "family": stamp_of(method),
     }
-    return document.content + b"\0" + json.dumps(options, sort_keys=True).encode()
+    return content + b"\0" + json.dumps(options, sort_keys=True).encode()
 
 
 def _stamp(front_end: FrontEnd) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from operator import attrgetter
 from typing import TYPE_CHECKING
 
 from eomgen.mechanics.describe import describe
@@ -70,4 +71,4 @@ def _every_row(scene: Scene) -> EveryRow:
     return partial(constrained, mechanics.derive(scene, PURPOSES["initial_assembly"], ()))
 
 
-SCENES = FrontEnd("mechanics", Scene, describe, _derive, _prepared, _start, _gains, _every_row)
+SCENES = FrontEnd("mechanics", Scene, describe, _derive, _prepared, _start, _gains, _every_row, attrgetter("digest"))

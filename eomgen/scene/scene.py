@@ -8,7 +8,8 @@ the world when ``Scene.base`` is None). A body's frame coincides with its joint'
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, TypeVar
 
 from eomgen.calls import checked_calls, unknown_attribute
@@ -16,6 +17,7 @@ from eomgen.formula.nodes import ZERO_VECTOR, Formula, Number
 from eomgen.formula.piecewise import AnyCurve
 from eomgen.scene.bodies.model import Base, Body
 from eomgen.scene.control.model import Controller, Reference, StateFeedback
+from eomgen.scene.digest import digest_of
 from eomgen.scene.display import html, line
 from eomgen.scene.events.model import Event
 from eomgen.scene.forces.element import ForceElement
@@ -32,6 +34,9 @@ if TYPE_CHECKING:  # a Scene needs none of what reads files
     from eomgen.scene.forces.springs import Spring
     from eomgen.scene.forces.torsion_springs import TorsionSpring
     from eomgen.scene.forces.tyres import Tyre
+
+#: Fields that no equation follows from.
+_SAID = frozenset({"source", "notes", "metadata", "description"})
 
 Element = TypeVar("Element", bound=ForceElement)
 
@@ -74,7 +79,7 @@ class Scene:
     requirements : what its values must be that tunable parameters decide; checked where these are given.
     terms : the terms the scene asks for; empty means all that its users may need.
     source : mapping from a dotted key (``bodies.arm.mass``) to ``file:line`` for messages.
-    content : bytes that determine the scene (canonical JSON of its data), for the cache key and for golden files.
+    content : bytes that determine the scene as it was described (canonical JSON of its data).
     notes : what an importer converted, merged, snapped or left out; one sentence each.
     """
 
@@ -116,6 +121,15 @@ class Scene:
     tyres: ClassVar[_Kind[Tyre]] = _Kind()
     forces: ClassVar[_Kind[Force]] = _Kind()
     efforts: ClassVar[_Kind[Effort]] = _Kind()
+
+    @cached_property
+    def digest(self) -> bytes:
+        """What caches know the scene by: of its content and its data, so that ``dataclasses.replace`` makes another.
+
+        Empty where the content is: nobody checked such a scene.
+        """
+        data = {item.name: getattr(self, item.name) for item in fields(self) if item.name not in _SAID}
+        return digest_of(data) if self.content else b""
 
     @property
     def leading_joints(self) -> tuple[Joint, ...]:

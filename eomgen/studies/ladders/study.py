@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 import json
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -228,7 +227,7 @@ def _key(conditions: Conditions) -> str:
 
 def _identity(subject: Subject) -> str:
     """Return a text by which cells of one study are known."""
-    return json.dumps({"scene": hashlib.sha256(subject.scene.content).hexdigest(), "version": __version__})
+    return json.dumps({"scene": subject.scene.digest.hex(), "version": __version__})
 
 
 class _Journal:

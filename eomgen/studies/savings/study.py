@@ -163,7 +163,7 @@ def _absolute(given: Described, scene: Scene, options: Mapping[str, Any]) -> Sce
     if scene.coordinates == "absolute":
         return None
     if isinstance(given, Scene):
-        return replace(scene, coordinates="absolute", content=scene.content + b"\0absolute")
+        return replace(scene, coordinates="absolute")
     try:
         return load(given, **{**options, "coordinates": "absolute"})
     except EomgenError as error:

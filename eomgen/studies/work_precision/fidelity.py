@@ -27,18 +27,18 @@ def simplified(scene: Scene) -> Iterator[tuple[str, Scene]]:
     for count in sorted({most - 1, most // 2, 1} - {0, most}, reverse=True):
         yield f"at most {count} mode{'s' * (count > 1)}", _with_modes(scene, count)
     if any(beam.order > 1 for beam in beams.values()):
-        yield "order 1", _with_beams(scene, "order 1", order=1)
+        yield "order 1", _with_beams(scene, order=1)
     if any(beam.stiffening for beam in beams.values()):
-        yield "no stiffening", _with_beams(scene, "no stiffening", stiffening=False)
+        yield "no stiffening", _with_beams(scene, stiffening=False)
     if beams:
         yield "rigid", _rigid(scene)
 
 
-def _with_beams(scene: Scene, tag: str, **changes: Any) -> Scene:
+def _with_beams(scene: Scene, **changes: Any) -> Scene:
     bodies = tuple(
         body if body.beam is None else replace(body, beam=replace(body.beam, **changes)) for body in scene.bodies
     )
-    return replace(scene, bodies=bodies, content=scene.content + tag.encode())
+    return replace(scene, bodies=bodies)
 
 
 def _with_modes(scene: Scene, most: int) -> Scene:
@@ -59,13 +59,13 @@ def _with_modes(scene: Scene, most: int) -> Scene:
             position, velocity = item.initial_position[:count], item.initial_velocity[:count]
             kept.append(replace(item, modes=count, initial_position=position, initial_velocity=velocity))
         bodies.append(replace(body, beam=replace(body.beam, deformations=tuple(kept))))
-    return replace(_moved(scene, moved), bodies=tuple(bodies), content=scene.content + f"at most {most}".encode())
+    return replace(_moved(scene, moved), bodies=tuple(bodies))
 
 
 def _rigid(scene: Scene) -> Scene:
     moved = {(body.name, k): None for body in scene.bodies if body.beam for k in range(body.beam.size)}
     bodies = tuple(replace(body, beam=None) for body in scene.bodies)
-    return replace(_moved(scene, moved), bodies=bodies, content=scene.content + b"rigid")
+    return replace(_moved(scene, moved), bodies=bodies)
 
 
 def _moved(scene: Scene, moved: _Moved) -> Scene:

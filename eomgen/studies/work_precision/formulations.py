@@ -83,8 +83,7 @@ def _read(described: Any, options: Mapping[str, Any], coordinates: Literal["join
 def _on_group(scene: Scene, group: str) -> Scene:
     """Return an absolute scene all of whose bodies move on one group."""
     groups = {body.name: group for body in scene.bodies}
-    tag = f"groups {sorted(groups.items())}".encode()
-    return scene if _groups(scene) == {group} else replace(scene, groups=groups, content=scene.content + tag)
+    return scene if _groups(scene) == {group} else replace(scene, groups=groups)
 
 
 def _groups(scene: Scene) -> set[str]:

@@ -30,9 +30,9 @@ def identity(
 ) -> str:
     """Return a text by which points of one study are known: those of other scenes, times or parameters are not its
     own."""
-    content = b"".join(scene.content for scene in found.scenes.values())
+    digests = b"".join(scene.digest for scene in found.scenes.values())
     own = {
-        "scene": hashlib.sha256(content).hexdigest(),
+        "scene": hashlib.sha256(digests).hexdigest(),
         "grid": [grid.start, grid.row, grid.rows, grid.coarsest, grid.recorded],
         "parameters": dict(parameters or {}),
         "inputs": {name: repr(value) for name, value in (inputs or {}).items()},
