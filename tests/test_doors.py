@@ -32,6 +32,7 @@ DOORS: dict[str, set[str]] = {
     "resources": {"errors"},
     "figures": {"errors"},
     "html": set(),
+    "progress": {"errors"},
     # arrays and C alone
     "toolchain": {"errors"},
     "control": {"arrays", "errors"},
@@ -77,6 +78,7 @@ DOORS: dict[str, set[str]] = {
         "integrators",
         "lie",
         "linear",
+        "progress",
         "results",
         "system",
         "toolchain",
@@ -134,6 +136,7 @@ DOORS: dict[str, set[str]] = {
         "mechanics",
         "model",
         "pipeline",
+        "progress",
         "results",
         "scene",
         "simulation",

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from eomgen.cli.options import debug_option, json_option, scene_options
-from eomgen.cli.printing import counted, print_json, print_table, progress_bar, say
+from eomgen.cli.printing import counted, print_json, print_table, say
 from eomgen.errors import NumericalError, Problem, UsageError
+from eomgen.progress import terminal_bar
 from eomgen.scene.sources.register import all_options
 from eomgen.text import listed
 
@@ -110,7 +111,7 @@ def _what(cell: Cell) -> str:
 
 @contextlib.contextmanager
 def _bar(name: str) -> Iterator[Callable[[int, int, str], None] | None]:
-    with progress_bar(name) as bar:
+    with terminal_bar(name) as bar:
         if bar is not None:
             yield lambda done, total, _: bar(done, total)
             return

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from eomgen.cli import INTERRUPTED
 from eomgen.cli.options import assignments, in_units
-from eomgen.cli.printing import building, progress_bar
+from eomgen.cli.printing import building
 from eomgen.errors import NumericalError, Problem, UsageError
+from eomgen.progress import terminal_bar
 from eomgen.scene.sources.register import all_options
 
 if TYPE_CHECKING:
@@ -51,7 +52,7 @@ def run(scene: Scene, options: dict[str, Any]) -> tuple[Model, Solution]:
     method = own["method"] if resumed is None else _method_of(resumed, own)
     with building(scene.name):
         model = pipeline.built_for_run(scene, method, own.get("start"))
-    with progress_bar(scene.name) as progress:
+    with terminal_bar(scene.name) as progress:
         if resumed is None:
             return model, model.simulate(t_end, **own, **shared, progress=progress)
         return model, model.resume(resumed, t_end, **shared, progress=progress)

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from eomgen.cli.options import assignments, debug_option, folder_option, in_units, json_option, scene_options
-from eomgen.cli.printing import counted, print_json, print_table, progress_bar, say
+from eomgen.cli.printing import counted, print_json, print_table, say
 from eomgen.errors import Problem, UsageError
+from eomgen.progress import terminal_bar
 from eomgen.scene.sources.register import all_options
 
 if TYPE_CHECKING:
@@ -102,7 +103,7 @@ def tradeoff(scene: str, folder: str, as_json: bool, **options: Any) -> int:
 
 @contextlib.contextmanager
 def _bar(name: str) -> Iterator[Callable[[int, int, str], None] | None]:
-    with progress_bar(name) as bar:
+    with terminal_bar(name) as bar:
         yield None if bar is None else lambda done, total, _: bar(done, total)
 
 

@@ -10,9 +10,10 @@ import numpy as np
 from eomgen.arrays import Array
 from eomgen.errors import UsageError
 from eomgen.integrators.events import STOPPED
+from eomgen.progress import Progress
 from eomgen.simulation.events import parameters_over, table_of
 from eomgen.simulation.run import Run
-from eomgen.simulation.stepper import Progress, Stepper, run_chunks
+from eomgen.simulation.stepper import Stepper, run_chunks
 from eomgen.simulation.time_grid import time_grid
 from eomgen.toolchain.library import Library
 

@@ -20,11 +20,12 @@ from numpy.typing import NDArray
 
 from eomgen.arrays import Array
 from eomgen.errors import UsageError
+from eomgen.progress import Progress
 from eomgen.results.error_estimate import OWN, ErrorEstimate, Largest
 from eomgen.simulation.comparison_runs import SAME_TIME, comparison_run, counted, span_of
 from eomgen.simulation.motion_size import Kinds, MotionSize, differences, motion_size, shares
 from eomgen.simulation.run import Run
-from eomgen.simulation.stepper import Progress, Trajectory
+from eomgen.simulation.stepper import Trajectory
 from eomgen.toolchain.library import Library
 
 #: Differences above this part of the motion are too large to follow powers of the step.

@@ -16,6 +16,7 @@ from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.methods import method_named
+from eomgen.progress import Progress, shown
 from eomgen.results.solution import Solution
 from eomgen.simulation.checkpoint import Checkpoint
 from eomgen.simulation.error_estimate import ErrorEstimation
@@ -23,7 +24,7 @@ from eomgen.simulation.inputs import Signal
 from eomgen.simulation.run import checkpoint_writer, stored_run
 from eomgen.simulation.settings import check_memory, check_span, stepper_library
 from eomgen.simulation.simulate import solution_of
-from eomgen.simulation.stepper import Progress, Stepper, run_chunks
+from eomgen.simulation.stepper import Stepper, run_chunks
 from eomgen.system.selection import Selection
 
 
@@ -35,7 +36,7 @@ def resume(
     *,
     parameters: Parameters = None,
     inputs: Mapping[str, Signal] | None = None,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
     checkpoint: str | os.PathLike[str] | None = None,
     checkpoint_every: int | None = None,
     error_estimate: bool = True,
@@ -94,10 +95,11 @@ def resume(
     check_span(model, library, method, p, run.signals.given, grid)
     began = time.perf_counter()
     writer = checkpoint_writer(run, library, file if checkpoint is None else checkpoint, checkpoint_every)
-    wanted = ErrorEstimation(progress) if error_estimate else None
-    report = wanted.shown(run, grid.steps - stepper.count) if wanted else progress
-    trajectory = run_chunks(stepper, grid, min(run.every, grid.steps + 1), run.driven, report, writer)
-    return solution_of(run, stepper, trajectory, time.perf_counter() - began, writer, wanted)
+    with shown(progress, model.name) as reported:
+        wanted = ErrorEstimation(reported) if error_estimate else None
+        report = wanted.shown(run, grid.steps - stepper.count) if wanted else reported
+        trajectory = run_chunks(stepper, grid, min(run.every, grid.steps + 1), run.driven, report, writer)
+        return solution_of(run, stepper, trajectory, time.perf_counter() - began, writer, wanted)
 
 
 def _same_parameters(model: CompiledModel, known: Array, given: Parameters) -> None:

@@ -24,6 +24,7 @@ from eomgen.errors import Problem, UsageError
 from eomgen.integrators.events import STATUSES, STOPPED
 from eomgen.integrators.families.family import BAD_ARGUMENT
 from eomgen.integrators.methods import AUTO, canonical_name
+from eomgen.progress import Progress, shown
 from eomgen.results.solution import Solution
 from eomgen.simulation.automatic import automatic
 from eomgen.simulation.checkpoint import CheckpointWriter
@@ -49,7 +50,7 @@ from eomgen.simulation.settings import (
     stepper_settings,
 )
 from eomgen.simulation.singular_positions import nearest_singular, passages, singular_ahead, way_past, way_through
-from eomgen.simulation.stepper import Progress, Stepper, Trajectory, run_chunks
+from eomgen.simulation.stepper import Stepper, Trajectory, run_chunks
 from eomgen.simulation.time_grid import time_grid
 from eomgen.simulation.unit_quaternions import largest_stretch
 from eomgen.simulation.warnings import (
@@ -99,7 +100,7 @@ def simulate(
     record_every: int | None = None,
     t_start: float = 0.0,
     settings: Mapping[str, float] | None = None,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
     checkpoint: str | os.PathLike[str] | None = None,
     checkpoint_every: int | None = None,
     start: str | None = None,
@@ -153,8 +154,9 @@ def simulate(
         Time of the initial state, s.
     settings : mapping
         The stepper's own, by name: ``rtol``, ``atol``, ``max_iterations``, ``max_halvings``, ``reuse``.
-    progress : callable
+    progress : callable or True
         Called with (steps done, all steps) some ten times a second; the steps of the error estimate are counted too.
+        True shows a bar, in notebooks and on terminals.
     checkpoint : path
         File from which ``model.resume`` goes on with the same bits: written at the start, at the end, at Ctrl-C and
         meanwhile.
@@ -219,10 +221,11 @@ def simulate(
 
     began = time.perf_counter()
     writer = checkpoint_writer(run, library, checkpoint, checkpoint_every)
-    wanted = ErrorEstimation(progress) if error_estimate else None
-    report = wanted.shown(run, grid.steps) if wanted else progress
-    trajectory = _stepped(run, stepper, state, report, writer)
-    solution = solution_of(run, stepper, trajectory, time.perf_counter() - began, writer, wanted)
+    with shown(progress, model.name) as reported:
+        wanted = ErrorEstimation(reported) if error_estimate else None
+        report = wanted.shown(run, grid.steps) if wanted else reported
+        trajectory = _stepped(run, stepper, state, report, writer)
+        solution = solution_of(run, stepper, trajectory, time.perf_counter() - began, writer, wanted)
     outside = [] if equilibrium_start else starts_beyond_limits(model, state.q, p)
     of_scene = starts_beyond_limits(model, model.initial_q, model.parameter_array())
     notes = [*(note for note in solution.metadata["notes"] if note not in of_scene), *outside]

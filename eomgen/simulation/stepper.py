@@ -18,11 +18,10 @@ from eomgen.arrays import Array
 from eomgen.errors import UsageError
 from eomgen.integrators.events import AT_EVENTS
 from eomgen.integrators.stepper_layout import STEPPER_SIZES, row_layout, state_layout, statistics_kinds
+from eomgen.progress import Progress
 from eomgen.simulation.event_log import Log, entry_type
 from eomgen.simulation.time_grid import TimeGrid
 from eomgen.toolchain.library import Library
-
-Progress = Callable[[int, int], None]
 
 #: Seconds of work between two looks at progress and interrupts.
 CHUNK_SECONDS = 0.1

@@ -232,7 +232,7 @@ def test_interrupted(
     def interrupting(title: str) -> Iterator[Callable[[int, int], None]]:
         yield lambda done, total: os.kill(os.getpid(), signal.SIGINT)
 
-    monkeypatch.setattr(importlib.import_module("eomgen.cli.running"), "progress_bar", interrupting)
+    monkeypatch.setattr(importlib.import_module("eomgen.cli.running"), "terminal_bar", interrupting)
     out = tmp_path / "out"
     words = ["simulate", str(scene_file), "--out", str(out), "--t-end", "1e4", "--record-every", "10", "--no-plots"]
     code, _, message = _run(words, capsys)

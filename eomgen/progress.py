@@ -1,0 +1,95 @@
+"""Progress bars: on a terminal by Rich, in a notebook by the browser's own."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import sys
+import time
+from collections.abc import Callable, Iterator
+from html import escape
+from typing import Any
+
+from eomgen.errors import Problem, UsageError
+
+#: Called with (steps done, all steps).
+Progress = Callable[[int, int], None]
+
+#: Seconds between two updates of a notebook, which sends each to the browser.
+_SELDOM = 0.2
+
+
+@contextlib.contextmanager
+def shown(progress: Progress | bool | None, title: str) -> Iterator[Progress | None]:
+    """Give what reports progress: the caller's own function, a bar where ``True`` asks for one, or nothing.
+
+    A bar is shown in a notebook, and on stderr where that is a terminal; elsewhere there is nobody to look at it.
+
+    Raises
+    ------
+    UsageError
+        ``progress`` is neither a function nor a truth value.
+    """
+    if progress is None or progress is False:
+        yield None
+    elif callable(progress):
+        yield progress
+    elif progress is True:
+        with notebook_bar(title) if _in_notebook() else terminal_bar(title) as bar:
+            yield bar
+    else:
+        what = f"{progress!r} is neither a function nor True"
+        raise UsageError(Problem("progress", what, "True for a bar, or a function of (steps done, all steps)"))
+
+
+@contextlib.contextmanager
+def terminal_bar(title: str) -> Iterator[Progress | None]:
+    """Show a progress bar on stderr where that is a terminal."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    # only for a terminal
+    from rich.console import Console  # noqa: PLC0415
+    from rich.progress import BarColumn, TextColumn, TimeRemainingColumn  # noqa: PLC0415
+    from rich.progress import Progress as Bar  # noqa: PLC0415
+
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.percentage:>5.1f} %"),
+        TimeRemainingColumn(),
+    )
+    with Bar(*columns, console=Console(stderr=True, highlight=False), transient=True) as bar:
+        task = bar.add_task(title, total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+@contextlib.contextmanager
+def notebook_bar(title: str) -> Iterator[Progress]:
+    """Show a progress bar below a notebook's cell, which is gone when the work is done."""
+    shows: Any = importlib.import_module("IPython.display")  # which a notebook brings
+    handle = shows.display(shows.HTML(_html(title, 0, 1)), display_id=True)
+    last = time.monotonic()
+
+    def report(done: int, total: int) -> None:
+        nonlocal last
+        if time.monotonic() - last >= _SELDOM:
+            last = time.monotonic()
+            handle.update(shows.HTML(_html(title, done, total)))
+
+    try:
+        yield report
+    finally:
+        handle.update(shows.HTML(""))
+
+
+def _html(title: str, done: int, total: int) -> str:
+    part = done / max(total, 1)
+    return f'{escape(title)} <progress value="{part:.4f}" style="width:20em"></progress> {part:.1%}'
+
+
+def _in_notebook() -> bool:
+    """Return whether this process is the kernel of a notebook: a prompt of IPython has a terminal instead."""
+    module: Any = sys.modules.get("IPython")
+    shell = module.get_ipython() if module else None
+    return shell is not None and getattr(shell, "kernel", None) is not None

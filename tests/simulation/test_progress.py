@@ -1,0 +1,74 @@
+"""Bars of progress: in notebooks and on terminals, by ``progress=True``."""
+
+import sys
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+import pytest
+
+import eomgen
+from eomgen.progress import shown
+
+
+@pytest.fixture
+def model() -> eomgen.Model:
+    return eomgen.build("examples/spherical_pendulum/scene.toml", profile="quick")
+
+
+def _notebook(monkeypatch: pytest.MonkeyPatch, kernel: object) -> list[str]:
+    """Let this process be a notebook's, and return the pages that its browser gets."""
+    pages: list[str] = []
+    handle = SimpleNamespace(update=pages.append)
+
+    def display(page: str, *, display_id: bool) -> Any:
+        assert display_id
+        pages.append(page)
+        return handle
+
+    shell, shows = ModuleType("IPython"), ModuleType("IPython.display")
+    shell.get_ipython = lambda: SimpleNamespace(kernel=kernel)  # type: ignore[attr-defined]
+    shows.HTML, shows.display = str, display  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "IPython", shell)
+    monkeypatch.setitem(sys.modules, "IPython.display", shows)
+    return pages
+
+
+def test_a_notebook_gets_a_bar_that_goes_away(model: eomgen.Model, monkeypatch: pytest.MonkeyPatch) -> None:
+    pages = _notebook(monkeypatch, kernel=object())
+    monkeypatch.setattr("eomgen.progress._SELDOM", 0.0)
+    assert model.simulate(0.5, 1e-3, progress=True).success
+    parts = [float(page.split('value="')[1].split('"')[0]) for page in pages[:-1]]
+    assert parts[0] == 0.0
+    assert parts == sorted(parts)
+    assert parts[-1] == 1.0
+    assert all(page.startswith("spherical_pendulum <progress") for page in pages[:-1])
+    assert pages[-1] == ""
+
+
+def test_the_bar_goes_away_when_the_work_ends_early(monkeypatch: pytest.MonkeyPatch) -> None:
+    pages = _notebook(monkeypatch, kernel=object())
+    with pytest.raises(KeyboardInterrupt), shown(True, "arm"):
+        raise KeyboardInterrupt
+    assert pages[-1] == ""
+
+
+def test_where_nobody_looks_there_is_no_bar(
+    model: eomgen.Model, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pages = _notebook(monkeypatch, kernel=None)
+    assert model.simulate(0.1, 1e-3, progress=True).success
+    assert (pages, capsys.readouterr()) == ([], ("", ""))
+
+
+def test_a_terminal_gets_a_bar(model: eomgen.Model, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    assert model.simulate(0.5, 1e-3, progress=True).success
+    assert "spherical_pendulum" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("wrong", [3, "yes"])
+def test_what_is_no_function_is_refused(model: eomgen.Model, wrong: Any) -> None:
+    text = rf"progress: {wrong!r} is neither a function nor True; try: True for a bar, or a function of \(steps done"
+    with pytest.raises(eomgen.UsageError, match=text):
+        model.simulate(0.1, 1e-3, progress=wrong)
