@@ -78,6 +78,7 @@ SLOW: dict[str, tuple[str, ...]] = {
     "compiled/test_internal_states.py::test_orders_on_rigid_motions": ("rk4-steps1-4.0-0.2",),
     "compiled/test_internal_states.py::test_orders_with_constraints": ("generalized_alpha-steps0-2.0-0.1",),
     "compiled/test_joint_types.py::test_a_nut_falls_along_its_screw": ("0.3-loop",),
+    "compiled/test_loop_efforts.py::test_efforts_are_those_of_mujoco": ("five_bar", "five_bar_redundant"),
     "compiled/test_model.py::test_only_the_terms_a_method_needs_are_enough_for_it": (),
     "compiled/test_rates.py::test_free_motion_and_coriolis_matrices_in_compiled_code": (),
     "compiled/test_requirements.py::test_every_call_that_takes_parameters_refuses_them": ("drift",),

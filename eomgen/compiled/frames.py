@@ -30,6 +30,8 @@ _ELSEWHERE: Mapping[str, str] = {
 }
 #: Part of the largest eigenvalue of J M^-1 J^T below which a direction counts as one in which a frame cannot move.
 _SINGULAR = 1e-12
+#: Share of the largest singular value of B below which a row counts as one that repeats others.
+_DEPENDENT = 1e-10
 
 
 class Extensible(Evaluated, Protocol):
@@ -122,6 +124,11 @@ def operational_inertia(
     J is ``local_world_aligned``, so rows 0 to 2 turn about world axes and 3 to 5 move the origin along them; kg m^2 and
     kg. Khatib, IEEE J. Robotics and Automation 3 (1987) 43. The term is ``frame_mobilities``, J M^-1 J^T.
 
+    Where constraints hold the scene, M^-1 is replaced by Z (Z^T M Z)^-1 Z^T, with Z a basis of the velocities that they
+    leave (B Z = 0): the constraint-consistent inertia, by which a force at the frame changes its acceleration while the
+    loops stay closed. Mistry and Righetti, Robotics: Science and Systems VII (2011), after Aghili, IEEE Trans.
+    Robotics 21 (2005) 834. Its terms are ``mass``, ``constraint_jacobian`` and ``frame_jacobians_aligned``.
+
     Parameters
     ----------
     rows : sequence of int
@@ -130,24 +137,42 @@ def operational_inertia(
     Raises
     ------
     NumericalError
-        A direction in which the frame cannot move: J has not full row rank there.
+        A direction in which the frame cannot move: J has not full row rank there, or constraints hold it.
     UsageError
-        Names that are not there, frames that are no task frames, wrong shapes; scenes with constraints.
+        Names that are not there, frames that are no task frames, wrong shapes.
     """
-    if model.evaluator.multipliers:
-        what = "constraints hold this scene, and the operational-space inertia is that of a tree"
-        raise UsageError(Problem("operational_inertia", what, "J, M and B of the model: M^-1 projected on B v = 0"))
     wanted = [int(row) for row in rows]
     if not wanted or len(set(wanted)) < len(wanted) or not set(wanted) <= set(range(6)):
         raise UsageError(Problem("rows", f"{shown(str(list(rows)))} are not rows of a twist", "rows=[3, 4, 5]"))
     given: dict[str, Any] = {"q": q, "t": t, "parameters": parameters, "base": base}
-    mobility = _taken(model, "frame_mobilities", frame, **given)[..., wanted, :][..., wanted]
+    held = bool(model.evaluator.multipliers)
+    every = _held_mobility(model, frame, given) if held else _taken(model, "frame_mobilities", frame, **given)
+    mobility = every[..., wanted, :][..., wanted]
     values = np.linalg.eigvalsh(mobility)
     if not np.all(values[..., 0] > _SINGULAR * values[..., -1]):
-        what = f"J M^-1 J^T of {frame} is singular: there is a direction in which it cannot move"
+        by = ", for joints and constraints together" if held else ""
+        what = f"J M^-1 J^T of {frame} is singular: there is a direction in which it cannot move{by}"
         hint = "rows=[...] of the directions in which it can, or a configuration away from the singularity"
         raise NumericalError(Problem("operational_inertia", what, hint))
     return np.asarray(np.linalg.inv(mobility), dtype=np.float64)
+
+
+def _held_mobility(model: Extensible, frame: str, given: Mapping[str, Any]) -> Array:
+    """Return J Z (Z^T M Z)^-1 Z^T J^T, (..., 6, 6).
+
+    By the projector P = Z Z^T, which needs no basis of one size at all states: on the velocities that constraints
+    leave, P M P + s (1 - P) is M, and any s does for the others.
+    """
+    able = model.having(("mass", "constraint_jacobian", "frame_jacobians_aligned"))
+    M = able.evaluator.call("mass", **{name: given[name] for name in ("q", "parameters")})[0]
+    B = able.evaluator.call("constraint_jacobian", **given)[0]
+    J = _taken(able, "frame_jacobians_aligned", frame, **given)
+    nv = M.shape[-1]
+    P = np.eye(nv) - np.linalg.pinv(B, rcond=_DEPENDENT) @ B
+    s = np.trace(M, axis1=-2, axis2=-1)[..., np.newaxis, np.newaxis] / nv
+    free = np.linalg.solve(P @ M @ P + s * (np.eye(nv) - P), P @ np.swapaxes(J, -1, -2))
+    mobility: Array = J @ P @ free
+    return 0.5 * (mobility + np.swapaxes(mobility, -1, -2))
 
 
 def _of(model: Extensible, term: str, frame: str, reference: str, **given: Any) -> Array:

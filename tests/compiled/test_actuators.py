@@ -1,4 +1,7 @@
-"""Efforts of chosen actuators: a slider-crank by its kinetic energy, redundant drives by the motion that they give."""
+"""Efforts of chosen actuators: a slider-crank by its kinetic energy, redundant drives by the motion that they give.
+
+By the same energy: the operational-space inertia of a slider that a crank and a rod hold.
+"""
 
 from __future__ import annotations
 
@@ -102,6 +105,33 @@ def test_efforts_and_multipliers_give_the_motion() -> None:
     others = found.efforts + found.null_space[..., 0]
     assert np.all(np.linalg.norm(found.efforts, axis=-1) < np.linalg.norm(others, axis=-1))
     assert reached.shape == a.shape
+
+
+def test_inertia_of_a_frame_that_a_loop_holds() -> None:
+    """Kinetic energy is half of the crank's inertia times its rate squared, and of the slider's times its velocity."""
+    model, angles = slider_crank(), np.array([0.4, 1.1, -2.2])
+    q = np.stack([state(angle, 1.0, 0.0)[0] for angle in angles])
+    inertia = np.array([2.0 * energies(angle, 1.0)[0].real for angle in angles])
+    slide = np.array([np.real(motion(angle, 1.0)[1][2]) for angle in angles])
+    for frame, rows, ratio in (("slider", [3], slide), ("crank", [1], np.ones(3)), ("rod", [1], lean_rates(angles))):
+        found = model.operational_inertia(frame, q, rows=rows)
+        np.testing.assert_allclose(found[:, 0, 0], inertia / ratio**2, rtol=1e-11)
+    v = np.zeros_like(q)
+    J = model.jacobian("slider", q, reference="local_world_aligned")[:, 3:4]
+    push = np.array([0.0, 0.0, 7.0])  # of the rail's input
+    gained = model.forward_dynamics(q, v, u=push) - model.forward_dynamics(q, v, u=np.zeros(3))
+    found = model.operational_inertia("slider", q, rows=[3])[:, 0]
+    np.testing.assert_allclose(7.0 / found, np.einsum("nij,nj->ni", J, gained), rtol=1e-9)
+    for rows, at in (([3, 4], q), ([3], state(0.0, 1.0, 0.0)[0])):
+        what = (
+            "of slider is singular: there is a direction in which it cannot move, for joints and constraints together"
+        )
+        with pytest.raises(NumericalError, match=what):
+            model.operational_inertia("slider", at, rows=rows)
+
+
+def lean_rates(angles: np.ndarray) -> np.ndarray:
+    return np.array([sum(np.real(motion(angle, 1.0)[1][:2])) for angle in angles])
 
 
 def test_trees_are_a_special_case(rng: np.random.Generator) -> None:
