@@ -77,7 +77,7 @@ def in_backticks(text: str) -> set[str]:
 def test_there_is_something_to_test() -> None:
     assert {block.page for block in WHOLE} == {"README.md", "scene.md"}
     assert len(PIECES) >= 20
-    assert {block.page for block in blocks("python")} == {"README.md", "python.md"}
+    assert {block.page for block in blocks("python")} == {"README.md", "python.md", "urdf_robots.md"}
 
 
 @pytest.mark.parametrize("block", WHOLE, ids=place)
@@ -100,7 +100,7 @@ def test_pieces_fit_into_the_example(block: Block, tmp_path: Path, monkeypatch: 
     assert system.counts["mass"].statements > 0 or made.coordinates == "absolute"
 
 
-@pytest.mark.parametrize("page", ["README.md", "python.md"])
+@pytest.mark.parametrize("page", ["README.md", "python.md", "urdf_robots.md"])
 def test_python_runs(
     page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -121,7 +121,7 @@ def test_python_runs(
 
 
 def test_python_page_prints_what_it_promises(tmp_path: Path) -> None:
-    (tmp_path / "robot.urdf").write_text(blocks("xml")[0].text, encoding="utf-8")
+    (tmp_path / "robot.urdf").write_text(blocks("xml", {"python.md": PAGES["python.md"]})[0].text, encoding="utf-8")
     notes = eomgen.load(tmp_path / "robot.urdf").notes
     assert any("limits of position" in note for note in notes) and any("ground" in note for note in notes)
     with pytest.raises(eomgen.DescriptionError, match="limits of position, velocity and effort"):

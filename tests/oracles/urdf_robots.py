@@ -164,8 +164,8 @@ def _mimics(path: Path, scene: Scene) -> dict[str, tuple[str, float, float]]:
     return found
 
 
-HEAD = f"""# Robots as URDF
-
+HEADING = "## Every robot against Pinocchio\n"
+HEAD = f"""{HEADING}
 Every URDF of [example-robot-data](https://github.com/Gepetto/example-robot-data), read by eomgen and by Pinocchio.
 *Agrees* means that the mass matrix and inverse dynamics at {STATES} random states are those of Pinocchio to 1e-11
 of their norm, with the root fixed and with the root free, and that both read the same placements and inertias.
@@ -178,7 +178,7 @@ files in use have some, and M is positive definite at every state here all the s
 A moment below zero by less than 1e-6 of the largest counts as rounding, and the link as one against the triangle
 inequality: of 13 files with a negative moment, 5 are left that way.
 
-This page is made by `{COMMAND}`, and a test compares it with what is found.
+This table is made by `{COMMAND}`, and a test compares it with what is found.
 
 """
 _TABLE = """| file | degrees of freedom | followers | | links with inertias that no body can have |
@@ -187,7 +187,8 @@ _TABLE = """| file | degrees of freedom | followers | | links with inertias that
 
 
 def page(found: dict[str, Found]) -> str:
-    """Return the page."""
+    """Return the page: what is written by hand as it is, and the table below its heading."""
+    by_hand = PAGE.read_text(encoding="utf-8").partition(HEADING)[0]
     count = sum(item.verdict == "agrees" for item in found.values())
     refused = sum(bool(item.refusal) for item in found.values())
     doubtful = sum(bool(item.doubts) for item in found.values())
@@ -199,7 +200,7 @@ def page(found: dict[str, Found]) -> str:
         f"{len(found)} files: {count} agree, {refused} are refused; {doubtful} of those that agree hold such"
         " inertias.\n\n"
     )
-    return HEAD + summary + _TABLE + "".join(rows)
+    return by_hand + HEAD + summary + _TABLE + "".join(rows)
 
 
 def main() -> int:
