@@ -218,9 +218,9 @@ SLOW: dict[str, tuple[str, ...]] = {
     "integrators/test_similarity.py::test_powers_of_two_leave_the_bits": ("index3-four_bar",),
     "integrators/test_single_precision.py::test_a_machine_at_rest_has_no_impulses_to_be_rounded": (),
     "integrators/test_single_precision.py::test_multipliers_that_are_rounding_are_said": (),
-    "integrators/test_spectral_radius.py::test_spectral_radius_is_at_most_one": ("rk4-given18",),
+    "integrators/test_spectral_radius.py::test_spectral_radius_is_at_most_one": ("rk4-own",),
     "integrators/test_spectral_radius.py::test_spectral_radius_on_a_constraint_is_at_most_one": (
-        "rk4_partitioned-given14",
+        "rk4_partitioned-own",
     ),
     "integrators/test_stepper.py::test_order_on_a_body_on_r3xso3": ("alpha-0.9",),
     "integrators/test_stepper.py::test_order_on_a_body_on_se3_with_a_slider": ("rkmk4",),

@@ -59,6 +59,12 @@ def method_named(name: str, rho_inf: float | None = 0.8, **parameters: float | N
     return _made(row.name, tuple((key, given[key]) for key in row.parameters if given.get(key) is not None))
 
 
+def method_compiled(name: str) -> Method:
+    """Return a method with parameters that its stepper can be compiled with; runs give others. Raises UsageError."""
+    row = row_of(name)[1]
+    return _made(row.name, tuple(row.compiled_with.items())) if row.compiled_with else method_named(name)
+
+
 @functools.lru_cache(maxsize=256)
 def _made(name: str, parameters: tuple[tuple[str, float | None], ...]) -> Method:
     """Return a method; its exact coefficients take longer to be checked than a short run takes."""

@@ -349,20 +349,23 @@ def _method_name(described: Description, method: str | None) -> str:
         ) from None
 
 
-def _method(described: Description, method: str | None) -> Method:
-    """Return a method with the parameters described, as far as it can bear them: those of the run are settings of the
-    stepper.
+def _method(described: Description, method: str | None, *, for_runs: bool) -> Method:
+    """Return a method with the parameters described, as far as it can bear them.
 
-    Raises DescriptionError when the described method cannot.
+    Raises DescriptionError when the described method cannot, UsageError where another one cannot bear its own defaults.
+
+    Parameters
+    ----------
+    for_runs : whether runs give the stepper its parameters, so that it does not matter which it is made with
     """
-    from eomgen.integrators.methods import method_named, method_parameters  # noqa: PLC0415
+    from eomgen.integrators.methods import method_compiled, method_named, method_parameters  # noqa: PLC0415
 
     name = _method_name(described, method)
     try:
         return method_named(name, **method_parameters(name, {}, vars(described.simulation)))
     except UsageError as error:
         if name != _method_name(described, None):
-            return method_named(name)
+            return method_compiled(name) if for_runs else method_named(name)
         problems = []
         for p in error.problems:
             key = p.where.replace("method.", "simulation.")
@@ -372,14 +375,20 @@ def _method(described: Description, method: str | None) -> Method:
 
 
 def _program(
-    document: Document, front_end: FrontEnd, selection: Selection, method: str | None, target: Target
+    document: Document,
+    front_end: FrontEnd,
+    selection: Selection,
+    method: str | None,
+    target: Target,
+    *,
+    for_runs: bool = False,
 ) -> tuple[Program, str]:
-    """Return the Program, and why it has no stepper where it has none."""
+    """Return the Program, and why it has no stepper where it has none; ``for_runs`` as of ``_method``."""
     from eomgen.codegen.convert import to_program  # noqa: PLC0415
     from eomgen.integrators.stepper_data import method_data  # noqa: PLC0415
 
     described = front_end.describe(document)
-    chosen = _method(described, method)
+    chosen = _method(described, method, for_runs=for_runs)
     system = derive(front_end.prepared(document, _reproducible), selection.terms)
     called = chosen.calls(system).union(
         chosen.terms(bool(system.multipliers), bool(system.states), "mass" in system.functions)
@@ -426,7 +435,7 @@ def _made(
     from eomgen.codegen.targets.c.interface import INTERFACE_CDEF  # noqa: PLC0415
     from eomgen.codegen.targets.c.target import C, generate_files, generate_interface  # noqa: PLC0415
 
-    program, refusal = _program(document, front_end, selection, method, C)
+    program, refusal = _program(document, front_end, selection, method, C, for_runs=True)
     files = generate_files(program)
     layout: dict[str, Any] = {
         **interface_layout(program),

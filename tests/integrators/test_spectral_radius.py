@@ -29,6 +29,10 @@ OTHERS: Mapping[str, tuple[Mapping[str, float], ...]] = {
     "hht": ({"alpha": 0.0}, {"alpha": 1 / 3}),
     "wbz": ({"alpha": 0.1}, {"alpha": 1.0}),
     "newmark": ({"alpha": 0.1}, {"beta": 0.25, "gamma": 0.5}),
+    "generalized_alpha_index3": ({"rho_inf": 0.0}, {"rho_inf": 0.5}, {"rho_inf": 0.98}),
+    "hht_index3": ({"alpha": 0.05}, {"alpha": 1 / 3}),
+    "wbz_index3": ({"alpha": 0.1}, {"alpha": 1.0}),
+    "newmark_index3": ({"alpha": 0.1}, {"beta": 0.3025, "gamma": 0.6}),
 }
 #: Methods that refuse their defaults, which do not damp.
 REFUSED = ("newmark_index3", "trapezoidal_index3")
@@ -68,17 +72,22 @@ def fixed_steps(constrained: bool) -> list[tuple[str, Mapping[str, float]]]:
         for row in family.names():
             if "constraints" in row.differs and not constrained:  # the same as another one
                 continue
+            others = OTHERS.get(row.name, ())
             if row.name in REFUSED:
                 with pytest.raises(eomgen.UsageError, match="index 3 is weakly unstable"):
                     method_named(row.name)
+                found += [(row.name, given) for given in others]
                 continue
             method = method_named(row.name)
             wrong = any(need.fact == "constraints" and need.value is not constrained for need in method.needs)
-            if method.chooses_steps or wrong:
-                continue
-            others = () if constrained else OTHERS.get(row.name, ())
-            found += [(row.name, given) for given in ({}, *others)]
+            if not method.chooses_steps and not wrong:
+                found += [(row.name, given) for given in ({}, *others)]
     return found
+
+
+def named(value: object) -> str:
+    """Return what a parameter of a test is called."""
+    return " ".join(f"{key} {x:.4g}" for key, x in value.items()) or "own" if isinstance(value, Mapping) else str(value)
 
 
 def amplification(
@@ -111,7 +120,7 @@ def amplification(
     return matrix
 
 
-@pytest.mark.parametrize(("method", "given"), fixed_steps(constrained=True))
+@pytest.mark.parametrize(("method", "given"), fixed_steps(constrained=True), ids=named)
 def test_spectral_radius_on_a_constraint_is_at_most_one(method: str, given: Mapping[str, float]) -> None:
     measured, worst = 0, 0.0
     for phase in PHASES:
@@ -126,7 +135,7 @@ def test_spectral_radius_on_a_constraint_is_at_most_one(method: str, given: Mapp
     assert measured >= 12
 
 
-@pytest.mark.parametrize(("method", "given"), fixed_steps(constrained=False))
+@pytest.mark.parametrize(("method", "given"), fixed_steps(constrained=False), ids=named)
 def test_spectral_radius_is_at_most_one(method: str, given: Mapping[str, float]) -> None:
     limit = LIMITS.get(method, np.inf)
     measured, worst = 0, 0.0

@@ -42,6 +42,14 @@ def test_undamped_and_damped_cases_bear_constraints() -> None:
         np.testing.assert_allclose(run.q[-1], fine.q[-1], atol=3e-5)
 
 
+def test_a_case_that_index_3_bears_with_damping_needs_none_in_the_scene() -> None:
+    damped = absolute().simulate(0.1, 1e-3, method="newmark_index3", alpha=0.1)
+    same = absolute().simulate(0.1, 1e-3, method="newmark_index3", beta=0.3025, gamma=0.6)
+    assert damped.success and damped.metadata["settings"]["beta"] == pytest.approx(0.3025, rel=1e-15)
+    np.testing.assert_allclose(damped.q, same.q, rtol=1e-12)
+    np.testing.assert_allclose(damped.q[-1], absolute().simulate(0.1, 1e-4).q[-1], atol=3e-3)
+
+
 def test_what_a_user_should_know_is_in_the_message() -> None:
     run = pendulum().simulate(0.05, 1e-2, method="newmark", beta=0.125)
     assert run.success and "newmark with 2 beta < gamma is stable only while step times the highest" in run.message
@@ -54,12 +62,26 @@ def test_what_a_user_should_know_is_in_the_message() -> None:
         ({"method": "trapezoidal", "rho_inf": 0.8}, "rho_inf: trapezoidal takes no rho_inf; try: leave it out"),
         ({"alpha": 0.1}, "alpha: generalized_alpha takes no alpha; try: only rho_inf"),
         ({"method": "hht", "alpha": "much"}, "alpha: a number is needed, not str"),
+        (
+            {"method": "newmark_index3"},
+            "newmark has a spectral radius of 1 here, and index 3 is weakly unstable then: nothing damps the errors of"
+            " the multipliers, which alternate from step to step and grow; try: newmark without _index3, the stabilised"
+            " form, or hht_index3 with alpha = 0.05",
+        ),
+        ({"method": "newmark_index3", "alpha": 0.0}, "newmark has a spectral radius of 1 here, and index 3 is weakly"),
         ({"method": "newmark", "beta": 0.1}, "beta: newmark cannot run on constraints: with 2 beta < gamma"),
     ],
 )
 def test_what_does_not_fit_is_refused(options: dict[str, object], text: str) -> None:
     with pytest.raises(eomgen.UsageError, match=re.escape(text)):
         absolute().simulate(0.1, 1e-2, **options)
+
+
+def test_c_of_a_case_without_damping_is_not_written_for_index_3(tmp_path: Path) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_text(PENDULUM_TOML, encoding="utf-8")
+    with pytest.raises(eomgen.UsageError, match="newmark has a spectral radius of 1 here, and index 3 is weakly"):
+        eomgen.generate(path, tmp_path / "c", method="newmark_index3")
 
 
 def test_a_scene_file_chooses_a_case(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

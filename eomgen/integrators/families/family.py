@@ -67,6 +67,7 @@ class MethodName:
     studied : whether such a study takes it where no methods are named
     by_tolerance : name of the method that is meant where a tolerance is given; empty: this one
     fixed_steps : why its steps cannot follow a tolerance, and what to take; empty for methods that take one
+    compiled_with : parameters that a stepper is compiled with where its scene says none that it bears; runs give theirs
     ladders : of extreme conditions that take it where no methods are named
     fine_by : what makes its runs references of such ladders; empty: nothing
     """
@@ -81,6 +82,7 @@ class MethodName:
     studied: bool = True
     by_tolerance: str = ""
     fixed_steps: tuple[str, str] | tuple[()] = ()
+    compiled_with: Mapping[str, float] = field(default_factory=dict)
     ladders: tuple[Ladders, ...] = ()
     fine_by: FineBy = ""
 

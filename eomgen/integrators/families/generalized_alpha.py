@@ -97,6 +97,8 @@ _NEWMARK_FIXED = (
 )
 
 
+#: Parameters of cases whose own do not damp, which index 3 does not bear.
+_COMPILED_WITH: Mapping[str, Mapping[str, float]] = {"newmark_index3": {"alpha": 0.05}}
 #: Spectral radii at infinite frequency that studies compare, by form.
 _COMPARED_RADII: Mapping[str, tuple[float, ...]] = {
     STABILISED: (0.0, 0.5, 0.8, 0.9, 1.0),
@@ -233,7 +235,7 @@ class GeneralizedAlpha(Family):
             rows.append(replace(row, **_IN_LADDERS.get(case, {})))
             index_3, differs = partial(_named_case, case, INDEX_3), _differs(INDEX_3, "F0")
             row = MethodName(f"{case}_index3", index_3, parameters, differs=differs, studied=False)
-            rows.append(replace(row, fixed_steps=_INDEX_3_FIXED))
+            rows.append(replace(row, fixed_steps=_INDEX_3_FIXED, compiled_with=_COMPILED_WITH.get(row.name, {})))
         return tuple(rows)
 
     @classmethod
