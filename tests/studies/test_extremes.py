@@ -166,6 +166,20 @@ def test_a_fail_is_tried_again_in_a_process_of_its_own(monkeypatch: pytest.Monke
     assert [cell.verdict for cell in found.cells] == ["holds", "holds"]
 
 
+def test_single_precision_is_held_against_double_precision(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[tuple[str, str]] = []
+
+    def noted(self: Runner, request: Any, limit: float) -> Ended:
+        asked.append((request.conditions.model, request.method))
+        return simulated(subject.model(request.conditions.model), request.conditions, request.method, **request.more)
+
+    subject = Subject(PENDULUM, {})
+    monkeypatch.setattr(Runner, "ended", noted)
+    found = eomgen.extremes(PENDULUM, cells=["float:0.01:rk4"])
+    assert [cell.verdict for cell in found.cells] == ["holds"]
+    assert asked[0] == ("single", "rk4") and {model for model, _ in asked[1:]} == {"own"}
+
+
 def test_formulas_are_scaled_with_their_arguments() -> None:
     scene = PENDULUM | {
         "inputs": {"push": {"formula": "3 * sin(2 * t)", "unit": "N m"}},

@@ -17,7 +17,7 @@ from eomgen.studies.ladders.references import Reference, difference, reference
 from eomgen.studies.ladders.result import Extremes
 from eomgen.studies.ladders.runs import REACHED, Conditions, Ended, Request, Runner, compile_stepper, simulated
 from eomgen.studies.ladders.structure import Structure
-from eomgen.studies.ladders.subject import FACTORS, SINGLE, Subject
+from eomgen.studies.ladders.subject import FACTORS, OWN, SINGLE, Subject
 from eomgen.studies.ladders.table import BY_NAME, EQUATIONS, LADDERS, SAME, Ladder, methods_of
 from eomgen.studies.ladders.verdicts import FAILS, Cell, verdict
 from eomgen.text import nearest, shown
@@ -215,6 +215,8 @@ class _Study:
                 arrays = dict(ended.arrays) if ended.how == REACHED and ended.arrays is not None else None
                 self.references[key] = Reference(f"{method}, the scene as it is", arrays, 0.0)
             return self.references[key]
+        if conditions.model == SINGLE:  # rounding of its own would be called exact
+            conditions = conditions.varied(model=OWN)
         key = _key(conditions.varied(given={}))
         if key not in self.references:
             self.references[key] = reference(self.subject, conditions, self.runner.ended)
