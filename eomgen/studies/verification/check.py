@@ -15,6 +15,7 @@ from eomgen.studies.verification.claims.beams import beam_claims
 from eomgen.studies.verification.claims.bodies import body_claims
 from eomgen.studies.verification.claims.claim import Claim, Space
 from eomgen.studies.verification.claims.events import event_claims
+from eomgen.studies.verification.claims.frames import frame_claims
 from eomgen.studies.verification.claims.linear_models import linear_claims
 from eomgen.studies.verification.claims.motion import motion_claims
 from eomgen.studies.verification.claims.partials import constraint_claims, packed_claims, partial_claims
@@ -132,6 +133,7 @@ def _claims(space: Space, engine: Engine, system: System, model: Model) -> list[
         *constraint_claims(space, engine),
         *packed_claims(space, engine, system),
         *body_claims(space, engine),
+        *frame_claims(space, engine, system, model.scene),
         *beam_claims(space, engine, system, model.scene),
         *rate_claims(space, engine),
         *linear_claims(space, engine, system, model.description),
