@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 from numpy.typing import ArrayLike
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from eomgen.linear.linearization import Linearization
     from eomgen.linear.root_locus import RootLocus
     from eomgen.results.solution import Solution
+    from eomgen.simulation.options import MethodOptions, ResumeOptions, RunOptions
     from eomgen.simulation.simulator import Simulator
 
 
@@ -33,8 +34,89 @@ class Model(CompiledModel):
     A term that the model was built without raises UsageError, and so does an argument of the wrong shape.
     """
 
-    def simulate(self, t_end: float | None = None, step: float | None = None, **options: Any) -> Solution:
-        """Integrate from the initial state; see ``eomgen.simulation.simulate`` for all options."""
+    def simulate(
+        self, t_end: float | None = None, step: float | None = None, **options: Unpack[RunOptions]
+    ) -> Solution:
+        """Integrate the equations of motion on a grid of equal steps.
+
+        What is not given is the scene's; the method is the one that the model was built with. A numerical failure and
+        Ctrl-C end the run with the last good state: the Solution then has ``success`` False and a message; nothing is
+        raised. So it has where the motion has grown because the method is unstable at this step: see
+        ``simulation.growth``.
+
+        Parameters
+        ----------
+        t_end : float
+            End of the run, s. A last step that would pass it is shortened to end there; tables of inputs have a point
+            for its whole.
+        step : float
+            Step size, s.
+        method : str
+            The model's own by default. ``auto``: chosen once, before the run, from the eigenvalues of the equations at
+            its start, the constraints, and whether forces are smooth; the message and ``metadata["method"]`` name the
+            choice.
+
+            - Generalized-alpha, implicit, order 2: ``generalized_alpha`` (also ``chung_hulbert``); with other updates
+              of rotations ``generalized_alpha_f1``, ``generalized_alpha_f2``, ``generalized_alpha_spatial``; its cases
+              ``hht``, ``wbz``, ``newmark`` and ``trapezoidal`` (also ``average_acceleration``); with steps by a
+              tolerance ``generalized_alpha_adaptive``, ``hht_adaptive``, ``wbz_adaptive`` and ``trapezoidal_adaptive``.
+              For constraints of index 3 ``generalized_alpha_index3``, ``generalized_alpha_index3_f1``,
+              ``generalized_alpha_index3_f2``, ``generalized_alpha_index3_spatial``, ``hht_index3``, ``wbz_index3``,
+              ``newmark_index3`` and ``trapezoidal_index3``.
+            - Runge-Kutta, explicit: ``rk4`` (also ``rkmk4``, ``runge_kutta``), of order 4; ``rk45`` (also
+              ``dormand_prince``, ``dopri5``), of order 5 with steps of its own between rows that are ``step`` apart; by
+              coordinate partitioning of constrained scenes ``rk4_partitioned`` (also ``partitioned``) and
+              ``rk45_partitioned``.
+            - ``hermite``, of order 4 from accelerations and their rates, and ``taylor``, series of any order, whose
+              steps are its own and ``step`` the spacing of the time grid on which it gives states.
+        rho_inf : float
+            Spectral radius of generalized-alpha at infinite frequency, 0 to 1; of ``hht`` 1/2 to 1, of ``wbz`` 0 to 1.
+        alpha : float
+            Numerical damping of ``hht`` (0 to 1/3), ``wbz`` or ``newmark`` (0 to 1), in place of ``rho_inf``.
+        beta, gamma : float
+            Of ``newmark``; 1/4 and 1/2 by default.
+        order : int
+            Of ``taylor``, 2 to 40; the one that suits its tolerance by default.
+        tolerance : float
+            Of the local error, relative to what the motion moves within a step: ``generalized_alpha``, ``hht``, ``wbz``
+            and ``trapezoidal`` then choose their steps between rows that are ``step`` apart, and so does ``rk45``, by
+            1e-8 by default. Of ``taylor``, relative to what lengths and angles move within a step, or to a hundredth of
+            the machine and of 1 rad; of z relative to the largest, or to 1; 1e-12 by default. 0: each step of the time
+            grid is one step, of the order that is given.
+        initial : mapping
+            ``q`` and ``v`` as arrays, or joints by name: ``{"hinge": 0.3}``, ``{"hinge": {"position": 0.3, "velocity":
+            1.0}}``. Internal states: all as ``z`` (an array, or a mapping from names), or by name: ``{"filtered":
+            0.2}``.
+        parameters : mapping or array
+        inputs : mapping
+            Name -> number, function of t, or array on the step grid (steps + 1 values, linear in between).
+        record_every : int
+            Steps between recorded rows; the first and the last state are always recorded.
+        t_start : float
+            Time of the initial state, s.
+        settings : mapping
+            The stepper's own, by name. Of generalized-alpha: ``rtol`` and ``atol`` of its Newton iteration,
+            ``max_iterations``, ``max_halvings`` of a step that fails, ``reuse`` of its matrix (0 or 1), and
+            ``perturb`` of a start in index 3 (0 or 1).
+        progress : callable or True
+            Called with (steps done, all steps) some ten times a second; the steps of the error estimate are counted
+            too. True shows a bar, in notebooks and on terminals.
+        checkpoint : path
+            File from which ``model.resume`` goes on with the same bits: written at the start, at the end, at Ctrl-C and
+            meanwhile.
+        checkpoint_every : int
+            Steps between two checkpoints; one a minute where it is not given.
+        start : str
+            ``initial``: the initial state; ``equilibrium``: static equilibrium near it, with its velocities. The
+            scene's where neither this nor ``initial`` is given.
+        error_estimate : bool
+            Whether the discretisation error is estimated, by runs at other steps or tolerances: ``Solution.error``.
+
+        Raises
+        ------
+        UsageError
+            Anything that is wrong before the run starts, by name.
+        """
         from eomgen.simulation.simulate import simulate  # noqa: PLC0415  # the model is used without it too
 
         return simulate(self, t_end, step, **options)
@@ -45,9 +127,29 @@ class Model(CompiledModel):
         parameters: Parameters = None,
         method: str | None = None,
         step: float | None = None,
-        **options: Any,
+        **options: Unpack[MethodOptions],
     ) -> Simulator:
-        """Return a simulator at an initial state, whose steps the caller takes; see ``eomgen.simulation.start``."""
+        """Return a simulator at an initial state, to be stepped by the caller.
+
+        What is not given is the scene's, as in ``simulate``, whose options these are. A simulator makes none of the
+        checks of a whole run: energies, growth and the discretisation error are left to the caller.
+
+        Parameters
+        ----------
+        initial, parameters, method, step : as in ``simulate``
+        rho_inf, alpha, beta, gamma, order, tolerance, t_start, settings, start : likewise
+        inputs : mapping
+            Name -> number or function of t: what inputs are in steps that are given none.
+
+        Raises
+        ------
+        UsageError
+            Anything that is wrong, by name.
+        ModelError
+            The method cannot run on this scene; constraints cannot be met.
+        NumericalError
+            The initial state has no finite accelerations.
+        """
         from eomgen.simulation.start import start  # noqa: PLC0415
 
         return start(self, initial, parameters, method, step, **options)
@@ -167,8 +269,41 @@ class Model(CompiledModel):
 
         return roots_over(self.linearize, parameter, values, parameters, **options)
 
-    def resume(self, path: str | os.PathLike[str], t_end: float | None = None, **options: Any) -> Solution:
-        """Go on with a run from its checkpoint, to the same bits; see ``eomgen.simulation.resume`` for all options."""
+    def resume(
+        self, path: str | os.PathLike[str], t_end: float | None = None, **options: Unpack[ResumeOptions]
+    ) -> Solution:
+        """Go on with a run from its checkpoint: same method, step, settings, parameters, inputs and time grid,
+        to the same bits.
+
+        Parameters
+        ----------
+        path : path
+            File of ``simulate(checkpoint=...)``.
+        t_end : float
+            End of the run, s; that of the first part by default, and it may be later.
+        parameters : mapping or array
+            Not needed; refused where they are not those of the first part.
+        inputs : mapping
+            Functions of t must be given again; numbers and tables are in the file, and refused where they differ.
+        progress, checkpoint, checkpoint_every
+            As in ``simulate``; checkpoints go to ``path`` by default.
+        error_estimate : bool
+            As in ``simulate``; the estimate takes the state of the checkpoint for exact.
+
+        Returns
+        -------
+        Solution
+            From the checkpoint on; ``first.followed_by(second)`` puts both parts together.
+
+        Raises
+        ------
+        FileError
+            The file cannot be read or is no checkpoint.
+        ModelError
+            It belongs to another model, or to another compilation of it.
+        UsageError
+            Other parameters or inputs; an end that is behind.
+        """
         from eomgen.simulation.resume import resume  # noqa: PLC0415
 
         return resume(self, path, t_end, **options)

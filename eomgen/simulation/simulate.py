@@ -106,73 +106,7 @@ def simulate(
     start: str | None = None,
     error_estimate: bool = True,
 ) -> Solution:
-    """Integrate the equations of motion on a grid of equal steps.
-
-    What is not given is the scene's; the method is the one that the model was built with. A numerical failure and
-    Ctrl-C end the run with the last good state: the Solution then has ``success`` False and a message; nothing is
-    raised. So it has where the motion has grown because the method is unstable at this step: see ``simulation.growth``.
-
-    Parameters
-    ----------
-    t_end : float
-        End of the run, s. A last step that would pass it is shortened to end there; tables of inputs have a point for
-        its whole.
-    step : float
-        Step size, s.
-    method : str
-        ``generalized_alpha`` (also ``chung_hulbert``), for constraints also ``generalized_alpha_index3``, each with
-        ``_f1`` or ``_f2`` behind it; its named cases ``hht``, ``wbz``, ``newmark`` and ``trapezoidal``, each also with
-        ``_index3``; ``rk4`` (also ``rkmk4``, ``runge_kutta``); ``rk45``, of order 5 with steps of its own between rows
-        that are ``step`` apart; ``rk4_partitioned`` for constrained scenes; ``taylor``,
-        whose steps are its own and ``step`` the spacing of the time grid on which it gives states; ``hermite``, of
-        order 4 from accelerations and their rates.
-        ``auto``: chosen once, before the run, from the eigenvalues of the equations at its start, the constraints, and
-        whether forces are smooth; the message and ``metadata["method"]`` name the choice.
-    rho_inf : float
-        Spectral radius of generalized-alpha at infinite frequency, 0 to 1; of ``hht`` 1/2 to 1, of ``wbz`` 0 to 1.
-    alpha : float
-        Numerical damping of ``hht`` (0 to 1/3), ``wbz`` or ``newmark`` (0 to 1), in place of ``rho_inf``.
-    beta, gamma : float
-        Of ``newmark``; 1/4 and 1/2 by default.
-    order : int
-        Of ``taylor``, 2 to 40; the one that suits its tolerance by default.
-    tolerance : float
-        Of the local error, relative to what the motion moves within a step: ``generalized_alpha``, ``hht``, ``wbz``
-        and ``trapezoidal`` then choose their steps between rows that are ``step`` apart, and so does ``rk45``, by 1e-8
-        by default. Of ``taylor``, relative to what lengths and angles move within a step, or to a hundredth of the
-        machine and of 1 rad; of z relative to the largest, or to 1; 1e-12 by default.
-        0: each step of the time grid is one step, of the order that is given.
-    initial : mapping
-        ``q`` and ``v`` as arrays, or joints by name: ``{"hinge": 0.3}``, ``{"hinge": {"position": 0.3, "velocity":
-        1.0}}``. Internal states: all as ``z`` (an array, or a mapping from names), or by name: ``{"filtered": 0.2}``.
-    parameters : mapping or array
-    inputs : mapping
-        Name -> number, function of t, or array on the step grid (steps + 1 values, linear in between).
-    record_every : int
-        Steps between recorded rows; the first and the last state are always recorded.
-    t_start : float
-        Time of the initial state, s.
-    settings : mapping
-        The stepper's own, by name: ``rtol``, ``atol``, ``max_iterations``, ``max_halvings``, ``reuse``.
-    progress : callable or True
-        Called with (steps done, all steps) some ten times a second; the steps of the error estimate are counted too.
-        True shows a bar, in notebooks and on terminals.
-    checkpoint : path
-        File from which ``model.resume`` goes on with the same bits: written at the start, at the end, at Ctrl-C and
-        meanwhile.
-    checkpoint_every : int
-        Steps between two checkpoints; one a minute where it is not given.
-    start : str
-        ``initial``: the initial state; ``equilibrium``: static equilibrium near it, with its velocities. The scene's
-        where neither this nor ``initial`` is given.
-    error_estimate : bool
-        Whether the discretisation error is estimated, by runs at other steps or tolerances: ``Solution.error``.
-
-    Raises
-    ------
-    UsageError
-        Anything that is wrong before the run starts, by name.
-    """
+    """Integrate the equations of motion on a grid of equal steps; options and errors as of ``Model.simulate``."""
     defaults = model.library.layout["defaults"]
     step = positive("step", defaults["step"] if step is None else step)
     end = number_of("t_end", t_start + defaults["duration"] if t_end is None else t_end)

@@ -221,7 +221,7 @@ class Runner:
             if time.perf_counter() - began > self.limit:
                 raise _TooLong
 
-        given = {**configuration.parameters, **({} if tolerance is None else {"tolerance": tolerance})}
+        given: dict[str, Any] = {**configuration.parameters, **({} if tolerance is None else {"tolerance": tolerance})}
         try:
             self.prepare(configuration)
             model = self.model(configuration.formulation, configuration.real, configuration.profile)

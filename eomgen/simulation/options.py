@@ -1,0 +1,51 @@
+"""Keyword options of runs, as type checkers and editors know them; ``Model`` documents them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from typing import Any, TypedDict
+
+from eomgen.compiled.terms import Parameters
+from eomgen.progress import Progress
+from eomgen.simulation.inputs import Signal
+
+
+class MethodOptions(TypedDict, total=False):
+    """Parameters of methods, settings of steppers, and where a motion starts."""
+
+    rho_inf: float | None
+    alpha: float | None
+    beta: float | None
+    gamma: float | None
+    order: int | None
+    tolerance: float | None
+    inputs: Mapping[str, Signal] | None
+    t_start: float
+    settings: Mapping[str, float] | None
+    start: str | None
+
+
+class Continuation(TypedDict, total=False):
+    """Progress, checkpoints, and the estimate of the error."""
+
+    progress: Progress | bool | None
+    checkpoint: str | os.PathLike[str] | None
+    checkpoint_every: int | None
+    error_estimate: bool
+
+
+class RunOptions(MethodOptions, Continuation, total=False):
+    """Of ``Model.simulate``, besides the end and the step."""
+
+    method: str | None
+    initial: Mapping[str, Any] | None
+    parameters: Parameters
+    record_every: int | None
+
+
+class ResumeOptions(Continuation, total=False):
+    """Of ``Model.resume``, besides the file and the end."""
+
+    parameters: Parameters
+    inputs: Mapping[str, Signal] | None
