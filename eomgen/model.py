@@ -90,6 +90,11 @@ class Model(CompiledModel):
         parameters : mapping or array
         inputs : mapping
             Name -> number, function of t, or array on the step grid (steps + 1 values, linear in between).
+        controllers : mapping
+            Name -> function of the sampled controllers that the scene leaves to the caller: ``f(t, signals)``, with
+            declared memory ``f(t, signals, memory)``, gives what is held until the next sample. A class is made anew
+            for each run that the error estimate takes; a function that may keep something by itself is called in one
+            run only.
         record_every : int
             Steps between recorded rows; the first and the last state are always recorded.
         t_start : float
@@ -115,7 +120,7 @@ class Model(CompiledModel):
         Raises
         ------
         UsageError
-            Anything that is wrong before the run starts, by name.
+            Anything that is wrong before the run starts, by name; a controller's function that fails.
         """
         from eomgen.simulation.simulate import simulate  # noqa: PLC0415  # the model is used without it too
 
@@ -140,6 +145,7 @@ class Model(CompiledModel):
         rho_inf, alpha, beta, gamma, order, tolerance, t_start, settings, start : likewise
         inputs : mapping
             Name -> number or function of t: what inputs are in steps that are given none.
+        controllers : as in ``simulate``; copies and ``restore`` need functions whose memory the scene declares
 
         Raises
         ------
@@ -285,6 +291,8 @@ class Model(CompiledModel):
             Not needed; refused where they are not those of the first part.
         inputs : mapping
             Functions of t must be given again; numbers and tables are in the file, and refused where they differ.
+        controllers : mapping
+            The functions again, whose memory the scene has to declare: a checkpoint holds nothing else.
         progress, checkpoint, checkpoint_every
             As in ``simulate``; checkpoints go to ``path`` by default.
         error_estimate : bool
@@ -302,7 +310,7 @@ class Model(CompiledModel):
         ModelError
             It belongs to another model, or to another compilation of it.
         UsageError
-            Other parameters or inputs; an end that is behind.
+            Other parameters or inputs; an end that is behind; a controller's function whose memory is not declared.
         """
         from eomgen.simulation.resume import resume  # noqa: PLC0415
 

@@ -81,6 +81,7 @@ DOORS: dict[str, set[str]] = {
         "progress",
         "results",
         "system",
+        "text",
         "toolchain",
         "version",
     },
@@ -195,9 +196,9 @@ ORDER: dict[str, tuple[str, ...]] = {
         "reading",
     ),
     "integrators": (
-        "newton samples step_splitting",
+        "newton step_splitting",
         "families",
-        "events methods stepper_layout",
+        "events methods samples stepper_layout",
         "stepper_data",
     ),
     "studies.tuning": (

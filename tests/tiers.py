@@ -452,6 +452,18 @@ SLOW: dict[str, tuple[str, ...]] = {
     "simulation/test_momentum.py::test_the_momentum_of_several_bodies_together_is_kept": ("spring",),
     "simulation/test_named_methods.py::test_cases_of_the_same_coefficients_run_the_same": (),
     "simulation/test_named_methods.py::test_undamped_and_damped_cases_bear_constraints": (),
+    "simulation/test_sampled_controllers.py::test_a_caller_in_c_gives_the_function": (),
+    "simulation/test_sampled_controllers.py::test_a_function_of_python_moves_as_its_law_in_formulas": (
+        "0.0037-rk4",
+        "0.01-generalized_alpha",
+    ),
+    "simulation/test_sampled_controllers.py::test_a_linked_function_of_c_moves_as_its_law_in_formulas": ("rk4",),
+    "simulation/test_sampled_controllers.py::test_a_linked_function_that_reports_an_error_ends_the_run": (),
+    "simulation/test_sampled_controllers.py::test_generated_c_with_the_linked_function_runs_alone_without_warnings": (
+        "generalized_alpha",
+    ),
+    "simulation/test_sampled_controllers.py::test_several_outputs_and_controllers_that_read_one_another": (),
+    "simulation/test_sampled_controllers.py::test_the_c_file_is_part_of_the_key_and_its_faults_name_its_lines": (),
     "simulation/test_sampled_states.py::test_a_held_force_is_that_of_a_controller_by_hand": (
         "0.007-rk4",
         "0.007-generalized_alpha",

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import Any
 
-from eomgen.codegen.program import OutputArray, Part, Program, ProgramCurve, ProgramFunction
+from eomgen.codegen.program import OutputArray, Part, Program, ProgramCurve, ProgramFunction, SourceFile
 from eomgen.codegen.scheduling.maps import program_loop
 from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, PART_LIMIT, schedule
 from eomgen.codegen.series.functions import series_functions
@@ -110,6 +110,7 @@ def to_program(
         dof_parent=system.dof_parent,
         discontinuities=tuple(asdict(item) for item in system.discontinuities),
         sampled=tuple(asdict(item) for item in system.sampled),
+        sources=_sources(system, names.model(system.name)),
         validity=tuple(asdict(item) for item in system.validity),
         facts=asdict(system.facts),
         defaults=dict(system.defaults),
@@ -124,6 +125,21 @@ def to_program(
         series=series,
         curves=tuple(_curve(curves[key]) for key in curve_numbers),
     )
+
+
+def _sources(system: System, prefix: str) -> tuple[SourceFile, ...]:
+    """Return the C files that the scene brings along, each once, with the functions that are called in it."""
+    functions: dict[tuple[str, str], list[str]] = {}
+    for item in system.controllers:
+        if item.source is not None:
+            functions.setdefault((item.source.name, item.source.text), []).append(item.function)
+    made: list[SourceFile] = []
+    for (name, text), called in functions.items():
+        stem = "".join(c if c.isascii() and c.isalnum() else "_" for c in name.removesuffix(".c"))
+        same = sum(file.name.startswith(f"{prefix}_user_{stem}") for file in made)
+        file = f"{prefix}_user_{stem}{f'_{same + 1}' if same else ''}.c"
+        made.append(SourceFile(file, name, text, tuple(dict.fromkeys(called))))
+    return tuple(made)
 
 
 def _base_of_step(system: System, wanted: Sequence[str], nest_limit: int) -> tuple[tuple[int, ...], Part | None]:

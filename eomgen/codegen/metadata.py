@@ -16,6 +16,9 @@ LAYOUT_VERSION = 1
 #: Largest argument of compiled sines and cosines, rad: up to it, what is subtracted of it are exact products.
 LARGEST_ANGLE = 1e10
 
+#: Fields of a Program that only its C is made of.
+_OF_THE_TEXT = ("functions", "loops", "curves", "series", "constants", "base_read", "base_of_step", "sources")
+
 
 def interface_layout(program: Program) -> dict[str, Any]:
     """Return sizes, names, factors, functions (their position is their number), initial state, defaults and method.
@@ -27,7 +30,7 @@ def interface_layout(program: Program) -> dict[str, Any]:
     layout: dict[str, Any] = {
         field.name: getattr(program, field.name)
         for field in dataclasses.fields(program)
-        if field.name not in ("functions", "loops", "curves", "series", "constants", "base_read", "base_of_step")
+        if field.name not in _OF_THE_TEXT
     }
     for key in ("parameters", "inputs", "states", "outputs"):
         layout[key] = [dataclasses.asdict(named) for named in layout[key]]

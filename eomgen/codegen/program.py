@@ -137,6 +137,24 @@ class ProgramCurve:
 
 
 @dataclass(frozen=True)
+class SourceFile:
+    """A C file that the scene brings along.
+
+    Attributes
+    ----------
+    name : of the file in the folder of the C
+    written : of the file that the user wrote
+    text : all of it
+    functions : which of its functions are called
+    """
+
+    name: str
+    written: str
+    text: str
+    functions: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class Program:
     """The complete input of the templates.
 
@@ -173,6 +191,8 @@ class Program:
         Of the constraint rows: m, 1 or m/s.
     frames : tuple of str
         Bodies and named frames that the functions of frames give, in their order.
+    sources : tuple of SourceFile
+        C files that the scene brings along.
     start : str
         What there is to say about the initial state, where it is not simply that of the joints.
     """
@@ -218,6 +238,7 @@ class Program:
     sampled: tuple[Mapping[str, float], ...] = ()
     row_units: tuple[str, ...] = ()
     frames: tuple[str, ...] = ()
+    sources: tuple[SourceFile, ...] = ()
 
     def function(self, name: str) -> ProgramFunction:
         """Return a function by name. Raises KeyError with the known names."""

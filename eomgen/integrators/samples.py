@@ -1,22 +1,78 @@
-"""Sampled states as data for the templates: their clocks, and which state follows which."""
+"""Sampled states as data for the templates: their clocks, which state follows which, and whose functions are called."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from eomgen.system.samples import SampleRow
+from eomgen.integrators.families.family import Status
+from eomgen.system.samples import SampledController, SampleRow
 
 #: How far a sample may be moved onto a point of the time grid, as a part of the shortest period.
 CLOSEST = 1e-5
+#: Number of the status of a function that fails, and what to try then.
+CONTROLLER_FAILED = 30
+CONTROLLER_ADVICE = "a function that gives finite values from the signals of that time, and returns 0"
 
 
-def sample_data(rows: Sequence[SampleRow]) -> dict[str, Any]:
-    """Return the sampled states as JSON types: ``clocks``, each a period and its first time in s, and ``rows``."""
+def sample_data(
+    rows: Sequence[SampleRow], controllers: Sequence[SampledController] = (), states: Sequence[str] = ()
+) -> dict[str, Any]:
+    """Return the sampled states as JSON types: ``clocks``, each a period and its first time in s, ``rows``, and
+    ``controllers`` where there are some. ``set_at`` of a row is the level at which the term gives its value, -1 where a
+    controller does.
+
+    Parameters
+    ----------
+    states : names of all internal states, in their order
+    """
     clocks = list(dict.fromkeys((row.period, row.offset) for row in rows))
+    numbers = {name: number for number, name in enumerate(states)}
+    called = [_called(item, rows, numbers, clocks) for item in controllers]
     return {
         "clocks": [list(clock) for clock in clocks],
-        "rows": [asdict(row) | {"clock": clocks.index((row.period, row.offset))} for row in rows],
+        "rows": [
+            {
+                **asdict(row),
+                "clock": clocks.index((row.period, row.offset)),
+                "set_at": row.level if row.controller < 0 else -1,
+            }
+            for row in rows
+        ],
         "closest": CLOSEST * min(row.period for row in rows),
+        **({"controllers": called, "from_caller": any(not item["function"] for item in called)} if called else {}),
     }
+
+
+def _called(
+    item: SampledController,
+    rows: Sequence[SampleRow],
+    numbers: Mapping[str, int],
+    clocks: Sequence[tuple[float, float]],
+) -> dict[str, Any]:
+    by_state = {row.state: row for row in rows}
+    given = [by_state[numbers[name]] for name in item.value_states]
+    return {
+        "name": item.name,
+        "signals": list(item.signals),
+        "outputs": list(item.outputs),
+        "signal_states": [numbers[name] for name in item.signal_states],
+        "value_states": [row.state for row in given],
+        "memory_states": [numbers[name] for name in item.memory_states],
+        "quantum": given[0].quantum,
+        "level": given[0].level,
+        "clock": clocks.index((given[0].period, given[0].offset)),
+        "declared": item.declared,
+        "function": item.function,
+    }
+
+
+def controller_status(controllers: Sequence[SampledController]) -> tuple[Status, ...]:
+    """Return the status of a function that fails, where any are called."""
+    if not controllers:
+        return ()
+    names = ", ".join(item.name for item in controllers)
+    one = f"the function of the controller {names}" if len(controllers) == 1 else f"a controller's function ({names})"
+    what = f"{one} reports an error, gives values that are not finite, or is missing"
+    return (Status(CONTROLLER_FAILED, "CONTROLLER_FAILED", what, CONTROLLER_ADVICE),)

@@ -10,7 +10,7 @@ from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.integrators.events import STATUSES, event_data, event_state
 from eomgen.integrators.families.family import Family, Field, GroupFunction, Setting, Sizes, velocities
 from eomgen.integrators.methods import check_needs
-from eomgen.integrators.samples import sample_data
+from eomgen.integrators.samples import controller_status, sample_data
 from eomgen.integrators.step_splitting import jump_data
 from eomgen.lie import kernels
 from eomgen.lie.groups import Group, group_named
@@ -95,7 +95,11 @@ def method_data(method: Family, system: System, step: float = 1e-3, samples: Any
         "turning": list(system.turning),
         "positions": system.positions,
         **({"jumps": jumps} if jumps else {}),
-        **({"samples": sample_data(system.sampled)} if system.sampled else {}),
+        **(
+            {"samples": sample_data(system.sampled, system.controllers, [item.name for item in system.states])}
+            if system.sampled
+            else {}
+        ),
         **({"events": event_data(system.events, system.modes)} if system.events else {}),
         "parameters": list(method.parameters),
         **{name: float(value) for name, value in method.parameters.items()},
@@ -112,7 +116,11 @@ def method_data(method: Family, system: System, step: float = 1e-3, samples: Any
         "bound": " or ".join(filter(None, [", ".join(bound[:-1]), bound[-1]])),
         "statuses": [
             dataclasses.asdict(item)
-            for item in (*method.statuses(sizes.lam > 0, bool(system.angles)), *(STATUSES if system.events else ()))
+            for item in (
+                *method.statuses(sizes.lam > 0, bool(system.angles)),
+                *(STATUSES if system.events else ()),
+                *controller_status(system.controllers),
+            )
         ],
     }
 

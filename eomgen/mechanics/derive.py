@@ -150,6 +150,7 @@ def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
         events=event_rows(derivation) if scene.events else (),
         modes=modes(derivation),
         sampled=sample_rows(derivation),
+        controllers=scene.sampled,
         discontinuities=discontinuities(scene),
         validity=validity(scene),
         constants=named_constants(tree, derivation.quantities),

@@ -433,6 +433,7 @@ def _made(
     """Return the library of a document, derived and compiled."""
     from eomgen.codegen.metadata import interface_layout  # noqa: PLC0415
     from eomgen.codegen.targets.c.interface import INTERFACE_CDEF  # noqa: PLC0415
+    from eomgen.codegen.targets.c.naming import file_name  # noqa: PLC0415
     from eomgen.codegen.targets.c.target import C, generate_files, generate_interface  # noqa: PLC0415
 
     program, refusal = _program(document, front_end, selection, method, C, for_runs=True)
@@ -444,7 +445,8 @@ def _made(
         "selection": vars(selection),
         "fingerprint": _fingerprint(document, front_end),
     }
-    return builder.build(content, {**files, **generate_interface(program, files)}, INTERFACE_CDEF, layout)
+    written = {source.name: file_name(source.written) for source in program.sources}
+    return builder.build(content, {**files, **generate_interface(program, files)}, INTERFACE_CDEF, layout, written)
 
 
 def _fingerprint(document: Document, front_end: FrontEnd) -> str:

@@ -218,7 +218,7 @@ class SceneBuilder:
 
     @enters("controllers")
     def controller(self, name: str, type: str, signal: Value | None = None, **keys: Unpack[ControllerKeys]) -> Self:
-        """Add a controller, filter or actuator of type pi, pid, low_pass, lead_lag, state_feedback or skyhook.
+        """Add a controller, filter or actuator of type pi, pid, low_pass, lead_lag, state_feedback, skyhook or sampled.
 
         Formulas use its output by its name.
         """

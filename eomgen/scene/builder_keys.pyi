@@ -158,6 +158,12 @@ class ControllerKeys(TypedDict, total=False):
     minimum_damping: Value | None
     maximum_damping: Value | None
     width: Value | None
+    sample: Value | None
+    delay: Value | None
+    quantum: Value | None
+    source: str | None
+    function: str | None
+    memory: int | None
     unit: str | None
     description: str | None
 

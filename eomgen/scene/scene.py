@@ -25,6 +25,7 @@ from eomgen.scene.joints.constraint_model import Constraint
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.joints.reaction_model import Reaction
 from eomgen.system.description import FixedFrame, Point, Requirement, Simulation
+from eomgen.system.samples import SampledController
 from eomgen.system.signals import Input, Output, Parameter, State
 
 if TYPE_CHECKING:  # a Scene needs none of what reads files
@@ -63,6 +64,7 @@ class Scene:
     elements : the force elements; those of a kind are in ``springs``, ``bushings``, ...
     curves : those that formulas can name, and those that inputs are made of.
     feedback : the state feedbacks among the controllers, whose gains a calibration may fill.
+    sampled : controllers whose functions are called at samples
     constraints : what closes loops, besides the joints of the tree.
     reactions : places and axes of the reactions that are not to be had as every joint and constraint has them.
     references : motions that formulas ask inverse dynamics about.
@@ -94,6 +96,7 @@ class Scene:
     states: tuple[State, ...] = ()
     controllers: tuple[Controller, ...] = ()
     feedback: tuple[StateFeedback, ...] = ()
+    sampled: tuple[SampledController, ...] = ()
     base: Base | None = None
     points: tuple[Point, ...] = ()
     frames: tuple[FixedFrame, ...] = ()

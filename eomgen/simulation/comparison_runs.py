@@ -87,7 +87,7 @@ def comparison_run(
     q, v, z = begin[1 : 1 + model.nq], begin[1 + model.nq : 1 + model.nq + model.nv], begin[len(begin) - model.nz :]
     try:
         grid = time_grid(start, end, settings["step"], library.real)
-        stepper = Stepper(library, settings, p)
+        stepper = Stepper(library, settings, p, run.controllers)
         first = (grid.step if grid.whole else grid.rest) * stepper.input_times
         table = run.driven(start + first) if run.driven else None
         status = stepper.initialize(start, q, v, table, z)

@@ -78,6 +78,9 @@ class ErrorEstimation:
                 raise _NoEstimateError("the run was interrupted")
             if len(trajectory.rows) < 2:
                 raise _NoEstimateError("the run made no step")
+            if run.controllers is not None and (names := run.controllers.single):
+                what = f"the function of {names} may keep something, so no second run calls it"
+                raise _NoEstimateError(f"{what}; a class, or memory in the scene, can be had anew")
             runs = _Comparisons(run, library, trajectory.rows, parameters, self.progress)
             found = _by_tolerance(runs) if run.method.chooses_steps else _by_steps(runs)
         except _NoEstimateError as reason:

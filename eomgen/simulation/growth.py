@@ -287,7 +287,10 @@ def _again(run: Run, library: Library, row: Array, steps: int, parts: int) -> Ar
     """Return a row after each of some steps from a row, every step in equal parts; None where they cannot all be
     taken."""
     model = run.model
-    stepper = Stepper(library, {**run.settings, "step": run.settings["step"] / parts}, run.parameters)
+    if run.controllers is not None and run.controllers.undeclared:
+        return None
+    settings = {**run.settings, "step": run.settings["step"] / parts}
+    stepper = Stepper(library, settings, run.parameters, run.controllers)
     t, q, v = float(row[0]), row[1 : 1 + model.nq], row[1 + model.nq : 1 + model.nq + model.nv]
     try:
         table = None if run.driven is None else np.ascontiguousarray(run.driven(stepper.times_of(0, steps * parts, t)))

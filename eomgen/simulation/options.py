@@ -8,6 +8,7 @@ from typing import Any, TypedDict
 
 from eomgen.compiled.terms import Parameters
 from eomgen.progress import Progress
+from eomgen.simulation.controllers import Controller
 from eomgen.simulation.inputs import Signal
 
 
@@ -21,6 +22,7 @@ class MethodOptions(TypedDict, total=False):
     order: int | None
     tolerance: float | None
     inputs: Mapping[str, Signal] | None
+    controllers: Mapping[str, Controller] | None
     t_start: float
     settings: Mapping[str, float] | None
     start: str | None
@@ -49,3 +51,4 @@ class ResumeOptions(Continuation, total=False):
 
     parameters: Parameters
     inputs: Mapping[str, Signal] | None
+    controllers: Mapping[str, Controller] | None

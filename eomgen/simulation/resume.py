@@ -19,6 +19,7 @@ from eomgen.integrators.methods import method_named
 from eomgen.progress import Progress, shown
 from eomgen.results.solution import Solution
 from eomgen.simulation.checkpoint import Checkpoint
+from eomgen.simulation.controllers import Controller, Controllers, read_controllers
 from eomgen.simulation.error_estimate import ErrorEstimation
 from eomgen.simulation.inputs import Signal
 from eomgen.simulation.run import checkpoint_writer, stored_run
@@ -26,6 +27,7 @@ from eomgen.simulation.settings import check_memory, check_span, stepper_library
 from eomgen.simulation.simulate import solution_of
 from eomgen.simulation.stepper import Stepper, run_chunks
 from eomgen.system.selection import Selection
+from eomgen.toolchain.library import Library
 
 
 @checked_call(u="inputs", p="parameters", file="path", tend="t_end", duration="t_end")
@@ -36,6 +38,7 @@ def resume(
     *,
     parameters: Parameters = None,
     inputs: Mapping[str, Signal] | None = None,
+    controllers: Mapping[str, Controller] | None = None,
     progress: Progress | bool | None = None,
     checkpoint: str | os.PathLike[str] | None = None,
     checkpoint_every: int | None = None,
@@ -53,10 +56,10 @@ def resume(
         library = model.stepper(saved_run["method"], Selection.from_data(saved_run["selection"]))
     saved.check(file, model.name, library)
     end = float(saved_run["t_end"]) if t_end is None else number_of("t_end", t_end)
-    run = stored_run(model, saved_run, method, library, end, _inputs(saved, inputs))
+    run = stored_run(model, saved_run, method, library, end, _inputs(saved, inputs), _controllers(library, controllers))
     grid, p = run.grid, run.parameters
     _same_parameters(model, p, parameters)
-    stepper = Stepper(library, run.settings, p)
+    stepper = Stepper(library, run.settings, p, run.controllers)
     stepper.restore(saved.state, saved.workspace)
     if grid.whole < stepper.count:
         what = f"the end {end:.9g} s lies before the checkpoint's time {stepper.t:.9g} s"
@@ -70,6 +73,16 @@ def resume(
         report = wanted.shown(run, grid.steps - stepper.count) if wanted else reported
         trajectory = run_chunks(stepper, grid, min(run.every, grid.steps + 1), run.driven, report, writer)
         return solution_of(run, stepper, trajectory, time.perf_counter() - began, writer, wanted)
+
+
+def _controllers(library: Library, given: Mapping[str, Controller] | None) -> Controllers | None:
+    """Return the caller's functions, which have to go on from what internal states hold."""
+    functions = read_controllers(given, library.layout)
+    if functions is not None and (names := functions.undeclared):
+        what = f"the function of {names} may keep something that no checkpoint holds"
+        hint = "memory = 0, or how many numbers it keeps, in the scene's controller"
+        raise UsageError(Problem("controllers", what, hint))
+    return functions
 
 
 def _same_parameters(model: CompiledModel, known: Array, given: Parameters) -> None:

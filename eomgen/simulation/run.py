@@ -17,6 +17,7 @@ from eomgen.errors import Problem, UsageError
 from eomgen.integrators.methods import Method
 from eomgen.integrators.stepper_layout import default_settings
 from eomgen.simulation.checkpoint import Checkpoint, CheckpointWriter
+from eomgen.simulation.controllers import Controllers
 from eomgen.simulation.inputs import InputSignals, Signal, jumps_known, kind_of, read_signals
 from eomgen.simulation.settings import count_of
 from eomgen.simulation.stepper import Stepper
@@ -43,6 +44,7 @@ class Run:
     every : steps between recorded rows
     corrections : how the initial state was brought onto the constraints
     begun : what the run starts from, in words
+    controllers : the caller's functions that samples call; None where there are none
     """
 
     model: CompiledModel
@@ -55,6 +57,7 @@ class Run:
     every: int
     corrections: Sequence[str] = ()
     begun: str = SCENE_START
+    controllers: Controllers | None = None
 
     @property
     def driven(self) -> Callable[[Array], Array] | None:
@@ -94,6 +97,7 @@ def stored_run(
     library: Library,
     end: float,
     inputs: Mapping[str, Signal],
+    controllers: Controllers | None = None,
 ) -> Run:
     """Return the run that a checkpoint or a solution describes, up to an end in s, with all its inputs."""
     settings = {name: float(data["settings"][name]) for name in default_settings(library.layout["method"])}
@@ -106,7 +110,7 @@ def stored_run(
     )
     every, corrections = int(data["record_every"]), data.get("corrections", [])
     begun = data.get("start", SCENE_START)
-    return Run(model, data["method"], method, settings, p, signals, grid, every, corrections, begun)
+    return Run(model, data["method"], method, settings, p, signals, grid, every, corrections, begun, controllers)
 
 
 def start_description(*, equilibrium_start: bool, given: bool, chosen: str | None, of_scene: str) -> str:

@@ -24,11 +24,13 @@ from eomgen.errors import Problem, UsageError
 from eomgen.integrators.events import STATUSES, STOPPED
 from eomgen.integrators.families.family import BAD_ARGUMENT
 from eomgen.integrators.methods import AUTO, canonical_name
+from eomgen.integrators.samples import CONTROLLER_ADVICE, CONTROLLER_FAILED
 from eomgen.progress import Progress, shown
 from eomgen.results.solution import Solution
 from eomgen.simulation.automatic import automatic
 from eomgen.simulation.checkpoint import CheckpointWriter
 from eomgen.simulation.constraint_violation import largest_violation
+from eomgen.simulation.controllers import Controller, read_controllers
 from eomgen.simulation.diagnosis import advice, failure, fast_joint, first_non_finite, instability
 from eomgen.simulation.energy_balance import FAILED, REPORTED, Balance, energy_balance
 from eomgen.simulation.error_estimate import ErrorEstimation, no_estimate
@@ -97,6 +99,7 @@ def simulate(
     initial: Mapping[str, Any] | None = None,
     parameters: Parameters = None,
     inputs: Mapping[str, Signal] | None = None,
+    controllers: Mapping[str, Controller] | None = None,
     record_every: int | None = None,
     t_start: float = 0.0,
     settings: Mapping[str, float] | None = None,
@@ -130,7 +133,8 @@ def simulate(
         )
     chosen = stepper_settings(library.layout["method"], step, stepped_by, extra)
     grid = time_grid(t_first, end, step, library.real)
-    stepper = Stepper(library, chosen, p)
+    functions = read_controllers(controllers, library.layout)
+    stepper = Stepper(library, chosen, p, functions)
     check_memory(grid.steps // every + 2, stepper.sizes["row"])
     from_caller = read_signals(inputs, model.inputs, grid.steps, model.input_units)
     check_span(model, library, stepped_by, p, from_caller, grid)
@@ -144,7 +148,7 @@ def simulate(
         t_first,
         jumps_known(library),
     )
-    run = Run(model, name, stepped_by, chosen, p, signals, grid, every)
+    run = Run(model, name, stepped_by, chosen, p, signals, grid, every, controllers=functions)
     equilibrium_start = starts_at_equilibrium(start, initial is not None, str(defaults["start"]))
     changed = bool(initial) or parameters is not None
     state, corrections, at_rest = start_of(run, initial, equilibrium_start=equilibrium_start, changed=changed)
@@ -259,6 +263,8 @@ def solution_of(
             message = f"{message}{'; ' if success else ', but '}{bending}"
         if success and error.unresolved:
             message = f"{message}; {error.unresolved}"
+        if stepper.controllers is not None and (cost := stepper.controllers.cost(wall)):
+            message = f"{message}; {cost}"
         if passed := passages(int(statistics.get("singular_passages", 0))):
             message = f"{message}; {passed}"
     if balance.error is not None:
@@ -328,6 +334,9 @@ def _message(run: Run, stepper: Stepper, trajectory: Trajectory) -> str:
         tried = next(item.advice for item in STATUSES if item.number == trajectory.status)
         return sentence if trajectory.status == STOPPED.number else f"{sentence}; try: {tried}"
     text = stepper.status_text(trajectory.status)
+    if trajectory.status == CONTROLLER_FAILED:
+        taken = f"stopped at t = {t:.9g} s, after {trajectory.steps} of {run.grid.steps} steps"
+        return f"{taken}: {text}; try: {CONTROLLER_ADVICE}"
     _, q, v, a, _, z = (part[0] for part in _split(trajectory.rows[-1:], model))
     block, already, cause = first_non_finite(model, float(t), (q, v, a, z), settings["step"], p, run.signals)
     inertia = None if block else inertia_warning(model, q, p, trajectory.rows[0, 1 : 1 + model.nq], settings["step"])

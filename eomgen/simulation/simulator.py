@@ -69,7 +69,7 @@ class Simulator:
     def __init__(self, run: Run, library: Library) -> None:
         method = library.layout["method"]
         self._run, self._library = run, library
-        self._stepper = Stepper(library, run.settings, run.parameters)
+        self._stepper = Stepper(library, run.settings, run.parameters, run.controllers)
         self._memory, self._places = self._stepper.state, self._stepper.places
         names = [name for name, _ in method["row"]]
         self._now = {name: self._memory[self._places[name]] for name in names}
@@ -359,7 +359,7 @@ class Simulator:
         Raises
         ------
         UsageError
-            Anything else than a ``state``.
+            Anything else than a ``state``; a controller's function whose memory the scene does not declare.
         ModelError
             It belongs to another model, method or compilation.
         """
@@ -367,6 +367,10 @@ class Simulator:
             hint = "run.state of before, or set_state({'q': q, 'v': v})"
             raise UsageError(Problem("state", f"a state of a simulator is needed, not {type(state).__name__}", hint))
         state.check(self.model.name, self._library)
+        if self._run.controllers is not None and (names := self._run.controllers.undeclared):
+            what = f"the function of {names} may keep something that no state holds"
+            hint = "memory = 0, or how many numbers it keeps, in the scene's controller"
+            raise UsageError(Problem("state", what, hint))
         stepper = self._stepper
         stepper.restore(state.memory, state.workspace)
         stepper.parameters[:-1] = state.parameters
@@ -544,6 +548,8 @@ class Simulator:
 
     def _judge(self, status: int) -> None:
         """Raise the error of a step that failed; a stop by an event is none."""
+        if self._stepper.controllers is not None:
+            self._stepper.controllers.raise_failure()
         if status == INPUT_NOT_FINITE:
             self._cleared += 1
             check_finite("u", self._u, self.model.inputs)

@@ -14,6 +14,7 @@ from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.methods import AUTO, canonical_name
 from eomgen.simulation.automatic import automatic
+from eomgen.simulation.controllers import Controller, read_controllers
 from eomgen.simulation.inputs import InputSignals, Signal, check_held, jumps_known, read_signals
 from eomgen.simulation.run import Run, start_of, starts_at_equilibrium
 from eomgen.simulation.settings import chosen_method, positive, stepper_library, stepper_settings
@@ -48,6 +49,7 @@ def start(
     order: int | None = None,
     tolerance: float | None = None,
     inputs: Mapping[str, Signal] | None = None,
+    controllers: Mapping[str, Controller] | None = None,
     t_start: float = 0.0,
     settings: Mapping[str, float] | None = None,
     start: str | None = None,
@@ -90,7 +92,8 @@ def start(
         t,
         jumps_known(library),
     )
-    run = Run(model, name, stepped_by, chosen, p, signals, TimeGrid(t, t, size, 0, 0.0), 1)
+    functions = read_controllers(controllers, library.layout)
+    run = Run(model, name, stepped_by, chosen, p, signals, TimeGrid(t, t, size, 0, 0.0), 1, controllers=functions)
     at_rest = starts_at_equilibrium(start, initial is not None, str(defaults["start"]))
     changed = bool(initial) or parameters is not None
     state, corrections, doubts = start_of(run, initial, equilibrium_start=at_rest, changed=changed)

@@ -19,6 +19,7 @@ from eomgen.errors import UsageError
 from eomgen.integrators.events import AT_EVENTS
 from eomgen.integrators.stepper_layout import STEPPER_SIZES, row_layout, state_layout, statistics_kinds
 from eomgen.progress import Progress
+from eomgen.simulation.controllers import Controllers
 from eomgen.simulation.event_log import Log, entry_type
 from eomgen.simulation.time_grid import TimeGrid
 from eomgen.toolchain.library import Library
@@ -49,9 +50,17 @@ class Stepper:
     settings : mapping from name to number
         In the order of ``integrators.stepper_layout.default_settings``.
     parameters : (np,) array
+    controllers : Controllers, optional
+        The caller's functions, which samples call.
     """
 
-    def __init__(self, library: Library, settings: Mapping[str, float], parameters: Array) -> None:
+    def __init__(
+        self,
+        library: Library,
+        settings: Mapping[str, float],
+        parameters: Array,
+        controllers: Controllers | None = None,
+    ) -> None:
         ffi, self._lib = library.ffi, library.lib
         self._ffi = ffi
         self.library = library
@@ -61,7 +70,8 @@ class Stepper:
         self.nq, self.nv = int(library.layout["sizes"]["q"]), int(library.layout["sizes"]["v"])
         self.nz = int(library.layout["sizes"]["z"])
         self.places, self.row_places, self.counted = state_layout(method), row_layout(method), statistics_kinds(method)
-        self.settings = np.array(list(settings.values()), dtype=float)
+        self.controllers = None if controllers is None else controllers.on(library)
+        self.settings = _with_address(list(settings.values()), self.controllers.address if self.controllers else 0)
         self.step_size = float(settings["step"])
         self.parameters = np.ascontiguousarray(np.append(parameters, 0.0))
         self.state = np.zeros(self.sizes["state"])
@@ -163,6 +173,8 @@ class Stepper:
             self._pointer(record),
             recorded,
         )
+        if status and self.controllers is not None:
+            self.controllers.raise_failure()
         return int(status), int(recorded[0])
 
     def status_text(self, status: int) -> str:
@@ -179,6 +191,14 @@ class Stepper:
         if array is None:
             return self._ffi.NULL
         return self._ffi.from_buffer("double[]", array)
+
+
+def _with_address(numbers: Sequence[float], address: int) -> Array:
+    """Return numbers behind which an address lies in memory, where compiled code reads it."""
+    room = np.zeros(len(numbers) + 1)
+    room[:-1] = numbers
+    room[-1:].view(np.uint64)[0] = address
+    return room[:-1]
 
 
 def _on_cache_lines(size: int) -> Array:

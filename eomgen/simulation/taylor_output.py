@@ -16,6 +16,7 @@ from eomgen.arrays import Array
 from eomgen.errors import NumericalError
 from eomgen.results.dense_output import Index, Rows
 from eomgen.results.events import Events
+from eomgen.simulation.controllers import Controllers, called_by
 from eomgen.simulation.events import parameters_over
 from eomgen.simulation.inputs import InputSignals
 from eomgen.simulation.run import Run
@@ -31,6 +32,7 @@ class StepsBetween:
     settings: Mapping[str, float]
     parameters: Callable[[Array], Array]
     signals: InputSignals | None
+    controllers: Controllers | None = None
 
     def __call__(self, rows: Rows, t: Array, index: Index) -> tuple[Array, Array, Array, Array]:
         """Return q, v, a and z at times t (n,), each by a step from the row of its index.
@@ -40,7 +42,7 @@ class StepsBetween:
         NumericalError
             The step cannot be taken.
         """
-        stepper = Stepper(self.library, self.settings, self.parameters(rows.t[0]))
+        stepper = Stepper(self.library, self.settings, self.parameters(rows.t[0]), self.controllers)
         record = np.empty((len(t), stepper.sizes["row"]))
         q, v, a, z = (record[:, stepper.row_places.get(name, slice(0))] for name in ("q", "v", "vdot", "z"))
         for place, (time, before) in enumerate(zip(t, index, strict=True)):
@@ -67,5 +69,8 @@ def between_of(run: Run, library: Library, events: Events | None) -> StepsBetwee
     """Return the way to states between the rows of a run with these events; None where they are to be interpolated."""
     if run.method.dense_output != "steps":
         return None
+    called = called_by(library.layout)
+    if called and (run.controllers is None or run.controllers.undeclared):
+        return None
     present = partial(parameters_over, events, run.model, run.parameters)
-    return StepsBetween(library, run.settings, present, run.signals if run.driven else None)
+    return StepsBetween(library, run.settings, present, run.signals if run.driven else None, run.controllers)

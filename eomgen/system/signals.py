@@ -51,6 +51,7 @@ class Sampling:
     quantum : values are rounded to whole multiples of it; 0: they are not
     register : whether it takes what other states held before they are sampled at the same time
     place : where it is written, for messages
+    controller : the sampled controller that gives the value in place of the formula; empty: none
     """
 
     formula: Formula
@@ -59,6 +60,7 @@ class Sampling:
     quantum: float = 0.0
     register: bool = False
     place: str = ""
+    controller: str = ""
 
 
 @dataclass(frozen=True)

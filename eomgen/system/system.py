@@ -24,7 +24,7 @@ from eomgen.symbolic.tape import Ref, Tape
 from eomgen.system.description import Factor
 from eomgen.system.display import equation, html, line
 from eomgen.system.events import EventRow, Mode
-from eomgen.system.samples import SampleRow
+from eomgen.system.samples import SampledController, SampleRow
 from eomgen.system.terms import TERMS, nearest_term
 
 if TYPE_CHECKING:
@@ -211,6 +211,8 @@ class System:
         Numbers that only events change.
     sampled : tuple of SampleRow
         Which internal states take new values, given by the term ``samples``, at which times.
+    controllers : tuple of SampledController
+        Whose functions give values of sampled states.
     discontinuities : tuple of Discontinuity
         Known times at which the right-hand side is not smooth.
     validity : tuple of Validity
@@ -257,6 +259,7 @@ class System:
     events: tuple[EventRow, ...] = ()
     modes: tuple[Mode, ...] = ()
     sampled: tuple[SampleRow, ...] = ()
+    controllers: tuple[SampledController, ...] = ()
     discontinuities: tuple[Discontinuity, ...] = ()
     validity: tuple[Validity, ...] = ()
     constants: tuple[Quantity, ...] = ()

@@ -21,6 +21,7 @@ from eomgen.toolchain.compiler import (
     Profile,
     compile_library,
     compile_object,
+    faults_in,
     find_compiler,
     library_suffix,
     processor,
@@ -109,7 +110,14 @@ class Builder:
         wait."""
         return self.cache.claim(self.key(content))
 
-    def build(self, content: bytes, files: Mapping[str, str], cdef: str, layout: Mapping[str, Any]) -> Library:
+    def build(
+        self,
+        content: bytes,
+        files: Mapping[str, str],
+        cdef: str,
+        layout: Mapping[str, Any],
+        written: Mapping[str, str] | None = None,
+    ) -> Library:
         """Compile files, keep the result under these content bytes, and load it.
 
         Parameters
@@ -120,6 +128,13 @@ class Builder:
             C sources and headers; ``interface.h`` declares what ``cdef`` says. ``main.c`` is left out.
         layout : mapping
             JSON data, handed back as ``Library.layout``.
+        written : mapping
+            Files among them that the user wrote, to the name that compilers call them by in messages.
+
+        Raises
+        ------
+        ToolchainError
+            The files cannot be compiled. Where the fault is in one that the user wrote, it names its line.
         """
         cached = self.find(content)
         if cached is not None:
@@ -145,6 +160,8 @@ class Builder:
         try:
             entry = self.cache.put(key, fill)
         except ToolchainError as error:
+            if faults := [fault for p in error.problems for fault in faults_in(p.what, written or {})]:
+                raise ToolchainError(faults) from None
             raise ToolchainError(
                 [
                     type(p)(f"C compiler, sources kept in {self.cache.failed_folder(key)}", p.what, p.hint)

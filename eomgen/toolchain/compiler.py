@@ -31,6 +31,8 @@ DEFAULT_TIMEOUT = 900.0
 _FULL = ("No space left on device", "Disk quota exceeded", "File size limit exceeded", "File too large")
 _COLOURS = re.compile(r"\x1b\[[0-9;?]*[ -/]*[@-~]")
 _WIDEST = 400
+_FAULT = re.compile(r"^([^\s:]+):(\d+):(?:\d+:)? (?:fatal )?error: (.*)$", re.MULTILINE)
+_C_HINT = "C99, and int NAME(double t, const double *signals, double *values, double *memory)"
 _COMMON = ("-std=c99", "-fPIC", "-fvisibility=hidden", "-Wno-psabi")
 
 
@@ -271,6 +273,25 @@ def printable(text: str) -> str:
     )
     lines = "".join(kept).split("\n")
     return "\n".join(line if len(line) <= _WIDEST else f"{line[:_WIDEST]} ..." for line in lines)
+
+
+def faults_in(output: str, written: Mapping[str, str]) -> list[Problem]:
+    """Return the faults that a compiler finds in files that the user wrote, each with its file and line.
+
+    Parameters
+    ----------
+    output : of the compiler, with its command
+    written : the names of these files, to those that the compiler calls them by
+    """
+    found: dict[tuple[str, str], Problem] = {}
+    for name, shown_as in written.items():
+        if f"/{name} " not in output:  # the command was for another file
+            continue
+        for file, line, what in _FAULT.findall(output):
+            if file.rpartition("/")[2] == shown_as:
+                problem = Problem(f"{shown_as}:{line}", f"the C compiler finds {what}", _C_HINT)
+                found.setdefault((shown_as, line), problem)
+    return list(found.values())
 
 
 def library_suffix() -> str:

@@ -57,7 +57,10 @@ def place(block: object) -> str | None:
 
 #: Blocks that pieces need as files: their first line names the file.
 FILES = [
-    block for language in ("csv", "toml") for block in blocks(language) if re.match(r"# \w+\.(csv|toml)\n", block.text)
+    block
+    for language in ("csv", "toml", "c")
+    for block in blocks(language)
+    if re.match(r"(# \w+\.(csv|toml)|/\* \w+\.c \*/)\n", block.text)
 ]
 WHOLE = [block for block in blocks("toml") if "format" in tomllib.loads(block.text) and block not in FILES]
 PIECES = [block for block in blocks("toml") if "format" not in tomllib.loads(block.text)]
@@ -90,7 +93,7 @@ def test_whole_scenes_are_derived(block: Block) -> None:
 def test_pieces_fit_into_the_example(block: Block, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     for file in FILES:
-        Path(file.text.split("\n", 1)[0].removeprefix("# ")).write_text(file.text, encoding="utf-8")
+        Path(file.text.split("\n", 1)[0].strip("#/* ")).write_text(file.text, encoding="utf-8")
     data, piece = tomllib.loads(EXAMPLE), tomllib.loads(block.text)
     for section, entries in piece.items():
         data[section] = {**data.get(section, {}), **entries} if section in (*SECTIONS, "include") else entries

@@ -51,6 +51,7 @@ class Model:
     discontinuities: tuple[()] = ()
     events: tuple[()] = ()
     sampled: tuple[()] = ()
+    controllers: tuple[()] = ()
     modes: tuple[()] = ()
     turning: tuple[int, ...] = ()
     initial_z: tuple = ()

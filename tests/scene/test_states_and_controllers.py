@@ -144,7 +144,7 @@ LAG = 'c = { type = "low_pass", signal = "q.pin", time_constant = 0.1'
     [
         (
             'c = { type = "pdi", signal = 1 }',
-            "'pdi' is not known here; try: one of pi, pid, low_pass, lead_lag, state_feedback or skyhook",
+            "'pdi' is not known here; try: one of pi, pid, low_pass, lead_lag, state_feedback, skyhook or sampled",
         ),
         (
             'c = { type = "low_pass", signal = 1 }',

@@ -22,7 +22,7 @@ def sample_rows(derivation: Derivation) -> tuple[SampleRow, ...]:
     """Return the sampled states of a scene, in their order.
 
     A state whose formula names another sampled one takes the value which that one takes at the same time; itself, and
-    what is delayed, are what they were.
+    what is delayed, are what they were. What a controller gives comes after its signals.
 
     Raises
     ------
@@ -34,7 +34,13 @@ def sample_rows(derivation: Derivation) -> tuple[SampleRow, ...]:
         return ()
     (block,) = samples(derivation)
     asked: dict[int, set[int]] = {}
+    numbers = {state.name: number for number, state in enumerate(derivation.scene.states)}
+    controllers = {item.name: place for place, item in enumerate(derivation.scene.sampled)}
     for (number, item), ref in zip(sampled.items(), block.refs, strict=True):
+        if item.controller:
+            called = derivation.scene.sampled[controllers[item.controller]]
+            asked[number] = {numbers[name] for name in called.signal_states}
+            continue
         found = {symbol.index for symbol in derivation.tape.depends_on([ref]) if symbol.block == "z"}
         asked[number] = {k for k in found if k in sampled and k != number and not sampled[k].register}
         if item.register:
@@ -45,7 +51,10 @@ def sample_rows(derivation: Derivation) -> tuple[SampleRow, ...]:
         if not ready:
             raise ModelError(_circle(derivation, sampled, levels))
         levels |= {k: 0 if sampled[k].register else 1 + max((levels[j] for j in asked[k]), default=0) for k in ready}
-    return tuple(SampleRow(k, item.period, item.offset, item.quantum, levels[k]) for k, item in sampled.items())
+    return tuple(
+        SampleRow(k, item.period, item.offset, item.quantum, levels[k], controllers.get(item.controller, -1))
+        for k, item in sampled.items()
+    )
 
 
 def _sampled(derivation: Derivation) -> list[tuple[int, Sampling]]:

@@ -2,4 +2,4 @@
 
 __all__ = ["model"]
 #: Open to the other parts of ``scene`` as well.
-WITHIN = ["controllers", "references", "schema"]
+WITHIN = ["controllers", "references", "sampled", "schema"]

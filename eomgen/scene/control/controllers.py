@@ -6,10 +6,12 @@ import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
 
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Number, Operation, Symbol
 from eomgen.scene.control.model import Controller, StateFeedback
+from eomgen.scene.control.sampled import made_by_sampled, read_sampled_controller
 from eomgen.scene.control.schema import Controller as Written
 from eomgen.scene.control.skyhook import read_skyhook
 from eomgen.scene.control.state_feedback import made_by_entry, parameters_of, read_state_feedback
@@ -18,6 +20,7 @@ from eomgen.scene.forces.springs import SpringEntry
 from eomgen.scene.formula.scope import PARAMETERS, STATE
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import UNKNOWN, Values
+from eomgen.system.samples import SampledController
 from eomgen.system.signals import Parameter, State
 from eomgen.text import key_of
 
@@ -151,19 +154,24 @@ _KEYS: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
             "calibration",
         ),
     ),
+    "sampled": (("sample",), ("signals", "outputs", "delay", "quantum", "source", "function", "memory")),
     "skyhook": ((), ("spring", "damping", "groundhook", "clipped", "minimum_damping", "maximum_damping", "width")),
 }
 _OPTIONAL = tuple(dict.fromkeys(field for needed, allowed in _KEYS.values() for field in (*needed, *allowed)))
 #: The states that each type makes, by what is put behind the controller's name.
 SUFFIXES: Mapping[str, tuple[str, ...]] = {
     "pi": ("integral",), "pid": ("integral", "filtered"), "low_pass": ("filtered",), "lead_lag": ("filtered",),
-    "state_feedback": (), "skyhook": (),
+    "state_feedback": (), "skyhook": (), "sampled": (),
 }  # fmt: skip  # a table
 
 
 def made_by_controller(name: str, entry: Written) -> dict[str, list[str]]:
     """Return the names that a controller makes beside its own, by the section whose entries they are like."""
     made: dict[str, list[str]] = {"states": [f"{name}_{suffix}" for suffix in SUFFIXES[entry.type]]}
+    if entry.type == "sampled":
+        sampled = made_by_sampled(name, entry)
+        made["states"] = sampled.states
+        made["controllers"] = [output for output in sampled.outputs if output != name]
     if entry.type == "state_feedback":
         feedback = made_by_entry(name, entry)
         made["parameters"] = list(feedback.parameters)
@@ -198,10 +206,15 @@ class Controllers:
     states: list[State] = field(default_factory=list)
     outputs: list[Controller] = field(default_factory=list)
     feedback: list[StateFeedback] = field(default_factory=list)
+    sampled: list[SampledController] = field(default_factory=list)
 
 
 def read_controllers(
-    entries: Mapping[str, Written], springs: Mapping[str, SpringEntry], outputs: Collection[str], values: Values
+    entries: Mapping[str, Written],
+    springs: Mapping[str, SpringEntry],
+    outputs: Collection[str],
+    values: Values,
+    folder: Path,
 ) -> Controllers:
     """Return the states and outputs of all controllers; what is wrong is reported.
 
@@ -211,6 +224,8 @@ def read_controllers(
         As they are written, for their points.
     outputs : collection of str
         Names of the scene's outputs, for weights.
+    folder : Path
+        That of the scene file, for C files.
     """
     found = Controllers()
     ends = {name: (spring.first, spring.second) for name, spring in springs.items()}
@@ -222,7 +237,14 @@ def read_controllers(
             found.outputs.append(controller)
             continue
         limits = Limits(key_of("controllers", name), entry, values)
-        if entry.type == "state_feedback":
+        if entry.type == "sampled":
+            states, called = read_sampled_controller(name, entry, values, folder)
+            found.states += states
+            found.sampled.append(called)
+            made = made_by_sampled(name, entry)
+            for output, held in zip(made.outputs, made.values, strict=True):
+                found.outputs.append(Controller(output, Symbol("state", held), entry.unit, entry.description))
+        elif entry.type == "state_feedback":
             free, record = read_state_feedback(name, entry, values, outputs)
             found.feedback.append(record)
             for output, formula in zip(record.outputs, free, strict=True):
@@ -248,7 +270,8 @@ def _check_keys(name: str, entry: Written, values: Values) -> None:
     if entry.initial and entry.type == "lead_lag":
         report.add(f"{key}.initial", "a lead_lag controller starts from initial_filtered", "initial_filtered = ...")
     if not SUFFIXES[entry.type]:
-        for option in ("signal", "initial"):
+        sampled = entry.type == "sampled"  # its function limits what it gives
+        for option in ("signal", "minimum", "maximum") if sampled else ("signal", "initial"):
             if getattr(entry, option) not in (None, 0.0):
                 report.add(f"{key}.{option}", f"{option} has no meaning for {entry.type}", f"no {option}")
     elif entry.signal is None:

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, STATE
-from eomgen.scene.reading.keys import Table, key, of_parameters, optional
+from eomgen.scene.reading.keys import ANY_UNIT, Table, key, of_parameters, optional
 from eomgen.scene.reading.kinds import Description, Finite, NumberPair, Numbers, Unit, Value
 
 Names = Annotated[tuple[Annotated[str, Field(max_length=200)], ...], Field(strict=False)]
@@ -62,11 +62,11 @@ class Calibration(Table):
 class Controller(Table):
     """A controller, filter or actuator; its output is called by its name."""
 
-    type: Literal["pi", "pid", "low_pass", "lead_lag", "state_feedback", "skyhook"] = key(
+    type: Literal["pi", "pid", "low_pass", "lead_lag", "state_feedback", "skyhook", "sampled"] = key(
         "which of the equations below", kind="see below"
     )
     signal: Value | None = optional(
-        "e, what goes in", names=STATE, shown_default="required, but for `state_feedback` and `skyhook`"
+        "e, what goes in", names=STATE, shown_default="required, but for `state_feedback`, `skyhook` and `sampled`"
     )
     proportional: Value | None = of_parameters("kp, `pi` and `pid`", shown_default="`0`")
     integral: Value | None = of_parameters("ki, `pi` and `pid`", shown_default="`0`")
@@ -86,7 +86,7 @@ class Controller(Table):
         "f at the start, `pid` and `lead_lag`", names=FIXED_PARAMETERS, shown_default="`0`"
     )
     outputs: Names | None = optional(
-        "`state_feedback`: what it gives, `NAME_front` for `front`",
+        "`state_feedback` and `sampled`: what it gives, `NAME_front` for `front`",
         kind="list of names",
         shown_default="one, called `NAME`",
     )
@@ -94,7 +94,9 @@ class Controller(Table):
         "`state_feedback`: joints of one coordinate whose q and v are fed back", refers="joints", kind="list of joints"
     )
     signals: dict[str, Value] | None = optional(
-        "`state_feedback`: further quantities that are fed back", names=STATE, kind="table of values of the state"
+        "`state_feedback`: further quantities that are fed back; `sampled`: what its function is given",
+        names=STATE,
+        kind="table of values of the state",
     )
     position_references: dict[str, Value] | None = optional(
         "`state_feedback`: what is taken off a coordinate",
@@ -135,6 +137,35 @@ class Controller(Table):
     )
     width: Value | None = of_parameters(
         "of a clipped `skyhook`: rate over which corners are rounded", unit="m/s", shown_default="sharp corners"
+    )
+    sample: Value | None = optional(
+        "`sampled`: time between two samples", unit="s", names=FIXED_PARAMETERS, shown_default="required"
+    )
+    delay: Value | None = optional(
+        "`sampled`: from the sample to when what it gives takes effect",
+        unit="s",
+        names=FIXED_PARAMETERS,
+        shown_default="`0`",
+    )
+    quantum: Value | None = optional(
+        "`sampled`: what it gives is rounded to whole multiples of it",
+        unit=ANY_UNIT,
+        names=FIXED_PARAMETERS,
+        shown_default="not rounded",
+    )
+    source: Annotated[str, Field(min_length=1, max_length=1000)] | None = optional(
+        "`sampled`: C file with its function, path from the folder of the scene file",
+        path=True,
+        kind="text",
+        shown_default="none: the caller's",
+    )
+    function: Annotated[str, Field(min_length=1, max_length=64)] | None = optional(
+        "`sampled`: name of the function in `source`", kind="text", shown_default="required with `source`"
+    )
+    memory: Annotated[int, Field(ge=0, le=256)] | None = optional(
+        "`sampled`: numbers that its function keeps from sample to sample",
+        kind="whole number up to 256",
+        shown_default="`0` with `source`; else what the function keeps is its own affair",
     )
     unit: Unit = key("label of the output", "")
     description: Description = key("for tables", "")

@@ -20,6 +20,7 @@ from eomgen.scene.control.controllers import (
     states_of_controllers,
 )
 from eomgen.scene.control.references import read_reference
+from eomgen.scene.control.sampled import sources_digest
 from eomgen.scene.document import checks
 from eomgen.scene.document import schema as written
 from eomgen.scene.document.beam_attachments import check_frames, check_not_absolute, check_places
@@ -90,7 +91,10 @@ def assemble(
     return scene.Scene(
         **result,
         source={key: report.place(key) for key in report.lines},
-        content=content(document) + (digest(curves).encode() if curves else b"") + signature(part.spaces),
+        content=content(document)
+        + (digest(curves).encode() if curves else b"")
+        + sources_digest(result["sampled"])
+        + signature(part.spaces),
         notes=(*notes, *part.notes, *labels, *outside, *assembler.unresisted, *unused),
         metadata=dict(metadata or {}),
     )
@@ -167,6 +171,7 @@ class _Assembler:
         self.broken = sorted(refused["bodies"] | refused["beams"])
         self.bodies = [*document.bodies, *document.beams, *self.broken]
         self.unresisted: list[str] = []
+        self.folder = folder
         self.curves = Curves(self.values, folder)
         for name, entry in document.curves.items():
             self.curve_table[name] = self.curves.curve(key_of("curves", name), name, entry)
@@ -220,7 +225,9 @@ class _Assembler:
             inputs.append(made)
             self.curve_table |= curves
         states = [state for name, entry in document.states.items() for state in read_state(name, entry, values)]
-        control = read_controllers(document.controllers, document.section("springs"), document.outputs, values)
+        control = read_controllers(
+            document.controllers, document.section("springs"), document.outputs, values, self.folder
+        )
         site = Site(self.bodies, points, values)
         elements = {
             row.section: tuple(row.read(name, entry, site) for name, entry in document.section(row.section).items())
@@ -262,6 +269,7 @@ class _Assembler:
             "states": (*states, *control.states),
             "controllers": tuple(control.outputs),
             "feedback": tuple(control.feedback),
+            "sampled": tuple(control.sampled),
             "base": read_base(document.base, values),
             "constraints": constraints,
             "reactions": tuple(

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import itertools
 import math
+from dataclasses import dataclass
+from typing import Protocol
 
 from eomgen.formula.nodes import ZERO, Formula, Symbol
 from eomgen.scene.formula.scope import STATE
+from eomgen.scene.reading.kinds import Value
 from eomgen.scene.reading.values import Values
 from eomgen.scene.signals.schema import State as WrittenState
 from eomgen.system.signals import Sampling, State
@@ -20,25 +23,46 @@ _LEAST = 1e-4
 _MOST = 1000
 
 
-def read_sampled_state(name: str, entry: WrittenState, values: Values) -> list[State]:
-    """Return a sampled state, and before it those that hold its values while they are delayed."""
-    key = key_of("states", name)
-    place = values.report.where(f"{key}.formula")
-    initial = values.constant(f"{key}.initial", entry.initial)
-    formula = ZERO if entry.formula is None else values.formula(f"{key}.formula", entry.formula, STATE)
+class WrittenClock(Protocol):
+    """The keys of an entry that is sampled."""
+
+    sample: Value | None
+    delay: Value | None
+    quantum: Value | None
+
+
+@dataclass(frozen=True)
+class Clock:
+    """When values are taken, and what becomes of them.
+
+    Attributes
+    ----------
+    period : s
+    quantum : values are rounded to whole multiples of it; 0: they are not
+    whole, rest : the delay: whole samples, and what is left of it in s
+    """
+
+    period: float
+    quantum: float = 0.0
+    whole: int = 0
+    rest: float = 0.0
+
+
+def read_clock(key: str, entry: WrittenClock, values: Values) -> Clock | None:
+    """Return the clock of an entry under its key; None, with what is wrong reported, where it has none."""
     period = values.constant(f"{key}.sample", entry.sample or 0.0)
     quantum = values.constant(f"{key}.quantum", entry.quantum or 0.0)
     delay = values.constant(f"{key}.delay", entry.delay or 0.0)
     if not 0.0 < period < math.inf:
         what = f"the time between two samples is {period:.6g} s, and has to be positive"
         values.report.add(f"{key}.sample", what, 'sample = "1 ms"')
-        return []
+        return None
     if quantum < 0.0:
         values.report.add(f"{key}.quantum", f"the quantum {quantum:.6g} is negative", "a positive number")
     if not 0.0 <= delay <= _MOST * period:
         what = f"a delay of {delay:.6g} s is not between 0 and {_MOST} samples, {_MOST * period:.6g} s"
         values.report.add(f"{key}.delay", what, f"delay = {period:.6g}")
-        return []
+        return None
     whole = round(delay / period)
     rest = 0.0
     if abs(delay - whole * period) > _WHOLE * period:
@@ -47,20 +71,52 @@ def read_sampled_state(name: str, entry: WrittenState, values: Values) -> list[S
         if rest < _LEAST * period:
             what = f"the delay ends {rest:.3g} s after a sample, which is too near to it"
             values.report.add(f"{key}.delay", what, f"delay = {whole * period:.9g}")
+    return Clock(period, quantum, whole, rest)
 
-    def held(label: str, value: Formula, offset: float = 0.0, *, register: bool = True) -> State:
-        text = entry.description if label == name else f"what {name} will be"
-        rounded = 0.0 if register else quantum
-        sampling = Sampling(value, period, offset, rounded, register, place)
-        return State(label, ZERO, initial, entry.unit, text, sampling)
 
-    if not delay:
-        return [held(name, formula, register=False)]
-    labels = [f"{name}_sampled", *(f"{name}_sampled_{k}" for k in range(2, whole + (rest > 0.0) + 1))]
+@dataclass(frozen=True)
+class HeldValue:
+    """What is sampled: its name, its value at a sample, or the controller that gives it; where it is written."""
+
+    name: str
+    formula: Formula
+    initial: float
+    unit: str
+    description: str
+    key: str
+    place: str
+    controller: str = ""
+
+
+def held_states(value: HeldValue, clock: Clock, values: Values) -> list[State]:
+    """Return the state that holds a value, and before it those that hold it while it is delayed."""
+    name = value.name
+
+    def held(label: str, formula: Formula, offset: float = 0.0, *, register: bool = True) -> State:
+        text = value.description if label == name else f"what {name} will be"
+        rounded, controller = (0.0, "") if register else (clock.quantum, value.controller)
+        sampling = Sampling(formula, clock.period, offset, rounded, register, value.place, controller)
+        return State(label, ZERO, value.initial, value.unit, text, sampling)
+
+    if not clock.whole and not clock.rest:
+        return [held(name, value.formula, register=False)]
+    labels = [f"{name}_sampled", *(f"{name}_sampled_{k}" for k in range(2, clock.whole + (clock.rest > 0.0) + 1))]
     taken = {*values.names.states, *values.names.parameters, *values.names.inputs} & set(labels)
     for label in sorted(taken):
         what = f"the name {label} is taken, and is that of what {name} holds while it is delayed"
-        values.report.add(key, what, "another name")
-    made = [held(labels[0], formula, register=False)]
+        values.report.add(value.key, what, "another name")
+    made = [held(labels[0], value.formula, register=False)]
     made += [held(label, Symbol("state", before)) for before, label in itertools.pairwise(labels)]
-    return [*made, held(name, Symbol("state", labels[-1]), rest)]
+    return [*made, held(name, Symbol("state", labels[-1]), clock.rest)]
+
+
+def read_sampled_state(name: str, entry: WrittenState, values: Values) -> list[State]:
+    """Return a sampled state, and before it those that hold its values while they are delayed."""
+    key = key_of("states", name)
+    place = values.report.where(f"{key}.formula")
+    initial = values.constant(f"{key}.initial", entry.initial)
+    formula = ZERO if entry.formula is None else values.formula(f"{key}.formula", entry.formula, STATE)
+    clock = read_clock(key, entry, values)
+    if clock is None:
+        return []
+    return held_states(HeldValue(name, formula, initial, entry.unit, entry.description, key, place), clock, values)

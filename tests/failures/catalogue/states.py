@@ -4,6 +4,16 @@ from __future__ import annotations
 
 from tests.failures.failure import Failure
 
+#: A controller whose function is the caller's, or in a C file, and such a file.
+_SERVO = '[controllers.servo]\ntype = "sampled"\nsample = "5 ms"\nsignals = { angle = "q.shoulder" }'
+_C = """\
+int servo(double t, const double *signals, double *values, double *memory)
+{
+    values[0] = signals[0];
+    return 0;
+}
+"""
+
 FAILURES = [
     Failure(
         "A state without its rate",
@@ -38,7 +48,7 @@ FAILURES = [
         "A controller of a kind that there is not",
         3,
         "description error: scene.toml:34 (controllers.servo.type): 'pdi' is not known here; try: one of pi, pid, "
-        "low_pass, lead_lag, state_feedback or skyhook",
+        "low_pass, lead_lag, state_feedback, skyhook or sampled",
         more='[controllers.servo]\ntype = "pdi"\nsignal = "q.shoulder"\nproportional = 2',
     ),
     Failure(
@@ -100,5 +110,51 @@ FAILURES = [
         "description error: scene.toml:35 (controllers.servo.signal): a.shoulder cannot be used here (column 1); try: "
         "time, parameters, inputs, states, positions, velocities and tensions (not accelerations) only",
         more='[controllers.servo]\ntype = "pi"\nsignal = "a.shoulder"\nproportional = 2',
+    ),
+    Failure(
+        "A sampled controller without its function",
+        2,
+        "usage error: controller servo: the scene leaves its function to the caller; try: controllers={'servo': law} in"
+        " Python, where law(t, signals) gives one number, servo",
+        command="simulate scene.toml --method rk4 --out run.npz",
+        more=f"{_SERVO}\n",
+    ),
+    Failure(
+        "A sampled controller without its clock",
+        3,
+        "description error: scene.toml:33 (controllers.servo): a sampled controller needs sample; try: sample = 0.01",
+        more='[controllers.servo]\ntype = "sampled"\nsignals = { angle = "q.shoulder" }',
+    ),
+    Failure(
+        "A C file that is not there",
+        3,
+        "description error: scene.toml:37 (controllers.servo.source): 'servo.c' is no file; try: the path of a"
+        " C file, from the scene file's folder",
+        more=f'{_SERVO}\nsource = "servo.c"\nfunction = "servo"',
+    ),
+    Failure(
+        "A C file without the function",
+        3,
+        "description error: scene.toml:37 (controllers.servo.source): servo.c has no function servo; try: int"
+        " servo(double t, const double *signals, double *values, double *memory) in it",
+        more=f'{_SERVO}\nsource = "servo.c"\nfunction = "servo"',
+        files={"servo.c": "int law(double t, const double *signals, double *values, double *memory);\n"},
+    ),
+    Failure(
+        "A C file with a header of its own",
+        3,
+        'description error: scene.toml:37 (controllers.servo.source): servo.c:2 includes "gains.h", a file of its own,'
+        " which would not come along; try: its text in the C file; headers in angle brackets are there",
+        more=f'{_SERVO}\nsource = "servo.c"\nfunction = "servo"',
+        files={"servo.c": f'#include <math.h>\n#include "gains.h"\n{_C}'},
+    ),
+    Failure(
+        "A C file that does not compile",
+        5,
+        "toolchain error: servo.c:3: the C compiler finds 'error' undeclared (first use in this function){any}; try:"
+        " C99, and int NAME(double t, const double *signals, double *values, double *memory)",
+        command="simulate scene.toml --method rk4 --out run.npz",
+        more=f'{_SERVO}\nsource = "servo.c"\nfunction = "servo"',
+        files={"servo.c": _C.replace("signals[0]", "error")},
     ),
 ]

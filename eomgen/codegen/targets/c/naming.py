@@ -48,6 +48,11 @@ def comment(text: str, limit: int = 200) -> str:
     return clean if len(clean) <= limit else clean[: limit - 3] + "..."
 
 
+def file_name(text: str) -> str:
+    """Return the name of a file as compilers repeat it in messages: letters, digits, dots, dashes and underscores."""
+    return re.sub(r"[^A-Za-z0-9_.-]", "_", text)
+
+
 def c_string(text: str) -> str:
     """Return a string literal of C: letters, digits, underscores as they are, any other text in octal escapes."""
     plain = re.fullmatch(r"[A-Za-z0-9_]*", text) is not None

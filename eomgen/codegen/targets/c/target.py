@@ -15,7 +15,7 @@ from eomgen.codegen.metadata import LARGEST_ANGLE
 from eomgen.codegen.program import Program, ProgramFunction, ProgramLoop
 from eomgen.codegen.targets.c.folding import folded
 from eomgen.codegen.targets.c.interface import INTERFACE_CDEF, SIZES
-from eomgen.codegen.targets.c.naming import NAMES, CNames, c_string, comment, local_names
+from eomgen.codegen.targets.c.naming import NAMES, CNames, c_string, comment, file_name, local_names
 from eomgen.codegen.targets.c.printer import COUNTING, Printer, indented, number
 from eomgen.codegen.targets.c.source_files import FILE_LIMIT, plan_files
 from eomgen.codegen.targets.c.stepper import stepper_names
@@ -68,6 +68,7 @@ def environment() -> jinja2.Environment:
     env.globals["largest_angle"] = LARGEST_ANGLE
     env.filters["comment"] = comment
     env.filters["c_string"] = c_string
+    env.filters["file_name"] = file_name
     env.filters["number"] = number
     env.filters["described"] = _described
     env.tests["contains"] = lambda container, item: item in container
@@ -147,7 +148,7 @@ def generate_files(program: Program, *, file_limit: int = FILE_LIMIT) -> dict[st
     """Return the stand-alone folder of a Program: file name to text. The same Program gives the same bytes.
 
     ``<prefix>.h``, ``<prefix>.c`` (and ``<prefix>_2.c``... of large models), ``<prefix>_step.c`` where there is a
-    method, ``main.c``, ``eomgen_real.h``, ``README.md`` and ``manifest.json``.
+    method, C files that the scene brings along, ``main.c``, ``eomgen_real.h``, ``README.md`` and ``manifest.json``.
     """
     context = _Context(program, file_limit)
     files = {f"{program.prefix}.h": context.render("c/model/model.h.jinja")}
@@ -160,6 +161,9 @@ def generate_files(program: Program, *, file_limit: int = FILE_LIMIT) -> dict[st
     if program.curves:
         files[f"{program.prefix}_curves.h"] = context.render("c/model/curves.h.jinja")
         files[f"{program.prefix}_curves.c"] = context.render("c/model/curves.c.jinja", snap=SNAP, edge=EDGE)
+    for source in program.sources:
+        text = source.text if source.text.endswith("\n") else f"{source.text}\n"
+        files[source.name] = context.render("c/model/user_source.c.jinja", source=source) + text
     files["eomgen_real.h"] = context.render("c/model/eomgen_real.h.jinja")
     files["main.c"] = context.render("c/main/main.c.jinja")
     sources = sorted(name for name in files if name.endswith(".c"))

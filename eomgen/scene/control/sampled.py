@@ -1,0 +1,159 @@
+"""Sampled controllers: their signals, held values and memory as states, and the C source of the function between."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from eomgen.formula.nodes import Symbol
+from eomgen.scene.control.schema import Controller as Written
+from eomgen.scene.formula.scope import STATE
+from eomgen.scene.reading.report import Report
+from eomgen.scene.reading.values import Values
+from eomgen.scene.signals.sampling import HeldValue, held_states, read_clock
+from eomgen.system.samples import CSource, SampledController
+from eomgen.system.signals import State
+from eomgen.text import key_of, shown
+
+#: Bytes of a C file.
+_LARGEST = 1_000_000
+_IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+_OWN_HEADER = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"\n]*)"', re.MULTILINE)
+_KEYWORDS = re.compile(
+    "auto|break|case|char|const|continue|default|do|double|else|enum|extern|float|for|goto|if|inline|int|long|main|"
+    "register|restrict|return|short|signed|sizeof|static|struct|switch|typedef|union|unsigned|void|volatile|while"
+)
+
+
+@dataclass(frozen=True)
+class MadeBySampled:
+    """The names that a sampled controller makes: what formulas call its outputs, and its states."""
+
+    outputs: tuple[str, ...]
+    signals: tuple[str, ...]
+    values: tuple[str, ...]
+    memory: tuple[str, ...]
+
+    @property
+    def states(self) -> list[str]:
+        return [*self.signals, *self.values, *self.memory]
+
+
+def made_by_sampled(name: str, entry: Written) -> MadeBySampled:
+    """Return the names that an entry of type ``sampled`` makes."""
+    outputs = tuple(f"{name}_{output}" for output in entry.outputs or ()) or (name,)
+    return MadeBySampled(
+        outputs,
+        tuple(f"{name}_signal_{signal}" for signal in entry.signals or ()),
+        tuple(f"{output}_held" for output in outputs),
+        tuple(f"{name}_memory_{k + 1}" for k in range(entry.memory or 0)),
+    )
+
+
+def read_sampled_controller(
+    name: str, entry: Written, values: Values, folder: Path
+) -> tuple[list[State], SampledController]:
+    """Return the states of a sampled controller, and what is called at its samples; what is wrong is reported.
+
+    Parameters
+    ----------
+    folder : Path
+        That of the scene file, from which ``source`` counts.
+    """
+    key, report = key_of("controllers", name), values.report
+    made = made_by_sampled(name, entry)
+    initial = values.constant(f"{key}.initial", entry.initial)
+    clock = None if entry.sample is None else read_clock(key, entry, values)
+    source = _source(key, entry, folder, report)
+    function = entry.function or ""
+    called = SampledController(
+        name,
+        tuple(entry.signals or ()),
+        tuple(entry.outputs or (name,)),
+        made.signals,
+        tuple(f"{value}_sampled" if clock and (clock.whole or clock.rest) else value for value in made.values),
+        made.memory,
+        entry.memory is not None or entry.source is not None,
+        function,
+        source,
+    )
+    states: list[State] = []
+    if clock is None:
+        return states, called
+    plain = read_clock(key, entry.model_copy(update={"delay": None, "quantum": None}), values)
+    where = report.where(key)
+    for label, state in zip(entry.signals or {}, made.signals, strict=True):
+        place = f"{key}.signals.{label}"
+        formula = values.formula(place, (entry.signals or {})[label], STATE)
+        text = f"signal {label} of the controller {name}"
+        if plain is not None:
+            states += held_states(HeldValue(state, formula, 0.0, "", text, key, report.where(place)), plain, values)
+    for state in made.values:
+        text = f"what the controller {name} gives"
+        value = HeldValue(state, Symbol("state", state), initial, entry.unit, text, key, where, name)
+        states += held_states(value, clock, values)
+    for number, state in enumerate(made.memory):
+        text = f"memory[{number}] of the controller {name}"
+        value = HeldValue(state, Symbol("state", state), 0.0, "", text, key, where, name)
+        if plain is not None:
+            states += held_states(value, plain, values)
+    return states, called
+
+
+def _source(key: str, entry: Written, folder: Path, report: Report) -> CSource | None:
+    """Return the C file of a controller; None where the caller gives its function, or what is wrong is reported."""
+    if entry.source is None:
+        if entry.function is not None:
+            report.add(f"{key}.function", "function is the name of one in a C file", 'source = "controller.c"')
+        return None
+    if entry.function is None:
+        what = "the name of the function in the C file is missing"
+        report.add(f"{key}.source", what, 'function = "controller"')
+        return None
+    function = entry.function
+    if not _IDENTIFIER.fullmatch(function) or _KEYWORDS.fullmatch(function) or function.startswith("eomgen"):
+        what = f"{shown(function)} cannot be the name of a C function here"
+        report.add(f"{key}.function", what, "letters, digits and underscores, no word of C, not eomgen at its start")
+        return None
+    path = folder / entry.source
+    fault, hint = "", "the path of a C file, from the scene file's folder"
+    text = ""
+    try:
+        data = path.read_bytes() if path.is_file() else None
+        if data is None:
+            fault = f"{shown(str(path))} is no file"
+        elif len(data) > _LARGEST:
+            fault = f"{shown(str(path))} is larger than {_LARGEST // 1_000_000} MB"
+        else:
+            text = data.decode("utf-8").replace("\r\n", "\n")
+    except UnicodeDecodeError:
+        fault, hint = f"{shown(str(path))} is not UTF-8", "the file saved in UTF-8"
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+        fault = f"{shown(str(path))} cannot be read: {reason}"
+    if not fault and path.suffix != ".c":
+        fault = f"{shown(entry.source)} does not end in .c"
+    if not fault and "\0" in text:
+        fault = f"{shown(str(path))} holds a zero byte: this is no text"
+    if not fault and (own := _OWN_HEADER.search(text)):
+        line = text.count("\n", 0, own.start()) + 1
+        fault = f'{path.name}:{line} includes "{own[1]}", a file of its own, which would not come along'
+        hint = "its text in the C file; headers in angle brackets are there"
+    if not fault and not re.search(rf"\b{function}\s*\(", text):
+        fault, hint = f"{path.name} has no function {function}", f"int {function}({SIGNATURE}) in it"
+    if fault:
+        report.add(f"{key}.source", fault, hint)
+        return None
+    return CSource(path.name, text)
+
+
+#: Arguments of a controller's C function.
+SIGNATURE = "double t, const double *signals, double *values, double *memory"
+
+
+def sources_digest(controllers: Sequence[SampledController]) -> bytes:
+    """Return what the C files of controllers add to the content of a scene: their names and their text."""
+    sources = [item.source for item in controllers if item.source is not None]
+    return b"".join(f"\0{source.name}\0{source.text}".encode() for source in sources)

@@ -1,0 +1,224 @@
+"""Functions of the caller that compute what sampled controllers give: checked, called by a compiled stepper.
+
+A run makes each of its steppers call functions of its own where classes are given. Whether a function may be called
+again, by runs that an error estimate is made from or by a copy, depends on where it keeps what it keeps: memory that
+the scene declares is among the internal states, and goes wherever these go.
+"""
+
+from __future__ import annotations
+
+import functools
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from eomgen.arrays import Array
+from eomgen.compiled.arguments import check_name
+from eomgen.errors import Problem, UsageError
+from eomgen.text import listed, shown
+from eomgen.toolchain.library import Library
+
+#: ``f(t, signals)``, with declared memory ``f(t, signals, memory)``, or a class whose objects are called so.
+Controller = Callable[..., Any]
+#: As the member ``control`` of the settings in C.
+_TYPE = "int(void *, int, double, double *, double *, double *)"
+#: Share of a run's time, and s, from which on calls are reported.
+_SLOW_SHARE, _SLOW = 0.5, 1.0
+
+
+@dataclass(frozen=True)
+class Controllers:
+    """The functions of a run, in the order in which compiled code counts them.
+
+    Attributes
+    ----------
+    rows : what the layout of the stepper says of each
+    functions : as they are given
+    """
+
+    rows: tuple[Mapping[str, Any], ...]
+    functions: tuple[Controller, ...]
+
+    @property
+    def undeclared(self) -> str:
+        """The names of those that may keep something which no state holds; empty: all go on from any state."""
+        return ", ".join(row["name"] for row in self.rows if not row["declared"])
+
+    @property
+    def single(self) -> str:
+        """The names of those that cannot be had anew for another run; empty: all can."""
+        pairs = zip(self.rows, self.functions, strict=True)
+        return ", ".join(row["name"] for row, given in pairs if not row["declared"] and not _makes(given))
+
+    def on(self, library: Library) -> BoundControllers:
+        """Return the functions for one stepper of a library, those of classes made anew.
+
+        Raises
+        ------
+        UsageError
+            A class cannot be called without arguments, or its objects cannot be called.
+        """
+        made = [
+            _made(row["name"], given) if _makes(given) else given
+            for row, given in zip(self.rows, self.functions, strict=True)
+        ]
+        return BoundControllers(self.rows, made, library)
+
+
+def called_by(layout: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """Return the sampled controllers of a compiled stepper whose functions the caller gives."""
+    return [item for item in layout["method"].get("samples", {}).get("controllers", ()) if not item["function"]]
+
+
+def read_controllers(given: Mapping[str, Controller] | None, layout: Mapping[str, Any]) -> Controllers | None:
+    """Check the functions that are given for the sampled controllers of a stepper; None where none are needed.
+
+    Raises
+    ------
+    UsageError
+        Anything but a mapping from names to functions; names that are unknown or missing.
+    """
+    rows = called_by(layout)
+    names = tuple(str(row["name"]) for row in rows)
+    if given is not None and not isinstance(given, Mapping):
+        kind = "a function" if callable(given) else type(given).__name__
+        hint = f'controllers={{"{names[0] if names else "name"}": function}}'
+        raise UsageError(Problem("controllers", f"a mapping from names to functions is needed, not {kind}", hint))
+    for name, function in (given or {}).items():
+        if not names:
+            what = "no controller of the scene leaves its function to the caller"
+            hint = 'type = "sampled" without a source in the scene'
+            raise UsageError(Problem(f"controller {shown(str(name))}", what, hint))
+        check_name("controller", name, names)
+        if not callable(function):
+            what = f"a function of t and its signals is needed, not {type(function).__name__}"
+            raise UsageError(Problem(f"controller {name}", what, "def law(t, signals): return ..."))
+    problems = []
+    for row in rows:
+        if row["name"] not in (given or {}):
+            arguments = "t, signals, memory" if row["memory_states"] else "t, signals"
+            hint = f"controllers={{{row['name']!r}: law}} in Python, where law({arguments}) gives {_numbers(row)}"
+            problems.append(Problem(f"controller {row['name']}", "the scene leaves its function to the caller", hint))
+    if problems:
+        raise UsageError(problems)
+    return Controllers(tuple(rows), tuple((given or {})[name] for name in names)) if rows else None
+
+
+class BoundControllers:
+    """The functions as one C function, what they raised, and what they cost.
+
+    Attributes
+    ----------
+    calls, seconds : of all functions so far
+    """
+
+    def __init__(self, rows: Sequence[Mapping[str, Any]], functions: Sequence[Controller], library: Library) -> None:
+        self.calls, self.seconds = 0, 0.0
+        self._rows, self._functions = rows, functions
+        self._ffi = library.ffi
+        self._failure: BaseException | None = None
+        # C returns 1 where Python cannot even begin, as at the end of its memory
+        self._callback = library.ffi.callback(_TYPE, self._call, error=1)
+
+    @property
+    def address(self) -> int:
+        return int(self._ffi.cast("uintptr_t", self._callback))
+
+    def raise_failure(self) -> None:
+        """Raise what the last call of compiled code ended with, once, if a function failed."""
+        failure, self._failure = self._failure, None
+        if failure is not None:
+            raise failure
+
+    def cost(self, wall: float) -> str:
+        """Return what the functions cost of a run of so many s, where that is most of it; else nothing."""
+        if not self.calls or self.seconds < max(_SLOW, _SLOW_SHARE * wall):
+            return ""
+        each = self.seconds / self.calls
+        share = self.seconds / wall
+        return f"{share:.0%} of the time went into the functions of controllers: {self.calls} calls of {each:.3g} s"
+
+    def _call(self, _: Any, number: int, t: float, signals: Any, values: Any, memory: Any) -> int:
+        row, began = self._rows[number], time.perf_counter()
+        try:
+            given = self._array(signals, len(row["signal_states"]))
+            if row["memory_states"]:
+                kept = self._array(memory, len(row["memory_states"]))
+                result = self._functions[number](t, given, kept)
+                _check_finite(row, "leaves in its memory", kept, t)
+                memory[0 : len(kept)] = kept.tolist()
+            else:
+                result = self._functions[number](t, given)
+            found = _values(row, result, t)
+            values[0 : len(found)] = found.tolist()
+        except UsageError as error:
+            self._failure = error
+        except Exception as error:
+            what = f"the function failed at t = {t:.9g} s: {type(error).__name__}: {error}"
+            hint = "the traceback above this message; the arguments are t and an array of signals"
+            self._failure = UsageError(Problem(f"controller {row['name']}", what, hint))
+            self._failure.__cause__ = error
+        except BaseException as error:  # Ctrl-C, exit: on their way through compiled code
+            self._failure = error
+        self.calls += 1
+        self.seconds += time.perf_counter() - began
+        return int(self._failure is not None)
+
+    def _array(self, numbers: Any, size: int) -> Array:
+        """Return a copy, which functions may keep."""
+        if not size:
+            return np.zeros(0)
+        return np.frombuffer(self._ffi.buffer(numbers, 8 * size), dtype=np.float64).copy()
+
+
+def _makes(given: Controller) -> bool:
+    """Tell whether a class is given, or one with some of its arguments, which makes functions."""
+    return isinstance(given.func if isinstance(given, functools.partial) else given, type)
+
+
+def _made(name: str, given: Controller) -> Controller:
+    kind = given.func if isinstance(given, functools.partial) else given
+    label = getattr(kind, "__name__", str(kind))
+    try:
+        made = given()
+    except Exception as error:
+        what = f"the class {label} makes no object: {type(error).__name__}: {error}"
+        hint = "a class without arguments, or functools.partial(...) with them"
+        raise UsageError(Problem(f"controller {name}", what, hint)) from error
+    if not callable(made):
+        what = f"objects of the class {label} cannot be called"
+        raise UsageError(Problem(f"controller {name}", what, "def __call__(self, t, signals): return ..."))
+    function: Controller = made
+    return function
+
+
+def _numbers(row: Mapping[str, Any]) -> str:
+    names = listed(row["outputs"])
+    return f"one number, {names}" if len(row["outputs"]) == 1 else f"{len(row['outputs'])} numbers: {names}"
+
+
+def _values(row: Mapping[str, Any], result: object, t: float) -> Array:
+    """Return what a function gave, (n,). Raises UsageError."""
+    where, size = f"controller {row['name']}", len(row["outputs"])
+    try:
+        array = np.asarray(result, dtype=float)
+    except (TypeError, ValueError):
+        array = np.zeros((0, 0))
+    if result is None or array.shape not in ((size,), () if size == 1 else (size,)):
+        given = "nothing" if result is None else f"an array of shape {array.shape}"
+        if result is not None and array.shape == (0, 0):
+            given = f"{type(result).__name__}, which is no array of numbers"
+        what = f"the function gives {given} at t = {t:.9g} s, and has to give {_numbers(row)}"
+        raise UsageError(Problem(where, what, "return these numbers"))
+    found = array.reshape(size)
+    _check_finite(row, "gives", found, t)
+    return found
+
+
+def _check_finite(row: Mapping[str, Any], verb: str, array: Array, t: float) -> None:
+    if not np.all(np.isfinite(array)):
+        what = f"the function {verb} {array[int(np.argmin(np.isfinite(array)))]} at t = {t:.9g} s"
+        raise UsageError(Problem(f"controller {row['name']}", what, "finite numbers over the whole run"))
