@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from eomgen.results.solution import Solution
     from eomgen.simulation.options import MethodOptions, ResumeOptions, RunOptions
     from eomgen.simulation.simulator import Simulator
+    from eomgen.spectra import Road, RoadExcitation
 
 
 @checked_calls('eomgen.build("scene.toml") or eomgen.build(scene), which make one', inputs="u", states="z", time="t")
@@ -274,6 +275,26 @@ class Model(CompiledModel):
         from eomgen.analysis.root_locus import roots_over  # noqa: PLC0415
 
         return roots_over(self.linearize, parameter, values, parameters, **options)
+
+    def road_excitation(self, road: Road | None = None, speed: float | None = None) -> RoadExcitation:
+        """Return the random roads of the scene's inputs as an excitation of its linear models.
+
+        Wheels of the same seed run in the same track, each by its offset behind the first; tracks of different seeds
+        are independent.
+
+        Parameters
+        ----------
+        road, speed : Road of ``eomgen.spectra``, m/s
+            Others than those of the scene.
+
+        Raises
+        ------
+        UsageError
+            No input is a road of a class, or they differ in class or speed where none is given.
+        """
+        from eomgen.analysis.road_excitation import road_excitation  # noqa: PLC0415
+
+        return road_excitation(self, road, speed)
 
     def resume(
         self, path: str | os.PathLike[str], t_end: float | None = None, **options: Unpack[ResumeOptions]

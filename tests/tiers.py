@@ -247,6 +247,7 @@ SLOW: dict[str, tuple[str, ...]] = {
     "linear/test_neighbouring_motions.py::test_neighbouring_motions": (),
     "linear/test_neighbouring_motions.py::test_outputs_of_neighbouring_states": ("drone",),
     "linear/test_neighbouring_motions.py::test_second_order_is_first_order_in_other_variables": (),
+    "linear/test_random_response.py::test_a_run_over_a_generated_road_has_the_spectrum": (),
     "linear/test_rotating_beam.py::test_frequencies": (),
     "linear/test_steady_motion.py::test_governor_with_closed_loops": (),
     "linear/test_steady_rolling.py::test_a_cart_goes_straight_on_and_in_circles": (),

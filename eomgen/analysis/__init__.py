@@ -1,3 +1,3 @@
 """Analyses of a compiled model about one state: equilibria, steady motions, linear models, root loci."""
 
-__all__ = ["bending", "definiteness", "equilibrium", "linearize", "root_locus", "steady_motion"]
+__all__ = ["bending", "definiteness", "equilibrium", "linearize", "road_excitation", "root_locus", "steady_motion"]

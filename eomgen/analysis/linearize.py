@@ -339,8 +339,25 @@ def _names(model: CompiledModel, components: Sequence[str], measured: Sequence[s
         for name in component_names("", str(item["name"]), int(item["size"]))
     ]
     return Names(
-        tuple(components), tuple(measured), model.states, description.driven, description.disturbances, tuple(outputs)
+        tuple(components),
+        tuple(measured),
+        model.states,
+        description.driven,
+        description.disturbances,
+        tuple(outputs),
+        _units(model),
     )
+
+
+def _units(model: CompiledModel) -> dict[str, str]:
+    """Return the units of inputs, disturbances, outputs, coordinates and velocities by their names."""
+    units = {item.name: item.unit for item in model.description.inputs}
+    for item in model.library.layout["outputs"]:
+        units |= dict.fromkeys(component_names("", str(item["name"]), int(item["size"])), str(item["unit"]))
+    for name, unit in zip(model.v_names, model.v_units, strict=True):
+        units |= {name: unit, name.removeprefix("v."): unit.removesuffix("/s")}
+    units |= {f"base.acceleration[{k}]": "m/s^2" for k in range(3)}
+    return units | {f"base.angular_acceleration[{k}]": "rad/s^2" for k in range(3)}
 
 
 def _inputs(model: CompiledModel, operating_point: OperatingPoint) -> Array:

@@ -1,4 +1,5 @@
-"""``eomgen linearize``: modes and stability of the linear model, its matrices, root locus, frequency responses."""
+"""``eomgen linearize``: modes and stability of the linear model, its matrices, root locus, frequency responses,
+rides on random roads."""
 
 from __future__ import annotations
 
@@ -21,6 +22,7 @@ from eomgen.cli.options import (
     time_option,
 )
 from eomgen.cli.printing import building, counted, print_json, print_table, say
+from eomgen.cli.ride import RideRequest, described_ride, write_ride
 from eomgen.cli.running import read_scene
 from eomgen.errors import Problem, UsageError
 from eomgen.text import json_text
@@ -54,14 +56,21 @@ _POINTS = 600
 @click.option(
     "--response", "responses", multiple=True, metavar="INPUT:OUTPUT", help="A frequency response; may be repeated."
 )
-@click.option("--band", default=None, metavar="FROM:TO", help="Of frequency responses, in Hz.")
+@click.option("--band", default=None, metavar="FROM:TO", help="Of frequency responses and rides, in Hz.")
+@click.option(
+    "--ride", "rides", multiple=True, metavar="OUTPUT[:Wk]", help="Rms on the scene's random roads; may be repeated."
+)
+@click.option("--classes", default=None, metavar="A,B,...", help="Road classes of rides; else that of the scene.")
+@click.option("--speeds", default=None, metavar="V,V,...", help="Speeds of rides in m/s; else that of the scene.")
 @json_option
 @debug_option
 def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> int:
     """Print the modes of a SCENE's linear model, by default about its equilibrium, and whether it is stable."""
     sweep = _sweep(options.pop("root_locus"))
     pairs, band = [_pair(text) for text in options.pop("responses")], _band(options.pop("band"))
+    ride = RideRequest.read(options.pop("rides"), options.pop("classes"), options.pop("speeds"), band)
     request = _Request(scene, options)
+    excitation = request.model.road_excitation() if ride is not None else None
     if folder is None and sweep is not None:  # names are checked before files are
         request.model.parameter_array({sweep[0]: sweep[1][0]})
     lin = request.linearized({}, None)
@@ -73,11 +82,19 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
     from eomgen.results.linear_files import described  # noqa: PLC0415
 
     data = described(lin, request.model.name)
+    table = ride.table(lin, excitation) if ride is not None and excitation is not None else None
+    if table is not None:
+        data["ride"] = described_ride(table)
     files = request.written(lin, data, Path(folder), sweep, pairs, band) if folder is not None else []
+    if folder is not None and ride is not None and excitation is not None and table is not None:
+        files += write_ride(table, ride.spectra(lin, excitation), request.model.name, Path(folder))
     if as_json:
         print_json({**data, "files": [file.name for file in files]})
     else:
         _print(lin, request.model.name)
+        if table is not None:
+            numeric = tuple(range(1, len(table.headings)))
+            print_table("root mean squares on random roads", table.headings, table.rows, numeric=numeric)
     say(_said(lin) + (f"\nwritten to {folder}: {', '.join(file.name for file in files)}" if files else ""))
     return 0
 
@@ -162,20 +179,8 @@ class _Request:
             files.append(plots.draw_root_locus(locus, units.get(locus.parameter, ""), name, folder / "root_locus.png"))
         if responses:
             files.append(linear_files.write_responses(frequencies, responses, folder / "responses.csv"))
-            files.append(plots.draw_responses(frequencies, responses, self._units(), name, folder / "responses.png"))
+            files.append(plots.draw_responses(frequencies, responses, lin.names.units, name, folder / "responses.png"))
         return files
-
-    def _units(self) -> dict[str, str]:
-        """Return the units of inputs, outputs, coordinates and velocities by the names that responses use."""
-        from eomgen.system.description import component_names  # noqa: PLC0415
-
-        units = {item.name: item.unit for item in self.model.scene.inputs}
-        for item in self.model.library.layout["outputs"]:
-            units |= dict.fromkeys(component_names("", str(item["name"]), int(item["size"])), str(item["unit"]))
-        for name, unit in zip(self.model.v_names, self.model.v_units, strict=True):
-            units |= {name: unit, name.removeprefix("v."): unit.removesuffix("/s")}
-        units |= {f"base.acceleration[{k}]": "m/s^2" for k in range(3)}
-        return units | {f"base.angular_acceleration[{k}]": "rad/s^2" for k in range(3)}
 
 
 def _print(lin: Linearization, name: str) -> None:

@@ -17,15 +17,13 @@ from scipy.linalg import solve_continuous_lyapunov
 from eomgen.arrays import Array
 from eomgen.control.plant import Plant, real_matrix
 from eomgen.errors import ModelError
-
-REFERENCE_WAVENUMBER = 0.1  # cycle/m
-_ROUGHNESS_OF_A = 16e-6  # m^3, geometric mean; every class is four times the one before
+from eomgen.road_classes import REFERENCE_FREQUENCY, ROUGHNESS
 
 
 def road_intensity(road_class: str, speed: float) -> float:
     """Return the intensity of the vertical velocity of a road of class A to H at a speed (m/s), m^2/s."""
-    roughness = _ROUGHNESS_OF_A * 4.0 ** "ABCDEFGH".index(road_class)
-    return 2.0 * math.pi**2 * REFERENCE_WAVENUMBER**2 * roughness * speed
+    roughness: float = ROUGHNESS[road_class]
+    return 2.0 * math.pi**2 * REFERENCE_FREQUENCY**2 * roughness * speed
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,8 @@ and about moving references see ``linear.freedom``). What depends on time is fro
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -23,7 +24,10 @@ from eomgen.linear.freedom import Freedom
 from eomgen.linear.modes import Modes, modes
 from eomgen.linear.partials import Partials
 from eomgen.linear.plots import plot_response
+from eomgen.linear.random_response import densities, root_mean_squares
 from eomgen.linear.state_space import FirstOrder, StateSpace, first_order
+from eomgen.linear.white_noise_road import white_noise_road
+from eomgen.spectra import Excitation, PowerSpectrum, RideTable, RoadExcitation
 
 Complex = NDArray[np.complex128]
 
@@ -50,7 +54,7 @@ class Names:
     """Names of the components of v (without their letter), and of internal states, inputs, disturbances and outputs.
 
     ``measured`` are the coordinates of which the independent ones are chosen: the components, or those of joints
-    between absolute bodies.
+    between absolute bodies. ``units`` are those of inputs, outputs and states by name, where they are known.
     """
 
     components: tuple[str, ...]
@@ -59,6 +63,7 @@ class Names:
     inputs: tuple[str, ...]
     disturbances: tuple[str, ...]
     outputs: tuple[str, ...]
+    units: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -222,3 +227,125 @@ class Linearization:
             raise UsageError(Problem("plot_response", what, "numpy.geomspace(0.1, 100.0, 500)"))
         values = self.frequency_response(2.0 * np.pi * band, input, output)
         return plot_response(band, values, (input, output), axes)
+
+    # -- random vibration ----------------------------------------------------------------------------------------------
+
+    def psd(self, output: str, excitation: Excitation, frequencies: ArrayLike | None = None) -> PowerSpectrum:
+        """Return the power spectral density of an output under random inputs.
+
+        Parameters
+        ----------
+        output : str
+            As of ``frequency_response``.
+        excitation : RoadExcitation or InputSpectrum of ``eomgen.spectra``
+        frequencies : (n,) Hz
+            Over the band of the excitation, close about resonances, where none are given.
+
+        Raises
+        ------
+        UsageError
+            An input or an output that there is not; frequencies that are not positive and increasing.
+        ModelError
+            A mode grows, so that there is no stationary motion.
+        """
+        found = self.modes()
+        f = _spread(found, excitation.band) if frequencies is None else np.asarray(frequencies, dtype=float)
+        if f.ndim != 1 or len(f) < 2 or not np.all(np.isfinite(f)) or f[0] <= 0.0 or np.any(np.diff(f) <= 0.0):
+            what = "frequencies have to be two or more positive numbers that increase, Hz"
+            raise UsageError(Problem("psd", what, "numpy.geomspace(0.1, 100.0, 500)"))
+        density = densities(self.state_space(), found, excitation, [output], f)[0]
+        return PowerSpectrum(output, self.names.units.get(output, ""), f, density, excitation.name)
+
+    def rms(
+        self,
+        output: str,
+        excitation: Excitation,
+        band: tuple[float, float] | None = None,
+        weighting: str | None = None,
+    ) -> float:
+        """Return the root mean square of an output under random inputs, integrated over frequency to 1e-8.
+
+        Parameters
+        ----------
+        band : Hz
+            The part that counts; all of the excitation's where none is given.
+        weighting : ``Wk`` or ``Wd`` of ISO 2631-1
+            Of an acceleration in m/s^2, as people feel it.
+
+        Raises
+        ------
+        UsageError
+            An input, an output or a weighting that there is not; a band outside the excitation's.
+        ModelError
+            A mode grows, or one within the band has no damping.
+        NumericalError
+            The integral does not converge.
+        """
+        space, found = self.state_space(), self.modes()
+        return float(root_mean_squares(space, found, excitation, [output], [weighting], band)[0])
+
+    def rms_on_white_noise_road(self, output: str, excitation: RoadExcitation) -> float:
+        """Return the root mean square of an output on a road of exponent 2 whose band has no ends.
+
+        By Lyapunov's equation, exact with the delay between axles; it neither integrates nor samples over frequency.
+
+        Raises
+        ------
+        UsageError
+            Another exponent, or tracks whose coherence depends on frequency.
+        ModelError
+            A mode does not decay, or the output follows the elevation of the road, whose variance has no bound.
+        """
+        return white_noise_road(self.state_space(), self.modes(), excitation, output)
+
+    def ride_table(
+        self,
+        excitation: RoadExcitation,
+        outputs: Sequence[str] | Mapping[str, str | None] = (),
+        classes: Sequence[str] = ("A", "B", "C", "D"),
+        speeds: Sequence[float] = (),
+        band: tuple[float, float] | None = None,
+    ) -> RideTable:
+        """Return the root mean squares of outputs over road classes and speeds.
+
+        Parameters
+        ----------
+        outputs : names, or a mapping from names to weightings (``Wk``, ``Wd``, None)
+            All outputs where none are given.
+        speeds : (n,) m/s
+            That of the excitation where none are given.
+
+        Raises
+        ------
+        EomgenError
+            As of ``rms``.
+        """
+        chosen = dict(outputs) if isinstance(outputs, Mapping) else dict.fromkeys(outputs or self.names.outputs)
+        if not chosen:
+            raise UsageError(Problem("ride_table", "the scene has no outputs", "[outputs] in the scene, or states"))
+        names, weightings = tuple(chosen), tuple(chosen.values())
+        driven = [excitation.at(float(speed)) for speed in speeds] or [excitation]
+        space, found = self.state_space(), self.modes()
+        at_speeds = np.array([root_mean_squares(space, found, e, names, weightings, band) for e in driven])
+        sizes = [
+            (excitation.road.of_class(name).reference_roughness / excitation.road.reference_roughness) ** 0.5
+            for name in classes
+        ]
+        return RideTable(
+            names,
+            tuple(self.names.units.get(name, "") for name in names),
+            tuple(classes),
+            np.array([e.speed for e in driven]),
+            np.array(sizes)[:, np.newaxis, np.newaxis] * at_speeds,
+            tuple(name or "" for name in weightings),
+        )
+
+
+def _spread(found: Modes, band: tuple[float, float]) -> Array:
+    """Return frequencies over a band, Hz, close about resonances."""
+    points = [np.geomspace(*band, 600)]
+    for value in found.eigenvalues[found.oscillating]:
+        centre, half_width = abs(value.imag) / (2.0 * np.pi), abs(value.real) / (2.0 * np.pi)
+        points.append(centre + half_width * np.sinh(np.linspace(-4.0, 4.0, 81)))
+    every = np.unique(np.concatenate(points))
+    return np.asarray(every[(every >= band[0]) & (every <= band[1])])

@@ -63,20 +63,37 @@ class StateSpace:
         NumericalError
             A frequency is that of a mode without damping, to machine precision.
         """
-        column = _number("input or disturbance", input, (*self.inputs, *self.disturbances))
-        row = _number("output or state", output, (*self.outputs, *self.states))
-        states, outputs = len(self.states), len(self.outputs)
-        left = self.C[row] if row < outputs else np.eye(states)[row - outputs]
-        right = np.concatenate([self.B, self.E], axis=1)[:, column]
-        direct = np.concatenate([self.D, self.F], axis=1)[row, column] if row < outputs else 0.0
+        return self.frequency_responses(omega, [input], [output])[..., 0, 0]
+
+    def frequency_responses(self, omega: ArrayLike, inputs: Sequence[str], outputs: Sequence[str]) -> Complex:
+        """Return the complex responses (..., outputs, inputs) at angular frequencies (...) in rad/s.
+
+        Names and errors are those of ``frequency_response``.
+        """
+        entering, direct = self.input_columns(inputs, outputs)
+        left = self.output_rows(outputs)
         frequencies = np.asarray(omega, dtype=float)
-        pencils = 1j * frequencies[..., np.newaxis, np.newaxis] * np.eye(states) - self.A
+        pencils = 1j * frequencies[..., np.newaxis, np.newaxis] * np.eye(len(self.states)) - self.A
         try:
-            responses: Complex = np.linalg.solve(pencils, right[:, np.newaxis])[..., 0] @ left + direct
+            states = np.linalg.solve(pencils, entering.astype(complex))
         except np.linalg.LinAlgError:
             what = "a frequency is that of a mode without damping, whose response has no bound"
             raise NumericalError(Problem("frequency response", what, "other frequencies, or damping")) from None
-        return responses
+        return np.asarray(left @ states + direct, dtype=complex)
+
+    def output_rows(self, outputs: Sequence[str]) -> Array:
+        """Return the rows (outputs, ns) of C, and of the unit matrix where states are named."""
+        every = np.concatenate([self.C, np.eye(len(self.states))])
+        rows = [_number("output or state", name, (*self.outputs, *self.states)) for name in outputs]
+        return np.asarray(every[rows])
+
+    def input_columns(self, inputs: Sequence[str], outputs: Sequence[str]) -> tuple[Array, Array]:
+        """Return the columns (ns, inputs) of B and E, and what passes directly to outputs (outputs, inputs)."""
+        columns = [_number("input or disturbance", name, (*self.inputs, *self.disturbances)) for name in inputs]
+        rows = [_number("output or state", name, (*self.outputs, *self.states)) for name in outputs]
+        direct = np.concatenate([self.D, self.F], axis=1)
+        direct = np.concatenate([direct, np.zeros((len(self.states), direct.shape[1]))])
+        return np.concatenate([self.B, self.E], axis=1)[:, columns], direct[np.ix_(rows, columns)]
 
 
 @dataclass(frozen=True)

@@ -84,7 +84,7 @@ def draw(solution: Recorded, folder: Path) -> list[Path]:
 
 def plot(solution: Recorded, names: Sequence[str], axes: object = None) -> list[Any]:
     """Draw curves of a solution; see ``Solution.plot``."""
-    curves = _chosen(solution, names)
+    curves = chosen_curves(solution, names)
     panels = _panels(curves)
     if axes is not None:
         given = axes_of_caller("plot", axes, [listed(curve.name for curve in panel) for panel in panels])
@@ -101,7 +101,7 @@ def plot(solution: Recorded, names: Sequence[str], axes: object = None) -> list[
     return drawn
 
 
-def _chosen(solution: Recorded, names: Sequence[str]) -> list[Curve]:
+def chosen_curves(solution: Recorded, names: Sequence[str]) -> list[Curve]:
     """Return the curves that names mean; without names the outputs, or else the coordinates."""
     kinds = {kind: curves for kind, curves in _by_kind(solution).items() if curves}
     if not names:

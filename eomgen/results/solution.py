@@ -23,7 +23,9 @@ from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.events import Events, events_from
 from eomgen.results.plots import plot
 from eomgen.results.scenery import PosesAndScenery
+from eomgen.results.spectrum import psd
 from eomgen.results.tables import to_pandas, to_xarray, write_matlab
+from eomgen.spectra import PowerSpectrum
 from eomgen.system.description import component_names
 
 if TYPE_CHECKING:
@@ -164,6 +166,25 @@ class Solution:
             A name that is none of a curve; another number of axes than of panels.
         """
         return plot(self, names, axes)
+
+    def psd(self, name: str, *, segments: int = 8, start: float | None = None) -> PowerSpectrum:
+        """Return the one-sided power spectral density of a column by Welch's method: Hann windows that overlap by half.
+
+        Parameters
+        ----------
+        name : str
+            As of ``plot``: ``"tip[2]"``, ``"q.hinge"``, ``"body_acceleration"``.
+        segments : int
+            More of them: less scatter, coarser frequencies.
+        start : float
+            Rows before this time in s are left out, for a motion that has to settle first.
+
+        Raises
+        ------
+        UsageError
+            No column or more than one of that name; rows that are not evenly spaced; too few of them.
+        """
+        return psd(self, name, segments, start)
 
     def save(self, path: str | Path) -> Path:
         """Write the solution, all of it as ``.npz``, or its columns as ``.csv`` or ``.mat``; a file of that name is

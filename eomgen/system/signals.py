@@ -19,6 +19,17 @@ class Parameter:
 
 
 @dataclass(frozen=True)
+class RoadUnderWheel:
+    """A random road that an input gives: its class of ISO 8608, the speed (m/s), the distance (m) by which the wheel
+    follows the first one of its track, and the track's seed."""
+
+    road_class: str
+    speed: float
+    offset: float
+    seed: int
+
+
+@dataclass(frozen=True)
 class Input:
     """A named input u_k; its default value is a formula plus a sum of harmonics.
 
@@ -26,6 +37,7 @@ class Input:
     ----------
     formula : formula of t and parameters, or None
     harmonics : tuples (amplitude, angular frequency, phase), each adding amplitude cos(angular frequency t + phase)
+    road : what the harmonics are of, where they are a road's
     """
 
     name: str
@@ -33,6 +45,7 @@ class Input:
     unit: str = ""
     description: str = ""
     harmonics: tuple[tuple[float, float, float], ...] = ()
+    road: RoadUnderWheel | None = None
 
     @property
     def given(self) -> bool:

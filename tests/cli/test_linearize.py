@@ -141,3 +141,24 @@ def test_roots_in_python_follow_an_equilibrium() -> None:
         model.root_locus("stiffness", 5.0)  # type: ignore[arg-type]  # on purpose
     with pytest.raises(eomgen.UsageError, match="at stifness = 5: there is no parameter 'stifness'; try: stiffness"):
         model.root_locus("stifness", [5.0])
+
+
+def test_a_ride_over_classes_and_speeds(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / "ride"
+    words = ["--ride", "body_acceleration:Wk", "--ride", "tyre_load", "--classes", "A,C", "--speeds", "10,20"]
+    assert main(["linearize", QUARTER_CAR, "--t", "30", "--json", "--out", str(folder), *words]) == 0
+    ride = json.loads(capsys.readouterr().out)["ride"]
+    assert [(row["class"], row["speed"]) for row in ride] == [("A", 10.0), ("A", 20.0), ("C", 10.0), ("C", 20.0)]
+    for rough, smooth in zip(ride[2:], ride[:2], strict=True):  # four times the amplitude
+        for name in ("body_acceleration", "tyre_load"):
+            assert rough["rms"][name] == pytest.approx(4.0 * smooth["rms"][name], rel=1e-12)
+    with (folder / "ride.csv").open(encoding="utf-8") as file:
+        rows = list(csv.reader(file))
+    assert rows[0] == ["class", "speed [m/s]", "rms body_acceleration (Wk) [m/s^2]", "rms tyre_load [N]"]
+    assert float(rows[4][3]) == pytest.approx(ride[3]["rms"]["tyre_load"], rel=1e-5)
+    with (folder / "spectra.csv").open(encoding="utf-8") as file:
+        header, *lines = list(csv.reader(file))
+    assert header == ["frequency [Hz]", "body_acceleration [(m/s^2)^2/Hz]", "tyre_load [N^2/Hz]"]
+    f, _, load = np.array(lines, dtype=float).T
+    assert math.sqrt(np.trapezoid(load, f)) == pytest.approx(ride[3]["rms"]["tyre_load"], rel=1e-3)
+    assert (folder / "spectra.png").stat().st_size > 10_000

@@ -18,6 +18,7 @@ from eomgen.scene.reading.values import Values
 from eomgen.scene.signals import schema as written
 from eomgen.scene.signals.roads import FARTHEST, FASTEST, Harmonic, road_harmonics
 from eomgen.scene.signals.tables import TableError, read_columns
+from eomgen.system.signals import RoadUnderWheel
 from eomgen.units.parser import UnitError, read_unit
 
 #: Points of a spline that lie closer than this, measured by the largest distance, leave its equations without digits.
@@ -240,6 +241,13 @@ class Curves:
         else:
             made = self.through_points(key, key, road)
         return Application(made, speed * Symbol("time") - offset)
+
+    def under_wheel(self, key: str, road: written.Road) -> RoadUnderWheel | None:
+        """Return what is known of a road of a class; None where it is none."""
+        travelled = None if road.road_class is None else self.travelled(key, road)
+        if road.road_class is None or travelled is None:
+            return None
+        return RoadUnderWheel(road.road_class, *travelled, road.seed)
 
     def travelled(self, key: str, road: written.Road) -> tuple[float, float] | None:
         """Return speed and offset of a wheel; None where they are not known."""

@@ -28,13 +28,15 @@ def read_input(name: str, entry: written.Input, curves: Curves, values: Values) 
         parts.append(values.formula(f"{key}.formula", entry.formula, TIME))
     parts += curves.signal(key, entry)
     harmonics: tuple[Harmonic, ...] = ()
+    under_wheel = None
     if entry.road is not None:
         found = curves.road(f"{key}.road", entry.road)
         parts += [] if isinstance(found, tuple) else [found]
         harmonics = found if isinstance(found, tuple) else ()
+        under_wheel = curves.under_wheel(f"{key}.road", entry.road) if harmonics else None
     table = {at.curve.name: at.curve for part in parts for at in applications(part)}
     formula = functools.reduce(operator.add, parts) if parts else None
-    return Input(name, formula, entry.unit, entry.description, harmonics), table
+    return Input(name, formula, entry.unit, entry.description, harmonics, under_wheel), table
 
 
 def read_state(name: str, entry: WrittenState, values: Values) -> list[State]:

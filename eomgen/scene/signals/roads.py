@@ -9,10 +9,8 @@ from __future__ import annotations
 import math
 import random
 
-#: Geometric mean of G(n0) by class, m^3.
-CLASSES = {name: 16e-6 * 4**power for power, name in enumerate("ABCDEFGH")}
-REFERENCE_FREQUENCY = 0.1
-FREQUENCY_RANGE = (0.011, 2.83)
+from eomgen.road_classes import FREQUENCY_RANGE, REFERENCE_FREQUENCY, ROUGHNESS
+
 FASTEST = 10_000.0  # m/s
 FARTHEST = 1e6  # m; the phase of the shortest wave is then 2e7 rad, known to 4e-9
 
@@ -42,7 +40,7 @@ def road_harmonics(
     found = []
     for band in range(harmonics):
         start, end = low * ratio**band, low * ratio ** (band + 1)
-        scale = CLASSES[road_class] * REFERENCE_FREQUENCY**2
+        scale = ROUGHNESS[road_class] * REFERENCE_FREQUENCY**2
         amplitude = math.sqrt(2.0 * scale * (1.0 / start - 1.0 / end))
         wavenumber = 2.0 * math.pi * math.sqrt(start * end)
         phase = generator.uniform(0.0, 2.0 * math.pi) - wavenumber * offset

@@ -129,4 +129,53 @@ FAILURES = [
         " positive number of kg",
         command="linearize scene.toml --at equilibrium --out out --root-locus load=1:-2:4",
     ),
+    Failure(
+        "A ride without a road",
+        2,
+        "usage error: road_excitation: no input of the scene is a random road; try: [inputs] front = { road = "
+        '{ class = "C", speed = 20 } }, or eomgen.spectra.RoadExcitation by hand',
+        command="linearize scene.toml --ride tip[0]",
+    ),
+    Failure(
+        "A ride of an output that there is not",
+        2,
+        "usage error: frequency response: there is no output or state 'top'; try: one of tip[0], tip[1], tip[2], "
+        "shoulder, v.shoulder",
+        command="linearize scene.toml --ride top",
+        old='motor = { formula = "2 * sin(t)", unit = "N m" }',
+        new='motor = { road = { class = "C", speed = 20 }, unit = "N m" }',
+    ),
+    Failure(
+        "A ride on the road of a machine without damping",
+        4,
+        "model error: random response: mode 1 at 0.895309 Hz has no damping, so the rms has no bound; try: a damper, "
+        "or a band without it",
+        command="linearize scene.toml --ride tip[0]",
+        old='motor = { formula = "2 * sin(t)", unit = "N m" }',
+        new='motor = { road = { class = "C", speed = 20 }, unit = "N m" }',
+    ),
+    Failure(
+        "A weighting that there is not",
+        2,
+        "usage error: --ride tip[0]:Wz: there is no weighting 'Wz'; try: tip[0]:Wk or tip[0]:Wd",
+        command="linearize scene.toml --ride tip[0]:Wz",
+    ),
+    Failure(
+        "A road class that there is not",
+        2,
+        "usage error: --classes A,J: there is no road class 'J'; try: some of A,B,C,D,E,F,G,H",
+        command="linearize scene.toml --ride tip[0] --classes A,J",
+    ),
+    Failure(
+        "A speed backwards",
+        2,
+        "usage error: --speeds 10,-20: positive speeds in m/s are needed; try: --speeds 10,20,30",
+        command="linearize scene.toml --ride tip[0] --speeds 10,-20",
+    ),
+    Failure(
+        "Speeds of no ride",
+        2,
+        "usage error: --speeds: it belongs to a ride; try: --ride body_acceleration",
+        command="linearize scene.toml --speeds 10,20",
+    ),
 ]

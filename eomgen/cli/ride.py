@@ -1,0 +1,104 @@
+"""``eomgen linearize --ride``: root mean squares and spectra of outputs on random roads."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from eomgen.errors import Problem, UsageError
+
+if TYPE_CHECKING:
+    from eomgen.linear.linearization import Linearization
+    from eomgen.spectra import PowerSpectrum, RideTable, RoadExcitation
+
+
+@dataclass(frozen=True)
+class RideRequest:
+    """What ``--ride``, ``--classes``, ``--speeds`` and ``--band`` ask for."""
+
+    outputs: dict[str, str | None]
+    classes: tuple[str, ...]
+    speeds: tuple[float, ...]
+    band: tuple[float, float] | None
+
+    @classmethod
+    def read(
+        cls, rides: tuple[str, ...], classes: str | None, speeds: str | None, band: tuple[float, float] | None
+    ) -> RideRequest | None:
+        """Return the request; None where there is none. Raises UsageError for words that cannot be read."""
+        if not rides:
+            for option, given in (("--classes", classes), ("--speeds", speeds)):
+                if given is not None:
+                    raise UsageError(Problem(option, "it belongs to a ride", "--ride body_acceleration"))
+            return None
+        from eomgen.road_classes import ROUGHNESS  # noqa: PLC0415
+        from eomgen.spectra import WEIGHTINGS  # noqa: PLC0415
+
+        outputs: dict[str, str | None] = {}
+        for text in rides:
+            name, colon, weighting = text.rpartition(":")
+            if colon and weighting not in WEIGHTINGS:
+                what = f"there is no weighting {ascii(weighting)[:32]}"
+                raise UsageError(Problem(f"--ride {text}", what, " or ".join(f"{name}:{key}" for key in WEIGHTINGS)))
+            outputs[(name if colon else text).strip()] = weighting or None if colon else None
+        chosen = tuple(part.strip() for part in classes.split(",")) if classes is not None else ()
+        unknown = [name for name in chosen if name not in ROUGHNESS]
+        if unknown:
+            what = f"there is no road class {ascii(unknown[0])[:32]}"
+            raise UsageError(Problem(f"--classes {classes}", what, f"some of {','.join(ROUGHNESS)}"))
+        return cls(outputs, chosen, _speeds(speeds), band)
+
+    def table(self, lin: Linearization, excitation: RoadExcitation) -> RideTable:
+        """Return the root mean squares; on the road of the scene and at its speed where no others are asked for."""
+        classes = self.classes or ((excitation.road.road_class,) if excitation.road.road_class else ())
+        return lin.ride_table(excitation, self.outputs, classes, self.speeds, self.band)
+
+    def spectra(self, lin: Linearization, excitation: RoadExcitation) -> list[PowerSpectrum]:
+        """Return the spectra of the outputs, without their weightings."""
+        return [lin.psd(name, excitation) for name in self.outputs]
+
+
+def write_ride(table: RideTable, spectra: list[PowerSpectrum], title: str, folder: Path) -> list[Path]:
+    """Write ``ride.csv``, ``spectra.csv`` and ``spectra.png``."""
+    import numpy as np  # noqa: PLC0415
+
+    from eomgen.figures import new_figure, saved  # noqa: PLC0415
+    from eomgen.files import write_table, write_text  # noqa: PLC0415
+
+    lines = [",".join(table.headings), *(",".join(row) for row in table.rows)]
+    write_text(folder / "ride.csv", "\n".join(lines) + "\n")
+    names = ["frequency [Hz]", *(f"{item.name} [{item.unit}]" if item.unit else item.name for item in spectra)]
+    densities = [spectra[0].frequencies, *(item.density for item in spectra)]
+    write_table(folder / "spectra.csv", names, np.stack(densities, axis=1))
+    figure = new_figure((7.4, 0.6 + 3.6 * len(spectra)))
+    for axis, item in zip(figure.subplots(len(spectra), 1, squeeze=False)[:, 0], spectra, strict=True):
+        item.plot(axis)
+    figure.suptitle(f"{title}: spectra on a random road", fontsize=11)
+    return [folder / "ride.csv", folder / "spectra.csv", saved(figure, folder / "spectra.png")]
+
+
+def _speeds(text: str | None) -> tuple[float, ...]:
+    if text is None:
+        return ()
+    try:
+        speeds = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        speeds = (math.nan,)
+    if not all(0.0 < speed < math.inf for speed in speeds):
+        raise UsageError(Problem(f"--speeds {text}", "positive speeds in m/s are needed", "--speeds 10,20,30"))
+    return speeds
+
+
+def described_ride(table: RideTable) -> list[dict[str, Any]]:
+    """Return the table as JSON data, one row for each class and speed."""
+    return [
+        {
+            "class": name,
+            "speed": float(speed),
+            "rms": dict(zip(table.outputs, map(float, table.values[i, k]), strict=True)),
+        }
+        for i, name in enumerate(table.classes)
+        for k, speed in enumerate(table.speeds)
+    ]

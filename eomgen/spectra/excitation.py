@@ -1,0 +1,115 @@
+"""Excitation: stationary random inputs by the matrix of their cross-spectra, and one input of a given spectrum."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from eomgen.arrays import Array
+from eomgen.errors import Problem, UsageError
+
+Complex = NDArray[np.complex128]
+
+
+class Excitation(Protocol):
+    """Stationary random inputs.
+
+    Attributes
+    ----------
+    inputs : names of inputs or disturbances of the linear model
+    rates : for some of them the names of inputs that carry their time derivative
+    band : frequencies in Hz outside of which the spectra are zero
+    name : in words, for titles
+    """
+
+    @property
+    def inputs(self) -> tuple[str, ...]: ...
+    @property
+    def rates(self) -> dict[str, str]: ...
+    @property
+    def band(self) -> tuple[float, float]: ...
+    @property
+    def name(self) -> str: ...
+
+    def cross_spectra(self, frequencies: Array) -> Complex:
+        """Return the one-sided cross-spectra (nf, m, m) of the inputs, unit_i unit_j / Hz, at frequencies (nf,) in
+        Hz: G[k, i, j] belongs to X_i conj(X_j), X being the Fourier transforms."""
+
+
+@dataclass(frozen=True)
+class InputSpectrum:
+    """One random input of a given power spectral density: a force, an acceleration of the base, noise of a sensor.
+
+    Parameters
+    ----------
+    input : str
+        Name of an input or a disturbance of the linear model: ``motor``, ``base.acceleration[2]``.
+    frequencies, density : (n,), (n,)
+        Hz, increasing, and unit^2/Hz; straight lines in double logarithmic scales between them, nothing beyond.
+    function : callable
+        In place of ``density``: density at frequencies (n,); ``frequencies`` then is the band, a pair.
+
+    Raises
+    ------
+    UsageError
+        Arrays that are no spectrum.
+    """
+
+    input: str
+    frequencies: ArrayLike
+    density: ArrayLike | None = None
+    function: Callable[[Array], Array] | None = None
+
+    def __post_init__(self) -> None:
+        f = np.asarray(self.frequencies, dtype=float)
+        place = f"InputSpectrum: {self.input}"
+        if (self.density is None) == (self.function is None):
+            raise UsageError(Problem(place, "it needs either a density or a function", "density=[...]"))
+        if f.ndim != 1 or len(f) < 2 or not np.all(np.isfinite(f)) or f[0] <= 0.0 or np.any(np.diff(f) <= 0.0):
+            what = "the frequencies have to be two or more positive numbers that increase, Hz"
+            raise UsageError(Problem(place, what, "[1.0, 20.0, 100.0]"))
+        if self.density is not None:
+            g = np.asarray(self.density, dtype=float)
+            if g.shape != f.shape or not np.all(np.isfinite(g)) or np.any(g < 0.0):
+                what = f"the density has the shape {g.shape}, or entries that are negative or not finite"
+                raise UsageError(Problem(place, what, f"{len(f)} numbers of zero and above, unit^2/Hz"))
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """The one input."""
+        return (self.input,)
+
+    @property
+    def rates(self) -> dict[str, str]:
+        """None."""
+        return {}
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """First and last frequency, Hz."""
+        f = np.asarray(self.frequencies, dtype=float)
+        return float(f[0]), float(f[-1])
+
+    @property
+    def name(self) -> str:
+        """The input."""
+        return f"random {self.input}"
+
+    def cross_spectra(self, frequencies: Array) -> Complex:
+        """Return the density (nf, 1, 1)."""
+        low, high = self.band
+        inside = (frequencies >= low) & (frequencies <= high)
+        known = np.asarray(self.frequencies, dtype=float)
+        if self.function is not None:
+            values = np.asarray(self.function(np.clip(frequencies, low, high)), dtype=float)
+        else:
+            g = np.asarray(self.density, dtype=float)
+            logarithms = np.log(np.where(g > 0.0, g, math.ulp(0.0)))
+            values = np.exp(np.interp(np.log(np.clip(frequencies, low, high)), np.log(known), logarithms))
+        result: Complex = np.where(inside, values, 0.0).astype(complex)[:, np.newaxis, np.newaxis]
+        return result

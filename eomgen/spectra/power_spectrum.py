@@ -1,0 +1,85 @@
+"""PowerSpectrum: the one-sided power spectral density of one quantity, with its unit, rms and plot."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from eomgen.arrays import Array
+from eomgen.figures import axes_of_caller, pyplot_figure
+
+_GRID: dict[str, Any] = {"color": "#dddddd", "linewidth": 0.6}
+
+
+@dataclass(frozen=True, repr=False)
+class PowerSpectrum:
+    """A power spectral density.
+
+    Attributes
+    ----------
+    name : of the quantity
+    quantity_unit : its unit; empty where it is not known
+    frequencies : (n,) Hz, increasing
+    density : (n,) one-sided, quantity_unit^2/Hz
+    source : what it is of, for titles: a road at a speed, a run
+    """
+
+    name: str
+    quantity_unit: str
+    frequencies: Array
+    density: Array
+    source: str = ""
+
+    def __repr__(self) -> str:
+        low, high = self.frequencies[0], self.frequencies[-1]
+        size = f"rms {self.rms():.6g} {self.quantity_unit}".rstrip()
+        return f"<PowerSpectrum of {self.name}: {len(self.frequencies)} points, {low:.4g} to {high:.4g} Hz; {size}>"
+
+    @property
+    def unit(self) -> str:
+        """Unit of the density: ``(m/s^2)^2/Hz``."""
+        unit = self.quantity_unit
+        if unit in ("", "1"):
+            return "1/Hz" if unit else ""
+        return f"({unit})^2/Hz" if any(sign in unit for sign in "/^* ") else f"{unit}^2/Hz"
+
+    def rms(self, low: float = 0.0, high: float = np.inf) -> float:
+        """Return the root mean square of the part between two frequencies in Hz, by the trapezoidal rule.
+
+        The points have to resolve the resonances; ``Linearization.rms`` integrates adaptively.
+        """
+        ends = np.clip([low, high], self.frequencies[0], self.frequencies[-1])
+        inside = (self.frequencies > ends[0]) & (self.frequencies < ends[1])
+        f = np.concatenate([ends[:1], self.frequencies[inside], ends[1:]])
+        return float(np.sqrt(np.trapezoid(np.interp(f, self.frequencies, self.density), f)))
+
+    def plot(self, axes: object = None, label: str | None = None) -> list[Any]:
+        """Draw the density over frequency in double logarithmic scales; return matplotlib's axes, a list of one.
+
+        Parameters
+        ----------
+        axes : matplotlib Axes
+            A new figure of pyplot where none are given; several spectra may go onto the same axes.
+        label : str
+            For a legend.
+
+        Raises
+        ------
+        UsageError
+            Something that is no axes, or more than one.
+        """
+        given = pyplot_figure((7.4, 4.6)).subplots() if axes is None else axes
+        drawn = axes_of_caller("plot", given, [f"spectrum of {self.name}"])
+        axis = drawn[0]
+        used = (self.frequencies > 0.0) & (self.density > 0.0)
+        axis.loglog(self.frequencies[used], self.density[used], linewidth=1.4, label=label)
+        axis.set_xlabel("frequency, Hz")
+        axis.set_ylabel("power spectral density" + (f", {self.unit}" if self.unit else ""))
+        axis.set_title(self.name + (f"; {self.source}" if self.source else ""), fontsize=10, loc="left")
+        axis.grid(True, which="both", **_GRID)
+        axis.set_axisbelow(True)
+        if label is not None:
+            axis.legend(fontsize=9, frameon=False)
+        return drawn
