@@ -98,10 +98,10 @@ def test_integration_agrees_with_lyapunov_over_the_wheelbase(car: eomgen.Model) 
     assert given == RoadExcitation(
         Road("C"), 15.0, {"front": 0.0, "rear": 2.4}, {"front": 0.0, "rear": 0.0}, "independent"
     )
-    wide = given.at(road=Road("C", band=(1e-9, 30.0)))
+    wide = given.at(road=Road("C", band=(1e-6, 30.0)))
     side_by_side = RoadExcitation(wide.road, 15.0, {"front": 0.0, "rear": 0.0})
-    # the band ends at 450 Hz, which leaves out a part of the road itself, 1 / f^2
-    for name, tolerance in (("pitch", 1e-7), ("v.heave", 1e-6), ("front_spring", 6e-4)):
+    # the band from 15 uHz to 450 Hz leaves out a part of the road itself, 1 / f^2, and below a constant
+    for name, tolerance in (("pitch", 5e-6), ("v.heave", 6e-6), ("front_spring", 6e-4)):
         both = lin.rms(name, wide), lin.rms_on_white_noise_road(name, wide)
         assert both[0] == pytest.approx(both[1], rel=tolerance), name
     assert lin.rms_on_white_noise_road("pitch", side_by_side) <= 1e-9
@@ -109,7 +109,7 @@ def test_integration_agrees_with_lyapunov_over_the_wheelbase(car: eomgen.Model) 
         lin.rms_on_white_noise_road("pitch", RoadExcitation(wide.road, 15.0, {"front": 0.0}))
     apart = RoadExcitation(wide.road, 15.0, {"front": 0.0, "rear": 2.0}, {"rear": 1.5}, 0.4)
     both = lin.rms("v.pitch", apart), lin.rms_on_white_noise_road("v.pitch", apart)
-    assert both[0] == pytest.approx(both[1], rel=1e-6)
+    assert both[0] == pytest.approx(both[1], rel=2e-5)
 
 
 def test_the_wheelbase_filters_heave_by_cosine_and_pitch_by_sine(car: eomgen.Model) -> None:
