@@ -35,6 +35,33 @@ if TYPE_CHECKING:
     from eomgen.linear.linearization import Linearization
 
 
+class Evaluated(Protocol):
+    """What evaluates attributes of a solution when they are first asked for: ``simulation.outcome.Outcome``."""
+
+    @property
+    def outputs(self) -> Mapping[str, Array]: ...
+    @property
+    def energy(self) -> Mapping[str, Array]: ...
+    @property
+    def stats(self) -> Mapping[str, Any]: ...
+    @property
+    def message(self) -> str: ...
+    @property
+    def success(self) -> bool: ...
+    @property
+    def metadata(self) -> Mapping[str, Any]: ...
+    @property
+    def error(self) -> ErrorEstimate: ...
+
+
+#: The attributes that may be evaluated later, with the kinds of those that are results by name.
+_LATER = {
+    "outputs": "output",
+    "energy": "energy",
+    **dict.fromkeys(("stats", "message", "success", "metadata", "error")),
+}
+
+
 class ModelOfRun(Protocol):
     """The model of a run with its inputs and parameters, for what rows do not hold."""
 
@@ -55,6 +82,9 @@ class ModelOfRun(Protocol):
 @dataclass(frozen=True, repr=False, eq=False)
 class Solution:
     """States, outputs and energies at the recorded times.
+
+    Outputs, energies, the judgement of the run (``success``, ``message``) and the error estimate of a run of
+    ``simulate`` are evaluated when they are first asked for.
 
     Attributes
     ----------
@@ -83,8 +113,8 @@ class Solution:
     outputs: Mapping[str, Array] = field(default_factory=dict)
     energy: Mapping[str, Array] = field(default_factory=dict)
     stats: Mapping[str, Any] = field(default_factory=dict)
-    message: str = ""
-    success: bool = True
+    message: str = field(default_factory=str)  # factories, so that the class has no attribute in the way of _LATER
+    success: bool = field(default_factory=lambda: True)
     interrupted: bool = False
     metadata: Mapping[str, Any] = field(default_factory=dict)
     model: ModelOfRun | None = None
@@ -98,7 +128,17 @@ class Solution:
     if not TYPE_CHECKING:  # a checker knows the attributes by itself
 
         def __getattr__(self, name: str) -> object:
-            raise unknown_attribute(self, name)
+            known = vars(self)
+            if name not in _LATER or "_evaluated" not in known:
+                raise unknown_attribute(self, name)
+            value = getattr(known["_evaluated"], name)
+            known[name] = ByName(_LATER[name], value) if _LATER[name] else value
+            if known.keys() >= _LATER.keys():
+                del known["_evaluated"]
+            return known[name]
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *_LATER]
 
     def __repr__(self) -> str:
         return f"<Solution of {self.metadata.get('scene', 'a scene')}: {len(self.t)} rows; {self.message}>"
@@ -110,7 +150,30 @@ class Solution:
         """Return what goes to another process: all that ``save`` keeps, poses among it, but not the way to the
         model."""
         self._poses_or_none()
+        self._at_once()
         return {**vars(self), "inputs": self.inputs, "model": None}
+
+    @classmethod
+    def later(cls, recorded: Mapping[str, Any], evaluated: Evaluated, *, at_once: bool = False) -> Solution:
+        """Return the solution of a run.
+
+        Parameters
+        ----------
+        recorded : mapping
+            States, ``interrupted``, ``events`` and ``model``.
+        evaluated : what evaluates the other attributes
+        at_once : bool
+            Whether it does so now, as where a caller's functions were called in the run: they may have changed later.
+        """
+        solution = cls.__new__(cls)
+        vars(solution).update(recorded, _evaluated=evaluated)
+        if at_once:
+            solution._at_once()
+        return solution
+
+    def _at_once(self) -> None:
+        for name in _LATER:
+            getattr(self, name)
 
     @cached_property
     def inputs(self) -> Mapping[str, Array]:

@@ -27,8 +27,9 @@ class InputSignals:
     ----------
     names : tuple of str
     given : mapping from name to number, callable of t, or (steps + 1,) array on the step grid, linear in between
-    formulas : callable
-        From times (n,) to the inputs (n, nu) that the scene itself says; used where nothing is given.
+    formulas : callable or None
+        From times (n,) to the inputs (n, nu) that the scene itself says; used where nothing is given. Without it they
+        are zero.
     step : float
         Of the grid, in s; it starts at ``start``.
     left_to_stepper : bool
@@ -37,7 +38,7 @@ class InputSignals:
 
     names: tuple[str, ...]
     given: Mapping[str, CheckedSignal]
-    formulas: Callable[[Array], Array]
+    formulas: Callable[[Array], Array] | None
     step: float
     start: float = 0.0
     left_to_stepper: bool = False
@@ -45,8 +46,10 @@ class InputSignals:
     def rows(self, times: Array) -> Array:
         """Return the inputs at times (n,), (n, nu). Raises UsageError when a callable fails or gives no finite
         number."""
-        every = len(self.given) == len(self.names)
-        table = np.empty((len(times), len(self.names))) if every else np.array(self.formulas(times))
+        if self.formulas is None or len(self.given) == len(self.names):
+            table = np.zeros((len(times), len(self.names)))
+        else:
+            table = np.array(self.formulas(times))
         for name, signal in self.given.items():
             column = self.names.index(name)
             if callable(signal):
@@ -139,7 +142,7 @@ def read_signals(
         if array.ndim == 0:
             read[name] = float(array)
         elif array.shape == (steps + 1,):
-            read[name] = array
+            read[name] = array.copy()  # the caller may write to his own before all of the run is evaluated
         else:
             raise UsageError(
                 Problem(

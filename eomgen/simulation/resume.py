@@ -22,9 +22,9 @@ from eomgen.simulation.checkpoint import Checkpoint
 from eomgen.simulation.controllers import Controller, Controllers, read_controllers
 from eomgen.simulation.error_estimate import ErrorEstimation
 from eomgen.simulation.inputs import Signal
+from eomgen.simulation.outcome import Outcome
 from eomgen.simulation.run import checkpoint_writer, stored_run
 from eomgen.simulation.settings import check_memory, check_span, stepper_library
-from eomgen.simulation.simulate import solution_of
 from eomgen.simulation.stepper import Stepper, run_chunks
 from eomgen.system.selection import Selection
 from eomgen.toolchain.library import Library
@@ -72,7 +72,8 @@ def resume(
         wanted = ErrorEstimation(reported) if error_estimate else None
         report = wanted.shown(run, grid.steps - stepper.count) if wanted else reported
         trajectory = run_chunks(stepper, grid, min(run.every, grid.steps + 1), run.driven, report, writer)
-        return solution_of(run, stepper, trajectory, time.perf_counter() - began, writer, wanted)
+        stepper.close()
+        return Outcome(run, stepper, trajectory, time.perf_counter() - began, writer, wanted).solution(at_once=True)
 
 
 def _controllers(library: Library, given: Mapping[str, Controller] | None) -> Controllers | None:

@@ -90,6 +90,14 @@ class Run:
         return Checkpoint(run_data, state, workspace, values, start)
 
 
+def scene_inputs(model: CompiledModel, p: Array) -> Callable[[Array], Array] | None:
+    """Return what gives the scene's own inputs (n, nu) at times (n,), with parameters (np,) that were checked; None
+    where it gives none."""
+    if "inputs" not in model.functions:
+        return None
+    return lambda times: model.evaluator.formula_inputs({"t": times, "p": p})
+
+
 def stored_run(
     model: CompiledModel,
     data: Mapping[str, Any],
@@ -105,9 +113,7 @@ def stored_run(
     start, step = float(data["t_start"]), settings["step"]
     grid = time_grid(start, end, step, library.real)
     given = read_signals(inputs, model.inputs, grid.steps)
-    signals = InputSignals(
-        model.inputs, given, lambda times: model.input_values(times, parameters=p), step, start, jumps_known(library)
-    )
+    signals = InputSignals(model.inputs, given, scene_inputs(model, p), step, start, jumps_known(library))
     every, corrections = int(data["record_every"]), data.get("corrections", [])
     begun = data.get("start", SCENE_START)
     return Run(model, data["method"], method, settings, p, signals, grid, every, corrections, begun, controllers)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import os
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Hashable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -16,9 +18,15 @@ from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.integrators.methods import Method, canonical_name, method_named, method_parameters, terms_of
 from eomgen.integrators.stepper_layout import checked_setting, default_settings
 from eomgen.simulation.angle_range import check_angles
-from eomgen.simulation.inputs import CheckedSignal, check_reach
+from eomgen.simulation.inputs import CheckedSignal, check_reach, jumps_known
 from eomgen.simulation.time_grid import TimeGrid, check_jumps
 from eomgen.toolchain.library import Library
+
+T = TypeVar("T")
+K = TypeVar("K", bound=Hashable)
+
+#: Choices of a stepper, and checked grids and starts of each, that are kept at most.
+_KEPT = 64
 
 
 def positive(name: str, value: object) -> float:
@@ -90,6 +98,92 @@ def stepper_library(model: CompiledModel, name: str, method: Method) -> Library:
     return library
 
 
+@dataclass(frozen=True)
+class ChosenStepper:
+    """A method for runs of a model with what follows from its options, kept for the next run with the same.
+
+    Attributes
+    ----------
+    library : with the stepper
+    settings : of the stepper, in their order; the step is the library's default
+    left_to_stepper : as of ``InputSignals``
+    """
+
+    name: str
+    method: Method
+    library: Library
+    settings: Mapping[str, float]
+    left_to_stepper: bool
+    _cleared: dict[TimeGrid, bool] = field(default_factory=dict)
+    _starts: dict[Hashable, Any] = field(default_factory=dict)
+
+    def settings_at(self, step: float) -> dict[str, float]:
+        """Return the settings with a step, s."""
+        return {**self.settings, "step": step}
+
+    def start(self, at: Hashable, found: Callable[[], T]) -> T:
+        """Return where runs with the scene's own parameters and inputs start, found once for each ``at``."""
+        if at not in self._starts:
+            _keep(self._starts, at, found())
+        start: T = self._starts[at]
+        return start
+
+    def check_span(
+        self, model: CompiledModel, p: Array | None, given: Mapping[str, CheckedSignal], grid: TimeGrid
+    ) -> None:
+        """Raise UsageError as ``check_span``, whose answer is kept for the scene's own parameters (None) and inputs."""
+        own = p is None and not given
+        if own and grid in self._cleared:
+            return
+        check_span(model, self.library, self.method, model.parameter_array() if p is None else p, given, grid)
+        if own:
+            _keep(self._cleared, grid, True)
+
+
+def _keep(kept: dict[K, T], key: K, value: T) -> None:
+    """Keep a value under its key; others go where there are too many."""
+    if len(kept) >= _KEPT:
+        kept.clear()
+    kept[key] = value
+
+
+def chosen_stepper(
+    model: CompiledModel, method: str | None, given: Mapping[str, float | None], settings: Mapping[str, float] | None
+) -> ChosenStepper:
+    """Return the stepper for a run; compiled, where it is not the model's own, when it is first asked for.
+
+    Parameters
+    ----------
+    method : the one that the model was built with by default
+    given : parameters of the method, None for what is the scene's
+    settings : the caller's own
+
+    Raises
+    ------
+    UsageError, ModelError
+        As of ``chosen_method``, ``stepper_library`` and ``stepper_settings``; settings that are no mapping.
+    """
+    kept: dict[Hashable, ChosenStepper] = model.library.kept.setdefault("chosen steppers", {})
+    values = (method, *given.values(), *(settings.items() if isinstance(settings, Mapping) else (settings,)))
+    key = (values, tuple(map(type, values)))  # True is no 1 here
+    try:
+        if key in kept:
+            return kept[key]
+    except TypeError:  # what has no hash is none of the options either
+        pass
+    defaults = model.library.layout["defaults"]
+    name = canonical_name(model.library.layout["built_method"] if method is None else method, given["tolerance"])
+    stepped_by = chosen_method(name, given, defaults, bool(model.multipliers))
+    library = stepper_library(model, name, stepped_by)
+    if settings is not None and not isinstance(settings, Mapping):
+        what = f"a mapping is needed, not {type(settings).__name__}"
+        raise UsageError(Problem("settings", what, 'settings={"rtol": 1e-9}'))
+    chosen = stepper_settings(library.layout["method"], defaults["step"], stepped_by, settings or {})
+    found = ChosenStepper(name, stepped_by, library, chosen, jumps_known(library))
+    _keep(kept, key, found)
+    return found
+
+
 def check_span(
     model: CompiledModel,
     library: Library,
@@ -135,10 +229,15 @@ def followed_laws(model: CompiledModel, method: Method, p: Array, grid: TimeGrid
     return steep(laws, values, grid.start, grid.reached, grid.step)
 
 
+@functools.cache
+def _memory() -> float:
+    """Return the bytes of memory that this machine has; infinite where it does not say."""
+    return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")) if hasattr(os, "sysconf") else math.inf
+
+
 def check_memory(rows: int, width: int) -> None:
     """Raise UsageError where the record of a run would not fit into this machine's memory."""
-    needed = 8.0 * rows * width * 3.0
-    available = float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")) if hasattr(os, "sysconf") else math.inf
+    needed, available = 8.0 * rows * width * 3.0, _memory()
     if needed > 0.8 * available:
         what = (
             f"{rows} rows of {width} numbers would take about {needed / 1e9:.3g} GB, this machine has"

@@ -12,12 +12,12 @@ from eomgen.compiled.arguments import number_of
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
-from eomgen.integrators.methods import AUTO, canonical_name
+from eomgen.integrators.methods import AUTO
 from eomgen.simulation.automatic import automatic
 from eomgen.simulation.controllers import Controller, read_controllers
-from eomgen.simulation.inputs import InputSignals, Signal, check_held, jumps_known, read_signals
-from eomgen.simulation.run import Run, start_of, starts_at_equilibrium
-from eomgen.simulation.settings import chosen_method, positive, stepper_library, stepper_settings
+from eomgen.simulation.inputs import InputSignals, Signal, check_held, read_signals
+from eomgen.simulation.run import Run, scene_inputs, start_of, starts_at_equilibrium
+from eomgen.simulation.settings import chosen_stepper, positive
 from eomgen.simulation.simulator import Simulator
 from eomgen.simulation.time_grid import FINEST, TimeGrid
 
@@ -65,14 +65,9 @@ def start(
     note = ""
     if (model.description.simulation.method if method is None else method) == AUTO:
         method, note = automatic(model, initial, p, t, size)
-    name = canonical_name(model.library.layout["built_method"] if method is None else method, tolerance)
     given = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma, "order": order, "tolerance": tolerance}
-    stepped_by = chosen_method(name, given, defaults, bool(model.multipliers))
-    library = stepper_library(model, name, stepped_by)
-    if settings is not None and not isinstance(settings, Mapping):
-        what = f"a mapping is needed, not {type(settings).__name__}"
-        raise UsageError(Problem("settings", what, 'settings={"rtol": 1e-9}'))
-    chosen = stepper_settings(library.layout["method"], size, stepped_by, settings or {})
+    chosen = chosen_stepper(model, method, given, settings)
+    library = chosen.library
     apart = float(np.spacing((np.float32 if library.real == "float" else np.float64)(abs(t))))
     if size < FINEST * apart:
         what = f"at t = {t:.9g} s neighbouring numbers are {apart:.3g} s apart, too far for a step of {size:.3g} s"
@@ -82,18 +77,19 @@ def start(
         if isinstance(signal, np.ndarray):
             what = "a table is for a run whose end is known"
             raise UsageError(Problem(f"input {key}", what, "a number or a function of t here, and values in step(u)"))
-    if stepped_by.inputs == "series":
-        check_held(name, from_caller)
+    if chosen.method.inputs == "series":
+        check_held(chosen.name, from_caller)
     signals = InputSignals(
         model.inputs,
         from_caller,
-        lambda times: model.input_values(times, parameters=p),
+        scene_inputs(model, p),
         size,
         t,
-        jumps_known(library),
+        chosen.left_to_stepper,
     )
     functions = read_controllers(controllers, library.layout)
-    run = Run(model, name, stepped_by, chosen, p, signals, TimeGrid(t, t, size, 0, 0.0), 1, controllers=functions)
+    grid = TimeGrid(t, t, size, 0, 0.0)
+    run = Run(model, chosen.name, chosen.method, chosen.settings_at(size), p, signals, grid, 1, controllers=functions)
     at_rest = starts_at_equilibrium(start, initial is not None, str(defaults["start"]))
     changed = bool(initial) or parameters is not None
     state, corrections, doubts = start_of(run, initial, equilibrium_start=at_rest, changed=changed)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
+import math
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import FrameType
 from typing import Any, Protocol
@@ -29,7 +29,8 @@ CHUNK_SECONDS = 0.1
 #: Steps of the windows whose every row is kept for a look at how the motion grows, whatever is recorded: see
 #: ``growth``.
 WINDOW = 16
-_FIRST_CHUNK = 1
+#: Part of ``CHUNK_SECONDS`` that a first chunk may take by the pace of an earlier run, whose steps may have cost less.
+_CAUTION = 0.25
 _LARGEST_CHUNK = 1_000_000
 
 
@@ -38,6 +39,38 @@ class WritesCheckpoints(Protocol):
 
     def room(self, done: int) -> int | None: ...
     def look(self, stepper: Stepper, done: int, *, final: bool = False) -> None: ...
+
+
+class StepperPlan:
+    """What all steppers of a library have in common, read from its layout once.
+
+    Attributes
+    ----------
+    sizes : by the names of ``STEPPER_SIZES``
+    places, row_places : slices of the quantities of the flat state and of rows
+    counted : C types of the statistics
+    entry : of the log of events; None without events
+    input_times : times of the rows of inputs of a step, in steps
+    pace : s, what a step took at last; infinite before the first one
+    """
+
+    def __init__(self, library: Library) -> None:
+        method: Mapping[str, Any] = library.layout["method"]
+        self.sizes = {name: int(library.lib.eomgen_stepper_size(k)) for k, name in enumerate(STEPPER_SIZES)}
+        self.places, self.row_places, self.counted = state_layout(method), row_layout(method), statistics_kinds(method)
+        self.entry = entry_type(library.layout, library.real) if "events" in method else None
+        self.input_times = np.array(method.get("input_times", [0.0, 1.0]))
+        self.input_times.setflags(write=False)
+        self.nz = int(library.layout["sizes"]["z"])
+        self.pace = math.inf
+
+
+def plan_of(library: Library) -> StepperPlan:
+    """Return the plan of a library's steppers, made when it is first asked for."""
+    if "stepper" not in library.kept:
+        library.kept["stepper"] = StepperPlan(library)
+    plan: StepperPlan = library.kept["stepper"]
+    return plan
 
 
 class Stepper:
@@ -63,21 +96,24 @@ class Stepper:
     ) -> None:
         ffi, self._lib = library.ffi, library.lib
         self._ffi = ffi
-        self.library = library
-        self.sizes = {name: int(self._lib.eomgen_stepper_size(index)) for index, name in enumerate(STEPPER_SIZES)}
-        self.layout = library.layout
-        method: Mapping[str, Any] = library.layout["method"]
-        self.nq, self.nv = int(library.layout["sizes"]["q"]), int(library.layout["sizes"]["v"])
-        self.nz = int(library.layout["sizes"]["z"])
-        self.places, self.row_places, self.counted = state_layout(method), row_layout(method), statistics_kinds(method)
+        self.library, self.layout = library, library.layout
+        self.plan = plan = plan_of(library)
+        self.sizes, self.places, self.row_places = plan.sizes, plan.places, plan.row_places
+        self.input_times, self._entry = plan.input_times, plan.entry
         self.controllers = None if controllers is None else controllers.on(library)
         self.settings = _with_address(list(settings.values()), self.controllers.address if self.controllers else 0)
         self.step_size = float(settings["step"])
-        self.parameters = np.ascontiguousarray(np.append(parameters, 0.0))
+        self.parameters = np.zeros(len(parameters) + 1)
+        self.parameters[:-1] = parameters
         self.state = np.zeros(self.sizes["state"])
         self.workspace = _on_cache_lines(self.sizes["workspace"])
-        self._entry = entry_type(self.layout, library.real) if "events" in method else None
-        self.input_times = np.array(method.get("input_times", [0.0, 1.0]))
+        memory = self.parameters, self.settings, self.state, self.workspace
+        self._memory = [self._pointer(part) for part in memory]
+        self._recorded = ffi.new("long *", 0)
+
+    def close(self) -> None:
+        """Give the workspace back; state and statistics stay readable, and no further step can be taken."""
+        self.workspace, self._memory = np.empty(0), []
 
     @property
     def modes(self) -> Array | None:
@@ -104,8 +140,10 @@ class Stepper:
     def row(self) -> Array:
         """The current state as a row of the record: t, q, v, vdot, and multipliers and internal states where there are
         any."""
-        u, record = self.inputs, np.empty((1, self.sizes["row"]))
-        table = None if u is None or np.any(np.isnan(u)) else np.tile(u, (self.sizes["rows_per_step"] + 1, 1))
+        u, record, table = self.inputs, np.empty((1, self.sizes["row"])), None
+        if u is not None and not np.isnan(u).any():
+            table = np.empty((self.sizes["rows_per_step"] + 1, len(u)))
+            table[:] = u
         _, rows = self.run(0, 1, table, record)
         return record[0] if rows else np.concatenate([self.state[self.places[name]] for name in self.row_places])
 
@@ -118,7 +156,8 @@ class Stepper:
     @property
     def statistics(self) -> dict[str, int | float]:
         """What the stepper counted since it was initialized."""
-        values = ((name, kind, float(self.state[self.places[name]][0])) for name, kind in self.counted.items())
+        state, places = self.state.tolist(), self.places
+        values = ((name, kind, state[places[name].start]) for name, kind in self.plan.counted.items())
         return {name: int(value) if kind == "long" else value for name, kind, value in values}
 
     @property
@@ -144,35 +183,18 @@ class Stepper:
     def initialize(self, t: float, q: Array, v: Array, u_table: Array | None, z: Array | None = None) -> int:
         """Start at t, q, v, z; ``u_table`` as in ``run`` for one step. Returns a status, 0 when all is well."""
         self.state[:] = 0.0
-        for name, value in (("t", t), ("q", q), ("v", v), *((("z", z),) if self.nz else ())):
+        for name, value in (("t", t), ("q", q), ("v", v), *((("z", z),) if self.plan.nz else ())):
             self.state[self.places[name]] = value
-        return int(
-            self._lib.eomgen_initialize(
-                self._pointer(self.parameters),
-                self._pointer(self.settings),
-                self._pointer(u_table),
-                self._pointer(self.state),
-                self._pointer(self.workspace),
-            )
-        )
+        p, settings, state, workspace = self._memory
+        return int(self._lib.eomgen_initialize(p, settings, self._pointer(u_table), state, workspace))
 
     def run(self, steps: int, record_every: int, u_table: Array | None, record: Array | None) -> tuple[int, int]:
         """Take up to ``steps`` steps and fill rows of ``record``, if any; 0: only write the state's row.
 
         Returns status and rows.
         """
-        recorded = self._ffi.new("long *", 0)
-        status = self._lib.eomgen_run(
-            self._pointer(self.parameters),
-            self._pointer(self.settings),
-            self._pointer(self.state),
-            self._pointer(self.workspace),
-            steps,
-            record_every,
-            self._pointer(u_table),
-            self._pointer(record),
-            recorded,
-        )
+        table, rows, recorded = self._pointer(u_table), self._pointer(record), self._recorded
+        status = self._lib.eomgen_run(*self._memory, steps, record_every, table, rows, recorded)
         if status and self.controllers is not None:
             self.controllers.raise_failure()
         return int(status), int(recorded[0])
@@ -190,7 +212,7 @@ class Stepper:
     def _pointer(self, array: Array | None) -> Any:
         if array is None:
             return self._ffi.NULL
-        return self._ffi.from_buffer("double[]", array)
+        return self._ffi.from_buffer(self.library.types[0], array)
 
 
 def _with_address(numbers: Sequence[float], address: int) -> Array:
@@ -205,7 +227,7 @@ def _on_cache_lines(size: int) -> Array:
     """Return zeros that begin at the start of a cache line, so that no vector of the workspace's first member crosses
     one."""
     room = np.zeros(size + 8)
-    first = -room.ctypes.data % 64 // room.itemsize
+    first = -room.__array_interface__["data"][0] % 64 // room.itemsize
     return room[first : first + size]
 
 
@@ -252,23 +274,26 @@ def run_chunks(
     writer : CheckpointWriter, optional
         Writes checkpoints of good states between chunks, and of the last one unless a step failed.
     """
-    start = stepper.origin
+    start, plan = stepper.origin, stepper.plan
     width = stepper.sizes["row"]
     pieces = [stepper.row[np.newaxis]]
-    done, status, chunk = stepper.count, 0, _FIRST_CHUNK
+    first = done = stepper.count
+    status, chunk = 0, max(1, min(_LARGEST_CHUNK, int(_CAUTION * CHUNK_SECONDS / plan.pace)))
     last_recorded = done
-    last = max(done, grid.whole - 2 * WINDOW)
-    half = done + (grid.whole - done) // 2
-    windows = [(half, half + WINDOW)] * (half + WINDOW < last) + [(last, grid.whole)]
+    windows = _windows(done, grid.whole)
+    whole = record_every == 1  # every row of the windows is one of the run
     kept: list[list[Array]] = [[] for _ in windows]
     failure: UsageError | None = None
     logs: list[Log] = []
     modes = stepper.modes
-    with _interrupts() as interrupted:
-        while done < grid.whole and status == 0 and not interrupted.is_set():
-            inside = next((number for number, (begin, end) in enumerate(windows) if begin <= done < end), None)
-            edge = windows[inside][1] if inside is not None else min(begin for begin, _ in windows if begin > done)
-            size = min(chunk, edge - done)
+    at_once = writer is None and chunk >= grid.whole - done  # then it is too short for a Ctrl-C to be kept from it
+    with _Interrupts(heeded=not at_once) as interrupted:
+        while done < grid.whole and status == 0 and not interrupted.heard:
+            inside, size = None, min(chunk, grid.whole - done)
+            if not whole:
+                inside = next((number for number, (begin, end) in enumerate(windows) if begin <= done < end), None)
+                edge = windows[inside][1] if inside is not None else min(begin for begin, _ in windows if begin > done)
+                size = min(chunk, edge - done)
             if writer is not None and (room := writer.room(done)) is not None:
                 size = min(size, room)
             began = time.perf_counter()
@@ -288,7 +313,8 @@ def run_chunks(
             record = np.empty((size // every + 1, width))
             status, rows = stepper.run(size, every, table, record)
             done = stepper.count
-            logs.append(stepper.found)
+            if plan.entry is not None:
+                logs.append(stepper.found)
             found = record[:rows]
             if inside is not None:
                 kept[inside].append(found)
@@ -303,8 +329,9 @@ def run_chunks(
                 progress(done, grid.steps)
             if status == 0 and done == before:
                 raise RuntimeError("the stepper made no step and gave no reason")
-            chunk = max(1, min(_LARGEST_CHUNK, 4 * max(size, chunk), int(size * CHUNK_SECONDS / max(elapsed, 1e-9))))
-        stopped = interrupted.is_set() and done < grid.steps
+            plan.pace = max(elapsed, 1e-9) / max(done - before, 1)
+            chunk = max(1, min(_LARGEST_CHUNK, 4 * max(size, chunk), int(CHUNK_SECONDS / plan.pace)))
+        stopped = interrupted.heard and done < grid.steps
         if writer is not None and status == 0:
             writer.look(stepper, done, final=True)
         last_row = None
@@ -321,18 +348,28 @@ def run_chunks(
             progress(done, grid.steps)
     elif last_recorded != done or status in AT_EVENTS:
         pieces.append(stepper.row[np.newaxis])
-    *middle, end = (np.concatenate(rows) if rows else None for rows in kept)
+    recorded = np.concatenate(pieces)
+    if whole:
+        kept = [[recorded[begin - first : end - first + 1]] if begin < done else [] for begin, end in windows]
+    *middle, last = (np.concatenate(rows) if len(rows) > 1 else rows[0] if rows else None for rows in kept)
     return Trajectory(
-        np.concatenate(pieces),
+        recorded,
         status,
         stopped,
         done,
         failure,
         middle[0] if middle else None,
-        end,
+        last,
         [log for log in logs if len(log)],
         modes,
     )
+
+
+def _windows(done: int, whole: int) -> list[tuple[int, int]]:
+    """Return the steps of the windows whose every row is kept, of a run from one step to its last whole one."""
+    last = max(done, whole - 2 * WINDOW)
+    half = done + (whole - done) // 2
+    return [(half, half + WINDOW)] * (half + WINDOW < last) + [(last, whole)]
 
 
 def _last_step(stepper: Stepper, grid: TimeGrid, inputs: Callable[[Array], Array] | None) -> tuple[int, Array | None]:
@@ -356,21 +393,25 @@ def _rows_from(stepper: Stepper, inputs: Callable[[Array], Array], times: Array)
     return np.concatenate([before[np.newaxis], inputs(times[1:])])
 
 
-@contextlib.contextmanager
-def _interrupts() -> Iterator[threading.Event]:
-    """Turn the first Ctrl-C into an event; the second one interrupts as usual. Other threads never see Ctrl-C."""
-    event = threading.Event()
-    if threading.current_thread() is not threading.main_thread():
-        yield event
-        return
-    previous = signal.getsignal(signal.SIGINT) or signal.default_int_handler
+class _Interrupts:
+    """Within it the first Ctrl-C is only ``heard``, where it is heeded at all, and the second one interrupts as usual;
+    in the main thread alone, since others never see Ctrl-C."""
 
-    def hear(number: int, frame: FrameType | None) -> None:
-        event.set()
-        signal.signal(signal.SIGINT, previous)
+    __slots__ = ("_heeded", "_previous", "heard")
 
-    signal.signal(signal.SIGINT, hear)
-    try:
-        yield event
-    finally:
-        signal.signal(signal.SIGINT, previous)
+    def __init__(self, *, heeded: bool) -> None:
+        self.heard, self._heeded = False, heeded and threading.current_thread() is threading.main_thread()
+        self._previous: Any = signal.default_int_handler
+
+    def __enter__(self) -> _Interrupts:
+        if self._heeded:  # None: a handler that was not set from Python
+            self._previous = signal.signal(signal.SIGINT, self._hear) or signal.default_int_handler
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._heeded:
+            signal.signal(signal.SIGINT, self._previous)
+
+    def _hear(self, number: int, frame: FrameType | None) -> None:
+        self.heard = True
+        signal.signal(signal.SIGINT, self._previous)

@@ -16,6 +16,7 @@ from eomgen.errors import NumericalError, Problem
 from eomgen.integrators.methods import Method
 from eomgen.results.solution import Solution
 from eomgen.simulation.inputs import InputSignals, Signal, jumps_known, read_signals
+from eomgen.simulation.run import scene_inputs
 from eomgen.simulation.settings import stepper_library
 from eomgen.simulation.stepper import Stepper
 
@@ -54,9 +55,7 @@ class Repeated:
         self.real = library.real
         self.steps = round((float(described["t_end"]) - start) / step)
         given = read_signals(inputs, model.inputs, self.steps)
-        signals = InputSignals(
-            model.inputs, given, lambda at: model.input_values(at, parameters=p), step, start, jumps_known(library)
-        )
+        signals = InputSignals(model.inputs, given, scene_inputs(model, p), step, start, jumps_known(library))
         driven = bool(given) or (model.nu and "inputs" not in model.functions)
         self._first = signals.table(start + step * self._stepper.input_times) if driven else None
         self._table = signals.table(self._stepper.times_of(0, self.steps, start)) if driven else None

@@ -60,6 +60,7 @@ class Library:
         Where the library and its sources are.
     digest : of the compiled code; equal digests give equal bits on one machine.
     dtype : NumPy type of inputs and outputs: float64, or complex128 for a complex build.
+    kept : what callers worked out from this library once, by their own names
     """
 
     def __init__(self, ffi: Any, lib: Any, layout: Mapping[str, Any], mode: str, file: Path) -> None:
@@ -67,6 +68,7 @@ class Library:
         self.lib = lib
         self.layout = layout
         self.mode = mode
+        self.kept: dict[str, Any] = {}
         self.folder = folder = file.parent
         self.real = ffi.string(lib.eomgen_number_type()).decode()
         self.fingerprint = ffi.string(lib.eomgen_fingerprint()).decode()

@@ -1,0 +1,86 @@
+"""The sentence on how a run ended: where, by what, and what to try."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from eomgen.analysis.definiteness import inertia_warning
+from eomgen.compiled.model import CompiledModel
+from eomgen.integrators.events import STATUSES, STOPPED
+from eomgen.integrators.samples import CONTROLLER_ADVICE, CONTROLLER_FAILED
+from eomgen.simulation.diagnosis import advice, fast_joint, first_non_finite, instability
+from eomgen.simulation.events import ending
+from eomgen.simulation.growth import own_growth, unstable_growth
+from eomgen.simulation.run import Run
+from eomgen.simulation.singular_positions import singular_ahead, way_past
+from eomgen.simulation.states import states_of
+from eomgen.simulation.stepper import Stepper, Trajectory
+
+
+def message_of(run: Run, stepper: Stepper, trajectory: Trajectory) -> str:
+    """Return how a run ended, where, and what to try where it did not come to its end.
+
+    Parameters
+    ----------
+    run : with the parameters at its last row
+    stepper : as it was left
+    """
+    model, p, settings = run.model, run.parameters, run.settings
+    t = trajectory.rows[-1, 0]
+    if trajectory.failure is not None:
+        return (
+            f"stopped at t = {t:.9g} s, after {trajectory.steps} of {run.grid.steps} steps:"
+            f" {trajectory.failure.problems[0]}"
+        )
+    if trajectory.interrupted:
+        return f"interrupted at t = {t:.9g} s, after {trajectory.steps} of {run.grid.steps} steps"
+    if trajectory.status == 0:
+        return f"reached t = {t:.9g} s in {trajectory.steps} steps{_own_steps(stepper.statistics)}"
+    if sentence := ending(trajectory.status, stepper):
+        taken = f"{trajectory.steps} of {run.grid.steps} steps{_own_steps(stepper.statistics)}"
+        sentence = f"{sentence}, after {taken}"
+        tried = next(item.advice for item in STATUSES if item.number == trajectory.status)
+        return sentence if trajectory.status == STOPPED.number else f"{sentence}; try: {tried}"
+    text = stepper.status_text(trajectory.status)
+    if trajectory.status == CONTROLLER_FAILED:
+        taken = f"stopped at t = {t:.9g} s, after {trajectory.steps} of {run.grid.steps} steps"
+        return f"{taken}: {text}; try: {CONTROLLER_ADVICE}"
+    _, q, v, a, _, z = (part[0] for part in states_of(trajectory.rows[-1:], model))
+    block, already, cause = first_non_finite(model, float(t), (q, v, a, z), settings["step"], p, run.signals)
+    inertia = None if block else inertia_warning(model, q, p, trajectory.rows[0, 1 : 1 + model.nq], settings["step"])
+    found = inertia.what if inertia else fast_joint(model, float(t), q, v, p, settings["step"])
+    details = f"; the first block that is not finite is {block}" if block else f"; {found}" if found else ""
+    hint = inertia.hint if inertia else advice(run.method, trajectory.status, settings)
+    times, positions = trajectory.rows[:, 0], trajectory.rows[:, 1 : 1 + model.nq]
+    singular = None if block or found else singular_ahead(model, times, positions, v, p, settings["step"])
+    if singular:
+        details = f"; {singular.what}"
+        hint = way_past(run.method, settings["step"], at_start=len(times) == 1)
+    if cause[0] and (by_method := unstable_growth(run, stepper.library, trajectory)):
+        what, hint = instability(by_method, run.method)
+        details = f"; {what}"
+    elif cause[0]:
+        details, hint = details + cause[0], cause[1]
+    elif already:
+        hint = "other parameters, formulas or coordinates there: no smaller step helps"
+    elif not (found or singular) and (growth := own_growth(run, stepper.library, trajectory.rows)):
+        details = f"{details}; {growth}"
+        hint = (
+            "the signs and sizes of forces, stiffnesses and gains, for it is the equations that diverge: no smaller"
+            " step helps"
+        )
+    steps = f"{trajectory.steps} of {run.grid.steps} steps{_own_steps(stepper.statistics, model)}"
+    return f"stopped at t = {t:.9g} s, after {steps}: {text}{details}; try: {hint}"
+
+
+def _own_steps(statistics: Mapping[str, int | float], model: CompiledModel | None = None) -> str:
+    """Return how many steps of the method's own a run took; with a model also the smallest one, and what asked for
+    it."""
+    if not statistics.get("own_steps"):
+        return ""
+    text = f" ({statistics['own_steps']} of its own, {statistics['rejections']} taken again"
+    if model is not None:
+        name = (*model.v_names, *model.z_names)[int(statistics["hardest"])]
+        smallest, where = statistics["smallest_step"], statistics["smallest_step_time"]
+        text += f"; the smallest, {smallest:.3g} s at t = {where:.9g} s, for {name}"
+    return f"{text})"

@@ -1,0 +1,80 @@
+"""States at the rows of a run, and what compiled functions tell of them: outputs and energies, in batches."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from eomgen.arrays import Array
+from eomgen.compiled.model import CompiledModel
+from eomgen.simulation.inputs import InputSignals
+
+#: Rows in one call.
+_BATCH = 8192
+
+
+class States(NamedTuple):
+    """States at rows: t (n,) s, q (n, nq), v (n, nv), a (n, nv), multipliers (n, rows of constraints), z (n, nz)."""
+
+    t: Array
+    q: Array
+    v: Array
+    a: Array
+    multipliers: Array
+    z: Array
+
+
+class Prescribed(NamedTuple):
+    """Inputs u (n, nu) and the state of the base (n, 19) at rows; None where there are none."""
+
+    u: Array | None
+    base: Array | None
+
+
+def states_of(rows: Array, model: CompiledModel) -> States:
+    """Return the states in rows (n, width) of a run, each in an array of its own."""
+    nq, nv = model.nq, model.nv
+    ends = (1, 1 + nq, 1 + nq + nv, 1 + nq + 2 * nv, rows.shape[1] - model.nz, rows.shape[1])
+    return States(rows[:, 0].copy(), *(rows[:, ends[k] : ends[k + 1]].copy() for k in range(5)))
+
+
+def prescribed(model: CompiledModel, t: Array, p: Array, signals: InputSignals | None) -> Prescribed:
+    """Return what is prescribed at times (n,); evaluated once, since a road of many harmonics costs more than all else
+    of a row.
+
+    Parameters
+    ----------
+    p : (np,) or (n, np) parameters
+    signals : what drives the inputs; None: the scene's formulas
+    """
+    u = None
+    if model.nu:
+        u = model.input_values(t, parameters=p) if signals is None else signals.rows(t)
+    return Prescribed(u, model.base(t, parameters=p) if model.evaluator.moving_base else None)
+
+
+def evaluated(name: str, model: CompiledModel, states: States, given: Prescribed, p: Array) -> dict[str, Array]:
+    """Return the outputs, or the energy, at all rows; empty where the model was built without the term.
+
+    Parameters
+    ----------
+    name : ``outputs`` or ``energy``
+    given : at the rows
+    p : (np,) or (n, np) parameters
+    """
+    if name not in model.functions:
+        return {}
+    function = model.outputs if name == "outputs" else model.energy
+    found: list[Mapping[str, Array]] = []
+    for start in range(0, len(states.t), _BATCH):
+        part = slice(start, start + _BATCH)
+        t, q, v, a, multipliers, z = (array[part] for array in states)
+        u, base = (None if array is None else array[part] for array in given)
+        held = multipliers if model.multipliers else None
+        rest: dict[str, Any] = {"z": z, "multipliers": held, "parameters": p if p.ndim == 1 else p[part]}
+        found.append(function(q, v, a, t, u, base=base, **rest))
+    if len(found) == 1:
+        return dict(found[0])
+    return {key: np.concatenate([one[key] for one in found]) for key in found[0]} if found else {}

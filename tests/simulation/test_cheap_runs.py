@@ -1,0 +1,202 @@
+"""What Python does around a run: budgets of its calls, and what is evaluated only when it is asked for."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from types import FrameType
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.compiled.functions import Functions
+from eomgen.simulation.stepper import Stepper
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+#: Attributes of a solution that are evaluated when they are asked for.
+LATER = ("outputs", "energy", "stats", "message", "success", "metadata", "error")
+
+
+def model_of(name: str, method: str = "rk4") -> eomgen.Model:
+    return eomgen.build(EXAMPLES / name / "scene.toml", method=method)
+
+
+def calls(work: Callable[[], object]) -> int:
+    """Return how many Python functions are called."""
+    count = 0
+
+    def counted(frame: FrameType, event: str, argument: object) -> None:
+        nonlocal count
+        count += event == "call"
+
+    before = sys.getprofile()
+    sys.setprofile(counted)
+    try:
+        work()
+    finally:
+        sys.setprofile(before)
+    return count
+
+
+@pytest.mark.parametrize(
+    ("name", "method", "budget"),
+    [
+        ("symmetric_top", "taylor", 106),
+        ("symmetric_top", "rk4", 102),
+        ("symmetric_top", "generalized_alpha", 102),
+        ("robot_arm", "rk4", 125),  # with inputs, as rows
+    ],
+)
+def test_a_run_whose_last_state_is_read_costs_few_calls(name: str, method: str, budget: int) -> None:
+    model = model_of(name, method)
+    step = 0.1 * model.library.layout["defaults"]["step"]
+
+    def run() -> None:
+        assert np.isfinite(model.simulate(10 * step, step).q[-1]).all()
+
+    run()  # what is kept for the next one
+    assert calls(run) <= budget
+
+
+@pytest.mark.parametrize("option", [{"t_start": 0.3}, {"method": "generalized_alpha"}])
+def test_other_times_and_methods_cost_as_little_at_the_second_call(option: dict[str, float | str]) -> None:
+    model = model_of("symmetric_top", "rk4")
+    start = float(option.get("t_start", 0.0))
+    model.simulate(start + 0.01, 1e-3, **option)
+    assert calls(lambda: model.simulate(start + 0.01, 1e-3, **option)) <= 104
+    assert calls(lambda: model.simulate(start + 0.02, 5e-4, **option)) <= 180  # a grid that was not seen before
+
+
+def test_other_initial_states_and_parameters_cost_few_calls() -> None:
+    model = model_of("quarter_car", "rk4")
+    name, value = next(iter(model.parameters.items()))
+
+    def run(k: int) -> None:
+        initial = {"q": model.initial_q + 1e-3 * k, "v": model.initial_v}
+        model.simulate(0.01, 1e-3, initial=initial, parameters={name: value * (1.0 + 1e-3 * k)})
+
+    run(1)
+    assert calls(lambda: run(2)) <= 400
+
+
+def test_what_nobody_asks_for_is_not_evaluated(monkeypatch: pytest.MonkeyPatch) -> None:
+    model, evaluated, runs = model_of("symmetric_top"), [], []
+    evaluate, step = Functions.__call__, Stepper.run
+
+    def called(functions: Functions, name: str, blocks: object) -> object:
+        evaluated.append(name)
+        return evaluate(functions, name, blocks)  # type: ignore[arg-type]
+
+    def stepped(stepper: Stepper, steps: int, *rest: object) -> object:
+        runs.append(steps)
+        return step(stepper, steps, *rest)  # type: ignore[arg-type]
+
+    model.simulate(0.05, 1e-3)
+    monkeypatch.setattr(Functions, "__call__", called)
+    monkeypatch.setattr(Stepper, "run", stepped)
+    run = model.simulate(0.05, 1e-3)
+    assert sum(runs) == 50 and not evaluated
+    assert run.energy["total"].shape == (51,) and evaluated == ["energy"] and sum(runs) == 50
+    assert run.success and sum(runs) == 50  # the judgement needs no comparison runs, the message does
+    assert "reached t = 0.05 s" in run.message
+    assert sum(runs) == 50 + 25 + 13
+    before = len(evaluated), len(runs)
+    assert run.error.available and run.metadata["energy_balance"] and run.stats["energy_error"] < 1e-6
+    assert (len(evaluated), len(runs)) == before  # all of it once
+
+
+@pytest.mark.parametrize(
+    ("name", "method", "end"),
+    [
+        ("symmetric_top", "taylor", 0.5),
+        ("robot_arm", "rk4", 0.2),
+        ("four_bar", "generalized_alpha", 0.2),
+        ("quarter_car", "generalized_alpha", 1.0),
+        ("bouncing_ball", "rk4", 1.0),
+        ("free_spinning_body", "rk4", 0.0305),  # with a last step that is shorter
+    ],
+)
+@pytest.mark.parametrize("every", [1, 7])
+def test_what_is_evaluated_later_is_what_is_evaluated_at_once(name: str, method: str, end: float, every: int) -> None:
+    model = model_of(name, method)
+    later = model.simulate(end, 2e-3, record_every=every)
+    at_once = model.simulate(end, 2e-3, record_every=every, progress=lambda done, steps: None)
+    assert not set(LATER) & set(vars(later)) or name == "bouncing_ball"
+    assert set(LATER) <= set(vars(at_once))
+    np.testing.assert_array_equal(later.q, at_once.q)
+    assert later.success == at_once.success and later.message == at_once.message
+    of_time = ("wall_time", "max_constraint")  # the latter is looked at between pieces of a run, too
+    known = ({key: value for key, value in run.stats.items() if key not in of_time} for run in (later, at_once))
+    assert next(known) == next(known)
+    assert max(run.stats.get("max_constraint", 0.0) for run in (later, at_once)) < 1e-13
+    assert later.metadata == at_once.metadata
+    for group in ("outputs", "energy"):
+        mine, other = getattr(later, group), getattr(at_once, group)
+        assert list(mine) == list(other)
+        for key, values in mine.items():
+            np.testing.assert_array_equal(values, other[key])
+    np.testing.assert_array_equal(later.error.q, at_once.error.q)
+    assert later.error.relative == at_once.error.relative
+    assert "_evaluated" not in vars(later)  # what it was evaluated from is not kept
+
+
+def test_functions_of_the_caller_are_called_within_the_run() -> None:
+    model, asked = model_of("robot_arm"), []
+    name = model.inputs[0]
+
+    def torque(t: float) -> float:
+        asked.append(t)
+        return 0.1
+
+    run = model.simulate(0.05, 1e-3, inputs={name: torque})
+    count = len(asked)
+    assert set(LATER) <= set(vars(run)) and run.error.available
+    assert len(asked) == count > 100
+
+
+def test_a_table_is_the_one_of_the_call() -> None:
+    model = model_of("robot_arm")
+    name, table = model.inputs[0], np.full(51, 0.5)
+    run = model.simulate(0.05, 1e-3, inputs={name: table})
+    table[:] = -100.0
+    np.testing.assert_array_equal(run.inputs[name], 0.5)
+    assert run.message == model.simulate(0.05, 1e-3, inputs={name: np.full(51, 0.5)}).message
+
+
+def test_a_run_that_stops_is_judged_at_once(tmp_path: Path) -> None:
+    model = model_of("symmetric_top", "generalized_alpha")
+    run = model.simulate(1.0, 0.5, settings={"max_iterations": 1, "max_halvings": 0})
+    assert not run.interrupted and "message" in vars(run)
+    assert not run.success and "try: " in run.message
+    kept = model.simulate(0.01, 1e-3, checkpoint=tmp_path / "run.ckpt")
+    assert "message" in vars(kept)
+
+
+def test_solutions_travel_with_all_of_it() -> None:
+    run = model_of("symmetric_top").simulate(0.05, 1e-3)
+    assert set(LATER) <= set(dir(run)) and "message" not in vars(run)
+    for other in (pickle.loads(pickle.dumps(run)), copy.deepcopy(run)):  # our own bytes
+        assert other.message == run.message and other.error.relative == run.error.relative
+        np.testing.assert_array_equal(other.energy["total"], run.energy["total"])
+
+
+def test_an_attribute_that_there_is_not_is_answered_as_before() -> None:
+    run = model_of("symmetric_top").simulate(0.05, 1e-3)
+    with pytest.raises(AttributeError, match="a Solution has no 'energies'; try: energy"):
+        run.energies  # noqa: B018
+
+
+def test_options_of_another_type_are_checked_again() -> None:
+    model = model_of("symmetric_top", "generalized_alpha")
+    model.simulate(0.01, 1e-3, rho_inf=1)
+    with pytest.raises(eomgen.UsageError, match="rho_inf"):
+        model.simulate(0.01, 1e-3, rho_inf=True)
+    model.simulate(0.01, 1e-3, settings={"max_iterations": 20})
+    with pytest.raises(eomgen.UsageError, match="max_iterations"):
+        model.simulate(0.01, 1e-3, settings={"max_iterations": "20"})  # type: ignore[dict-item]
+    with pytest.raises(eomgen.UsageError, match="a mapping is needed, not list"):
+        model.simulate(0.01, 1e-3, settings=["rtol"])  # type: ignore[arg-type]
