@@ -98,8 +98,6 @@ class Outcome:
             "events": events,
             "model": run_model(self._run, self._stepper.library, events),
         }
-        if at_once:
-            self.error  # noqa: B018  # functions of the caller are called in the order of the runs
         return Solution.later(recorded, self, at_once=at_once)
 
     # -- attributes of the solution ------------------------------------------------------------------------------------

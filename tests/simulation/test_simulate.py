@@ -71,7 +71,7 @@ def test_inputs_and_the_base_are_evaluated_once_for_each_row(
 
     monkeypatch.setattr(Functions, "__call__", counted)
     run = model.simulate(0.5, 1e-3, inputs=inputs, error_estimate=False)
-    assert len(run.t) == 501 and run.success
+    assert len(run.t) == 501 and run.success and run.outputs and run.energy
     assert times == {"inputs": 0 if inputs else 501, "base": 501, "outputs": 501, "energy": 501}
 
 

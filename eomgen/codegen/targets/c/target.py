@@ -19,6 +19,7 @@ from eomgen.codegen.targets.c.naming import NAMES, CNames, c_string, comment, fi
 from eomgen.codegen.targets.c.printer import COUNTING, Printer, indented, number
 from eomgen.codegen.targets.c.source_files import FILE_LIMIT, plan_files
 from eomgen.codegen.targets.c.stepper import stepper_names
+from eomgen.codegen.targets.c.tables import curve_tables
 from eomgen.codegen.targets.target import Target
 from eomgen.integrators.families.register import family_named
 from eomgen.resources import template_folder
@@ -29,6 +30,8 @@ SNAP = 8.0 * sys.float_info.epsilon
 EDGE = 1e-9
 #: Under ``family/<name>/`` templates are found in the folder of a family, which may be in another distribution.
 _FAMILY = "family/"
+#: Templates whose lines are long as they are meant to be, or never.
+_NOT_FOLDED = ("c/main/README.md.jinja", "c/model/tables.c.jinja")
 
 
 def stepper_template(family: str) -> str:
@@ -90,6 +93,7 @@ class _Context:
         self.c = CNames(program)
         self.files = plan_files(program, file_limit)
         self.stepper = stepper_names(program) if program.method else {}
+        self.tables = curve_tables(program.curves)
 
     def body(self, function: ProgramFunction, part: int) -> str:
         """Return the statements of one part, indented, each line ended."""
@@ -137,18 +141,20 @@ class _Context:
                 body=self.body,
                 kernel=self.kernel,
                 base_of_step=self.base_of_step(),
+                tables=self.tables,
                 **self.stepper,
                 **extra,
             )
         )
-        return text if template.endswith(".md.jinja") else folded(text)
+        return text if template in _NOT_FOLDED else folded(text)
 
 
 def generate_files(program: Program, *, file_limit: int = FILE_LIMIT) -> dict[str, str]:
     """Return the stand-alone folder of a Program: file name to text. The same Program gives the same bytes.
 
     ``<prefix>.h``, ``<prefix>.c`` (and ``<prefix>_2.c``... of large models), ``<prefix>_step.c`` where there is a
-    method, C files that the scene brings along, ``main.c``, ``eomgen_real.h``, ``README.md`` and ``manifest.json``.
+    method, ``<prefix>_curves.c`` where there are curves, and ``<prefix>_tables.c`` where these are long, C files that
+    the scene brings along, ``main.c``, ``eomgen_real.h``, ``README.md`` and ``manifest.json``.
     """
     context = _Context(program, file_limit)
     files = {f"{program.prefix}.h": context.render("c/model/model.h.jinja")}
@@ -161,6 +167,8 @@ def generate_files(program: Program, *, file_limit: int = FILE_LIMIT) -> dict[st
     if program.curves:
         files[f"{program.prefix}_curves.h"] = context.render("c/model/curves.h.jinja")
         files[f"{program.prefix}_curves.c"] = context.render("c/model/curves.c.jinja", snap=SNAP, edge=EDGE)
+    if any(table.packed for table in context.tables):
+        files[f"{program.prefix}_tables.c"] = context.render("c/model/tables.c.jinja")
     for source in program.sources:
         text = source.text if source.text.endswith("\n") else f"{source.text}\n"
         files[source.name] = context.render("c/model/user_source.c.jinja", source=source) + text
