@@ -108,7 +108,7 @@ class Stepper:
         self.state = np.zeros(self.sizes["state"])
         self.workspace = _on_cache_lines(self.sizes["workspace"])
         memory = self.parameters, self.settings, self.state, self.workspace
-        self._memory = [self._pointer(part) for part in memory]
+        self._memory = [ffi.from_buffer(library.types[0], part) for part in memory]
         self._recorded = ffi.new("long *", 0)
 
     def close(self) -> None:

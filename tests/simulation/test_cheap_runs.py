@@ -45,10 +45,10 @@ def calls(work: Callable[[], object]) -> int:
 @pytest.mark.parametrize(
     ("name", "method", "budget"),
     [
-        ("symmetric_top", "taylor", 106),
-        ("symmetric_top", "rk4", 102),
-        ("symmetric_top", "generalized_alpha", 102),
-        ("robot_arm", "rk4", 125),  # with inputs, as rows
+        ("symmetric_top", "taylor", 110),
+        ("symmetric_top", "rk4", 106),
+        ("symmetric_top", "generalized_alpha", 106),
+        ("robot_arm", "rk4", 130),  # with inputs, as rows
     ],
 )
 def test_a_run_whose_last_state_is_read_costs_few_calls(name: str, method: str, budget: int) -> None:
@@ -67,8 +67,8 @@ def test_other_times_and_methods_cost_as_little_at_the_second_call(option: dict[
     model = model_of("symmetric_top", "rk4")
     start = float(option.get("t_start", 0.0))
     model.simulate(start + 0.01, 1e-3, **option)
-    assert calls(lambda: model.simulate(start + 0.01, 1e-3, **option)) <= 104
-    assert calls(lambda: model.simulate(start + 0.02, 5e-4, **option)) <= 180  # a grid that was not seen before
+    assert calls(lambda: model.simulate(start + 0.01, 1e-3, **option)) <= 108
+    assert calls(lambda: model.simulate(start + 0.02, 5e-4, **option)) <= 190  # a grid that was not seen before
 
 
 def test_other_initial_states_and_parameters_cost_few_calls() -> None:
