@@ -68,7 +68,8 @@ class ErrorEstimate:
     declared_order : of the method; NaN where it chooses its steps
     relative : the largest of ``relative_at``
     largest : which, how much and when
-    largest_velocity : the same of the velocities, as a part of the largest of the same unit
+    largest_velocity : the same of the velocities, as a part of the largest of the same unit; of elastic coordinates,
+        whose rates are small beside those of joints, as a part of the largest of their own
     largest_output : the same of the outputs, as a part of the range of each; None without any
     method : how the estimate was obtained
     seconds : s, time that the estimate took

@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 #: Part of the motion above which no error may be unsaid, and the estimate from which on it may be there, since
 #: estimates are good to a factor.
 LARGE_ERROR, DOUBTFUL_ERROR = 0.1, 0.1 / 1.5
-#: The same of velocities, as a part of the largest: at one step they are some three times less accurate.
+#: The same of velocities, as a part of the largest, of a beam's of its own: at one step they are some three times less
+#: accurate.
 WRONG_VELOCITY = 0.3
 #: The part that advice aims at, and up to which errors follow powers of the step.
 AIM, FOLLOWED = 0.01, 0.5

@@ -286,6 +286,31 @@ def test_the_measure_of_a_small_motion_is_named_and_outputs_have_their_own() -> 
     assert ordinary.largest is not None and ordinary.largest.measure == "its motion"
 
 
+def test_vibrations_of_a_beam_are_told_beside_a_machine_that_moves_fast() -> None:
+    """A rod that vibrates along itself, x' = v0 cos(w t) with w = pi/(2 l) sqrt(E A/m'), and a car on a rail."""
+    rate, frequency = 5e-3, 0.5 * np.pi * np.sqrt(400.0)
+    stretch = {"modes": 1, "stiffness": 400.0, "initial": {"velocity": rate}}
+    rail = {"type": "prismatic", "parent": "base", "child": "car", "axis": [1, 0, 0], "initial": {"velocity": 2.0}}
+    scene = {
+        "format": 1,
+        "name": "vibrating_beside_fast",
+        "gravity": [0, 0, 0],
+        "bodies": {"car": {"mass": 1.0}},
+        "beams": {"rod": {"length": 1.0, "mass_per_length": 1.0, "stretch": stretch}},
+        "joints": {"rail": rail, "clamp": {"type": "fixed", "parent": "base", "child": "rod"}},
+    }
+    model = eomgen.build(scene, profile="quick")
+    for step, doubted in ((1e-3, False), (1e-2, True)):
+        run = model.simulate(5.0, step)
+        wrong = float(np.abs(run.v[:, 1] - rate * np.cos(frequency * run.t)).max())
+        largest = run.error.largest_velocity
+        assert largest is not None and largest.name == "v.rod" and largest.measure == "its largest"
+        assert good(np.array([largest.error]), np.array([wrong]))
+        assert largest.share == pytest.approx(largest.error / rate, rel=1e-2)
+        assert (wrong > 0.3 * rate) is doubted is (f"; the estimated error is {largest}; try: " in run.message)
+        assert largest.error < 0.01 * run.v[0, 0], "no doubt of the car's velocity"
+
+
 def test_comparison_runs_that_fail_in_their_first_step_leave_the_run_as_it_is() -> None:
     builder = eomgen.SceneBuilder("turning", coordinates="absolute").body("wheel", 1.0, inertia=[0.1, 0.1, 0.1])
     builder.joint("axle", "revolute", "base", "wheel", axis=[0, 0, 1], initial={"velocity": float(np.pi / 0.015625)})

@@ -205,6 +205,16 @@ def test_settings_are_put_into_texts_of_every_kind(tmp_path: Path) -> None:
         with_settings(None, {"method": "rk4"}, "", "")
 
 
+def test_methods_of_low_order_begin_with_as_many_steps_as_others() -> None:
+    """The local error of a step of order p is of order p + 1: order 2 begins where it takes the steps of order 5."""
+    for demand in (1e-2, 1e-4, 1e-8):
+        steps = [entries.first_tolerance(order, demand) ** (-1.0 / (order + 1)) for order in (2, 5)]
+        assert steps[0] <= steps[1] * (1.0 + 1e-12)
+        assert entries.first_tolerance(20, demand) == demand
+    assert entries.first_tolerance(2, 1e-8) == pytest.approx(1e-4)
+    assert entries.first_tolerance(2, 0.5) == entries.COARSEST
+
+
 def test_contenders_expect_what_their_order_says() -> None:
     candidate = next(c for c in candidates("joint", eomgen.build(SWING), ["rk4"], {}))
     contender = Contender(candidate, candidate.configuration({}), "step", 4.0)
@@ -221,6 +231,21 @@ def test_contenders_expect_what_their_order_says() -> None:
     assert not contender.closed
     contender.add(Tried(128.0, 1e-9, 32e-3), 5e-7)
     assert 64.0 < contender.wanted(5e-7) < 128.0  # between a run that misses and one that is better than demanded
+
+
+def test_the_margin_is_not_bought_with_twice_the_steps() -> None:
+    """Steps of two rows would miss the margin by a little, steps of one row are the next: two rows are tried first."""
+    candidate = next(c for c in candidates("joint", eomgen.build(SWING), ["rk4"], {}))
+    contender = Contender(candidate, candidate.configuration({}), "step", 0.125, 8)
+    demand = 1e-8
+    contender.add(Tried(0.125, 0.9 * 4.0**4 * demand, 1e-3), demand)
+    assert MARGIN < 0.9 and contender.wanted(demand) == 0.5
+    assert contender.expected(demand) == pytest.approx(4e-3)
+    contender.add(Tried(0.5, 1.01 * demand, 4e-3), demand)  # it misses
+    assert contender.wanted(demand) == 1.0
+    fine = Contender(candidate, candidate.configuration({}), "step", 8.0)
+    fine.add(Tried(8.0, 0.9 * 2.0**4 * demand, 1e-3), demand)
+    assert fine.wanted(demand) == 17.0  # whole steps are near, and the margin is cheap
 
 
 #: A pushed pendulum: its length may be tuned, a constant force and one over time push it.

@@ -15,6 +15,8 @@ from eomgen.studies.work_precision.times import fraction_of, whole_steps
 
 #: The part of the demand that a run is meant to meet: verification runs may be less kind.
 MARGIN = 0.75
+#: Whole steps that are so many times as fine as wanted cost too much to be taken for the margin.
+APART = 1.2
 #: Errors above this tell nothing of the order.
 COARSE = 0.2
 #: Orders that runs show are believed down to this part of the declared one.
@@ -121,7 +123,16 @@ class Contender:
         factor = float((max(last.error, 1e-300) / (MARGIN * demand)) ** (1.0 / self.order))
         jump = LARGEST_JUMP if self.kind != TOLERANCE else 1e6
         found = self._between(min(last.resolution * factor, jump * finest), demand)
-        return self._steps(found) if self.kind != TOLERANCE else min(max(found, 10.0), 1e15)
+        if self.kind == TOLERANCE:
+            return min(max(found, 10.0), 1e15)
+        return self._whole(found, found * MARGIN ** (1.0 / self.order), demand)
+
+    def _whole(self, found: float, least: float, demand: float) -> float:
+        """Return whole steps for a resolution: the next ones above, or, where these cost much more, those above the
+        least that may do, unless they have missed the demand."""
+        finer, coarser = self._steps(found), self._steps(least)
+        missed = max((run.resolution for run in self.runs if run.error > demand), default=0.0)
+        return coarser if finer > APART * found and missed < coarser < finer else finer
 
     def _between(self, found: float, demand: float) -> float:
         """Return a resolution, or the middle between a run that misses the demand and the next one that meets it, where

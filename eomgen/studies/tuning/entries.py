@@ -14,8 +14,12 @@ from eomgen.studies.work_precision.configuration import Configuration
 from eomgen.studies.work_precision.times import whole_steps
 from eomgen.system.description import Simulation
 
-#: The first run of a contender has steps this many times the scene's, or a tolerance of this many demands.
-FIRST_STEP, FIRST_TOLERANCE = 8.0, 1.0
+#: The first run of a contender has steps this many times the scene's.
+FIRST_STEP = 8.0
+#: Methods that choose their steps begin with a tolerance of the demand, those below this order with a larger one.
+FULL_ORDER = 5
+#: The largest tolerance to begin with.
+COARSEST = 0.1
 #: Single precision is tried for demands from this on.
 SINGLE = 1e-5
 #: Another formulation whose step takes this many times the winner's, or more, runs no more, nor do others of its kind.
@@ -69,7 +73,9 @@ class Entries:
 
     def _contender(self, candidate: Candidate, configuration: Configuration) -> Contender:
         if candidate.method.chooses_steps:
-            return Contender(candidate, configuration, TOLERANCE, 1.0 / (FIRST_TOLERANCE * self.race.demand))
+            return Contender(
+                candidate, configuration, TOLERANCE, 1.0 / first_tolerance(candidate.method.order, self.race.demand)
+            )
         grid = self.race.runner.grid
         first = whole_steps(grid.row / (FIRST_STEP * self.defaults.step), grid.coarsest)
         return Contender(candidate, configuration, "step", first, grid.coarsest)
@@ -138,3 +144,11 @@ class Entries:
             return False
         per_step = [run.seconds / run.steps for run in there.runs if run.steps]
         return bool(per_step) and min(per_step) > DEARER * reached.seconds / reached.steps
+
+
+def first_tolerance(order: int, demand: float) -> float:
+    """Return the tolerance at which a method takes about as many steps as one of ``FULL_ORDER`` takes at the demand.
+
+    Steps are as many as tolerance^(-1/(order + 1)): of order 2, a demand of 1e-8 would take hundreds of thousands.
+    """
+    return float(min(COARSEST, demand ** min(1.0, (order + 1) / (FULL_ORDER + 1))))
