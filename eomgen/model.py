@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from eomgen.analysis.equilibrium import Equilibrium
     from eomgen.analysis.linearize import EquilibriumState
     from eomgen.analysis.steady_motion import SteadyMotion
+    from eomgen.linear.campbell import Campbell
     from eomgen.linear.linearization import Linearization
     from eomgen.linear.root_locus import RootLocus
     from eomgen.results.solution import Solution
@@ -275,6 +276,47 @@ class Model(CompiledModel):
         from eomgen.analysis.root_locus import roots_over  # noqa: PLC0415
 
         return roots_over(self.linearize, parameter, values, parameters, **options)
+
+    def campbell(
+        self,
+        speed: str,
+        values: Sequence[float],
+        *,
+        orders: Sequence[float] | None = None,
+        whirl: Sequence[tuple[str, str]] = (),
+        velocities: Mapping[str, float] | None = None,
+        coordinates: Mapping[str, ArrayLike] | None = None,
+        **options: Any,
+    ) -> Campbell:
+        """Return the frequencies of oscillations over the speed of a rotor, their whirl, and the critical speeds.
+
+        Parameters
+        ----------
+        speed : str
+            A tunable parameter, or a component of the velocity (``spin``) that a steady motion is found for.
+        values : (n,)
+            Increasing; rad/s of a speed.
+        orders : sequence of float
+            Excitations of these multiples of the speed, whose crossings with modes are found to round-off; 1 where
+            none are given and the unit is rad/s.
+        whirl : sequence of pairs of str
+            Outputs or coordinates that are deflections along two axes that do not turn with the rotor, the second a
+            quarter turn from the first in the sense of the spin: ``[("x", "y")]``. Where they orbit in the sense of the
+            spin, a mode whirls forward.
+        velocities, coordinates : mappings
+            What else is given of the steady motion, as of ``steady_motion``.
+        options : ``at``, ``initial``, ``parameters``, ``t``, ``u``, ``any_kind`` of ``linearize``
+
+        Raises
+        ------
+        UsageError
+            A name that is neither, values that do not increase, pairs that are none.
+        EomgenError
+            As of ``linearize`` and ``steady_motion``, with the value at which it was raised.
+        """
+        from eomgen.analysis.campbell import campbell_over  # noqa: PLC0415
+
+        return campbell_over(self, speed, values, orders, whirl, velocities or {}, coordinates or {}, **options)
 
     def road_excitation(self, road: Road | None = None, speed: float | None = None) -> RoadExcitation:
         """Return the random roads of the scene's inputs as an excitation of its linear models.

@@ -1,3 +1,12 @@
 """Analyses of a compiled model about one state: equilibria, steady motions, linear models, root loci."""
 
-__all__ = ["bending", "definiteness", "equilibrium", "linearize", "road_excitation", "root_locus", "steady_motion"]
+__all__ = [
+    "bending",
+    "campbell",
+    "definiteness",
+    "equilibrium",
+    "linearize",
+    "road_excitation",
+    "root_locus",
+    "steady_motion",
+]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from eomgen.cli.campbell import CampbellRequest, described_campbell, write_campbell
 from eomgen.cli.options import (
     any_kind_option,
     assignments,
@@ -28,6 +29,7 @@ from eomgen.errors import Problem, UsageError
 from eomgen.text import json_text
 
 if TYPE_CHECKING:
+    from eomgen.linear.campbell import Campbell
     from eomgen.linear.linearization import Linearization
     from eomgen.model import Model
 
@@ -60,6 +62,11 @@ _POINTS = 600
 @click.option(
     "--ride", "rides", multiple=True, metavar="OUTPUT[:Wk]", help="Rms on the scene's random roads; may be repeated."
 )
+@click.option(
+    "--campbell", "diagram", default=None, metavar="NAME=FROM:TO:N", help="Frequencies over a speed, critical speeds."
+)
+@click.option("--orders", default=None, metavar="N,N,...", help="Of a Campbell diagram, multiples of the speed.")
+@click.option("--whirl", multiple=True, metavar="X:Y", help="Deflections whose orbits tell the sense; may be repeated.")
 @click.option("--classes", default=None, metavar="A,B,...", help="Road classes of rides; else that of the scene.")
 @click.option("--speeds", default=None, metavar="V,V,...", help="Speeds of rides in m/s; else that of the scene.")
 @json_option
@@ -69,6 +76,9 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
     sweep = _sweep(options.pop("root_locus"))
     pairs, band = [_pair(text) for text in options.pop("responses")], _band(options.pop("band"))
     ride = RideRequest.read(options.pop("rides"), options.pop("classes"), options.pop("speeds"), band)
+    campbell = CampbellRequest.read(
+        _sweep(options.pop("diagram"), "--campbell"), options.pop("orders"), options.pop("whirl")
+    )
     request = _Request(scene, options)
     excitation = request.model.road_excitation() if ride is not None else None
     if folder is None and sweep is not None:  # names are checked before files are
@@ -85,7 +95,12 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
     table = ride.table(lin, excitation) if ride is not None and excitation is not None else None
     if table is not None:
         data["ride"] = described_ride(table)
+    diagram = None if campbell is None else request.campbell(campbell)
+    if diagram is not None:
+        data["campbell"] = described_campbell(diagram)
     files = request.written(lin, data, Path(folder), sweep, pairs, band) if folder is not None else []
+    if folder is not None and diagram is not None:
+        files += write_campbell(diagram, request.model.name, Path(folder))
     if folder is not None and ride is not None and excitation is not None and table is not None:
         files += write_ride(table, ride.spectra(lin, excitation), request.model.name, Path(folder))
     if as_json:
@@ -95,6 +110,8 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
         if table is not None:
             numeric = tuple(range(1, len(table.headings)))
             print_table("root mean squares on random roads", table.headings, table.rows, numeric=numeric)
+        if diagram is not None:
+            print_table("crossings with orders", diagram.headings, diagram.rows, numeric=(0, 1, 2, 3, 4))
     say(_said(lin) + (f"\nwritten to {folder}: {', '.join(file.name for file in files)}" if files else ""))
     return 0
 
@@ -140,6 +157,15 @@ class _Request:
             found = self.model.steady_motion(self.velocities, self.held, initial, **given)  # type: ignore[arg-type]
             return self.model.linearize(at=found, parameters=parameters, u=given["u"])
         return self.model.linearize(at=self.at, initial=initial, any_kind=self.any_kind, **given)
+
+    def campbell(self, wanted: CampbellRequest) -> Campbell:
+        """Return the Campbell diagram that is wanted."""
+        given: dict[str, Any] = {"parameters": self.parameters, "initial": self.initial or None, "t": self.time}
+        motion = {name: value for name, value in self.velocities.items() if name != wanted.speed}
+        at = {"at": self.at} if wanted.speed in self.model.parameters else {}
+        return wanted.diagram(
+            self.model, velocities=motion, coordinates=self.held, u=self.inputs or None, **given, **at
+        )
 
     def written(
         self,
@@ -259,27 +285,25 @@ def _state(text: str | None) -> str | float | None:
     return time
 
 
-def _sweep(text: str | None) -> tuple[str, list[float]] | None:
+def _sweep(text: str | None, option: str = "--root-locus") -> tuple[str, list[float]] | None:
     """Return a parameter and its values."""
     if text is None:
         return None
     name, equals, rest = text.partition("=")
     parts = rest.split(":")
     logarithmic = len(parts) == 4 and parts[3] == "log"
-    hint = "--root-locus damping=10:1000:40, or damping=10:1000:40:log"
+    hint = f"{option} damping=10:1000:40, or damping=10:1000:40:log"
     try:
         if not equals or not name.strip() or not (len(parts) == 3 or logarithmic):
             raise ValueError
         first, last, count = float(parts[0]), float(parts[1]), int(parts[2])
     except ValueError:
         what = "a parameter, two values and their number are needed"
-        raise UsageError(Problem(f"--root-locus {text}", what, hint)) from None
+        raise UsageError(Problem(f"{option} {text}", what, hint)) from None
     if not (math.isfinite(first) and math.isfinite(last)) or not 2 <= count <= 10_000:
-        raise UsageError(Problem(f"--root-locus {text}", "finite values, and 2 to 10000 of them, are needed", hint))
+        raise UsageError(Problem(f"{option} {text}", "finite values, and 2 to 10000 of them, are needed", hint))
     if logarithmic and not (first > 0.0 and last > 0.0):
-        raise UsageError(
-            Problem(f"--root-locus {text}", "values in equal ratios must be positive", "values without :log")
-        )
+        raise UsageError(Problem(f"{option} {text}", "values in equal ratios must be positive", "values without :log"))
     steps = [k / (count - 1) for k in range(count)]
     if logarithmic:
         return name.strip(), [first * (last / first) ** s for s in steps]

@@ -162,3 +162,40 @@ def test_a_ride_over_classes_and_speeds(tmp_path: Path, capsys: pytest.CaptureFi
     f, _, load = np.array(lines, dtype=float).T
     assert math.sqrt(np.trapezoid(load, f)) == pytest.approx(ride[3]["rms"]["tyre_load"], rel=1e-3)
     assert (folder / "spectra.png").stat().st_size > 10_000
+
+
+def test_a_campbell_diagram_of_a_tilting_disc(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """I_d w^2 = k + I_p W w, forward with w positive: 2x at k / (4 I_d - 2 I_p), backward 1x at k / (I_d + I_p)."""
+    path, folder = tmp_path / "rotor.toml", tmp_path / "out"
+    path.write_text(
+        """\
+format = 1
+name = "rotor"
+gravity = [0, 0, 0]
+[bodies]
+cross = { mass = 0 }
+middle = { mass = 0 }
+disc = { mass = 5, inertia = [0.18, 0.18, 0.31] }
+[joints]
+tilt_x = { type = "revolute", parent = "base", child = "cross", axis = [1, 0, 0], stiffness = 7200 }
+tilt_y = { type = "revolute", parent = "cross", child = "middle", axis = [0, 1, 0], stiffness = 7200 }
+spin = { type = "revolute", parent = "middle", child = "disc", axis = [0, 0, 1] }
+""",
+        encoding="utf-8",
+    )
+    words = ["--campbell", "spin=10:300:3", "--orders", "1,2", "--whirl", "tilt_x:tilt_y", "--json"]
+    assert main(["linearize", str(path), "--out", str(folder), *words]) == 0
+    crossings = json.loads(capsys.readouterr().out)["campbell"]
+    expected = [
+        (1.0, math.sqrt(7200 / 0.49), "backward"),
+        (2.0, math.sqrt(7200 / (4 * 0.18 + 2 * 0.31)), "backward"),
+        (2.0, math.sqrt(7200 / (4 * 0.18 - 2 * 0.31)), "forward"),
+    ]
+    assert [(item["order"], item["whirl"]) for item in crossings] == [(order, word) for order, _, word in expected]
+    for item, (_, speed, _) in zip(crossings, expected, strict=True):
+        assert item["speed"] == pytest.approx(speed, rel=1e-9)
+    with (folder / "campbell.csv").open(encoding="utf-8") as file:
+        header, *rows = list(csv.reader(file))
+    assert header[:4] == ["spin", "mode1 frequency [Hz]", "mode1 damping_ratio", "mode1 whirl"]
+    assert [float(row[0]) for row in rows] == [10.0, 155.0, 300.0] and float(rows[0][3]) == -1.0
+    assert (folder / "campbell.png").stat().st_size > 10_000

@@ -178,4 +178,35 @@ FAILURES = [
         "usage error: --speeds: it belongs to a ride; try: --ride body_acceleration",
         command="linearize scene.toml --speeds 10,20",
     ),
+    Failure(
+        "A diagram over a speed that there is not",
+        2,
+        "usage error: campbell: there is no tunable parameter or velocity 'spin'; try: one of load, shoulder",
+        command="linearize scene.toml --campbell spin=0:100:5",
+    ),
+    Failure(
+        "A diagram over nothing",
+        2,
+        "usage error: --campbell load=1: a parameter, two values and their number are needed; try: --campbell "
+        "damping=10:1000:40, or damping=10:1000:40:log",
+        command="linearize scene.toml --campbell load=1",
+    ),
+    Failure(
+        "Orders of no diagram",
+        2,
+        "usage error: --orders: it belongs to a Campbell diagram; try: --campbell spin=0:300:31",
+        command="linearize scene.toml --orders 1,2",
+    ),
+    Failure(
+        "An order backwards",
+        2,
+        "usage error: --orders 1,-2: positive numbers are needed; try: --orders 1,2",
+        command="linearize scene.toml --campbell load=1:2:3 --orders 1,-2",
+    ),
+    Failure(
+        "A whirl of one deflection",
+        2,
+        "usage error: --whirl tip[0]: two deflections are needed; try: --whirl x:y",
+        command="linearize scene.toml --campbell load=1:2:3 --whirl tip[0]",
+    ),
 ]

@@ -1,0 +1,139 @@
+"""Campbell diagrams against characteristic polynomials of rotors with gyroscopic moments."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import eomgen
+from eomgen.errors import UsageError
+from tests.models.cache import shared_cache
+
+__all__ = ["shared_cache"]
+
+MASS, DIAMETRAL, POLAR = 12.0, 0.18, 0.31
+BENDING, LENGTH = 2.1e4, 0.6
+K11, K12, K22 = 12 * BENDING / LENGTH**3, -6 * BENDING / LENGTH**2, 4 * BENDING / LENGTH
+
+
+@pytest.fixture(scope="module")
+def overhung() -> eomgen.Model:
+    """Return a disc at the end of a massless cantilever shaft along z."""
+    builder = eomgen.SceneBuilder("overhung", gravity=[0, 0, 0]).parameter("damping", 0.0, tunable=True)
+    for name in ("along_x", "along_y", "about_x", "about_y"):
+        builder.body(name, 0)
+    builder.body("disc", MASS, inertia=[DIAMETRAL, DIAMETRAL, POLAR])
+    chain = ["base", "along_x", "along_y", "about_x", "about_y", "disc"]
+    kinds = [("x", "prismatic", [1, 0, 0]), ("y", "prismatic", [0, 1, 0])]
+    kinds += [("tilt_x", "revolute", [1, 0, 0]), ("tilt_y", "revolute", [0, 1, 0]), ("spin", "revolute", [0, 0, 1])]
+    for k, (name, kind, axis) in enumerate(kinds):
+        builder.joint(name, kind, chain[k], chain[k + 1], axis=axis)
+    builder.effort("x", "x", f"-{K11} * q.x - {K12} * q.tilt_y - damping * v.x")
+    builder.effort("y", "y", f"-{K11} * q.y + {K12} * q.tilt_x - damping * v.y")
+    builder.effort("tilt_x", "tilt_x", f"-{K22} * q.tilt_x + {K12} * q.y")
+    builder.effort("tilt_y", "tilt_y", f"-{K22} * q.tilt_y - {K12} * q.x")
+    return eomgen.build(builder.build(), profile="quick")
+
+
+def frequencies(speed: float) -> np.ndarray:
+    """Return the roots of (k11 - m w^2) (k22 - I_d w^2 + I_p W w) = k12^2; positive ones whirl forward."""
+    bending = np.polynomial.Polynomial([K11, 0.0, -MASS])
+    tilting = np.polynomial.Polynomial([K22, POLAR * speed, -DIAMETRAL])
+    return np.sort((bending * tilting - K12**2).roots().real)
+
+
+def test_an_overhung_disc_has_the_frequencies_of_its_polynomial(overhung: eomgen.Model) -> None:
+    speeds = np.linspace(0.0, 1500.0, 9)
+    diagram = overhung.campbell("spin", speeds, orders=(1, 2), whirl=[("x", "y"), ("tilt_x", "tilt_y")])
+    assert diagram.eigenvalues.shape == (9, 4) and set(diagram.stability) == {"marginal"}
+    for row, speed in enumerate(speeds):
+        expected = frequencies(speed)
+        found = diagram.angular_frequencies[row]
+        np.testing.assert_allclose(np.sort(found), np.sort(np.abs(expected)), rtol=1e-7)
+        if speed:
+            np.testing.assert_allclose(np.sort(found * diagram.whirl[row]), expected, rtol=1e-7)
+    # a column stays one mode: its frequency rises or falls all along, forward ones rise
+    for column, sense in zip(diagram.angular_frequencies.T, diagram.whirl[-1], strict=True):
+        assert np.all(np.diff(column) * sense > 0.0)
+    assert np.all(diagram.whirl[1:] == diagram.whirl[-1])
+
+
+def test_critical_speeds_are_roots_of_their_own_polynomial(overhung: eomgen.Model) -> None:
+    """Forward w = n W: (k11 - m w^2) (k22 + (I_p / n - I_d) w^2) = k12^2; backward with -I_p."""
+    diagram = overhung.campbell("spin", np.linspace(1.0, 2500.0, 9), orders=(1, 2), whirl=[("x", "y")])
+    expected = []
+    for order in (1, 2):
+        for sense, word in ((1, "forward"), (-1, "backward")):
+            bending = np.polynomial.Polynomial([K11, -MASS])
+            tilting = np.polynomial.Polynomial([K22, sense * POLAR / order - DIAMETRAL])
+            squares = (bending * tilting - K12**2).roots()
+            expected += [(order, math.sqrt(w.real) / order, word) for w in squares if w.real > 0.0 and not w.imag]
+    expected = sorted(item for item in expected if item[1] < 2500.0)
+    assert len(expected) >= 6
+    assert len(diagram.crossings) == len(expected)
+    for found, (order, speed, word) in zip(diagram.crossings, expected, strict=True):
+        assert found.order == order and found.whirl == word
+        assert found.speed == pytest.approx(speed, rel=1e-9)
+        assert found.frequency == pytest.approx(order * speed, rel=1e-9)
+    of_order_1 = [speed for order, speed, _ in expected if order == 1]
+    np.testing.assert_allclose(diagram.critical_speeds, of_order_1, rtol=1e-9)
+    assert [row[0] for row in diagram.rows] == ["1"] * len(of_order_1) + ["2"] * (len(expected) - len(of_order_1))
+    assert f"1x at {of_order_1[0]:.6g}" in repr(diagram) and "<td" in diagram._repr_html_()
+
+
+def test_the_speed_may_be_negative_and_the_sense_is_that_of_the_spin(overhung: eomgen.Model) -> None:
+    pairs = [("x", "y")]
+    there = overhung.campbell("spin", [-300.0, -200.0], whirl=pairs)
+    here = overhung.campbell("spin", [200.0, 300.0], whirl=pairs)
+    np.testing.assert_allclose(there.angular_frequencies[::-1], here.angular_frequencies, rtol=1e-7)
+    np.testing.assert_array_equal(there.whirl[::-1], here.whirl)
+    swapped = overhung.campbell("spin", [200.0, 300.0], whirl=[("y", "x")])
+    np.testing.assert_array_equal(swapped.whirl, -here.whirl)
+
+
+def test_damping_shows_in_ratios_and_stability(overhung: eomgen.Model) -> None:
+    diagram = overhung.campbell("spin", [50.0, 100.0], parameters={"damping": 40.0}, orders=())
+    assert diagram.crossings == () and np.all(diagram.damping_ratios > 0.0)
+    assert np.all(diagram.whirl == 0)
+
+
+def test_a_jeffcott_rotor_on_unequal_bearings_is_critical_at_both_frequencies() -> None:
+    """Over a parameter; bearings k_x and k_y: w = sqrt(k / m) each, and orbits between them are lines."""
+    builder = eomgen.SceneBuilder("jeffcott", gravity=[0, 0, 0]).parameter("speed", 10.0, unit="rad/s", tunable=True)
+    builder.body("carrier", 0).body("disc", 3.0)
+    builder.joint("x", "prismatic", "base", "carrier", axis=[1, 0, 0], stiffness=3e4)
+    builder.joint("y", "prismatic", "carrier", "disc", axis=[0, 1, 0], stiffness=4.8e4)
+    builder.effort("whirl", "x", "1e-9 * speed * v.x")  # a parameter has to do something
+    model = eomgen.build(builder.build(), profile="quick")
+    diagram = model.campbell("speed", np.linspace(40.0, 190.0, 4), whirl=[("x", "y")])
+    np.testing.assert_allclose(diagram.critical_speeds, [100.0, math.sqrt(1.6e4)], rtol=1e-7)
+    assert np.all(diagram.whirl == 0) and diagram.unit == "rad/s"
+
+
+def test_it_draws_on_axes_of_the_caller(overhung: eomgen.Model) -> None:
+    axis = Figure().subplots()
+    diagram = overhung.campbell("spin", [0.0, 100.0], orders=(1, 2), whirl=[("x", "y")])
+    assert diagram.plot(axis) == [axis]
+    assert axis.get_xlabel() == "spin, rad/s" and axis.get_ylabel() == "frequency, Hz"
+    assert {text.get_text() for text in axis.get_legend().get_texts()} == {"forward", "backward"}
+    assert {text.get_text() for text in axis.texts} == {"1x", "2x"}
+
+
+def test_diagrams_that_cannot_be(overhung: eomgen.Model) -> None:
+    for call, text in (
+        (lambda: overhung.campbell("spinn", [1.0, 2.0]), "no tunable parameter or velocity 'spinn'; try: spin"),
+        (lambda: overhung.campbell("spin", [1.0]), "two values and more are needed"),
+        (lambda: overhung.campbell("spin", [2.0, 1.0]), "values: they do not increase"),
+        (lambda: overhung.campbell("spin", [1.0, 2.0], orders=(0,)), "orders: an order is 0; try: positive numbers"),
+        (lambda: overhung.campbell("spin", [1.0, 2.0], whirl=["xy"]), "whirl: 'xy' is no pair of deflections"),
+        (lambda: overhung.campbell("spin", [1.0, 2.0], whirl=[("x", "z")]), "there is no output or state 'z'"),
+        (
+            lambda: overhung.campbell("damping", [1.0, 2.0], velocities={"spin": 1.0}),
+            "damping is a parameter, and velocities and coordinates are of a steady motion",
+        ),
+    ):
+        with pytest.raises(UsageError, match=text):
+            call()
