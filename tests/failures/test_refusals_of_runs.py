@@ -1,0 +1,320 @@
+"""Every text by which a run can be refused or end is read by a test: those that no other test reads are met here.
+
+``eomgen extremes`` counts a refusal as a good answer, so its words have to be good. A new text without a test fails
+``test_every_text_is_read_by_a_test``.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import pickle
+from collections.abc import Callable
+from functools import cache
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+import eomgen
+from eomgen.integrators.families.partitioned import partition_data
+from eomgen.integrators.methods import method_named
+from eomgen.integrators.stepper_layout import default_settings
+from eomgen.scene.load import from_data
+from eomgen.simulation.stepper import Stepper
+from eomgen.simulation.timing import Repeated
+from eomgen.system.description import Factor
+from tests.failures.refusals import ROOT, Refusal, refusals_in, refusals_of, runs, texts_of_tests, unread
+from tests.models.scenes import absolute
+
+#: Rooms that refuse runs, or end them.
+ROOMS = ("simulation", "integrators", "compiled", "formula", "solvers", "pipeline", "studies/ladders")
+#: Files of these that no run calls.
+NO_RUN = ("compiled/actuators.py", "compiled/frames.py", "pipeline/calibration.py")
+
+
+def texts_of_runs() -> list[Refusal]:
+    files = [file for room in ROOMS for file in sorted((ROOT / "eomgen" / room).rglob("*.py"))]
+    left_out = {ROOT / "eomgen" / name for name in NO_RUN}
+    return [refusal for file in files if file not in left_out for refusal in refusals_in(file)]
+
+
+def test_every_text_is_read_by_a_test() -> None:
+    refusals = texts_of_runs()
+    assert len(refusals) > 150
+    found = unread(refusals, texts_of_tests(list((ROOT / "tests").rglob("*.py"))))
+    missing = [f"{refusal.place}: {refusal.text}" for refusal in found]
+    assert not missing, "no test reads these texts:\n" + "\n".join(missing)
+
+
+def test_a_text_without_a_test_is_found() -> None:
+    source = """
+SLOW = "a step that is longer than the run"
+def check(step, name, far):
+    what = f"the step of {name} is no number of seconds" if far else "steps have to be numbers of seconds"
+    raise UsageError(Problem(name, what, "1e-3"))
+def other(name):
+    raise ModelError(f"{_kind(name)} of a body that is not there", "a body")
+def _kind(name):
+    return "the mass and the inertia" if name else "the place of the centre"
+STATUS = Status(1, "SLOW", SLOW, "a shorter step")
+"""
+    refusals = refusals_of(source, "x.py")
+    texts = {refusal.text for refusal in refusals}
+    assert texts == {
+        "the step of # is no number of seconds",
+        "steps have to be numbers of seconds",
+        "# of a body that is not there",
+        "a step that is longer than the run",
+    }
+    every = frozenset(run for refusal in refusals for run in refusal.runs)
+    assert not unread(refusals, every)
+    assert [refusal.text for refusal in unread(refusals, every - set(runs("a step that is longer than the run")))] == [
+        "a step that is longer than the run"
+    ]
+    common = frozenset({"a step that is"})
+    assert len(unread([*refusals, *refusals_of('UsageError("a step that is too long")', "y.py")], common)) == 5
+
+
+# -- texts that are met here -------------------------------------------------------------------------------------------
+
+
+def slider(**more: Any) -> dict[str, Any]:
+    """Return nested data of a mass on a line; ``joint`` are keys of its joint."""
+    joint = {"type": "prismatic", "parent": "base", "child": "b", "axis": [1, 0, 0], **more.pop("joint", {})}
+    scene = {
+        "format": 1,
+        "name": "slider",
+        "gravity": [0, 0, 0],
+        "bodies": {"b": {"mass": 1.0}},
+        "joints": {"x": joint},
+    }
+    return scene | more
+
+
+@cache
+def free() -> eomgen.Model:
+    return eomgen.build(slider(), profile="quick")
+
+
+@cache
+def driven() -> eomgen.Model:
+    push = {"push": {"formula": "0", "unit": "N"}}
+    return eomgen.build(slider(inputs=push, efforts={"e": {"joint": "x", "effort": "push"}}), profile="quick")
+
+
+@cache
+def pushed(effort: str) -> eomgen.Model:
+    """Return a model whose mass starts at 1 m with 1 m/s."""
+    joint = {"initial": {"position": 1.0, "velocity": 1.0}}
+    return eomgen.build(slider(joint=joint, efforts={"e": {"joint": "x", "effort": effort}}), profile="quick")
+
+
+def strange() -> None:
+    """A solution that no run made."""
+    solution = free().simulate(0.02, 0.01)
+    known = {key: value for key, value in solution.metadata.items() if key != "fingerprint"}
+    free().attach(dataclasses.replace(solution, metadata=known))
+
+
+def stopped_start() -> None:
+    model = pushed("1/(q.x - 1)")
+    model.start(step=0.01)
+
+
+def state_of_another_scene() -> None:
+    other = eomgen.build(slider() | {"name": "other"}, profile="quick")
+    free().start(step=0.01).restore(other.start(step=0.01).state)
+
+
+def state_of_another_compilation() -> None:
+    other = eomgen.build(slider(), profile="reproducible")
+    free().start(step=0.01).restore(other.start(step=0.01).state)
+
+
+def scene_by_hand() -> None:
+    eomgen.build(dataclasses.replace(from_data(slider()), content=b""))
+
+
+@pytest.mark.parametrize(
+    ("call", "text"),
+    [
+        (
+            lambda: driven().simulate(0.1, 0.01, inputs={"push": [1.0, 2.0, 3.0]}),
+            "usage error: input push: the shape is (3,), (11,) is needed: one value at every point of the step grid;"
+            " try: a number, a function of t, or a table of that length",
+        ),
+        (
+            strange,
+            "usage error: attach: the solution does not say of which run it is (fingerprint is missing): by hand, or an"
+            " older eomgen; try: a solution of simulate",
+        ),
+        (
+            lambda: eomgen.build(slider(), terms=["mass"], profile="quick").simulate(0.1, 0.01, method="rk4"),
+            "usage error: simulate: rk4 needs the terms forward_dynamics, which this model was built without; try:"
+            " eomgen.build(scene, terms=[..., 'forward_dynamics'])",
+        ),
+        (
+            stopped_start,
+            "numerical error: start: the motion cannot start at t = 0 s: a value became infinite or not a number; try:"
+            " another state, other parameters or inputs",
+        ),
+        (
+            lambda: free().start(step=0.01).step([1.0]),
+            "usage error: u: the shape is (1,), (0,) is needed: none: the scene has no inputs; try: one number for each"
+            " input, or a mapping from names",
+        ),
+        (
+            state_of_another_scene,
+            "model error: state: this is a state of the scene 'other', the simulator runs 'slider'; try: the model,"
+            " method and compiler that made it, or start(initial={'q': state.q, 'v': state.v})",
+        ),
+        (
+            state_of_another_compilation,
+            "model error: state: this is a state of another compilation of 'slider', whose memory may be laid out"
+            " differently; try: the model, method and compiler that made it, or start(initial={'q': state.q, 'v':"
+            " state.v})",
+        ),
+        (
+            lambda: free().simulate(0.1, 0.01, method="hht", alpha=-0.1),
+            "usage error: method.alpha: alpha of hht must lie in 0..1/3, not -0.1: the opposite sign is that of the"
+            " papers and of Abaqus; try: 0.1",
+        ),
+        (
+            lambda: eomgen.build(slider(), terms=["rates"], profile="quick").rates([0.1], [0.0], [0.0]),
+            "usage error: j: the term rates needs the first time derivative of a; try: j=...",
+        ),
+        (
+            scene_by_hand,
+            "usage error: this Scene was made by hand and says nothing of its content; try: eomgen.SceneBuilder or"
+            " eomgen.load",
+        ),
+    ],
+)
+def test_what_is_refused(call: Callable[[], object], text: str) -> None:
+    with pytest.raises(eomgen.EomgenError) as caught:
+        call()
+    assert str(caught.value) == text
+
+
+def by_hand(model: eomgen.Model) -> eomgen.Model:
+    """Return a model that does not know how it was made."""
+    return eomgen.Model(model.description, model.library, model.stepper)
+
+
+def test_models_made_by_hand_stay_where_they_are() -> None:
+    with pytest.raises(eomgen.UsageError) as caught:
+        pickle.dumps(by_hand(free()))
+    assert str(caught.value) == (
+        "usage error: pickle: this model was made by hand and cannot be sent to another process; try:"
+        " eomgen.build(scene), whose models can"
+    )
+
+
+def test_models_made_by_hand_compile_no_terms_for_constraints() -> None:
+    ends = {"first": {"body": "base", "position": [0, 1, 0]}, "second": {"body": "b"}}
+    scene = slider(constraints={"rod": {"type": "distance", **ends, "length": 1.0}})
+    model = by_hand(eomgen.build(scene, terms=["mass"], profile="quick"))
+    with pytest.raises(eomgen.UsageError) as caught:
+        model.consistent([0.0], [0.0])
+    said = str(caught.value)
+    assert said.startswith("usage error: the terms ") and said.endswith(
+        " are needed to make an initial state consistent; try: build with them"
+    )
+
+
+@pytest.mark.parametrize("method", ["rk45", "generalized_alpha"])
+def test_a_motion_that_goes_to_infinity_at_once_ends_where_its_steps_do(method: str) -> None:
+    """x = 1/(1 - t) by its equation of motion."""
+    run = pushed("2*q.x*q.x*q.x").simulate(2.0, 0.1, method=method, tolerance=1e-6)
+    text = "the step became too small for the time to move on: the motion has a singularity near, or forces jump"
+    assert not run.success and 0.8 < run.t[-1] < 1.05 and text in run.message
+
+
+def test_a_row_that_takes_too_many_steps_ends_the_run() -> None:
+    stiff = eomgen.build(slider(joint={"stiffness": 1e14, "initial": {"position": 1.0}}), profile="quick")
+    run = stiff.simulate(10.0, 10.0, method="rk45", tolerance=1e-9)
+    text = (
+        "1000000 steps were not enough for one row: the tolerance is too small for this order, or the motion is stiff"
+    )
+    assert not run.success and text in run.message
+
+
+def test_a_scene_whose_numbers_have_no_text_is_not_scaled() -> None:
+    found = eomgen.extremes(from_data(slider()), ladders=["length"])
+    why = "its numbers cannot be scaled: the scene is given as a Scene, whose numbers have no text"
+    assert found.left_out == {"length": why}
+
+
+@cache
+def stopping() -> eomgen.Model:
+    events = {"far": {"when": "q.x - 0.05", "action": "stop"}}
+    return eomgen.build(slider(joint={"initial": {"velocity": 1.0}}, events=events), profile="quick")
+
+
+@pytest.mark.parametrize(
+    ("made", "method", "number", "text"),
+    [
+        (free, "rk4", 2, "the mass matrix is singular"),
+        (free, "generalized_alpha", 2, "the mass or iteration matrix is singular"),
+        (
+            absolute,
+            "generalized_alpha",
+            2,
+            "the mass or iteration matrix is singular: constraints that repeat each other, or a part without mass",
+        ),
+        (free, "taylor", 1, "the Taylor series disagrees with the equations where it ends, however short the step"),
+        (stopping, "rk4", 20, "an event of the scene has ended the run"),
+    ],
+)
+def test_what_steppers_say_of_what_few_scenes_come_to(
+    made: Callable[[], eomgen.Model], method: str, number: int, text: str
+) -> None:
+    """Python says where an event ends a run; of matrices without an inverse most are told before a run."""
+    library = made().stepper(method)
+    settings = default_settings(library.layout["method"])
+    assert Stepper(library, settings, made().parameter_array({})).status_text(number) == text
+
+
+def broken(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let no stepper begin."""
+    monkeypatch.setattr(Stepper, "initialize", lambda *given: 3)
+
+
+def test_a_run_that_cannot_be_repeated_is_not_timed(monkeypatch: pytest.MonkeyPatch) -> None:
+    repeated = Repeated(free(), free().simulate(0.1, 0.01, method="rk4"), method_named("rk4"))
+    broken(monkeypatch)
+    with pytest.raises(eomgen.NumericalError) as caught:
+        repeated.seconds()
+    assert str(caught.value) == (
+        "numerical error: timing: the run cannot be repeated: a value became infinite or not a number; try: a run that"
+        " reaches its end"
+    )
+
+
+def test_a_step_of_a_series_that_fails_between_rows_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    solution = free().simulate(0.1, 0.01, method="taylor")
+    broken(monkeypatch)
+    with pytest.raises(eomgen.NumericalError) as caught:
+        solution.at(0.005)
+    assert str(caught.value) == (
+        "numerical error: no state at t = 0.005 s: a value became infinite or not a number; try: times of rows"
+    )
+
+
+def test_more_rows_than_velocities_are_not_partitioned() -> None:
+    system: Any = SimpleNamespace(factors=[Factor("R", "x", 0, 1, 0, 1)], multipliers=("one", "two"))
+    with pytest.raises(eomgen.ModelError) as caught:
+        partition_data(system)
+    assert str(caught.value) == (
+        "model error: method: there are 2 constraint rows for 1 velocity components: some repeat others; try: leave out"
+        " the rows that follow from others"
+    )
+
+
+@pytest.mark.parametrize("argument", ["5.0", "far"])
+def test_a_curve_at_a_fixed_place_behind_its_points_is_refused(argument: str) -> None:
+    curve = {"points": [[0, 0], [1, 1], [2, 4], [3, 9]], "outside": "error"}
+    scene = slider(efforts={"e": {"joint": "x", "effort": f"c({argument})"}}, parameters={"far": 5.0})
+    with pytest.raises(eomgen.ModelError) as caught:
+        eomgen.build(scene | {"curves": {"c": curve}}, profile="quick")
+    assert str(caught.value) == "model error: the curve c has no value at 5; try: an argument within its points"
