@@ -187,6 +187,17 @@ def test_what_a_function_keeps_by_itself_is_not_restored_silently(option: str) -
         simulator.restore(simulator.state) if option == "restore" else simulator.copy()
 
 
+def test_what_a_function_keeps_by_itself_is_not_resumed_silently(tmp_path: Path) -> None:
+    path, given = tmp_path / "run.ckpt", {"servo": Law()}
+    called().simulate(0.1, 0.01, method="rk4", error_estimate=False, checkpoint=path, controllers=given)
+    with pytest.raises(eomgen.UsageError) as caught:
+        called().resume(path, 0.2, error_estimate=False, controllers=given)
+    assert str(caught.value) == (
+        "usage error: controllers: the function of servo may keep something that no checkpoint holds; try: memory = 0,"
+        " or how many numbers it keeps, in the scene's controller"
+    )
+
+
 def failing(t: float, signals: Any) -> float:
     if t > 0.045:
         return float(signals["x"])
