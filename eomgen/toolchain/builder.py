@@ -5,6 +5,8 @@ from __future__ import annotations
 import hashlib
 import json
 import logging
+import os
+import platform
 import time
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
@@ -12,7 +14,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from eomgen.errors import ToolchainError
+from eomgen.errors import Problem, ToolchainError
 from eomgen.toolchain.cache import Cache, Entry
 from eomgen.toolchain.cffi_build import load_abi, load_api, python_headers, wrapper_source
 from eomgen.toolchain.compiler import (
@@ -31,6 +33,8 @@ from eomgen.toolchain.library import Library
 
 _LOG = logging.getLogger(__name__)
 _LIBRARY, _LAYOUT, _CDEF, _COMMANDS = "model", "layout.json", "interface.cdef", "commands.txt"
+#: What an entry is known by where there is no compiler.
+_ORIGIN = "origin.txt"
 _REALS = {
     "double": (),
     "float": ("-DEOMGEN_REAL_FLOAT",),
@@ -41,6 +45,8 @@ _REALS = {
 
 class Builder:
     """Builds and finds libraries for one compiler, profile and number type.
+
+    Where no compiler is installed it finds what any compiler made for this machine and Python, and builds nothing.
 
     Parameters
     ----------
@@ -67,7 +73,10 @@ class Builder:
             raise ToolchainError(f"no number type {real!r}", f"one of {', '.join(_REALS)}")
         self.profile: Profile = profile_named(profile)
         self.flags = (*self.profile.flags, *_REALS[real])
-        self.compiler = find_compiler() if compiler is None else compiler
+        self._compiler = compiler
+        self._missing: ToolchainError | None = None
+        if compiler is None:
+            self._find_compiler()
         self.headers = python_headers() if mode in (None, "api") else None
         if mode == "api" and self.headers is None:
             raise ToolchainError(
@@ -77,33 +86,70 @@ class Builder:
         self.cache = Cache() if cache is None else cache
         self.timeout = timeout
 
+    def _find_compiler(self) -> None:
+        """Look for a compiler; a missing one is reported when it is needed, a wrong ``CC`` now."""
+        try:
+            self._compiler = find_compiler()
+        except ToolchainError as error:
+            if os.environ.get("CC"):
+                raise
+            self._missing = error
+
+    @property
+    def compiler(self) -> Compiler:
+        """The compiler. Raises ToolchainError where there is none."""
+        if self._compiler is not None:
+            return self._compiler
+        problem = self._missing.problems[0] if self._missing is not None else Problem("", "no C compiler")
+        what = f"{problem.what}, and the cache {self.cache.folder} has no library of this model for this machine"
+        raise ToolchainError(what, problem.hint)
+
     def key(self, content: bytes) -> str:
         """Return the cache key of what the caller's ``content`` bytes determine, on this machine, with these flags."""
+        return self._digest(self.compiler.identity, self.mode, content)
+
+    def _digest(self, compiler: str, mode: str, content: bytes) -> str:
+        machine = processor() if self.profile.native else ""
         digest = hashlib.sha256()
-        for text in (
-            self.compiler.identity,
-            " ".join(self.flags),
-            processor() if self.profile.native else "",
-            self.mode,
-            library_suffix(),
-        ):
+        for text in (compiler, " ".join(self.flags), machine, mode, library_suffix()):
             digest.update(text.encode() + b"\0")
         digest.update(content)
         return digest.hexdigest()
 
+    def _origin(self, mode: str, content: bytes) -> str:
+        """Return what an entry is known by, whichever compiler made it."""
+        return self._digest("", f"{mode} on {platform.system()} {platform.machine()}", content)
+
     def find(self, content: bytes) -> Library | None:
-        """Return the library that was built for these content bytes, or None. Imports neither SymPy nor Jinja."""
+        """Return the library that was built for these content bytes, or None. Imports neither SymPy nor Jinja.
+
+        Raises
+        ------
+        ToolchainError
+            There is no compiler, and the library that another machine's made cannot be loaded here.
+        """
+        if self._compiler is None:
+            return self._found_without_compiler(content)
         key = self.key(content)
         entry = self.cache.get(key)
         if entry is None:
             return None
         try:
-            library = self._load(entry)
+            library = self._load(entry, self.mode)
             _LOG.info("took the library from the cache, %s", entry.file(_LIBRARY + library_suffix()))
             return library
         except (ToolchainError, OSError, ValueError, KeyError, TypeError):
             self.cache.quarantine(key)
             return None
+
+    def _found_without_compiler(self, content: bytes) -> Library | None:
+        for mode in ("api", "abi"):
+            origin = self._origin(mode, content)
+            for entry in self.cache.holding(_ORIGIN, origin):
+                library = self._load(entry, mode)
+                _LOG.info("took the library from the cache, there is no compiler: %s", library.folder)
+                return library
+        return None
 
     def claim(self, content: bytes) -> AbstractContextManager[None]:
         """Return the right to make the library of these content bytes: of many processes one makes it, and others
@@ -145,6 +191,7 @@ class Builder:
                 (folder / name).write_text(text, encoding="utf-8")
             (folder / _LAYOUT).write_text(json.dumps(layout), encoding="utf-8")
             (folder / _CDEF).write_text(cdef, encoding="utf-8")
+            (folder / _ORIGIN).write_text(self._origin(self.mode, content), encoding="utf-8")
             sources = [folder / name for name in sorted(files) if name.endswith(".c") and name != "main.c"]
             objects = [] if self.headers is None else [self._wrapper(cdef, files["interface.h"], self.headers)]
             output = folder / (_LIBRARY + library_suffix())
@@ -173,7 +220,7 @@ class Builder:
             "compiled %d lines of C in %.2f s by %s, %s", lines, seconds, self.compiler.version, self.profile.name
         )
         _LOG.debug("commands: %s", entry.text(_COMMANDS).replace("\n", "; ").rstrip("; "))
-        return self._load(entry)
+        return self._load(entry, self.mode)
 
     def _wrapper(self, cdef: str, header: str, headers: Path) -> Path:
         """Return the object of the extension module, which is the same for all models."""
@@ -193,8 +240,8 @@ class Builder:
             entry = self.cache.get(key) or self.cache.put(key, fill)
         return entry.file("wrapper.o")
 
-    def _load(self, entry: Entry) -> Library:
+    def _load(self, entry: Entry, mode: str) -> Library:
         layout = json.loads(entry.text(_LAYOUT))
         path = entry.file(_LIBRARY + library_suffix())
-        ffi, lib = load_api(path) if self.mode == "api" else load_abi(path, entry.text(_CDEF))
-        return Library(ffi, lib, layout, self.mode, path)
+        ffi, lib = load_api(path) if mode == "api" else load_abi(path, entry.text(_CDEF))
+        return Library(ffi, lib, layout, mode, path)

@@ -97,6 +97,15 @@ class Cache:
             os.utime(folder / _META)
         return entry
 
+    def holding(self, name: str, text: str) -> Iterator[Entry]:
+        """Yield the entries one of whose files, by this name, holds this text, the last used first."""
+        if not self.folder.is_dir():
+            return
+        for folder in reversed(self._entries()):
+            with contextlib.suppress(OSError):
+                if (folder / name).read_text(encoding="utf-8") == text and (entry := self.get(folder.name)) is not None:
+                    yield entry
+
     @contextlib.contextmanager
     def claim(self, key: str) -> Iterator[None]:
         """Hold the right to build an entry, so that of many processes one builds and the others wait for it, dead or

@@ -23,10 +23,10 @@ FAILURES = [
     Failure(
         "No compiler at all",
         5,
-        "toolchain error: no C compiler found: looked for cc, gcc, clang on the path and in CC; try: the package of"
-        " your system that holds gcc or clang",
+        "toolchain error: no C compiler found: looked for cc, gcc, clang on the path and in CC, and the cache {folder}"
+        " has no library of this model for this machine; try: the package of your system that holds gcc or clang",
         command="simulate scene.toml --out out --t-end 0.01 --no-plots",
-        environment={"CC": None, "PATH": "{folder}"},
+        environment={"CC": None, "PATH": "{folder}", "EOMGEN_CACHE": "{folder}"},
     ),
     Failure(
         "A cache of a user that there is not",

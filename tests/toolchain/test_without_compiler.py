@@ -1,0 +1,121 @@
+"""Models that were compiled before, or elsewhere, run on a machine without a compiler."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import eomgen
+
+ROOT = Path(__file__).parents[2]
+SCENE = """
+format = 1
+name = "pendulum"
+[parameters]
+length = { value = 0.7, unit = "m", tunable = true }
+[bodies.rod]
+mass = 1.5
+center_of_mass = [0, 0, "-length"]
+[joints.hinge]
+type = "revolute"
+parent = "base"
+child = "rod"
+axis = [0, 1, 0]
+initial = { position = 0.5 }
+[simulation]
+duration = 0.5
+step = 1e-3
+method = "rk4"
+"""
+RUN = """
+import json, sys
+import eomgen
+{before}
+try:
+    model = eomgen.build({scene!r}, profile="reproducible")
+    run = model.simulate(parameters={{"length": 0.9}}, **{options!r})
+    slow = sorted({{"sympy", "jinja2"}} & set(sys.modules))
+    print(json.dumps({{"q": run.q[-1].tolist(), "success": run.success, "message": run.message, "slow": slow}}))
+except eomgen.EomgenError as error:
+    print(json.dumps({{"kind": type(error).__name__, "error": str(error)}}))
+"""
+
+
+@pytest.fixture(scope="module")
+def shipped(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a scene and a cache that holds its library."""
+    folder = tmp_path_factory.mktemp("shipped")
+    (folder / "scene.toml").write_text(SCENE)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("EOMGEN_CACHE", str(folder / "cache"))
+        eomgen.build(folder / "scene.toml", profile="reproducible")
+    return folder
+
+
+def ran(folder: Path, before: str = "", **options: object) -> dict[str, object]:
+    """Return what a process says in which no compiler is found."""
+    empty = folder / "bin"
+    empty.mkdir(exist_ok=True)
+    environment = {name: text for name, text in os.environ.items() if name != "CC"}
+    environment |= {"PATH": str(empty), "EOMGEN_CACHE": str(folder / "cache"), "PYTHONPATH": str(ROOT)}
+    code = RUN.format(scene=str(folder / "scene.toml"), options=options, before=before)
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    found: dict[str, object] = json.loads(done.stdout)
+    return found
+
+
+def test_a_compiled_model_runs_to_the_same_bits_without_sympy(shipped: Path) -> None:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("EOMGEN_CACHE", str(shipped / "cache"))
+        expected = eomgen.build(shipped / "scene.toml", profile="reproducible").simulate(parameters={"length": 0.9})
+    found = ran(shipped)
+    assert found == {"q": expected.q[-1].tolist(), "success": True, "message": expected.message, "slow": []}
+
+
+def test_a_copy_that_cannot_be_written_does_as_well(shipped: Path, tmp_path: Path) -> None:
+    elsewhere = tmp_path / "elsewhere"
+    shutil.copytree(shipped, elsewhere)
+    files = [elsewhere / "cache", *(elsewhere / "cache").rglob("*")]
+    for file in files:
+        file.chmod(0o555 if file.is_dir() else 0o444)
+    try:
+        assert ran(elsewhere)["success"] is True
+    finally:
+        for file in files:
+            file.chmod(0o755 if file.is_dir() else 0o644)
+
+
+def test_pythons_headers_are_not_needed_either(shipped: Path) -> None:
+    missing = "import eomgen.toolchain.builder as builder; builder.python_headers = lambda: None"
+    assert ran(shipped, missing)["success"] is True
+
+
+@pytest.mark.parametrize("change", ["method", "scene", "damage"])
+def test_what_has_to_be_compiled_says_so(change: str, shipped: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "other"
+    shutil.copytree(shipped, folder)
+    if change == "scene":
+        (folder / "scene.toml").write_text(SCENE.replace("1.5", "1.6"))
+    if change == "damage":
+        (library,) = (folder / "cache").glob("*/model.*")
+        library.write_bytes(library.read_bytes()[:-8])
+    found = ran(folder, **({"method": "generalized_alpha"} if change == "method" else {}))
+    assert found["kind"] == "ToolchainError"
+    assert str(found["error"]).startswith(
+        "toolchain error: no C compiler found: looked for cc, gcc, clang on the path and in CC, and the cache"
+        f" {folder / 'cache'} has no library of this model for this machine; try: "
+    )
+
+
+def test_a_compiler_that_cc_names_wrongly_is_no_missing_one(shipped: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("EOMGEN_CACHE", str(shipped / "cache"))
+    monkeypatch.setenv("CC", "no-such-cc")
+    with pytest.raises(eomgen.ToolchainError, match="no C compiler 'no-such-cc' on the path"):
+        eomgen.build(shipped / "scene.toml", profile="reproducible")
