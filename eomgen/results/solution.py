@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -12,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
-from eomgen.calls import ByName, checked_calls, unknown_attribute
+from eomgen.calls import ByName, UnknownName, checked_calls, unknown_attribute
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.state import State
 from eomgen.errors import EomgenError, FileError, Problem, UsageError
@@ -27,6 +28,7 @@ from eomgen.results.spectrum import psd
 from eomgen.results.tables import to_pandas, to_xarray, write_matlab
 from eomgen.spectra import PowerSpectrum
 from eomgen.system.description import component_names
+from eomgen.text import shown
 
 if TYPE_CHECKING:
     import pandas
@@ -467,6 +469,23 @@ class Solution:
                 label: table[:, index] for index, label in enumerate(component_names("output", name, table.shape[1]))
             }
         return columns | {f"energy.{name}": array for name, array in self.energy.items()}
+
+    def __getitem__(self, name: str) -> Array:
+        """Return a column (nt,) by its name, ``solution["q.hinge"]``; an output by its own, (nt,) or (nt, size).
+
+        Raises
+        ------
+        UsageError
+            No column or output of that name (it is a KeyError, too).
+        """
+        if name in self.outputs:
+            return self.outputs[name]
+        columns = self.columns()
+        if name not in columns:
+            close = difflib.get_close_matches(str(name), [*columns, *self.outputs], n=3, cutoff=0.5)
+            hint = " or ".join(map(repr, close)) or f"one of {', '.join(list(columns)[:8])}, ...: solution.columns()"
+            raise UnknownName(Problem("", f"there is no column {shown(name)}", hint))
+        return columns[name]
 
     def units(self) -> dict[str, str]:
         """Return the units of the columns by name: ``s``, ``rad``, ``m/s``, ``N``; ``1`` for pure numbers.

@@ -179,6 +179,9 @@ class _Comparisons:
         one, other = first.at(found), second.at(after[found])
         with np.errstate(all="ignore"):
             kinds = differences(self.run.model, one.rows, other.rows, (one.outputs, other.outputs))
+        for name, values in one.outputs.items():  # where a formula has no value in both, there is no difference
+            undefined = ~(np.isfinite(values) | np.isfinite(other.outputs[name]))
+            kinds[f"output.{name}"][undefined.reshape(kinds[f"output.{name}"].shape)] = 0.0
         return _Apart(times[0][found], kinds)
 
     def _motion(self, rows: Array, parameters: Array) -> _Motion:

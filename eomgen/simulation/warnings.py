@@ -97,6 +97,20 @@ def large_error(error: ErrorEstimate) -> str:
     return f"the estimated error is {noticed}{since}{unordered}"
 
 
+def undefined_outputs(t: Array, outputs: Mapping[str, Array]) -> str:
+    """Return which outputs have no value at some rows, and from when on; empty where all have one."""
+    found = []
+    for name, values in outputs.items():
+        undefined = np.flatnonzero(~np.isfinite(values.reshape(len(t), -1)).all(axis=1))
+        if len(undefined):
+            found.append(f"{name} ({len(undefined)} of {len(t)} rows, from t = {t[undefined[0]]:.6g} s)")
+    if not found:
+        return ""
+    many = f"outputs {', '.join(found)} have" if len(found) > 1 else f"output {found[0]} has"
+    hint = "a formula that has one: no division by 0, no root or logarithm of what is negative"
+    return f"the {many} no value there; try: {hint}"
+
+
 def unresolved_states(
     model: CompiledModel, state: InitialState, t: float, u: Array | None, p: Array, step: float, limit: float
 ) -> str:

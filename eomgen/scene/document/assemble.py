@@ -87,7 +87,7 @@ def assemble(
         for stop, limit in zip(joint.stops, joint.limits, strict=True)
         if (note := limit.passed(joint.initial_position[stop.index], assembler.values.value))
     ]
-    unused = checks.unused_names(document, assembler.values)
+    doubts = [*checks.unused_names(document, assembler.values), *checks.angles_of_several_turns(document)]
     return scene.Scene(
         **result,
         source={key: report.place(key) for key in report.lines},
@@ -95,7 +95,7 @@ def assemble(
         + (digest(curves).encode() if curves else b"")
         + sources_digest(result["sampled"])
         + signature(part.spaces),
-        notes=(*notes, *part.notes, *labels, *outside, *assembler.unresisted, *unused),
+        notes=(*notes, *part.notes, *labels, *outside, *assembler.unresisted, *doubts),
         metadata=dict(metadata or {}),
     )
 

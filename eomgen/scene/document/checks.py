@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
@@ -185,6 +186,20 @@ def unused_names(document: Document, values: Values) -> list[str]:
                 f"the {kind}s {listed(unused)} change nothing" if plural else f"the {kind} {unused[0]} changes nothing"
             )
             notes.append(f"{what}: no formula mentions {'them' if plural else 'it'}")
+    return notes
+
+
+def angles_of_several_turns(document: Document) -> list[str]:
+    """Return a note on each joint that starts at more than a turn, written as a plain number: rad, and no degrees."""
+    notes: list[str] = []
+    for name, joint in document.joints.items():
+        written = joint.initial.position if joint.initial is not None else None
+        values = written if isinstance(written, list | tuple) else (written,)
+        for value, unit in zip(values, JOINTS[joint.type].units, strict=False):
+            if unit == "rad" and isinstance(value, int | float) and abs(value) > 2.0 * math.pi:
+                turns = abs(value) / (2.0 * math.pi)
+                what = f"the joint {name} starts at {value:.6g} rad, {turns:.3g} turns"
+                notes.append(f'{what}: angles without a unit are radians, "30 deg" is in degrees')
     return notes
 
 
