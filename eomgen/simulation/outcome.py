@@ -29,18 +29,20 @@ from eomgen.simulation.error_estimate import ErrorEstimation, no_estimate
 from eomgen.simulation.events import acting, parameters_over, table_of
 from eomgen.simulation.fast_motions import unresolved_motion
 from eomgen.simulation.growth import at_rest, unstable_growth
-from eomgen.simulation.inputs import kind_of
 from eomgen.simulation.momentum import momentum_drift
 from eomgen.simulation.run import Run
+from eomgen.simulation.run_metadata import run_metadata
 from eomgen.simulation.run_model import run_model
 from eomgen.simulation.settings import followed_laws
 from eomgen.simulation.singular_positions import nearest_singular, passages, way_through
+from eomgen.simulation.spring_lengths import passed_springs
 from eomgen.simulation.states import Prescribed, States, evaluated, prescribed, states_of
 from eomgen.simulation.stepper import Stepper, Trajectory
 from eomgen.simulation.unit_quaternions import largest_stretch
 from eomgen.simulation.warnings import (
     run_warnings,
     starts_beyond_limits,
+    undefined_outputs,
     unresolved_damping,
     unresolved_states,
 )
@@ -148,7 +150,7 @@ class Outcome:
             notes = [*(note for note in notes if note not in of_scene), *self._beyond_limits]
             notes += [beginning.choice] if beginning.choice else []
         return {
-            **_described(run),
+            **run_metadata(run),
             **({} if events is None else {"events": events.described()}),
             "start": run.begun,
             "corrections": run.corrections,
@@ -283,6 +285,7 @@ class Outcome:
     @cached_property
     def _judged(self) -> str:
         """How the run ended, and what is doubtful of it."""
+        run = self._run
         message = message_of(self._last_run, self._stepper, self._trajectory)
         if self._writer is not None and self._ended:
             last = f"; the checkpoint {self._writer.path} holds its last state" if self._trajectory.interrupted else ""
@@ -300,6 +303,11 @@ class Outcome:
             message = f"{message}{'; ' if success else ', but '}{self._bending}"
         if success and self.error.unresolved:
             message = f"{message}; {self.error.unresolved}"
+        states = self._states
+        if met := passed_springs(run.model, states.t, states.q, run.parameters):
+            message = f"{message}; {met}"
+        if undefined := undefined_outputs(states.t, self.outputs):
+            message = f"{message}; {undefined}"
         if passed := passages(int(self._statistics.get("singular_passages", 0))):
             message = f"{message}; {passed}"
         if self._stepper.controllers is not None and (cost := self._stepper.controllers.cost(self._wall)):
@@ -338,45 +346,3 @@ def _cause_besides_step(run: Run, t: Array, q: Array, has_events: bool) -> str:
         return f"{finer}{looks if has_events else ''}"
     singular = nearest_singular(run.model, t, q, run.parameters)
     return f"{singular.what}; try: {way_through(run.method, run.settings['step'])}" if singular else ""
-
-
-def _described(run: Run) -> dict[str, Any]:
-    """Return what a solution says of its run."""
-    model, settings, layout = run.model, run.settings, run.model.library.layout
-    return {
-        "scene": model.name,
-        "version": layout["version"],
-        "method": run.name,
-        "method_parameters": dict(run.method.keywords),
-        "inputs": {
-            name: kind_of(signal) if callable(signal) or isinstance(signal, np.ndarray) else signal
-            for name, signal in run.signals.given.items()
-        },
-        "dense_output": run.method.dense_output,
-        "step": settings["step"],
-        "settings": dict(settings),
-        "record_every": run.every,
-        "t_start": run.grid.start,
-        "t_end": run.grid.end,
-        "parameters": dict(zip(model.parameters, run.parameters.tolist(), strict=True)),
-        "names": {
-            "q": model.q_names,
-            "v": model.v_names,
-            "a": [f"a{name[1:]}" for name in model.v_names],
-            "multipliers": list(model.multipliers),
-            "z": model.z_names,
-        },
-        "units": {
-            "q": model.q_units,
-            "v": model.v_units,
-            "z": model.z_units,
-            "inputs": {item["name"]: item["unit"] for item in layout["inputs"]},
-            "outputs": {o["name"]: o["unit"] for o in layout["outputs"]},
-        },
-        "outputs": {
-            output.name: {"description": output.description, "quantity": output.quantity}
-            for output in model.description.outputs
-        },
-        "factors": [[f.group, f.q_start, f.q_size, f.v_start, f.v_size] for f in model.factors],
-        "fingerprint": layout.get("fingerprint", ""),
-    }

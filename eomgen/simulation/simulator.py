@@ -20,9 +20,11 @@ from eomgen.errors import EomgenError, NumericalError, Problem, UsageError
 from eomgen.integrators.events import AT_EVENTS, STOPPED
 from eomgen.integrators.families.family import BAD_ARGUMENT
 from eomgen.integrators.stepper_layout import INPUT_NOT_FINITE
+from eomgen.results.solution import Solution
 from eomgen.simulation.events import ending
 from eomgen.simulation.failed_step import failed_step
 from eomgen.simulation.inputs import CheckedSignal, Signal, check_held, read_signals
+from eomgen.simulation.recorded_motion import RecordedRow, recorded_solution
 from eomgen.simulation.run import Run, start_of
 from eomgen.simulation.settings import check_span, count_of
 from eomgen.simulation.simulator_state import SimulatorState
@@ -92,6 +94,7 @@ class Simulator:
         self._cleared, self._ahead, self._stopped = 0, _AHEAD, ""
         self._found: tuple[StepEvent, ...] = ()
         self._begun: InitialState | None = None
+        self._recorded: list[RecordedRow] = []
         self.notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
@@ -330,6 +333,30 @@ class Simulator:
         """What the stepper counted since the motion was started."""
         return self._stepper.statistics
 
+    # -- what was ------------------------------------------------------------------------------------------------------
+
+    def record(self) -> None:
+        """Keep the present state as a row of ``solution``; rows of this time or later ones are replaced by it."""
+        while self._recorded and self._recorded[-1].t >= self.t:
+            self._recorded.pop()
+        row = RecordedRow(self.t, self.q, self.v, self.a, self.z, self.multipliers, self.inputs, self._present())
+        self._recorded.append(row)
+
+    def solution(self) -> Solution:
+        """Return the recorded rows as a Solution, which can be plotted, saved and asked as that of a run.
+
+        Between rows its inputs are linear. There is no estimate of errors, and energies are not compared.
+
+        Raises
+        ------
+        UsageError
+            Nothing was recorded.
+        """
+        if not self._recorded:
+            what = "there are no rows: a simulator keeps those that it is asked to keep"
+            raise UsageError(Problem("solution", what, "run.record() at the start and after steps"))
+        return recorded_solution(self._run, self._recorded, self.statistics, self.notes, self._stopped)
+
     # -- copies --------------------------------------------------------------------------------------------------------
 
     @property
@@ -389,6 +416,7 @@ class Simulator:
         other = Simulator(self._run, self._library)
         other.restore(self.state)
         other._signals, other._stopped, other.notes = self._signals, self._stopped, self.notes
+        other._recorded = list(self._recorded)
         return other
 
     __copy__ = copy

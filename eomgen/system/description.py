@@ -205,12 +205,13 @@ class Link:
 
 @dataclass(frozen=True)
 class Line:
-    """A force between two points, by their names: a spring where it is ``elastic``."""
+    """A force between two points, by their names: a spring where it is ``elastic``, with its length at rest in m."""
 
     name: str
     first: str
     second: str
     elastic: bool = True
+    length: Formula = ZERO
 
 
 @dataclass(frozen=True)

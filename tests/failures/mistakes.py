@@ -303,7 +303,6 @@ def _motions() -> Iterator[tuple[str, Callable[[], Any], tuple[str, ...]]]:
         ("the position of the base jumps", "smooth"),
     )
     yield "a run shorter than a step", run_of(pendulum(), 1e-4, 1e-3), ("reached t = 0.0001 s",)
-    yield "an end between steps", run_of(pendulum(), 0.0105, 1e-3), ("reached t = 0.0105 s",)
     yield (
         "a step of ten periods",
         run_of(pendulum(), 100.0, 10.0),
@@ -361,6 +360,9 @@ def _motions() -> Iterator[tuple[str, Callable[[], Any], tuple[str, ...]]]:
         .spring("s", "a", "o", stiffness=10, length=1.0)
     )
     yield "a spring without length", run_of(still, 3.0, 1e-3), ("the first block that is not finite is Q", "t = 0 s")
+    passing = slider(initial={"position": 2.5}).point("a", "m", [0, 0, 0]).point("o", "base", [0, 0, 0])
+    passing = passing.spring("s", "a", "o", stiffness=10, length=1.0)
+    yield "a spring through zero length", run_of(passing, 3.0, 1e-3), ("the ends of the spring s at t =", "try: limits")
     yield (
         "negative damping",
         run_of(slider(stiffness=100, damping=-5, initial={"position": 0.1}), 50.0, 1e-2),

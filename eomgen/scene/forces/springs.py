@@ -54,7 +54,7 @@ class Spring(ForceElement):
         return (self.length,)
 
     def drawn(self) -> Line:
-        return Line(self.name, self.first, self.second, self.stiffness != ZERO)
+        return Line(self.name, self.first, self.second, self.stiffness != ZERO, self.length)
 
 
 def read_spring(name: str, spring: SpringEntry, site: Site) -> Spring:

@@ -35,6 +35,11 @@ def in_joint(element: str) -> tuple[str, str]:
     return '<axis xyz="0 1 0"/>', f'{element}<axis xyz="0 1 0"/>'
 
 
+TRANSMISSION = """\
+  <transmission name="t"><type>transmission_interface/SimpleTransmission</type><joint name="lift"/>
+    <actuator name="motor"><mechanicalReduction>{}</mechanicalReduction></actuator></transmission>
+"""
+
 FAILURES = [
     Failure(
         "XML that is not well formed",
@@ -173,5 +178,21 @@ FAILURES = [
         " it is turned; try: one of them",
         command="info r.urdf",
         files={"r.urdf": robot(NEWER, in_joint('<origin rpy="0 0 1" quat_xyzw="0 0 0 1"/>'))},
+    ),
+    Failure(
+        "A transmission with a reduction of zero",
+        3,
+        "description error: r.urdf:8 (transmissions.t): the mechanical reduction '0' is no number other than 0; try:"
+        " efforts of the joint over efforts of the actuator, e.g. 50",
+        command="info r.urdf --transmissions",
+        files={"r.urdf": robot(("</robot>", TRANSMISSION.format(0) + "</robot>"))},
+    ),
+    Failure(
+        "A transmission to a joint that is not there, with --strict",
+        3,
+        "description error: r.urdf:7: not modelled: transmissions to joints that are not there (1: lfit); try: no"
+        " --strict (strict=False), to go on without",
+        command="info r.urdf --transmissions --strict",
+        files={"r.urdf": robot(("</robot>", TRANSMISSION.format(50).replace("lift", "lfit") + "</robot>"))},
     ),
 ]

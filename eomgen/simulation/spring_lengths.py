@@ -1,0 +1,83 @@
+"""Springs whose ends pass one another in a run: their length is zero there, and their force turns round at once."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eomgen.arrays import Array
+from eomgen.compiled.coordinates import rotated
+from eomgen.formula.evaluate import evaluate
+from eomgen.formula.nodes import Formula
+from eomgen.system.description import BASE, WORLD
+
+if TYPE_CHECKING:
+    from eomgen.compiled.model import CompiledModel
+
+#: Ends meet where they come nearer than this part of the length of the spring at rest.
+_MET = 0.05
+#: Rows that are looked at, evenly chosen, and how far ends may move between two of them, in lengths at rest.
+_ROWS, _FAR = 2048, 2.0
+#: What makes of a quaternion its inverse.
+_BACK = np.array([1.0, -1.0, -1.0, -1.0])
+
+
+def passed_springs(model: CompiledModel, t: Array, q: Array, p: Array) -> str:
+    """Return which springs have had their ends pass one another, and when first; empty where none has.
+
+    Springs without a length at rest are left out: theirs is a linear law, which has no place where it turns round. So
+    are runs of models without ``poses``.
+
+    Parameters
+    ----------
+    t, q : (rows,) in s, (rows, nq)
+    p : (np,) tunable parameters
+    """
+    lines = [line for line in model.description.drawing.lines if line.elastic]
+    if not lines or "poses" not in model.functions or len(t) < 2:
+        return ""
+    values = model.description.values(dict(zip(model.parameters, p.tolist(), strict=True)))
+
+    def number(formula: Formula) -> float:
+        try:
+            return float(evaluate(formula, lambda symbol: values[symbol.name]))
+        except (ArithmeticError, KeyError):
+            return 0.0
+
+    lengths = {line.name: number(line.length) for line in lines}
+    if not any(length > 0.0 for length in lengths.values()):
+        return ""
+    t, q = (array[:: -(-len(t) // _ROWS)] for array in (t, q))
+    pose = model.evaluate("poses", q, t=t, parameters=p)["pose"]
+    pose_of = {name: pose[:, k] for k, name in enumerate(model.bodies)}
+    still = np.array([[1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
+    pose_of |= {WORLD: still, BASE: model.base(t, parameters=p)[:, :7] if "base" in model.functions else still}
+    points = {
+        point.name: (point.body, np.array([number(part) for part in point.position]))
+        for point in model.description.drawing.points
+    }
+    found = []
+    for line in lines:
+        ends = [(pose_of[body], place) for body, place in (points[line.first], points[line.second])]
+        first, second = (rotated(pose[:, :4], place) + pose[:, 4:] for pose, place in ends)
+        apart = second - first
+        seen = [rotated(pose[:, :4] * _BACK, apart) for pose, _ in ends]
+        met = np.flatnonzero(np.logical_and(*(_meetings(vectors, lengths[line.name]) for vectors in seen)))
+        if len(met):
+            found.append(f"{line.name} at t = {t[met[0] + 1]:.6g} s")
+    if not found:
+        return ""
+    what = f"the ends of the spring{'s' * (len(found) > 1)} {', '.join(found)} pass one another"
+    return f"{what}, where a force along the line between them turns round; try: limits that stop the motion before"
+
+
+def _meetings(vectors: Array, length: float) -> Array:
+    """Return between which rows a spring from end to end, (rows, 3), turns round by way of next to no length."""
+    before, after = vectors[:-1], vectors[1:]
+    way = after - before
+    square = np.sum(way * way, axis=1)
+    share = np.clip(-np.sum(before * way, axis=1) / np.where(square > 0.0, square, 1.0), 0.0, 1.0)
+    shortest = np.linalg.norm(before + share[:, np.newaxis] * way, axis=1)
+    turned = np.sum(before * after, axis=1) < 0.0
+    return np.asarray(turned & (shortest < _MET * length) & (square < (_FAR * length) ** 2))

@@ -1,0 +1,93 @@
+"""A motion that a caller steps, as a solution of the rows that it recorded, and springs whose ends meet in a run."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.errors import UsageError
+
+
+@cache
+def cart() -> eomgen.Model:
+    builder = eomgen.SceneBuilder("cart").parameter("gain", 2.0, tunable=True).input("force", unit="N")
+    builder.body("m", 1.0).joint("x", "prismatic", "base", "m", axis=[1, 0, 0], stiffness=40, damping=0.5)
+    builder.effort("push", "x", "force").output("seen", formula="gain * q.x + force")
+    return eomgen.build(builder.build(), method="rk4", profile="quick")
+
+
+def test_rows_are_those_of_a_run(tmp_path: Path) -> None:
+    run, expected = cart().start({"x": 0.1}, step=1e-2), cart().simulate(1.0, 1e-2, initial={"x": 0.1})
+    run.record()
+    for _ in range(100):
+        run.step()
+        run.record()
+    found = run.solution()
+    for name in ("t", "q", "v", "a"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(expected, name))
+    np.testing.assert_allclose(found["energy.total"], expected["energy.total"], rtol=1e-14)
+    np.testing.assert_array_equal(found["seen"], expected.outputs["seen"])
+    np.testing.assert_array_equal(found.at(0.505).q, expected.at(0.505).q)
+    np.testing.assert_array_equal(found.poses["m"], expected.poses["m"])
+    assert found.success and "101 recorded rows to t = 1 s" in found.message and not found.error.available
+    assert eomgen.Solution.load(found.save(tmp_path / "run.npz"))["q.x"][-1] == expected.q[-1, 0]
+    assert "cart" in found._repr_html_()
+
+
+def test_inputs_and_parameters_are_those_of_each_row() -> None:
+    run = cart().start(step=1e-2)
+    for force, gain in ((1.0, 2.0), (-3.0, 5.0)):
+        run.set_parameter("gain", gain)
+        run.step([force], 10)
+        run.record()
+    found = run.solution()
+    np.testing.assert_array_equal(found.inputs["force"], [1.0, -3.0])
+    np.testing.assert_allclose(found["seen"], [2.0, 5.0] * found.q[:, 0] + [1.0, -3.0], rtol=1e-14)
+    np.testing.assert_allclose(found["energy.kinetic"], 0.5 * found.v[:, 0] ** 2, rtol=1e-14)
+
+
+def test_a_state_of_before_takes_the_place_of_what_came_later() -> None:
+    run = cart().start({"x": 0.1}, step=1e-2)
+    run.record()
+    before = run.state
+    for force in (1.0, 2.0):
+        run.restore(before)
+        run.step([force], 5)
+        run.record()
+    other = run.copy()
+    other.step([0.0])
+    other.record()
+    np.testing.assert_allclose(run.solution().t, [0.0, 0.05], atol=1e-15)
+    assert run.solution().inputs["force"][-1] == 2.0 and len(other.solution().t) == 3
+    with pytest.raises(UsageError, match=r"solution: there are no rows: .* try: run.record\(\) at the start"):
+        cart().start(step=1e-2).solution()
+
+
+def spring(length: float, start: float, offset: float = 0.0) -> eomgen.SceneBuilder:
+    builder = eomgen.SceneBuilder("sprung").body("m", 1.0)
+    builder.joint("x", "prismatic", "base", "m", axis=[1, 0, 0], initial={"position": start})
+    builder.point("a", "m", [0, 0, 0]).point("o", "base", [0, offset, 0])
+    return builder.spring("s", "a", "o", stiffness=10, length=length)
+
+
+def message(builder: eomgen.SceneBuilder, **options: float) -> str:
+    return eomgen.build(builder.build(), method="rk4", profile="quick").simulate(1.0, 1e-3, **options).message
+
+
+def test_ends_of_a_spring_that_pass_one_another_are_named() -> None:
+    """x = 1 + 1.5 cos(sqrt(10) t) until it is 0."""
+    when = math.acos(-1.0 / 1.5) / math.sqrt(10.0)
+    found = message(spring(1.0, 2.5))
+    assert "the ends of the spring s at t = 0.728 s pass one another" in found
+    assert "limits that stop the motion before" in found and 0.727 < when < 0.728
+
+
+@pytest.mark.parametrize(("length", "start", "offset"), [(0.0, 2.5, 0.0), (1.0, 1.5, 0.0), (1.0, 2.5, 0.2)])
+def test_other_springs_are_not(length: float, start: float, offset: float) -> None:
+    """Linear from no length on; never as short; past one another at a distance."""
+    assert "pass one another" not in message(spring(length, start, offset))
