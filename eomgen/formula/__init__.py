@@ -10,6 +10,7 @@ __all__ = [
     "piecewise",
     "prescribed_motion",
     "recording",
+    "smoothing",
     "steepness",
     "words",
 ]

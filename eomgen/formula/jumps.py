@@ -160,7 +160,9 @@ def _described(law: Law, jump: Jump) -> tuple[str, str]:
     of = f"the {law.what}" if jump.order == 0 else f"the rate of the {law.what}"
     what = f"{of} jumps from {jump.before:.6g} to {jump.after:.6g} {unit} at t = {jump.time:.9g} s"
     what += ", and no motion can follow that" if jump.order == 0 else ", which takes an impulse that no step gives"
+    beside = 'smooth = "10 ms" beside the law, or ' if law.what.startswith("driven") else ""
     return (
         what,
-        'a law that is smooth there, such as a curve with interpolation = "quintic", or a force or an effort instead',
+        f'{beside}a law that is smooth there, such as a curve with interpolation = "quintic", or a force or an effort'
+        " instead",
     )

@@ -72,12 +72,14 @@ class JointKeys(TypedDict, total=False):
     limits: Mapping[str, Any] | None
     friction: Mapping[str, Any] | None
     drive: Value | Sequence[Value] | None
+    smooth: Value | None
     mimic: Mapping[str, Any] | None
     initial: Mapping[str, Any] | None
 
 class ConstraintKeys(TypedDict, total=False):
     drive: Value | None
     length: Value | None
+    smooth: Value | None
     radius: Value | None
     shape: str | None
     pitch: Value | None

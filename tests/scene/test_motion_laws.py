@@ -65,7 +65,7 @@ def test_a_drive_that_jumps_is_refused_with_its_place_and_time(drive: str, what:
     assert re.fullmatch(r"test_motion_laws\.py:\d+ \(constraints\.motor\.drive\)", problem.where)
     assert problem.what.startswith(what)
     assert problem.hint.startswith(
-        'a law that is smooth there, such as a curve with interpolation = "quintic", or a force'
+        'smooth = "10 ms" beside the law, or a law that is smooth there, such as a curve with interpolation'
     )
 
 

@@ -12,7 +12,7 @@ from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.joint_types import CONSTRAINTS, TYPES, Need
 from eomgen.scene.joints import schema as written
 from eomgen.scene.joints.constraint_model import Constraint
-from eomgen.scene.joints.drives import read_law, read_length
+from eomgen.scene.joints.drives import read_law, read_length, read_smoothing
 from eomgen.scene.joints.frames import check_two_bodies, read_frame
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.report import Report
@@ -45,13 +45,15 @@ def read_constraint(
         read_frame(f"{key}.{side}", f"{_kind(entry)} constraint", frame, need, bodies, points, values)
         for side, frame, need in zip(("first", "second"), (entry.first, entry.second), _needs(entry), strict=True)
     )
+    law = "length" if entry.type == "distance" else "drive"
+    smooth = read_smoothing(key, entry.smooth, law if getattr(entry, law) is None else "", values)
     return Constraint(
         name=name,
         type=entry.type,
         first=first,
         second=second,
-        drive=None if entry.drive is None else read_law(f"{key}.drive", entry.drive, values),
-        length=ZERO if entry.length is None else read_length(f"{key}.length", entry.length, values),
+        drive=None if entry.drive is None else read_law(f"{key}.drive", entry.drive, values, smooth),
+        length=ZERO if entry.length is None else read_length(f"{key}.length", entry.length, values, smooth),
         radius=_number(f"{key}.radius", entry.radius, values),
         shape=entry.shape or "disc",
         pitch=_number(f"{key}.pitch", entry.pitch, values),

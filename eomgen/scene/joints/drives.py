@@ -10,8 +10,9 @@ import numpy as np
 from eomgen.errors import ModelError
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.law_values import law_and_rate
-from eomgen.formula.nodes import Formula
+from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.prescribed_motion import constant
+from eomgen.formula.smoothing import SmoothingError, smoothed
 from eomgen.scene.formula.scope import PARAMETERS, TIME
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints import schema as written
@@ -22,33 +23,77 @@ from eomgen.scene.signals.curves import check_twice_differentiable
 _NOISE = 1e-50
 #: Rates that a complex step of 1e-30 gives beside a pole or where a root has no real value, and no machine has.
 _ENDLESS = 1e25
+#: What to try where a curve in a law jumps or bends.
+SMOOTH_OR_SPLINE = 'interpolation = "quintic", or smooth = "10 ms" beside the law'
 _STARTS = ("position", "orientation", "rotation", "velocity")
 
 
-def read_law(key: str, value: float | str, values: Values) -> Formula:
-    """Return a prescribed motion, a formula of time that has accelerations; what is wrong with it is reported."""
-    formula = values.formula(key, value, TIME)
-    check_twice_differentiable(key, [formula], values.report)
+def read_law(key: str, value: float | str, values: Values, smooth: float | None = None) -> Formula:
+    """Return a prescribed motion, a formula of time that has accelerations; what is wrong with it is reported.
+
+    Parameters
+    ----------
+    smooth : duration in s of what replaces its jumps and kinks; None: they are refused
+    """
+    formula = _without_jumps(key, values.formula(key, value, TIME), values, smooth)
+    check_twice_differentiable(key, [formula], values.report, SMOOTH_OR_SPLINE)
     return formula
 
 
-def read_length(key: str, value: float | str, values: Values) -> Formula:
+def read_length(key: str, value: float | str, values: Values, smooth: float | None = None) -> Formula:
     """Return a length, which time may prescribe; it has to be positive, at the start where it changes."""
     formula = values.formula(key, value, TIME)
     if formula is UNKNOWN:
         return formula
     if constant(formula):
         return values.formula(key, value, PARAMETERS)
-    check_twice_differentiable(key, [formula], values.report)
+    formula = _without_jumps(key, formula, values, smooth)
+    check_twice_differentiable(key, [formula], values.report, SMOOTH_OR_SPLINE)
     length, _ = start_of(key, formula, values)
     if length < 0.0:
         values.report.add(key, f"the length is {length:.6g} m at t = 0, which is not positive", "a length in m")
     return formula
 
 
+def read_smoothing(key: str, smooth: float | str | None, law: str, values: Values) -> float | None:
+    """Return the duration of the transitions of a law, s; None where there is none, or it is refused.
+
+    Parameters
+    ----------
+    law : the key that needs one beside ``smooth``; empty where there is one
+    """
+    if smooth is None:
+        return None
+    place = f"{key}.smooth"
+    if law:
+        values.report.add(place, f"smooth is of a {law} over time, and there is none", f"no smooth, or a {law}")
+        return None
+    duration = values.constant(place, smooth)
+    if not 0.0 < duration < math.inf:
+        values.report.add(place, f"the duration is {duration:.6g} s, and has to be positive", 'smooth = "10 ms"')
+        return None
+    return duration
+
+
+def _without_jumps(key: str, formula: Formula, values: Values, smooth: float | None) -> Formula:
+    if smooth is None or formula is UNKNOWN:
+        return formula
+
+    def fixed(symbol: Symbol) -> float | None:
+        tunable = values.names.parameters.get(symbol.name, True)
+        return None if tunable else values.parameters.get(symbol.name)
+
+    try:
+        return smoothed(formula, smooth, fixed)
+    except SmoothingError as error:
+        values.report.add(key, error.what, error.hint)
+        return UNKNOWN
+
+
 def read_drives(key: str, joint: written.Joint, values: Values) -> tuple[Formula, ...]:
     """Return the drives of a joint, one for each coordinate; none where it has none, or they are refused."""
     if joint.drive is None:
+        read_smoothing(key, joint.smooth, "drive", values)
         return ()
     kind, place, report = JOINTS[joint.type], f"{key}.drive", values.report
     meanings = tuple(kind.coordinates)
@@ -64,7 +109,9 @@ def read_drives(key: str, joint: written.Joint, values: Values) -> tuple[Formula
     for field in _STARTS:
         if getattr(joint.initial, field) is not None:
             report.add(f"{key}.initial.{field}", "a driven joint has no initial state of its own", "drive at t = 0")
-    return tuple(read_law(at, value, values) for at, value in zip(_places(key, joint.drive), joint.drive, strict=True))
+    smooth = read_smoothing(key, joint.smooth, "", values)
+    places = zip(_places(key, joint.drive), joint.drive, strict=True)
+    return tuple(read_law(at, value, values, smooth) for at, value in places)
 
 
 def driven_start(key: str, drives: Sequence[Formula], values: Values) -> tuple[tuple[float, ...], tuple[float, ...]]:

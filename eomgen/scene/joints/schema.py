@@ -142,6 +142,13 @@ class Joint(Table):
         names=TIME,
         kind="value or list of values of time, rad or m",
     )
+    smooth: Value | None = optional(
+        "time within which a drive goes on from what it was at a jump or a kink, see [motion laws that jump]"
+        "(#motion-laws-that-jump)",
+        unit="s",
+        names=FIXED_PARAMETERS,
+        shown_default="what jumps is refused",
+    )
     mimic: Mimic | None = optional("what the coordinate follows, in place of being free", kind="table, below")
     initial: Initial = key("state at the start", Initial(), shown_default="zeros")
 
@@ -177,6 +184,12 @@ class Constraint(Table):
         unit="m",
         names=TIME,
         shown_default="required for `distance`",
+    )
+    smooth: Value | None = optional(
+        "of a drive, or of a length over time, as of [joints](#motion-laws-that-jump)",
+        unit="s",
+        names=FIXED_PARAMETERS,
+        shown_default="what jumps is refused",
     )
     radius: Value | None = of_parameters("of the disc or sphere", unit="m", shown_default="required for `rolling`")
     shape: Literal["disc", "sphere"] | None = optional("for `rolling`", shown_default="`disc`")

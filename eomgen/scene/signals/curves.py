@@ -61,7 +61,9 @@ def fault(x: Array, y: Array, interpolation: Interpolation, outside: Outside) ->
     return None
 
 
-def check_twice_differentiable(key: str, formulas: Iterable[Formula], report: Report) -> None:
+def check_twice_differentiable(
+    key: str, formulas: Iterable[Formula], report: Report, hint: str = 'interpolation = "quintic"'
+) -> None:
     """Report a curve in a prescribed motion that jumps or bends: it would take an infinite force to follow it."""
     for used in (application for formula in formulas for application in applications(formula)):
         rough = [(place, order - used.derivative) for place, order in used.curve.kinks() if order - used.derivative < 2]
@@ -69,7 +71,7 @@ def check_twice_differentiable(key: str, formulas: Iterable[Formula], report: Re
             place, order = rough[0]
             does = "jumps" if order <= 0 else "bends"
             name = used.curve.name if not used.derivative else f"a derivative of {used.curve.name}"
-            report.add(key, f"a motion cannot follow {name}, which {does} at {place:.6g}", 'interpolation = "quintic"')
+            report.add(key, f"a motion cannot follow {name}, which {does} at {place:.6g}", hint)
 
 
 KINDS = ("table", "points", "wave", "bump", "road")

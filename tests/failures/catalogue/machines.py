@@ -255,4 +255,21 @@ FAILURES = [
             'mimic = { joint = "elbow" }'
         ),
     ),
+    Failure(
+        "A drive that jumps at times that are not known, smoothed",
+        3,
+        "description error: scene.toml:21 (joints.shoulder.drive): the times are not known beforehand at which sign()"
+        " of something else than a straight line in t jumps; try: comparisons, sign, abs, min, max and curves of a t +"
+        " b with fixed numbers a and b",
+        old="axis = [0, 1, 0]",
+        new='axis = [0, 1, 0]\ndrive = "0.2 * sign(sin(t))"\nsmooth = "10 ms"',
+    ),
+    Failure(
+        "Nothing to smooth",
+        3,
+        "description error: scene.toml:21 (joints.shoulder.smooth): smooth is of a drive over time, and there is none;"
+        " try: no smooth, or a drive",
+        old="axis = [0, 1, 0]",
+        new='axis = [0, 1, 0]\nsmooth = "10 ms"',
+    ),
 ]
