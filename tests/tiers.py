@@ -388,6 +388,10 @@ SLOW: dict[str, tuple[str, ...]] = {
     "scene/test_motion_laws.py::test_a_run_looks_at_its_own_times_and_parameters": (),
     "scene/test_motion_laws.py::test_waves_are_judged_by_the_steps_in_a_period_beside_any_steady_travel": ("0.8-said",),
     "scene/test_scene_files.py::test_hostile_sizes_end_soon": (),
+    "scene/test_smoothed_laws.py::test_a_cart_moves_as_the_polynomial_and_its_motor_pushes_as_newton_says": (
+        "rk4_partitioned-1e-06",
+    ),
+    "scene/test_smoothed_laws.py::test_the_order_is_kept_where_transitions_lie_between_points_of_the_grid": (),
     "scene/test_units.py::test_any_text_is_a_number_a_formula_or_a_problem": (),
     "scene/test_urdf_attributes.py::test_every_attribute_that_is_changed_is_felt_or_noted": ("{}",),
     "simulation/test_angles_over_turns.py::test_a_spring_winds_up_over_several_turns": ("generalized_alpha_index3",),
@@ -456,6 +460,9 @@ SLOW: dict[str, tuple[str, ...]] = {
     "simulation/test_long_run.py::test_the_slow_top_keeps_its_invariants": (),
     "simulation/test_long_trees.py::test_joints_of_several_coordinates_in_a_long_tree": (),
     "simulation/test_momentum.py::test_the_momentum_of_several_bodies_together_is_kept": ("spring",),
+    "simulation/test_motions_step_by_step.py::test_pieces_set_between_steps_move_the_machine_as_one_law": (
+        "generalized_alpha-3e-05",
+    ),
     "simulation/test_named_methods.py::test_cases_of_the_same_coefficients_run_the_same": (),
     "simulation/test_named_methods.py::test_undamped_and_damped_cases_bear_constraints": (),
     "simulation/test_sampled_controllers.py::test_a_caller_in_c_gives_the_function": (),

@@ -184,10 +184,18 @@ class Simulator:
         ModelError
             Rows of constraints that were left out at the scene's parameters do not follow from the others.
         """
+        self.set_parameters({name: value})
+
+    def set_parameters(self, values: Mapping[str, float]) -> None:
+        """Change several tunable parameters at once; errors as of ``set_parameter``."""
         model = self.model
-        check_name("parameter", name, tuple(model.parameters))
+        if not isinstance(values, Mapping):
+            what = f"a mapping from names to numbers is needed, not {type(values).__name__}"
+            raise UsageError(Problem("parameters", what, 'run.set_parameters({"load": 0.5})'))
+        for name in values:
+            check_name("parameter", name, tuple(model.parameters))
         present = dict(zip(model.parameters, self._present().tolist(), strict=True))
-        p = model.parameter_array({**present, name: value})
+        p = model.parameter_array({**present, **values})
         model.check_left_out(self.q, self.v, self.t, p)
         self._stepper.parameters[: len(p)] = p
         if self._stepper.modes is not None:

@@ -244,6 +244,9 @@ class _Reader:
         raise self.error(node, f"unknown name {shown(name)}", IN_RADIANS if name in DEGREES else nearest(name, known))
 
     def allow(self, node: ast.expr, kind: str, what: str) -> None:
+        reason, instead = self.scope.without_inputs
+        if kind == "input" and reason and kind not in self.scope.kinds:
+            raise self.error(node, f"{what} cannot be used here: {reason}", instead)
         if kind not in self.scope.kinds:
             raise self.error(node, f"{what} cannot be used here", f"{self.scope.description} only")
 

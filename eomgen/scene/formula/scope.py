@@ -30,10 +30,16 @@ ENERGIES = ("kinetic", "potential", "total", "base_power", "power")
 
 @dataclass(frozen=True)
 class Scope:
-    """Which kinds of symbols a formula may use; ``power`` stands for the powers among the energies."""
+    """Which kinds of symbols a formula may use; ``power`` stands for the powers among the energies.
+
+    Attributes
+    ----------
+    without_inputs : why it has no inputs, and what to try; empty where that needs no words
+    """
 
     description: str
     kinds: frozenset[str]
+    without_inputs: tuple[str, str] = ("", "")
 
 
 _STATE = frozenset(
@@ -57,6 +63,15 @@ _STATE = frozenset(
 FIXED_PARAMETERS = Scope("fixed parameters", frozenset({"fixed"}))
 PARAMETERS = Scope("parameters", frozenset({"parameter"}))
 TIME = Scope("time, parameters and curves", frozenset({"parameter", "time", "curve"}))
+#: Of drives and lengths over time.
+MOTION = Scope(
+    TIME.description,
+    TIME.kinds,
+    (
+        "a motion needs the derivatives of what it follows, and those of inputs are not known",
+        "a curve at t; or a polynomial of t with tunable parameters that its caller sets between steps",
+    ),
+)
 _ROAD = frozenset({"parameter", "time", "curve", "input", "position"})
 ROAD = Scope("time, parameters, inputs, curves and the position of the wheel's centre", _ROAD)
 SPRING_FORCE = Scope(

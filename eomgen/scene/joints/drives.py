@@ -13,7 +13,7 @@ from eomgen.formula.law_values import law_and_rate
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.prescribed_motion import constant
 from eomgen.formula.smoothing import SmoothingError, smoothed
-from eomgen.scene.formula.scope import PARAMETERS, TIME
+from eomgen.scene.formula.scope import MOTION, PARAMETERS
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints import schema as written
 from eomgen.scene.reading.values import UNKNOWN, Values
@@ -35,14 +35,14 @@ def read_law(key: str, value: float | str, values: Values, smooth: float | None 
     ----------
     smooth : duration in s of what replaces its jumps and kinks; None: they are refused
     """
-    formula = _without_jumps(key, values.formula(key, value, TIME), values, smooth)
+    formula = _without_jumps(key, values.formula(key, value, MOTION), values, smooth)
     check_twice_differentiable(key, [formula], values.report, SMOOTH_OR_SPLINE)
     return formula
 
 
 def read_length(key: str, value: float | str, values: Values, smooth: float | None = None) -> Formula:
     """Return a length, which time may prescribe; it has to be positive, at the start where it changes."""
-    formula = values.formula(key, value, TIME)
+    formula = values.formula(key, value, MOTION)
     if formula is UNKNOWN:
         return formula
     if constant(formula):
