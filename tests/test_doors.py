@@ -37,9 +37,9 @@ DOORS: dict[str, set[str]] = {
     "spectra": {"arrays", "errors", "figures", "html", "road_classes"},
     # arrays and C alone
     "toolchain": {"errors"},
-    "control": {"arrays", "errors", "road_classes"},
+    "control": {"arrays", "errors", "figures", "html", "linear", "road_classes", "text"},
     "solvers": {"arrays", "errors", "lie"},
-    "linear": {"arrays", "errors", "figures", "html", "lie", "road_classes", "spectra"},
+    "linear": {"arrays", "errors", "figures", "html", "lie", "road_classes", "spectra", "text", "units"},
     # from a description to C
     "symbolic": set(),
     "lie": {"symbolic"},

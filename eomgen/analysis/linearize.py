@@ -15,6 +15,7 @@ from eomgen.analysis.sampled import check_continuous
 from eomgen.analysis.steady_motion import SteadyMotion, steady_motion
 from eomgen.arrays import Array
 from eomgen.compiled.arguments import check_finite, check_name, components, number_of
+from eomgen.compiled.coordinates import coordinate_units
 from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.state import State as RunState
 from eomgen.compiled.terms import Inputs, Parameters
@@ -145,9 +146,11 @@ def about(
         raise UsageError(
             Problem("independent", what, f"up to {len(free.coordinates)} components that can move by themselves")
         )
-    u = _inputs(model, operating_point)
-    reference = Reference(operating_point.t, state.q, state.v, a, state.z, u, lam, state.what)
-    return Linearization(reference, partials, free, names)
+    reference = Reference(
+        operating_point.t, state.q, state.v, a, state.z, _inputs(model, operating_point), lam, state.what
+    )
+    values = _references(model, reference, operating_point, measures)
+    return Linearization(reference, partials, free, replace(names, references=values))
 
 
 def _dynamics(model: CompiledModel, state: State, operating_point: OperatingPoint) -> tuple[Array, Array]:
@@ -346,6 +349,7 @@ def _names(model: CompiledModel, components: Sequence[str], measured: Sequence[s
         description.disturbances,
         tuple(outputs),
         _units(model),
+        _units_by_kind(model, measured == components),
     )
 
 
@@ -358,6 +362,54 @@ def _units(model: CompiledModel) -> dict[str, str]:
         units |= {name: unit, name.removeprefix("v."): unit.removesuffix("/s")}
     units |= {f"base.acceleration[{k}]": "m/s^2" for k in range(3)}
     return units | {f"base.angular_acceleration[{k}]": "rad/s^2" for k in range(3)}
+
+
+def _units_by_kind(model: CompiledModel, by_components: bool) -> dict[str, tuple[str, ...]]:
+    """Return the units of all signals of the linear model, by kind; empty where they are not known."""
+    description = model.description
+    velocities = model.v_units
+    if not by_components:
+        velocities = coordinate_units(description.joints, description.coordinates)[1]
+    of_inputs = {item.name: item.unit for item in description.inputs}
+    of_base = {name: "rad/s^2" if "angular" in name else "m/s^2" for name in description.base}
+    layout = model.library.layout["outputs"]
+    return {
+        "measured": tuple(unit.removesuffix("/s") for unit in velocities),
+        "velocities": tuple(velocities),
+        "states": tuple(model.z_units),
+        "inputs": tuple(of_inputs[name] for name in description.driven),
+        "disturbances": tuple((of_inputs | of_base)[name] for name in description.disturbances),
+        "outputs": tuple(str(item["unit"]) for item in layout for _ in range(int(item["size"]))),
+    }
+
+
+def _references(
+    model: CompiledModel, reference: Reference, operating_point: OperatingPoint, measures: Measures
+) -> dict[str, Array]:
+    """Return what all signals are at the reference, by kind; not a number where that is not known.
+
+    Components on groups have no value of their own, and the joints between absolute bodies are not evaluated.
+    """
+    description = model.description
+    coordinates = np.full(len(measures.v), np.nan)
+    if measures.factors is model.factors:
+        for factor in model.factors:
+            if factor.q_size == factor.v_size:
+                coordinates[factor.v] = reference.q[factor.q]
+    given = dict(zip(model.inputs, reference.u, strict=True))
+    outputs = np.zeros(0)
+    if "outputs" in model.functions:
+        multipliers = {"multipliers": reference.multipliers} if len(reference.multipliers) else {}
+        of_state = {"z": reference.z, **multipliers, **operating_point.given}
+        outputs = next(iter(model.evaluate("outputs", reference.q, reference.v, reference.a, **of_state).values()))
+    return {
+        "measured": coordinates,
+        "velocities": measures.v,
+        "states": reference.z,
+        "inputs": np.array([given[name] for name in description.driven]),
+        "disturbances": np.array([given.get(name, np.nan) for name in description.disturbances]),
+        "outputs": outputs,
+    }
 
 
 def _inputs(model: CompiledModel, operating_point: OperatingPoint) -> Array:

@@ -8,7 +8,7 @@ Control 29, 1984).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -53,7 +53,7 @@ def check_detectable(plant: Plant, A: Array, root: Array) -> None:
     n = plant.n
     norm = float(np.linalg.norm(root, 2)) if root.size else 0.0
     unit = root / norm if norm > 0.0 else np.zeros((1, 2 * n))
-    for value in _distinct(np.linalg.eigvals(A)):
+    for value in distinct(np.linalg.eigvals(A)):
         if abs(value.real) > _ON_AXIS:
             continue
         at = 1j * value.imag
@@ -74,14 +74,14 @@ def _reached(plant: Plant) -> Iterator[tuple[complex, Complex, float]]:
     norm = float(np.linalg.norm(b, 2)) if b.size else 0.0
     unit = b / norm if norm > 0.0 else np.zeros((plant.n, 1))
     back = plant.scales.state_back[: plant.n, : plant.n]
-    for value in _distinct(np.linalg.eigvals(first_order(k, c))):
+    for value in distinct(np.linalg.eigvals(first_order(k, c))):
         dynamic = value**2 * np.eye(plant.n) + value * c + k
         reach = float(np.linalg.svd(np.hstack([dynamic, unit]), compute_uv=False)[-1])
         left = np.linalg.svd(np.hstack([dynamic, unit]))[0][:, -1]
         yield plant.scales.rate * value, back @ left.conj(), reach / max(1.0, abs(value) ** 2)
 
 
-def _distinct(values: ArrayLike) -> list[complex]:
+def distinct(values: ArrayLike) -> list[complex]:
     """Return eigenvalues with one of each pair, and one of those that are the same."""
     distinct: list[complex] = []
     for value in sorted(map(complex, np.asarray(values)), key=lambda value: (round(abs(value), 9), -value.imag)):
@@ -93,10 +93,14 @@ def _distinct(values: ArrayLike) -> list[complex]:
 
 def described(plant: Plant, value: complex, shape: Complex) -> str:
     """Return a mode in words: its frequency, whether it grows, and the coordinates that move most in it."""
-    axis = _ON_AXIS * plant.scales.rate
     size = np.abs(shape) * np.sqrt(np.diag(plant.M))
     order = np.argsort(-size)[:2]
     movers = [plant.names[k] for k in order if size[k] > 0.3 * size[order[0]]] if size.max() > 0.0 else []
+    return in_words(value, movers, _ON_AXIS * plant.scales.rate)
+
+
+def in_words(value: complex, movers: Sequence[str], axis: float) -> str:
+    """Return a mode in words from its eigenvalue, 1/s, and what moves in it; below ``axis``, 1/s, is zero."""
     where = f" of {' and '.join(movers)}" if movers else ""
     if abs(value) <= axis:
         return f"the mode{where} at 0 Hz, which nothing holds,"

@@ -36,6 +36,34 @@ class ShownModes(Protocol):
     def __len__(self) -> int: ...
 
 
+class ShownStateSpace(Protocol):
+    """What is shown of a ``StateSpace``: see there."""
+
+    @property
+    def states(self) -> tuple[str, ...]: ...
+    @property
+    def inputs(self) -> tuple[str, ...]: ...
+    @property
+    def disturbances(self) -> tuple[str, ...]: ...
+    @property
+    def outputs(self) -> tuple[str, ...]: ...
+    @property
+    def when(self) -> str: ...
+    @property
+    def stability(self) -> str: ...
+
+    def unit(self, kind: str, name: str) -> str: ...
+
+
+def state_space_html(space: ShownStateSpace) -> str:
+    """Return the signals of a linear model of first order with their units, and whether its motions decay."""
+    rows = []
+    for kind, letter in (("states", "s"), ("inputs", "u"), ("disturbances", "w"), ("outputs", "y")):
+        names: tuple[str, ...] = getattr(space, kind)
+        rows += [(f"{letter}[{k}]", name, space.unit(kind, name), kind[:-1]) for k, name in enumerate(names)]
+    return page(f"State space{space.when}, {space.stability}", table(("", "name", "unit", "is"), rows))
+
+
 def linearization_html(what: str, t: float, coordinates: Sequence[str], modes: ShownModes) -> str:
     """Return what a model is linear about, and when (s); its independent coordinates and its modes."""
     free = f"coordinates: {', '.join(coordinates)}" if coordinates else "no coordinates are free"

@@ -8,7 +8,7 @@ and about moving references see ``linear.freedom``). What depends on time is fro
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -55,6 +55,8 @@ class Names:
 
     ``measured`` are the coordinates of which the independent ones are chosen: the components, or those of joints
     between absolute bodies. ``units`` are those of inputs, outputs and states by name, where they are known.
+    ``units_by_kind`` and ``references``, as of a ``StateSpace``, are those of ``measured``, of its rates under
+    ``velocities``, of ``states``, ``inputs``, ``disturbances`` and ``outputs``.
     """
 
     components: tuple[str, ...]
@@ -64,6 +66,8 @@ class Names:
     disturbances: tuple[str, ...]
     outputs: tuple[str, ...]
     units: Mapping[str, str] = field(default_factory=dict)
+    units_by_kind: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    references: Mapping[str, Array] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -187,7 +191,10 @@ class Linearization:
         m = self._first_order
         states = (*self.coordinates, *self.velocities, *(f"z.{name}" for name in self.names.states))
         names = self.names
-        return StateSpace(m.A, m.B, m.E, m.C, m.D, m.F, states, names.inputs, names.disturbances, names.outputs)
+        units = {kind: tuple(of) for kind, of in _of_first_order(names.units_by_kind, self.free).items()}
+        references = {kind: np.array(of, float) for kind, of in _of_first_order(names.references, self.free).items()}
+        of = (m.A, m.B, m.E, m.C, m.D, m.F, states, names.inputs, names.disturbances, names.outputs)
+        return StateSpace(*of, units, references)
 
     def modes(self) -> Modes:
         """Return the modes with the shapes of all coordinates, dependent ones too."""
@@ -349,3 +356,15 @@ def _spread(found: Modes, band: tuple[float, float]) -> Array:
         points.append(centre + half_width * np.sinh(np.linspace(-4.0, 4.0, 81)))
     every = np.unique(np.concatenate(points))
     return np.asarray(every[(every >= band[0]) & (every <= band[1])])
+
+
+def _of_first_order(by_kind: Mapping[str, Iterable[Any]], free: Freedom) -> dict[str, list[Any]]:
+    """Return what belongs to the signals of a state space from what belongs to all names, by kind."""
+    if not by_kind:
+        return {}
+    every = {kind: list(entries) for kind, entries in by_kind.items()}
+    states = [every["measured"][k] for k in free.coordinates] + [every["velocities"][k] for k in free.velocities]
+    return {
+        "states": states + every["states"],
+        **{kind: every[kind] for kind in ("inputs", "disturbances", "outputs")},
+    }

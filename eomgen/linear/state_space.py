@@ -1,13 +1,15 @@
 """State space of a linearised mechanical system with constraints and internal states.
 
-sdot = A s + B u + E w,   y = C s + D u + F w,   s = (x, y, z): independent coordinates, velocities, internal states
+sdot = A s + B u + E w,   y = C s + D u + F w,   s = (x, y, z): independent coordinates, velocities, internal states;
+sampled: s[k+1] = A s[k] + B u[k] + E w[k], inputs and disturbances held from sample to sample
 """
 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 import scipy.linalg
@@ -15,21 +17,32 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.arrays import Array
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
+from eomgen.linear.display import state_space_html
 from eomgen.linear.freedom import Freedom
 from eomgen.linear.partials import Partials
 
 Complex = NDArray[np.complex128]
 
 
-@dataclass(frozen=True)
+#: Kinds of signals of a linear model.
+KINDS = ("states", "inputs", "disturbances", "outputs")
+#: Distance of an eigenvalue from the border of stability, as a share of the largest, that rounding may make.
+_ON_BORDER = 1e-9
+
+
+@dataclass(frozen=True, repr=False)
 class StateSpace:
-    """A linear model of first order.
+    """A linear model of first order, in continuous time or sampled.
 
     Attributes
     ----------
     A : (ns, ns), B : (ns, nu), E : (ns, nw), C : (ny, ns), D : (ny, nu), F : (ny, nw)
     states : ``hinge``, ``ball[2]``: coordinates, left-trivialised; ``v.hinge``: velocities; ``z.name``: internal states
     inputs, disturbances, outputs : names of u, w, y
+    units : for ``states``, ``inputs``, ``disturbances``, ``outputs`` the units of each, empty where they are not known
+    references : for the same what they are where the model is linear; changes count from there. Not a number where it
+        is not known
+    sample : time between two samples, s; None in continuous time
     """
 
     A: Array
@@ -42,13 +55,65 @@ class StateSpace:
     inputs: tuple[str, ...]
     disturbances: tuple[str, ...]
     outputs: tuple[str, ...]
+    units: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    references: Mapping[str, Array] = field(default_factory=dict)
+    sample: float | None = None
+
+    def __repr__(self) -> str:
+        sizes = ((len(getattr(self, kind)), kind) for kind in KINDS)
+        counts = ", ".join(f"{size} {kind[:-1] if size == 1 else kind}" for size, kind in sizes)
+        return f"<StateSpace{self.when}: {counts}; {self.stability}>"
+
+    def _repr_html_(self) -> str:
+        return state_space_html(self)
+
+    @property
+    def when(self) -> str:
+        """``, sampled every 0.001 s``; empty in continuous time."""
+        return "" if self.sample is None else f", sampled every {self.sample:.6g} s"
+
+    def unit(self, kind: str, name: str) -> str:
+        """Return the unit of one of the ``states``, ``inputs``, ``disturbances`` or ``outputs``; empty if not known."""
+        units = self.units.get(kind, ())
+        return units[getattr(self, kind).index(name)] if units else ""
+
+    def reference(self, kind: str, name: str) -> float:
+        """Return what a signal of a kind is where the model is linear; not a number where that is not known."""
+        references = self.references.get(kind)
+        return np.nan if references is None else float(references[getattr(self, kind).index(name)])
+
+    @cached_property
+    def eigenvalues(self) -> Complex:
+        """(ns,) eigenvalues of A, slow ones first: 1/s; sampled e^(s T), without unit."""
+        values = np.asarray(scipy.linalg.eigvals(self.A), dtype=complex) if len(self.A) else np.zeros(0, complex)
+        slowness = np.abs(values) if self.sample is None else -np.abs(values)
+        return np.asarray(values[np.lexsort((values.imag, np.round(slowness, 12)))])
+
+    @property
+    def decay(self) -> float:
+        """Rate at which the slowest motion decays, 1/s; negative where one grows."""
+        if not len(self.A):
+            return np.inf
+        if self.sample is None:
+            return -float(np.max(self.eigenvalues.real))
+        with np.errstate(divide="ignore"):
+            return -float(np.log(np.max(np.abs(self.eigenvalues)))) / self.sample
+
+    @property
+    def stability(self) -> str:
+        """``stable`` where all motions decay, ``unstable`` where one grows, else ``marginal``."""
+        rate = 1.0 if self.sample is not None else float(np.max(np.abs(self.eigenvalues), initial=0.0))
+        decay = self.decay if self.sample is None else self.decay * self.sample
+        if decay > _ON_BORDER * rate or not len(self.A):
+            return "stable"
+        return "unstable" if decay < -_ON_BORDER * rate else "marginal"
 
     def frequency_response(self, omega: ArrayLike, input: str, output: str) -> Complex:
         """Return the complex response of an output to an input at angular frequencies.
 
         Parameters
         ----------
-        omega : (...), rad/s
+        omega : (...), rad/s; of a sampled model the response from sample to sample
         input : name of an input or of a disturbance
         output : name of an output of the scene (``name[k]`` where it has several components), or of a state
 
@@ -73,7 +138,8 @@ class StateSpace:
         entering, direct = self.input_columns(inputs, outputs)
         left = self.output_rows(outputs)
         frequencies = np.asarray(omega, dtype=float)
-        pencils = 1j * frequencies[..., np.newaxis, np.newaxis] * np.eye(len(self.states)) - self.A
+        points = 1j * frequencies if self.sample is None else np.exp(1j * frequencies * self.sample)
+        pencils = points[..., np.newaxis, np.newaxis] * np.eye(len(self.states)) - self.A
         try:
             states = np.linalg.solve(pencils, entering.astype(complex))
         except np.linalg.LinAlgError:

@@ -336,7 +336,10 @@ TERMS: Mapping[str, Term] = {term.name: term for term in (*_PLAIN, *_rates())}
 #: Terms of constraints that bring a state onto the constraints.
 KINEMATIC = ("constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "constraint_size")
 _INTERNAL = ("internal_rate", "internal_partials")
-_LINEAR = ("mass", "residual", "partials", "linearization", "output_partials", "poses", "forward_dynamics", *KINEMATIC)
+_LINEAR = (
+    *("mass", "residual", "partials", "linearization", "outputs", "output_partials", "poses", "forward_dynamics"),
+    *KINEMATIC,
+)
 #: Terms that are needed for a purpose, as far as they exist.
 PURPOSES: Mapping[str, tuple[str, ...]] = {
     "run": ("mass", "force", "internal_rate", "poses", "outputs", "energy", *KINEMATIC),

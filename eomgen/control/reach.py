@@ -1,0 +1,156 @@
+"""Which motions of a linear model of first order inputs reach and outputs see: the test of Popov, Belevitch and Hautus.
+
+A mode with the eigenvalue s is out of reach where [A - s 1, B] loses rank, and out of sight where [A - s 1; C] does.
+Which states a mode is mostly in is told by participation factors, which no choice of units changes (I. J.
+Perez-Arriaga, G. C. Verghese and F. C. Schweppe, Selective modal analysis with applications to electric power systems,
+IEEE Transactions on Power Apparatus and Systems 101, 1982).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+
+from eomgen.arrays import Array
+from eomgen.control.stabilisability import distinct, in_words
+from eomgen.errors import ModelError
+
+#: Eigenvalues this close to the border of stability, as a share of the largest, count as on it.
+_ON_BORDER = 1e-7
+#: A singular value below this share of the largest is none.
+_RANK = 1e-9
+#: A column of a square root below this share of the longest is rounding.
+_ROUNDING = 1e-7
+
+
+@dataclass(frozen=True)
+class Dynamics:
+    """The free motion of a linear model: sdot = A s, or s[k+1] = A s[k] where it is sampled.
+
+    Attributes
+    ----------
+    A : (ns, ns)
+    states : names
+    sample : s between two samples; None in continuous time
+    """
+
+    A: Array
+    states: tuple[str, ...]
+    sample: float | None = None
+
+    @property
+    def rate(self) -> float:
+        """What eigenvalues are compared with: the largest; 1 where the model is sampled."""
+        if self.sample is not None or not len(self.A):
+            return 1.0
+        return float(np.max(np.abs(np.linalg.eigvals(self.A)))) or 1.0
+
+    def growth(self, value: complex) -> float:
+        """Return how far an eigenvalue is beyond the border of stability, as a share of ``rate``."""
+        return value.real / self.rate if self.sample is None else abs(value) - 1.0
+
+
+def check_stabilisable(dynamics: Dynamics, B: Array) -> None:
+    """Raise ModelError where a motion that does not decay is out of the actuators' reach, naming it."""
+    lost = [value for value in _lost(dynamics, B) if dynamics.growth(value) > -_ON_BORDER]
+    if lost:
+        worst = max(lost, key=dynamics.growth)
+        what = f"{described(dynamics, worst)} cannot be stabilised: no actuator moves it"
+        raise ModelError(what, "an actuator that works on it, or a spring, a damper or a filter that makes it decay")
+
+
+def check_controllable(dynamics: Dynamics, B: Array) -> None:
+    """Raise ModelError where a motion is out of the actuators' reach, whether it decays or not."""
+    lost = _lost(dynamics, B)
+    if lost:
+        what = f"{described(dynamics, lost[0])} cannot be placed: no actuator moves it"
+        raise ModelError(what, "an actuator that works on it, or lqr, which leaves it as it is")
+
+
+def check_detectable(dynamics: Dynamics, C: Array, measured: Sequence[str]) -> None:
+    """Raise ModelError where a motion that does not decay is not seen in what is measured, naming it."""
+    seen = Dynamics(dynamics.A.T, dynamics.states, dynamics.sample)
+    lost = [value for value in _lost(seen, C.T) if dynamics.growth(value) > -_ON_BORDER]
+    if lost:
+        worst = max(lost, key=dynamics.growth)
+        what = f"{described(dynamics, worst)} is not seen in {', '.join(measured)}, so no observer can follow it"
+        raise ModelError(what, "a measured signal that it moves")
+
+
+def check_weighted(dynamics: Dynamics, root: Array) -> None:
+    """Raise ModelError where a motion on the border of stability costs nothing: optimal control would leave it there.
+
+    Parameters
+    ----------
+    dynamics : cross terms of the cost taken off
+    root : (r, ns) with root^T root the weight of the state
+    """
+    seen = Dynamics(dynamics.A.T, dynamics.states, dynamics.sample)
+    for value in _lost(seen, root.T, math.sqrt(_RANK), _ROUNDING):
+        if abs(dynamics.growth(value)) <= _ON_BORDER:
+            what = f"{described(dynamics, value)} has zero weight, so optimal control would leave it as it is"
+            raise ModelError(what, "a weight on a state or an output that it moves")
+
+
+def check_driven(dynamics: Dynamics, root: Array) -> None:
+    """Raise ModelError where noise leaves a motion on the border of stability alone: its gain would be zero.
+
+    Parameters
+    ----------
+    dynamics : of the dual model, with the transpose of A; what is correlated with the noise of measurements taken off
+    root : (r, ns) with root^T root the intensity of the noise
+    """
+    seen = Dynamics(dynamics.A.T, dynamics.states, dynamics.sample)
+    for value in _lost(seen, root.T, math.sqrt(_RANK), _ROUNDING):
+        if abs(dynamics.growth(value)) <= _ON_BORDER:
+            what = f"no noise moves {described(dynamics, value)} so the best observer would not correct it"
+            raise ModelError(what, "noise on a disturbance, an input or a state that moves it")
+
+
+def check_observable(dynamics: Dynamics, C: Array) -> None:
+    """Raise ModelError where a motion is not seen, whether it decays or not; of the dual model, C transposed."""
+    lost = _lost(dynamics, C)
+    if lost:
+        of = described(dynamics, lost[0])
+        what = f"the error of the estimate of {of} cannot be placed: nothing measured shows it"
+        raise ModelError(what, "a measured signal that it moves, or kalman, which leaves it as it is")
+
+
+def _lost(dynamics: Dynamics, B: Array, tolerance: float = _RANK, negligible: float = 0.0) -> list[complex]:
+    """Return the eigenvalues of the modes that the columns of B do not reach, one of each pair.
+
+    Columns shorter than a ``negligible`` share of the longest count as zero.
+    """
+    if not len(dynamics.A):
+        return []
+    A, scales = scipy.linalg.matrix_balance(dynamics.A, permute=False)
+    b = B / np.diag(scales)[:, np.newaxis]
+    sizes = np.linalg.norm(b, axis=0)
+    kept = sizes > negligible * np.max(sizes, initial=0.0)
+    b = b[:, kept] / sizes[kept]
+    norm = float(np.linalg.norm(A, 2)) or 1.0
+    lost = []
+    for value in distinct(np.linalg.eigvals(A / norm)):
+        pencil = np.hstack([A / norm - value * np.eye(len(A)), b])
+        if np.linalg.svd(pencil, compute_uv=False)[-1] < tolerance:
+            lost.append(norm * value)
+    return lost
+
+
+def described(dynamics: Dynamics, value: complex) -> str:
+    """Return a mode in words: its frequency, whether it grows, and the states that it is mostly in."""
+    decomposed: Any = scipy.linalg.eig(dynamics.A, left=True, right=True)  # the stubs know of one kind of vectors only
+    values, left, right = decomposed
+    k = int(np.argmin(np.abs(values - value)))
+    shares = np.abs(left[:, k] * right[:, k])
+    order = np.argsort(-shares, kind="stable")[:2]
+    movers = [dynamics.states[j] for j in order if shares[j] > 0.3 * shares[order[0]]]
+    if dynamics.sample is not None:
+        value = complex(np.log(complex(value))) / dynamics.sample
+    axis = _ON_BORDER * dynamics.rate if dynamics.sample is None else _ON_BORDER / dynamics.sample
+    return in_words(value, movers, axis)

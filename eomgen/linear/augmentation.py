@@ -1,0 +1,200 @@
+"""Linear models with filters before them: what drives a model comes out of another model, whose states join its own.
+
+A coloured disturbance is white noise behind a shaping filter; one that is seen ahead is delayed before it acts.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.interpolate import pade
+from scipy.signal import tf2ss
+
+from eomgen.arrays import Array
+from eomgen.errors import Problem, UsageError
+from eomgen.linear.sampling import seconds
+from eomgen.linear.state_space import KINDS, StateSpace
+from eomgen.text import listed
+
+_LARGEST_ORDER = 12
+
+
+def driven_by(space: StateSpace, source: StateSpace) -> StateSpace:
+    """Return a model whose disturbances and inputs of some names are the outputs of these names of another model.
+
+    Parameters
+    ----------
+    source : StateSpace
+        A filter, a delay, an actuator. Inputs and disturbances of equal names in both models are one and the same.
+
+    Returns
+    -------
+    StateSpace
+        With the states of the source behind those of the model, and what drives the source in place of what it drives.
+        Outputs of the source are outputs of the whole too, so that they can be weighted and measured.
+
+    Raises
+    ------
+    UsageError
+        No output of the source drives the model, models that are sampled differently, or states of equal names.
+    """
+    if space.sample != source.sample:
+        what = f"one model is {_how(space)} and the other is {_how(source)}"
+        raise UsageError(Problem("driven_by", what, "both in continuous time, or both with the same sample"))
+    columns = (*space.inputs, *space.disturbances)
+    driven = [name for name in source.outputs if name in columns]
+    if not driven:
+        what = f"none of {listed(source.outputs)} is an input or a disturbance of the model"
+        raise UsageError(Problem("driven_by", what, f"outputs called {' or '.join(columns[:4])}"))
+    again = [name for name in source.states if name in space.states]
+    if again:
+        raise UsageError(
+            Problem("driven_by", f"both models have a state {listed(again)}", "other names in one of them")
+        )
+    inputs = _united([name for name in space.inputs if name not in driven], source.inputs)
+    disturbances = _united([name for name in space.disturbances if name not in driven], source.disturbances)
+    disturbances = [name for name in disturbances if name not in inputs]
+    left = (*inputs, *disturbances)
+    of_model, of_source = _columns(space), _columns(source)
+    outputs = [name for name in source.outputs if name not in space.outputs]
+    first, ns, nf = len(space.states), len(space.states) + len(source.states), len(source.states)
+    A, G = np.zeros((ns, ns)), np.zeros((ns, len(left)))
+    C, H = np.zeros((len(space.outputs) + len(outputs), ns)), np.zeros((len(space.outputs) + len(outputs), len(left)))
+    A[:first, :first], A[first:, first:], C[: len(space.outputs), :first] = space.A, source.A, space.C
+    own = np.concatenate([source.C, np.zeros((len(source.outputs), len(left)))], axis=1)
+    for column, name in enumerate(left):
+        if name in of_source:
+            G[first:, column], own[:, nf + column] = of_source[name]
+        if name in of_model:
+            G[:first, column], H[: len(space.outputs), column] = of_model[name]
+    for name in driven:
+        row = own[source.outputs.index(name)]
+        into_states, into_outputs = of_model[name]
+        A[:first, first:] += np.outer(into_states, row[:nf])
+        G[:first] += np.outer(into_states, row[nf:])
+        C[: len(space.outputs), first:] += np.outer(into_outputs, row[:nf])
+        H[: len(space.outputs)] += np.outer(into_outputs, row[nf:])
+    rows = [source.outputs.index(name) for name in outputs]
+    C[len(space.outputs) :, first:], H[len(space.outputs) :] = own[rows, :nf], own[rows, nf:]
+    names = (
+        (*space.states, *source.states),
+        tuple(inputs),
+        tuple(disturbances),
+        (*space.outputs, *outputs),
+    )
+    nu = len(inputs)
+    matrices = (A, G[:, :nu], G[:, nu:], C, H[:, :nu], H[:, nu:])
+    found = [_labels(kind, wanted, (space, source)) for kind, wanted in zip(KINDS, names, strict=True)]
+    units = {kind: tuple(unit for unit, _ in of) for kind, of in zip(KINDS, found, strict=True)}
+    references = {kind: np.array([value for _, value in of]) for kind, of in zip(KINDS, found, strict=True)}
+    return StateSpace(*matrices, *names, units, references, space.sample)
+
+
+def shaping_filter(
+    numerator: ArrayLike, denominator: ArrayLike, input: str, output: str, unit: str = "", states: str = ""
+) -> StateSpace:
+    """Return the filter output = numerator(s)/denominator(s) input, as a model to drive others by.
+
+    Parameters
+    ----------
+    numerator, denominator : coefficients, highest power first; the numerator of no higher degree
+    input : name of its disturbance, such as white noise
+    output : name of what it drives
+    unit : of the output
+    states : before the numbers of its states; the output's name by default
+
+    Raises
+    ------
+    UsageError
+        Coefficients that are no numbers, or a numerator of higher degree.
+    """
+    top, bottom = (
+        np.trim_zeros(np.atleast_1d(np.asarray(item, dtype=float)), "f") for item in (numerator, denominator)
+    )
+    if not len(bottom) or not np.all(np.isfinite(bottom)) or not np.all(np.isfinite(top)) or top.ndim != 1:
+        raise UsageError(Problem("shaping_filter", "the coefficients are not finite numbers", "[2.0], [1.0, 0.5]"))
+    if len(top) > len(bottom):
+        what = f"the numerator has the degree {len(top) - 1} and the denominator {len(bottom) - 1}"
+        raise UsageError(Problem("shaping_filter", what, "a denominator of that degree: a filter that can be built"))
+    A, B, C, D = tf2ss(top if len(top) else [0.0], bottom)
+    return _filter(A[: len(bottom) - 1, : len(bottom) - 1], B, C, D, input, output, unit, states or output)
+
+
+def delay(input: str, output: str, time: float | str, order: int = 4, unit: str = "") -> StateSpace:
+    """Return a pure delay as a model to drive others by, approximated by Padé in continuous time.
+
+    The rear axle drives over what the front axle has met; a sensor ahead of the vehicle sees what the wheels will meet.
+
+    Parameters
+    ----------
+    input, output : names of what is delayed and of what comes out
+    time : s, or a text with a unit
+    order : of the Padé approximation; its phase is good to about ``order`` rad
+    unit : of both
+
+    Raises
+    ------
+    UsageError
+        A time that is not positive, or an order that is not 1 to 12.
+    """
+    late = seconds("time", time)
+    if not late > 0.0 or isinstance(order, bool) or not isinstance(order, int) or not 1 <= order <= _LARGEST_ORDER:
+        what = f"a delay of {late:.6g} s by an approximation of order {order!r}"
+        raise UsageError(Problem("delay", what, f"a time above zero, and an order from 1 to {_LARGEST_ORDER}"))
+    series = [(-1.0) ** k / math.factorial(k) for k in range(2 * order + 1)]
+    numerator, denominator = (np.asarray(polynomial.coeffs, dtype=float) for polynomial in pade(series, order))
+    A, B, C, D = tf2ss(numerator, denominator)
+    return _filter(A / late, B / late, C, D, input, output, unit, output)
+
+
+def delay_line(input: str, output: str, samples: int, sample: float | str, unit: str = "") -> StateSpace:
+    """Return the exact delay of a sampled model by whole samples, as a model to drive others by.
+
+    Raises UsageError where the number of samples is not 1 or more.
+    """
+    if isinstance(samples, bool) or not isinstance(samples, int) or samples < 1:
+        raise UsageError(Problem("delay_line", f"a delay of {samples!r} samples", "a whole number of them, from 1 on"))
+    A, B, C = np.eye(samples, k=-1), np.zeros((samples, 1)), np.zeros((1, samples))
+    B[0], C[0, -1] = 1.0, 1.0
+    line = _filter(A, B, C, np.zeros((1, 1)), input, output, unit, output)
+    return replace(line, sample=seconds("sample", sample))
+
+
+def _filter(A: Array, B: Array, C: Array, D: Array, input: str, output: str, unit: str, states: str) -> StateSpace:
+    """Return a model with one disturbance and one output."""
+    n = len(A)
+    names = tuple(f"{states}_filter_{k + 1}" if n > 1 else f"{states}_filter" for k in range(n))
+    units = {"states": ("",) * n, "inputs": (), "disturbances": ("",), "outputs": (unit,)}
+    references = {"states": np.zeros(n), "inputs": np.zeros(0), "disturbances": np.zeros(1), "outputs": np.zeros(1)}
+    nothing = (np.zeros((n, 0)), np.zeros((1, 0)))
+    E, C, F = (np.asarray(matrix, dtype=float) for matrix in (B, C, D))
+    return StateSpace(A, nothing[0], E, C, nothing[1], F, names, (), (input,), (output,), units, references)
+
+
+def _how(space: StateSpace) -> str:
+    return "in continuous time" if space.sample is None else f"sampled every {space.sample:.6g} s"
+
+
+def _united(first: Sequence[str], second: Sequence[str]) -> list[str]:
+    return [*first, *(name for name in second if name not in first)]
+
+
+def _columns(space: StateSpace) -> dict[str, tuple[Array, Array]]:
+    """Return what each input and disturbance does to the states and to the outputs."""
+    into_states, into_outputs = np.hstack([space.B, space.E]), np.hstack([space.D, space.F])
+    names = (*space.inputs, *space.disturbances)
+    return {name: (into_states[:, k], into_outputs[:, k]) for k, name in enumerate(names)}
+
+
+def _labels(kind: str, names: Sequence[str], spaces: Sequence[StateSpace]) -> list[tuple[str, float]]:
+    """Return unit and reference of signals of a kind, each from the first of the models that has it.
+
+    What drives both may be an input of one and a disturbance of the other.
+    """
+    kinds = ("inputs", "disturbances") if kind in ("inputs", "disturbances") else (kind,)
+    homes = [next((space, of) for space in spaces for of in kinds if name in getattr(space, of)) for name in names]
+    return [(space.unit(of, name), space.reference(of, name)) for (space, of), name in zip(homes, names, strict=True)]

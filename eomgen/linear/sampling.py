@@ -1,0 +1,170 @@
+"""Linear models from sample to sample: inputs are held, so the exponential of a matrix is exact.
+
+With delays the input that holds in a sample is first that of samples before, then the present one; what has been asked
+for and has not yet come into effect is state (K. J. Åström and B. Wittenmark, Computer-Controlled Systems, 3rd ed.
+1997, section 2.3). The integrals of a quadratic cost and of white noise over a sample are those of C. F. Van Loan
+(Computing integrals involving the matrix exponential, IEEE Transactions on Automatic Control 23, 1978).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.linalg import expm
+
+from eomgen.arrays import Array
+from eomgen.errors import Problem, UsageError
+from eomgen.linear.state_space import StateSpace
+from eomgen.units.labels import in_label
+
+#: A delay this close to whole samples, as a share of one, is of whole samples.
+_WHOLE = 1e-9
+#: Inputs that wait for their effect, at most.
+_WAITING = 1000
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """A linear model from sample to sample, and what happens within a sample.
+
+    Attributes
+    ----------
+    space : StateSpace
+        Inputs that wait are states ``NAME_before``, ``NAME_before_2``, ... behind the others: of one sample before, ...
+    cost : (ns + nu, ns + nu)
+        Integral of the cost over one sample, [s, u]^T cost [s, u].
+    """
+
+    space: StateSpace
+    cost: Array
+
+
+def seconds(what: str, value: float | str) -> float:
+    """Return a time in s, also from a text with a unit, ``5 ms``. Raises UsageError."""
+    time = in_label(what, value, "s") if isinstance(value, str) else value
+    if isinstance(time, bool) or not isinstance(time, int | float | np.integer | np.floating):
+        raise UsageError(Problem(what, f"a time is needed, not {type(value).__name__}", '0.001 or "1 ms"'))
+    if not math.isfinite(time):
+        raise UsageError(Problem(what, f"{what} is {time}, not a finite number", '0.001 or "1 ms"'))
+    return float(time)
+
+
+def discretized(space: StateSpace, sample: float | str, delay: float | str = 0.0) -> StateSpace:
+    """Return the exact model from sample to sample under inputs and disturbances that are held.
+
+    Parameters
+    ----------
+    sample : s, or a text with a unit
+        Time between two samples.
+    delay : the same
+        From a sample to when inputs take effect, of any length; disturbances are not delayed.
+
+    Returns
+    -------
+    StateSpace
+        Outputs are those right after a sample, when inputs that are not delayed are at work already.
+
+    Raises
+    ------
+    UsageError
+        A model that is sampled already, a time that is not positive, a delay that is negative or of more than 1000
+        samples.
+    """
+    ns, nu = space.B.shape
+    return sampled_with_cost(space, sample, delay, np.zeros((ns + nu, ns + nu))).space
+
+
+def sampled_with_cost(space: StateSpace, sample: float | str, delay: float | str, cost: Array) -> Sampled:
+    """Return the model from sample to sample, and a quadratic cost [s, u]^T cost [s, u] integrated over a sample.
+
+    Raises UsageError as ``discretized``.
+    """
+    period, late = seconds("sample", sample), seconds("delay", delay)
+    if space.sample is not None:
+        what = f"the model is sampled already, every {space.sample:.6g} s"
+        raise UsageError(Problem("sample", what, "the model in continuous time"))
+    if not period > 0.0:
+        raise UsageError(Problem("sample", f"the time between two samples is {period:.6g} s", "a time above zero"))
+    if not 0.0 <= late <= _WAITING * period:
+        what = f"the delay is {late:.6g} s, and a sample lasts {period:.6g} s"
+        raise UsageError(Problem("delay", what, f"a delay from zero to {_WAITING} samples"))
+    whole = math.floor(late / period + _WHOLE)
+    part = late - whole * period
+    part = part if part > _WHOLE * period else 0.0
+    ns, nu = space.B.shape
+    nw = space.E.shape[1]
+    waiting = whole + (part > 0.0)
+    # of [s, w, past inputs from the newest to the oldest, u]: what is at work first, and what from `part` on
+    newest = ns + nw
+    asked = newest + waiting * nu
+    size = asked + nu
+    inputs = [slice(asked, size), *(slice(newest + k * nu, newest + (k + 1) * nu) for k in range(waiting))]
+    pieces = ((inputs[whole + 1], part), (inputs[whole], period - part)) if part else ((inputs[whole], period),)
+    whole_step, total = np.eye(size), np.zeros((size, size))
+    for at_work, duration in pieces:
+        rates, density = np.zeros((size, size)), np.zeros((size, size))
+        rates[:ns, :ns], rates[:ns, ns:newest], rates[:ns, at_work] = space.A, space.E, space.B
+        select = np.zeros((ns + nu, size))
+        select[:ns, :ns], select[ns:, at_work] = np.eye(ns), np.eye(nu)
+        density = select.T @ cost @ select
+        step, integral = _step_with_cost(rates, density, duration)
+        total += whole_step.T @ integral @ whole_step
+        whole_step = step @ whole_step
+    kept = [*range(ns), *range(newest, asked)]
+    A = np.zeros((ns + waiting * nu, ns + waiting * nu))
+    B = np.zeros((len(A), nu))
+    A[:ns], B[:ns] = whole_step[np.ix_(range(ns), kept)], whole_step[:ns, inputs[0]]
+    if waiting:
+        B[ns : ns + nu] = np.eye(nu)
+        A[ns + nu :, ns:-nu] = np.eye((waiting - 1) * nu)
+    E = np.zeros((len(A), nw))
+    E[:ns] = whole_step[:ns, ns:newest]
+    C, D = np.zeros((len(space.outputs), len(A))), np.zeros_like(space.D)
+    C[:, :ns] = space.C
+    if not waiting:
+        D = space.D
+    else:  # right after a sample, the input of `waiting` samples before is still at work
+        C[:, ns + (waiting - 1) * nu :] = space.D
+    order = [*kept, *range(asked, size)]
+    result = replace(_with_waiting_inputs(space, waiting), A=A, B=B, E=E, C=C, D=D, sample=period)
+    return Sampled(result, (total + total.T)[np.ix_(order, order)] / 2.0)
+
+
+def noise_over_a_sample(A: Array, intensity: Array, period: float) -> Array:
+    """Return the covariance of what white noise of an intensity (ns, ns), in sdot = A s + noise, adds in a sample."""
+    return _step_with_cost(A.T, intensity, period)[1]
+
+
+def _step_with_cost(rates: Array, density: Array, duration: float) -> tuple[Array, Array]:
+    """Return e^(rates t) and the integral of e^(rates^T t) density e^(rates t) over a duration."""
+    size = len(rates)
+    # the exponential of a short time squared up: over a long one the block with the opposite sign overflows
+    halvings = max(0, math.ceil(math.log2(max(float(np.linalg.norm(rates, 1)) * duration, 1e-300))))
+    short = duration / 2**halvings
+    block = np.zeros((2 * size, 2 * size))
+    block[:size, :size], block[:size, size:], block[size:, size:] = -rates.T, density, rates
+    whole = expm(block * short)
+    step = whole[size:, size:]
+    integral = step.T @ whole[:size, size:]
+    for _ in range(halvings):
+        integral = integral + step.T @ integral @ step
+        step = step @ step
+    return step, (integral + integral.T) / 2.0
+
+
+def _with_waiting_inputs(space: StateSpace, waiting: int) -> StateSpace:
+    """Return a model with inputs of so many samples before among its states; its matrices are still to come."""
+    names = [waiting_input(name, k) for k in range(1, waiting + 1) for name in space.inputs]
+    units, references = dict(space.units), dict(space.references)
+    if units:
+        units["states"] = (*units["states"], *(units["inputs"] * waiting))
+    if references:
+        references["states"] = np.concatenate([references["states"], np.tile(references["inputs"], waiting)])
+    return replace(space, states=(*space.states, *names), units=units, references=references)
+
+
+def waiting_input(name: str, samples: int) -> str:
+    """Return the name of the state that is an input of some samples before."""
+    return f"{name}_before" + (f"_{samples}" if samples > 1 else "")

@@ -1,0 +1,485 @@
+"""Regulators, observers and output feedback of models of first order: closed forms, Hamiltonian matrices, duality,
+separation, sampling against exponentials of matrices and against integrals."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.integrate import quad_vec
+from scipy.linalg import expm, solve_discrete_lyapunov
+
+from eomgen.control import OutputFeedback, kalman, lqr, place, place_observer
+from eomgen.control.white_noise import root_mean_squares, stationary_covariance
+from eomgen.errors import EomgenError, ModelError, UsageError
+from eomgen.linear.augmentation import delay, delay_line, driven_by, shaping_filter
+from eomgen.linear.sampling import discretized
+from eomgen.linear.state_space import StateSpace
+
+Array = NDArray[np.float64]
+
+
+def model(
+    A: object, B: object, C: object | None = None, E: object | None = None, D: object | None = None, **names: object
+) -> StateSpace:
+    """Return a model with states x1, x2, ..., inputs u1, ..., disturbances w1, ... and outputs y1, ..."""
+    A, B = np.array(A, float), np.array(B, float)
+    n, m = B.shape
+    C = np.eye(n) if C is None else np.array(C, float)
+    E = np.zeros((n, 0)) if E is None else np.array(E, float)
+    D = np.zeros((len(C), m)) if D is None else np.array(D, float)
+    states, inputs, disturbances, outputs = (
+        tuple(f"{letter}{k + 1}" for k in range(size))
+        for letter, size in (("x", n), ("u", m), ("w", E.shape[1]), ("y", len(C)))
+    )
+    given = {"states": states, "inputs": inputs, "disturbances": disturbances, "outputs": outputs} | names
+    return StateSpace(A, B, E, C, D, np.zeros((len(C), E.shape[1])), **given)  # type: ignore[arg-type]
+
+
+def random_model(n: int, m: int, ny: int, nw: int, seed: int = 3) -> StateSpace:
+    rng = np.random.default_rng(seed)
+    return model(rng.normal(size=(n, n)), rng.normal(size=(n, m)), rng.normal(size=(ny, n)), rng.normal(size=(n, nw)))
+
+
+def upper(values: Array) -> Array:
+    return np.array(sorted(values, key=lambda value: (round(value.real, 6), round(value.imag, 6))))
+
+
+def test_a_scalar_regulator_and_a_scalar_observer_in_closed_form() -> None:
+    a, b, q, r = 0.7, 2.0, 3.0, 0.5
+    root = math.sqrt(a**2 + b**2 * q / r)
+    law = lqr(model([[a]], [[b]]), {"x1": q}, {"u1": r})
+    np.testing.assert_allclose(law.gain("u1", "x1"), (a + root) / b, rtol=1e-13)
+    np.testing.assert_allclose(law.eigenvalues, [-root], rtol=1e-13)
+    assert law.cost_left is not None
+    np.testing.assert_allclose(law.cost_left, [[r * (a + root) / b**2]], rtol=1e-13)
+    seen = kalman(model([[a]], [[b]], [[1.5]], [[1.0]]), {"w1": q}, {"y1": r})
+    variance = (a + math.sqrt(a**2 + 1.5**2 * q / r)) * r / 1.5**2
+    np.testing.assert_allclose(seen.deviations["x1"], math.sqrt(variance), rtol=1e-13)
+    np.testing.assert_allclose(seen.gains, [[variance * 1.5 / r]], rtol=1e-13)
+
+
+def test_a_scalar_regulator_from_sample_to_sample_in_closed_form() -> None:
+    a, b, q, r = 1.1, 0.4, 2.0, 0.3
+    space = discretized(model([[math.log(a) / 0.1]], [[1.0]]), 0.1)
+    space = model([[a]], [[b]], sample=0.1)
+    # P = q + a^2 P - a^2 b^2 P^2 / (r + b^2 P)
+    P = max(np.roots([b**2, r - q * b**2 - a**2 * r, -q * r]))
+    law = lqr(space, [[q]], [[r]])
+    np.testing.assert_allclose(law.gains, [[a * b * P / (r + b**2 * P)]], rtol=1e-12)
+
+
+def test_eigenvalues_are_the_stable_ones_of_the_hamiltonian_matrix() -> None:
+    space = random_model(6, 2, 3, 2)
+    rng = np.random.default_rng(5)
+    root = rng.normal(size=(8, 8))
+    joined = root.T @ root
+    Q, N, R = joined[:6, :6], joined[:6, 6:], joined[6:, 6:]
+    law = lqr(space, Q, R, N)
+    A = space.A - space.B @ np.linalg.solve(R, N.T)
+    S = space.B @ np.linalg.solve(R, space.B.T)
+    hamiltonian = np.block([[A, -S], [-(Q - N @ np.linalg.solve(R, N.T)), -A.T]])
+    values = np.linalg.eigvals(hamiltonian)
+    np.testing.assert_allclose(upper(law.eigenvalues), upper(values[values.real < 0.0]), rtol=1e-9)
+    # what a motion costs is what is left of the cost at its start: its integral mode by mode
+    start, closed = rng.normal(size=6), space.A - space.B @ law.gains
+    whole = Q - N @ law.gains - law.gains.T @ N.T + law.gains.T @ R @ law.gains
+    rates, shapes = np.linalg.eig(closed)
+    amounts = np.linalg.solve(shapes, start)
+    total = np.sum(
+        np.outer(amounts.conj(), amounts) * (shapes.conj().T @ whole @ shapes) / -(rates.conj()[:, np.newaxis] + rates)
+    )
+    assert law.cost_left is not None
+    np.testing.assert_allclose(total, start @ law.cost_left @ start, rtol=1e-9)
+
+
+def test_units_of_states_do_not_change_the_feedback() -> None:
+    space = random_model(4, 1, 1, 1)
+    scale = np.diag([1.0, 1e-6, 1e5, 1e3])
+    other = model(scale @ space.A @ np.linalg.inv(scale), scale @ space.B, space.C @ np.linalg.inv(scale))
+    first, second = (lqr(item, {"y1": 2.0}, {"u1": 0.1}) for item in (space, other))
+    np.testing.assert_allclose(second.gains @ scale, first.gains, rtol=1e-9)
+
+
+def test_weights_of_outputs_are_weights_of_what_they_are_made_of() -> None:
+    space = random_model(4, 2, 2, 0)
+    D = np.array([[0.0, 0.3], [1.2, 0.0]])
+    space = model(space.A, space.B, space.C, D=D)
+    law = lqr(space, {"y1": 2.0, "y2": 5.0, "x3": 0.7}, {"u1": 0.4, "u2": 0.1})
+    W, unit = np.diag([2.0, 5.0]), np.zeros((4, 4))
+    unit[2, 2] = 0.7
+    other = lqr(space, space.C.T @ W @ space.C + unit, np.diag([0.4, 0.1]) + D.T @ W @ D, space.C.T @ W @ D)
+    np.testing.assert_allclose(law.gains, other.gains, rtol=1e-10)
+    # one input alone: the other is a disturbance
+    one = lqr(space, {"y1": 2.0}, {"u2": 0.1})
+    assert (one.space.inputs, one.space.disturbances) == (("u2",), ("u1",))
+    np.testing.assert_array_equal(one.space.E[:, 0], space.B[:, 0])
+
+
+def test_observers_are_regulators_of_the_dual_model() -> None:
+    space = random_model(5, 1, 2, 2)
+    seen = kalman(space, {"w1": 0.3, "w2": 2.0}, {"y1": 0.1, "y2": 0.4})
+    dual = lqr(model(space.A.T, space.C.T), space.E @ np.diag([0.3, 2.0]) @ space.E.T, np.diag([0.1, 0.4]))
+    np.testing.assert_allclose(seen.gains, dual.gains.T, rtol=1e-9)
+
+
+def test_noise_that_reaches_states_and_measurements_alike() -> None:
+    """An accelerometer's noise is the force's: from the Riccati equation with its cross term, term by term."""
+    space = random_model(3, 1, 1, 1)
+    F = np.array([[0.8]])
+    space = StateSpace(
+        space.A, space.B, space.E, space.C, space.D, F, space.states, space.inputs, space.disturbances, space.outputs
+    )
+    W, V = 0.6, 0.2
+    seen = kalman(space, {"w1": W}, {"y1": V})
+    P, L = seen.covariance, seen.gains
+    assert P is not None
+    R = V + F @ F.T * W
+    np.testing.assert_allclose(L, (P @ space.C.T + space.E * W @ F.T) @ np.linalg.inv(R), rtol=1e-9)
+    left = space.A @ P + P @ space.A.T + space.E @ space.E.T * W - L @ R @ L.T
+    np.testing.assert_allclose(left, 0.0, atol=1e-10 * np.abs(P).max())
+
+
+@pytest.mark.parametrize("sample", [None, 0.05])
+def test_regulator_and_observer_keep_their_eigenvalues(sample: float | None) -> None:
+    space = random_model(4, 2, 2, 2)
+    law = lqr(space, np.eye(4), 0.3 * np.eye(2), sample=sample, delay=0.0 if sample is None else 0.08)
+    seen = kalman(
+        space, {"w1": 1.0, "w2": 0.5}, {"y1": 0.1, "y2": 0.2}, sample=sample, delay=0.0 if sample is None else 0.08
+    )
+    whole = OutputFeedback(law, seen)
+    n = len(law.space.states)
+    assert n == (4 if sample is None else 8)
+    expected = np.concatenate([law.eigenvalues, seen.eigenvalues])
+    np.testing.assert_allclose(np.sort(np.abs(whole.eigenvalues)), np.sort(np.abs(expected)), rtol=1e-5, atol=1e-5)
+    assert whole.closed_loop.stability == "stable"
+    assert whole.closed_loop.states[n] == "estimate.x1"
+    assert whole.closed_loop.disturbances == ("w1", "w2", "noise.y1", "noise.y2")
+    # the loop by hand, from the equations of plant and controller
+    c = whole.controller
+    joined = np.block(
+        [
+            [law.space.A + law.space.B @ c.D @ seen.C, law.space.B @ c.C],
+            [c.B @ seen.C, c.A],
+        ]
+    )
+    np.testing.assert_allclose(whole.closed_loop.A, joined, atol=1e-12)
+
+
+def test_the_covariance_of_an_estimate_is_that_of_its_error() -> None:
+    space = random_model(3, 1, 2, 1)
+    noise, measured = {"w1": 0.7}, {"y1": 0.05, "y2": 0.3}
+    stable = model(space.A - 4.0 * np.eye(3), space.B, space.C, space.E)
+    seen = kalman(stable, noise, measured)
+    G = np.hstack([stable.E, seen.gains])
+    error = model(stable.A - seen.gains @ seen.C, stable.B, E=G)
+    found = stationary_covariance(error, {"w1": 0.7, "w2": 0.05, "w3": 0.3})
+    np.testing.assert_allclose(found, seen.covariance, rtol=1e-9, atol=1e-12)
+    sampled = kalman(stable, noise, measured, sample="20 ms")
+    # by running the recursion of covariances until it stands still
+    A, C, V = sampled.space.A, sampled.C, np.diag([0.05, 0.3])
+    added = quad_vec(lambda t: 0.7 * np.outer(*[expm(stable.A * t) @ stable.E[:, 0]] * 2), 0.0, 0.02)[0]
+    P = np.zeros((3, 3))
+    for _ in range(2000):
+        P = A @ P @ A.T + added
+        M = P @ C.T @ np.linalg.inv(C @ P @ C.T + V)
+        P = P - M @ C @ P
+    np.testing.assert_allclose(sampled.gains, M, rtol=1e-8)
+    np.testing.assert_allclose(sampled.covariance, P, rtol=1e-8)
+
+
+@pytest.mark.parametrize("delay_in_samples", [0.0, 0.3, 1.0, 2.4])
+def test_held_inputs_exactly(delay_in_samples: float) -> None:
+    """States at samples against the exponential of the matrix, piece by piece."""
+    space, T = random_model(3, 2, 2, 1, seed=8), 0.07
+    sampled = discretized(space, T, delay_in_samples * T)
+    rng = np.random.default_rng(1)
+    asked, held = rng.normal(size=(12, 2)), rng.normal(size=(12, 1))
+    s, state = np.zeros(3), np.zeros(len(sampled.states))
+    late = delay_in_samples * T
+
+    def at_work(t: float) -> Array:
+        k = math.floor((t - late) / T + 1e-9)
+        return asked[k] if k >= 0 else np.zeros(2)
+
+    for k in range(12):
+        edges = sorted(
+            {k * T, (k + 1) * T, *(j * T + late for j in range(k + 1) if k * T < j * T + late < (k + 1) * T)}
+        )
+        for start, end in pairwise(edges):
+            force = np.concatenate([at_work(start + 1e-12), held[k]])
+            whole = np.zeros((6, 6))
+            whole[:3, :3], whole[:3, 3:] = space.A, np.hstack([space.B, space.E])
+            step = expm(whole * (end - start))
+            s = step[:3, :3] @ s + step[:3, 3:] @ force
+        state = sampled.A @ state + sampled.B @ asked[k] + sampled.E @ held[k]
+        np.testing.assert_allclose(state[:3], s, rtol=1e-11, atol=1e-13)
+
+
+@pytest.mark.parametrize("delay_in_samples", [0.0, 0.4, 1.0, 1.6])
+def test_a_sampled_regulator_minimises_the_integral(delay_in_samples: float) -> None:
+    """What is left of the cost is the integral along the motion; other gains cost more."""
+    space, T = random_model(3, 1, 1, 0, seed=2), 0.1
+    D = np.array([[0.5]])
+    space = model(space.A, space.B, space.C, D=D)
+    law = lqr(space, {"y1": 1.0, "x2": 0.3}, {"u1": 0.2}, sample=T, delay=delay_in_samples * T)
+    n = len(law.space.states)
+    start = np.zeros(n)
+    start[:3] = [1.0, -0.5, 0.3]
+
+    nodes, weights = np.polynomial.legendre.leggauss(8)
+    whole = np.zeros((4, 4))
+    whole[:3, :3], whole[:3, 3] = space.A, space.B[:, 0]
+    durations = (delay_in_samples % 1.0 * T, (1.0 - delay_in_samples % 1.0) * T)
+    steps = {d: expm(whole * d) for d in durations}
+    within = {d: [expm(whole * d * (node + 1.0) / 2.0) for node in nodes] for d in durations}
+
+    def cost(gains: Array) -> float:
+        state, total = start, 0.0
+        first, last = durations
+        waiting = n - 3
+        for _ in range(600):
+            u = -gains @ state
+            inputs = [u[0], *state[3:]]
+            newer = inputs[waiting - 1 if first else waiting]
+            pieces = [(inputs[waiting], first), (newer, last)] if first else [(newer, last)]
+            s = state[:3]
+            for force, duration in pieces:
+                for there, weight in zip(within[duration], weights, strict=True):
+                    x = (there @ [*s, force])[:3]
+                    y = float(space.C[0] @ x + D[0, 0] * force)
+                    total += duration / 2.0 * weight * (y**2 + 0.3 * x[1] ** 2 + 0.2 * force**2)
+                s = (steps[duration] @ [*s, force])[:3]
+            state = np.concatenate([s, u, state[3:-1]]) if waiting else s
+            if np.abs(state).max() < 1e-7:
+                break
+        return total
+
+    best = cost(law.gains)
+    assert law.cost_left is not None
+    np.testing.assert_allclose(best, start @ law.cost_left @ start, rtol=1e-9)
+    assert all(cost(law.gains + change) > best for change in 0.05 * np.vstack([np.eye(n), -np.eye(n)])[:, np.newaxis])
+
+
+def test_a_fast_sampled_regulator_is_that_of_continuous_time() -> None:
+    space = random_model(4, 1, 1, 1)
+    slow, fast = lqr(space, {"y1": 3.0}, {"u1": 0.1}), lqr(space, {"y1": 3.0}, {"u1": 0.1}, sample=1e-5)
+    np.testing.assert_allclose(fast.gains, slow.gains, rtol=2e-3)
+    half = lqr(space, {"y1": 3.0}, {"u1": 0.1}, sample=2e-5)
+    np.testing.assert_allclose(2.0 * fast.gains - half.gains, slow.gains, rtol=1e-6)
+
+
+def test_placed_eigenvalues() -> None:
+    space = random_model(4, 1, 1, 0)
+    poles = [-1.0 + 2.0j, -1.0 - 2.0j, -3.0, -4.5]
+    np.testing.assert_allclose(upper(place(space, poles).eigenvalues), upper(np.array(poles)), rtol=1e-8)
+    seen = place_observer(space, poles, ["y1"])
+    np.testing.assert_allclose(upper(seen.eigenvalues), upper(np.array(poles)), rtol=1e-8)
+    sampled = place(space, poles, sample="10 ms")
+    np.testing.assert_allclose(upper(sampled.eigenvalues), upper(np.exp(0.01 * np.array(poles))), rtol=1e-7)
+    observed = place_observer(space, poles, ["y1"], sample="10 ms")
+    np.testing.assert_allclose(upper(observed.eigenvalues), upper(np.exp(0.01 * np.array(poles))), rtol=1e-7)
+
+
+def test_margins_of_a_loop_with_known_ones() -> None:
+    """L = 2 / (s (s + 1) (s + 2)): gain margin 3 at sqrt 2 rad/s."""
+    A, B = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, -2.0, -3.0]], [[0.0], [0.0], [1.0]]
+    law = place(model(A, B), np.roots([1.0, 3.0, 2.0, 2.0]))
+    np.testing.assert_allclose(law.gains, [[2.0, 0.0, 0.0]], atol=1e-9)
+    margins = law.margins["u1"]
+    np.testing.assert_allclose(margins.gain_margin, 3.0, rtol=1e-9)
+    assert margins.gain_reduction == 0.0
+    w = math.sqrt(max(np.roots([1.0, 5.0, 4.0, -4.0]).real))  # w^2 of w^2 (1 + w^2)(4 + w^2) = 4
+    lag = math.pi / 2.0 + math.atan(w) + math.atan(w / 2.0)
+    np.testing.assert_allclose(margins.crossover, [w], rtol=1e-10)
+    np.testing.assert_allclose(margins.phase_margin, math.degrees(math.pi - lag), rtol=1e-9)
+    np.testing.assert_allclose(margins.delay_margin, (math.pi - lag) / w, rtol=1e-9)
+    frequencies = np.linspace(0.2, 3.0, 200_001)
+    s = 1j * frequencies
+    np.testing.assert_allclose(margins.modulus_margin, np.abs(1 + 2 / (s * (s + 1) * (s + 2))).min(), rtol=1e-8)
+
+
+def test_margins_that_optimal_feedback_always_has() -> None:
+    for seed in range(4):
+        law = lqr(random_model(5, 2, 2, 0, seed), np.eye(5), np.diag([0.2, 1.0]))
+        for margins in law.margins.values():
+            assert margins.modulus_margin >= 1.0 - 1e-9
+            assert margins.phase_margin >= 60.0 - 1e-6
+            assert margins.gain_margin == np.inf
+            assert margins.gain_reduction <= 0.5 + 1e-9
+
+
+def test_margins_are_where_the_sampled_loop_becomes_unstable() -> None:
+    space = random_model(3, 1, 1, 0, 4)
+    unstable = model(space.A + 2.5 * np.eye(3), space.B)
+    law = lqr(unstable, np.eye(3), [[0.1]], sample=0.1, delay=0.05)
+    margins, (A, B, G) = law.margins["u1"], (law.space.A, law.space.B, law.gains)
+
+    def radius(factor: float) -> float:
+        return float(np.abs(np.linalg.eigvals(A - factor * B @ G)).max())
+
+    for factor, inwards in ((margins.gain_margin, 1 - 1e-6), (margins.gain_reduction, 1 + 1e-6)):
+        assert radius(factor * inwards) < 1.0
+        np.testing.assert_allclose(radius(factor), 1.0, rtol=1e-9)
+
+
+def test_the_margins_of_output_feedback_are_those_of_its_loop() -> None:
+    space = random_model(3, 1, 1, 1, 4)
+    whole = OutputFeedback(lqr(space, np.eye(3), [[0.1]]), kalman(space, {"w1": 1.0}, {"y1": 0.1}))
+    c, margins = whole.controller, whole.margins["u1"]
+    for place_of_point in (0, 900, 1500):
+        w, unit = margins.frequencies[place_of_point], np.eye(3)
+        plant = space.C @ np.linalg.solve(1j * w * unit - space.A, space.B)
+        controller = c.C @ np.linalg.solve(1j * w * unit - c.A, c.B)
+        np.testing.assert_allclose(margins.loop[place_of_point], -(controller @ plant)[0, 0], rtol=1e-9)
+
+
+def test_a_filter_before_a_model_multiplies_responses() -> None:
+    space = random_model(3, 1, 2, 2)
+    shaped = driven_by(space, shaping_filter([2.0, 3.0], [1.0, 0.4, 5.0], "white", "w2", "m"))
+    assert (shaped.disturbances, shaped.outputs) == (("w1", "white"), ("y1", "y2", "w2"))
+    assert shaped.states == ("x1", "x2", "x3", "w2_filter_1", "w2_filter_2")
+    w = np.array([0.4, 2.2, 9.0])
+    response = (2.0j * w + 3.0) / (-(w**2) + 0.4j * w + 5.0)
+    np.testing.assert_allclose(shaped.frequency_response(w, "white", "w2"), response, rtol=1e-12)
+    np.testing.assert_allclose(
+        shaped.frequency_response(w, "white", "y1"), response * space.frequency_response(w, "w2", "y1"), rtol=1e-12
+    )
+    np.testing.assert_allclose(
+        shaped.frequency_response(w, "u1", "y2"), space.frequency_response(w, "u1", "y2"), rtol=1e-12
+    )
+
+
+def test_delays_before_a_model() -> None:
+    space = random_model(2, 1, 1, 2)
+    late = driven_by(space, delay("w1", "w2", "50 ms", order=6))
+    assert late.disturbances == ("w1",)
+    w = np.array([1.0, 30.0, 80.0])
+    expected = space.frequency_response(w, "w1", "y1") + np.exp(-0.05j * w) * space.frequency_response(w, "w2", "y1")
+    np.testing.assert_allclose(late.frequency_response(w, "w1", "y1"), expected, rtol=1e-5)
+    sampled = discretized(space, 0.01)
+    line = driven_by(sampled, delay_line("w1", "w2", 5, 0.01))
+    expected = sampled.frequency_response(w, "w1", "y1")
+    expected = expected + np.exp(-0.05j * w) * sampled.frequency_response(w, "w2", "y1")
+    np.testing.assert_allclose(line.frequency_response(w, "w1", "y1"), expected, rtol=1e-11)
+
+
+def test_root_mean_squares_of_filtered_noise() -> None:
+    """x' = -a x + w has the variance W/(2 a); held noise that of its recursion."""
+    space = model([[-3.0]], [[0.0]], [[2.0]], [[1.0]])
+    np.testing.assert_allclose(root_mean_squares(space, {"w1": 0.6})["y1"], 2.0 * math.sqrt(0.6 / 6.0), rtol=1e-12)
+    sampled = discretized(space, 0.1)
+    variance = solve_discrete_lyapunov(sampled.A, sampled.E @ sampled.E.T * 0.6)[0, 0]
+    np.testing.assert_allclose(root_mean_squares(sampled, {"w1": 0.6})["y1"], 2.0 * math.sqrt(variance), rtol=1e-12)
+    with pytest.raises(ModelError, match="there is no stationary motion: the slowest motion does not decay"):
+        root_mean_squares(model([[0.5]], [[1.0]], E=[[1.0]]), {"w1": 1.0})
+
+
+UNMOVED = model([[0.4, 0.0], [0.0, -1.0]], [[0.0], [1.0]], E=[[1.0], [1.0]])
+HELD = model([[0.0, 0.0], [0.0, -1.0]], [[1.0], [1.0]], [[0.0, 1.0]], [[0.0], [1.0]])
+FINE = random_model(3, 1, 2, 1)
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "message"),
+    [
+        (
+            lambda: lqr(UNMOVED, {"x1": 1.0}, {"u1": 1.0}),
+            ModelError,
+            "the mode of x1 that grows at 0.4 1/s without oscillating cannot be stabilised: no actuator moves it",
+        ),
+        (
+            lambda: lqr(UNMOVED, {"x1": 1.0}, {"u1": 1.0}, sample=0.1),
+            ModelError,
+            "the mode of x1 that grows at 0.4 1/s without oscillating cannot be stabilised: no actuator moves it",
+        ),
+        (
+            lambda: lqr(HELD, {"x2": 1.0}, {"u1": 1.0}),
+            ModelError,
+            "the mode of x1 at 0 Hz, which nothing holds, has zero weight, so optimal control would leave it as it is",
+        ),
+        (
+            lambda: lqr(HELD, {"x2": 1.0}, {"u1": 1.0}, sample="5 ms"),
+            ModelError,
+            "the mode of x1 at 0 Hz, which nothing holds, has zero weight, so optimal control would leave it as it is",
+        ),
+        (
+            lambda: kalman(HELD, {"w1": 1.0}, {"y1": 1.0}),
+            ModelError,
+            "the mode of x1 at 0 Hz, which nothing holds, is not seen in y1, so no observer can follow it",
+        ),
+        (
+            lambda: kalman(HELD, {"w1": 1.0}, {"x1": 1.0}),
+            ModelError,
+            "no noise moves the mode of x1 at 0 Hz, which nothing holds, so the best observer would not correct it",
+        ),
+        (lambda: place(UNMOVED, [-1.0, -2.0]), ModelError, "cannot be placed: no actuator moves it"),
+        (lambda: place_observer(HELD, [-1.0, -2.0], ["y1"]), ModelError, "cannot be placed: nothing measured shows it"),
+        (
+            lambda: lqr(FINE, {"x1": -1.0}, {"u1": 1.0}),
+            UsageError,
+            "Q: the weight of x1 is -1; try: a number of zero or above",
+        ),
+        (
+            lambda: lqr(FINE, {"y3": 1.0}, {"u1": 1.0}),
+            UsageError,
+            "weights: there is no output or state 'y3'; try: one of y1, y2, x1",
+        ),
+        (lambda: lqr(FINE, {"y1": 1.0}, {"force": 1.0}), UsageError, "there is no input 'force'; try: one of u1"),
+        (lambda: lqr(FINE, {"y1": 1.0}, {"u1": 0.0}), UsageError, "some effort has zero weight"),
+        (lambda: lqr(FINE, np.eye(2), [[1.0]]), UsageError, "Q has the shape (2, 2); try: (3, 3)"),
+        (lambda: lqr(FINE, np.eye(3), [[1.0]], np.ones((2, 1))), UsageError, "N has the shape (2, 1); try: (3, 1)"),
+        (
+            lambda: lqr(FINE, {"y1": 1.0}, {"u1": 1.0}, delay=0.1),
+            UsageError,
+            "delay: a delay is given, and no time between two samples",
+        ),
+        (
+            lambda: lqr(FINE, {"y1": 1.0}, {"u1": 1.0}, sample="5 mm"),
+            UsageError,
+            "sample: ",
+        ),
+        (
+            lambda: discretized(discretized(FINE, 0.1), 0.1),
+            UsageError,
+            "sample: the model is sampled already, every 0.1 s; try: the model in continuous time",
+        ),
+        (lambda: discretized(FINE, -0.1), UsageError, "sample: the time between two samples is -0.1 s"),
+        (lambda: discretized(FINE, 0.1, -0.1), UsageError, "delay: the delay is -0.1 s, and a sample lasts 0.1 s"),
+        (
+            lambda: kalman(FINE, {"w1": 1.0}, {"y1": 0.0}),
+            UsageError,
+            "measurement_noise: the noise of y1 is 0.0, so its signal would be taken for exact",
+        ),
+        (lambda: kalman(FINE, {"w1": 1.0}, {}), UsageError, "measurement_noise: no measured signal is named"),
+        (lambda: kalman(FINE, {"w9": 1.0}, {"y1": 1.0}), UsageError, "no disturbance, input or state 'w9'"),
+        (
+            lambda: OutputFeedback(
+                lqr(FINE, {"y1": 1.0}, {"u1": 1.0}), kalman(FINE, {"w1": 1.0}, {"y1": 1.0}, sample=0.1)
+            ),
+            UsageError,
+            "try: the same model, inputs, sample and delay for both",
+        ),
+        (lambda: place(FINE, [-1.0, -2.0]), UsageError, "poles: 2 poles are given, and the model has 3 eigenvalues"),
+        (lambda: place(FINE, [-1.0, -2.0 + 1j, -3.0]), UsageError, "without its conjugate; try: -2-1i too"),
+        (
+            lambda: driven_by(FINE, shaping_filter([1.0], [1.0, 1.0], "white", "road")),
+            UsageError,
+            "driven_by: none of road is an input or a disturbance of the model; try: outputs called u1 or w1",
+        ),
+        (lambda: shaping_filter([1.0, 2.0], [1.0], "white", "w1"), UsageError, "the numerator has the degree 1"),
+        (lambda: delay("w1", "w2", 0.0), UsageError, "delay: a delay of 0 s by an approximation of order 4"),
+        (
+            lambda: driven_by(FINE, delay_line("w0", "w1", 2, 0.1)),
+            UsageError,
+            "one model is in continuous time and the other is sampled every 0.1 s",
+        ),
+    ],
+)
+def test_what_cannot_be_designed(call: object, error: type[EomgenError], message: str) -> None:
+    with pytest.raises(error) as caught:
+        call()  # type: ignore[operator]
+    assert message in str(caught.value)
