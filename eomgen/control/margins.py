@@ -7,6 +7,7 @@ least distance of L from -1, whose inverse is the largest sensitivity.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
@@ -90,7 +91,7 @@ def _margins(A: Array, b: Array, g: Array, closed: Complex, sample: float | None
         gain_margin=min((f for f in factors if f > 1.0), default=np.inf),
         gain_reduction=max((f for f in factors if f < 1.0), default=0.0),
         phase_margin=min((min(lag, 360.0 - lag) for lag in lags), default=np.inf),
-        delay_margin=min((np.radians(lag) / w for lag, w in zip(lags, crossover, strict=True)), default=np.inf),
+        delay_margin=min((math.radians(lag) / w for lag, w in zip(lags, crossover, strict=True)), default=np.inf),
         modulus_margin=float(min(nearest.fun, np.abs(1.0 + values).min())),
         crossover=tuple(crossover),
         frequencies=frequencies,

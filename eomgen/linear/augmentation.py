@@ -91,7 +91,7 @@ def driven_by(space: StateSpace, source: StateSpace) -> StateSpace:
     found = [_labels(kind, wanted, (space, source)) for kind, wanted in zip(KINDS, names, strict=True)]
     units = {kind: tuple(unit for unit, _ in of) for kind, of in zip(KINDS, found, strict=True)}
     references = {kind: np.array([value for _, value in of]) for kind, of in zip(KINDS, found, strict=True)}
-    return StateSpace(*matrices, *names, units, references, space.sample)
+    return StateSpace(*matrices, *names, units, references, space.sample, space.input_delay, space.waiting)
 
 
 def shaping_filter(
@@ -105,7 +105,7 @@ def shaping_filter(
     input : name of its disturbance, such as white noise
     output : name of what it drives
     unit : of the output
-    states : before the numbers of its states; the output's name by default
+    states : name of its states, ``filter.NAME[0]``; the output's name by default
 
     Raises
     ------
@@ -167,7 +167,7 @@ def delay_line(input: str, output: str, samples: int, sample: float | str, unit:
 def _filter(A: Array, B: Array, C: Array, D: Array, input: str, output: str, unit: str, states: str) -> StateSpace:
     """Return a model with one disturbance and one output."""
     n = len(A)
-    names = tuple(f"{states}_filter_{k + 1}" if n > 1 else f"{states}_filter" for k in range(n))
+    names = tuple(f"filter.{states}" + (f"[{k}]" if n > 1 else "") for k in range(n))
     units = {"states": ("",) * n, "inputs": (), "disturbances": ("",), "outputs": (unit,)}
     references = {"states": np.zeros(n), "inputs": np.zeros(0), "disturbances": np.zeros(1), "outputs": np.zeros(1)}
     nothing = (np.zeros((n, 0)), np.zeros((1, 0)))

@@ -128,7 +128,8 @@ def sampled_with_cost(space: StateSpace, sample: float | str, delay: float | str
     else:  # right after a sample, the input of `waiting` samples before is still at work
         C[:, ns + (waiting - 1) * nu :] = space.D
     order = [*kept, *range(asked, size)]
-    result = replace(_with_waiting_inputs(space, waiting), A=A, B=B, E=E, C=C, D=D, sample=period)
+    named = _with_waiting_inputs(space, waiting)
+    result = replace(named, A=A, B=B, E=E, C=C, D=D, sample=period, input_delay=late)
     return Sampled(result, (total + total.T)[np.ix_(order, order)] / 2.0)
 
 
@@ -156,15 +157,12 @@ def _step_with_cost(rates: Array, density: Array, duration: float) -> tuple[Arra
 
 def _with_waiting_inputs(space: StateSpace, waiting: int) -> StateSpace:
     """Return a model with inputs of so many samples before among its states; its matrices are still to come."""
-    names = [waiting_input(name, k) for k in range(1, waiting + 1) for name in space.inputs]
+    named = {
+        f"{name}_before" + (f"_{k}" if k > 1 else ""): (name, k) for k in range(1, waiting + 1) for name in space.inputs
+    }
     units, references = dict(space.units), dict(space.references)
     if units:
         units["states"] = (*units["states"], *(units["inputs"] * waiting))
     if references:
         references["states"] = np.concatenate([references["states"], np.tile(references["inputs"], waiting)])
-    return replace(space, states=(*space.states, *names), units=units, references=references)
-
-
-def waiting_input(name: str, samples: int) -> str:
-    """Return the name of the state that is an input of some samples before."""
-    return f"{name}_before" + (f"_{samples}" if samples > 1 else "")
+    return replace(space, states=(*space.states, *named), units=units, references=references, waiting=named)

@@ -43,6 +43,8 @@ class StateSpace:
     references : for the same what they are where the model is linear; changes count from there. Not a number where it
         is not known
     sample : time between two samples, s; None in continuous time
+    input_delay : of a sampled model, from a sample to when inputs take effect, s
+    waiting : the states that are inputs of samples before, each with the input and how many samples
     """
 
     A: Array
@@ -58,6 +60,8 @@ class StateSpace:
     units: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     references: Mapping[str, Array] = field(default_factory=dict)
     sample: float | None = None
+    input_delay: float = 0.0
+    waiting: Mapping[str, tuple[str, int]] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         sizes = ((len(getattr(self, kind)), kind) for kind in KINDS)

@@ -341,7 +341,7 @@ def test_a_filter_before_a_model_multiplies_responses() -> None:
     space = random_model(3, 1, 2, 2)
     shaped = driven_by(space, shaping_filter([2.0, 3.0], [1.0, 0.4, 5.0], "white", "w2", "m"))
     assert (shaped.disturbances, shaped.outputs) == (("w1", "white"), ("y1", "y2", "w2"))
-    assert shaped.states == ("x1", "x2", "x3", "w2_filter_1", "w2_filter_2")
+    assert shaped.states == ("x1", "x2", "x3", "filter.w2[0]", "filter.w2[1]")
     w = np.array([0.4, 2.2, 9.0])
     response = (2.0j * w + 3.0) / (-(w**2) + 0.4j * w + 5.0)
     np.testing.assert_allclose(shaped.frequency_response(w, "white", "w2"), response, rtol=1e-12)
