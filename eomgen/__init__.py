@@ -23,6 +23,7 @@ if TYPE_CHECKING:
         UsageError,
     )
     from eomgen.model import Model
+    from eomgen.pipeline.controllers import with_controller
     from eomgen.pipeline.pipeline import build, derive, generate, load
     from eomgen.results.solution import Solution
     from eomgen.scene.builder import SceneBuilder
@@ -40,6 +41,7 @@ _HOMES = {
     "System": "eomgen.system.system",
     **dict.fromkeys(("Extremes", "extremes", "RealTime", "Tradeoff", "Tuned", "tradeoff", "tune"), "eomgen.studies"),
     "savings": "eomgen.studies.savings.study",
+    "with_controller": "eomgen.pipeline.controllers",
     **dict.fromkeys(
         (
             "DescriptionError",
@@ -82,6 +84,7 @@ __all__ = [
     "savings",
     "tradeoff",
     "tune",
+    "with_controller",
 ]
 
 

@@ -1,19 +1,26 @@
 """Feedback design from matrices alone (NumPy and SciPy): of second-order models M q'' + C q' + K q = B u, and of whole
 linear models of first order, in continuous time and sampled."""
 
+from eomgen.control.margins import Margins
 from eomgen.control.observer import Observer, kalman, place_observer
 from eomgen.control.output_feedback import OutputFeedback
 from eomgen.control.regulator import Regulator, lqr, place
+from eomgen.control.white_noise import root_mean_squares, stationary_covariance
+from eomgen.linear.augmentation import delay, delay_line, driven_by, shaping_filter
+from eomgen.linear.sampling import discretized
 
 __all__ = [
+    "Margins",
     "Observer",
     "OutputFeedback",
     "Regulator",
+    "delay",
+    "delay_line",
+    "discretized",
+    "driven_by",
     "kalman",
     "lqr",
-    "margins",
     "modal",
-    "observer",
     "output_feedback",
     "place",
     "place_observer",
@@ -21,6 +28,8 @@ __all__ = [
     "plant",
     "regulator",
     "riccati",
+    "root_mean_squares",
+    "shaping_filter",
+    "stationary_covariance",
     "weights",
-    "white_noise",
 ]

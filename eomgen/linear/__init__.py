@@ -1,4 +1,16 @@
 """Linear models of mechanical systems: free coordinates, state space, modes, frequency responses; no mechanics
 inside."""
 
-__all__ = ["campbell", "campbell_plot", "freedom", "linearization", "modes", "partials", "plots", "root_locus"]
+__all__ = [
+    "augmentation",
+    "campbell",
+    "campbell_plot",
+    "freedom",
+    "linearization",
+    "modes",
+    "partials",
+    "plots",
+    "root_locus",
+    "sampling",
+    "state_space",
+]

@@ -109,9 +109,8 @@ def sampled_with_cost(space: StateSpace, sample: float | str, delay: float | str
         select = np.zeros((ns + nu, size))
         select[:ns, :ns], select[ns:, at_work] = np.eye(ns), np.eye(nu)
         density = select.T @ cost @ select
-        step, integral = _step_with_cost(rates, density, duration)
-        total += whole_step.T @ integral @ whole_step
-        whole_step = step @ whole_step
+        total += whole_step.T @ _cost_over(rates, density, duration) @ whole_step
+        whole_step = expm(rates * duration) @ whole_step
     kept = [*range(ns), *range(newest, asked)]
     A = np.zeros((ns + waiting * nu, ns + waiting * nu))
     B = np.zeros((len(A), nu))
@@ -135,11 +134,11 @@ def sampled_with_cost(space: StateSpace, sample: float | str, delay: float | str
 
 def noise_over_a_sample(A: Array, intensity: Array, period: float) -> Array:
     """Return the covariance of what white noise of an intensity (ns, ns), in sdot = A s + noise, adds in a sample."""
-    return _step_with_cost(A.T, intensity, period)[1]
+    return _cost_over(A.T, intensity, period)
 
 
-def _step_with_cost(rates: Array, density: Array, duration: float) -> tuple[Array, Array]:
-    """Return e^(rates t) and the integral of e^(rates^T t) density e^(rates t) over a duration."""
+def _cost_over(rates: Array, density: Array, duration: float) -> Array:
+    """Return the integral of e^(rates^T t) density e^(rates t) over a duration."""
     size = len(rates)
     # the exponential of a short time squared up: over a long one the block with the opposite sign overflows
     halvings = max(0, math.ceil(math.log2(max(float(np.linalg.norm(rates, 1)) * duration, 1e-300))))
@@ -152,7 +151,7 @@ def _step_with_cost(rates: Array, density: Array, duration: float) -> tuple[Arra
     for _ in range(halvings):
         integral = integral + step.T @ integral @ step
         step = step @ step
-    return step, (integral + integral.T) / 2.0
+    return np.asarray((integral + integral.T) / 2.0)
 
 
 def _with_waiting_inputs(space: StateSpace, waiting: int) -> StateSpace:

@@ -23,6 +23,8 @@ from eomgen.text import NAME_LENGTH, nearest, shown
 Sections = dict[str, dict[str, Any]]
 #: Sections whose entries formulas call by their bare names.
 _NAMES = ("parameters", "inputs", "states", "controllers", "curves")
+#: What formulas of controllers cannot use.
+_OF_ACCELERATIONS = re.compile(r"\b(?:a|acceleration|reaction|drive_effort)\.")
 #: Kinds of outputs whose values formulas call by name.
 _QUANTITIES = ("position", "velocity")
 
@@ -65,7 +67,7 @@ def with_controller(
     for section, entries in added.items():
         for name in entries:
             if name in taken:
-                raise UsageError(Problem("with_controller", f"the scene has a {name} already", "another prefix"))
+                raise UsageError(Problem("with_controller", f"the scene has the name {name} already", "another prefix"))
         result[section] = {**result.get(section, {}), **entries}
     return result
 
@@ -213,10 +215,10 @@ class _Writer:
             if quantity in entry:
                 return f"{quantity}.{entry[quantity]}[{component}]", reference
         formula = entry.get("formula")
-        if formula is None or math.isnan(reference):
+        values = formula if isinstance(formula, list | tuple) else [formula]
+        if formula is None or math.isnan(reference) or _OF_ACCELERATIONS.search(str(values[component])):
             what = f"{name} is measured, and formulas of a controller cannot use it"
             raise UsageError(Problem("with_controller", what, "an output with a formula, a position or a velocity"))
-        values = formula if isinstance(formula, list | tuple) else [formula]
         return f"({values[component]})", reference
 
 
@@ -261,8 +263,13 @@ def _number(value: float) -> str:
 
 def _sum(terms: list[tuple[float, str]]) -> str:
     """Return a sum of products as a formula; terms of zero are left out."""
-    products = [_number(factor) if name == "1" else f"{_number(factor)} * {name}" for factor, name in terms if factor]
-    return " + ".join(f"({part})" if part.startswith("-") else part for part in products) or "0 * t"
+    text = ""
+    for factor, name in terms:
+        if factor:
+            size = _number(abs(factor)) if name == "1" else f"{_number(abs(factor))} * {name}"
+            sign = "-" if factor < 0.0 else "+"
+            text += f" {sign} {size}" if text else size if factor > 0.0 else f"-{size}"
+    return text or "0 * t"
 
 
 def _off(formula: str, reference: float) -> str:

@@ -1,0 +1,192 @@
+"""Designs that are written into scenes: the C of the closed loop moves, near where it is linear, as the design says."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+import eomgen
+from eomgen.control import OutputFeedback, Regulator, driven_by, kalman, lqr, shaping_filter
+from eomgen.errors import UsageError
+from eomgen.linear.state_space import StateSpace
+from eomgen.pipeline.controllers import toml_text, with_controller
+from tests.models.cache import shared_cache
+
+__all__ = ["shared_cache"]
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "active_quarter_car" / "lag.toml"
+WEIGHTS = {"body_acceleration": 1.0, "travel": 1e3, "deflection": 1e4}
+FORCE = {"force": 1e-7}
+NOISE, MEASURED = {"road": 1e-6, "force": 1.0}, {"travel": 1e-9, "body_velocity": 1e-5}
+
+#: An upright pole on a cart, driven by a motor with a lag: nonlinear, and it rests where a force is needed.
+POLE = """\
+format = 1
+name = "pole"
+[parameters]
+slope = 0.05
+[inputs]
+push = { unit = "N" }
+[states]
+motor = { rate = "(push - motor) / 0.05", unit = "N" }
+[bodies]
+cart = { mass = 2 }
+pole = { mass = 0.5, center_of_mass = [0, 0, 0.6], inertia = [0.02, 0.02, 0.001] }
+[joints]
+rail = { type = "prismatic", parent = "base", child = "cart", axis = [1, 0, 0], stiffness = 3 }
+hinge = { type = "revolute", parent = "cart", child = "pole", axis = [0, 1, 0] }
+[efforts]
+push = { joint = "rail", effort = "motor + 1.5" }
+[points]
+tip = { body = "pole", position = [0, 0, 1.2] }
+[outputs]
+cart = { formula = "q.rail", unit = "m" }
+tip = { position = "tip" }
+[simulation]
+method = "rk4"
+"""
+
+
+def flat() -> dict[str, Any]:
+    """Return the data of the quarter car on a flat road."""
+    data = tomllib.loads(EXAMPLE.read_text(encoding="utf-8"))
+    return data | {"inputs": {"force": {"unit": "N"}, "road": {"formula": 0.0, "unit": "m"}}}
+
+
+def linear(data: dict[str, Any], **options: Any) -> StateSpace:
+    return eomgen.build(data, profile="quick").linearize(**options).state_space()
+
+
+@pytest.fixture(scope="module")
+def car() -> StateSpace:
+    return linear(flat(), t=100.0)  # when the road has faded in
+
+
+def states_of(model: eomgen.Model, run: Any, names: list[str]) -> np.ndarray:
+    """Return coordinates, velocities and some internal states, (rows, ns)."""
+    there = list(model.states)
+    return np.column_stack([run.q, run.v, run.z[:, [there.index(name) for name in names]]])
+
+
+def test_the_state_space_has_units_and_references(car: StateSpace) -> None:
+    assert car.states == ("wheel", "body", "v.wheel", "v.body", "z.tension")
+    assert car.units["states"] == ("m", "m", "m/s", "m/s", "N")
+    assert car.units["outputs"] == ("m/s^2", "m", "m", "m/s")
+    assert (car.units["inputs"], car.units["disturbances"]) == (("N",), ("m",))
+    assert (car.unit("outputs", "travel"), car.unit("states", "z.tension")) == ("m", "N")
+    np.testing.assert_allclose(car.references["states"], 0.0, atol=1e-9)
+    pole = linear(tomllib.loads(POLE), any_kind=True)
+    np.testing.assert_allclose(pole.reference("states", "rail"), 0.5, rtol=1e-9)
+    np.testing.assert_allclose(pole.references["outputs"], [0.5, 0.5, 0.0, 1.2], atol=1e-9)
+
+
+def test_feedback_of_the_state_moves_as_the_matrix_says(car: StateSpace) -> None:
+    law = lqr(car, WEIGHTS, FORCE)
+    model = eomgen.build(with_controller(flat(), law), profile="quick")
+    assert model.inputs == ("road",)
+    gains = {name: value for name, value in model.parameters.items() if name.startswith("force_gain")}
+    assert gains["force_gain_v_body"] == law.gain("force", "v.body")
+    run = model.simulate(0.3, 5e-4, initial={"body": {"position": 1e-4, "velocity": 2e-3}}, method="rk4")
+    found = states_of(model, run, ["tension"])
+    expected = np.array([expm(law.closed_loop.A * t) @ found[0] for t in run.t])
+    assert np.all(np.abs(found - expected).max(axis=0) <= 1e-7 * np.abs(found).max(axis=0))
+    # the linear model of the closed scene is the closed loop of the linear model
+    again = model.linearize().state_space()
+    np.testing.assert_allclose(again.A, law.closed_loop.A, rtol=1e-9, atol=1e-9)
+
+
+def test_feedback_of_an_estimate_moves_as_the_matrix_says(car: StateSpace) -> None:
+    law = OutputFeedback(lqr(car, WEIGHTS, FORCE), kalman(car, NOISE, MEASURED))
+    model = eomgen.build(with_controller(flat(), law), profile="quick")
+    assert model.states == (
+        "tension",
+        *(f"estimate_{name}" for name in ("wheel", "body", "v_wheel", "v_body", "z_tension")),
+    )
+    run = model.simulate(0.3, 5e-4, initial={"body": {"position": 1e-4, "velocity": 2e-3}}, method="rk4")
+    found = states_of(model, run, list(model.states))
+    expected = np.array([expm(law.closed_loop.A * t) @ found[0] for t in run.t])
+    assert np.all(np.abs(found - expected).max(axis=0) <= 1e-4 * np.abs(found).max(axis=0))
+    again = model.linearize().state_space()
+    np.testing.assert_allclose(again.A, law.closed_loop.A, rtol=1e-9, atol=1e-7)
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.0007, 0.002, 0.0035])
+@pytest.mark.parametrize("estimated", [False, True])
+def test_sampled_feedback_moves_as_its_matrix_says(car: StateSpace, delay: float, estimated: bool) -> None:
+    law: Regulator | OutputFeedback = lqr(car, WEIGHTS, FORCE, sample="2 ms", delay=delay)
+    if estimated:
+        law = OutputFeedback(law, kalman(car, NOISE, MEASURED, sample="2 ms", delay=delay))  # type: ignore[arg-type]
+    model = eomgen.build(with_controller(flat(), law), profile="quick")
+    run = model.simulate(0.1, 5e-4, initial={"body": {"position": 1e-4, "velocity": 2e-3}}, method="rk4")
+    found = states_of(model, run, ["tension"])[::4]
+    state = np.zeros(len(law.closed_loop.states))
+    state[:5] = found[0]
+    for row in found:
+        assert np.all(np.abs(row - state[:5]) <= 1e-6 * np.abs(found).max(axis=0))
+        state = law.closed_loop.A @ state
+    # decays at the rate of the slowest eigenvalue
+    assert law.closed_loop.stability == "stable"
+    assert 0.0 < law.closed_loop.decay < 50.0
+
+
+@pytest.mark.parametrize("sample", [None, "5 ms"])
+def test_a_pole_is_held_upright_where_a_force_is_needed(sample: str | None) -> None:
+    data = tomllib.loads(POLE)
+    space = linear(data, any_kind=True, u={"push": 0.4})
+    assert space.stability == "unstable"
+    late = 0.0 if sample is None else "5 ms"
+    regulator = lqr(space, {"cart": 1.0, "tip[0]": 5.0}, {"push": 0.01}, sample=sample, delay=late)
+    seen = kalman(space, {"push": 1.0}, {"cart": 1e-6, "tip[0]": 1e-6}, sample=sample, delay=late)
+    for law in (regulator, OutputFeedback(regulator, seen)):
+        model = eomgen.build(with_controller(data, law), profile="quick")
+        start = {"rail": space.reference("states", "rail"), "hinge": 0.03, "motor": 0.4}
+        run = model.simulate(12.0, 1e-3, initial=start)
+        assert run.success
+        np.testing.assert_allclose(run.q[-1], [space.reference("states", "rail"), 0.0], atol=1e-5)
+        np.testing.assert_allclose(run.z[-1][model.states.index("motor")], 0.4, atol=1e-4)
+
+
+def test_the_text_of_a_closed_scene_is_the_scene(car: StateSpace, tmp_path: Path) -> None:
+    law = OutputFeedback(lqr(car, WEIGHTS, FORCE, sample=0.002), kalman(car, NOISE, MEASURED, sample=0.002))
+    closed = with_controller(EXAMPLE, law)
+    assert tomllib.loads(toml_text(closed)) == closed
+    path = tmp_path / "closed.toml"
+    path.write_text(toml_text(closed), encoding="utf-8")
+    assert eomgen.load(path).content == eomgen.load(closed).content
+    odd = {"a": {"b c": 'quote " and \\', "d": [1, 2.5, True], "e": {"f": "x"}}, "name": "n"}
+    assert tomllib.loads(toml_text(odd)) == odd
+
+
+def test_what_cannot_be_written(car: StateSpace) -> None:
+    law = lqr(car, WEIGHTS, FORCE)
+    cases: list[tuple[Any, Any, str]] = [
+        (
+            {**flat(), "inputs": {"road": {}}},
+            law,
+            "the scene has no input 'force' of its own that a controller could replace; try: one of road",
+        ),
+        (
+            flat(),
+            lqr(driven_by(car, shaping_filter([1.0], [1.0, 0.3], "white", "road", "m")), WEIGHTS, FORCE),
+            "the feedback needs filter.road, of which formulas of the scene know no value; try: an observer",
+        ),
+        (
+            flat(),
+            OutputFeedback(law, kalman(car, NOISE, {"body_acceleration": 1e-3, "travel": 1e-9})),
+            "body_acceleration is measured, and formulas of a controller cannot use it",
+        ),
+        (
+            {**flat(), "parameters": {**flat()["parameters"], "estimate_body": 1.0}},
+            OutputFeedback(law, kalman(car, NOISE, MEASURED)),
+            "the scene has the name estimate_body already; try: another prefix",
+        ),
+    ]
+    for data, design, message in cases:
+        with pytest.raises(UsageError) as caught:
+            with_controller(data, design)
+        assert message in str(caught.value), str(caught.value)
