@@ -77,9 +77,12 @@ def _margins(A: Array, b: Array, g: Array, closed: Complex, sample: float | None
     frequencies = _frequencies(np.concatenate([np.linalg.eigvals(A), closed]), sample)
     values = loop(frequencies)
     crossover = _roots(lambda w: abs(at(w)) - 1.0, frequencies, np.abs(values) - 1.0)
-    turning = np.array([np.pi / sample]) if sample is not None else np.zeros(0)
     # where the loop is real: between the points, at standstill, and half way around of a sampled one
-    real = [*_roots(lambda w: at(w).imag, frequencies, values.imag), frequencies[0], *turning]
+    still = 0.0 if sample is None else 1.0
+    away = np.abs(np.linalg.eigvals(A) - still)
+    ends_of_loop = [0.0] if np.min(away, initial=np.inf) > 1e-9 * np.max(away, initial=1.0) else []
+    ends_of_loop += [] if sample is None else [np.pi / sample]
+    real = [*_roots(lambda w: at(w).imag, frequencies, values.imag), *ends_of_loop]
     crossings = [x.real for x in map(at, real) if x.real < 0.0 and abs(x.imag) <= 1e-6 * abs(x)]
     lags = [float(np.degrees(np.angle(-at(w))) % 360.0) for w in crossover]
     k = int(np.argmin(np.abs(1.0 + values)))

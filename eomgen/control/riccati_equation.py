@@ -1,13 +1,20 @@
 """Riccati equations of optimal control and of optimal observers, in continuous time and sampled.
 
-SciPy solves them; Newton's iteration of D. L. Kleinman (On an iterative technique for Riccati equation computations,
-IEEE Transactions on Automatic Control 13, 1968) takes off what rounding left.
+SciPy solves them; Newton's iteration takes off what rounding left (D. L. Kleinman, On an iterative technique for
+Riccati equation computations, IEEE Transactions on Automatic Control 13, 1968; sampled: G. A. Hewer, An iterative
+technique for the computation of the steady state gains for the discrete optimal regulator, the same 16, 1971).
 """
 
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import solve_continuous_are, solve_continuous_lyapunov, solve_discrete_are
+from scipy.linalg import (
+    matrix_balance,
+    solve_continuous_are,
+    solve_continuous_lyapunov,
+    solve_discrete_are,
+    solve_discrete_lyapunov,
+)
 
 from eomgen.arrays import Array
 from eomgen.errors import NumericalError, UsageError
@@ -106,19 +113,42 @@ def sampled_solution(A: Array, B: Array, Q: Array, R: Array, S: Array) -> tuple[
     NumericalError
         No solution with a relative residual below 1e-10.
     """
-    size = float(np.linalg.norm(Q, 2)) or float(np.linalg.norm(R, 2)) or 1.0
+    _, scales = matrix_balance(A, permute=False)
+    T = np.diag(scales)
+    inputs = np.sqrt(np.diag(R + B.T @ Q @ B))
+    inputs = 1.0 / np.where(inputs > 0.0, inputs, 1.0)
+    a, b = A * T / T[:, np.newaxis], B * inputs / T[:, np.newaxis]
+    q, r, s = Q * np.outer(T, T), R * np.outer(inputs, inputs), S * np.outer(T, inputs)
+    size = float(np.linalg.norm(q, 2)) or float(np.linalg.norm(r, 2)) or 1.0
+    q, r, s = q / size, r / size, s / size
     try:
-        P = np.asarray(solve_discrete_are(A, B, Q / size, R / size, s=S / size), dtype=float) * size
-        P = (P + P.T) / 2.0
-        gain = np.asarray(np.linalg.solve(R + B.T @ P @ B, B.T @ P @ A + S.T), dtype=float)
+        P = np.asarray(solve_discrete_are(a, b, q, r, s=s), dtype=float)
+        gain, residual = _sampled_gain(a, b, q, r, s, P)
+        for _ in range(_NEWTON_STEPS):
+            closed = a - b @ gain
+            if np.max(np.abs(np.linalg.eigvals(closed))) >= 1.0:
+                break
+            spent = q - s @ gain - gain.T @ s.T + gain.T @ r @ gain
+            better = np.asarray(solve_discrete_lyapunov(closed.T, (spent + spent.T) / 2.0, "bilinear"), dtype=float)
+            better = (better + better.T) / 2.0
+            newer, reached = _sampled_gain(a, b, q, r, s, better)
+            if not reached < 0.5 * residual:
+                break
+            P, gain, residual = better, newer, reached
     except (np.linalg.LinAlgError, ValueError) as error:
         what = f"the Riccati equation could not be solved: {str(error).splitlines()[0].rstrip('.')}"
         raise NumericalError(what, "weights that differ less in size") from None
-    terms = (A.T @ P @ A, -(A.T @ P @ B + S) @ gain, Q, -P)
-    residual = float(np.linalg.norm(sum(terms))) / (sum(float(np.linalg.norm(term)) for term in terms) or 1.0)
-    if not residual <= TOLERANCE or np.max(np.abs(np.linalg.eigvals(A - B @ gain)), initial=0.0) >= 1.0:
+    if not residual <= TOLERANCE or np.max(np.abs(np.linalg.eigvals(a - b @ gain)), initial=0.0) >= 1.0:
         what = (
             f"the Riccati equation is solved with a relative residual of {residual:.1e} only, {TOLERANCE:g} is needed"
         )
         raise NumericalError(what, "weights that differ less in size, or another sample")
-    return P, gain, residual
+    return size * P / np.outer(T, T), gain * inputs[:, np.newaxis] / T, residual
+
+
+def _sampled_gain(A: Array, B: Array, Q: Array, R: Array, S: Array, P: Array) -> tuple[Array, float]:
+    """Return the gain that belongs to P, and the residual of P relative to the sum of the norms of its terms."""
+    gain = np.asarray(np.linalg.solve(R + B.T @ P @ B, B.T @ P @ A + S.T), dtype=float)
+    terms = (A.T @ P @ A, -(A.T @ P @ B + S) @ gain, Q, -P)
+    scale = sum(float(np.linalg.norm(term)) for term in terms)
+    return gain, float(np.linalg.norm(sum(terms))) / (scale or 1.0)

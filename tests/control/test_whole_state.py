@@ -326,6 +326,14 @@ def test_margins_are_where_the_sampled_loop_becomes_unstable() -> None:
         np.testing.assert_allclose(radius(factor), 1.0, rtol=1e-9)
 
 
+def test_a_gain_margin_may_be_at_standstill() -> None:
+    """1 / (s - 1) with u = -2 s: the loop is -2 at standstill, and half of the gain is the least that holds it."""
+    law = place(model([[1.0]], [[1.0]]), [-1.0])
+    margins = law.margins["u1"]
+    np.testing.assert_allclose([margins.gain_reduction, margins.modulus_margin], [0.5, 1.0], rtol=1e-6)
+    assert margins.gain_margin == np.inf
+
+
 def test_the_margins_of_output_feedback_are_those_of_its_loop() -> None:
     space = random_model(3, 1, 1, 1, 4)
     whole = OutputFeedback(lqr(space, np.eye(3), [[0.1]]), kalman(space, {"w1": 1.0}, {"y1": 0.1}))
