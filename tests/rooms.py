@@ -90,7 +90,7 @@ def drawing() -> str:
             boxes[room] = (x, y + height - sizes[room][1], width, sizes[room][1])
             x += width + gap
     for room in sorted(graph):
-        for number, to in enumerate(sorted(graph[room], key=lambda name: boxes[name][0])):
+        for number, to in enumerate(sorted(graph[room], key=lambda name: (boxes[name][0], name))):
             x, top, width, height = boxes[room]
             share = (number + 1) / (len(graph[room]) + 1)
             users = sorted((name for name in graph if to in graph[name]), key=lambda name: boxes[name][0])
