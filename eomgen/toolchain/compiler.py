@@ -31,6 +31,8 @@ DEFAULT_TIMEOUT = 900.0
 _FULL = ("No space left on device", "Disk quota exceeded", "File size limit exceeded", "File too large")
 _COLOURS = re.compile(r"\x1b\[[0-9;?]*[ -/]*[@-~]")
 _WIDEST = 400
+#: Compilers that run at once; each may take some 200 MB.
+_MOST_COMPILERS = 8
 _FAULT = re.compile(r"^([^\s:]+):(\d+):(?:\d+:)? (?:fatal )?error: (.*)$", re.MULTILINE)
 _C_HINT = "C99, and int NAME(double t, const double *signals, double *values, double *memory)"
 _COMMON = ("-std=c99", "-fPIC", "-fvisibility=hidden", "-Wno-psabi")
@@ -174,6 +176,12 @@ def processor() -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
+def processors() -> int:
+    """Return how many compilers this process may well run at once: one for each of its processors, two at least."""
+    own = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return min(max(2, own), _MOST_COMPILERS)
+
+
 def compile_library(
     compiler: Compiler,
     sources: Sequence[Path],
@@ -181,10 +189,11 @@ def compile_library(
     flags: Sequence[str],
     *,
     objects: Sequence[Path] = (),
-    jobs: int = 2,
+    jobs: int | None = None,
     timeout: float = DEFAULT_TIMEOUT,
 ) -> list[str]:
-    """Compile sources side by side and link them, with ready ``objects``, to a shared library; return the commands.
+    """Compile sources side by side, as many as there are processors by default, and link them, with ready ``objects``,
+    to a shared library; return the commands.
 
     Raises
     ------
@@ -193,7 +202,10 @@ def compile_library(
     """
     deadline = time.monotonic() + timeout
     running = _Running()
-    with ThreadPoolExecutor(max_workers=max(1, jobs)) as pool, running.stopped_on_failure():
+    with (
+        ThreadPoolExecutor(max_workers=processors() if jobs is None else max(1, jobs)) as pool,
+        running.stopped_on_failure(),
+    ):
         # so that none is left alone at the end
         longest_first = sorted(sources, key=lambda source: -source.stat().st_size)
         made = pool.map(lambda source: compile_object(compiler, source, flags, deadline, running), longest_first)

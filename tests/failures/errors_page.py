@@ -45,7 +45,7 @@ def page() -> str:
 
 def _entry(entry: Failure) -> str:
     shown = [_visible(line) for line in entry.shown().splitlines()]
-    answer = entry.message.replace("{any}", "...").splitlines()
+    answer = entry.message.replace("{any}", "...").replace("{folder}", "/an/empty/folder").splitlines()
     lines = [*shown, *([""] if shown else []), f"$ eomgen {entry.command}", *answer]
     block = "\n".join(lines)
     return f"**{entry.title}**: exit code {entry.code}\n\n```text\n{block}\n```\n"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import stat
 import time
@@ -18,6 +19,7 @@ from eomgen.toolchain.compiler import (
     find_compiler,
     library_suffix,
     processor,
+    processors,
     profile,
 )
 
@@ -146,3 +148,10 @@ def test_what_is_made_for_this_processor_has_no_vectors_of_neighbouring_statemen
         assert flag in one.flags or not one.native
     assert flag in FLAGS["fast"]
     assert set(profile("fast").flags) < set(FLAGS["fast"])  # what benchmarks call by its name
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_getaffinity"), reason="this system does not say what a process may use")
+@pytest.mark.parametrize(("own", "compilers"), [(1, 2), (2, 2), (6, 6), (64, 8)])
+def test_files_are_compiled_side_by_side(own: int, compilers: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(os, "sched_getaffinity", lambda process: set(range(own)))
+    assert processors() == compilers
