@@ -142,6 +142,7 @@ SLOW: dict[str, tuple[str, ...]] = {
     "failures/test_catalogue.py::test_the_answer": ("Feedback-Feedback of forces that lag",),
     "failures/test_command_line.py::test_a_full_disk_behind_stdout_is_an_error_of_output": ("words0",),
     "failures/test_equations.py::test_motion_under_gravity_is_the_same_at_any_scale_of_mass": ("1e+160",),
+    "failures/test_mistakes.py::test_answers_of_runs": ("rk4 that overflows", "a spring through zero length"),
     "failures/test_solution_files.py::test_no_flipped_byte_raises_anything_else": (),
     "integrators/test_adaptive_steps.py::test_a_first_step_that_explodes_is_forgotten": (),
     "integrators/test_adaptive_steps.py::test_a_motion_from_rest_begins_in_steps_of_the_size_of_its_own_time": (
