@@ -15,7 +15,7 @@ NO_ORDER, NOTICED = 0.5, 0.03
 #: What errors are a part of, unless it is too small.
 OWN = "its motion"
 _NUMBERS = ("order", "declared_order", "relative", "seconds", "cost")
-_WORDS = ("available", "reason", "method", "unresolved")
+_WORDS = ("available", "reason", "method", "unresolved", "passed_over")
 _LARGEST = ("largest", "largest_velocity", "largest_output")
 _STATES = ("q", "increment", "v", "z", "multipliers")
 
@@ -75,6 +75,7 @@ class ErrorEstimate:
     seconds : s, time that the estimate took
     cost : the same as a part of the run's own time
     unresolved : what is excited and too fast for the steps, which the numbers above leave out; empty without
+    passed_over : which event comes in another number in shorter steps, in words; empty without
     """
 
     available: bool = False
@@ -97,6 +98,7 @@ class ErrorEstimate:
     seconds: float = 0.0
     cost: float = 0.0
     unresolved: str = ""
+    passed_over: str = ""
 
     @classmethod
     def missing(cls, reason: str, nq: int = 0, nv: int = 0, nz: int = 0, multipliers: int = 0) -> Self:

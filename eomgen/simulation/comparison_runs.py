@@ -11,6 +11,7 @@ from eomgen.arrays import Array
 from eomgen.errors import UsageError
 from eomgen.integrators.events import STOPPED
 from eomgen.progress import Progress
+from eomgen.results.events import Events
 from eomgen.simulation.events import parameters_over, table_of
 from eomgen.simulation.run import Run
 from eomgen.simulation.stepper import Stepper, run_chunks
@@ -42,12 +43,14 @@ class Span:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Rows of a comparison run and the parameters there; why it came no further, empty at the end or an event."""
+    """Rows of a comparison run, the parameters there and its events; why it came no further, empty at the end or an
+    event."""
 
     rows: Array
     parameters: Array
     stopped: str = ""
     interrupted: bool = False
+    events: Events | None = None
 
 
 def span_of(run: Run, rows: Array, parameters: Array) -> Span:
@@ -77,13 +80,13 @@ def comparison_run(
 
     Parameters
     ----------
-    multiple : of the step: 2, 4 or 1/2
+    multiple : of the step: 2, 4 or 1/2; where that is longer than the span, of the span, which is one step then
     """
     model = run.model
     changed = {} if tolerance is None else {"tolerance": tolerance}
-    settings = {**run.settings, "step": run.settings["step"] * multiple, **changed}
-    p = span.parameters if span.parameters.ndim == 1 else span.parameters[0]
     begin, start, end = span.rows[0], float(span.rows[0, 0]), float(span.rows[-1, 0])
+    settings = {**run.settings, "step": min(run.settings["step"], end - start) * multiple, **changed}
+    p = span.parameters if span.parameters.ndim == 1 else span.parameters[0]
     q, v, z = begin[1 : 1 + model.nq], begin[1 + model.nq : 1 + model.nq + model.nv], begin[len(begin) - model.nz :]
     try:
         grid = time_grid(start, end, settings["step"], library.real)
@@ -100,8 +103,9 @@ def comparison_run(
         return Comparison(span.rows[:0], p, str(error.problems[0]))
     reason = stepper.status_text(found.status) if found.status not in (0, STOPPED.number) else ""
     times = found.rows[:, 0]
-    present = parameters_over(table_of(found, stepper, p), model, p, times)
-    return Comparison(found.rows, present, reason or str(found.failure or ""), found.interrupted)
+    events = table_of(found, stepper, p)
+    present = parameters_over(events, model, p, times)
+    return Comparison(found.rows, present, reason or str(found.failure or ""), found.interrupted, events)
 
 
 def counted(progress: Progress | None, before: int, total: int) -> Progress | None:

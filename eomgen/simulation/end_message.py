@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from eomgen.analysis.definiteness import inertia_warning
 from eomgen.compiled.model import CompiledModel
-from eomgen.integrators.events import STATUSES, STOPPED
+from eomgen.integrators.events import NO_VALUE, STATUSES, STOPPED
 from eomgen.integrators.samples import CONTROLLER_ADVICE, CONTROLLER_FAILED
+from eomgen.results.events import Events
 from eomgen.simulation.diagnosis import advice, fast_joint, first_non_finite, instability
-from eomgen.simulation.events import ending
+from eomgen.simulation.events import ending, parameters_with, without_value
 from eomgen.simulation.growth import own_growth, unstable_growth
 from eomgen.simulation.run import Run
 from eomgen.simulation.singular_positions import singular_ahead, way_past
@@ -17,13 +20,14 @@ from eomgen.simulation.states import states_of
 from eomgen.simulation.stepper import Stepper, Trajectory
 
 
-def message_of(run: Run, stepper: Stepper, trajectory: Trajectory) -> str:
+def message_of(run: Run, stepper: Stepper, trajectory: Trajectory, events: Events | None) -> str:
     """Return how a run ended, where, and what to try where it did not come to its end.
 
     Parameters
     ----------
     run : with the parameters at its last row
     stepper : as it was left
+    events : of the run, None where the scene has none
     """
     model, p, settings = run.model, run.parameters, run.settings
     t = trajectory.rows[-1, 0]
@@ -36,7 +40,8 @@ def message_of(run: Run, stepper: Stepper, trajectory: Trajectory) -> str:
         return f"interrupted at t = {t:.9g} s, after {trajectory.steps} of {run.grid.steps} steps"
     if trajectory.status == 0:
         return f"reached t = {t:.9g} s in {trajectory.steps} steps{_own_steps(stepper.statistics)}"
-    if sentence := ending(trajectory.status, stepper):
+    unknown = without_value(run, trajectory.rows, events) if trajectory.status == NO_VALUE.number else []
+    if sentence := ending(trajectory.status, stepper, unknown):
         taken = f"{trajectory.steps} of {run.grid.steps} steps{_own_steps(stepper.statistics)}"
         sentence = f"{sentence}, after {taken}"
         tried = next(item.advice for item in STATUSES if item.number == trajectory.status)
@@ -46,7 +51,14 @@ def message_of(run: Run, stepper: Stepper, trajectory: Trajectory) -> str:
         taken = f"stopped at t = {t:.9g} s, after {trajectory.steps} of {run.grid.steps} steps"
         return f"{taken}: {text}; try: {CONTROLLER_ADVICE}"
     _, q, v, a, _, z = (part[0] for part in states_of(trajectory.rows[-1:], model))
-    block, already, cause = first_non_finite(model, float(t), (q, v, a, z), settings["step"], p, run.signals)
+    last, behind = float(t), ""
+    if events is not None and len(events) and events.t[-1] > last:  # the step that failed goes on from there
+        *_, event = events
+        last, behind = event.t, f", behind the event {event.name}"
+        q, v, a, z = event.q, event.v, np.full_like(v, np.nan), event.z
+        p = parameters_with(events, model, p, event.modes)
+    block, already, cause = first_non_finite(model, last, (q, v, a, z), settings["step"], p, run.signals)
+    block += behind if block else ""
     inertia = None if block else inertia_warning(model, q, p, trajectory.rows[0, 1 : 1 + model.nq], settings["step"])
     found = inertia.what if inertia else fast_joint(model, float(t), q, v, p, settings["step"])
     details = f"; the first block that is not finite is {block}" if block else f"; {found}" if found else ""

@@ -22,7 +22,9 @@ from eomgen.arrays import Array
 from eomgen.errors import UsageError
 from eomgen.progress import Progress
 from eomgen.results.error_estimate import OWN, ErrorEstimate, Largest
+from eomgen.results.events import Events
 from eomgen.simulation.comparison_runs import SAME_TIME, comparison_run, counted, span_of
+from eomgen.simulation.events import acting
 from eomgen.simulation.motion_size import Kinds, MotionSize, differences, motion_size, shares
 from eomgen.simulation.run import Run
 from eomgen.simulation.stepper import Trajectory
@@ -40,9 +42,12 @@ _OTHER_ORDER, _NEGLIGIBLE = 0.75, 1e-10
 _EXPLODED = 10.0
 #: What errors are a part of where a component hardly moves, and of outputs.
 SMALL, RANGE = "{least}, the least that counts as its motion", "its range"
+NONE = "its motion, which is none"
 FASTEST = "the largest velocity in {unit}"
 OWN_FASTEST, SMALL_RATE = "its largest", "{least}, the least that counts as its rate"
 _INTERRUPTED = "the runs that it is made from were interrupted"
+#: Part of a step within which a row is at an event.
+_AT_EVENT = 1e-9
 #: Differences that are rounding, in last places.
 _ROUNDING = 1e3
 #: How many times smaller the tolerance of a comparison run is; of methods of low order 2 to their order.
@@ -70,9 +75,15 @@ class ErrorEstimation:
         return counted(self.progress, 0, run.grid.steps + more)
 
     def of(
-        self, run: Run, library: Library, trajectory: Trajectory, parameters: Array, seconds: float
+        self,
+        run: Run,
+        library: Library,
+        trajectory: Trajectory,
+        parameters: Array,
+        seconds: float,
+        events: Events | None = None,
     ) -> ErrorEstimate:
-        """Return the estimate for a run with parameters (np,), or (rows, np), that took so many seconds."""
+        """Return the estimate for a run with parameters (np,), or (rows, np), and events, that took so many seconds."""
         began = time.perf_counter()
         try:
             if trajectory.interrupted:
@@ -82,7 +93,7 @@ class ErrorEstimation:
             if run.controllers is not None and (names := run.controllers.single):
                 what = f"the function of {names} may keep something, so no second run calls it"
                 raise _NoEstimateError(f"{what}; a class, or memory in the scene, can be had anew")
-            runs = _Comparisons(run, library, trajectory.rows, parameters, self.progress)
+            runs = _Comparisons(run, library, trajectory.rows, parameters, self.progress, events)
             found = _by_tolerance(runs) if run.method.chooses_steps else _by_steps(runs)
         except _NoEstimateError as reason:
             return no_estimate(run, str(reason))
@@ -106,14 +117,17 @@ def _planned(run: Run, steps: int) -> int:
 
 
 class _Motion(NamedTuple):
-    """Rows (n, width) of a run, and the outputs there; why it came no further than its last row."""
+    """Rows (n, width) of a run, and the outputs there; why it came no further than its last row; its events, and the
+    times of those that changed the motion, s."""
 
     rows: Array
     outputs: Mapping[str, Array]
     stopped: str = ""
+    events: Events | None = None
+    changes: Array = np.empty(0)
 
     def at(self, places: NDArray[np.intp]) -> _Motion:
-        return _Motion(self.rows[places], {name: values[places] for name, values in self.outputs.items()})
+        return self._replace(rows=self.rows[places], outputs={name: one[places] for name, one in self.outputs.items()})
 
 
 class _Apart(NamedTuple):
@@ -126,11 +140,19 @@ class _Apart(NamedTuple):
 class _Comparisons:
     """Comparison runs of one run, and how far motions are apart."""
 
-    def __init__(self, run: Run, library: Library, rows: Array, parameters: Array, progress: Progress | None) -> None:
+    def __init__(
+        self,
+        run: Run,
+        library: Library,
+        rows: Array,
+        parameters: Array,
+        progress: Progress | None,
+        events: Events | None,
+    ) -> None:
         self.run, self._library, self._progress = run, library, progress
         self.events = "events" in library.layout["method"]
         self.span = span_of(run, rows, parameters)
-        self.own = self._motion(self.span.rows, self.span.parameters)
+        self.own = self._motion(self.span.rows, self.span.parameters, events)
         self.size: MotionSize = motion_size(run.model, rows, self.own.outputs)
         self._steps = run.grid.steps
         self._all = self._steps + _planned(run, self.span.steps)
@@ -151,8 +173,8 @@ class _Comparisons:
 
     @property
     def step(self) -> float:
-        """Of the run's time grid, s."""
-        return self.run.settings["step"]
+        """Of the run's time grid, s, or the span that is compared where that is shorter."""
+        return min(self.run.settings["step"], float(self.span.rows[-1, 0] - self.span.rows[0, 0]))
 
     @property
     def _same(self) -> float:
@@ -168,14 +190,19 @@ class _Comparisons:
         )
         if found.interrupted:
             raise _NoEstimateError(_INTERRUPTED)
-        return self._motion(found.rows, found.parameters)._replace(stopped=found.stopped)
+        return self._motion(found.rows, found.parameters, found.events)._replace(stopped=found.stopped)
 
     def apart(self, first: _Motion, second: _Motion) -> _Apart:
-        """Return how two motions differ where both have rows."""
+        """Return how two motions differ where both have rows.
+
+        Rows at an event that changes the motion are left out: rounding decides on which side of it they lie.
+        """
         times = first.rows[:, 0], second.rows[:, 0]
         after = np.searchsorted(times[1], times[0] - self._same)
         found = np.flatnonzero(after < len(times[1]))
         found = found[times[1][after[found]] <= times[0][found] + self._same]
+        for changes in (first.changes, second.changes):
+            found = found[~_near(times[0][found], changes, _AT_EVENT * self.step)]
         one, other = first.at(found), second.at(after[found])
         with np.errstate(all="ignore"):
             kinds = differences(self.run.model, one.rows, other.rows, (one.outputs, other.outputs))
@@ -184,18 +211,21 @@ class _Comparisons:
             kinds[f"output.{name}"][undefined.reshape(kinds[f"output.{name}"].shape)] = 0.0
         return _Apart(times[0][found], kinds)
 
-    def _motion(self, rows: Array, parameters: Array) -> _Motion:
+    def _motion(self, rows: Array, parameters: Array, events: Events | None) -> _Motion:
+        return _Motion(rows, self._outputs(rows, parameters), "", events, acting(events, self._library.layout))
+
+    def _outputs(self, rows: Array, parameters: Array) -> Mapping[str, Array]:
         model, run = self.run.model, self.run
         if "outputs" not in model.functions:
-            return _Motion(rows, {})
+            return {}
         if not len(rows):  # a run that does not get through its first step
-            return _Motion(rows, {name: values[:0] for name, values in self.own.outputs.items()})
+            return {name: values[:0] for name, values in self.own.outputs.items()}
         ends = np.cumsum([1, model.nq, model.nv, model.nv, len(model.multipliers)])
         t, q, v, a, multipliers, z = np.split(rows, ends, axis=1)
         held = {"multipliers": multipliers} if model.multipliers else {}
         u = run.signals.rows(t[:, 0]) if run.driven else None
         with np.errstate(all="ignore"):
-            return _Motion(rows, model.outputs(q, v, a, t[:, 0], u, z=z, parameters=parameters, **held))
+            return model.outputs(q, v, a, t[:, 0], u, z=z, parameters=parameters, **held)
 
 
 class _Pair(NamedTuple):
@@ -237,7 +267,8 @@ def _by_tolerance(runs: _Comparisons) -> ErrorEstimate:
         found = runs.at(tolerance=tolerance, multiple=0.5 if runs.events else 1.0)
         if len(found.rows) > 1 and not found.stopped:
             words = f"a run at a tolerance of {tolerance:.2g}{' and half the step' * runs.events}"
-            return _estimate(runs, _Pair(runs.apart(runs.own, found), None, partial(_known, gain), words), math.nan)
+            pair = _Pair(runs.apart(runs.own, found), None, partial(_known, gain), words)
+            return replace(_estimate(runs, pair, math.nan), passed_over=_passed_over(runs, found))
     reason = f": {found.stopped}" if found is not None and found.stopped else ""
     raise _NoEstimateError(f"runs at other tolerances do not come to the end{reason}")
 
@@ -256,15 +287,35 @@ def _by_steps(runs: _Comparisons) -> ErrorEstimate:
         far = None if four is None else runs.apart(twice, four)
         words = "a run at twice the step" if four is None else "runs at 2 and 4 times the step"
         found = _estimate(runs, _Pair(near, far, _by_longer, words), order)
-        if four is not None and not four.stopped and not _doubtful(runs, found, near):
+        same = not _passed_over(runs, twice)
+        if four is not None and not four.stopped and same and not _doubtful(runs, found, near):
             return found
     half = runs.at(multiple=0.5)
     if len(half.rows) > 1 and not half.stopped:
         words = "runs at half and 2 times the step"
-        return _estimate(runs, _Pair(runs.apart(runs.own, half), near, _by_shorter, words), order)
+        pair = _Pair(runs.apart(runs.own, half), near, _by_shorter, words)
+        return replace(_estimate(runs, pair, order), passed_over=_passed_over(runs, half))
     if found is None or not found.relative < _EXPLODED:
         raise _NoEstimateError(f"runs neither at twice nor at half the step hold: {twice.stopped or half.stopped}")
     return found
+
+
+def _passed_over(runs: _Comparisons, other: _Motion) -> str:
+    """Return which event comes in another number in another run, in words; empty where all come equally often.
+
+    Events at the end of the run may be in one of them by rounding, and those that are only counted have no times: one
+    more or less of these is none. A resumed run has events from before.
+    """
+    ours, theirs = runs.own.events, other.events
+    if ours is None or theirs is None or runs.span.rows[0, 0] > runs.run.grid.start:
+        return ""
+    for name, count in ours.counts.items():
+        one, two = ([t for t in events[name].t if t < runs.end] for events in (ours, theirs))
+        listed = len(ours[name]) == count
+        if (len(one) != len(two)) if listed else abs(count - theirs.counts[name]) > 1:
+            pair = (len(one), len(two)) if listed else (count, theirs.counts[name])
+            return f"the event {name} comes {pair[0]} times, and {pair[1]} times in shorter steps"
+    return ""
 
 
 def _doubtful(runs: _Comparisons, found: ErrorEstimate, near: _Apart) -> bool:
@@ -300,6 +351,7 @@ def _estimate(runs: _Comparisons, pair: _Pair, declared: float) -> ErrorEstimate
         least = np.concatenate([size.sizes["increment"], size.sizes["z"]])[component]
         unit = size.units[component] if size.units[component] != "1" else ""
         measure = OWN if size.own[component] else SMALL.format(least=f"{least:.2g} {unit}".strip())
+        measure = measure if math.isfinite(least) else NONE
         largest = Largest(*found, float(share[row, component]), measure)
     outputs = {kind.partition(".")[2]: array for kind, array in errors.items() if kind.startswith("output.")}
     return ErrorEstimate(
@@ -406,6 +458,16 @@ def observed_order(far: tuple[Array, Array], near: tuple[Array, Array], floor: f
     calm = known[theirs[known] < _SATURATED]
     row = calm[-1] if len(calm) else known[0]
     return float(np.log2(theirs[row] / ours[row]))
+
+
+def _near(times: Array, others: Array, slack: float) -> NDArray[np.bool_]:
+    """Return which of times (n,) are within a slack of one of others (m,), in order, all in s."""
+    if not len(others):
+        return np.zeros(len(times), dtype=bool)
+    after = np.clip(np.searchsorted(others, times), 1, len(others)) - 1
+    behind = np.minimum(after + 1, len(others) - 1)
+    found: NDArray[np.bool_] = np.minimum(np.abs(times - others[after]), np.abs(times - others[behind])) <= slack
+    return found
 
 
 def _so_far(array: Array) -> Array:

@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.compiled.model import CompiledModel
 from eomgen.integrators.events import ACCUMULATED, AT_EVENTS, NO_VALUE, STOPPED
+from eomgen.lie import product
 from eomgen.results.events import Events
 from eomgen.simulation.event_log import entry_type
 from eomgen.simulation.stepper import Stepper, Trajectory
 from eomgen.system.events import mode_parameter
+
+if TYPE_CHECKING:
+    from eomgen.simulation.run import Run
+
+#: Places within a step at which formulas are looked at.
+_LOOKS = 65
 
 
 def table_of(trajectory: Trajectory, stepper: Stepper, p: Array) -> Events | None:
@@ -55,22 +62,60 @@ def parameters_over(events: Events | None, model: CompiledModel, p: Array, t: Ar
     """Return the parameters (..., np) at times (...), modes among them; (np,) where there are no modes."""
     if events is None or not events.mode_names:
         return p
-    columns = [list(model.parameters).index(mode_parameter(name)) for name in events.mode_names]
     values = np.concatenate([events.first_modes[np.newaxis], events.modes])
     slack = 8.0 * float(np.finfo(float).eps) * (np.abs(t) + 1e-3)
-    found = np.broadcast_to(p, (*np.shape(t), len(p))).copy()
-    found[..., columns] = values[np.searchsorted(events.t, t + slack, side="right")]
+    return parameters_with(events, model, p, values[np.searchsorted(events.t, t + slack, side="right")])
+
+
+def parameters_with(events: Events, model: CompiledModel, p: Array, modes: Array) -> Array:
+    """Return parameters (..., np) with values (..., number of modes) of the modes."""
+    columns = [list(model.parameters).index(mode_parameter(name)) for name in events.mode_names]
+    found = np.broadcast_to(p, (*modes.shape[:-1], len(p))).copy()
+    found[..., columns] = modes
     return found
 
 
-def ending(status: int, stepper: Stepper) -> str:
-    """Return a sentence on the event that ended a run; empty for other statuses."""
+def without_value(run: Run, rows: Array, events: Events | None) -> list[str]:
+    """Return the events whose formula, or its rate, has no finite value on the way into the next step.
+
+    Parameters
+    ----------
+    rows : (n, width) of the record
+    events : of the run; the step goes on from the last one where that is behind the last row
+    """
+    model, p, step = run.model, run.parameters, run.settings["step"]
+    ends = np.cumsum([1, model.nq, model.nv, model.nv, len(model.multipliers)])
+    (t,), q, v, a, multipliers, z = np.split(rows[-1], ends)
+    if events is not None and len(events) and events.t[-1] > t:
+        *_, event = events
+        t, q, v, z, p = event.t, event.q, event.v, event.z, parameters_with(events, model, p, event.modes)
+    held = {"multipliers": multipliers} if model.multipliers else {}
+    a = np.where(np.isfinite(a), a, 0.0)
+    names = [row["name"] for row in model.library.layout["method"]["events"]["rows"]]
+    missing = np.zeros(len(names), dtype=bool)
+    with np.errstate(all="ignore"):
+        for share in np.linspace(0.0, 1.0, _LOOKS):
+            time = share * step
+            u = run.signals.rows(np.array([t + time]))[0] if model.nu else None
+            ahead = product.update(model.factors, q, time * v + 0.5 * time**2 * a), v + time * a, a, t + time, u
+            found = model.evaluate("events", *ahead, z=z, parameters=p, **held)
+            missing |= ~(np.isfinite(found["event"]) & np.isfinite(found["event_rate"]))
+    return [name for name, one in zip(names, missing, strict=True) if one]
+
+
+def ending(status: int, stepper: Stepper, without_value: Sequence[str] = ()) -> str:
+    """Return a sentence on the event that ended a run; empty for other statuses.
+
+    Parameters
+    ----------
+    without_value : names of events whose formula has no value ahead; empty where that is not known
+    """
     if status not in AT_EVENTS and status != NO_VALUE.number:
         return ""
     data = stepper.layout["method"]["events"]["rows"]
     if status == NO_VALUE.number:
-        names = ", ".join(row["name"] for row in data)
-        return f"stopped at t = {stepper.t:.9g} s: {stepper.status_text(status)} (there are: {names})"
+        names = ", ".join(without_value) or f"one of {', '.join(row['name'] for row in data)}"
+        return f"stopped at t = {stepper.t:.9g} s: {stepper.status_text(status)} ({names})"
     row = data[int(stepper.state[stepper.places["event_last"]][0])]
     count = int(stepper.state[stepper.places["event_count"]][data.index(row)])
     if status == STOPPED.number:

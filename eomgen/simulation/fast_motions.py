@@ -17,6 +17,7 @@ import numpy as np
 from eomgen.arrays import Array
 from eomgen.errors import EomgenError
 from eomgen.lie import product
+from eomgen.simulation.events import parameters_over, parameters_with
 from eomgen.simulation.run import Run
 
 if TYPE_CHECKING:
@@ -40,15 +41,16 @@ _RANK = 1e-10
 
 
 class _Place(NamedTuple):
-    """A state (q, v, z) that a run starts at or goes on from, in words, the one before, and whether formulas jump
-    there in time."""
+    """A state (q, v, z) that a run starts at or goes on from, in words, with the parameters p (np,) that hold there;
+    the one before, with its own, and whether formulas jump there in time."""
 
     words: str
     t: float
     q: Array
     v: Array
     z: Array
-    before: tuple[Array, Array, Array] | None = None
+    p: Array
+    before: tuple[Array, Array, Array, Array] | None = None
     jump: bool = False
 
 
@@ -103,16 +105,18 @@ def _places(run: Run, rows: Array, events: Events | None, acting: Array, jumps: 
     t, q, v, _, _, z = np.split(rows, ends, axis=1)
     times, found = t[:, 0], []
     if times[0] == run.grid.start:
-        found.append(_Place("the start", float(times[0]), q[0], v[0], z[0]))
+        found.append(_Place("the start", float(times[0]), q[0], v[0], z[0], run.parameters))
     if events is not None:
+        held = run.parameters
         for record in [item for item in events if item.t in acting and item.t < run.grid.end][:_PLACES]:
             words = f"the event {record.name} at t = {record.t:.6g} s"
-            before = record.q_before, record.v_before, record.z_before
-            found.append(_Place(words, record.t, record.q, record.v, record.z, before))
+            before = record.q_before, record.v_before, record.z_before, held
+            held = parameters_with(events, model, run.parameters, record.modes)
+            found.append(_Place(words, record.t, record.q, record.v, record.z, held, before))
     for jump in np.setdiff1d(jumps, acting)[:_PLACES]:
         row = int(np.argmin(np.abs(times - jump)))
         if 0 < row < len(times) - 1 and abs(times[row] - jump) < 1e-6 * run.settings["step"]:
-            state = q[row], v[row], z[row]
+            state = q[row], v[row], z[row], parameters_over(events, model, run.parameters, times[row])
             found.append(_Place(f"the jump at t = {jump:.6g} s", float(jump), *state, before=state, jump=True))
     return found
 
@@ -135,7 +139,9 @@ class _Modes:
         for frequency, form in list(zip(frequencies, forms.T, strict=True)):
             span = _SPAN / frequency
             later = 0.05 * span if place.jump else 0.0
-            swing, size = self._swing((place.q, place.v, place.z), place.t + later, span, frequency, mass @ form, mass)
+            swing, size = self._swing(
+                (place.q, place.v, place.z, place.p), place.t + later, span, frequency, mass @ form, mass
+            )
             size = max(size, usual)
             reach = float(np.abs(place.q).max(initial=1.0))
             deflection = swing / frequency**2 * float(np.abs(form).max())
@@ -154,9 +160,9 @@ class _Modes:
     def _unresolved(self) -> tuple[Array, Array, Array]:
         """Return angular frequencies (m,), forms (nv, m) of unit kinetic energy, and M, of modes that oscillate too
         fast; the fastest first."""
-        model, (_, t, q, v, z, *_), p = self.run.model, self.place, self.run.parameters
+        model, (_, t, q, v, z, p, *_) = self.run.model, self.place
         u = self._inputs(t)
-        a, multipliers = self._accelerations(q, v, z, t)
+        a, multipliers = self._accelerations((q, v, z, p), t)
         held = {"multipliers": multipliers} if model.multipliers else {}
         K, C, M = model.partials(q, v, a, t, u, z=z, parameters=p, **held)
         mass = 0.5 * (M + M.T)
@@ -179,19 +185,25 @@ class _Modes:
         return frequencies[places], forms[:, places], mass
 
     def _swing(
-        self, state: tuple[Array, Array, Array], t: float, span: float, frequency: float, weights: Array, mass: Array
+        self,
+        state: tuple[Array, Array, Array, Array],
+        t: float,
+        span: float,
+        frequency: float,
+        weights: Array,
+        mass: Array,
     ) -> tuple[float, float]:
         """Return the amplitude of a mode's acceleration and the size of all, in roots of kinetic energy per s.
 
         An oscillation of amplitude A has the second derivative -W^2 A cos and the first one -W A sin.
         """
-        model, (q, v, z) = self.run.model, state
+        model, (q, v, z, p) = self.run.model, state
         seen = []
-        a, _ = self._accelerations(q, v, z, t)
+        a, _ = self._accelerations(state, t)
         for number in range(1, 3):
             seen.append(a)
             q, half = product.update(model.factors, q, span * v + 0.5 * span**2 * a), v + 0.5 * span * a
-            next_a, _ = self._accelerations(q, v + span * a, z, t + number * span)
+            next_a, _ = self._accelerations((q, v + span * a, z, p), t + number * span)
             v, a = half + 0.5 * span * next_a, next_a
         seen.append(a)
         along = [float(weights @ one) for one in seen]
@@ -201,8 +213,8 @@ class _Modes:
         size = max(swing, *(math.sqrt(max(float(one @ mass @ one), 0.0)) for one in seen))
         return swing, size
 
-    def _accelerations(self, q: Array, v: Array, z: Array, t: float) -> tuple[Array, Array]:
-        model, p, u = self.run.model, self.run.parameters, self._inputs(t)
+    def _accelerations(self, state: tuple[Array, Array, Array, Array], t: float) -> tuple[Array, Array]:
+        model, u, (q, v, z, p) = self.run.model, self._inputs(t), state
         if model.multipliers:
             a, multipliers = model.constrained_dynamics(q, v, t, u, z=z, parameters=p)
             return a, multipliers

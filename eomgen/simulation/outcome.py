@@ -29,6 +29,7 @@ from eomgen.simulation.error_estimate import ErrorEstimation, no_estimate
 from eomgen.simulation.events import acting, parameters_over, table_of
 from eomgen.simulation.fast_motions import unresolved_motion
 from eomgen.simulation.growth import at_rest, unstable_growth
+from eomgen.simulation.impact_starts import impacts_at_start
 from eomgen.simulation.momentum import momentum_drift
 from eomgen.simulation.run import Run
 from eomgen.simulation.run_metadata import run_metadata
@@ -40,12 +41,16 @@ from eomgen.simulation.states import Prescribed, States, evaluated, prescribed, 
 from eomgen.simulation.stepper import Stepper, Trajectory
 from eomgen.simulation.unit_quaternions import largest_stretch
 from eomgen.simulation.warnings import (
+    LARGE_ERROR,
     run_warnings,
     starts_beyond_limits,
     undefined_outputs,
     unresolved_damping,
     unresolved_states,
 )
+
+#: What to try where a run passes over events.
+_SHORTER = "try: a step smaller than {step:.3g} s, in each of which events are looked for"
 
 
 class Beginning(NamedTuple):
@@ -137,7 +142,7 @@ class Outcome:
         message = "; ".join((self._judged, *layout["warnings"], *of_method, *badly_followed))
         if beginning is None:
             return message
-        at_start = (*self._unresolved, *self._beyond_limits, *beginning.doubts, beginning.choice)
+        at_start = (*self._unresolved, *self._beyond_limits, *self._impacts, *beginning.doubts, beginning.choice)
         return "; ".join(filter(None, (message, *at_start)))
 
     @cached_property
@@ -147,7 +152,7 @@ class Outcome:
         notes = [*model.notes, *run.method.warnings(bool(model.multipliers))]
         if beginning is not None:
             of_scene = starts_beyond_limits(model, model.initial_q, model.parameter_array())
-            notes = [*(note for note in notes if note not in of_scene), *self._beyond_limits]
+            notes = [*(note for note in notes if note not in of_scene), *self._beyond_limits, *self._impacts]
             notes += [beginning.choice] if beginning.choice else []
         return {
             **run_metadata(run),
@@ -163,7 +168,7 @@ class Outcome:
         run, trajectory = self._run, self._trajectory
         if self._estimation is None:
             return no_estimate(run)
-        found = self._estimation.of(run, self._stepper.library, trajectory, self._present, self._wall)
+        found = self._estimation.of(run, self._stepper.library, trajectory, self._present, self._wall, self._events)
         if not found.available:
             return found
         statistics = self._statistics
@@ -286,7 +291,7 @@ class Outcome:
     def _judged(self) -> str:
         """How the run ended, and what is doubtful of it."""
         run = self._run
-        message = message_of(self._last_run, self._stepper, self._trajectory)
+        message = message_of(self._last_run, self._stepper, self._trajectory, self._events)
         if self._writer is not None and self._ended:
             last = f"; the checkpoint {self._writer.path} holds its last state" if self._trajectory.interrupted else ""
             message += self._writer.problem or last
@@ -303,6 +308,8 @@ class Outcome:
             message = f"{message}{'; ' if success else ', but '}{self._bending}"
         if success and self.error.unresolved:
             message = f"{message}; {self.error.unresolved}"
+        if success and self.error.passed_over and not self.error.relative > LARGE_ERROR:
+            message = f"{message}; {self.error.passed_over}; {_SHORTER.format(step=self._run.settings['step'])}"
         states = self._states
         if met := passed_springs(run.model, states.t, states.q, run.parameters):
             message = f"{message}; {met}"
@@ -321,6 +328,11 @@ class Outcome:
         if beginning is None or beginning.equilibrium:
             return []
         return starts_beyond_limits(self._run.model, beginning.state.q, self._run.parameters)
+
+    @cached_property
+    def _impacts(self) -> list[str]:
+        """Impacts that the run starts behind, or rests on."""
+        return [] if self._beginning is None else impacts_at_start(self._run, self._beginning.state)
 
     @cached_property
     def _unresolved(self) -> list[str]:

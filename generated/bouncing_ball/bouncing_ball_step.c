@@ -894,7 +894,7 @@ static bouncing_ball_status bouncing_ball_take_events(bouncing_ball_parameters *
     const real *row = bouncing_ball_rows_of_part(u_table, share, share, rows);
     for (i = 0; i < 4; ++i)
         due[i] = i == known || bouncing_ball_is_due(i, state->event_state.side[i], &before, state->t, settings->step);
-    for (i = 0; i < 4; ++i) {
+    for (i = 0; i < 4 && !stopped; ++i) { /* none comes behind one that ends the run */
         const long side = state->event_state.side[i];
         const real shortest = least[i] > 0.0 ? K(least[i]) : K(1e-09) * settings->step;
         const int soon = state->event_state.count[i] > 0 && state->t - state->event_state.time[i] < shortest;

@@ -144,6 +144,29 @@ def test_a_machine_at_rest_has_no_error() -> None:
     assert hanging.error.relative < 1e-3 and hanging.message == "reached t = 1 s in 100 steps"
 
 
+def test_nothing_that_moves_is_called_so() -> None:
+    still = eomgen.build(
+        {
+            "format": 1,
+            "name": "still_sled",
+            "gravity": [0, 0, 0],
+            "bodies": {"sled": {"mass": 1.0}},
+            "joints": {"rail": {"type": "prismatic", "parent": "base", "child": "sled", "axis": [1, 0, 0]}},
+        },
+        profile="quick",
+    )
+    error = still.simulate(1.0, 0.1).error
+    assert error.relative == 0.0 and str(error.largest) == "0 m of q.rail at t = 0 s, 0 % of its motion, which is none"
+
+
+@pytest.mark.parametrize("step", [1.0, 50.0])
+def test_a_step_longer_than_the_run_is_one_step_whose_error_is_told(step: float) -> None:
+    model = sled()
+    run = model.simulate(1.0, step, method="rk4")
+    assert run.stats["steps"] == 1 and run.error.relative > 0.1
+    assert abs(run.q[-1, 0] - by_dop853(model, run)[-1, 0]) > 0.1 and "the estimated error is" in run.message
+
+
 def test_what_it_costs_is_said() -> None:
     error = sled().simulate(5.0, 0.01).error
     assert error.seconds > 0.0 and error.cost > 0.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 from eomgen.formula.evaluate import symbols
-from eomgen.formula.nodes import Formula, Number, Symbol
+from eomgen.formula.nodes import Formula, Number, Operation, Symbol
 from eomgen.scene.events.model import Event
 from eomgen.scene.events.schema import Event as WrittenEvent
 from eomgen.scene.formula.scope import EVERYTHING, Scope
@@ -45,6 +45,9 @@ def read_event(
     when = values.formula(f"{key}.when", entry.when, EVERYTHING)
     if isinstance(when, Number) and when is not UNKNOWN:
         values.report.add(f"{key}.when", "a number has no roots in time", 'a formula such as "q.ball" or "t - 2"')
+    if _is_comparison(when):
+        what = "a comparison is 1 or 0 and does not pass zero"
+        values.report.add(f"{key}.when", what, 'the difference of its sides, "q.ball - 0.5", and a direction')
     for action, keys in _KEYS.items():
         for own in keys:
             given = getattr(entry, own) is not None
@@ -84,6 +87,14 @@ def read_event(
         description=entry.description,
         place=values.report.where(f"{key}.when"),
     )
+
+
+def _is_comparison(formula: Formula) -> bool:
+    """Return whether a formula is a comparison, or comparisons with words between them: 1 or 0."""
+    if not isinstance(formula, Operation):
+        return False
+    joined = formula.name in ("mul", "min", "max") and all(map(_is_comparison, formula.arguments))
+    return formula.name in ("lt", "le") or joined
 
 
 def _value(key: str, value: float | str | None, values: Values) -> Formula | None:

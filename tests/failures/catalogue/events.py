@@ -20,6 +20,29 @@ FAILURES = [
         more="[events.stop]\nwhen = 3\n",
     ),
     Failure(
+        "An event of a comparison",
+        3,
+        "description error: scene.toml:34 (events.stop.when): a comparison is 1 or 0 and does not pass zero; "
+        'try: the difference of its sides, "q.ball - 0.5", and a direction',
+        more='[events.stop]\nwhen = "q.shoulder < 0.5 and t > 1"\n',
+    ),
+    Failure(
+        "An event of a formula that nothing changes",
+        4,
+        "model error: scene.toml:34 (events.stop.when): the formula does not change along a run: nothing of the motion "
+        'and no time is left in it; try: a formula such as "q.ball" or "t - 2"',
+        command="info scene.toml",
+        more='[events.stop]\nwhen = "0 * q.shoulder + 1"\n',
+    ),
+    Failure(
+        "An impact by time alone",
+        4,
+        "model error: scene.toml:34 (events.stop.when): the impact needs a formula of positions, for its impulse is "
+        'along their gradient, and this has none; try: a distance, such as "q.ball", or action = "reset"',
+        command="info scene.toml",
+        more='[events.stop]\nwhen = "t - 1"\naction = "impact"\nrestitution = 0.5\n',
+    ),
+    Failure(
         "A reset without values",
         3,
         "description error: scene.toml:33 (events.stop): the action reset needs the key reset; try: "

@@ -1,0 +1,122 @@
+"""Events that are asked too much: what a run says of them, and what its error estimate does."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+
+import eomgen
+from eomgen.errors import DescriptionError, ModelError
+
+G = 9.81
+
+
+def falling(events: dict[str, Any], start: dict[str, float] | None = None, **sections: Any) -> eomgen.Model:
+    """Return a mass of 1 kg that falls from 1 m, or from another state."""
+    rail = {"type": "prismatic", "parent": "base", "child": "ball", "axis": [0, 0, 1]}
+    scene = {
+        "format": 1,
+        "name": "falling",
+        "bodies": {"ball": {"mass": 1.0}},
+        "joints": {"ball": {**rail, "initial": start or {"position": 1.0}}},
+        "events": events,
+        **sections,
+    }
+    return eomgen.build(scene, profile="quick")
+
+
+def test_what_never_passes_zero_is_refused() -> None:
+    with pytest.raises(DescriptionError, match="a comparison is 1 or 0 and does not pass zero"):
+        falling({"low": {"when": "q.ball < 0.5"}})
+    with pytest.raises(ModelError, match="the formula does not change along a run"):
+        falling({"low": {"when": "0 * q.ball + 1"}})
+    with pytest.raises(ModelError, match="the formula does not change along a run"):
+        falling({"low": {"when": "mode.gear - 1.5"}}, modes={"gear": 1})
+    with pytest.raises(ModelError, match="the impact needs a formula of positions, for its impulse"):
+        falling({"low": {"when": "t - 0.5", "action": "impact", "restitution": 0.5}})
+
+
+def test_nothing_comes_behind_an_event_that_ends_the_run() -> None:
+    ground = {"when": "q.ball", "direction": "falling", "action": "stop"}
+    bounce = {"when": "q.ball", "action": "impact", "restitution": 0.5}
+    run = falling({"ground": ground, "bounce": bounce}).simulate(1.0, 0.01, method="rk4")
+    assert run.message.startswith("stopped by the event ground at t = 0.451523641 s")
+    assert run.events is not None and run.events.counts == {"ground": 1, "bounce": 0}
+    assert run.v[-1, 0] == pytest.approx(-math.sqrt(2.0 * G), rel=1e-12)
+    run = falling({"bounce": bounce, "ground": ground}).simulate(1.0, 0.01, method="rk4")
+    assert run.message.startswith("stopped by the event ground") and run.v[-1, 0] > 0.0
+
+
+@pytest.mark.parametrize("method", ["rk4", "rk45", "taylor", "generalized_alpha"])
+def test_roots_that_steps_pass_over_are_told_of(method: str) -> None:
+    model = falling({"wave": {"when": "sin(10000 * t)", "action": "count"}, "half": {"when": "q.ball - 0.5"}})
+    run = model.simulate(1.0, 0.01, method=method)
+    assert run.success and run.events is not None
+    other = run.events.counts["wave"]
+    assert other < 3183  # a root each pi / 10000 s
+    assert f"the event wave comes {other} times, and " in run.message
+    assert "; try: a step smaller than 0.01 s, in each of which events are looked for" in run.message
+    assert "wave" in run.error.passed_over
+    fine = model.simulate(1.0, 1e-4, method=method)
+    assert not fine.error.passed_over and fine.events is not None and fine.events.counts["wave"] == 3183
+
+
+@pytest.mark.parametrize("method", ["rk4", "rk45", "taylor"])
+def test_a_row_on_which_a_reset_falls_is_no_error(method: str) -> None:
+    """A saw tooth whose jumps lie on rows: rounding decides on which side of a jump such a row is."""
+    model = falling({"full": {"when": "z1 - 1", "action": "reset", "reset": {"z1": 0}}}, states={"z1": {"rate": 5.0}})
+    run = model.simulate(2.0, 0.01, method=method)
+    assert run.success and run.error.relative < 1e-10 and "estimated error" not in run.message
+
+
+def test_a_stiffness_that_an_event_switches_on_is_told_of() -> None:
+    """What swings behind an event follows from the mode that the event has set, and not from that of the start."""
+    model = falling(
+        {"grip": {"when": "q.ball - 0.5", "action": "switch", "mode": "gripped", "to": 1e9}},
+        modes={"gripped": 0},
+        efforts={"grip": {"joint": "ball", "effort": "-mode.gripped * q.ball"}},
+    )
+    run = model.simulate(1.0, 0.01, method="generalized_alpha")
+    assert f"the event grip at t = {math.sqrt(1.0 / G):.6g} s excites a motion of v.ball at 5.03e+03 Hz" in run.message
+
+
+def test_a_force_without_a_value_behind_an_event_names_the_event() -> None:
+    model = falling(
+        {"break": {"when": "q.ball - 0.5", "action": "switch", "mode": "gap", "to": 0}},
+        modes={"gap": 1},
+        efforts={"push": {"joint": "ball", "effort": "1 / mode.gap"}},
+    )
+    run = model.simulate(1.0, 0.01, method="rk4")
+    assert (
+        not run.success
+        and (
+            "the first block that is not finite is Q (the generalized force), component v.ball at t = 0.33690856 s,"
+            " behind the event break; try: other parameters, formulas or coordinates there: no smaller step helps"
+        )
+        in run.message
+    )
+
+
+@pytest.mark.parametrize("method", ["rk4", "rk45", "taylor", "generalized_alpha"])
+def test_only_the_event_without_a_value_is_named(method: str) -> None:
+    model = falling({"fine": {"when": "q.ball - 0.7"}, "root": {"when": "sqrt(q.ball - 0.5)"}})
+    run = model.simulate(1.0, 0.01, method=method)
+    assert not run.success and "has no finite value within the next step (root), after 31 of 100 steps" in run.message
+
+
+def test_an_impact_that_the_run_starts_behind_or_on_is_told_of() -> None:
+    floor = {"when": "q.ball", "direction": "falling", "action": "impact", "restitution": 0.5}
+    behind = falling({"floor": floor}, {"position": -0.5, "velocity": 5.0}).simulate(0.5, 0.01, method="rk4")
+    text = (
+        "the run starts behind the impact floor, which is met from where its formula is above zero: at the start it is"
+        ' -0.5; try: another initial state, or direction = "rising"'
+    )
+    assert text in behind.message and text in behind.metadata["notes"]
+    above = falling({"floor": {**floor, "direction": "rising"}}).simulate(0.2, 0.01, method="rk4")
+    assert "met from where its formula is below zero: at the start it is 1;" in above.message
+    either = falling({"floor": {**floor, "direction": "both"}}, {"position": 0.0}).simulate(0.2, 0.01, method="rk4")
+    assert "the run starts at rest on the impact floor, which has no side" in either.message
+    free = falling({"floor": floor}).simulate(0.2, 0.01, method="rk4")
+    assert "impact" not in free.message
