@@ -103,6 +103,16 @@ def make_folder(path: Path) -> Path:
     return path
 
 
+def check_writable(path: Path) -> None:
+    """Raise FileError where a file could not be written, before the work that it is for."""
+    try:
+        with tempfile.NamedTemporaryFile("wb", dir=path.parent, prefix=f".{path.name}."):
+            pass
+    except OSError as error:
+        what = f"cannot be written ({error.strerror or error})"
+        raise FileError(Problem(str(path), what, "another folder, or permission to write there")) from None
+
+
 def _write(path: Path, needed: int, fill: Callable[[IO[bytes]], object]) -> None:
     temporary: Path | None = None
     try:

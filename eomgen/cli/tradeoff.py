@@ -192,7 +192,9 @@ def _remarks(study: Tradeoff) -> list[str]:
     if study.failures:
         found.append(f"did not reach the end: {counted(len(study.failures), 'run')}")
     if study.left_out:
-        found.append(f"left out: {counted(len(study.left_out), 'configuration')}, with reasons in tradeoff.json")
+        left_out = f"left out: {counted(len(study.left_out), 'configuration')}, with reasons in tradeoff.json"
+        late = len(study.not_built)
+        found.append(f"{left_out}; {late} for want of time: --resume goes on with them" if late else left_out)
     built = sum(study.compiled.values())
     machine = f"{study.machine['processor']}, {study.machine['compiler']}"
     found.append(

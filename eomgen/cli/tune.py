@@ -13,13 +13,14 @@ import click
 from eomgen.cli.options import assignments, debug_option, in_units, json_option, scene_options
 from eomgen.cli.printing import console, counted, print_json, print_table, say
 from eomgen.errors import NumericalError, Problem, UsageError
+from eomgen.files import check_writable
 from eomgen.scene.sources.register import all_options
 
 if TYPE_CHECKING:
     from eomgen.studies import RealTime, Tuned
 
 _OF_SCENES = ("strict", "coordinates", *all_options())
-_UNITS = {"us": 1e-6, "ms": 1e-3, "s": 1.0}
+_UNITS = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0}
 #: Rivals that are named.
 _RIVALS = 5
 
@@ -63,6 +64,10 @@ def tune(scene: str, file: str | None, as_json: bool, **options: Any) -> int:
     described = pipeline.load(scene, **reading)
     if file is not None and Path(file).suffix != ".toml":
         raise UsageError(Problem(f"--out {file}", "a scene is written as a .toml file", "--out tuned.toml"))
+    if (options["error"] is None) == (options["real_time"] is None):
+        raise UsageError(Problem("tune", "either --error is demanded or a cycle of --real-time", "--error 1e-4"))
+    if file is not None:
+        check_writable(Path(file))
     with _status(described.name) as progress:
         found = tuned(
             scene,
@@ -144,4 +149,4 @@ def _print_real_time(found: RealTime) -> None:
     header = ("configuration", "steps in a cycle", "99.99 % below, us", "error")
     rows = [(label, steps, f"{1e6 * late:.3g}", f"{error:.1e}") for label, steps, late, error in found.tried]
     rows.sort(key=lambda row: row[:2])
-    print_table(f"{found.scene}: cycles of {1e6 * found.cycle:.4g} us", header, rows, numeric=(1, 2, 3))
+    print_table(f"{found.scene}: cycles of {1e6 * found.cycle:.6g} us", header, rows, numeric=(1, 2, 3))

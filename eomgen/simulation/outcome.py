@@ -6,6 +6,7 @@ its parameters, and the stepper as it was left.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property, partial
@@ -35,8 +36,7 @@ from eomgen.simulation.run import Run
 from eomgen.simulation.run_metadata import run_metadata
 from eomgen.simulation.run_model import run_model
 from eomgen.simulation.settings import followed_laws
-from eomgen.simulation.singular_positions import nearest_singular, passages, way_through
-from eomgen.simulation.spring_lengths import passed_springs
+from eomgen.simulation.singular_positions import nearest_singular, not_followed, passages, way_through
 from eomgen.simulation.states import Prescribed, States, evaluated, prescribed, states_of
 from eomgen.simulation.stepper import Stepper, Trajectory
 from eomgen.simulation.unit_quaternions import largest_stretch
@@ -316,7 +316,8 @@ class Outcome:
         if undefined := undefined_outputs(states.t, self.outputs):
             message = f"{message}; {undefined}"
         if passed := passages(int(self._statistics.get("singular_passages", 0))):
-            message = f"{message}; {passed}"
+            tolerance = self._run.settings["tolerance"] if self._run.method.chooses_steps else math.inf
+            message = f"{message}; {passed}{not_followed(self.error.relative, tolerance)}"
         if self._stepper.controllers is not None and (cost := self._stepper.controllers.cost(self._wall)):
             message = f"{message}; {cost}"
         return message

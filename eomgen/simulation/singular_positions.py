@@ -33,6 +33,8 @@ _SPREAD, _WORK, _LEAST, _LAST = 1000, 10**8, 50, 40
 #: Steps beyond the last row, along its velocity, that are looked at: the step that failed, and the one that it would
 #: have led to.
 _AHEAD = np.linspace(0.0, 2.0, 9)
+#: Estimated error by tolerance above which the one does not follow the other.
+_FOLLOWED = 1e3
 _NEEDED = ("mass", "constraint_jacobian")
 
 
@@ -146,3 +148,19 @@ def _nearest(model: CompiledModel, t: Array, q: Array, p: Array, first: int) -> 
     place = first + int(np.argmin(values[first:]))
     part = float(values[place] / measure) if measure > 0.0 else 1.0
     return Singular(float(t[place]), part) if part < least else None
+
+
+def not_followed(relative: float, tolerance: float) -> str:
+    """Return that a run past singular positions has an error that does not follow its tolerance; empty where it does.
+
+    Parameters
+    ----------
+    relative : estimated error as a part of the motion; NaN where it is not known
+    tolerance : of a method that chooses its steps; infinite for others
+    """
+    if not relative > _FOLLOWED * tolerance:
+        return ""
+    return (
+        f"; near them errors do not follow tolerances: the estimated one is {relative:.2g} of the motion at a tolerance"
+        f" of {tolerance:.2g}; try: a tolerance of 1e-08, rk4_partitioned, or a run that ends before the first of them"
+    )

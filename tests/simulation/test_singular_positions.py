@@ -56,6 +56,16 @@ def test_rk4_partitioned_passes_and_says_how_often(model: eomgen.Model, step: fl
     assert error(run) < 3e-6 and np.ptp(run.energy["total"]) < 3e-6
 
 
+def test_rk45_partitioned_says_where_its_error_does_not_follow_the_tolerance(model: eomgen.Model) -> None:
+    told = "; near them errors do not follow tolerances: the estimated one is "
+    run = model.simulate(10.0, 1e-2, method="rk45_partitioned", tolerance=1e-10)
+    assert run.success and error(run) > 1e-6  # 1e-10 of 30 m would be 3e-9
+    assert f"{told}{run.error.relative:.2g} of the motion at a tolerance of 1e-10; try: a tolerance of" in run.message
+    assert error(run) / 5.0 < run.error.increment.max() < 5.0 * error(run)
+    run = model.simulate(10.0, 1e-2, method="rk45_partitioned", tolerance=1e-6)
+    assert run.success and told not in run.message and error(run) < 1e-4
+
+
 @pytest.mark.parametrize("step", [1e-2, 5e-3, 2e-3, 1e-3])
 @pytest.mark.parametrize("method", ["generalized_alpha", "generalized_alpha_index3", "trapezoidal"])
 def test_generalized_alpha_passes_with_its_order_or_says_why_it_stops(

@@ -378,6 +378,25 @@ def test_what_has_no_reference_is_not_tuned() -> None:
         eomgen.tune(WILD, 1e-6, t_end=150.0, methods=["taylor", "rk4"])
 
 
+def test_what_does_not_move_is_not_studied() -> None:
+    still = {**SWING, "gravity": [0, 0, 0]}
+    for ask in (lambda: eomgen.tune(still, 1e-4, methods=["rk4"]), lambda: eomgen.tradeoff(still, methods=["rk4"])):
+        with pytest.raises(eomgen.NumericalError, match="nothing moves in this run, so that all methods give the same"):
+            ask()
+
+
+def test_where_the_file_cannot_be_written_is_found_before_the_work(
+    path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["tune", str(path), "--error", "1e-3", "--out", str(tmp_path / "no" / "tuned.toml")]) == 7
+    printed = capsys.readouterr()
+    assert not printed.out and "tuned.toml: cannot be written (No such file or directory)" in printed.err
+    assert main(["tune", str(path)]) == 2
+    assert "either --error is demanded or a cycle of --real-time; try: --error 1e-4" in capsys.readouterr().err
+    assert main(["tune", str(path), "--real-time", "5ns", "--error", "1e-3"]) == 2
+    assert "either --error is demanded" in capsys.readouterr().err
+
+
 def test_the_command_writes_the_scene(path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     arguments = [str(path), "--error", "1e-3", "--output", "angle", "--methods", "rk4,generalized_alpha"]
     assert main(["tune", *arguments, "--out", str(tmp_path / "tuned.toml")]) == 0

@@ -13,6 +13,7 @@ import numpy as np
 
 from eomgen.errors import FileError, Problem, UsageError
 from eomgen.files import make_folder
+from eomgen.integrators.methods import AUTO, canonical_name
 from eomgen.studies.ladders.references import Reference, difference, reference
 from eomgen.studies.ladders.result import Extremes
 from eomgen.studies.ladders.runs import REACHED, Conditions, Ended, Request, Runner, compile_stepper, simulated
@@ -84,6 +85,9 @@ def extremes(
     for name in ladders:
         if name not in BY_NAME:
             raise UsageError(Problem("ladders", f"there is no ladder {shown(name)}", nearest(name, list(BY_NAME))))
+    for method in (*methods, *(method for _, _, method in map(_cell_of, cells) if method)):
+        if method != AUTO:
+            canonical_name(method)
     study = _Study(Subject(scene, reading), limit)
     wanted = [BY_NAME[name] for name in ladders] or list(LADDERS)
     chosen = [_cell_of(text) for text in cells] if cells else None

@@ -19,7 +19,15 @@ from eomgen.studies.tuning.conditions import OWN, Condition
 from eomgen.studies.tuning.demand import Demand
 from eomgen.studies.work_precision.axes import TOLERANCE, Candidate, possible, reason
 from eomgen.studies.work_precision.observation import ErrorSize, Observation, errors
-from eomgen.studies.work_precision.reference import LARGEST_UNCERTAINTY, MOST_STEPS, TIGHT, Reference, hold, rank
+from eomgen.studies.work_precision.reference import (
+    LARGEST_UNCERTAINTY,
+    MOST_STEPS,
+    TIGHT,
+    Reference,
+    check_moves,
+    hold,
+    rank,
+)
 from eomgen.studies.work_precision.running import REACHED, Runner
 
 #: What runs are held against is known to this part of the demand where that can be had, and to the second at least.
@@ -77,7 +85,7 @@ class Judge:
         Raises
         ------
         NumericalError
-            It cannot be known well enough to tell the demand.
+            It cannot be known well enough to tell the demand, or it is none: nothing moves.
         """
         if condition.what not in self._held:
             self._held[condition.what] = self._reference(condition)
@@ -113,6 +121,7 @@ class Judge:
             reasons = "; ".join(f"{name}: {why}" for name, why in list(self.tried.items())[:3])
             what = f"no method gives a reference for this scene: {reasons or 'there is none that runs on it'}"
             raise NumericalError(Problem("reference", what, "a shorter run, or a scene whose motion is smooth"))
+        check_moves(self.runner, best.observation)
         if best.error > LARGEST_UNCERTAINTY:
             hold(f"{best.described} and the same at half its accuracy", best.error)
         if best.error > LEAST_KNOWN * self.demand.error:

@@ -43,6 +43,7 @@ class RealTime:
     Attributes
     ----------
     cycle : s
+    span : s of motion, over which errors are
     steps : in a cycle
     step : s
     late : processor's time that a part ``PART`` of the cycles stays below, s
@@ -58,6 +59,7 @@ class RealTime:
     quantity: str
     measure: str
     cycle: float
+    span: float
     configuration: Configuration
     steps: int
     step: float
@@ -79,8 +81,9 @@ class RealTime:
         bound = f", {self.iterations} iterations a step at most" if self.iterations else ""
         return (
             f"{self.configuration.label}, step {self.step:.4g} s ({self.steps} in a cycle{bound}): "
-            f"{100.0 * PART:g} % of the cycles take less than {1e6 * self.late:.3g} us of {1e6 * self.cycle:.3g} us, "
-            f"the longest {1e6 * self.longest:.3g} us; error {self.error:.1e} of {self.quantity} where cycles end; "
+            f"{100.0 * PART:g} % of the cycles take less than {1e6 * self.late:.4g} us of {1e6 * self.cycle:.6g} us, "
+            f"the longest {1e6 * self.longest:.4g} us; error {self.error:.1e} of {self.quantity} where cycles end, "
+            f"over the first {self.span:.4g} s; "
             f"measured on {self.machine['processor']}, {self.machine['compiler']}"
         )
 
@@ -158,6 +161,7 @@ def real_time(
         quantity=output,
         measure=measure,
         cycle=cycle,
+        span=rows * cycle,
         configuration=best.configuration,
         steps=best.steps,
         step=step,

@@ -15,6 +15,8 @@ from eomgen.studies.work_precision.running import REACHED
 
 #: Errors above this are wrong, whatever they cost.
 WRONG = 0.1
+#: How the reason begins of what was left out for want of time.
+NOT_BUILT = "not built"
 #: Demands of the table.
 DEMANDS = (1e-2, 1e-4, 1e-6, 1e-8)
 #: Points that take part in a slope: errors below the first, and above the second of the reference's uncertainty.
@@ -84,7 +86,17 @@ class Point:
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Point:
-        """Return the point that ``to_dict`` gave."""
+        """Return the point that ``to_dict`` gave.
+
+        Raises
+        ------
+        ValueError, TypeError, KeyError
+            These are not the data of a point.
+        """
+        times = (data["seconds"], data["least_seconds"])
+        known = [data[name] for name in ("value", "took", "repeats", "order")] + [x for x in times if x is not None]
+        if not all(isinstance(x, int | float) for x in known):
+            raise TypeError("times and counts are numbers")
         names = ("formulation", "method", "parameters", "policy", "settings", "real", "profile")
         return cls(
             Configuration(**{name: data[name] for name in names}),
@@ -162,6 +174,11 @@ class Measured:
     def wrong(self) -> tuple[Point, ...]:
         """Points that reached their end and are wrong by more than a tenth."""
         return tuple(p for p in self.points if p.ended == REACHED and not self.error(p) <= WRONG)
+
+    @property
+    def not_built(self) -> tuple[str, ...]:
+        """Configurations that were left out because there was no time to build them."""
+        return tuple(label for label, why in self.left_out.items() if why.startswith(NOT_BUILT))
 
     @property
     def silent(self) -> tuple[Point, ...]:

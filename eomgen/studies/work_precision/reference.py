@@ -132,6 +132,7 @@ def reference(
         what = f"no method gives a reference for this scene: {'; '.join(tried[:3]) or 'there is none that runs on it'}"
         raise NumericalError(Problem("reference", what, "a shorter run, or a scene whose motion is smooth"))
     first = solved[0]
+    check_moves(runner, first.observation)
     if len(solved) == 1:
         hold(f"{first.described} and the same at half its accuracy", first.settled)
         known = {name: ErrorSize(*(first.settled,) * 3) for name in errors(first.observation, first.observation)}
@@ -147,6 +148,15 @@ def hold(both: str, part: float) -> None:
         what = f"{both} differ by {100.0 * part:.3g} % of the motion: no error can be told from them"
         hint = "a shorter run, before motions that start side by side part, or a larger budget for the references"
         raise NumericalError(Problem("reference", what, hint))
+
+
+def check_moves(runner: Runner, observation: Observation) -> None:
+    """Raise NumericalError where a motion is none, so that its methods cannot be told apart by it."""
+    model = runner.model(next(iter(runner.formulations.scenes)))
+    if model.nz or not all(np.array_equal(one, one[:1].repeat(len(one), 0)) for one in (observation.q, observation.v)):
+        return
+    what = "nothing moves in this run, so that all methods give the same at any step"
+    raise NumericalError(Problem("reference", what, "an initial state off balance, an input, or a later end"))
 
 
 def rank(runner: Runner, candidate: Candidate) -> tuple[bool, bool, int, bool, int]:

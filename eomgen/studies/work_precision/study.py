@@ -18,7 +18,7 @@ from eomgen.studies.work_precision.configuration import Configuration
 from eomgen.studies.work_precision.formulations import JOINT, formulations
 from eomgen.studies.work_precision.journal import Journal, identity
 from eomgen.studies.work_precision.machine import machine
-from eomgen.studies.work_precision.measured import Point
+from eomgen.studies.work_precision.measured import NOT_BUILT, Point
 from eomgen.studies.work_precision.observation import MEASURES, STATE, quantities
 from eomgen.studies.work_precision.reference import reference
 from eomgen.studies.work_precision.result import Tradeoff
@@ -144,6 +144,8 @@ def tradeoff(
         raise UsageError(Problem("measure", f"there is no measure {shown(measure)}", f"one of {', '.join(MEASURES)}"))
     if not budget > 0.0 or not math.isfinite(budget):
         raise UsageError(Problem("budget", f"a study takes a positive number of seconds, not {budget:g}", "120"))
+    if repeats < 1:
+        raise UsageError(Problem("repeats", f"a median is of one time at least, not of {repeats}", "20"))
     for step in steps:
         if not (math.isfinite(step) and step > 0.0):
             raise UsageError(Problem("steps", f"steps are positive numbers of seconds, which {step:g} is not", "1e-3"))
@@ -348,7 +350,7 @@ class _Study:
         name = self.runner.build_name(ladder.configuration)
         first = name == self.runner.build_name(self._own().configuration)
         if built > max(self.budget, LEAST_BUILDING) and name not in self.runner.compiled and not first:
-            self.left_out[ladder.configuration.label] = f"not built: builds have taken {built:.3g} s"
+            self.left_out[ladder.configuration.label] = f"{NOT_BUILT}: builds have taken {built:.3g} s"
             return False
         try:
             self.runner.prepare(ladder.configuration)
