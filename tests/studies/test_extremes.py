@@ -17,6 +17,7 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
+from eomgen.cli.printing import print_table
 from eomgen.scene.load import from_data
 from eomgen.scene.scaling import GRAVITY, LENGTH, MASS, ORIGIN, STIFFNESS, TIME, with_factors
 from eomgen.studies.ladders.references import difference
@@ -279,6 +280,15 @@ def test_unknown_names_are_refused() -> None:
         eomgen.extremes(PENDULUM, ladders=["stif"])
     with pytest.raises(eomgen.UsageError, match=r"'soft' is no value of the ladder step; try: --cell step:1e-08"):
         eomgen.extremes(PENDULUM, cells=["step:soft"])
+    for unknown in ({"cells": ["step:0.1:rk5"]}, {"ladders": ["step"], "methods": ["rk5"]}):
+        with pytest.raises(eomgen.UsageError, match="there is no method 'rk5'; try: "):
+            eomgen.extremes(PENDULUM, **unknown)
+
+
+def test_cells_are_printed_as_they_are_named(capsys: pytest.CaptureFixture[str]) -> None:
+    """``:-1:`` is no picture of a thumb."""
+    print_table("cells", ("cell",), [("step:-1:rk4",), (":+1:",)])
+    assert capsys.readouterr().out.split() == ["cells", "cell", "step:-1:rk4", ":+1:"]
 
 
 def test_the_command_line_writes_table_json_and_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

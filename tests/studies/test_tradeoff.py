@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import math
+import re
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -292,7 +293,11 @@ def test_folders_of_studies_are_not_taken_by_mistake(study: tuple[eomgen.Tradeof
         eomgen.tradeoff(SWING, folder=folder)
     with pytest.raises(eomgen.FileError, match="of another scene, other times or other parameters; try: another"):
         eomgen.tradeoff(SWING, folder=folder, resume=True, t_end=0.64)
-    (folder / "points.jsonl").write_text("nothing of the kind\n")
+    points = folder / "points.jsonl"
+    points.write_text(re.sub(r'"seconds": [^,]*', '"seconds": "x"', points.read_text()))
+    with pytest.raises(eomgen.FileError, match=r"these are not the points of a study; try: another folder"):
+        eomgen.tradeoff(SWING, folder=folder, resume=True)
+    points.write_text("nothing of the kind\n")
     with pytest.raises(eomgen.FileError, match=r"these are not the points of a study; try: another folder"):
         eomgen.tradeoff(SWING, folder=folder, resume=True)
 
