@@ -37,6 +37,7 @@ from eomgen.simulation.run_metadata import run_metadata
 from eomgen.simulation.run_model import run_model
 from eomgen.simulation.settings import followed_laws
 from eomgen.simulation.singular_positions import nearest_singular, not_followed, passages, way_through
+from eomgen.simulation.spring_lengths import passed_springs
 from eomgen.simulation.states import Prescribed, States, evaluated, prescribed, states_of
 from eomgen.simulation.stepper import Stepper, Trajectory
 from eomgen.simulation.unit_quaternions import largest_stretch
