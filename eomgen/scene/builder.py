@@ -23,6 +23,7 @@ if TYPE_CHECKING:
         ConstraintKeys,
         ControllerKeys,
         CurveKeys,
+        DistributedLoadKeys,
         EffortKeys,
         EventKeys,
         ForceKeys,
@@ -278,6 +279,13 @@ class SceneBuilder:
     def force(self, name: str, body: str, **keys: Unpack[ForceKeys]) -> Self:
         """Add a force (N) and torque (N m) on a body at a point of its frame, in ``world`` or ``body`` axes."""
         return self._enter("forces", name, body=body, **keys)
+
+    @enters("distributed_loads")
+    def distributed_load(
+        self, name: str, beam: str, force: Sequence[Value], **keys: Unpack[DistributedLoadKeys]
+    ) -> Self:
+        """Add a force per length (N/m) on a beam, times a polynomial along it, in ``world`` or ``beam`` axes."""
+        return self._enter("distributed_loads", name, beam=beam, force=force, **keys)
 
     @enters("efforts")
     def effort(self, name: str, joint: str, effort: Value, **keys: Unpack[EffortKeys]) -> Self:

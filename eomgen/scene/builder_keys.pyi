@@ -238,5 +238,9 @@ class ForceKeys(TypedDict, total=False):
     torque: Sequence[Value] | None
     axes: str | None
 
+class DistributedLoadKeys(TypedDict, total=False):
+    profile: Value | Sequence[Value] | None
+    axes: str | None
+
 class EffortKeys(TypedDict, total=False):
     index: int | None

@@ -28,17 +28,25 @@ from tests.scene.every_value import SCENE
 
 EVERY = pytest.mark.parametrize("row", ELEMENTS, ids=lambda row: row.section)
 ENTRIES: dict[str, Any] = {"efforts": {"motor": {"joint": "hinge", "effort": "2 - 0.3 * v.hinge"}}, **SCENE}
-#: Parts of the scene of every value: an arm on a hinge, a nut on a screw, a free disc, a puck on a table.
+#: Parts of the scene of every value: an arm on a hinge, a nut on a screw, a free disc, a puck on a table;
+#: with them a beam on the base.
 BODIES = {"arm": "hinge", "nut": "screw", "disc": "free", "puck": "table"}
 
 
 def scene_with(row: Row, formula: str = "t") -> Scene:
     bodies = {name: SCENE["bodies"][name] for name in BODIES}
-    joints = {name: SCENE["joints"][name] for name in BODIES.values()}
+    joints = {name: SCENE["joints"][name] for name in (*BODIES.values(), "root")}
     bare = {key: SCENE[key] for key in ("format", "name", "gravity", "points")}
     outputs = {"seen": {"formula": formula}}
     return from_data(
-        {**bare, "bodies": bodies, "joints": joints, "outputs": outputs, row.section: ENTRIES[row.section]}
+        {
+            **bare,
+            "bodies": bodies,
+            "beams": {"blade": SCENE["beams"]["blade"]},
+            "joints": joints,
+            "outputs": outputs,
+            row.section: ENTRIES[row.section],
+        }
     )
 
 

@@ -179,6 +179,7 @@ SCENE: dict[str, Any] = {
         }
     },
     "forces": {"wind": {"body": "arm", "point": [0.1, 0.2, 0.3], "force": [1, 0, 0]}},
+    "distributed_loads": {"wind": {"beam": "blade", "force": [1, "t", "v.hinge"], "profile": [1, -0.5]}},
     "controllers": {
         "limited": {
             "type": "pi",

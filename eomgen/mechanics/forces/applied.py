@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from eomgen.mechanics.forces import bushings, efforts, forces, springs, torsion_springs, tyres
+from eomgen.mechanics.forces import bushings, distributed_loads, efforts, forces, springs, torsion_springs, tyres
 from eomgen.mechanics.forces.beams import add_structure
 from eomgen.mechanics.forces.joints import add_joint
 from eomgen.mechanics.forces.loads import Law, Loads, no_loads
@@ -13,7 +13,7 @@ from eomgen.scene.scene import Scene
 #: The laws of force elements in the order in which they are recorded, those before and those after the joints' own
 #: forces.
 LAWS: tuple[tuple[Law, ...], tuple[Law, ...]] = (
-    (springs.LAW, forces.LAW),
+    (springs.LAW, forces.LAW, distributed_loads.LAW),
     (torsion_springs.LAW, bushings.LAW, tyres.LAW, efforts.LAW),
 )
 OFFERED: Offers = {

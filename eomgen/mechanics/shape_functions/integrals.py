@@ -9,6 +9,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -32,6 +33,12 @@ def shape_integrals(beam: Beam) -> ShapeIntegrals:
     return _Integrator(beam).integrals()
 
 
+def weighted_integrals(beam: Beam, profile: tuple[float, ...]) -> ShapeIntegrals:
+    """Return the integrals of a beam's own shape functions over a polynomial in s in place of its mass; of the first
+    order."""
+    return _Integrator(replace(beam, order=1)).integrals(tuple(Fraction(entry) for entry in profile))
+
+
 class _Integrator:
     def __init__(self, beam: Beam) -> None:
         self.beam = beam
@@ -53,9 +60,10 @@ class _Integrator:
         f, slope, curvature = (np.concatenate([empty, *(part[order] for part in parts)]) for order in range(3))
         return f, slope, curvature
 
-    def integrals(self) -> ShapeIntegrals:
+    def integrals(self, weight: Coefficients | None = None) -> ShapeIntegrals:
         grid, length = self.grid, self.length
-        mass, polar, arm = self.profile("mass"), self.profile("polar"), (self.start, length)
+        mass = self.profile("mass") if weight is None else weight
+        polar, arm = self.profile("polar"), (self.start, length)
         x, rho, rho_p = (polynomial(entry, grid.positions) for entry in (arm, mass, polar))
         deflects = np.array([kind != "torsion" for kind in self.kinds], bool)
         h1, h2 = self.of_second_order(rho) if self.beam.order == 2 else (np.zeros((0, 0, 0)), np.zeros((0, 0, 0, 0)))

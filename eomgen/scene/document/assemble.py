@@ -228,7 +228,7 @@ class _Assembler:
         control = read_controllers(
             document.controllers, document.section("springs"), document.outputs, values, self.folder
         )
-        site = Site(self.bodies, points, values)
+        site = Site(self.bodies, document.beams, points, values)
         elements = {
             row.section: tuple(row.read(name, entry, site) for name, entry in document.section(row.section).items())
             for row in ELEMENTS

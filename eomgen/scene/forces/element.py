@@ -12,6 +12,7 @@ from eomgen.scene.joints.constraint_model import Frame
 from eomgen.system.description import Line, Point, Wheel
 
 if TYPE_CHECKING:  # a Scene needs none of what reads files
+    from eomgen.scene.bodies.beam_schema import Beam
     from eomgen.scene.reading.keys import Table
     from eomgen.scene.reading.requirements import Bound
     from eomgen.scene.reading.values import Values
@@ -67,9 +68,10 @@ class ForceElement:
 
 @dataclass(frozen=True)
 class Site:
-    """What a reader of a force element may look at: names of bodies, points, and the values of the scene."""
+    """What a reader of a force element may look at: names of bodies and of beams, points, and the scene's values."""
 
     bodies: Collection[str]
+    beams: Mapping[str, Beam]
     points: Mapping[str, Point]
     values: Values
 

@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
-from eomgen.scene.forces import bushings, efforts, forces, springs, torsion_springs, tyres
+from eomgen.scene.forces import bushings, distributed_loads, efforts, forces, springs, torsion_springs, tyres
 from eomgen.scene.forces.element import Row
 from eomgen.scene.reading.requirements import BOUNDS, bounds
 
-ELEMENTS: tuple[Row, ...] = (springs.ROW, torsion_springs.ROW, bushings.ROW, tyres.ROW, forces.ROW, efforts.ROW)
+ELEMENTS: tuple[Row, ...] = (
+    springs.ROW,
+    torsion_springs.ROW,
+    bushings.ROW,
+    tyres.ROW,
+    forces.ROW,
+    distributed_loads.ROW,
+    efforts.ROW,
+)
 #: What every value of a scene must be by itself.
 ALL_BOUNDS = dict(BOUNDS) | bounds(
     {f"{row.section}.{key}": bound for row in ELEMENTS for key, bound in row.bounds.items() if bound is not None}

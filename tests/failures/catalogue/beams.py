@@ -16,6 +16,12 @@ parent = "upper"
 child = "blade"
 """
 
+LOADED = """
+[distributed_loads.wind]
+beam = "blade"
+force = [0, 0, -3]
+"""
+
 
 def _changed(*changes: tuple[str, str]) -> str:
     """Return the blade with texts replaced, each of which it has once."""
@@ -315,5 +321,25 @@ FAILURES = [
         "description error: scene.toml:36 (beams.blade.bending_y.elements): 31 elements have 62 nodal coordinates, and "
         "60 are the most; try: modal coordinates, with modes = 3",
         more=_changed(("modes = 2,", 'shapes = "finite_elements", coordinates = "nodal", elements = 31,')),
+    ),
+    Failure(
+        "A distributed load on a rigid body",
+        3,
+        "description error: scene.toml:44 (distributed_loads.wind.beam): 'upper' is no beam; try: one of blade",
+        more=BLADE + LOADED.replace('"blade"', '"upper"'),
+    ),
+    Failure(
+        "A distributed load without a profile",
+        3,
+        "description error: scene.toml:46 (distributed_loads.wind.profile): all coefficients are zero, so there is no "
+        "load; try: [1], or no entry",
+        more=BLADE + LOADED + "profile = [0, 0]\n",
+    ),
+    Failure(
+        "A distributed load in newtons",
+        3,
+        "description error: scene.toml:45 (distributed_loads.wind.force[2]): '3 N' is a force, a stiffness in N/m is "
+        'expected; try: "3 N/m"',
+        more=BLADE + LOADED.replace("[0, 0, -3]", '[0, 0, "3 N"]'),
     ),
 ]

@@ -1,0 +1,165 @@
+"""Distributed loads on beams against handbook deflections, against many forces at points, and by buckling."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.errors import DescriptionError
+from eomgen.mechanics.derive import derive
+from tests.models.cache import shared_cache
+from tests.oracles.evaluation import tape_evaluator
+from tests.oracles.states import on_base, random_states
+
+__all__ = ["shared_cache"]
+
+LENGTH, BENDING, LOAD = 2.0, 70.0, 3.0
+
+
+def loaded(
+    ends: str = "clamped_free", shapes: str = "polynomial", force: object = (0, 0, -LOAD), **load: object
+) -> eomgen.SceneBuilder:
+    """Return a beam from the world along x with a load, whose bending is measured at its end and its middle."""
+    bending = {"shapes": shapes, "modes": 3, "stiffness": BENDING, "ends": ends}
+    if shapes == "finite_elements":
+        bending |= {"elements": 2, "modes": 2 * 2, "normalisation": "natural"}
+    builder = eomgen.SceneBuilder("loaded", gravity=[0, 0, 0])
+    builder.beam("beam", LENGTH, mass_per_length=0.5, bending_z=bending, bending_y=bending)
+    builder.joint("clamp", "fixed", "base", "beam")
+    builder.distributed_load("wind", "beam", force, **load)
+    builder.point("tip", "beam", [LENGTH, 0, 0]).point("middle", "beam", [LENGTH / 2, 0, 0])
+    return builder.output("tip", position="tip").output("middle", position="middle")
+
+
+@pytest.mark.parametrize(
+    ("ends", "shapes", "profile", "where", "deflection"),
+    [
+        ("clamped_free", "polynomial", [1], "tip", LENGTH**4 / 8),
+        ("clamped_free", "finite_elements", [1], "tip", LENGTH**4 / 8),
+        ("clamped_free", "finite_elements", [1, -1], "tip", LENGTH**4 / 30),
+        ("clamped_free", "finite_elements", [0, 1], "tip", 11 * LENGTH**4 / 120),
+        ("clamped_free", "polynomial", [2], "middle", 2 * 17 * LENGTH**4 / 384),
+    ],
+)
+def test_static_deflections_are_those_of_handbooks(
+    ends: str, shapes: str, profile: list[float], where: str, deflection: float
+) -> None:
+    """w L^4 / 8 E I of a cantilever, w L^4 / 30 and 11 w L^4 / 120 of triangles, 17 w L^4 / 384 at the middle."""
+    model = eomgen.build(loaded(ends, shapes, profile=profile).build(), profile="quick")
+    rest = model.equilibrium()
+    found = model.outputs(rest.q, np.zeros(model.nv))[where]
+    assert found[2] == pytest.approx(-LOAD * deflection / BENDING, rel=1e-9)
+    assert found[1] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_an_upright_column_buckles_under_its_distributed_weight() -> None:
+    """w L^3 = 7.83735 E I (Greenhill 1881): the stiffness vanishes there."""
+    builder = loaded(force=["-load", 0, 0]).parameter("load", 1.0, unit="N/m", tunable=True)
+    model = eomgen.build(builder.build(), profile="quick")
+    critical = 7.837347 * BENDING / LENGTH**3
+    for share, sense in ((0.99, 1.0), (1.01, -1.0)):
+        lin = model.linearize(np.zeros(model.nq), parameters={"load": share * critical})
+        assert np.sign(lin.undamped_frequencies[0]) == sense
+
+
+PROFILE = np.array([0.4, -1.0, 2.0])
+
+
+def swinging(*, still: bool = False) -> eomgen.SceneBuilder:
+    """Return a beam that bends, stretches and twists on a hinge, on a base that moves."""
+    kinds = {"modes": 2, "shapes": "polynomial", "stiffness": 40.0}
+    builder = eomgen.SceneBuilder("swinging")
+    if not still:
+        builder.base(position=["0.2 * sin(t)", 0, 0], rotation=[([0, 0, 1], "0.3 * t")])
+    builder.beam(
+        "beam",
+        LENGTH,
+        mass_per_length=0.7,
+        mass_profile=[1, -0.3],
+        polar_inertia=0.01,
+        bending_y=kinds,
+        bending_z=kinds,
+        stretch=kinds,
+        torsion={**kinds, "modes": 1},
+    )
+    return builder.joint("swing", "revolute", "base", "beam", axis=[0, 1, 0], position=[0.1, 0.2, 0.3])
+
+
+def test_it_is_the_sum_of_forces_at_gauss_points(rng: np.random.Generator) -> None:
+    """8 points are exact for the shapes, their shortening, and the profile."""
+    force = ["2 + v.swing", "sin(t)", "-3 + q.swing"]
+    one = swinging().distributed_load("wind", "beam", force, profile=PROFILE.tolist())
+    other = swinging()
+    places, weights = np.polynomial.legendre.leggauss(8)
+    for k, (s, weight) in enumerate(zip((places + 1.0) / 2.0, weights / 2.0, strict=True)):
+        size = float(weight * LENGTH * np.polynomial.polynomial.polyval(s, PROFILE))
+        other.force(f"f{k}", "beam", point=[float(s * LENGTH), 0, 0], force=[f"{size!r} * ({part})" for part in force])
+    _agree(one, other, rng)
+
+
+@pytest.mark.parametrize("axes", ["world", "beam"])
+def test_on_a_beam_made_rigid_it_is_its_resultant(axes: str, rng: np.random.Generator) -> None:
+    """Simplified scenes of studies have such beams: int p ds = 0.4 - 1/2 + 2/3, int p s ds = 0.2 - 1/3 + 1/2."""
+    force = ["2 + v.swing", "sin(t)", "-3 + q.swing"]
+    one = swinging().distributed_load("wind", "beam", force, profile=PROFILE.tolist(), axes=axes).build()
+    total, first = LENGTH * (0.4 - 0.5 + 2.0 / 3.0), LENGTH**2 * (0.2 - 1.0 / 3.0 + 0.5)
+    point = [first / total, 0.0, 0.0]
+    resultant = [f"{total!r} * ({part})" for part in force]
+    other = swinging().force("f", "beam", point=point, force=resultant, axes="body" if axes == "beam" else "world")
+    rigid = [
+        replace(scene, bodies=tuple(replace(body, beam=None) for body in scene.bodies))
+        for scene in (one, other.build())
+    ]
+    _agree_of(rigid, rng)
+
+
+def test_axes_of_the_beam_turn_with_its_frame(rng: np.random.Generator) -> None:
+    turned = ["2 * cos(q.swing) - 3 * t * sin(q.swing)", "v.swing", "-2 * sin(q.swing) - 3 * t * cos(q.swing)"]
+    one = swinging(still=True).distributed_load("wind", "beam", [2, "v.swing", "-3 * t"], axes="beam")
+    _agree(one, swinging(still=True).distributed_load("wind", "beam", turned), rng)
+
+
+def _agree(one: eomgen.SceneBuilder, other: eomgen.SceneBuilder, rng: np.random.Generator) -> None:
+    _agree_of([one.build(), other.build()], rng)
+
+
+def _agree_of(scenes: list[eomgen.Scene], rng: np.random.Generator) -> None:
+    systems = [derive(scene, ["force", "energy"]) for scene in scenes]
+    state = random_states(systems[0], 5, rng)
+    if "base" in systems[0].functions:
+        state = on_base(tape_evaluator(systems[0]), state)
+    for term in ("force", "energy"):
+        found, expected = (tape_evaluator(system)(term, state) for system in systems)
+        for name, values in expected.items():
+            assert np.max(np.abs(values)) > 1.0
+            np.testing.assert_allclose(found[name], values, rtol=1e-11, atol=1e-11 * np.max(np.abs(values)))
+
+
+def test_a_load_that_follows_the_beam_balances_the_energy() -> None:
+    builder = eomgen.SceneBuilder("rod").beam(
+        "rod", 1.0, mass_per_length=1.2, bending_z={"modes": 2, "shapes": "polynomial", "stiffness": 30.0}
+    )
+    builder.joint("hinge", "revolute", "base", "rod", axis=[0, 1, 0], initial={"position": 0.4})
+    builder.distributed_load("thrust", "rod", ["0.5 * v.hinge", 0, "4 * sin(3 * t)"], profile=[1, -1], axes="beam")
+    run = eomgen.build(builder.build(), profile="quick").simulate(1.0, 2e-4, method="rk4", error_estimate=False)
+    change = run.energy["total"] - run.energy["total"][0]
+    work = np.concatenate(
+        [[0.0], np.cumsum(0.5 * (run.energy["power"][1:] + run.energy["power"][:-1]) * np.diff(run.t))]
+    )
+    assert np.max(np.abs(change)) > 0.1
+    np.testing.assert_allclose(change, work, atol=1e-6 * np.max(np.abs(change)))
+
+
+def test_loads_that_cannot_be() -> None:
+    for keys, text in (
+        ({"beam": "bean"}, "there is no beam 'bean'; try: beam"),
+        ({"profile": []}, "the list of coefficients is empty"),
+        ({"profile": [0, 0]}, "all coefficients are zero, so there is no load"),
+        ({"force": ["a.clamp", 0, 0]}, "force"),
+    ):
+        builder = loaded()
+        with pytest.raises(DescriptionError, match=text):
+            builder.distributed_load("other", **{"beam": "beam", "force": [0, 0, 1], **keys}).build()
