@@ -2,4 +2,15 @@
 
 __all__ = []
 #: Open to the other parts of ``mechanics`` as well.
-WITHIN = ["absolute", "base", "beam_body", "beam_links", "build", "grouping", "inertia", "joints", "links"]
+WITHIN = [
+    "absolute",
+    "base",
+    "beam_body",
+    "beam_fields",
+    "beam_links",
+    "build",
+    "grouping",
+    "inertia",
+    "joints",
+    "links",
+]

@@ -38,13 +38,16 @@ def beam_claims(space: Space, engine: Engine, system: System, scene: object) -> 
     """Return the claims of the term ``elastic``.
 
     What shortening adds to the partials of the elastic rows is K_geo where beams are straight and their coordinates at
-    rest.
+    rest, without what forces by formulas add to it: these are left out.
     """
     if "elastic" not in engine or "inverse_dynamics" not in engine or not isinstance(scene, Scene):
         return []
     own, factors = on_tape(system), _elastic(system, scene)
     soft = _Change(own, _with(scene, _softened), "equations without stiffness")
-    stiff = _Change(own, _with(scene, lambda beam: replace(beam, stiffening=False)), "equations without shortening")
+    elements = tuple(item for item in scene.elements if item.passive() is not None)
+    bare = replace(scene, elements=elements)
+    unforced = own if len(elements) == len(scene.elements) else _with(bare, lambda beam: beam)
+    stiff = _Change(unforced, _with(bare, lambda beam: replace(beam, stiffening=False)), "equations without shortening")
     straight = _straight(factors)
     rows = np.concatenate([np.arange(item.v_start, item.v_start + item.v_size) for item in factors])
     return [
