@@ -301,7 +301,7 @@ SLOW: dict[str, tuple[str, ...]] = {
         "1-translating-joint",
     ),
     "mechanics/test_distributed_loads.py::test_a_load_that_follows_the_beam_balances_the_energy": (),
-    "mechanics/test_distributed_loads.py::test_check_tells_the_stiffness_by_a_load_along_the_beam_from_that_by_acceleration": (),
+    "mechanics/test_distributed_loads.py::test_check_compares_geometric_stiffness_without_loads": (),
     "mechanics/test_extended.py::test_eliminated_unknowns_leave_the_ordinary_partials": ("0-False", "5-True"),
     "mechanics/test_extended.py::test_everything_of_a_long_chain_is_linear_in_its_links": (),
     "mechanics/test_following.py::test_a_random_tree_against_its_projection": ("1", "11"),
