@@ -12,12 +12,14 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.linalg import matrix_balance
 
 from eomgen.arrays import Array
+from eomgen.control import placement, riccati
+from eomgen.control import weights as costs
 from eomgen.control.modal import modal_feedback, modes_of, optimal_modal_gains, placed_modal_gains
-from eomgen.control.placement import place
 from eomgen.control.plant import Plant
-from eomgen.control.riccati import lqr
+from eomgen.control.regulator import lqr, place
 from eomgen.control.weights import Weights
 from eomgen.errors import DescriptionError, EomgenError, ModelError, Problem, UsageError
 from eomgen.formula.nodes import Symbol
@@ -29,6 +31,7 @@ from eomgen.system.terms import PURPOSES
 
 if TYPE_CHECKING:
     from eomgen.linear.linearization import Linearization
+    from eomgen.linear.state_space import StateSpace
     from eomgen.model import Model
 
 #: Calibrated numbers are kept to so many digits: what is beyond depends on the machine.
@@ -142,16 +145,24 @@ def _one(
     """Return the parameters of one controller, and a note that says what they give."""
     rest = model.equilibrium(parameters=values, any_kind=True) if calibration.at == "equilibrium" else None
     linear = model.linearize(at=rest or "initial", parameters=values)
-    _check_reference(linear)
+    _check_balance(linear)
     names = [_input_of(output) for output in item.outputs]
     columns = [linear.names.inputs.index(name) for name in names]
-    plant = Plant(linear.M0, linear.C0, linear.K0, linear.B0[:, columns], linear.coordinates)
     space = linear.state_space()
-    size = 2 * plant.n
-    C, D = space.C[:, :size], space.D[:, columns]
-    G, description = _feedback(plant, opened, item, calibration, C, D)
+    D = space.D[:, columns]
+    if np.any(linear.Z0) and (calibration.method == "lqr" or calibration.poles):
+        C = space.C
+        G, description = _feedback_of_whole_state(space, names, opened, item, calibration)
+        state = _whole_state(space)
+    else:
+        _check_second_order(linear)
+        plant = Plant(linear.M0, linear.C0, linear.K0, linear.B0[:, columns], linear.coordinates)
+        C = space.C[:, : 2 * plant.n]
+        G, description = _feedback(plant, opened, item, calibration, C, D)
+        labels = [f"q.{name}" for name in plant.names] + [f"v.{name}" for name in plant.names]
+        state = _State(plant.scales.state, plant.scales.state_back, tuple(labels))
     rows = opened.rows[f"{item.name}.signals"]
-    of_signals = _by_signals(plant, item, G, C[rows], D[rows])
+    of_signals = _by_signals(state, item, G, C[rows], D[rows])
     found = {
         name: _rounded(value)
         for names_of_output, values_of_output in zip(item.gains, of_signals, strict=True)
@@ -170,16 +181,54 @@ def _one(
     return found, "; ".join((what, *cautions))
 
 
-def _check_reference(linear: Linearization) -> None:
-    """Raise ModelError where the linear model is none of second order about a balance."""
+@dataclass(frozen=True)
+class _State:
+    """The state that is fed back: its scaling T, x^ = T x, the inverse, and what its components are called."""
+
+    there: Array
+    back: Array
+    names: tuple[str, ...]
+
+
+def _whole_state(space: StateSpace) -> _State:
+    """Return the state with internal states, in balanced units."""
+    _, back = matrix_balance(space.A, permute=False)
+    names = tuple(f"q.{name}" if "." not in name else name.removeprefix("z.") for name in space.states)
+    scales = np.asarray(np.diag(back), dtype=float)
+    return _State(np.diag(1.0 / scales), np.diag(scales), names)
+
+
+def _feedback_of_whole_state(
+    space: StateSpace, names: Sequence[str], opened: _Opened, item: StateFeedback, calibration: Calibration
+) -> tuple[Array, str]:
+    """Return the gains of coordinates, velocities and internal states, (m, ns), and a description of them."""
+    if calibration.poles:
+        law = place(space, calibration.poles, inputs=names)
+    else:
+        ns, m = len(space.states), len(names)
+        effort = costs.weight("the weight of the efforts", _each(calibration.effort_weights or (0.0,), m), m)
+        columns = [space.inputs.index(name) for name in names]
+        start = Weights(np.zeros((ns, ns)), effort, np.zeros((ns, m)))
+        weights = _weights(start, opened, item, calibration, space.C, space.D[:, columns])
+        law = lqr(space, weights.state, weights.effort, weights.cross, inputs=names)
+    decay = law.closed_loop.decay
+    return law.gains, f"of the whole state; the slowest motion of the closed loop decays at {decay:.4g} 1/s"
+
+
+def _check_balance(linear: Linearization) -> None:
+    """Raise ModelError where the linear model is not about a balance."""
     acceleration = float(np.abs(linear.reference.a).max(initial=0.0))
     if acceleration > _BALANCED:
         what = f"the initial state is not in balance: it accelerates with {acceleration:.3g} m/s^2 or rad/s^2"
         raise ModelError(what, 'at = "equilibrium", or an initial state of rest or of steady motion')
+
+
+def _check_second_order(linear: Linearization) -> None:
+    """Raise ModelError where the linear model is none of second order."""
     if linear.names.states and np.abs(linear.Z0).max(initial=0.0) > 0.0:
         where = ", ".join(name for name, column in zip(linear.names.states, linear.Z0.T, strict=True) if np.any(column))
-        what = f"forces depend on the internal states {where}, and these methods are for models of second order"
-        raise ModelError(what, "a controller without memory between, or gains of your own")
+        what = f"forces depend on the internal states {where}, and modes are those of models of second order"
+        raise ModelError(what, "lqr, or all poles; a controller without memory between, or gains of your own")
 
 
 def _feedback(
@@ -187,12 +236,13 @@ def _feedback(
 ) -> tuple[Array, str]:
     """Return the gains of the state [q, v], (m, 2n), and a description of them."""
     if calibration.method == "lqr":
-        weights = _weights(plant, opened, item, calibration, C, D)
-        optimal = lqr(plant, weights)
+        start = Weights.of(plant, effort=_each(calibration.effort_weights or (0.0,), plant.m))
+        weights = _weights(start, opened, item, calibration, C, D)
+        optimal = riccati.lqr(plant, weights)
         G = np.hstack([optimal.G_p, optimal.G_v])
         return G, slowest_motion(plant, G)
     if calibration.poles:
-        placed = place(plant, calibration.poles)
+        placed = placement.place(plant, calibration.poles)
         G = np.hstack([placed.G_p, placed.G_v])
         return G, slowest_motion(plant, G)
     modes = modes_of(plant)
@@ -221,11 +271,9 @@ def _each(numbers: Sequence[float], count: int) -> Array:
 
 
 def _weights(
-    plant: Plant, opened: _Opened, item: StateFeedback, calibration: Calibration, C: Array, D: Array
+    weights: Weights, opened: _Opened, item: StateFeedback, calibration: Calibration, C: Array, D: Array
 ) -> Weights:
-    """Return the cost of efforts, coordinates, velocities, signals and outputs."""
-    efforts = calibration.effort_weights or (0.0,)
-    weights = Weights.of(plant, effort=_each(efforts, plant.m))
+    """Return a cost with that of coordinates, velocities, signals and outputs added."""
     weighted: list[tuple[int, float]] = []
     for kind, table in (("q", calibration.position_weights), ("v", calibration.velocity_weights)):
         weighted += [(opened.rows[f"{item.name}.{kind}.{joint}"].start, weight) for joint, weight in table.items()]
@@ -240,7 +288,7 @@ def _weights(
     return weights
 
 
-def _by_signals(plant: Plant, item: StateFeedback, G: Array, Y: Array, Y_u: Array) -> Array:
+def _by_signals(state: _State, item: StateFeedback, G: Array, Y: Array, Y_u: Array) -> Array:
     """Return the gains of signals that give the feedback G of the state, (m, signals).
 
     Raises
@@ -253,7 +301,7 @@ def _by_signals(plant: Plant, item: StateFeedback, G: Array, Y: Array, Y_u: Arra
         raise ModelError(
             f"the signal {signal} depends on what the controller gives at the same instant", "another signal"
         )
-    there, back = plant.scales.state, plant.scales.state_back
+    there, back = state.there, state.back
     scaled, wanted = Y @ back, G @ back
     sizes = np.linalg.norm(scaled, axis=1)
     sizes[sizes == 0.0] = 1.0
@@ -263,9 +311,8 @@ def _by_signals(plant: Plant, item: StateFeedback, G: Array, Y: Array, Y_u: Arra
     scale = np.abs(G).max(axis=0, initial=0.0)
     total = float(np.linalg.norm(wanted))
     if np.linalg.norm(wanted - found @ scaled) > _MISSING * total:
-        names = [f"q.{name}" for name in plant.names] + [f"v.{name}" for name in plant.names]
         share = np.abs(left).max(axis=0) / np.where(scale > 0.0, scale, 1.0)
-        missing = names[int(np.argmax(share))]
+        missing = state.names[int(np.argmax(share))]
         what = f"the feedback needs {missing}, which the coordinates and signals of {item.name} do not determine"
         raise ModelError(what, f"{missing} among its signals, or its joint among its coordinates")
     found[np.abs(found) < 1e-13 * np.abs(found).max(initial=0.0)] = 0.0

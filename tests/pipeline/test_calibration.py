@@ -426,7 +426,7 @@ speed = { joint = "axle", effort = "speed" }
                 "[simulation]"
             ),
             eomgen.ModelError,
-            "forces depend on the internal states lag, and these methods are for models of second order",
+            "the feedback needs lag, which the coordinates and signals of hold do not determine; try: lag among its",
         ),
     ],
 )
@@ -503,6 +503,45 @@ def test_what_damping_makes_of_placed_modes_is_told() -> None:
 def test_modes_beyond_the_model() -> None:
     with pytest.raises(eomgen.DescriptionError, match="there is no mode 3: the model has 2; try: 1 to 2"):
         masses('method = "imsc"\neffort_weights = 1\nmodes = [1, 3]')
+
+
+def test_internal_states_are_part_of_what_is_fed_back() -> None:
+    """A cart behind a motor with a lag: gains of the whole state from the Hamiltonian matrix, by hand."""
+    text = """\
+format = 1
+name = "lagging"
+gravity = [0, 0, 0]
+[states]
+motor = { rate = "(hold - motor) / 0.2" }
+[bodies]
+cart = { mass = 2 }
+[joints]
+rail = { type = "prismatic", parent = "base", child = "cart", axis = [1, 0, 0], stiffness = 3, damping = 0.4 }
+[controllers.hold]
+type = "state_feedback"
+coordinates = ["rail"]
+signals = { motor = "motor" }
+[controllers.hold.calibration]
+method = "lqr"
+position_weights = { rail = 40 }
+signal_weights = { motor = 0.5 }
+effort_weights = 0.1
+[efforts]
+hold = { joint = "rail", effort = "motor" }
+"""
+    A, B = np.array([[0.0, 1.0, 0.0], [-1.5, -0.2, 0.5], [0.0, 0.0, -5.0]]), np.array([[0.0], [0.0], [5.0]])
+    _, vectors = np.linalg.eig(np.block([[A, -B @ B.T / 0.1], [-np.diag([40.0, 0.0, 0.5]), -A.T]]))
+    values = np.linalg.eigvals(np.block([[A, -B @ B.T / 0.1], [-np.diag([40.0, 0.0, 0.5]), -A.T]]))
+    stable = vectors[:, values.real < 0.0]
+    P = np.real(stable[3:] @ np.linalg.inv(stable[:3]))
+    model = model_of(text)
+    names = ("hold_position_gain_rail", "hold_velocity_gain_rail", "hold_gain_motor")
+    np.testing.assert_allclose([model.parameters[name] for name in names], (B.T @ P / 0.1)[0], rtol=1e-9)
+    assert "of the whole state; the slowest motion of the closed loop decays at" in model.notes[0]
+    poles = text[: text.index('method = "lqr"')] + 'method = "pole_placement"\npoles = [[-2, 1], [-2, -1], [-6, 0]]\n'
+    placed = model_of(poles + text[text.index("[efforts]") :])
+    G = np.array([[placed.parameters[name] for name in names]])
+    np.testing.assert_allclose(np.poly(A - B @ G), np.poly([-2 + 1j, -2 - 1j, -6]).real, rtol=1e-8)
 
 
 def test_extreme_parameters_give_gains_without_a_word_from_numpy(recwarn: pytest.WarningsRecorder) -> None:

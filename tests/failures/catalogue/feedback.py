@@ -377,10 +377,11 @@ FAILURES = [
         ),
     ),
     Failure(
-        "Feedback of forces that lag",
+        "Modal control of forces that lag",
         4,
         "model error: scene.toml:37 (controllers.hold.calibration): forces depend on the internal states lag, and "
-        "these methods are for models of second order; try: a controller without memory between, or gains of your own",
+        "modes are those of models of second order; try: lqr, or all poles; a controller without memory between, or "
+        "gains of your own",
         command="generate scene.toml --out c",
         more=(
             "[controllers.hold]\n"
@@ -388,8 +389,7 @@ FAILURES = [
             'coordinates = ["shoulder"]\n'
             "\n"
             "[controllers.hold.calibration]\n"
-            'method = "lqr"\n'
-            "position_weights = { shoulder = 10 }\n"
+            'method = "imsc"\n'
             "effort_weights = 0.1\n"
             "\n"
             "[states.lag]\n"
