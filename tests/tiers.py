@@ -139,7 +139,7 @@ SLOW: dict[str, tuple[str, ...]] = {
     "extremes/test_reproductions.py::test_2_angles_in_absolute_coordinates_go_on_beyond_half_a_turn": (),
     "extremes/test_reproductions.py::test_3_values_that_a_scene_refuses_are_refused_at_the_run": (),
     "extremes/test_texts_of_maps.py::test_what_nothing_in_a_wheel_turns_for_is_left_out": (),
-    "failures/test_catalogue.py::test_the_answer": ("Feedback-Feedback of forces that lag",),
+    "failures/test_catalogue.py::test_the_answer": ("Feedback-Modal control of forces that lag",),
     "failures/test_command_line.py::test_a_full_disk_behind_stdout_is_an_error_of_output": ("words0",),
     "failures/test_equations.py::test_motion_under_gravity_is_the_same_at_any_scale_of_mass": ("1e+160",),
     "failures/test_mistakes.py::test_answers_of_runs": ("rk4 that overflows", "a spring through zero length"),
