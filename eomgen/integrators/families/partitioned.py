@@ -53,7 +53,7 @@ _CONSTRAINED = Need(
 
 def partition_state(sizes: Sizes) -> tuple[Field, ...]:
     """Return what a state says of its partition."""
-    largest = "largest so far of the smallest pivot of B_D with its rows divided by the extents of what they close"
+    largest = "largest so far of the smallest pivot of B_D, rows and columns weighed by inertias"
     return (
         Field("dependent", "velocity components that follow from the others, in increasing order", sizes.lam, "long"),
         Field("largest_regularity", largest, group="passage"),
