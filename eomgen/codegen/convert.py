@@ -120,6 +120,7 @@ def to_program(
         constants=_constants(names, system, wanted),
         beams=system.beams,
         slopes=tuple(asdict(item) for item in system.slopes),
+        axes=tuple(asdict(item) for item in system.axes),
         version=__version__,
         method=data,
         series=series,

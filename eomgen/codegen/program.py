@@ -224,6 +224,7 @@ class Program:
     constants: tuple[Quantity, ...] = ()
     beams: tuple[str, ...] = ()
     slopes: tuple[Mapping[str, Any], ...] = ()
+    axes: tuple[Mapping[str, Any], ...] = ()
     method: Mapping[str, Any] = field(default_factory=dict)
     curves: tuple[ProgramCurve, ...] = ()
     series: tuple[ProgramFunction, ...] = ()

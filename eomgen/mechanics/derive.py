@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from eomgen.errors import ModelError, Problem
+from eomgen.mechanics.beam_axes import beam_axes
 from eomgen.mechanics.constants import described, named_constants, slopes
 from eomgen.mechanics.constraints.counted_angles import angle_labels
 from eomgen.mechanics.derivation import Derivation
@@ -156,6 +157,7 @@ def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
         constants=named_constants(tree, derivation.quantities),
         beams=described(tree),
         slopes=slopes(tree),
+        axes=beam_axes(tree) if "poses" in made else (),
         description=scene.description,
         defaults=dict(vars(scene.simulation)),
         order=order,

@@ -21,6 +21,7 @@ from eomgen.arrays import Array
 from eomgen.errors import FileError, Problem, UsageError
 from eomgen.files import write_text
 from eomgen.resources import template_folder
+from eomgen.results.beam_axes import nearest_station, stations
 from eomgen.results.scenery import PosesAndScenery
 from eomgen.system.description import BASE, WORLD
 
@@ -42,6 +43,8 @@ class Animated(Protocol):
 
     @property
     def t(self) -> Array: ...
+    @property
+    def q(self) -> Array: ...
     @property
     def success(self) -> bool: ...
     @property
@@ -102,27 +105,16 @@ def _harmless(text: str) -> str:
 
 
 def _packed(solution: Animated, poses: Mapping[str, Array], scenery: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the page's data; bodies are numbered in the order of the poses, -1 is the world."""
-    carriers = {name: number for number, name in enumerate(poses)}
-    stacked = np.stack(list(poses.values()), axis=1)
-    finite = np.isfinite(stacked).all(axis=(1, 2))
-    if not finite.any():
-        raise ValueError("no pose is finite")
-    t, stacked = solution.t[finite], stacked[finite]
-    rows = _thinned(t, stacked[0].size * 4)
+    """Return the page's data."""
+    carriers = _Carriers(poses, scenery)
+    rows, stacked = carriers.moved(solution, poses)
     order = [body["name"] for body in scenery["bodies"]]
     used = {end for spring in scenery["springs"] for end in (spring["first"], spring["second"])}
-
-    def carrier(body: str) -> int:
-        return carriers.get(BASE, -1) if body == BASE else -1 if body == WORLD else carriers[body]
-
-    def at(item: Mapping[str, Any]) -> dict[str, Any]:
-        return {"carrier": carrier(item["body"]), "position": item["position"]}
 
     points = {
         item["name"]: {
             "name": item["name"],
-            **at(item),
+            **carriers.place(item["body"], item["position"]),
             "body": order.index(item["body"]) if item["body"] in order else -1,
             "trace": item["trace"],
             "drawn": item["trace"] or item["name"] in used,
@@ -132,30 +124,84 @@ def _packed(solution: Animated, poses: Mapping[str, Array], scenery: Mapping[str
     if not points:
         last = scenery["bodies"][-1]
         name = f"centre of {last['name']}"
-        camera = {"body": last["name"], "position": last["solid"]["center"]}
-        points[name] = {"name": name, **at(camera), "body": len(order) - 1, "trace": True, "drawn": True}
+        center = carriers.place(last["name"], last["solid"]["center"])
+        points[name] = {"name": name, **center, "body": len(order) - 1, "trace": True, "drawn": True}
     return {
         "name": str(solution.metadata.get("scene", "scene")),
         "description": scenery["description"],
         "success": solution.success,
         "message": solution.message,
         "gravity": scenery["gravity"],
-        "base": carriers.get(BASE, -1),
-        "carriers": len(carriers),
-        "times": _base64(t[rows].astype("<f8")),
-        "poses": _base64(stacked[rows].astype("<f4")),
-        "bodies": [{**body, "carrier": carrier(body["name"])} for body in scenery["bodies"]],
+        "base": carriers.numbers.get(BASE, -1),
+        "carriers": carriers.count,
+        "times": _base64(solution.t[rows].astype("<f8")),
+        "poses": _base64(stacked.astype("<f4")),
+        "bodies": [carriers.body(body) for body in scenery["bodies"]],
         "joints": [
-            {**joint, "parent": carrier(joint["parent"]), "child": carrier(joint["child"])}
+            {**joint, "seat": carriers.place(joint["parent"], joint["position"]), "child": carriers.of(joint["child"])}
             for joint in scenery["joints"]
         ],
         "points": list(points.values()),
         "springs": [
             {**item, "first": points[item["first"]], "second": points[item["second"]]} for item in scenery["springs"]
         ],
-        "rods": [{"name": rod["name"], "ends": [at(end) for end in rod["ends"]]} for rod in scenery["rods"]],
+        "rods": [
+            {"name": rod["name"], "ends": [carriers.place(end["body"], end["position"]) for end in rod["ends"]]}
+            for rod in scenery["rods"]
+        ],
         "tyres": [{**tyre, "center": points[tyre["center"]]} for tyre in scenery["tyres"]],
     }
+
+
+class _Carriers:
+    """What moves the things of a page, by numbers: bodies in the order of the poses, then frames along beams; -1 is the
+    world."""
+
+    def __init__(self, poses: Mapping[str, Array], scenery: Mapping[str, Any]) -> None:
+        self.numbers = {name: number for number, name in enumerate(poses)}
+        self.axes = {axis["name"]: axis for axis in scenery.get("axes", ())}
+        self.along: dict[str, list[int]] = {}
+        self.count = len(self.numbers)
+        for name, axis in self.axes.items():
+            self.along[name] = list(range(self.count, self.count + len(axis["x"])))
+            self.count += len(axis["x"])
+
+    def of(self, body: str) -> int:
+        """Return the number of a body's frame."""
+        return self.numbers.get(BASE, -1) if body == BASE else -1 if body == WORLD else self.numbers[body]
+
+    def place(self, body: str, position: list[float]) -> dict[str, Any]:
+        """Return what carries a place of a body, on a beam the frame there, with its position in that frame."""
+        if axis := self.axes.get(body):
+            number, within = nearest_station(axis, position)
+            return {"carrier": self.along[body][number], "position": within}
+        return {"carrier": self.of(body), "position": position}
+
+    def body(self, body: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the data of a body; a beam has the frames of its ``axis``, and ``ties`` from there."""
+        name, shown = body["name"], {**body, "carrier": self.of(body["name"])}
+        if name not in self.axes:
+            return shown
+        return {
+            **shown,
+            "links": [],
+            "axis": self.along[name],
+            "ties": [self.place(name, link) for link in body["links"]],
+        }
+
+    def moved(self, solution: Animated, poses: Mapping[str, Array]) -> tuple[NDArray[np.intp], Array]:
+        """Return the rows to keep, (n,), and the poses of all carriers there, (n, count, 7)."""
+        stacked = np.stack(list(poses.values()), axis=1)
+        rows = np.flatnonzero(np.isfinite(stacked).all(axis=(1, 2)))
+        if len(rows):
+            rows = rows[_thinned(solution.t[rows], 4 * 7 * self.count)]
+        with np.errstate(over="ignore", invalid="ignore"):
+            bent = [stations(axis, poses[name][rows], solution.q[rows]) for name, axis in self.axes.items()]
+        whole = np.concatenate([stacked[rows], *bent], axis=1)
+        finite = np.isfinite(whole).all(axis=(1, 2))
+        if not finite.any():
+            raise ValueError("no pose is finite")
+        return rows[finite], whole[finite]
 
 
 def _thinned(t: Array, size: int) -> NDArray[np.intp]:

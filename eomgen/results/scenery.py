@@ -11,6 +11,7 @@ from eomgen.arrays import Array
 from eomgen.errors import NumericalError, Problem
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula, Symbol
+from eomgen.results.beam_axes import axes_of
 from eomgen.results.solids import equivalent_solid
 from eomgen.system.description import BASE, WORLD, Description
 
@@ -19,7 +20,8 @@ if TYPE_CHECKING:
 
 
 class PosesAndScenery(NamedTuple):
-    """Poses and scenery of a run: pose of each body (nt, 7), and the data of ``scenery.scenery``."""
+    """Poses and scenery of a run: pose of each body (nt, 7), and the data of ``scenery.scenery``; with beams, their
+    ``axes`` (``beam_axes.axes_of``)."""
 
     poses: Mapping[str, Array]
     scenery: Mapping[str, Any]
@@ -36,7 +38,9 @@ def poses_and_scenery(model: CompiledModel, t: Array, q: Array, p: Array) -> Pos
     poses = {name: pose[:, index] for index, name in enumerate(model.bodies)}
     if "base" in model.functions:
         poses[BASE] = np.concatenate([model.base(t[part], parameters=p)[:, :7] for part in parts])
-    return PosesAndScenery(poses, scenery(model.description, dict(zip(model.parameters, p.tolist(), strict=True))))
+    seen = scenery(model.description, dict(zip(model.parameters, p.tolist(), strict=True)))
+    axes = axes_of(model)
+    return PosesAndScenery(poses, {**seen, "axes": axes} if axes else seen)
 
 
 def scenery(description: Description, parameters: Mapping[str, float]) -> dict[str, Any]:

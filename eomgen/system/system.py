@@ -168,6 +168,29 @@ class BeamSlopes:
     squares: tuple[tuple[float, ...], ...]
 
 
+@dataclass(frozen=True)
+class BeamAxis:
+    """Frames along a beam, as functions of its elastic coordinates e, (n,), the factor ``name``.
+
+    In the beam's frame, that at x[i] sits at (x[i], 0, 0) + deflections[i] e - (d, 0, 0), where d is the sum of
+    shortening[i][m] e_k e_j over all pairs[m] = (k, j), and is turned by exp of the rotation vector rotations[i] e.
+
+    Attributes
+    ----------
+    x : (p,) m, in order
+    deflections, rotations : (p, 3, n)
+    pairs : numbers of coordinates
+    shortening : (p, pairs)
+    """
+
+    name: str
+    x: tuple[float, ...]
+    deflections: tuple[tuple[tuple[float, ...], ...], ...]
+    rotations: tuple[tuple[tuple[float, ...], ...], ...]
+    pairs: tuple[tuple[int, int], ...]
+    shortening: tuple[tuple[float, ...], ...]
+
+
 @checked_calls("eomgen.derive(scene)")
 @dataclass(frozen=True)
 class System:
@@ -223,6 +246,8 @@ class System:
         What the equations of each beam keep.
     slopes : tuple of BeamSlopes
         How far each beam bends.
+    axes : tuple of BeamAxis
+        How each beam is drawn, where there are poses.
     warnings : tuple of str
         What every run says again.
     left_out : tuple of str
@@ -265,6 +290,7 @@ class System:
     constants: tuple[Quantity, ...] = ()
     beams: tuple[str, ...] = ()
     slopes: tuple[BeamSlopes, ...] = ()
+    axes: tuple[BeamAxis, ...] = ()
     kept: tuple[str, ...] = ()
     dropped: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()

@@ -136,9 +136,10 @@ function draw() {
     const here = pose(body.carrier);
     const seen = faded(index);
     if (body.mesh && shown.solids) {
-      const world = body.mesh.vertices.map((vertex) => placed(here, vertex));
+      const frames = body.axis ? body.axis.map(pose) : [here];
+      const world = body.mesh.vertices.map((vertex, k) => placed(frames[body.axis ? Math.floor(k / body.mesh.sides) : 0], vertex));
       const flat = world.map((vertex) => camera.project(vertex));
-      if (shown.shadows && shown.ground && seen === 1) castShadow(world);
+      if (shown.shadows && shown.ground && seen === 1) castShadow(world, body.mesh.sides);
       if (shown.glass) addGlass(add, body, world, flat, seen);
       else body.mesh.faces.forEach((face, number) => {
         if (face.some((k) => flat[k][2] < camera.near)) return;
@@ -159,20 +160,20 @@ function draw() {
     }
     for (const piece of body.pieces) {
       if (!piece.inside || shown.glass || !shown.solids) {
-        const ends = camera.segment(placed(here, piece.from), placed(here, piece.to));
+        const ends = camera.segment(placed(pose(piece.carrier), piece.from), placed(pose(piece.carrier), piece.to));
         if (ends) add((ends[0][2] + ends[1][2]) / 2 - small, () => line(ends, css(shaded(body.colour, 0.8), 1), 3.5, seen));
       }
     }
     if (shown.names && (body.mesh || body.ball || body.links.length)) {
-      const [x, y, depth] = camera.project(placed(here, body.solid.center));
+      const [x, y, depth] = camera.project(middleOf(body, pose));
       if (depth > camera.near) things.push({ depth: 0, paint: () => label(body.name, [x + 6, y - 6]) });
     }
   });
 
   for (const joint of scene.joints) {
     if (!shown.joints || joint.type === "free" || joint.type === "fixed") continue;
-    const [above, child] = [pose(joint.parent), pose(joint.child)];
-    const seat = placed(above, joint.position);
+    const child = pose(joint.child);
+    const seat = placed(pose(joint.seat.carrier), joint.seat.position);
     if (joint.slides) {
       addLine(camera.segment(seat, child.p), (ends) => dashes(ends), 0, (piece) => line(piece, style.steel, 1.5));
     }
@@ -245,7 +246,7 @@ function addGlass(add, body, world, flat, seen) {
   const depth = flat.reduce((sum, place) => sum + place[2], 0) / flat.length;
   const edge = css(shaded(body.colour, 0.85), 0.9 * seen);
   add(depth, () => {
-    polygon(hullOf(flat), css(body.colour, 0.32 * seen), edge);
+    polygon(around(flat, body.mesh.sides), css(body.colour, 0.32 * seen), edge);
     for (const face of body.mesh.faces.slice(body.mesh.smooth)) {
       const normal = cross(minus(world[face[1]], world[face[0]]), minus(world[face[2]], world[face[1]]));
       const front = dot(normal, minus(world[face[0]], camera.eye)) < 0;
@@ -254,11 +255,14 @@ function addGlass(add, body, world, flat, seen) {
   });
 }
 
-function castShadow(world) {
+/** The outline of what is drawn flat: of a tube by its rings, of anything else its convex hull. */
+const around = (flat, sides) => (sides ? outlineOf([...Array(flat.length / sides).keys()].map((k) => flat.slice(k * sides, (k + 1) * sides))) : hullOf(flat));
+
+function castShadow(world, sides) {
   if (Math.max(...world.map((vertex) => dot(vertex, up))) < level) return;
   const flat = world.map((vertex) => camera.project(plus(vertex, times(level - dot(vertex, up), up))));
   if (flat.some((place) => place[2] < camera.near)) return;
-  if (dot(minus(camera.eye, times(level, up)), up) > 0) polygon(hullOf(flat), style.shadow, null);
+  if (dot(minus(camera.eye, times(level, up)), up) > 0) polygon(around(flat, sides), style.shadow, null);
 }
 
 function castBall(centre, radius) {

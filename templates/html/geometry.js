@@ -55,6 +55,30 @@ function meshOf(kind, size, center, [x, y, z], sides) {
   return { vertices, faces: [...faces, ring.slice().reverse(), ring.map((i) => sides + i)], smooth: sides };
 }
 
+/** A circle about the x axis. */
+const sectionOf = (radius, sides) => [...Array(sides).keys()].map((i) => [0, radius * Math.cos((2 * Math.PI * i) / sides), radius * Math.sin((2 * Math.PI * i) / sides)]);
+
+/** Vertices and faces of a tube around frames; each frame has the next `sides` vertices, which are placed by its pose. */
+function tubeOf(frames, radius, sides) {
+  const ring = [...Array(sides).keys()];
+  const vertices = [...Array(frames).keys()].flatMap(() => sectionOf(radius, sides));
+  const walls = [...Array(frames - 1).keys()].flatMap((k) => ring.map((i) => [i, (i + 1) % sides, sides + ((i + 1) % sides), sides + i].map((vertex) => k * sides + vertex)));
+  const faces = [...walls, ring.slice().reverse(), ring.map((i) => (frames - 1) * sides + i)];
+  return { vertices, faces, smooth: walls.length, sides };
+}
+
+/** The outline of a tube that is drawn flat: the outermost place of each ring on either side of the line of their middles. */
+function outlineOf(rings) {
+  const middles = rings.map((ring) => times(1 / ring.length, ring.reduce(plus)));
+  const sides = rings.map((ring, k) => {
+    const [before, after] = [middles[Math.max(k - 1, 0)], middles[Math.min(k + 1, rings.length - 1)]];
+    const across = (place) => (place[1] - middles[k][1]) * (after[0] - before[0]) - (place[0] - middles[k][0]) * (after[1] - before[1]);
+    const sorted = ring.slice().sort((a, b) => across(a) - across(b));
+    return [sorted[0], sorted.at(-1)];
+  });
+  return [...sides.map((pair) => pair[0]), ...sides.map((pair) => pair[1]).reverse()];
+}
+
 /** The corners of the convex polygon around points of the plane (Andrew's monotone chain). */
 function hullOf(points) {
   const sorted = points.slice().sort((a, b) => a[0] - b[0] || a[1] - b[1]);

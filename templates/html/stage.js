@@ -54,8 +54,13 @@ const camera = new Camera(up);
 const massive = scene.bodies.filter((body) => body.solid.kind !== "none");
 const bodies = scene.bodies.map((body) => ({ ...body, colour: colourOf(body), reach: reachOf(body) }));
 
-/** Places of a body that its picture reaches: corners around its solid, and the ends of its links. */
-function reachOf({ solid: { kind, size, center, axes }, links }) {
+/** Places that the picture of a body reaches, each in a carrier: corners around its solid, and the ends of its links. */
+function reachOf(body) {
+  if (body.axis) return body.axis.flatMap((carrier) => sectionOf(body.solid.size[0], 4).map((position) => ({ carrier, position })));
+  return cornersAround(body).map((position) => ({ carrier: body.carrier, position }));
+}
+
+function cornersAround({ solid: { kind, size, center, axes }, links }) {
   if (kind === "none" || kind === "point") return [center, ...links];
   const [width, depth, height] = kind === "box" ? size : [2 * size[0], 2 * size[0], kind === "sphere" ? 2 * size[0] : size[1]];
   const corner = ([a, b, c]) => plus(center, plus(times(a, axes[0]), plus(times(b, axes[1]), times(c, axes[2]))));
@@ -87,7 +92,7 @@ const bounds = (() => {
         far[k] = Math.max(far[k], p[k]);
       }
     };
-    for (const body of bodies) for (const place of body.reach) take(body.carrier, place);
+    for (const body of bodies) for (const { carrier, position } of body.reach) take(carrier, position);
     for (const point of scene.points) if (point.drawn) take(point.carrier, point.position);
     for (const { center, radius } of scene.tyres) {
       for (const turn of SIGNS) for (const k of [0, 1, 2]) take(center.carrier, plus(center.position, times(2 * turn * radius, REST.R[k])));
@@ -109,7 +114,7 @@ const following = bounds.travel > 3 * bounds.spread;
 if (!following) {
   // where joints sit and where the base is belongs into the picture, unless the machine drives away from it
   for (let frame = 0; frame < count; frame += Math.max(1, Math.floor(count / 120))) {
-    const seats = scene.joints.filter((joint) => joint.type !== "free").map((joint) => placed(poseAt(joint.parent, frame, 0), joint.position));
+    const seats = scene.joints.filter((joint) => joint.type !== "free").map(({ seat }) => placed(poseAt(seat.carrier, frame, 0), seat.position));
     for (const place of scene.base >= 0 ? [...seats, poseAt(scene.base, frame, 0).p] : seats) {
       bounds.cloud.push(place);
       bounds.low = bounds.low.map((value, k) => Math.min(value, place[k]));
@@ -123,11 +128,15 @@ for (const body of bodies) {
   const { kind, size, center, axes } = body.solid;
   const sides = bodies.length > 60 ? 10 : 28;
   body.mesh = kind === "box" || kind === "cylinder" ? meshOf(kind, size, center, axes, sides) : null;
+  if (body.axis) body.mesh = tubeOf(body.axis.length, size[0], Math.min(sides, 14));
   body.pieces = body.links.flatMap((link) => {
     const cuts = [...Array(13).keys()].map((k) => between(body.hub, link, k / 12));
-    return cuts.slice(1).map((to, k) => ({ from: cuts[k], to, inside: holds(body.solid, between(cuts[k], to, 0.5)) }));
+    return cuts.slice(1).map((to, k) => ({ carrier: body.carrier, from: cuts[k], to, inside: holds(body.solid, between(cuts[k], to, 0.5)) }));
   });
-  body.ball = kind === "sphere" ? size[0] : kind === "point" ? 1.6 * small : 0;
+  for (const { carrier, position } of body.ties || []) {
+    body.pieces.push({ carrier, from: [0, 0, 0], to: position, inside: norm(position) < size[0] });
+  }
+  body.ball = body.axis ? 0 : kind === "sphere" ? size[0] : kind === "point" ? 1.6 * small : 0;
 }
 for (const joint of scene.joints) {
   const [x, y] = across(joint.axis);
@@ -198,9 +207,12 @@ function axesTips() {
   return [...world, ...frames.flatMap((frame) => tips(poseAt(scene.base, frame, 0), 0.12 * unitSize))];
 }
 
+/** Where the centre of a body is, of a beam the middle of its bent axis. */
+const middleOf = (body, pose) => (body.axis ? pose(body.axis[body.axis.length >> 1]).p : placed(pose(body.carrier), body.solid.center));
+
 function centreAt(time) {
   const [frame, part] = frameAt(time);
   let sum = [0, 0, 0];
-  for (const body of bodies) sum = plus(sum, placed(poseAt(body.carrier, frame, part), body.solid.center));
+  for (const body of bodies) sum = plus(sum, middleOf(body, (carrier) => poseAt(carrier, frame, part)));
   return times(1 / bodies.length, sum);
 }

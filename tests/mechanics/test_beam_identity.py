@@ -73,6 +73,7 @@ def generated(monkeypatch: pytest.MonkeyPatch) -> tuple[sp.Matrix, int]:
     integrals = ShapeIntegrals(
         ("bending_y", "bending_z"),
         lambda _: Station(nothing, nothing, np.zeros((2, 2))),
+        lambda _: (),
         0.0,
         0.0,
         0.0,

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
@@ -70,6 +70,7 @@ class _Integrator:
         return ShapeIntegrals(
             kinds=self.kinds,
             at=self.station,
+            along=self.stations,
             mass=float(length * _over(mass)),
             first=float(length * _over(product(mass, arm))),
             second=float(length * _over(product(mass, product(arm, arm)))),
@@ -185,6 +186,19 @@ class _Integrator:
             value[k] = _unless_zero(int(f[k]), square, 1 << BITS)
             turn[k] = _unless_zero(int(slope[k]), steep, 1 << BITS) if self.kinds[k].startswith("bending") else 0
         return Station(rounded(value), rounded(turn, 1 / self.length), self.shortening(s))
+
+    def stations(self, places: Sequence[float]) -> tuple[Station, ...]:
+        """Return the shape functions at many positions of the axis; slopes of the quadrature serve all of them."""
+        s = [self.place(x) for x in places]
+        f, slope, _ = self.values(array(s))
+        planar = np.array(
+            [[self.bend_in_same_plane(k, j) for j in range(len(self.kinds))] for k in range(len(self.kinds))]
+        )
+        value, turn = rounded(f), rounded(slope, 1 / self.length) * np.diagonal(planar)[:, None]
+        slopes = rounded(self.slope)
+        weights = self.grid.weights_up_to(s) - self.grid.weights_up_to([self.origin])
+        shortenings = [np.where(planar, (slopes * row) @ slopes.T / float(self.length), 0.0) for row in weights]
+        return tuple(map(Station, value.T, turn.T, shortenings))
 
     def shortening(self, s: Fraction) -> Array:
         """Return H(s), (n, n), 1/m: integrals of products of slopes from the origin of the axis to s."""

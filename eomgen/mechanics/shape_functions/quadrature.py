@@ -11,9 +11,11 @@ from typing import Any
 
 import mpmath
 import numpy as np
+from numpy.polynomial.legendre import legvander
 
+from eomgen.arrays import Array
 from eomgen.mechanics.shape_functions.families import Family
-from eomgen.mechanics.shape_functions.fixed_point import WORKING, Fixed, array, fixed, times
+from eomgen.mechanics.shape_functions.fixed_point import WORKING, Fixed, array, fixed, rounded, times
 
 _NODES = 24
 _WAVE_PER_PANEL = 3.0  # rad: what is left out of products of four functions is below 1e-18
@@ -96,3 +98,19 @@ class Grid:
         before = [0, *itertools.accumulate(whole)]
         start = before[self.edges.index(origin)]
         return np.asarray((np.array(before[:-1], dtype=object)[:, None] + within - start).ravel(), dtype=object)
+
+    def weights_up_to(self, places: Sequence[Fraction]) -> Array:
+        """Return weights, (p, m), of integrals from the first edge to each place, in double precision.
+
+        The interpolant through a panel's nodes is integrated up to the place, by its Legendre coefficients.
+        """
+        nodes, weights, _ = (rounded(part) for part in _rule())
+        panels = list(itertools.pairwise(self.edges))
+        parts = [
+            [min(max((s - first) / (last - first), Fraction(0)), Fraction(1)) for first, last in panels] for s in places
+        ]
+        x = 2.0 * np.array(parts, dtype=float) - 1.0
+        P = legvander(x, _NODES)
+        risen = np.concatenate([(x + 1.0)[..., None], P[..., 2:] - P[..., :-2]], axis=-1)  # (2 j + 1) int_(-1)^x P_j
+        shares = 0.5 * weights * (risen @ legvander(2.0 * nodes - 1.0, _NODES - 1).T)
+        return np.asarray((shares * rounded(self.lengths)[:, None]).reshape(len(parts), -1), dtype=float)

@@ -7,7 +7,7 @@ profile), integrals over stiffness for a unit of the deformation's stiffness (wi
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from eomgen.arrays import Array
@@ -38,6 +38,7 @@ class ShapeIntegrals:
     ----------
     kinds : (n,) kind of each coordinate
     at : gives the Station of a place x
+    along : gives the Stations of many places, to double precision
     mass, first, second : int 1, int x, int x^2 over mass
     d : (n,) int f_k over mass, 0 of torsion
     e : (n,) int x f_k over mass, 0 of torsion
@@ -54,6 +55,7 @@ class ShapeIntegrals:
 
     kinds: tuple[DeformationKind, ...]
     at: Callable[[float], Station]
+    along: Callable[[Sequence[float]], Sequence[Station]]
     mass: float
     first: float
     second: float

@@ -8,6 +8,7 @@ WITHIN = [
     "beam_body",
     "beam_fields",
     "beam_links",
+    "beam_stations",
     "build",
     "grouping",
     "inertia",

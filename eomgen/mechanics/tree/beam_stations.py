@@ -22,8 +22,8 @@ from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, dot, 
 from eomgen.symbolic.tape import Ref
 
 #: Axis of deflection, axis of rotation and its sign, of each kind.
-_DEFLECTS: dict[DeformationKind, int] = {"stretch": 0, "bending_y": 1, "bending_z": 2}
-_ROTATIONS: dict[DeformationKind, tuple[int, float]] = {
+DEFLECTS: dict[DeformationKind, int] = {"stretch": 0, "bending_y": 1, "bending_z": 2}
+ROTATIONS: dict[DeformationKind, tuple[int, float]] = {
     "torsion": (0, 1.0),
     "bending_z": (1, -1.0),
     "bending_y": (2, 1.0),
@@ -75,10 +75,10 @@ def station_motion(
     for k, kind in enumerate(kinds):
         value, slope = float(station.value[k]), float(station.slope[k])
         deflects, turns = [zero, zero, zero], [zero, zero, zero]
-        if kind in _DEFLECTS:
-            deflects[_DEFLECTS[kind]] = algebra.scalar(value)
-        if kind in _ROTATIONS:
-            axis, sign = _ROTATIONS[kind]
+        if kind in DEFLECTS:
+            deflects[DEFLECTS[kind]] = algebra.scalar(value)
+        if kind in ROTATIONS:
+            axis, sign = ROTATIONS[kind]
             turns[axis] = algebra.scalar(sign * (value if kind == "torsion" else slope))
         moving.append((deflects[0] - shortened[k], deflects[1], deflects[2]))
         turning.append((turns[0], turns[1], turns[2]))
