@@ -179,7 +179,7 @@ ORDER: dict[str, tuple[str, ...]] = {
     "mechanics": (
         "describe extent shape_functions",
         "discontinuities tree",
-        "kinematics summary",
+        "beam_axes kinematics summary",
         "forces",
         "constants constraints dynamics rates",
         "reactions",

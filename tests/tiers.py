@@ -28,6 +28,7 @@ SLOW: dict[str, tuple[str, ...]] = {
     "benchmarks/test_scripts.py::test_generation_time_measures_every_stage": (),
     "benchmarks/test_scripts.py::test_robot_dynamics_finds_its_own_numbers_right": (),
     "benchmarks/test_scripts.py::test_time_derivatives_meet_the_closed_form": (),
+    "browser/test_animation_page.py::test_a_beam_is_drawn_along_its_bent_axis": ("see-through",),
     "browser/test_animation_page.py::test_a_run_that_failed_says_so_and_one_row_is_enough": (),
     "browser/test_animation_page.py::test_bodies_are_where_the_projection_says_at_two_times": ("light",),
     "browser/test_notebook.py": (),
@@ -388,6 +389,11 @@ SLOW: dict[str, tuple[str, ...]] = {
     ),
     "pipeline/test_run_functions.py::test_functions_that_runs_do_not_call_are_left_out": (),
     "pipeline/test_run_functions.py::test_operations_in_the_functions_of_a_run": ("examples/pi_servo/scene.toml-rk4",),
+    "results/test_beam_axes.py::test_frames_along_a_beam_are_at_the_points_of_the_model": (
+        "pinned",
+        "about its middle",
+    ),
+    "results/test_beam_axes.py::test_what_hangs_on_a_beam_goes_with_its_section": ("pinned", "about its middle"),
     "results/test_dense_output.py::test_constrained_runs_keep_order_two_and_almost_the_constraints": ("SE3",),
     "scene/test_include.py::test_hostile_parts_are_scenes_or_problems": (),
     "scene/test_motion_laws.py::test_a_drive_steeper_than_the_step_is_refused_with_a_step_that_follows_it": (

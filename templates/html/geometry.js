@@ -67,16 +67,21 @@ function tubeOf(frames, radius, sides) {
   return { vertices, faces, smooth: walls.length, sides };
 }
 
-/** The outline of a tube that is drawn flat: the outermost place of each ring on either side of the line of their middles. */
+/** The outline of a tube that is drawn flat: the outermost places of each ring, and the outer halves of both ends. */
 function outlineOf(rings) {
   const middles = rings.map((ring) => times(1 / ring.length, ring.reduce(plus)));
-  const sides = rings.map((ring, k) => {
-    const [before, after] = [middles[Math.max(k - 1, 0)], middles[Math.min(k + 1, rings.length - 1)]];
-    const across = (place) => (place[1] - middles[k][1]) * (after[0] - before[0]) - (place[0] - middles[k][0]) * (after[1] - before[1]);
-    const sorted = ring.slice().sort((a, b) => across(a) - across(b));
-    return [sorted[0], sorted.at(-1)];
+  const last = rings.length - 1;
+  const [left, right, ends] = [[], [], []];
+  rings.forEach((ring, k) => {
+    const [x, y] = minus(middles[Math.min(k + 1, last)], middles[Math.max(k - 1, 0)]);
+    const aside = (place) => (place[1] - middles[k][1]) * x - (place[0] - middles[k][0]) * y;
+    const ahead = (place) => (place[0] - middles[k][0]) * x + (place[1] - middles[k][1]) * y;
+    const sorted = ring.slice().sort((a, b) => aside(a) - aside(b));
+    left.push(sorted[0]);
+    right.push(sorted.at(-1));
+    if (k === 0 || k === last) ends.push(sorted.filter((place) => (k ? ahead(place) > 0 : ahead(place) < 0)));
   });
-  return [...sides.map((pair) => pair[0]), ...sides.map((pair) => pair[1]).reverse()];
+  return [...left, ...ends[1], ...right.reverse(), ...ends[0].reverse()];
 }
 
 /** The corners of the convex polygon around points of the plane (Andrew's monotone chain). */

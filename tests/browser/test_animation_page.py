@@ -222,3 +222,34 @@ def test_a_run_that_failed_says_so_and_one_row_is_enough(browser: Browser, tmp_p
     assert len(single.t) == 1
     document = browser.document(single.animate(tmp_path / "single.html"))
     assert re.search(r'<input id="slider"[^>]*disabled', document) and browser.said == []
+
+
+@pytest.mark.parametrize("faces", ["see-through", "solid"])
+def test_a_beam_is_drawn_along_its_bent_axis(browser: Browser, tmp_path: Path, faces: str) -> None:
+    """A force bends it by P x^2 (3 L - x) / 6 EI, 0.3 m at the tip; where it would be straight is nothing."""
+    bending = {"shapes": "polynomial", "modes": 2, "normalisation": "unit", "stiffness": 50.0}
+    model = eomgen.build(
+        {
+            "format": 1,
+            "name": "bent",
+            "beams": {"blade": {"length": 1.0, "mass_per_length": 1.0, "stiffening": False, "bending_z": bending}},
+            "joints": {"clamp": {"type": "fixed", "parent": "base", "child": "blade"}},
+            "forces": {"pull": {"body": "blade", "point": [1.0, 0, 0], "force": [0, 0, 45.0]}},
+        },
+        profile="quick",
+    )
+    rest = model.equilibrium()
+    page = model.simulate(0.0, initial={"blade": rest.q.tolist()}).animate(tmp_path / "bent.html")
+    faced = "<script>shown.glass = false; draw();</script>" if faces == "solid" else ""
+    page.write_text(page.read_text(encoding="utf-8").replace("</body>", WATCH + faced + "</body>"), encoding="utf-8")
+    picture = browser.picture(page, "t=0&theme=light")
+    assert all(line.startswith("view {") for line in browser.said), browser.said
+    view = json.loads(browser.said[-1].removeprefix("view "))
+    colour = palette()[0]
+    for s in (0.3, 0.6, 0.9):
+        deflected, chord = 0.15 * (3 * s**2 - s**3), 0.3 * s
+        for height, there in ((deflected, True), (chord if s < 0.9 else 0.0, False)):
+            column, line = projected(view, np.array([s, 0.0, height]))
+            block = picture[line - 1 : line + 2, column - 1 : column + 2].reshape(-1, 3)
+            alike = np.median([likeness(pixel, colour) for pixel in block]) > 0.93
+            assert alike == there, f"the beam at {s}: {'not ' * there}drawn at height {height}"
