@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import json
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ import pytest
 import eomgen
 from eomgen.cli import main
 from eomgen.simulation.timing import Repeated
-from eomgen.studies.tuning import entries, race, real_time
+from eomgen.studies.tuning import entries, race, real_time, tune
 from eomgen.studies.tuning.conditions import conditions
 from eomgen.studies.tuning.contender import MARGIN, Contender, Tried
 from eomgen.studies.tuning.demand import Demand
@@ -91,6 +92,37 @@ def test_one_line_says_why(tuned: eomgen.Tuned) -> None:
     assert f"measured on {tuned.machine['processor']}" in tuned.why
     data = json.loads(json.dumps(tuned.to_dict()))
     assert {"why", "verified", "simulation", "rivals", "next_digit", "machine", "spent", "met"} <= set(data)
+
+
+def test_what_is_near_a_winner_of_the_verification_races_as_well(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """rk4 wins, and is made to miss the conditions of the verification; then generalized_alpha does, with policies."""
+    trained, checked = race.Race._trained, tune.verified
+    missed = []
+
+    def training(self: race.Race, contender: Contender, run: Tried) -> Tried:
+        if len(self.training) > 1 and contender.configuration.method == "rk4":
+            return replace(run, error=np.inf, conditions=len(self.training))
+        return trained(self, contender, run)
+
+    def verifying(judge: Judge, run: dict[str, Any], condition: Any) -> Any:
+        check = checked(judge, run, condition)
+        if run["configuration"].method == "rk4" and check is not None:
+            missed.append(check.what)
+            return replace(check, error=1.0)
+        return check
+
+    monkeypatch.setattr(race.Race, "_trained", training)
+    monkeypatch.setattr(tune, "verified", verifying)
+    said: list[str] = []
+    methods = ["generalized_alpha", "rk4"]
+    found = eomgen.tune(path, 1e-2, output="angle", methods=methods, formulated=False, progress=said.append)
+    assert missed
+    assert isinstance(found, eomgen.Tuned) and found.met
+    assert found.configuration.method.startswith("generalized_alpha")
+    built = [what for what in said if what.startswith("building: ") and ", rtol " in what]
+    assert built
+    first = min(k for k, what in enumerate(said) if what.startswith("verifying"))
+    assert said.index(built[0]) > first
 
 
 def test_the_scene_is_written_with_its_comments(tuned: eomgen.Tuned, tmp_path: Path) -> None:

@@ -50,9 +50,7 @@ class Entries:
         """Return all contenders when their race is over."""
         usual = {"rho_inf": self.defaults.rho_inf}
         contenders = [self._contender(c, c.configuration(usual)) for c in one_of_each(self.own)]
-        best = self.race.run(contenders)
-        for near in (self._relatives, self._settings):
-            best = self._also(contenders, best, near(best))
+        best = self.varied(contenders, self.race.run(contenders))
         for name in self.others:
             best = self._also(contenders, best, self._formulated(name, best))
             if name in self.race.runner.formulations.simplified:
@@ -63,6 +61,14 @@ class Entries:
                 self.race.left_out.update(dict.fromkeys(rest, why))
                 break
         return contenders
+
+    def varied(self, contenders: list[Contender], best: Contender | None) -> Contender | None:
+        """Return the best when what is near it has raced: relatives first, then settings; those that have are left
+        out."""
+        for near in (self._relatives, self._settings):
+            entered = {contender.configuration.key for contender in contenders}
+            best = self._also(contenders, best, [c for c in near(best) if c.configuration.key not in entered])
+        return best
 
     def _also(self, contenders: list[Contender], best: Contender | None, added: list[Contender]) -> Contender | None:
         """Return the best with others in the race."""

@@ -188,7 +188,7 @@ class _Tuning:
         entries = Entries(race, own, self._others(), self.axes, self.methods, self.defaults, self.say)
         contenders = entries.raced()
         self._enough(contenders, demand)
-        winner, checks = self._verified(race, contenders, near)
+        winner, checks = self._verified(entries, contenders, near)
         self._enough(contenders, demand)
         run = winner.best(demand.error)
         assert run is not None  # ``_enough`` has seen it
@@ -212,12 +212,14 @@ class _Tuning:
             raise NumericalError(Problem("error", what, "a larger demand, a larger budget, or other methods"))
 
     def _verified(
-        self, race: Race, contenders: Sequence[Contender], near: Iterator[Condition]
+        self, entries: Entries, contenders: list[Contender], near: Iterator[Condition]
     ) -> tuple[Contender, tuple[Verified, ...]]:
         """Return the winner and the runs that it is verified on.
 
         Conditions under which it misses the demand join those that it is tuned on, all race again, and others verify.
+        Another winner brings what is near it into the race.
         """
+        race = entries.race
         for left in reversed(range(ROUNDS)):
             race.finish(contenders)
             winner = min(contenders, key=lambda c: c.seconds(race.demand))
@@ -236,7 +238,9 @@ class _Tuning:
             race.training += [condition for condition in tried if condition.what in missed]
             for contender in contenders:
                 contender.reopen(race.demand)
-            race.run(contenders)
+            best = race.run(contenders)
+            if best is not winner:
+                entries.varied(contenders, best)
         return winner, tuple(checks)
 
     def _described(
