@@ -504,6 +504,7 @@ SLOW: dict[str, tuple[str, ...]] = {
     "simulation/test_sampled_states.py::test_the_program_in_c_runs_as_simulate_does": ("True-taylor",),
     "simulation/test_scene_settings.py::test_a_scene_names_its_arithmetic_and_the_call_may_name_another": (),
     "simulation/test_simulated_robot.py": (),
+    "simulation/test_simulator.py::test_a_law_of_other_parameters_sets_other_joints_in_motion": (),
     "simulation/test_simulator.py::test_copies_and_states_go_on_with_the_same_bits": (
         "rk4-joint",
         "generalized_alpha-absolute",
@@ -560,6 +561,7 @@ SLOW: dict[str, tuple[str, ...]] = {
     "studies/test_tuning.py::test_errors_are_the_largest_over_all_rows_of_the_file_that_is_written": (),
     "studies/test_tuning.py::test_single_precision_is_chosen_where_it_suffices": ("0.001-float",),
     "studies/test_tuning.py::test_the_demand_is_met_on_the_scene_and_on_runs_not_tuned_on": (),
+    "studies/test_tuning.py::test_what_is_near_a_winner_of_the_verification_races_as_well": (),
     "symbolic/test_map.py::test_random_loops_in_value_derivative_adjoint_and_jet": (),
     "symbolic/test_reading.py::test_named_and_whole_are_the_same_numbers": (),
     "system/test_steady_operations.py": (),

@@ -395,3 +395,44 @@ def test_events_within_steps() -> None:
     run.restore(state)
     run.step(np.array([0.0]))
     assert run.stopped == "" and run.event_counts["bounce"] == 1
+
+
+def test_a_law_of_other_parameters_sets_other_joints_in_motion() -> None:
+    """A cart of 2 kg that a drive sets off at 1 m/s at once: m r (V cos phi + r phi') + I phi' = 0 of the bob on it."""
+    m, r, inertia, angle = 0.5, 0.3, 0.1, 0.3
+    model = eomgen.build(
+        {
+            "format": 1,
+            "name": "cart",
+            "parameters": {"speed": {"value": 0.0, "unit": "m/s", "tunable": True}},
+            "bodies": {
+                "cart": {"mass": 2.0},
+                "bob": {"mass": m, "center_of_mass": [0, 0, -r], "inertia": [inertia, inertia, inertia]},
+            },
+            "joints": {
+                "x": {"type": "prismatic", "parent": "base", "child": "cart", "axis": [1, 0, 0], "drive": "speed * t"},
+                "swing": {
+                    "type": "revolute",
+                    "parent": "cart",
+                    "child": "bob",
+                    "axis": [0, 1, 0],
+                    "initial": {"position": angle},
+                },
+            },
+        },
+        profile="quick",
+    )
+    blow = m * r * np.cos(angle) / (m * r * r + inertia)
+    told = f"corrected onto the constraints: v.x 0 -> 1 m/s, v.swing 0 -> {blow:.4g} rad/s"
+    stepped, run = model.start(parameters={"speed": 1.0}), model.simulate(0.01, 1e-3, parameters={"speed": 1.0})
+    for v, notes in ((stepped.v, stepped.notes), (run.v[0], run.metadata["corrections"])):
+        assert v == pytest.approx([1.0, blow], rel=1e-9)
+        assert told in notes
+    given = {"x": {"velocity": 1.0}}
+    stepped, run = (
+        model.start(given, {"speed": 1.0}),
+        model.simulate(0.01, 1e-3, initial=given, parameters={"speed": 1.0}),
+    )
+    for v, notes in ((stepped.v, stepped.notes), (run.v[0], run.metadata["corrections"])):
+        assert v == pytest.approx([1.0, 0.0], abs=1e-12)
+        assert not notes
