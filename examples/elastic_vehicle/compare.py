@@ -95,7 +95,7 @@ def suspensions(model: eomgen.Model, car: Car) -> dict[str, dict[str, float]]:
 
 def simulated(model: eomgen.Model, car: Car, parameters: dict[str, float], duration: float) -> np.ndarray:
     """Return the root mean squares of the rows after two seconds."""
-    run = model.simulate(duration, 1e-3, parameters=parameters)
+    run = model.simulate(duration, 1e-3, record_every=1, parameters=parameters)
     if not run.success:
         raise eomgen.NumericalError(run.message)
     late = run.t > 2.0

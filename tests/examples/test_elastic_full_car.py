@@ -107,7 +107,7 @@ def test_stiff_body_is_the_rigid_car_of_seven_degrees_of_freedom(model: eomgen.M
 @pytest.mark.parametrize("suspension", SUSPENSIONS)
 def test_runs_are_sums_of_harmonic_responses(model: eomgen.Model, script: dict[str, Any], suspension: str) -> None:
     """The compiled scene is not linear, but its turns of a degree hardly show."""
-    run = model.simulate(16.0, 1e-3, method="rk4", parameters=parameters_of(model, script, suspension))
+    run = model.simulate(16.0, 1e-3, record_every=1, method="rk4", parameters=parameters_of(model, script, suspension))
     late = run.t > 12.0
     waves = [np.array(signal.harmonics).T for signal in model.scene.inputs]
     wanted = responses(oracle(suspension), waves[0][1])
@@ -164,3 +164,20 @@ def test_info_counts_what_the_body_does_not_do(scene: str, absent: str, capsys: 
     for what in ("beams deform only as the scene asks", "fixed parameters folded"):
         operations, without = saved[what, "forward_dynamics"]
         assert operations < without
+
+
+def test_the_scene_by_its_own_settings_is_known_to_two_percent_of_every_rate_and_does_not_warn(
+    model: eomgen.Model,
+) -> None:
+    """The figures of the example's page, against a method of order 4 at half the step."""
+    run = model.simulate()
+    exact = model.simulate(20.0, 1.25e-4, record_every=8, method="rk4")
+    assert np.array_equal(run.t, exact.t)
+    errors = np.abs(run.v - exact.v).max(axis=0) / np.abs(exact.v).max(axis=0)
+    assert 0.015 < errors.max() < 0.02
+    assert run.success and "error" not in run.message
+    coarse = model.simulate(20.0, 1e-3, record_every=1)
+    errors = np.abs(coarse.v - exact.v).max(axis=0) / np.abs(exact.v).max(axis=0)
+    assert model.v_names[int(np.argmax(errors))] == "v.body[1]"
+    assert 0.25 < errors.max() < 0.32
+    assert "of v.body[1]" in coarse.message and 0.25 < coarse.error.relative < 0.37
