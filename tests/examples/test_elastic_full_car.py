@@ -180,4 +180,4 @@ def test_the_scene_by_its_own_settings_is_known_to_two_percent_of_every_rate_and
     errors = np.abs(coarse.v - exact.v).max(axis=0) / np.abs(exact.v).max(axis=0)
     assert model.v_names[int(np.argmax(errors))] == "v.body[1]"
     assert 0.25 < errors.max() < 0.32
-    assert "of v.body[1]" in coarse.message and 0.25 < coarse.error.relative < 0.37
+    assert "of v.body[1] at t = 13.58 s, 31 % of its largest" in coarse.message
