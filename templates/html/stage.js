@@ -128,7 +128,7 @@ for (const body of bodies) {
   const { kind, size, center, axes } = body.solid;
   const sides = bodies.length > 60 ? 10 : 28;
   body.mesh = kind === "box" || kind === "cylinder" ? meshOf(kind, size, center, axes, sides) : null;
-  if (body.axis) body.mesh = tubeOf(body.axis.length, size[0], Math.min(sides, 14));
+  if (body.axis) body.mesh = tubeOf(body.axis.length, size[0], Math.min(sides, size[0] < 0.05 * size[1] ? 14 : 28));
   body.pieces = body.links.flatMap((link) => {
     const cuts = [...Array(13).keys()].map((k) => between(body.hub, link, k / 12));
     return cuts.slice(1).map((to, k) => ({ carrier: body.carrier, from: cuts[k], to, inside: holds(body.solid, between(cuts[k], to, 0.5)) }));
