@@ -19,7 +19,7 @@ EXAMPLES = Path(eomgen.__file__).parent.parent / "examples"
 CELLS = (
     "import eomgen\nscene = eomgen.load({path!r})\nscene",
     "eomgen.derive(scene, ['mass', 'coupling', 'force'])",
-    "model = eomgen.build(scene, profile='quick')\nsolution = model.simulate(2.0)\nsolution",
+    "model = eomgen.build(scene, profile='quick')\nsolution = model.simulate(2.0, progress=True)\nsolution",
     "%matplotlib inline\nsolution.plot('coordinates', 'energy');",
     "linear = model.linearize(at='initial')\nlinear",
     "linear.modes().plot();",
