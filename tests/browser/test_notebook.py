@@ -43,11 +43,12 @@ def outputs_of(notebook: nbformat.NotebookNode, cell: int, kind: str) -> list[st
 
 
 def test_every_cell_shows_what_it_should(notebook: nbformat.NotebookNode) -> None:
-    scene, system, solution, linear = (outputs_of(notebook, cell, "text/html")[0] for cell in (0, 1, 2, 4))
+    scene, system, solution, linear = (outputs_of(notebook, cell, "text/html")[-1] for cell in (0, 1, 2, 4))
     assert "shoulder" in scene and "$$\\displaystyle M = " in system
     assert "estimated error" in solution and "modes" in linear
     assert len(outputs_of(notebook, 3, "image/png")) == len(outputs_of(notebook, 5, "image/png")) == 1
     assert outputs_of(notebook, 1, "text/latex")
+    assert outputs_of(notebook, 2, "text/html")[0] == "", "the bar of progress is gone when the run is over"
 
 
 def test_the_page_is_laid_out(notebook: nbformat.NotebookNode, browser: Browser, tmp_path: Path) -> None:
