@@ -20,7 +20,7 @@ from eomgen.cli import main
 from eomgen.cli.printing import print_table
 from eomgen.scene.load import from_data
 from eomgen.scene.scaling import GRAVITY, LENGTH, MASS, ORIGIN, STIFFNESS, TIME, with_factors
-from eomgen.studies.ladders.references import difference
+from eomgen.studies.ladders.references import difference, reference
 from eomgen.studies.ladders.runs import (
     CRASH,
     HANG,
@@ -30,6 +30,7 @@ from eomgen.studies.ladders.runs import (
     STOPPED,
     UNFINISHED,
     Ended,
+    Request,
     Runner,
     simulated,
 )
@@ -179,6 +180,20 @@ def test_single_precision_is_held_against_double_precision(monkeypatch: pytest.M
     found = eomgen.extremes(PENDULUM, cells=["float:0.01:rk4"])
     assert [cell.verdict for cell in found.cells] == ["holds"]
     assert asked[0] == ("single", "rk4") and {model for model, _ in asked[1:]} == {"own"}
+
+
+def test_runs_that_stand_still_by_rounding_are_no_reference() -> None:
+    subject = Subject(PENDULUM, {})
+    conditions = subject.conditions(step=1e-3, steps=200)
+    still = {"t": np.linspace(0.0, 0.2, 21), "q": np.full((21, 1), 0.5), "v": np.full((21, 1), 1e-3)}
+
+    def ended(request: Request, limit: float) -> Ended:
+        return Ended(REACHED, "", still)
+
+    near, far = (reference(subject, conditions.varied(q=np.array([turn])), ended) for turn in (0.5, 2e9 * np.pi))
+    assert near.arrays is not None
+    assert far.arrays is None
+    assert "of the step: steps change the coordinates by their rounding only" in far.by
 
 
 def test_formulas_are_scaled_with_their_arguments() -> None:

@@ -22,6 +22,9 @@ LIMIT, MOST_STEPS = 10.0, 400_000
 VELOCITY = 3.0
 #: Roundings that are within any bound.
 _ROUNDINGS = 10.0
+#: Roundings of a coordinate that a reference's step has to change it by at least, where it moves at all: each step
+#: loses half of one.
+_STEP_ROUNDINGS = 10.0
 _DOUBLE = float(np.finfo(np.float64).eps)
 
 
@@ -58,11 +61,34 @@ def reference(subject: Subject, conditions: Conditions, ended: Callable[[Request
         if other.how != REACHED or other.arrays is None or not other.finite:
             tried.append(f"{name}: {other.how}")
             continue
+        if not (_resolved(subject, first, one.arrays) and _resolved(subject, second, other.arrays)):
+            tried.append(f"{name}: steps change the coordinates by their rounding only")
+            continue
         apart = difference(subject, other.arrays, one.arrays, AGREED).worst
         if apart <= AGREED:
             return Reference(name, dict(one.arrays), apart)
         tried.append(f"{name}: apart by {apart:.2g}")
     return Reference("; ".join(tried))
+
+
+def _resolved(subject: Subject, request: Request, arrays: Mapping[str, Array]) -> bool:
+    """Return whether steps change the coordinates that move by many times their rounding.
+
+    Where they do not, finer steps lose more of the motion: two of them may agree on standing still.
+    """
+    conditions = request.conditions
+    model = subject.model(OWN)
+    if conditions.q is None:
+        return True
+    speed = np.max(np.abs(arrays["v"]), axis=0)
+    if conditions.sizes is not None:
+        speed = speed * conditions.sizes[1]
+    for factor in model.factors:
+        if factor.group == "R":
+            moves = conditions.step * speed[factor.v]
+            if np.any((moves > 0.0) & (moves < _STEP_ROUNDINGS * np.spacing(np.abs(conditions.q[factor.q])))):
+                return False
+    return True
 
 
 class Errors(NamedTuple):
