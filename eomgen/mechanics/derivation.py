@@ -216,26 +216,23 @@ class Derivation:
     def poses(self) -> list[Block]:
         """Return quaternion (body to world axes) and position in the world, m, of each body, (bodies, 7)."""
         values = poses(self.scene, self.tree, self.kinematics)
-        return [
-            self.block("pose", (len(self.scene.bodies), 7), values, "quaternion (w, x, y, z) and position of each body")
-        ]
+        return [self._of_bodies("pose", (7,), values, "quaternion (w, x, y, z) and position")]
 
     def twists(self) -> list[Block]:
         """Return the inertial twist of each body in its own axes, angular first, (bodies, 6); rad/s, m/s."""
         values = twists(self.scene, self.tree, self.kinematics)
-        return [self.block("twist", (len(self.scene.bodies), 6), values, "angular and linear velocity of each body")]
+        return [self._of_bodies("twist", (6,), values, "angular and linear velocity")]
 
     def accelerations(self) -> list[Block]:
         """Return angular acceleration and that of the origin of each body, in its axes, (bodies, 6)."""
         values = accelerations(self.scene, self.tree, self.kinematics)
-        what = "angular acceleration of each body and acceleration of its origin"
-        return [self.block("acceleration", (len(self.scene.bodies), 6), values, what)]
+        return [self._of_bodies("acceleration", (6,), values, "angular acceleration and acceleration of the origin")]
 
     def jacobians(self) -> list[Block]:
         """Return the twist of each body per unit of v, base at rest, in its axes, (bodies, 6, nv)."""
         values = body_jacobians(self.scene, self.tree)
-        what = "twist of each body against the base per unit of v, angular first"
-        return [self.block("J", (len(self.scene.bodies), 6, self.tree.nv), values, what)]
+        what = "twist against the base per unit of v, angular first,"
+        return [self._of_bodies("J", (6, self.tree.nv), values, what)]
 
     def energies(self) -> dict[str, Scalar]:
         """Return ``kinetic``, ``potential``, J, and ``power``, ``base_power``, W, of the inertial motion."""
@@ -269,7 +266,8 @@ class Derivation:
         for output in self.scene.outputs:
             with self.tape.block(f"output {output.name}"):
                 values += [self.quantities.formula(formula) for formula in output.values]
-        return [self.block("y", (len(values),), values, "named outputs, in order")]
+        counts = (f"{o.name} [{len(o.values)}]" if len(o.values) > 1 else o.name for o in self.scene.outputs)
+        return [self.block("y", (len(values),), values, ", ".join(counts))]
 
     def joint_angles(self) -> list[Block]:
         """Return the angles counted over revolutions, rad, and their rates."""
@@ -350,6 +348,10 @@ class Derivation:
 
     def _matrix(self, name: str, rows: Sequence[Sequence[Scalar]], description: str) -> Block:
         return self.block(name, (len(rows), self.tree.nv), [value for row in rows for value in row], description)
+
+    def _of_bodies(self, name: str, shape: tuple[int, ...], values: Sequence[Scalar], what: str) -> Block:
+        names = [body.name for body in self.scene.bodies]
+        return self.block(name, (len(names), *shape), values, f"{what} of {', '.join(names)}")
 
     def block(self, name: str, shape: tuple[int, ...], values: Sequence[Scalar], description: str) -> Block:
         return Block(name, shape, tuple(ZERO if value.is_zero else value.ref for value in values), description)

@@ -180,7 +180,7 @@ _PLAIN = (
         on_request=True,
     ),
     *(replace(term, on_request=True) for term in (*_frame_terms(), *_CENTROIDAL)),
-    Term("outputs", _ALL, "the scene's named outputs", exists=("outputs",), of_motion=True, observed=True),
+    Term("outputs", _ALL, "named outputs of the scene", exists=("outputs",), of_motion=True, observed=True),
     Term(
         "events",
         _ALL,

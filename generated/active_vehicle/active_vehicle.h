@@ -102,20 +102,23 @@ void active_vehicle_partials(const active_vehicle_parameters *p, eomgen_real t, 
     const eomgen_real *v, const eomgen_real *a, const eomgen_real *u, eomgen_real *K, eomgen_real *C, eomgen_real *M);
 
 /* quaternion (body to world) and position of every body
- *   pose [7 x 7]  quaternion (w, x, y, z) and position of each body
+ *   pose [7 x 7]  quaternion (w, x, y, z) and position of heaving, pitching, body, wheel_front_left, wheel_front_right,
+ * wheel_rear_left, wheel_rear_right
  *   1 additions, 6 multiplications,
  * 0 divisions, 4 functions */
 void active_vehicle_poses(const active_vehicle_parameters *p, const eomgen_real *q, eomgen_real *pose);
 
 /* inertial twist of every body in body axes, angular first
- *   twist [7 x 6]  angular and linear velocity of each body
+ *   twist [7 x 6]  angular and linear velocity of heaving, pitching, body, wheel_front_left, wheel_front_right,
+ * wheel_rear_left, wheel_rear_right
  *   0 additions, 6 multiplications,
  * 0 divisions, 4 functions */
 void active_vehicle_twists(const active_vehicle_parameters *p, const eomgen_real *q, const eomgen_real *v,
     eomgen_real *twist);
 
-/* the scene_s named outputs
- *   y [22]  named outputs, in order
+/* named outputs of the scene
+ *   y [22]  body_acceleration, driver_acceleration, pitch_acceleration, roll_acceleration, energy, power,
+ * suspension_travel [4], actuator_force [4], road [4], tyre_load [4]
  *   141 additions, 178 multiplications,
  * 4 divisions, 10 functions */
 void active_vehicle_outputs(const active_vehicle_parameters *p, eomgen_real t, const eomgen_real *q,

@@ -94,20 +94,20 @@ void bouncing_ball_partials(const bouncing_ball_parameters *p, eomgen_real t, co
     const eomgen_real *v, const eomgen_real *a, eomgen_real *K, eomgen_real *C, eomgen_real *M);
 
 /* quaternion (body to world) and position of every body
- *   pose [2 x 7]  quaternion (w, x, y, z) and position of each body
+ *   pose [2 x 7]  quaternion (w, x, y, z) and position of carriage, ball
  *   0 additions, 0 multiplications,
  * 0 divisions, 0 functions */
 void bouncing_ball_poses(const bouncing_ball_parameters *p, const eomgen_real *q, eomgen_real *pose);
 
 /* inertial twist of every body in body axes, angular first
- *   twist [2 x 6]  angular and linear velocity of each body
+ *   twist [2 x 6]  angular and linear velocity of carriage, ball
  *   0 additions, 0 multiplications,
  * 0 divisions, 0 functions */
 void bouncing_ball_twists(const bouncing_ball_parameters *p, const eomgen_real *q, const eomgen_real *v,
     eomgen_real *twist);
 
-/* the scene_s named outputs
- *   y [2]  named outputs, in order
+/* named outputs of the scene
+ *   y [2]  plate, ball
  *   0 additions, 2 multiplications,
  * 0 divisions, 1 functions */
 void bouncing_ball_outputs(const bouncing_ball_parameters *p, eomgen_real t, const eomgen_real *q,

@@ -146,19 +146,19 @@ void heavy_top_r3xso3_iteration(const eomgen_real *q, const eomgen_real *v, cons
 void heavy_top_r3xso3_jacobian_values(const eomgen_real *q, eomgen_real *B);
 
 /* quaternion (body to world) and position of every body
- *   pose [1 x 7]  quaternion (w, x, y, z) and position of each body
+ *   pose [1 x 7]  quaternion (w, x, y, z) and position of top
  *   7 additions, 9 multiplications,
  * 0 divisions, 0 functions */
 void heavy_top_r3xso3_poses(const eomgen_real *q, eomgen_real *pose);
 
 /* inertial twist of every body in body axes, angular first
- *   twist [1 x 6]  angular and linear velocity of each body
+ *   twist [1 x 6]  angular and linear velocity of top
  *   20 additions, 27 multiplications,
  * 0 divisions, 0 functions */
 void heavy_top_r3xso3_twists(const eomgen_real *q, const eomgen_real *v, eomgen_real *twist);
 
-/* the scene_s named outputs
- *   y [4]  named outputs, in order
+/* named outputs of the scene
+ *   y [4]  centre_of_mass [3], energy
  *   25 additions, 43 multiplications,
  * 0 divisions, 0 functions */
 void heavy_top_r3xso3_outputs(const eomgen_real *q, const eomgen_real *v, eomgen_real *y);

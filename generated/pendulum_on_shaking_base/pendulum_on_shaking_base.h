@@ -109,21 +109,21 @@ void pendulum_on_shaking_base_partials(const eomgen_real *q, const eomgen_real *
     const pendulum_on_shaking_base_base_state *base, eomgen_real *K, eomgen_real *C, eomgen_real *M);
 
 /* quaternion (body to world) and position of every body
- *   pose [1 x 7]  quaternion (w, x, y, z) and position of each body
+ *   pose [1 x 7]  quaternion (w, x, y, z) and position of bob
  *   0 additions, 1 multiplications,
  * 0 divisions, 2 functions */
 void pendulum_on_shaking_base_poses(const eomgen_real *q, const pendulum_on_shaking_base_base_state *base,
     eomgen_real *pose);
 
 /* inertial twist of every body in body axes, angular first
- *   twist [1 x 6]  angular and linear velocity of each body
+ *   twist [1 x 6]  angular and linear velocity of bob
  *   0 additions, 2 multiplications,
  * 0 divisions, 2 functions */
 void pendulum_on_shaking_base_twists(const eomgen_real *q, const eomgen_real *v,
     const pendulum_on_shaking_base_base_state *base, eomgen_real *twist);
 
-/* the scene_s named outputs
- *   y [4]  named outputs, in order
+/* named outputs of the scene
+ *   y [4]  bob [3], lean
  *   2 additions, 2 multiplications,
  * 0 divisions, 2 functions */
 void pendulum_on_shaking_base_outputs(const eomgen_real *q, const eomgen_real *v,

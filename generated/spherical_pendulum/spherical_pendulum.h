@@ -87,19 +87,19 @@ void spherical_pendulum_partials(const eomgen_real *q, const eomgen_real *v, con
     eomgen_real *C, eomgen_real *M);
 
 /* quaternion (body to world) and position of every body
- *   pose [1 x 7]  quaternion (w, x, y, z) and position of each body
+ *   pose [1 x 7]  quaternion (w, x, y, z) and position of rod
  *   0 additions, 0 multiplications,
  * 0 divisions, 0 functions */
 void spherical_pendulum_poses(const eomgen_real *q, eomgen_real *pose);
 
 /* inertial twist of every body in body axes, angular first
- *   twist [1 x 6]  angular and linear velocity of each body
+ *   twist [1 x 6]  angular and linear velocity of rod
  *   0 additions, 0 multiplications,
  * 0 divisions, 0 functions */
 void spherical_pendulum_twists(const eomgen_real *q, const eomgen_real *v, eomgen_real *twist);
 
-/* the scene_s named outputs
- *   y [4]  named outputs, in order
+/* named outputs of the scene
+ *   y [4]  bob [3], energy
  *   10 additions, 20 multiplications,
  * 0 divisions, 0 functions */
 void spherical_pendulum_outputs(const eomgen_real *q, const eomgen_real *v, eomgen_real *y);
