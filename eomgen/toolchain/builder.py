@@ -101,7 +101,10 @@ class Builder:
         if self._compiler is not None:
             return self._compiler
         problem = self._missing.problems[0] if self._missing is not None else Problem("", "no C compiler")
-        what = f"{problem.what}, and the cache {self.cache.folder} has no library of this model for this machine"
+        what = (
+            f"{problem.what}, and the cache {self.cache.folder} has no library of this model with these terms, this"
+            f" method and profile {self.profile.name} for this machine"
+        )
         raise ToolchainError(what, problem.hint)
 
     def key(self, content: bytes) -> str:

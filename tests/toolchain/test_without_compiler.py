@@ -110,7 +110,8 @@ def test_what_has_to_be_compiled_says_so(change: str, shipped: Path, tmp_path: P
     assert found["kind"] == "ToolchainError"
     assert str(found["error"]).startswith(
         "toolchain error: no C compiler found: looked for cc, gcc, clang on the path and in CC, and the cache"
-        f" {folder / 'cache'} has no library of this model for this machine; try: "
+        f" {folder / 'cache'} has no library of this model with these terms, this method and"
+        " profile reproducible for this machine; try: "
     )
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from eomgen.formula.nodes import Symbol
 from eomgen.scene.control.schema import Controller as Written
-from eomgen.scene.formula.scope import STATE
+from eomgen.scene.formula.scope import LOAD
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
 from eomgen.scene.signals.sampling import HeldValue, held_states, read_clock
@@ -86,7 +86,7 @@ def read_sampled_controller(
     where = report.where(key)
     for label, state in zip(entry.signals or {}, made.signals, strict=True):
         place = f"{key}.signals.{label}"
-        formula = values.formula(place, (entry.signals or {})[label], STATE)
+        formula = values.formula(place, (entry.signals or {})[label], LOAD)
         text = f"signal {label} of the controller {name}"
         if plain is not None:
             states += held_states(HeldValue(state, formula, 0.0, "", text, key, report.where(place)), plain, values)

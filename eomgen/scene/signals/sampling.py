@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from eomgen.formula.nodes import ZERO, Formula, Symbol
-from eomgen.scene.formula.scope import STATE
+from eomgen.scene.formula.scope import LOAD
 from eomgen.scene.reading.kinds import Value
 from eomgen.scene.reading.values import Values
 from eomgen.scene.signals.schema import State as WrittenState
@@ -115,7 +115,7 @@ def read_sampled_state(name: str, entry: WrittenState, values: Values) -> list[S
     key = key_of("states", name)
     place = values.report.where(f"{key}.formula")
     initial = values.constant(f"{key}.initial", entry.initial)
-    formula = ZERO if entry.formula is None else values.formula(f"{key}.formula", entry.formula, STATE)
+    formula = ZERO if entry.formula is None else values.formula(f"{key}.formula", entry.formula, LOAD)
     clock = read_clock(key, entry, values)
     if clock is None:
         return []

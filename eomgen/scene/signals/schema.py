@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from eomgen.scene.formula.scope import EVERYTHING, FIXED_PARAMETERS, STATE, TIME
+from eomgen.scene.formula.scope import EVERYTHING, FIXED_PARAMETERS, LOAD, STATE, TIME
 from eomgen.scene.reading.keys import ANY_UNIT, Table, key, optional
 from eomgen.scene.reading.kinds import Description, Finite, Pair, Unit, Value, Values
 
@@ -127,7 +127,7 @@ class State(Table):
     rate: Value | None = optional("its time derivative; required unless it is sampled", names=STATE)
     sample: Value | None = optional("of a sampled state: time between two samples", unit="s", names=FIXED_PARAMETERS)
     formula: Value | None = optional(
-        "of a sampled state: what it is from a sample to the next", unit=ANY_UNIT, names=STATE
+        "of a sampled state: what it is from a sample to the next", unit=ANY_UNIT, names=LOAD
     )
     delay: Value | None = optional(
         "of a sampled state: from the sample to when it takes effect",

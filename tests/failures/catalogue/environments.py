@@ -24,7 +24,8 @@ FAILURES = [
         "No compiler at all",
         5,
         "toolchain error: no C compiler found: looked for cc, gcc, clang on the path and in CC, and the cache {folder}"
-        " has no library of this model for this machine; try: the package of your system that holds gcc or clang",
+        " has no library of this model with these terms, this method and profile fast for this machine; try: the"
+        " package of your system that holds gcc or clang",
         command="simulate scene.toml --out out --t-end 0.01 --no-plots",
         environment={"CC": None, "PATH": "{folder}", "EOMGEN_CACHE": "{folder}"},
     ),
