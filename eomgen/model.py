@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from eomgen.linear.linearization import Linearization
     from eomgen.linear.root_locus import RootLocus
     from eomgen.results.solution import Solution
+    from eomgen.simulation.motions import Target
     from eomgen.simulation.options import MethodOptions, ResumeOptions, RunOptions
     from eomgen.simulation.simulator import Simulator
     from eomgen.spectra import Road, RoadExcitation
@@ -134,6 +135,8 @@ class Model(CompiledModel):
         parameters: Parameters = None,
         method: str | None = None,
         step: float | None = None,
+        *,
+        motions: Mapping[str, Target] | None = None,
         **options: Unpack[MethodOptions],
     ) -> Simulator:
         """Return a simulator at an initial state, to be stepped by the caller.
@@ -148,6 +151,8 @@ class Model(CompiledModel):
         inputs : mapping
             Name -> number or function of t: what inputs are in steps that are given none.
         controllers : as in ``simulate``; copies and ``restore`` need functions whose memory the scene declares
+        motions : mapping
+            Name -> position, rate and acceleration at the start, or a function of t that gives these three.
 
         Raises
         ------
@@ -160,7 +165,7 @@ class Model(CompiledModel):
         """
         from eomgen.simulation.start import start  # noqa: PLC0415
 
-        return start(self, initial, parameters, method, step, **options)
+        return start(self, initial, parameters, method, step, motions=motions, **options)
 
     def equilibrium(
         self,

@@ -41,6 +41,7 @@ def describe(scene: Scene) -> Description:
         parameters=scene.parameters,
         states=scene.states,
         inputs=scene.inputs,
+        motions=scene.motions,
         outputs=scene.outputs,
         coordinates=tuple(_coordinates(scene)),
         joints=joint_factors(scene) if scene.coordinates == "absolute" else (),

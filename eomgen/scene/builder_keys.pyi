@@ -109,6 +109,8 @@ class InputKeys(TypedDict, total=False):
     outside: str | None
     wave: Mapping[str, Any] | None
     road: Mapping[str, Any] | None
+    motion: bool | None
+    initial: float | None
     unit: str | None
     description: str | None
 

@@ -12,13 +12,15 @@ from eomgen.scene.bodies.model import Body
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.joints.constraint_model import Constraint
 from eomgen.scene.joints.model import Joint
+from eomgen.system.motions import Motion
 from eomgen.system.signals import Input, Output, Parameter, State
 
 #: What a scene may have, in the order in which it is told, and what one of it is called.
 _PARTS = (
     ("bodies", "body", "bodies"), ("joints", "joint", "joints"), ("constraints", "constraint", "constraints"),
     ("elements", "force element", "force elements"), ("controllers", "controller", "controllers"),
-    ("inputs", "input", "inputs"), ("states", "internal state", "internal states"), ("events", "event", "events"),
+    ("inputs", "input", "inputs"), ("motions", "motion", "motions"), ("states", "internal state", "internal states"),
+    ("events", "event", "events"),
     ("parameters", "parameter", "parameters"), ("outputs", "output", "outputs"),
 )  # fmt: skip  # a table
 
@@ -40,6 +42,8 @@ class Shown(Protocol):
     def elements(self) -> tuple[ForceElement, ...]: ...
     @property
     def inputs(self) -> tuple[Input, ...]: ...
+    @property
+    def motions(self) -> tuple[Motion, ...]: ...
     @property
     def states(self) -> tuple[State, ...]: ...
     @property
@@ -73,6 +77,7 @@ def html(scene: Shown) -> str:
     )
     signals = (
         *((item.name, "input", item.unit, item.description) for item in scene.inputs),
+        *((item.name, "motion", item.unit, item.description) for item in scene.motions),
         *((item.name, "internal state", item.unit, item.description) for item in scene.states),
         *((item.name, "output", item.unit, item.description) for item in scene.outputs),
     )

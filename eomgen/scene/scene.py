@@ -25,6 +25,7 @@ from eomgen.scene.joints.constraint_model import Constraint
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.joints.reaction_model import Reaction
 from eomgen.system.description import FixedFrame, Point, Requirement, Simulation
+from eomgen.system.motions import Motion
 from eomgen.system.samples import SampledController
 from eomgen.system.signals import Input, Output, Parameter, State
 
@@ -68,6 +69,8 @@ class Scene:
     constraints : what closes loops, besides the joints of the tree.
     reactions : places and axes of the reactions that are not to be had as every joint and constraint has them.
     references : motions that formulas ask inverse dynamics about.
+    motions : the inputs that are motions, which are no inputs of the equations; they are polynomials of time whose
+        coefficients are tunable parameters
     modes : numbers that only events change; their values are the tunable parameters ``mode_...``
     events : roots of formulas that stop a run, are counted, or change the state, in their order
     coordinates : ``joint``, or ``absolute`` where every body moves on its own and joints are constraints.
@@ -93,6 +96,7 @@ class Scene:
     parameters: tuple[Parameter, ...] = ()
     curves: tuple[AnyCurve, ...] = ()
     inputs: tuple[Input, ...] = ()
+    motions: tuple[Motion, ...] = ()
     states: tuple[State, ...] = ()
     controllers: tuple[Controller, ...] = ()
     feedback: tuple[StateFeedback, ...] = ()

@@ -12,6 +12,7 @@ import numpy as np
 from eomgen.arrays import Array
 from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.solution import Solution
+from eomgen.simulation.motions import Motions
 from eomgen.simulation.run import Run
 from eomgen.simulation.run_metadata import run_metadata
 from eomgen.simulation.run_model import RunModel
@@ -61,6 +62,6 @@ def recorded_solution(
         stats=dict(statistics),
         message=f"{last}; the motion was {stopped}" if stopped else last,
         metadata=metadata,
-        model=RunModel(model, p[-1], signals if model.nu else None, None),
+        model=RunModel(model, p[-1], signals if model.nu else None, None, motions=Motions(model).between(t, p)),
         error=ErrorEstimate.missing("a motion that a caller steps is not run a second time"),
     )

@@ -23,6 +23,7 @@ from eomgen.results.scenery import PosesAndScenery, poses_and_scenery
 from eomgen.results.solution import Solution
 from eomgen.simulation.events import parameters_over
 from eomgen.simulation.inputs import InputSignals, Signal
+from eomgen.simulation.motions import RecordedMotions
 from eomgen.simulation.run import Run, stored_run
 from eomgen.simulation.settings import stepper_library
 from eomgen.simulation.taylor_output import between_of
@@ -35,24 +36,26 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class RunModel:
     """A model with the inputs (None where its formulas give all of them), the parameters (np,) and the events of a
-    run."""
+    run, or with the motions that a caller gave."""
 
     model: CompiledModel
     parameters: Array
     signals: InputSignals | None
     between: Between | None
     events: Events | None = None
+    motions: RecordedMotions | None = None
 
     def poses_and_scenery(self, t: Array, q: Array) -> PosesAndScenery:
         """Return poses at times (nt,) and configurations (nt, nq), with what else a picture shows."""
-        return poses_and_scenery(self.model, t, q, self.parameters)
+        p = self.parameters if self.motions is None else self.motions(t)
+        return poses_and_scenery(self.model, t, q, p)
 
     def inputs(self, t: Array) -> dict[str, Array]:
         """Return the inputs at times (nt,), name -> (nt,)."""
         model = self.model
         if not model.nu:
             return {}
-        p = parameters_over(self.events, model, self.parameters, t)
+        p = self._present(t)
         table = model.input_values(t, parameters=p) if self.signals is None else self.signals.rows(t)
         return dict(zip(model.inputs, np.ascontiguousarray(table.T), strict=True))
 
@@ -63,7 +66,12 @@ class RunModel:
 
     def present(self, state: State) -> Array:
         """Return the parameters at the times of a state, modes among them."""
-        return parameters_over(self.events, self.model, self.parameters, state.t)
+        return self._present(state.t)
+
+    def _present(self, t: Array) -> Array:
+        if self.motions is not None:
+            return self.motions(t)
+        return parameters_over(self.events, self.model, self.parameters, t)
 
     def linear(self, state: State) -> Linearization:
         """Return the linear model about one state, with the inputs of the run at its time."""

@@ -27,6 +27,7 @@ from eomgen.simulation.checkpoint import CheckpointWriter
 from eomgen.simulation.controllers import Controller, read_controllers
 from eomgen.simulation.error_estimate import ErrorEstimation
 from eomgen.simulation.inputs import InputSignals, Signal, check_held, read_signals
+from eomgen.simulation.motions import refuse_as_inputs
 from eomgen.simulation.outcome import Beginning, Outcome
 from eomgen.simulation.run import (
     Run,
@@ -107,6 +108,7 @@ def simulate(
     functions = read_controllers(controllers, library.layout)
     stepper = Stepper(library, stepper_settings, p, functions)
     check_memory(grid.steps // every + 2, stepper.sizes["row"])
+    refuse_as_inputs(inputs, [motion.name for motion in model.description.motions])
     from_caller = read_signals(inputs, model.inputs, grid.steps, model.input_units)
     chosen.check_span(model, None if parameters is None else p, from_caller, grid)
     if chosen.method.inputs == "series":

@@ -3,7 +3,8 @@ steps."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from types import MappingProxyType
@@ -16,7 +17,7 @@ from eomgen.arrays import Array
 from eomgen.calls import ByName, checked_calls, unknown_attribute
 from eomgen.compiled.arguments import check_finite, check_name, number_of, numbers
 from eomgen.compiled.initial_state import InitialState
-from eomgen.errors import EomgenError, NumericalError, Problem, UsageError
+from eomgen.errors import EomgenError, ModelError, NumericalError, Problem, UsageError
 from eomgen.integrators.events import AT_EVENTS, STOPPED
 from eomgen.integrators.families.family import BAD_ARGUMENT
 from eomgen.integrators.stepper_layout import INPUT_NOT_FINITE
@@ -24,6 +25,7 @@ from eomgen.results.solution import Solution
 from eomgen.simulation.events import ending
 from eomgen.simulation.failed_step import failed_step
 from eomgen.simulation.inputs import CheckedSignal, Signal, check_held, read_signals
+from eomgen.simulation.motions import Motions, Target, read_target, refuse_as_inputs
 from eomgen.simulation.recorded_motion import RecordedRow, recorded_solution
 from eomgen.simulation.run import Run, start_of
 from eomgen.simulation.settings import check_span, count_of
@@ -96,6 +98,8 @@ class Simulator:
         self._begun: InitialState | None = None
         self._recorded: list[RecordedRow] = []
         self.notes: tuple[str, ...] = ()
+        self._motions = Motions(run.model)
+        self._moved = bool(self._motions)
 
     def __repr__(self) -> str:
         return f"<Simulator of {self.model.name} by {self.method}: t = {self.t:.9g} s, steps of {self.step_size:.9g} s>"
@@ -107,7 +111,14 @@ class Simulator:
 
     # -- steps ---------------------------------------------------------------------------------------------------------
 
-    def step(self, u: StepInputs = None, n: int = 1, *, end: ArrayLike | None = None) -> None:
+    def step(
+        self,
+        u: StepInputs = None,
+        n: int = 1,
+        *,
+        end: ArrayLike | None = None,
+        motions: Mapping[str, Target] | None = None,
+    ) -> None:
         """Take n steps with the same inputs.
 
         Parameters
@@ -118,16 +129,24 @@ class Simulator:
         n : int
         end : (nu,) array or number
             Inputs at the end of the last step, to which they go linearly from u.
+        motions : mapping
+            Of the scene's motions by name: position, rate and acceleration at the end of the last step, to which each
+            goes by one polynomial of degree 5; or a function of t that gives these three, which is met at the end of
+            every step. Without one, a motion at rest rests.
 
         Raises
         ------
         UsageError
             Inputs of another shape or that are not finite; ``end`` for a method that holds its inputs; an event has
-            stopped the motion; curves or prescribed motions end.
+            stopped the motion; curves or prescribed motions end; a motion under way without a target; motions with a
+            method that chooses its steps.
+        ModelError
+            Rows of constraints that were left out do not follow from the others where motions have come to; the state
+            is the one before.
         NumericalError
             A step failed; the state is the one before it.
         """
-        plain = end is None and n == 1 and self._cleared > 0
+        plain = end is None and n == 1 and self._cleared > 0 and motions is None and not self._moved
         if plain and type(u) is np.ndarray and u.dtype is _DOUBLE and u.shape == self._shape:
             self._u[:] = u
             self._given = True
@@ -139,15 +158,26 @@ class Simulator:
             self._cleared -= 1
             if status := self._free():
                 self._judge(status)
-        else:
+        elif motions is None and not self._moved:
             self._steps(u, count_of("n", n), end)
+        else:
+            count = count_of("n", n)
+            with self._moving(motions, count * self._stepper.step_size) as functions:
+                self._go_on(u, count, end, functions)
 
-    def advance(self, t: float, u: StepInputs = None, *, end: ArrayLike | None = None) -> None:
+    def advance(
+        self,
+        t: float,
+        u: StepInputs = None,
+        *,
+        end: ArrayLike | None = None,
+        motions: Mapping[str, Target] | None = None,
+    ) -> None:
         """Go on to a time in s: whole steps, and a shorter last one where they do not lead there.
 
         Parameters
         ----------
-        u, end : as in ``step``; ``end`` holds at t
+        u, end, motions : as in ``step``; ``end`` and what motions go to hold at t
 
         Raises
         ------
@@ -163,16 +193,17 @@ class Simulator:
             share = grid.whole * grid.step / (target - now)
             first, last = self._inputs_of("u", u), self._inputs_of("end", end)
             between = (1.0 - share) * first + share * last
-        if grid.whole:
-            self._steps(u, grid.whole, between)
-        if grid.rest and not self._stopped:
-            self._stepper.settings[0] = self._stepper.step_size = grid.rest
-            try:
-                self._steps(between if end is not None and grid.whole else u, 1, end)
-            finally:
-                self._stepper.settings[0] = self._stepper.step_size = grid.step
-            if not self._stopped:
-                self._memory[self._places["t"]] = grid.end
+        with self._moving(motions, target - now) as functions:
+            if grid.whole:
+                self._go_on(u, grid.whole, between, functions)
+            if grid.rest and not self._stopped:
+                self._stepper.settings[0] = self._stepper.step_size = grid.rest
+                try:
+                    self._go_on(between if end is not None and grid.whole else u, 1, end, functions)
+                finally:
+                    self._stepper.settings[0] = self._stepper.step_size = grid.step
+                if not self._stopped:
+                    self._memory[self._places["t"]] = grid.end
 
     def set_parameter(self, name: str, value: float) -> None:
         """Change a tunable parameter from now on; a mode of the scene's events by its name, too.
@@ -197,6 +228,8 @@ class Simulator:
         present = dict(zip(model.parameters, self._present().tolist(), strict=True))
         p = model.parameter_array({**present, **values})
         model.check_left_out(self.q, self.v, self.t, p)
+        if not np.array_equal(p[self._motions.columns], self._stepper.parameters[self._motions.columns]):
+            self._motions.reached.clear()
         self._stepper.parameters[: len(p)] = p
         if self._stepper.modes is not None:
             self._memory[self._places["mode"]] = p[self._modes]
@@ -221,13 +254,20 @@ class Simulator:
             The state cannot be brought onto the constraints, or has no finite accelerations.
         """
         time = self.t if t is None else number_of("t", t)
-        p = self._present()
+        p = self._motions.later(self._present(), time - self.t)
         now = {"q": self.q, "v": self.v, **({"z": self.z} if self.model.nz else {})}
         grid = TimeGrid(time, time, self.step_size, 0, 0.0)
         begun = replace(self._run, parameters=p, grid=grid)
         given, notes, _ = start_of(begun, {**now, **(state or {})}, equilibrium_start=False, changed=True)
+        before = self._stepper.parameters.copy()
         self._stepper.parameters[: len(p)] = p
-        self.begin(time, given, notes)
+        try:
+            self.begin(time, given, notes)
+        except EomgenError:
+            self._stepper.parameters[:] = before
+            raise
+        if self._moved:
+            self._rule(p)
 
     def begin(self, t: float, state: InitialState, notes: list[str]) -> None:
         """Start at a state that meets the constraints; what ``start`` and ``set_state`` end with."""
@@ -239,6 +279,10 @@ class Simulator:
             raise
         self.notes, self._stopped, self._cleared, self._found = tuple(notes), "", 0, ()
         self._begun = state
+
+    def moved_from(self, reached: Mapping[str, Array]) -> None:
+        """Take position, rate and acceleration, (3,), by name, for what motions have at the start."""
+        self._motions.reached |= reached
 
     def _initialize(self, t: float, state: InitialState, first: Array, last: Array) -> None:
         """Start with inputs that go from first to last over a step, where they are given."""
@@ -304,6 +348,12 @@ class Simulator:
     def inputs(self) -> Array:
         """Inputs (nu,) at the time of the state."""
         return self._u.copy() if self._given else self._signals.rows(np.array([self.t]))[0]
+
+    @property
+    def motions(self) -> dict[str, Array]:
+        """Position, rate and acceleration (3,) of the scene's motions by name."""
+        p, t = self._present(), self.t
+        return ByName("motion", {name: self._motions.now(name, p, t).copy() for name in self._motions})
 
     @property
     def outputs(self) -> dict[str, Array]:
@@ -386,6 +436,7 @@ class Simulator:
             scene=self.model.name,
             fingerprint=self._library.fingerprint,
             build=self._library.digest,
+            motions=dict(self._motions.reached),
         )
 
     def restore(self, state: SimulatorState) -> None:
@@ -416,6 +467,7 @@ class Simulator:
         self._given = state.u is not None
         if state.u is not None:
             self._u[:] = state.u
+        self._motions.reached = dict(state.motions)
         self._rule(state.parameters)
         self._stopped, self._found, self._begun = "", (), state.begun
 
@@ -500,7 +552,67 @@ class Simulator:
         else:
             self._move(n, first, last)
 
+    @contextmanager
+    def _moving(self, given: Mapping[str, Target] | None, duration: float) -> Iterator[Mapping[str, Target]]:
+        """Let motions go to their targets within a time in s; what is in the context takes steps over that time, and
+        is given those targets that are functions."""
+        moves = self._motions
+        if not moves:
+            moves.check(given)
+            yield {}
+            return
+        targets = moves.check(given)
+        if targets and self._run.method.chooses_steps:
+            what = f"{self.method} chooses its steps, which lie ahead of the time to which motions are known"
+            raise UsageError(Problem("motions", what, "generalized_alpha, or another method with steps of one size"))
+        before = self.state if self._library.layout["left_out"] else None
+        self._take(moves.begin(self._present(), self.t, duration, targets))
+        moves.reached.clear()
+        yield {name: target for name, target in targets.items() if callable(target)}
+        if self._stopped:
+            moves.reached.clear()
+        else:
+            moves.reached |= {name: read_target(name, at) for name, at in targets.items() if not callable(at)}
+        if before is not None:
+            try:
+                self.model.check_left_out(self.q, self.v, self.t, self._present())
+            except ModelError:
+                self.restore(before)
+                raise
+
+    def _go_on(self, u: StepInputs, n: int, end: ArrayLike | None, functions: Mapping[str, Target]) -> None:
+        """Take n steps as ``_steps``, one by one where motions follow functions of time."""
+        if not functions:
+            self._steps(u, n, end)
+            return
+        first, last = (None, None) if end is None else (self._inputs_of("u", u), self._inputs_of("end", end))
+        found: tuple[StepEvent, ...] = ()
+        for k in range(n):
+            moved, ends = self._motions.go_on(self._present(), self.t, self._stepper.step_size, functions)
+            self._take(moved)
+            if first is None or last is None:
+                self._steps(u, 1, None)
+            else:
+                self._steps(self._between(first, last, k / n), 1, self._between(first, last, (k + 1) / n))
+            found += self._found
+            if self._stopped:
+                break
+            self._motions.reached.update(ends)
+        self._found = found
+
+    def _take(self, p: Array) -> None:
+        """Let motions go on by parameters (np,): a motion has the same rate and acceleration behind as before, so that
+        methods that carry accelerations from step to step need not evaluate them anew."""
+        columns = self._motions.columns
+        self._stepper.parameters[columns] = p[columns]
+        if "p" in self._places:
+            self._memory[self._places["p"]][columns] = p[columns]
+        cleared = self._cleared
+        self._rule(p)
+        self._cleared = 0 if self._motions.rough else cleared
+
     def _named(self, u: Mapping[str, Signal]) -> dict[str, CheckedSignal]:
+        refuse_as_inputs(u, tuple(self._motions))
         read = read_signals(u, self.model.inputs, 0, self.model.input_units)
         for name, signal in read.items():
             if isinstance(signal, np.ndarray):
@@ -516,10 +628,12 @@ class Simulator:
             self._cleared -= n
             return
         run, t, step = self._run, self.t, self._stepper.step_size
-        for many in (n + self._ahead, n):
+        rough = self._motions.rough
+        p = run.parameters if rough else self._motions.at_rest(run.parameters)
+        for many in (n,) if rough else (n + self._ahead, n):
             grid = TimeGrid(t, t + many * step, step, many, 0.0)
             try:
-                check_span(run.model, self._library, run.method, run.parameters, given, grid)
+                check_span(run.model, self._library, run.method, p, given, grid)
             except UsageError:
                 if many == n:
                     raise

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,7 @@ class SimulatorState:
     memory, workspace : the compiled stepper's, as doubles and as bytes
     settings : of the stepper, in its order
     scene, fingerprint, build : the library that they belong to
+    motions : position, rate and acceleration, (3,), of the motions that the last step ended with, by name
     """
 
     t: float
@@ -42,6 +44,7 @@ class SimulatorState:
     scene: str
     fingerprint: str
     build: str
+    motions: Mapping[str, Array] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         return f"<SimulatorState of {self.scene} at t = {self.t:.9g} s>"

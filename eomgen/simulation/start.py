@@ -16,6 +16,7 @@ from eomgen.integrators.methods import AUTO
 from eomgen.simulation.automatic import automatic
 from eomgen.simulation.controllers import Controller, read_controllers
 from eomgen.simulation.inputs import InputSignals, Signal, check_held, read_signals
+from eomgen.simulation.motions import Motions, Target, refuse_as_inputs
 from eomgen.simulation.run import Run, scene_inputs, start_of, starts_at_equilibrium
 from eomgen.simulation.settings import chosen_stepper, positive
 from eomgen.simulation.simulator import Simulator
@@ -53,6 +54,7 @@ def start(
     t_start: float = 0.0,
     settings: Mapping[str, float] | None = None,
     start: str | None = None,
+    motions: Mapping[str, Target] | None = None,
 ) -> Simulator:
     """Return a simulator at an initial state, to be stepped by the caller; as ``Model.start``."""
     defaults = model.library.layout["defaults"]
@@ -62,6 +64,8 @@ def start(
     if p.ndim != 1:
         what = f"one set of parameters is needed, not a batch of shape {p.shape}"
         raise UsageError(Problem("parameters", what, "one simulator for each"))
+    moves = Motions(model)
+    p = moves.started(p, t, moves.check(motions))
     note = ""
     if (model.description.simulation.method if method is None else method) == AUTO:
         method, note = automatic(model, initial, p, t, size)
@@ -72,6 +76,7 @@ def start(
     if size < FINEST * apart:
         what = f"at t = {t:.9g} s neighbouring numbers are {apart:.3g} s apart, too far for a step of {size:.3g} s"
         raise UsageError(Problem("step", what, f"a step of {FINEST * apart:.2g} s or more, or times nearer to 0"))
+    refuse_as_inputs(inputs, tuple(moves))
     from_caller = read_signals(inputs, model.inputs, 0, model.input_units)
     for key, signal in from_caller.items():
         if isinstance(signal, np.ndarray):
@@ -91,8 +96,9 @@ def start(
     grid = TimeGrid(t, t, size, 0, 0.0)
     run = Run(model, chosen.name, chosen.method, chosen.settings_at(size), p, signals, grid, 1, controllers=functions)
     at_rest = starts_at_equilibrium(start, initial is not None, str(defaults["start"]))
-    changed = bool(initial) or parameters is not None
+    changed = bool(initial) or parameters is not None or bool(motions)
     state, corrections, doubts = start_of(run, initial, equilibrium_start=at_rest, changed=changed)
     simulator = Simulator(run, library)
+    simulator.moved_from(moves.reached)
     simulator.begin(t, state, [*corrections, *doubts, *([note] if note else [])])
     return simulator

@@ -14,6 +14,7 @@ from typing import Protocol
 from eomgen.arrays import Flags, Numbers
 from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Vector
 from eomgen.formula.prescribed_motion import Law
+from eomgen.system.motions import Motion
 from eomgen.system.signals import Input, Output, Parameter, State
 
 #: The frame that carries everything and moves as prescribed, and the inertial frame; both stand where names of bodies
@@ -263,6 +264,7 @@ class Description:
     ----------
     parameters : all of them; tunable ones are arguments of every call
     states, inputs, outputs : in the order of z, u and the outputs; inputs without formula and harmonics are driven
+    motions : what a caller moves between steps, by tunable parameters
     coordinates : of the factors of group R; unlisted ones have no unit
     joints : the factors that the joints between absolute bodies would have, which measure them; else empty
     base : names of the base's accelerations, which count as disturbances
@@ -281,6 +283,7 @@ class Description:
     parameters: tuple[Parameter, ...] = ()
     states: tuple[State, ...] = ()
     inputs: tuple[Input, ...] = ()
+    motions: tuple[Motion, ...] = ()
     outputs: tuple[Output, ...] = ()
     coordinates: tuple[Coordinates, ...] = ()
     joints: tuple[Factor, ...] = ()

@@ -53,6 +53,10 @@ def jumping(scene: eomgen.Scene) -> list[eomgen.Problem]:
         ("abs(t - 1)", "the rate of the driven angle jumps from -1 to 1 rad/s at t = 1 s"),
         ("min(t, 3)", "the rate of the driven angle jumps from 1 to 0 rad/s at t = 3 s"),
         ("t if t > 0 else 0", "the rate of the driven angle jumps from 0 to 1 rad/s at t = 0 s"),
+        *(
+            (f"abs(0.3 * sin(t) - {0.1 + 0.009 * k})", "the rate of the driven angle jumps from -0.2")
+            for k in (5, 8, 11)
+        ),
         ("sqrt((t - 2.3)**2)", "the rate of the driven angle jumps from -1 to 1 rad/s at t = 2.3 s"),
         ("acos(cos(t + 1))", "the rate of the driven angle jumps from "),
     ],

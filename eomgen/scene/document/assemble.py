@@ -43,9 +43,10 @@ from eomgen.scene.reading.part import Part, signature
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
 from eomgen.scene.signals.curves import Curves, digest
-from eomgen.scene.signals.reading import read_input, read_output, read_state
+from eomgen.scene.signals.reading import piece_of, read_input, read_motion, read_output, read_state
 from eomgen.system.description import Point, Simulation
 from eomgen.system.events import mode_parameter
+from eomgen.system.motions import Motion
 from eomgen.system.signals import Parameter
 from eomgen.text import key_of
 
@@ -111,6 +112,17 @@ def content(document: written.Document) -> bytes:
     return json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
 
 
+def _parameters_of(motion: Motion) -> list[Parameter]:
+    """Return the tunable parameters of a motion at rest."""
+    begin, *coefficients = motion.parameters
+    made = [Parameter(begin, 0.0, True, "s", f"when the present piece of the motion {motion.name} begins")]
+    for k, name in enumerate(coefficients):
+        unit = f"{motion.unit}/s^{k}" if motion.unit and k > 1 else f"{motion.unit}/s" if motion.unit and k else ""
+        what = f"of (t - {begin})^{k} in the motion {motion.name}" if k else f"where the motion {motion.name} begins"
+        made.append(Parameter(name, 0.0 if k else motion.initial, True, unit or motion.unit, what))
+    return made
+
+
 class _Assembler:
     def __init__(
         self,
@@ -137,6 +149,10 @@ class _Assembler:
                 for name, mode in document.modes.items()
             ),
         ]
+        self.motions = {
+            name: read_motion(name, entry, report) for name, entry in document.inputs.items() if entry.motion
+        }
+        self.parameters += [item for motion in self.motions.values() for item in _parameters_of(motion)]
         self.curve_table: dict[str, AnyCurve] = {}
         self.elastic = dict.fromkeys((*document.beams, *sorted(refused["beams"])), 0)
         names = Names(
@@ -145,6 +161,7 @@ class _Assembler:
                 **dict.fromkeys(sorted(refused["parameters"]), False),
             },
             inputs=(*document.inputs, *sorted(refused["inputs"])),
+            motions={name: piece_of(motion) for name, motion in self.motions.items()},
             states=(
                 *document.states,
                 *sorted(refused["states"]),
@@ -221,6 +238,8 @@ class _Assembler:
             check_not_absolute(document.beams, self.report)
         inputs = []
         for name, entry in document.inputs.items():
+            if name in self.motions:
+                continue
             made, curves = read_input(name, entry, self.curves, values)
             inputs.append(made)
             self.curve_table |= curves
@@ -266,6 +285,7 @@ class _Assembler:
             "parameters": tuple(self.parameters),
             "curves": tuple(self.curve_table.values()),
             "inputs": tuple(inputs),
+            "motions": tuple(self.motions.values()),
             "states": (*states, *control.states),
             "controllers": tuple(control.outputs),
             "feedback": tuple(control.feedback),

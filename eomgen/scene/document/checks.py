@@ -23,6 +23,7 @@ from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values
 from eomgen.system.description import BASE, WORLD
 from eomgen.system.events import mode_parameter
+from eomgen.system.motions import motion_parameters
 from eomgen.system.signals import Output
 from eomgen.text import NAME_LENGTH, NAME_RULE, is_legal, key_of, listed, nearest, shown
 
@@ -77,10 +78,28 @@ def _fault(section: str, name: str, document: Document) -> tuple[str, str]:
             break
         if name in getattr(document, other):
             return f"the name {name} is both {what} and {_BARE[section]}", "another name for one of them"
+    if section == "inputs" and name in document.inputs and document.inputs[name].motion:
+        return _fault_of_motion(name, document)
     if section == "modes" and mode_parameter(name) in document.parameters:
         return f"the mode {name} is the parameter {mode_parameter(name)}, and there is one of that name", "another name"
     if section == "controllers" and name in document.controllers:
         return _fault_of_made(name, document)
+    return "", ""
+
+
+def _fault_of_motion(name: str, document: Document) -> tuple[str, str]:
+    """Return what is wrong with the names of the parameters that a motion has."""
+    others = {entry: what for section, what in _BARE.items() for entry in document.section(section)}
+    others |= {mode_parameter(mode): f"that of the mode {mode}" for mode in document.modes}
+    for other, entry in document.controllers.items():
+        made = (made for names in made_by_controller(other, entry).values() for made in names)
+        others |= dict.fromkeys(made, f"what the controller {other} makes")
+    for parameter in motion_parameters(name):
+        if len(parameter) > NAME_LENGTH:
+            return f"the motion {name} has the parameter {parameter}, whose name is too long", "a shorter name"
+        if parameter in others:
+            fault = f"the motion {name} has the parameter {parameter}, and there is {others[parameter]} of that name"
+            return fault, "another name for one of them"
     return "", ""
 
 
@@ -179,7 +198,8 @@ def unused_names(document: Document, values: Values) -> list[str]:
     """Return a note on the parameters, and one on the inputs, that no formula mentions."""
     notes = []
     for kind, names in (("parameter", document.parameters), ("input", document.inputs)):
-        unused = [name for name in names if (kind, name) not in values.mentioned]
+        moved = {name for name in values.names.motions if ("parameter", motion_parameters(name)[0]) in values.mentioned}
+        unused = [name for name in names if (kind, name) not in values.mentioned and name not in moved]
         if unused:
             plural = len(unused) > 1
             what = (

@@ -65,11 +65,15 @@ def read_included(text: str, names: Names, scope: Scope) -> Formula:
         In the words of the file.
     """
     formula = _read(text, spaces_of(text), names, scope)
-    return _mapped(formula, _without_modes) if names.modes else formula
+    if not names.modes and not names.motions:
+        return formula
+    return _mapped(formula, lambda symbol: _by_parameters(symbol, names))
 
 
-def _without_modes(symbol: Symbol) -> Symbol:
-    """Return a mode as the tunable parameter that holds its value; other symbols as they are."""
+def _by_parameters(symbol: Symbol, names: Names) -> Formula:
+    """Return a mode as the tunable parameter that holds its value, a motion as its polynomial; others as they are."""
+    if symbol.kind == "input" and symbol.name in names.motions:
+        return names.motions[symbol.name]
     return Symbol("parameter", mode_parameter(symbol.name)) if symbol.kind == "mode" else symbol
 
 
@@ -105,7 +109,7 @@ def _visible(names: Names, spaces: tuple[Namespace, ...]) -> Names:
     }
     for field in fields(Names):
         known = getattr(outer, field.name)
-        here = _locally(space, field.name, known)
+        here = _locally(space, "inputs" if field.name == "motions" else field.name, known)
         visible[field.name] = _Renamed(known, here) if isinstance(known, Mapping) else tuple(here)
     bound = {}
     for name, value in space.values.items():

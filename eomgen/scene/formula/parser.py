@@ -226,7 +226,7 @@ class _Reader:
             self.allow(node, "fixed" if "fixed" in self.scope.kinds else "parameter", f"parameter {shown(name)}")
             return Symbol("parameter", name), None
         if name in self.names.inputs:
-            self.allow(node, "input", f"the input {shown(name)}")
+            self.allow(node, "time" if name in self.names.motions else "input", f"the input {shown(name)}")
             return Symbol("input", name), None
         for kind, names in (("state", self.names.states), ("controller", self.names.controllers)):
             if name in names:

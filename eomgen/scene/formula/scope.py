@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from eomgen.formula.nodes import Formula
 from eomgen.formula.piecewise import AnyCurve
 from eomgen.text import nearest, shown
 
@@ -69,7 +70,7 @@ MOTION = Scope(
     TIME.kinds,
     (
         "a motion needs the derivatives of what it follows, and those of inputs are not known",
-        "a curve at t; or a polynomial of t with tunable parameters that its caller sets between steps",
+        "motion = true in the input, whose caller then gives rate and acceleration, too; or a curve at t",
     ),
 )
 _ROAD = frozenset({"parameter", "time", "curve", "input", "position"})
@@ -108,11 +109,13 @@ class Names:
     beams : mapping from name to number of elastic coordinates; 0 where it is not known.
     reactions : those that an entry of their own places; every joint and constraint has one besides.
     curves : mapping from name to curve.
+    motions : the inputs that are motions, and what they are as formulas of time.
     offered : mapping from kind of quantity to the elements that offer it.
     """
 
     parameters: Mapping[str, bool] = field(default_factory=dict)
     inputs: tuple[str, ...] = ()
+    motions: Mapping[str, Formula] = field(default_factory=dict)
     states: tuple[str, ...] = ()
     controllers: tuple[str, ...] = ()
     joints: Mapping[str, str] = field(default_factory=dict)

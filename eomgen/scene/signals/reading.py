@@ -10,19 +10,43 @@ from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.piecewise import AnyCurve
 from eomgen.scene.formula.scope import ENERGIES, EVERYTHING, REACTION_PARTS, STATE, TIME
 from eomgen.scene.reading import report
+from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
 from eomgen.scene.signals import schema as written
 from eomgen.scene.signals.curves import Curves
 from eomgen.scene.signals.roads import Harmonic
 from eomgen.scene.signals.sampling import read_sampled_state
 from eomgen.scene.signals.schema import State as WrittenState
+from eomgen.system.motions import Motion
 from eomgen.system.signals import Input, Output, State
 from eomgen.text import key_of
+
+
+def read_motion(name: str, entry: written.Input, report: Report) -> Motion:
+    """Return an input that moves what follows it; what else says what it is over time is reported."""
+    key = key_of("inputs", name)
+    for word in ("formula", "table", "points", "wave", "road", "interpolation", "outside"):
+        if getattr(entry, word) is not None:
+            what = f"a motion is given by its caller, and takes no {word}"
+            report.add(f"{key}.{word}", what, "no motion; a drive takes formulas and curves of t themselves")
+    return Motion(name, entry.initial or 0.0, entry.unit, entry.description)
+
+
+def piece_of(motion: Motion) -> Formula:
+    """Return the polynomial of time that a motion is from one step of its caller to the next."""
+    begin, *coefficients = (Symbol("parameter", parameter) for parameter in motion.parameters)
+    since = Symbol("time") - begin
+    result: Formula = coefficients[-1]
+    for coefficient in reversed(coefficients[:-1]):
+        result = result * since + coefficient
+    return result
 
 
 def read_input(name: str, entry: written.Input, curves: Curves, values: Values) -> tuple[Input, dict[str, AnyCurve]]:
     """Return an input, and the curves that it is made of."""
     key = key_of("inputs", name)
+    if entry.initial is not None:
+        values.report.add(f"{key}.initial", "initial is of motions, and this is none", "formula, or motion = true")
     parts: list[Formula] = []
     if entry.formula is not None:
         parts.append(values.formula(f"{key}.formula", entry.formula, TIME))

@@ -117,6 +117,12 @@ class Input(Shape):
     formula: Value | None = optional("a formula", unit=ANY_UNIT, names=TIME)
     wave: Wave | None = optional("a periodic signal")
     road: Road | None = optional("a road at a speed")
+    motion: bool | None = optional(
+        "it has rate and acceleration, which its caller gives with it, see [motions](#motions-from-outside)",
+        kind="`true`",
+        shown_default="`false`",
+    )
+    initial: Finite | None = optional("of a motion: where it rests at the start", unit=ANY_UNIT, shown_default="0")
     unit: Unit = key("label", "")
     description: Description = key("for tables", "")
 

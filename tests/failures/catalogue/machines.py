@@ -276,8 +276,8 @@ FAILURES = [
         "An input as a drive",
         3,
         "description error: scene.toml:21 (joints.shoulder.drive): the input 'motor' cannot be used here: a motion"
-        " needs the derivatives of what it follows, and those of inputs are not known (column 1); try: a curve at t;"
-        " or a polynomial of t with tunable parameters that its caller sets between steps",
+        " needs the derivatives of what it follows, and those of inputs are not known (column 1); try: motion = true in"
+        " the input, whose caller then gives rate and acceleration, too; or a curve at t",
         old="axis = [0, 1, 0]",
         new='axis = [0, 1, 0]\ndrive = "motor"',
     ),

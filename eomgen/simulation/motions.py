@@ -1,0 +1,191 @@
+"""Motions that the caller of a simulator gives: pieces from where they are to targets at the ends of its steps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from eomgen.arrays import Array
+from eomgen.compiled.arguments import check_finite, check_name, numbers
+from eomgen.errors import Problem, UsageError
+from eomgen.formula.evaluate import symbols
+from eomgen.system.motions import at_time, piece
+
+if TYPE_CHECKING:
+    from eomgen.compiled.model import CompiledModel
+
+#: Position, rate and acceleration at the end of a call, or a function of t that gives them at the end of each step.
+Target = ArrayLike | Callable[[float], ArrayLike]
+
+
+class Motions:
+    """The motions of a model as one simulator moves them.
+
+    Attributes
+    ----------
+    columns : (k,) places of all their parameters among those of the model
+    reached : position, rate and acceleration, (3,), by name, that the last step ended with; without those of motions
+        whose last piece did not end there
+    rough : whether what follows a motion may jump or bend where its formula does
+    """
+
+    def __init__(self, model: CompiledModel) -> None:
+        places = {name: place for place, name in enumerate(model.parameters)}
+        motions = model.description.motions
+        self._columns = {item.name: [places[parameter] for parameter in item.parameters] for item in motions}
+        self.columns = np.array([place for columns in self._columns.values() for place in columns], dtype=int)
+        self.reached: dict[str, Array] = {}
+        ours = {parameter for item in motions for parameter in item.parameters}
+        self.rough = any(
+            not law.smooth and not ours.isdisjoint(symbol.name for symbol in symbols(law.formula))
+            for law in model.description.laws
+        )
+
+    def __bool__(self) -> bool:
+        return bool(self._columns)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
+
+    def now(self, name: str, p: Array, t: float) -> Array:
+        """Return position, rate and acceleration, (3,), of a motion at parameters (np,) and a time in s."""
+        if name in self.reached:
+            return self.reached[name]
+        begin, *coefficients = p[self._columns[name]].tolist()
+        return at_time(np.array(coefficients), t - begin)
+
+    def between(self, t: Array, p: Array) -> RecordedMotions | None:
+        """Return the motions between recorded rows at times (n,) with parameters (n, np); None where there are none."""
+        return RecordedMotions(t, p, tuple(map(tuple, self._columns.values()))) if self._columns else None
+
+    def check(self, given: Mapping[str, Target] | None) -> Mapping[str, Target]:
+        """Return what is given for motions. Raises UsageError for anything but a mapping from their names."""
+        if given is None:
+            return {}
+        if not isinstance(given, Mapping):
+            hint = 'motions={"lift": (position, rate, acceleration)}'
+            what = f"a mapping from the names of motions is needed, not {type(given).__name__}"
+            raise UsageError(Problem("motions", what, hint))
+        for name in given:
+            check_name("motion", name, tuple(self._columns))
+        return given
+
+    def begin(self, p: Array, t: float, duration: float, given: Mapping[str, Target]) -> Array:
+        """Return parameters (np,) with which all motions go to their targets, a time in s ahead.
+
+        Functions are left for ``go_on``; motions at rest without a target rest.
+
+        Raises
+        ------
+        UsageError
+            A target that is none, or a motion under way that has no target.
+        """
+        moved = p.copy()
+        for name, columns in self._columns.items():
+            if callable(target := given.get(name)):
+                continue
+            start = self.now(name, p, t)
+            if target is None and np.any(start[1:]):
+                what = f"it is under way, with a rate of {start[1]:.6g} and an acceleration of {start[2]:.6g}"
+                hint = f"motions={{{name!r}: (position, rate, acceleration)}} at the end of the step"
+                raise UsageError(Problem(f"motion {name}", f"{what}, and has no target", hint))
+            end = start if target is None else read_target(name, target)
+            moved[columns] = [t, *piece(start, end, duration)]
+        return moved
+
+    def go_on(self, p: Array, t: float, step: float, functions: Mapping[str, Target]) -> tuple[Array, dict[str, Array]]:
+        """Return parameters (np,) with which motions follow their functions over a step in s, and what it ends with."""
+        moved, ends = p.copy(), {}
+        for name, function in functions.items():
+            ends[name] = value_at(name, function, t + step)
+            moved[self._columns[name]] = [t, *piece(self.now(name, p, t), ends[name], step)]
+        return moved, ends
+
+    def started(self, p: Array, t: float, given: Mapping[str, Target]) -> Array:
+        """Return parameters (np,) with which motions start at what is given, at a time in s."""
+        moved = p.copy()
+        for name, target in given.items():
+            x, v, a = self.reached[name] = value_at(name, target, t)
+            moved[self._columns[name]] = [t, x, v, 0.5 * a, 0.0, 0.0, 0.0]
+        return moved
+
+    def at_rest(self, p: Array) -> Array:
+        """Return parameters (np,) with which all motions rest where their present pieces begin."""
+        resting = p.copy()
+        for columns in self._columns.values():
+            resting[columns[2:]] = 0.0
+        return resting
+
+    def later(self, p: Array, delay: float) -> Array:
+        """Return parameters (np,) with which all motions are what they are a time in s before."""
+        moved = p.copy()
+        moved[[columns[0] for columns in self._columns.values()]] += delay
+        return moved
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedMotions:
+    """Motions between recorded rows, by the polynomials that meet the position, rate and acceleration of both rows.
+
+    Attributes
+    ----------
+    t : (n,) s, increasing
+    p : (n, np) parameters of the rows
+    columns : places of the parameters of each motion
+    """
+
+    t: Array
+    p: Array
+    columns: tuple[tuple[int, ...], ...]
+
+    def __call__(self, t: Array) -> Array:
+        """Return parameters (..., np) at times (...); before and behind the rows motions rest."""
+        at = np.asarray(t, dtype=float)
+        last = len(self.t) - 1
+        row = np.clip(np.searchsorted(self.t, at, side="right") - 1, 0, last)
+        following = np.minimum(row + 1, last)
+        found = np.broadcast_to(self.p[-1], (*at.shape, self.p.shape[1])).copy()
+        for columns in self.columns:
+            begin, *coefficients = self.p[:, columns].T
+            ends = at_time(np.array(coefficients), self.t - begin)
+            length = np.where(following > row, self.t[following] - self.t[row], 1.0)
+            found[..., columns[0]] = self.t[row]
+            found[..., columns[1:]] = np.moveaxis(piece(ends[:, row], ends[:, following], length), 0, -1)
+        return found
+
+
+def value_at(name: str, target: Target, t: float) -> Array:
+    """Return position, rate and acceleration, (3,), that a target or a function of t says. Raises UsageError."""
+    if not callable(target):
+        return read_target(name, target)
+    try:
+        value = target(t)
+    except Exception as error:
+        what = f"the function failed at t = {t:.9g} s: {type(error).__name__}: {error}"
+        raise UsageError(Problem(f"motion {name}", what)) from error
+    return read_target(name, value, f" at t = {t:.9g} s")
+
+
+def read_target(name: str, target: ArrayLike, when: str = "") -> Array:
+    """Return position, rate and acceleration, (3,). Raises UsageError for anything else."""
+    where = f"motion {name}"
+    array = numbers(where, target)
+    if array.shape != (3,):
+        what = f"its position, rate and acceleration{when} are needed, three numbers, not shape {array.shape}"
+        hint = "(x, v, a): what follows the motion needs its derivatives; of a spline s: (s(t), s(t, 1), s(t, 2))"
+        raise UsageError(Problem(where, what, hint))
+    check_finite(where, array)
+    return array.copy()
+
+
+def refuse_as_inputs(given: object, motions: Collection[str]) -> None:
+    """Raise UsageError where motions are among the inputs that are given."""
+    for name in motions:
+        if isinstance(given, Mapping) and name in given:
+            what = "this is a motion, which its caller gives with rate and acceleration from step to step"
+            hint = f"run = model.start(...), then run.step(motions={{{name!r}: (position, rate, acceleration)}})"
+            raise UsageError(Problem(f"input {name}", what, hint))
