@@ -543,7 +543,7 @@ class Simulator:
             signals = replace(signals, given={**signals.given, **self._named(u)})
         self._look_ahead(n, signals.given if first is None else dict.fromkeys(self.model.inputs, 0.0))
         self._signals, self._given, self._found = signals, first is not None, ()
-        if self._begun is not None and u is not None:  # the start was with other inputs
+        if self._begun is not None and (u is not None or self._moved):  # the start was with other inputs
             begin = self._u if first is None else first
             self._initialize(self.t, self._begun, begin, self._between(begin, last, 1.0 / n))
         self._begun = None
