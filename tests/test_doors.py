@@ -51,7 +51,19 @@ DOORS: dict[str, set[str]] = {
     "integrators": {"arrays", "errors", "extensions", "lie", "symbolic.evaluate", "system", "text"},
     "codegen": {"errors", "extensions", "integrators", "resources", "symbolic", "system", "text", "version"},
     # a compiled model, and what it can do
-    "compiled": {"arrays", "calls", "errors", "formula", "lie", "solvers", "system", "text", "toolchain", "units"},
+    "compiled": {
+        "arrays",
+        "calls",
+        "errors",
+        "formula",
+        "html",
+        "lie",
+        "solvers",
+        "system",
+        "text",
+        "toolchain",
+        "units",
+    },
     "results": {
         "arrays",
         "calls",

@@ -18,6 +18,7 @@ from eomgen.compiled import (
     bodies,
     centroidal,
     configurations,
+    display,
     equations,
     frames,
     prescribed,
@@ -122,6 +123,13 @@ class CompiledModel:
 
     def __repr__(self) -> str:
         return f"<Model {self.name}: nq {self.nq}, nv {self.nv}, nu {self.nu}; {', '.join(self.terms)}>"
+
+    def _repr_html_(self) -> str:
+        start = zip(self.q_names, self.q_units, (f"{value:.6g}" for value in self.initial_q), strict=True)
+        return display.html(self.name, self.library.layout, display.latex_of(self.library.layout), start, self.terms)
+
+    def _repr_latex_(self) -> str:
+        return f"$\\displaystyle {display.latex_of(self.library.layout)}$"
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Return what goes to another process: the call that makes the model, since machine code does not travel."""

@@ -136,6 +136,9 @@ class ErrorEstimate:
         """Largest error of each output over the run: name -> () or (size,)."""
         return {name: _largest(array) for name, array in self.outputs_at.items()}
 
+    def __repr__(self) -> str:
+        return f"<ErrorEstimate: {self}>"
+
     def __str__(self) -> str:
         if not self.available or self.largest is None:
             return f"not known: {self.reason}"

@@ -52,7 +52,8 @@ def test_a_prompt_shows_one_line() -> None:
     assert all(f"{name} {count}" in repr(system) for name, count in flops.items())
     model = pendulum()
     linear = model.linearize(at="initial")
-    shown = [scene, system, model, model.simulate(0.01, 1e-3), linear, linear.modes(), model.equilibrium()]
+    solution = model.simulate(0.01, 1e-3)
+    shown = [scene, system, model, solution, solution.error, linear, linear.modes(), model.equilibrium()]
     assert all(len(repr(item)) < 300 and "\n" not in repr(item) for item in shown)
 
 
@@ -105,3 +106,15 @@ def test_a_notebook_shows_a_run_and_its_modes() -> None:
     linear = model.linearize(at="initial")
     listed = rows_of(linear._repr_html_())
     assert listed[1][1] == (f"{linear.modes().frequency[0]:.6g}" if linear.modes().oscillating[0] else "")
+
+
+def test_a_notebook_shows_the_equation_and_the_tables_of_a_model() -> None:
+    model = pendulum()
+    page = model._repr_html_()
+    rows = rows_of(page)
+    assert model._repr_latex_() == r"$\displaystyle M(q)\,\dot v + h(q, v) + b(q, v, t) = Q(q, v, t, u)$"
+    assert unescape(page).count(r"$$\displaystyle M(q)\,\dot v + h(q, v) + b(q, v, t) = Q(q, v, t, u)$$") == 1
+    names = [row[0] for row in rows]
+    assert {*model.q_names, *model.parameters, *model.inputs, *model.terms} <= set(names)
+    for name, value in model.parameters.items():
+        assert rows[names.index(name)][1] == f"{value:.6g}"
