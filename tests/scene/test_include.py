@@ -758,6 +758,8 @@ _PLAIN = {
     "method",
     "energy",
     "file",
+    "function",
+    "source",
     "prefix",
     "parameters",
     "lock",
