@@ -317,7 +317,8 @@ class Model(CompiledModel):
         UsageError
             A name that is neither, values that do not increase, pairs that are none.
         EomgenError
-            As of ``linearize`` and ``steady_motion``, with the value at which it was raised.
+            As of ``linearize`` and ``steady_motion``, with the value at which it was raised. Values without a linear
+            model are left out with a warning as long as two are kept.
         """
         from eomgen.analysis.campbell import campbell_over  # noqa: PLC0415
 

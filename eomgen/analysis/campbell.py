@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike
 
 from eomgen.analysis.linearize import linearize
 from eomgen.analysis.root_locus import state_of
-from eomgen.analysis.steady_motion import steady_motion
+from eomgen.analysis.steady_motion import motion_along
+from eomgen.analysis.symmetries import KnownSymmetries
 from eomgen.compiled.arguments import check_finite, numbers
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.linear.campbell import Campbell, campbell
@@ -64,6 +65,7 @@ def campbell_over(
     given = dict(options)
     parameters = given.pop("parameters", None) or {}
     initial, t, u = given.pop("initial", None), given.pop("t", 0.0), given.pop("u", None)
+    found_once = KnownSymmetries()
 
     def linearized(value: float, before: Linearization | None) -> Linearization:
         near = None if before is None or options.get("at") == "initial" else state_of(before)
@@ -71,12 +73,14 @@ def campbell_over(
             changed = {**parameters, speed: value}
             return linearize(model, {}, t, u, parameters=changed, initial=near or initial, **given)
         moving = {**velocities, speed: value}
+        first = near is None and found_once.fields is None
         try:
-            motion = steady_motion(model, moving, coordinates, near or initial, parameters or None, t, u)
+            motion = motion_along(model, found_once, moving, coordinates, near or initial, parameters or None, t, u)
         except NumericalError:
-            if near is None:
+            if first:
                 raise
-            motion = steady_motion(model, moving, coordinates, initial, parameters or None, t, u)
+            found_once.forget()
+            motion = motion_along(model, found_once, moving, coordinates, initial, parameters or None, t, u)
         return linearize(model, {}, t, u, at=motion, parameters=parameters or None)
 
     return campbell(speed, unit, array.tolist(), linearized, orders, whirl)

@@ -24,7 +24,7 @@ from eomgen.analysis.definiteness import beams_beyond_linear_range, inertia_warn
 from eomgen.analysis.equilibrium_warnings import Measures
 from eomgen.analysis.sampled import check_continuous
 from eomgen.analysis.steady_conditions import At, Conditions, named_values
-from eomgen.analysis.symmetries import Fields, constant, symmetries
+from eomgen.analysis.symmetries import Fields, KnownSymmetries, constant
 from eomgen.arrays import Array
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import initial_state
@@ -129,6 +129,21 @@ def steady_motion(
     ModelError
         The inertia matrix is not positive definite where the search starts, or where it came to.
     """
+    return motion_along(model, KnownSymmetries(), velocities, coordinates, initial, parameters, t, u)
+
+
+def motion_along(
+    model: CompiledModel,
+    known: KnownSymmetries,
+    velocities: Mapping[str, float] | None,
+    coordinates: Mapping[str, ArrayLike] | None,
+    initial: Mapping[str, Any] | None,
+    parameters: Parameters,
+    t: float,
+    u: Inputs,
+) -> SteadyMotion:
+    """Return a steady motion as ``steady_motion`` does, with symmetries that are known from others at these parameters,
+    time and inputs."""
     p = model.parameter_array(parameters)
     if p.ndim != 1:
         raise UsageError(Problem("parameters", f"one set of parameters is needed, not a batch of shape {p.shape}"))
@@ -141,7 +156,7 @@ def steady_motion(
         q = conditions.followed(q)
         given = _Given(held_q, held_v, v, conditions.ignorable(q, start.z))
         names = [able.v_names[k] for k in np.flatnonzero(given.alone)]
-        found = _found(conditions, given, q, start.v, start.z)
+        found = _found(conditions, known.near(conditions, q, start.z), given, q, start.v, start.z)
         if not found.balanced:
             raise _failure(able, conditions, found, given, _hint(names, found.fields))
         _check_lasting(able, conditions, found, _hint(names, found.fields))
@@ -211,10 +226,9 @@ def _conditions(model: CompiledModel, p: Array, t: float, u: Inputs, q: Array, v
     return Conditions(model, p, t, u, extents, pace)
 
 
-def _found(conditions: Conditions, given: _Given, q: Array, v: Array, z: Array) -> _Search:
+def _found(conditions: Conditions, fields: Fields, given: _Given, q: Array, v: Array, z: Array) -> _Search:
     """Search along symmetries, then with constant velocities; a failure is reported for the first of them that
     applies."""
-    fields = symmetries(conditions, q, z)
     along = _search_around(conditions, fields, given, q, v, z) if len(fields) else None
     if along is not None and along.balanced:
         return along
@@ -425,17 +439,19 @@ def _undetermined(conditions: Conditions, found: _Search, given: _Given) -> list
 
 
 def _check_lasting(model: CompiledModel, conditions: Conditions, found: _Search, hint: str) -> None:
-    """Raise NumericalError where accelerations appear later along the motion found."""
+    """Raise NumericalError where accelerations appear later along the motion found, beside what rounding leaves at its
+    start, in directions that may turn with the motion."""
     state, extents = found.state, conditions.extents
     fastest = float(np.max(np.abs(state.v) / extents, initial=0.0))
     turn = 2.0 * np.pi / fastest if fastest > 0.0 else 1.0 / conditions.pace
     worst = np.zeros(model.nv)
+    left = 2.0 * float(np.max(np.abs(conditions.accelerations(*state.motion)) / extents, initial=0.0))
     for share in _LATER:
         later = conditions.after(share * turn)
         moved = _at(later, found.fields, found.fields.after(state.q, state.g, share * turn), state.g, state.z)
         worst = np.maximum(worst, np.abs(later.accelerations(*moved.motion)))
     k = int(np.argmax(worst / extents)) if len(worst) else 0
-    if len(worst) and not worst[k] <= _STEADY * conditions.pace**2 * extents[k]:
+    if len(worst) and not worst[k] <= (_STEADY * conditions.pace**2 + left) * extents[k]:
         what = (
             "forces balance at this instant only, for they change along the motion or with time: later"
             f" {model.v_names[k]} "

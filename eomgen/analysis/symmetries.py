@@ -94,9 +94,13 @@ class Fields:
     def after(self, q: Array, g: Array, seconds: float) -> Array:
         """Return where the motion along a combination is after some time, (nq,)."""
         field, nv = self.along(g), self.model.nv
-        affine = np.zeros((nv + 1, nv + 1))
-        affine[:nv, :nv], affine[:nv, nv] = field.A, field.e
-        coordinates = (expm(seconds * affine) @ np.append(_single_coordinates(self.model, q), 1.0))[:nv]
+        coordinates = _single_coordinates(self.model, q)
+        if np.any(field.A):
+            affine = np.zeros((nv + 1, nv + 1))
+            affine[:nv, :nv], affine[:nv, nv] = field.A, field.e
+            coordinates = (expm(seconds * affine) @ np.append(coordinates, 1.0))[:nv]
+        else:
+            coordinates = coordinates + seconds * field.e
         result = q.copy()
         for factor in self.model.factors:
             if factor.group == "R":
@@ -129,10 +133,47 @@ def symmetries(conditions: Conditions, q: Array, z: Array) -> Fields:
         return Fields(model, [])
     matrix = np.concatenate(parts)
     matrix = matrix[np.all(np.isfinite(matrix), axis=1)]
-    _, singular, Vt = np.linalg.svd(matrix)
-    rank = int(np.sum(singular > _NOTHING * np.max(singular, initial=1e-300)))
-    fields = (Fields(model, basis).along(one) for one in Vt[rank:])
+    if len(matrix) < len(basis):
+        matrix = np.vstack([matrix, np.zeros((len(basis) - len(matrix), len(basis)))])
+    _, singular, Vt = np.linalg.svd(matrix, full_matrices=False)
+    found = Vt[int(np.sum(singular > _NOTHING * np.max(singular, initial=1e-300))) :]
+    # a candidate that no symmetry holds more of than rounding is in none: its velocity is exactly zero
+    found = np.where(np.linalg.norm(found, axis=0) > _NOTHING, found, 0.0)
+    fields = (Fields(model, basis).along(one) for one in found)
     return Fields(model, [_scaled(model, field, q, conditions.extents) for field in fields])
+
+
+class KnownSymmetries:
+    """Symmetries of a model over its steady motions at the same parameters, time and inputs, found once.
+
+    They depend on none of the velocities that motions are searched for. Forces may be different expressions in
+    different regions of q, so each use looks at one state near its own q, and where they do not hold there they are
+    found anew.
+    """
+
+    def __init__(self) -> None:
+        self.fields: Fields | None = None
+
+    def near(self, conditions: Conditions, q: Array, z: Array) -> Fields:
+        """Return the symmetries, those that are known if they hold near q."""
+        if self.fields is None or not _hold(self.fields, conditions, q, z):
+            self.fields = symmetries(conditions, q, z)
+        return self.fields
+
+    def forget(self) -> None:
+        """Have the next use find them anew."""
+        self.fields = None
+
+
+def _hold(fields: Fields, conditions: Conditions, q: Array, z: Array) -> bool:
+    """Return whether fields are symmetries at an arbitrary state near q."""
+    sample = conditions.sample(q, np.random.default_rng(3))
+    if sample is None:
+        return False
+    if not len(fields):
+        return True
+    rows = _equations(conditions, fields.every, *sample, z)
+    return bool(np.all(np.abs(rows) <= _NOTHING))
 
 
 def _scaled(model: CompiledModel, field: Field, q: Array, extents: Array) -> Field:

@@ -7,8 +7,9 @@ model itself (Brent 1973), not between the points of the diagram.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq, linear_sum_assignment
 
 from eomgen.arrays import Array
-from eomgen.errors import EomgenError, Problem
+from eomgen.errors import EomgenError, ModelError, NumericalError, Problem
 from eomgen.html import page, table
 from eomgen.linear.campbell_plot import plot_campbell
 from eomgen.linear.linearization import Linearization
@@ -30,6 +31,8 @@ _LINE = 1e-6
 _UNLIKE = 0.5
 #: So often an interval is halved for that.
 _DEPTH = 4
+#: Values that a diagram has at the least.
+_FEWEST = 2
 
 
 @dataclass(frozen=True)
@@ -39,7 +42,7 @@ class Crossing:
     Attributes
     ----------
     order : frequency over speed
-    speed, frequency : rad/s
+    speed, frequency : rad/s, both: ``Campbell.frequencies`` are in Hz
     mode : column of ``Campbell.eigenvalues``
     whirl : ``forward``, ``backward``, or empty
     """
@@ -58,12 +61,13 @@ class Campbell:
     Attributes
     ----------
     parameter, unit : name and unit of what changes
-    values : (n,)
+    values : (n,) in ``unit``; those without a linear model are left out
     eigenvalues : (n, modes) complex, 1/s, imaginary parts positive; not a number where a mode does not oscillate
     whirl : (n, modes) 1 forward, -1 backward, 0 neither or not known
     orders : those whose crossings were looked for
     crossings : by order and speed
     stability : (n,) ``stable``, ``marginal`` or ``unstable``
+    left_out : by value, why there is no linear model there
     """
 
     parameter: str
@@ -74,15 +78,16 @@ class Campbell:
     orders: tuple[float, ...]
     crossings: tuple[Crossing, ...]
     stability: tuple[str, ...]
+    left_out: Mapping[float, str] = field(default_factory=dict)
 
     @property
     def angular_frequencies(self) -> Array:
-        """(n, modes) rad/s, damped: imaginary parts of the eigenvalues."""
+        """(n, modes), rad/s as speeds are, damped: imaginary parts of the eigenvalues."""
         return np.asarray(self.eigenvalues.imag)
 
     @property
     def frequencies(self) -> Array:
-        """(n, modes) the same in Hz."""
+        """(n, modes), Hz: ``angular_frequencies`` over 2 pi, where speeds are in rad/s."""
         return self.angular_frequencies / (2.0 * np.pi)
 
     @property
@@ -117,8 +122,12 @@ class Campbell:
 
     def __repr__(self) -> str:
         what = f"{self.eigenvalues.shape[1]} modes at {len(self.values)} values of {self.parameter}"
-        found = ", ".join(f"{item.order:g}x at {item.speed:.6g}" for item in self.crossings)
-        return f"<Campbell: {what}, {self.values[0]:.6g} to {self.values[-1]:.6g}; {found or 'no crossings'}>"
+        unit = f" {self.unit}" if self.unit not in ("", "1") else ""
+        ends = f"{self.values[0]:.6g} to {self.values[-1]:.6g}{unit}"
+        found = ", ".join(f"{item.order:g}x at {item.speed:.6g}{unit}" for item in self.crossings)
+        missing = f"; none at {', '.join(f'{value:.6g}' for value in self.left_out)}" if self.left_out else ""
+        height = float(np.nanmax(self.frequencies, initial=0.0))
+        return f"<Campbell: {what}, {ends}, up to {height:.6g} Hz; {found or 'no crossings'}{missing}>"
 
     def _repr_html_(self) -> str:
         heading = f"{self.eigenvalues.shape[1]} modes over {self.parameter}; crossings with orders"
@@ -170,10 +179,13 @@ def campbell(
     pairs : pairs of outputs or states that are deflections along two axes, the second a quarter turn from the first in
         the sense of the spin; whirl is the sense in which they orbit
 
+    Values at which there is no linear model are left out with a warning, as long as two are kept.
+
     Raises
     ------
     EomgenError
-        What ``linearized`` raises, with the value at which it did.
+        What ``linearized`` raises where the call is wrong, or where fewer than two values have a linear model: with the
+        first value at which it did.
     """
 
     def at(value: float, before: Linearization | None) -> Linearization:
@@ -186,11 +198,19 @@ def campbell(
             raise type(error)(problems) from None
 
     nodes: list[_Node] = []
-    for value in values:
-        start = nodes[-1].model if nodes else None
-        model = at(float(value), start)
-        nodes += _between(nodes[-1], float(value), at, pairs, _DEPTH) if nodes else []
-        nodes.append(_Node(float(value), model, _oscillations(model, pairs, float(value)), wanted=True))
+    failures: dict[float, ModelError | NumericalError] = {}
+    for value in map(float, values):
+        try:
+            model = at(value, nodes[-1].model if nodes else None)
+        except (ModelError, NumericalError) as error:
+            failures[value] = error
+            continue
+        node = _Node(value, model, _oscillations(model, pairs, value), wanted=True)
+        nodes += [*_between(nodes[-1], node, at, pairs, _DEPTH), node] if nodes else [node]
+    if failures and sum(node.wanted for node in nodes) < _FEWEST:
+        raise next(iter(failures.values()))
+    for failure in failures.values():
+        warnings.warn(f"Campbell diagram: left out: {failure}", RuntimeWarning, stacklevel=5)
     columns, count = _followed(nodes)
     found = [node.oscillations for node in nodes]
     eigenvalues = np.full((len(found), count), complex(np.nan, np.nan))
@@ -213,10 +233,14 @@ def campbell(
             return float(here.eigenvalues[nearest].imag - order * abs(value))
 
         low, high = nodes[row].value, nodes[row + 1].value
-        if np.sign(excess(low)) == np.sign(excess(high)):
-            return None  # another mode is nearer there
-        speed = float(brentq(excess, low, high, xtol=_ACCURACY * max(abs(low), abs(high)), rtol=_ACCURACY))
-        excess(speed)
+        try:
+            if np.sign(excess(low)) == np.sign(excess(high)):
+                return None  # another mode is nearer there
+            speed = float(brentq(excess, low, high, xtol=_ACCURACY * max(abs(low), abs(high)), rtol=_ACCURACY))
+            excess(speed)
+        except (ModelError, NumericalError) as error:
+            warnings.warn(f"Campbell diagram: a crossing with {order:g}x is left out: {error}", RuntimeWarning, 6)
+            return None
         word = {1: "forward", -1: "backward"}.get(int(last["whirl"]), "")
         return Crossing(order, speed, float(last["eigenvalue"].imag), places[number], word)
 
@@ -234,7 +258,9 @@ def campbell(
     given = np.array([nodes[row].value for row in wanted])
     stability = tuple(found[row].stability for row in wanted)
     eigenvalues, whirl = eigenvalues[wanted], whirl[wanted]
-    return Campbell(parameter, unit, given, eigenvalues, whirl, tuple(map(float, orders)), tuple(kept), stability)
+    left_out = {value: str(failure) for value, failure in failures.items()}
+    multiples = tuple(map(float, orders))
+    return Campbell(parameter, unit, given, eigenvalues, whirl, multiples, tuple(kept), stability, left_out)
 
 
 def _oscillations(lin: Linearization, pairs: Sequence[tuple[str, str]], value: float) -> _Oscillations:
@@ -277,22 +303,25 @@ def _costs(before: _Oscillations, now: _Oscillations) -> Array:
 
 def _between(
     low: _Node,
-    value: float,
+    high: _Node,
     at: Callable[[float, Linearization | None], Linearization],
     pairs: Sequence[tuple[str, str]],
     depth: int,
 ) -> list[_Node]:
-    """Return the nodes between two values by which modes can be told apart; none where they are near enough."""
-    here = _oscillations(at(value, low.model), pairs, value)
-    costs = _costs(low.oscillations, here)
+    """Return the nodes between two by which modes can be told apart; none where they are near enough, or where there is
+    no linear model between them."""
+    costs = _costs(low.oscillations, high.oscillations)
     rows, chosen = linear_sum_assignment(costs)
     if depth == 0 or np.all(costs[rows, chosen] < _UNLIKE):
         return []
-    middle = 0.5 * (low.value + value)
-    model = at(middle, low.model)
+    middle = 0.5 * (low.value + high.value)
+    try:
+        model = at(middle, low.model)
+    except (ModelError, NumericalError):
+        return []
     node = _Node(middle, model, _oscillations(model, pairs, middle), wanted=False)
-    first = _between(low, middle, at, pairs, depth - 1)
-    return [*first, node, *_between(node, value, at, pairs, depth - 1)]
+    below = _between(low, node, at, pairs, depth - 1)
+    return [*below, node, *_between(node, high, at, pairs, depth - 1)]
 
 
 def _followed(nodes: Sequence[_Node]) -> tuple[list[list[int]], int]:

@@ -9,7 +9,9 @@ import pytest
 from matplotlib.figure import Figure
 
 import eomgen
-from eomgen.errors import UsageError
+from eomgen.errors import NumericalError, Problem, UsageError
+from eomgen.linear.campbell import campbell
+from eomgen.linear.linearization import Linearization
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]
@@ -137,3 +139,25 @@ def test_diagrams_that_cannot_be(overhung: eomgen.Model) -> None:
     ):
         with pytest.raises(UsageError, match=text):
             call()
+
+
+def test_a_value_without_a_linear_model_is_left_out_and_named(overhung: eomgen.Model) -> None:
+    def linearized(speed: float, before: Linearization | None) -> Linearization:
+        if speed in lost:
+            raise NumericalError(Problem("steady motion", "it does not last", "another speed"))
+        return overhung.linearize(at=overhung.steady_motion({"spin": speed}))
+
+    lost = {60.0}
+    with pytest.warns(
+        RuntimeWarning, match="left out: numerical error: at spin = 60: steady motion: it does not"
+    ):
+        diagram = campbell("spin", "rad/s", [50.0, 60.0, 70.0], linearized)
+    assert diagram.values.tolist() == [50.0, 70.0] and list(diagram.left_out) == [60.0]
+    for row, speed in enumerate(diagram.values):
+        np.testing.assert_allclose(
+            np.sort(diagram.angular_frequencies[row]), np.sort(np.abs(frequencies(speed))), rtol=1e-9
+        )
+    assert "50 to 70 rad/s" in repr(diagram) and " Hz;" in repr(diagram) and "none at 60" in repr(diagram)
+    lost = {50.0, 60.0}
+    with pytest.raises(NumericalError, match="at spin = 50: steady motion: it does not last"):
+        campbell("spin", "rad/s", [50.0, 60.0, 70.0], linearized)

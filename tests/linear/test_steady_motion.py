@@ -226,3 +226,16 @@ def test_balance_at_an_instant_is_not_a_steady_motion() -> None:
         "balance at this instant only, for they change along the motion or with time: later v.hinge accelerates" in said
     )
     assert "try: rest: in this scene forces depend on all coordinates, so none can move steadily" in said
+
+
+def test_a_blade_turns_steadily_however_slowly() -> None:
+    """Beside the hub's, velocities are zero and no rounding: that of fast bendings would grow into forces."""
+    bending = {"shapes": "polynomial", "modes": 3, "stiffness": 1.4e4}
+    blade = {"length": 10.0, "mass_per_length": 1.2, "bending_z": bending, "bending_y": bending}
+    hub = {"type": "revolute", "parent": "base", "child": "blade", "axis": [0, 0, 1]}
+    scene = {"format": 1, "name": "blade", "gravity": [0, 0, 0], "beams": {"blade": blade}, "joints": {"hub": hub}}
+    model = eomgen.build(scene, profile="quick")
+    for speed in (1e-3, 0.1, 0.625, 2.5):
+        motion = model.steady_motion({"hub": speed})
+        expected = np.where([name == "v.hub" for name in model.v_names], speed, 0.0)
+        np.testing.assert_allclose(motion.v, expected, rtol=1e-12, atol=0.0)
