@@ -148,9 +148,7 @@ def test_a_value_without_a_linear_model_is_left_out_and_named(overhung: eomgen.M
         return overhung.linearize(at=overhung.steady_motion({"spin": speed}))
 
     lost = {60.0}
-    with pytest.warns(
-        RuntimeWarning, match="left out: numerical error: at spin = 60: steady motion: it does not"
-    ):
+    with pytest.warns(RuntimeWarning, match="left out: numerical error: at spin = 60: steady motion: it does not"):
         diagram = campbell("spin", "rad/s", [50.0, 60.0, 70.0], linearized)
     assert diagram.values.tolist() == [50.0, 70.0] and list(diagram.left_out) == [60.0]
     for row, speed in enumerate(diagram.values):
