@@ -38,13 +38,13 @@ def beam_claims(space: Space, engine: Engine, system: System, scene: object) -> 
     """Return the claims of the term ``elastic``.
 
     What shortening adds to the partials of the elastic rows is K_geo where beams are straight and their coordinates at
-    rest, without what forces by formulas add to it: these are left out.
+    rest, without what distributed loads add to it: they push along the axis, where K_geo knows of forces at its end.
     """
     if "elastic" not in engine or "inverse_dynamics" not in engine or not isinstance(scene, Scene):
         return []
     own, factors = on_tape(system), _elastic(system, scene)
     soft = _Change(own, _with(scene, _softened), "equations without stiffness")
-    elements = tuple(item for item in scene.elements if item.passive() is not None)
+    elements = tuple(item for item in scene.elements if item.section != "distributed_loads")
     bare = replace(scene, elements=elements)
     unforced = own if len(elements) == len(scene.elements) else _with(bare, lambda beam: beam)
     stiff = _Change(unforced, _with(bare, lambda beam: replace(beam, stiffening=False)), "equations without shortening")
