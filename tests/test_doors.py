@@ -285,7 +285,6 @@ LATE: dict[str, dict[str, str]] = {
     "simulation.settings": {
         "formula.jumps": "it evaluates on the tape; most scenes prescribe no motion",
         "formula.steepness": "likewise",
-        "formula.undefined_laws": "likewise",
     },
     "simulation.run": {"analysis.equilibrium": "SciPy; most runs do not start from equilibrium"},
     "simulation.run_model": {"analysis.linearize": "SciPy; only linear models about motions need it"},

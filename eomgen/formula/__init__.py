@@ -12,6 +12,5 @@ __all__ = [
     "recording",
     "smoothing",
     "steepness",
-    "undefined_laws",
     "words",
 ]

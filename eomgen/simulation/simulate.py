@@ -40,7 +40,6 @@ from eomgen.simulation.run import (
 from eomgen.simulation.settings import check_memory, chosen_stepper, count_of, positive
 from eomgen.simulation.stepper import Stepper, Trajectory, run_chunks
 from eomgen.simulation.time_grid import time_grid
-from eomgen.simulation.warnings import overridden_starts
 
 _LOG = logging.getLogger(__name__)
 
@@ -129,9 +128,7 @@ def simulate(
         changed = bool(initial) or parameters is not None
         state, corrections, doubts = start_of(made(), initial, equilibrium_start=at_rest, changed=changed)
     run = made(list(corrections), begun)
-    overridden = overridden_starts(corrections) if initial else []
-    turned = angles_of_several_turns(model, initial)
-    beginning = Beginning(state, at_rest, [*doubts, *overridden], choice, turned)
+    beginning = Beginning(state, at_rest, doubts, choice, angles_of_several_turns(model, initial))
     began = time.perf_counter()
     writer = checkpoint_writer(run, library, checkpoint, checkpoint_every)
     told = _LOG.isEnabledFor(logging.INFO)

@@ -53,12 +53,6 @@ def read_document(data: Mapping[str, Any], report: Report) -> tuple[Document, di
 #: So many words that a key may hold are listed in a hint; of more, the nearest are.
 _LISTED = 12
 _AXES = ("x", "y", "z")
-#: Examples of tables for which a number is often written.
-_TABLES = {
-    "friction": "friction = { coulomb = 0.3, velocity = 0.01 }",
-    "limits": "limits = { lower = -1, upper = 1, stiffness = 1e5 }",
-    "initial": "initial = { position = 0.1 }",
-}
 
 
 def _child_hint(data: Mapping[str, Any]) -> str:
@@ -112,7 +106,7 @@ def explained(
     }
     plain |= {"model_type": "a table", "tuple_type": "a list", "int_from_float": "a whole number"}
     if kind in plain:
-        return f"{plain[kind]} is needed here, not {described(given)}", _TABLES.get(last, "")
+        return f"{plain[kind]} is needed here, not {described(given)}", ""
     return message[0].lower() + message[1:], ""
 
 
