@@ -48,12 +48,6 @@ OF_MODELS = frozenset(
         "rhs",
     }
 )
-#: What states are called elsewhere.
-_SYMBOLS: Mapping[str, str] = {
-    **dict.fromkeys(("qd", "qdot", "dq", "q_dot", "qvel"), "v"),
-    **dict.fromkeys(("qpos",), "q"),
-}
-_MEANING = {"q": "positions", "v": "velocities"}
 #: What stands before the arguments that a caller writes.
 _OWNERS = ("self", "cls", "model")
 
@@ -153,8 +147,6 @@ def attribute_hint(name: str, known: Iterable[str], kind: str = "") -> str:
     if name in OF_MODELS and kind != "Model":
         scene = {"SceneBuilder": "builder.build()"}.get(kind, "scene")
         return f"eomgen.build({scene}).{name}(...), of the compiled model"
-    if meant := _SYMBOLS.get(name):
-        return f"initial_{meant} or {meant}_names; {_MEANING[meant]} are called {meant}" if kind == "Model" else meant
     if kind == "Model" and len(name) > 1 and (term := meant_term(name)):
         return term
     return nearest(name, (item for item in known if not item.startswith("_")))

@@ -25,7 +25,7 @@ from eomgen.linear.modes import Modes, modes
 from eomgen.linear.partials import Partials
 from eomgen.linear.plots import plot_response
 from eomgen.linear.random_response import densities, root_mean_squares
-from eomgen.linear.state_space import FirstOrder, StateSpace, first_order, spelled
+from eomgen.linear.state_space import FirstOrder, StateSpace, first_order
 from eomgen.linear.white_noise_road import white_noise_road
 from eomgen.spectra import Excitation, PowerSpectrum, RideTable, RoadExcitation, check_excitation
 
@@ -47,9 +47,6 @@ class Reference:
     u: Array
     multipliers: Array
     what: str
-
-    def __repr__(self) -> str:
-        return f"<Reference: {self.what} at t = {self.t:.6g} s>"
 
 
 @dataclass(frozen=True)
@@ -238,10 +235,6 @@ class Linearization:
         values = self.frequency_response(2.0 * np.pi * band, input, output)
         return plot_response(band, values, (input, output), axes)
 
-    def _unit(self, name: str) -> str:
-        """Return the unit of an output or a state; empty where it is not known."""
-        return self.names.units.get(spelled(name, tuple(self.names.units)), "")
-
     # -- random vibration ----------------------------------------------------------------------------------------------
 
     def psd(self, output: str, excitation: Excitation, frequencies: ArrayLike | None = None) -> PowerSpectrum:
@@ -269,7 +262,7 @@ class Linearization:
             what = "frequencies have to be two or more positive numbers that increase, Hz"
             raise UsageError(Problem("psd", what, "numpy.geomspace(0.1, 100.0, 500)"))
         density = densities(self.state_space(), found, excitation, [output], f)[0]
-        return PowerSpectrum(output, self._unit(output), f, density, excitation.name)
+        return PowerSpectrum(output, self.names.units.get(output, ""), f, density, excitation.name)
 
     def rms(
         self,
@@ -351,7 +344,7 @@ class Linearization:
         ]
         return RideTable(
             names,
-            tuple(self._unit(name) for name in names),
+            tuple(self.names.units.get(name, "") for name in names),
             tuple(classes),
             np.array([e.speed for e in driven]),
             np.array(sizes)[:, np.newaxis, np.newaxis] * at_speeds,

@@ -8,15 +8,11 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 import eomgen
-from eomgen.control import lqr
-from eomgen.linear.state_space import spelled
-from eomgen.spectra import Road, RoadExcitation
 from tests.failures.failure import SCENE
-from tests.failures.mistakes import arm, changed, pushed, scene_of, slider
+from tests.failures.mistakes import arm, changed, scene_of, slider
 
 SERVO = """
 [controllers.servo]
@@ -156,31 +152,3 @@ def test_transmissions_that_are_missing_or_misspelt_are_noted(tmp_path: Path) ->
     notes = eomgen.load(file, transmissions=True).notes
     assert none not in notes
     assert "not modelled: transmissions to joints that are not there (1: lft), perhaps lift" in notes
-
-
-def test_names_of_states_are_taken_as_solutions_spell_them() -> None:
-    space = eomgen.build(pushed().build(), profile="quick").linearize().state_space()
-    linear = lqr(space, {"x": 2.0, "v.x": 1.0}, {"u": 1.0})
-    as_written = lqr(space, {"q.x": 2.0, "v.x": 1.0}, {"u": 1.0})
-    np.testing.assert_array_equal(as_written.gains, linear.gains)
-    np.testing.assert_allclose(linear.gains, [[np.sqrt(2.0), np.sqrt(1.0 + 2.0 * np.sqrt(2.0))]])
-    assert spelled("ff", ("heave", "v.heave", "z.ff")) == "z.ff"
-    assert spelled("heave", ("heave", "q.heave")) == "heave"
-    assert spelled("q.hight", ("heave",)) == "q.hight"
-    with pytest.raises(eomgen.UsageError, match="there is no output or state"):
-        lqr(space, {"q.y": 1.0}, {"u": 1.0})
-
-
-def test_speeds_of_rides_have_units() -> None:
-    road = RoadExcitation(Road("C"), 20.0, {"u": 0.0})
-    assert road.at("72 km/h") == road
-    assert "RoadExcitation: speed" in refused(lambda: road.at("72 kg"))
-
-
-def test_velocities_are_called_v() -> None:
-    assert "a Model has no 'qd'; try: initial_v or v_names; velocities are called v" in refused(lambda: arm().qd)
-    assert "try: v" in refused(lambda: arm().simulate(0.01, 1e-3).qdot)
-
-
-def test_references_are_shown_in_a_line() -> None:
-    assert repr(arm().linearize().reference) == "<Reference: equilibrium at t = 0 s>"
