@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import functools
 import inspect
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, ParamSpec, TypeVar
 
 from eomgen.errors import Problem, UsageError
@@ -91,7 +91,7 @@ def checked_call(what_to_try: str = "", **meant: str) -> Callable[[Callable[P, R
     what_to_try : str
         Hint for arguments that are missing.
     meant : str
-        What others call an argument, and its name here; or a call in place of it, with its brackets.
+        What others call an argument, and its name here.
     """
 
     def decorated(function: Callable[P, R]) -> Callable[P, R]:
@@ -152,12 +152,6 @@ def attribute_hint(name: str, known: Iterable[str], kind: str = "") -> str:
     return nearest(name, (item for item in known if not item.startswith("_")))
 
 
-def _meant(name: str, meant: Mapping[str, str], named: Sequence[str]) -> str:
-    """Return what is called otherwise here: an argument, or a call in place of it."""
-    other = meant.get(name, "")
-    return other if other in named or "(" in other else nearest(name, named)
-
-
 def _misfit(
     function: Callable[..., Any],
     args: tuple[Any, ...],
@@ -183,7 +177,7 @@ def _misfit(
     takes_any = any(item.kind is inspect.Parameter.VAR_KEYWORD for item in every.values())
     if unknown and not takes_any:
         names = ", ".join(shown(name) for name in unknown)
-        hints = [_meant(name, meant, named) for name in unknown[:3]]
+        hints = [meant[name] if meant.get(name) in named else nearest(name, named) for name in unknown[:3]]
         hint = " and ".join(dict.fromkeys(filter(None, hints))) or "no arguments"
         return Problem(where, f"there is no argument {names}", hint)
     in_order = [name for name in named if every[name].kind is not inspect.Parameter.KEYWORD_ONLY]

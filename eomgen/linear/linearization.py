@@ -27,7 +27,7 @@ from eomgen.linear.plots import plot_response
 from eomgen.linear.random_response import densities, root_mean_squares
 from eomgen.linear.state_space import FirstOrder, StateSpace, first_order
 from eomgen.linear.white_noise_road import white_noise_road
-from eomgen.spectra import Excitation, PowerSpectrum, RideTable, RoadExcitation, check_excitation
+from eomgen.spectra import Excitation, PowerSpectrum, RideTable, RoadExcitation
 
 Complex = NDArray[np.complex128]
 
@@ -255,7 +255,6 @@ class Linearization:
         ModelError
             A mode grows, so that there is no stationary motion.
         """
-        check_excitation("psd", excitation)
         found = self.modes()
         f = _spread(found, excitation.band) if frequencies is None else np.asarray(frequencies, dtype=float)
         if f.ndim != 1 or len(f) < 2 or not np.all(np.isfinite(f)) or f[0] <= 0.0 or np.any(np.diff(f) <= 0.0):
@@ -289,7 +288,6 @@ class Linearization:
         NumericalError
             The integral does not converge.
         """
-        check_excitation("rms", excitation)
         space, found = self.state_space(), self.modes()
         return float(root_mean_squares(space, found, excitation, [output], [weighting], band)[0])
 
@@ -305,7 +303,6 @@ class Linearization:
         ModelError
             A mode does not decay, or the output follows the elevation of the road, whose variance has no bound.
         """
-        check_excitation("rms_on_white_noise_road", excitation)
         return white_noise_road(self.state_space(), self.modes(), excitation, output)
 
     def ride_table(
@@ -313,7 +310,7 @@ class Linearization:
         excitation: RoadExcitation,
         outputs: Sequence[str] | Mapping[str, str | None] = (),
         classes: Sequence[str] = ("A", "B", "C", "D"),
-        speeds: Sequence[float | str] = (),
+        speeds: Sequence[float] = (),
         band: tuple[float, float] | None = None,
     ) -> RideTable:
         """Return the root mean squares of outputs over road classes and speeds.
@@ -322,7 +319,7 @@ class Linearization:
         ----------
         outputs : names, or a mapping from names to weightings (``Wk``, ``Wd``, None)
             All outputs where none are given.
-        speeds : (n,) m/s, or texts with their unit: ``"80 km/h"``
+        speeds : (n,) m/s
             That of the excitation where none are given.
 
         Raises
@@ -330,12 +327,11 @@ class Linearization:
         EomgenError
             As of ``rms``.
         """
-        check_excitation("ride_table", excitation)
         chosen = dict(outputs) if isinstance(outputs, Mapping) else dict.fromkeys(outputs or self.names.outputs)
         if not chosen:
             raise UsageError(Problem("ride_table", "the scene has no outputs", "[outputs] in the scene, or states"))
         names, weightings = tuple(chosen), tuple(chosen.values())
-        driven = [excitation.at(speed if isinstance(speed, str) else float(speed)) for speed in speeds] or [excitation]
+        driven = [excitation.at(float(speed)) for speed in speeds] or [excitation]
         space, found = self.state_space(), self.modes()
         at_speeds = np.array([root_mean_squares(space, found, e, names, weightings, band) for e in driven])
         sizes = [

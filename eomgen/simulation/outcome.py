@@ -63,14 +63,12 @@ class Beginning(NamedTuple):
     equilibrium : whether that is static equilibrium
     doubts : about this equilibrium
     choice : why the method was chosen, where it was
-    notes : on the state that the caller gives
     """
 
     state: InitialState
     equilibrium: bool
     doubts: Sequence[str]
     choice: str = ""
-    notes: Sequence[str] = ()
 
 
 class Outcome:
@@ -156,7 +154,7 @@ class Outcome:
         if beginning is not None:
             of_scene = starts_beyond_limits(model, model.initial_q, model.parameter_array())
             notes = [*(note for note in notes if note not in of_scene), *self._beyond_limits, *self._impacts]
-            notes += [*([beginning.choice] if beginning.choice else []), *beginning.notes]
+            notes += [beginning.choice] if beginning.choice else []
         return {
             **run_metadata(run),
             **({} if events is None else {"events": events.described()}),

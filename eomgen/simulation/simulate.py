@@ -14,7 +14,7 @@ import numpy as np
 
 from eomgen.calls import checked_call
 from eomgen.compiled.arguments import number_of
-from eomgen.compiled.initial_state import InitialState, angles_of_several_turns
+from eomgen.compiled.initial_state import InitialState
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
@@ -128,7 +128,7 @@ def simulate(
         changed = bool(initial) or parameters is not None
         state, corrections, doubts = start_of(made(), initial, equilibrium_start=at_rest, changed=changed)
     run = made(list(corrections), begun)
-    beginning = Beginning(state, at_rest, doubts, choice, angles_of_several_turns(model, initial))
+    beginning = Beginning(state, at_rest, doubts, choice)
     began = time.perf_counter()
     writer = checkpoint_writer(run, library, checkpoint, checkpoint_every)
     told = _LOG.isEnabledFor(logging.INFO)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
@@ -25,7 +26,6 @@ from eomgen.system.events import mode_parameter
 from eomgen.system.motions import motion_parameters
 from eomgen.system.signals import Output
 from eomgen.text import NAME_LENGTH, NAME_RULE, is_legal, key_of, listed, nearest, shown
-from eomgen.units.angles import several_turns
 
 
 def check_names(document: Document, refused: Mapping[str, set[str]], report: Report) -> Document:
@@ -216,8 +216,10 @@ def angles_of_several_turns(document: Document) -> list[str]:
         written = joint.initial.position if joint.initial is not None else None
         values = written if isinstance(written, list | tuple) else (written,)
         for value, unit in zip(values, JOINTS[joint.type].units, strict=False):
-            if unit == "rad" and isinstance(value, int | float) and (note := several_turns(name, value)):
-                notes.append(note)
+            if unit == "rad" and isinstance(value, int | float) and abs(value) > 2.0 * math.pi:
+                turns = abs(value) / (2.0 * math.pi)
+                what = f"the joint {name} starts at {value:.6g} rad, {turns:.3g} turns"
+                notes.append(f'{what}: angles without a unit are radians, "30 deg" is in degrees')
     return notes
 
 

@@ -8,7 +8,6 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 
 from eomgen.scene.document.schema import SECTIONS, Document
-from eomgen.scene.joint_types import JOINTS_ELSEWHERE
 from eomgen.scene.reading.kinds import Refused, described
 from eomgen.scene.reading.report import Report
 from eomgen.system.terms import nearest_term
@@ -87,9 +86,6 @@ def explained(
         names = expected.replace(" or ", ", ").split(", ")
         if location[0] == "terms":
             return f"{described(given)} is not known here", nearest_term(str(given))
-        meant = JOINTS_ELSEWHERE.get(str(given).lower(), "")
-        if location[0] in ("joints", "constraints") and meant in names:
-            return f"{described(given)} is not known here", meant
         hint = nearest(str(given), names) if len(names) > _LISTED else f"one of {expected}"
         return f"{described(given)} is not known here", hint
     if kind in ("greater_than_equal", "less_than_equal"):

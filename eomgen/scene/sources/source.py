@@ -41,8 +41,6 @@ class Option:
         ``()`` for a list of names.
     description : str
         What it does; ``of_key`` says it as the meaning of a key.
-    elsewhere : str
-        What does the same in a scene file.
     """
 
     name: str
@@ -51,7 +49,6 @@ class Option:
     choices: tuple[str, ...] = ()
     metavar: str = ""
     of_key: str = ""
-    elsewhere: str = ""
 
 
 class OptionError(UsageError):
