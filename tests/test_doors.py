@@ -34,7 +34,7 @@ DOORS: dict[str, set[str]] = {
     "html": set(),
     "progress": {"errors"},
     "road_classes": set(),
-    "spectra": {"arrays", "errors", "figures", "html", "road_classes", "text", "units"},
+    "spectra": {"arrays", "errors", "figures", "html", "road_classes"},
     # arrays and C alone
     "toolchain": {"errors"},
     "control": {"arrays", "errors", "figures", "html", "linear", "road_classes", "text"},

@@ -45,7 +45,7 @@ def calls(work: Callable[[], object]) -> int:
 @pytest.mark.parametrize(
     ("name", "method", "budget"),
     [
-        ("symmetric_top", "taylor", 110),
+        ("symmetric_top", "taylor", 111),
         ("symmetric_top", "rk4", 106),
         ("symmetric_top", "generalized_alpha", 106),
         ("robot_arm", "rk4", 130),  # with inputs, as rows
