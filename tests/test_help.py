@@ -20,7 +20,7 @@ from eomgen.simulation import options, resume, simulate, start
 
 RUNS = {
     "simulate": (simulate.simulate, options.RunOptions, {"t_end", "step"}),
-    "start": (start.start, options.MethodOptions, {"initial", "parameters", "method", "step"}),
+    "start": (start.start, options.MethodOptions, {"initial", "parameters", "method", "step", "motions"}),
     "resume": (resume.resume, options.ResumeOptions, {"path", "t_end"}),
 }
 #: Of a scene with and without constraints and internal states.
