@@ -45,7 +45,7 @@ DOORS: dict[str, set[str]] = {
     "lie": {"symbolic"},
     "formula": {"arrays", "errors", "symbolic"},
     "units": {"errors", "formula.words", "text"},
-    "system": {"arrays", "calls", "errors", "formula", "html", "symbolic", "text"},
+    "system": {"arrays", "calls", "errors", "formula", "html", "lie", "symbolic", "text"},
     "scene": {"arrays", "calls", "errors", "extensions", "formula", "html", "road_classes", "system", "text", "units"},
     "mechanics": {"arrays", "errors", "formula", "lie", "scene", "symbolic", "system", "text"},
     "integrators": {"arrays", "errors", "extensions", "lie", "symbolic.evaluate", "system", "text"},

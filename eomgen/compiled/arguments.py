@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
 from eomgen.errors import Problem, UsageError
-from eomgen.lie.product import FactorLike
+from eomgen.lie.product import Factor
 from eomgen.text import nearest, shown
 from eomgen.units.labels import in_label
 
@@ -61,7 +61,7 @@ def check_finite(name: str, array: Array, labels: Sequence[str] = ()) -> None:
     raise UsageError(Problem(name, f"{label} is {array[place]}, not a finite number", "a finite number"))
 
 
-def check_quaternions(name: str, q: Array, factors: Sequence[FactorLike], tolerance: float = UNIT_TOLERANCE) -> None:
+def check_quaternions(name: str, q: Array, factors: Sequence[Factor], tolerance: float = UNIT_TOLERANCE) -> None:
     """Raise UsageError where a quaternion of a configuration (..., nq) is not of unit length."""
     for factor in factors:
         if factor.group == "R":

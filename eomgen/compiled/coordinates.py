@@ -8,8 +8,8 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from eomgen.arrays import Array
-from eomgen.lie.product import FactorLike
-from eomgen.system.description import Coordinates, Factor, component_names
+from eomgen.lie.product import Factor
+from eomgen.system.description import Coordinates, component_names
 
 _POSE = (("1",) * 4 + ("m",) * 3, ("rad/s",) * 3 + ("m/s",) * 3)
 #: Units of q and of v, by group.
@@ -53,16 +53,16 @@ def reaches(factors: Sequence[Factor], coordinates: Iterable[Coordinates]) -> li
     return found
 
 
-def configuration_rate(factors: Sequence[FactorLike], q: Array, v: Array) -> Array:
+def configuration_rate(factors: Sequence[Factor], q: Array, v: Array) -> Array:
     """Return qdot (..., nq) of velocities v (..., nv): quaternions by p * (0, omega) / 2, positions by R xdot.
 
     References of angles, which are no part of the factors, stay.
     """
     result = np.zeros((*np.broadcast_shapes(q.shape[:-1], v.shape[:-1]), q.shape[-1]))
     for factor in factors:
-        velocity = v[..., factor.v_start : factor.v_start + factor.v_size]
+        velocity = v[..., factor.v]
         if factor.group == "R":
-            result[..., factor.q_start : factor.q_start + factor.q_size] = velocity
+            result[..., factor.q] = velocity
             continue
         p, omega = q[..., factor.q_start : factor.q_start + 4], velocity[..., :3]
         w, axis = p[..., :1], p[..., 1:]
@@ -74,7 +74,7 @@ def configuration_rate(factors: Sequence[FactorLike], q: Array, v: Array) -> Arr
     return result
 
 
-def with_unit_quaternions(factors: Sequence[FactorLike], q: Array) -> Array:
+def with_unit_quaternions(factors: Sequence[Factor], q: Array) -> Array:
     """Return q with its quaternions scaled to unit length."""
     result = np.array(q)
     for factor in factors:

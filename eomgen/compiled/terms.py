@@ -16,7 +16,8 @@ from eomgen.compiled.functions import Functions
 from eomgen.compiled.requirements import Requirements
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.evaluate import evaluate_batch
-from eomgen.system.description import Description, Factor, FixedFrame
+from eomgen.lie.product import Factor
+from eomgen.system.description import Description, FixedFrame
 from eomgen.system.system import base_component, base_place
 from eomgen.toolchain.library import Library
 

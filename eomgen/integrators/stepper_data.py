@@ -14,7 +14,7 @@ from eomgen.integrators.samples import controller_status, sample_data
 from eomgen.integrators.step_splitting import jump_data
 from eomgen.lie import kernels
 from eomgen.lie.groups import Group, group_named
-from eomgen.lie.product import FactorLike
+from eomgen.lie.product import Factor
 
 if TYPE_CHECKING:
     from eomgen.system.system import System
@@ -180,7 +180,7 @@ def _check_functions(method: Family, system: System) -> None:
         raise ModelError(problems)
 
 
-def _lie_data(factors: Sequence[FactorLike], called: Sequence[GroupFunction]) -> dict[str, Any]:
+def _lie_data(factors: Sequence[Factor], called: Sequence[GroupFunction]) -> dict[str, Any]:
     """Return the factors as runs, neighbouring R's merged, and the group functions that they need."""
     runs: list[dict[str, Any]] = []
     for factor in factors:

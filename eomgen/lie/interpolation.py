@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from eomgen.lie import numeric, product
 from eomgen.lie.groups import Group, group_named
-from eomgen.lie.product import FactorLike
+from eomgen.lie.product import Factor
 
 Array = NDArray[Any]
 Curve = tuple[Array, Array, Array]
@@ -32,7 +32,7 @@ _CUBIC = ((1.0, 0.0, -3.0, 2.0), (0.0, 0.0, 3.0, -2.0), (0.0, 1.0, -2.0, 1.0), (
 _TINY = 1e-200
 
 
-def group_curve(factors: Sequence[FactorLike], first: Curve, last: Curve, duration: Array, s: Array) -> Curve:
+def group_curve(factors: Sequence[Factor], first: Curve, last: Curve, duration: Array, s: Array) -> Curve:
     """Return q, v and a at the fractions s of the way from the first state to the last.
 
     Parameters
@@ -74,18 +74,18 @@ def _sum(weights: Sequence[Sequence[float]], parts: Sequence[Array], x: Array, o
     return total
 
 
-def _each(factors: Sequence[FactorLike], matrix: Callable[[Group, Array], Array], theta: Array, x: Array) -> Array:
+def _each(factors: Sequence[Factor], matrix: Callable[[Group, Array], Array], theta: Array, x: Array) -> Array:
     """Return the matrices of the factors at theta (n, nv), times x (n, nv); of R^n they are the identity."""
     result = np.array(x, dtype=np.result_type(x, theta))
     for factor in factors:
         if factor.group != "R":
-            part = slice(factor.v_start, factor.v_start + factor.v_size)
+            part = factor.v
             of_factor = matrix(group_named(factor.group, factor.v_size), theta[..., part])
             result[..., part] = np.einsum("...ij,...j->...i", of_factor, x[..., part])
     return result
 
 
-def _tangent_rate(factors: Sequence[FactorLike], theta: Array, rate: Array) -> Array:
+def _tangent_rate(factors: Sequence[Factor], theta: Array, rate: Array) -> Array:
     """Return T' theta', the acceleration from the rate of the tangent operator, by a complex step."""
     moved = _each(factors, numeric.tangent, theta + 1j * _TINY * rate, rate.astype(complex))
     result: Array = moved.imag / _TINY

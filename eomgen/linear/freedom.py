@@ -19,7 +19,7 @@ import scipy.linalg
 
 from eomgen.arrays import Array
 from eomgen.errors import ModelError, Problem
-from eomgen.lie.product import FactorLike, bracket_matrix
+from eomgen.lie.product import Factor, bracket_matrix
 from eomgen.linear.partials import Partials
 
 #: A pivot below this part of the largest says that rows depend on each other.
@@ -67,7 +67,7 @@ class Measures:
     Av, Aq : (n, nv) partials of the time derivative in v and in q
     """
 
-    factors: Sequence[FactorLike]
+    factors: Sequence[Factor]
     v: Array
     a: Array
     P: Array
@@ -76,7 +76,7 @@ class Measures:
     Aq: Array
 
     @staticmethod
-    def components(factors: Sequence[FactorLike], v: Array, a: Array) -> Measures:
+    def components(factors: Sequence[Factor], v: Array, a: Array) -> Measures:
         """Return the components of v as their own measures."""
         nothing = np.zeros((len(v), len(v)))
         return Measures(factors, v, a, np.eye(len(v)), nothing, nothing, nothing)

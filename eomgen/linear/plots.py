@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from eomgen.arrays import Array
 from eomgen.figures import axes_of_caller, new_figure, pyplot_figure, saved
+from eomgen.linear.display import ShownModes
 
 Complex = NDArray[np.complex128]
 #: DrawnModes and coordinates in one figure: more of them cannot be told apart.
@@ -24,27 +25,15 @@ _ROUNDING = 1e-9
 _GRID: dict[str, Any] = {"color": "#dddddd", "linewidth": 0.6}
 
 
-class DrawnModes(Protocol):
+class DrawnModes(ShownModes, Protocol):
     """What is drawn of ``Modes``: see there."""
 
-    @property
-    def eigenvalues(self) -> Complex: ...
-    @property
-    def frequency(self) -> Array: ...
-    @property
-    def damping_ratio(self) -> Array: ...
-    @property
-    def uncertainty(self) -> Array: ...
-    @property
-    def oscillating(self) -> NDArray[np.bool_]: ...
     @property
     def shapes(self) -> Complex: ...
     @property
     def coordinates(self) -> tuple[str, ...]: ...
     @property
     def weights(self) -> Array: ...
-
-    def __len__(self) -> int: ...
 
 
 class DrawnRoots(Protocol):

@@ -8,25 +8,14 @@ from itertools import chain
 
 from eomgen.formula.nodes import Formula, Number
 from eomgen.formula.prescribed_motion import Law, constant
+from eomgen.lie.product import Factor
 from eomgen.scene.bodies.beam import Beam
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.joint_types import DRIVE_UNITS
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.report import Report
 from eomgen.scene.scene import Scene
-from eomgen.system.description import (
-    Coordinates,
-    Description,
-    Drawing,
-    Factor,
-    Hinge,
-    Limit,
-    Line,
-    Link,
-    Point,
-    Solid,
-    Wheel,
-)
+from eomgen.system.description import Coordinates, Description, Drawing, Hinge, Limit, Line, Link, Point, Solid, Wheel
 from eomgen.text import key_of
 
 #: Part of a beam's length (of 1 rad, for torsion) that is a small deformation of its first mode.

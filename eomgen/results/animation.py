@@ -22,6 +22,7 @@ from eomgen.errors import FileError, Problem, UsageError
 from eomgen.files import write_text
 from eomgen.resources import template_folder
 from eomgen.results.beam_axes import nearest_station, stations
+from eomgen.results.recorded import Recorded
 from eomgen.results.scenery import PosesAndScenery
 from eomgen.system.description import BASE, WORLD
 
@@ -38,19 +39,9 @@ _SCRIPTS = {
 }
 
 
-class Animated(Protocol):
-    """What a page shows: a ``Solution``."""
+class Animated(Recorded, Protocol):
+    """What a page shows: a ``Solution`` with its poses."""
 
-    @property
-    def t(self) -> Array: ...
-    @property
-    def q(self) -> Array: ...
-    @property
-    def success(self) -> bool: ...
-    @property
-    def message(self) -> str: ...
-    @property
-    def metadata(self) -> Mapping[str, Any]: ...
     @property
     def poses_and_scenery(self) -> PosesAndScenery: ...
 

@@ -22,7 +22,7 @@ from eomgen.compiled.state import State
 from eomgen.errors import Problem, UsageError
 from eomgen.lie import product
 from eomgen.lie.interpolation import cubic, group_curve
-from eomgen.system.description import Factor
+from eomgen.lie.product import Factor
 
 Index = NDArray[np.integer[Any]]
 _BATCH = 4096

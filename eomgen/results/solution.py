@@ -23,6 +23,7 @@ from eomgen.results.display import html
 from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.events import Events, events_from
 from eomgen.results.plots import plot
+from eomgen.results.recorded import Evaluated
 from eomgen.results.scenery import PosesAndScenery
 from eomgen.results.spectrum import psd
 from eomgen.results.tables import to_pandas, to_xarray, write_matlab
@@ -35,25 +36,6 @@ if TYPE_CHECKING:
     import xarray
 
     from eomgen.linear.linearization import Linearization
-
-
-class Evaluated(Protocol):
-    """What evaluates attributes of a solution when they are first asked for: ``simulation.outcome.Outcome``."""
-
-    @property
-    def outputs(self) -> Mapping[str, Array]: ...
-    @property
-    def energy(self) -> Mapping[str, Array]: ...
-    @property
-    def stats(self) -> Mapping[str, Any]: ...
-    @property
-    def message(self) -> str: ...
-    @property
-    def success(self) -> bool: ...
-    @property
-    def metadata(self) -> Mapping[str, Any]: ...
-    @property
-    def error(self) -> ErrorEstimate: ...
 
 
 #: The attributes that may be evaluated later, with the kinds of those that are results by name.

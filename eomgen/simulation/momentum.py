@@ -15,7 +15,8 @@ import numpy as np
 from eomgen.arrays import Array
 from eomgen.lie import numeric
 from eomgen.lie.groups import group_named
-from eomgen.system.description import BASE, Factor
+from eomgen.lie.product import Factor
+from eomgen.system.description import BASE
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel

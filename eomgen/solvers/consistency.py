@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from eomgen.arrays import Array
 from eomgen.errors import ModelError, Problem
-from eomgen.lie.product import FactorLike, update
+from eomgen.lie.product import Factor, update
 
 MAX_ITERATIONS = 50
 EPSILON = float(np.finfo(float).eps)
@@ -64,7 +64,7 @@ class Constrained:
         what it joins, m: what turning may move it by.
     """
 
-    factors: Sequence[FactorLike]
+    factors: Sequence[Factor]
     names: Sequence[str]
     units: Sequence[str]
     angular: NDArray[np.bool_]

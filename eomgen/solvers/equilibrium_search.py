@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.arrays import Array
-from eomgen.lie.product import FactorLike, update
+from eomgen.lie.product import Factor, update
 
 #: Largest turn of a step, rad.
 LARGEST_TURN = 0.5
@@ -53,7 +53,7 @@ class Statics:
     total : kg, the scene's mass
     """
 
-    factors: Sequence[FactorLike]
+    factors: Sequence[Factor]
     turning: NDArray[np.bool_]
     holonomic: int
     mass: Callable[[Array], Array]

@@ -8,6 +8,9 @@ from dataclasses import dataclass
 from enum import IntEnum, auto
 from typing import Any, Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+
 
 class Op(IntEnum):
     """Operation codes. ``LT``, ``LE`` give 1.0 or 0.0, NaN with a NaN; ``SELECT`` takes condition, then, otherwise."""
@@ -69,7 +72,7 @@ FOLD_TWO: dict[Op, Callable[[float, float], float]] = {
 
 
 class CurveLike(Protocol):
-    """A function of one number that is a table: polynomials between breaks (``scene.curve.Curve`` is one).
+    """A function of one number that is a table: polynomials between breaks (``formula.piecewise.Curve`` is one).
 
     Attributes
     ----------
@@ -83,9 +86,9 @@ class CurveLike(Protocol):
     @property
     def name(self) -> str: ...
     @property
-    def breaks(self) -> Any: ...
+    def breaks(self) -> NDArray[np.float64]: ...
     @property
-    def coefficients(self) -> Any: ...
+    def coefficients(self) -> NDArray[np.float64]: ...
     @property
     def outside(self) -> str: ...
     @property

@@ -14,6 +14,7 @@ from typing import Protocol
 from eomgen.arrays import Flags, Numbers
 from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Vector
 from eomgen.formula.prescribed_motion import Law
+from eomgen.lie.product import Factor
 from eomgen.system.motions import Motion
 from eomgen.system.signals import Input, Output, Parameter, State
 
@@ -29,26 +30,6 @@ def component_names(letter: str, name: str, size: int) -> list[str]:
     """Return ``q.hinge`` for one component, ``q.ball[0]`` and so on for several; without a letter, the name alone."""
     full = f"{letter}.{name}" if letter else name
     return [full] if size == 1 else [f"{full}[{index}]" for index in range(size)]
-
-
-@dataclass(frozen=True)
-class Factor:
-    """A factor of the configuration group with its slices: ``R`` (1), ``SO3`` (4 of q, 3 of v), ``SE3`` (7, 6)."""
-
-    group: str
-    name: str
-    q_start: int
-    q_size: int
-    v_start: int
-    v_size: int
-
-    @property
-    def q(self) -> slice:
-        return slice(self.q_start, self.q_start + self.q_size)
-
-    @property
-    def v(self) -> slice:
-        return slice(self.v_start, self.v_start + self.v_size)
 
 
 @dataclass(frozen=True)

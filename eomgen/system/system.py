@@ -18,10 +18,10 @@ from typing import TYPE_CHECKING, Any
 
 from eomgen.calls import checked_calls, unknown_attribute
 from eomgen.errors import Problem, UsageError
+from eomgen.lie.product import Factor
 from eomgen.symbolic.operations import Counts, InputSymbol
 from eomgen.symbolic.periodic import periodic_inputs
 from eomgen.symbolic.tape import Ref, Tape
-from eomgen.system.description import Factor
 from eomgen.system.display import equation, html, line
 from eomgen.system.events import EventRow, Mode
 from eomgen.system.samples import SampledController, SampleRow

@@ -14,9 +14,9 @@ from eomgen.codegen.metadata import interface_layout
 from eomgen.codegen.program import Program
 from eomgen.codegen.targets.c.interface import INTERFACE_CDEF
 from eomgen.codegen.targets.c.target import generate_files, generate_interface
+from eomgen.lie.product import Factor
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.tape import Tape
-from eomgen.system.description import Factor
 from eomgen.system.system import Block, Facts, Function, Quantity, System
 from eomgen.toolchain.builder import Builder
 from eomgen.toolchain.cache import Cache

@@ -10,11 +10,11 @@ import pytest
 from eomgen.codegen.convert import to_program
 from eomgen.codegen.scheduling.iterations import runs
 from eomgen.codegen.targets.c.target import generate_files
+from eomgen.lie.product import Factor
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.map import Map, MapResults, add_map, unroll
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.tape import Ref, Tape
-from eomgen.system.description import Factor
 from eomgen.system.system import Block, Function, System
 from tests.codegen.hand_made import call, compile_program, make_system
 

@@ -12,11 +12,11 @@ import pytest
 from eomgen.codegen.convert import to_program
 from eomgen.codegen.scheduling import scheduler as scheduling
 from eomgen.codegen.scheduling.rerolling import find_loops
+from eomgen.lie.product import Factor
 from eomgen.mechanics.derive import derive
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import LEAVES, Op
 from eomgen.symbolic.tape import Ref, Tape
-from eomgen.system.description import Factor
 from eomgen.system.system import Block, Function, System
 from tests.codegen.hand_made import call, compile_program, make_system
 from tests.oracles.robots import planar_chain

@@ -11,7 +11,8 @@ import pytest
 
 import eomgen
 from eomgen.compiled.coordinates import coordinate_units
-from eomgen.system.description import Coordinates, Factor
+from eomgen.lie.product import Factor
+from eomgen.system.description import Coordinates
 from tests.models.scenes import (
     DAMPING,
     GRAVITY,

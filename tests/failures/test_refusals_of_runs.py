@@ -19,10 +19,10 @@ import eomgen
 from eomgen.integrators.families.partitioned import partition_data
 from eomgen.integrators.methods import method_named
 from eomgen.integrators.stepper_layout import default_settings
+from eomgen.lie.product import Factor
 from eomgen.scene.load import from_data
 from eomgen.simulation.stepper import Stepper
 from eomgen.simulation.timing import Repeated
-from eomgen.system.description import Factor
 from tests.failures.refusals import ROOT, Refusal, refusals_in, refusals_of, runs, texts_of_tests, unread
 from tests.models.scenes import absolute
 

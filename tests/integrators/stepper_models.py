@@ -19,8 +19,8 @@ from eomgen.integrators.newton.matrix import dense
 from eomgen.integrators.newton.samples import Samples
 from eomgen.integrators.stepper_data import method_data
 from eomgen.integrators.stepper_layout import STEPPER_CDEF, STEPPER_SIZES, default_settings, state_layout
+from eomgen.lie.product import Factor
 from eomgen.symbolic.operations import Counts
-from eomgen.system.description import Factor
 from eomgen.system.system import Facts
 from tests.oracles.stepper import Equations
 

@@ -12,7 +12,7 @@ from eomgen.errors import ModelError, UsageError
 from eomgen.integrators.families.coefficients import hht, newmark, trapezoidal, wbz
 from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
 from eomgen.integrators.methods import METHOD_NAMES, check_needs, method_named, method_parameters
-from eomgen.system.description import Factor
+from eomgen.lie.product import Factor
 from tests.integrators import test_stepper as groups
 from tests.integrators.test_methods import facts
 from tests.oracles.stepper import Equations, integrate

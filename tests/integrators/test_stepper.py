@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from eomgen.errors import NumericalError
 from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
 from eomgen.integrators.families.runge_kutta import RUNGE_KUTTA_MUNTHE_KAAS_4
-from eomgen.system.description import Factor
+from eomgen.lie.product import Factor
 from tests.integrators.stepper_models import formula_inputs, heavy_top, rotation, skew, tied_body
 from tests.oracles.stepper import Equations, initial_algorithmic_rates, integrate
 

@@ -7,7 +7,7 @@ import pytest
 
 from eomgen.lie import product
 from eomgen.lie.interpolation import cubic, group_curve
-from eomgen.system.description import Factor
+from eomgen.lie.product import Factor
 
 
 def motion(group):

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from eomgen.formula.nodes import Number
+from eomgen.lie.product import Factor
 from eomgen.pipeline.front_end import FrontEnd
 from eomgen.symbolic.calculus.partials import gradient
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import ONE, ZERO, Tape
-from eomgen.system.description import Coordinates, Description, Drawing, Factor, Solid
+from eomgen.system.description import Coordinates, Description, Drawing, Solid
 from eomgen.system.system import Block, Facts, Function, System
 from eomgen.system.terms import TERMS
 

@@ -10,9 +10,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from eomgen.lie.product import Factor
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
-from eomgen.system.description import BASE, Factor
+from eomgen.system.description import BASE
 from tests.oracles.evaluation import Array
 from tests.oracles.formulas import value_of
 from tests.oracles.states import STEP, displaced, rotation_of

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.lie.product import FactorLike
+from eomgen.lie.product import Factor
 
 Array = NDArray[np.float64]
 
@@ -67,7 +67,7 @@ class Equations:
     followed : (t, q) -> q with what it counts over turns brought to where its poses are, optional
     """
 
-    factors: Sequence[FactorLike]
+    factors: Sequence[Factor]
     forward_dynamics: Callable[[float, Array, Array], Array] | None
     residual: Callable[..., Array] | None = None
     partials: Callable[..., tuple[Array, Array, Array]] | None = None

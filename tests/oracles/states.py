@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from eomgen.system.description import Factor
+from eomgen.lie.product import Factor
 from eomgen.system.system import System
 from tests.oracles.evaluation import Array, Evaluate
 

@@ -15,7 +15,7 @@ from eomgen.errors import NumericalError, Problem
 from eomgen.integrators.families.generalized_alpha import SPATIAL, STABILISED, GeneralizedAlpha
 from eomgen.integrators.families.runge_kutta import RungeKuttaMuntheKaas
 from eomgen.lie import product
-from eomgen.lie.product import FactorLike
+from eomgen.lie.product import Factor
 from tests.oracles.equations import Array, Constraints, Equations, InternalStates, Trajectory
 
 __all__ = [
@@ -311,7 +311,7 @@ def _runge_kutta(
     return _trajectory(rows, 0)
 
 
-def _algebra_velocity(factors: Sequence[FactorLike], theta: Array, v: Array, commutators: int) -> Array:
+def _algebra_velocity(factors: Sequence[Factor], theta: Array, v: Array, commutators: int) -> Array:
     """Return T(theta)^-1 v, truncated after the given number of nested brackets."""
     bracket = product.bracket_matrix(factors, theta)
     result, term = v, v

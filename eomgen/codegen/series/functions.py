@@ -80,7 +80,7 @@ def kinds(system: System) -> list[dict[str, Any]]:
     members: dict[str, tuple[list[int], list[int]]] = {"angle": ([], []), "length": ([], [])}
     for factor in system.factors:
         if factor.group == "R":
-            of_v = of_q = list((system.angular or (True,) * system.nv)[factor.v_start : factor.v_start + factor.v_size])
+            of_v = of_q = list((system.angular or (True,) * system.nv)[factor.v])
         else:
             of_q, of_v = (
                 [k < turning for k in range(size)] for turning, size in ((4, factor.q_size), (3, factor.v_size))

@@ -39,7 +39,7 @@ from eomgen.integrators.families.family import (
     rotation_too_large,
     velocities,
 )
-from eomgen.lie.product import FactorLike
+from eomgen.lie.product import Factor
 
 if TYPE_CHECKING:
     from eomgen.integrators.newton.solver import Solver
@@ -563,7 +563,7 @@ def _factorization_cost(system: System, solver: Solver) -> float:
     return float(system.counts[solver.packing.function].flops + 2 * solver.factor_operations + 60 * turns) / iteration
 
 
-def indices_in_q(factors: Sequence[FactorLike], nv: int) -> list[int]:
+def indices_in_q(factors: Sequence[Factor], nv: int) -> list[int]:
     """Return for each velocity component the index in q of the number that it changes, -1 for quaternions."""
     indices = [-1] * nv
     for factor in factors:

@@ -29,7 +29,7 @@ from typing import Any
 import numpy as np
 
 from eomgen.arrays import Array
-from eomgen.lie.product import FactorLike
+from eomgen.lie.product import Factor
 
 MatrixIndex = tuple[int, int]
 
@@ -169,7 +169,7 @@ class Terms:
         return sum(len(row) for row in self.moved) + sum(len(terms) for terms in self.linear.values()) + 2 * products
 
 
-def iteration_terms(unknowns: Unknowns, factors: Sequence[FactorLike], packing: Packing) -> Terms:
+def iteration_terms(unknowns: Unknowns, factors: Sequence[Factor], packing: Packing) -> Terms:
     """Return the terms of the matrix above."""
     terms = Terms()
     columns = _tangent_rows(factors, terms, packing)
@@ -226,7 +226,7 @@ def iteration_terms(unknowns: Unknowns, factors: Sequence[FactorLike], packing: 
     return terms
 
 
-def _tangent_rows(factors: Sequence[FactorLike], terms: Terms, packing: Packing) -> dict[int, list[tuple[int, int]]]:
+def _tangent_rows(factors: Sequence[Factor], terms: Terms, packing: Packing) -> dict[int, list[tuple[int, int]]]:
     """Return for each velocity component the nonzeros of its row of T: (column, number); nothing where T is 1."""
     needed = {column for name in ("K", "B", "Z", "Fq") for _, column in packing.nonzeros[name]}
     rows: dict[int, list[tuple[int, int]]] = {}
@@ -280,7 +280,7 @@ def evaluate_terms(
     return entries
 
 
-def tangent_numbers(factors: Sequence[FactorLike], terms: Terms, T: Array) -> Array:
+def tangent_numbers(factors: Sequence[Factor], terms: Terms, T: Array) -> Array:
     """Return the numbers of T's blocks, (n, tangent size), from whole matrices (n, nv, nv)."""
     result = np.zeros((len(T), terms.tangent_size))
     for number, start in terms.tangents:

@@ -24,7 +24,7 @@ from eomgen.integrators.newton.matrix import (
 from eomgen.integrators.newton.samples import Samples
 from eomgen.integrators.newton.stages import stages, stages_of_tree
 from eomgen.lie import product
-from eomgen.lie.product import FactorLike
+from eomgen.lie.product import Factor
 
 #: Multiply-subtracts up to which an elimination is written out, statement by statement.
 UNROLLED = 4000
@@ -71,7 +71,7 @@ class Solver:
 
 def make_solver(
     unknowns: Unknowns,
-    factors: Sequence[FactorLike],
+    factors: Sequence[Factor],
     samples: Samples,
     weights: Sequence[float],
     step: float,
@@ -147,7 +147,7 @@ def _inertia_numbers(unknowns: Unknowns, packing: Packing) -> list[int]:
     return [] if unknowns.inner else [packing.nonzeros["M"].get((k, k), -1) for k in range(unknowns.v)]
 
 
-def solver_data(solver: Solver, factors: Sequence[FactorLike]) -> dict[str, Any]:
+def solver_data(solver: Solver, factors: Sequence[Factor]) -> dict[str, Any]:
     """Return JSON types: sizes, terms in the order in which entries are stored, and the elimination."""
     packing, terms = solver.packing, solver.terms
     indices = _ordered(terms.entries, solver.elimination) if solver.fronts is None else list(solver.fronts.read_order)

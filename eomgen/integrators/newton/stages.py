@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 
 from eomgen.integrators.newton.matrix import MatrixIndex, Packing, Unknowns
-from eomgen.lie.product import FactorLike
+from eomgen.lie.product import Factor
 
 Stage = tuple[list[int], list[int]]
 
@@ -20,7 +20,7 @@ _TWO, _ONE = 2, 1
 
 
 def stages_of_tree(
-    unknowns: Unknowns, factors: Sequence[FactorLike], owners: Sequence[int], packing: Packing
+    unknowns: Unknowns, factors: Sequence[Factor], owners: Sequence[int], packing: Packing
 ) -> list[Stage]:
     """Return the stages of a long tree: link after link, tips first, each with what the recursion keeps of it.
 
@@ -41,7 +41,7 @@ def stages_of_tree(
     return [(own, own) for own in (early,) if own] + result + [(own, own) for own in (late,) if own]
 
 
-def stages(unknowns: Unknowns, factors: Sequence[FactorLike], packing: Packing) -> list[Stage]:
+def stages(unknowns: Unknowns, factors: Sequence[Factor], packing: Packing) -> list[Stage]:
     """Return rows and columns of the iteration matrix, stage by stage."""
     body_of = _bodies(unknowns.v, [*_of_one_body(factors), *packing.nonzeros["M"]])
     bodies: dict[int, list[int]] = {}
@@ -124,7 +124,7 @@ def _add_constraint(unknowns: Unknowns, constraint: int, rows: list[int], column
         columns.append(unknowns.v + unknowns.lam + constraint)
 
 
-def _of_one_body(factors: Sequence[FactorLike]) -> Iterator[MatrixIndex]:
+def _of_one_body(factors: Sequence[Factor]) -> Iterator[MatrixIndex]:
     """Yield pairs of components of the same factor, and of a rotation and the position stored behind it."""
     rotations = {(factor.q_start + 4, factor.v_start + 3) for factor in factors if factor.group == "SO3"}
     for factor in factors:

@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from eomgen.errors import ModelError, Problem
 from eomgen.formula.nodes import Formula
 from eomgen.formula.recording import record
+from eomgen.lie.product import Factor
 from eomgen.mechanics.tree.coordinates import own_coordinates
 from eomgen.mechanics.tree.inertia import Inertia, inertia_about_center
 from eomgen.mechanics.tree.joints import IDENTITY, Motion, columns_of, name_rotation, pose_of
@@ -33,7 +34,7 @@ from eomgen.scene.joint_types import MotionKind
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.scalar import Algebra, Scalar, Vector, apply, minus, multiply, negative, plus, scaled
-from eomgen.system.description import BASE, Factor
+from eomgen.system.description import BASE
 
 DEFAULT_GROUP = "SE3"
 FreeLink = tuple[Link, Factor]

@@ -10,11 +10,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from eomgen.formula.nodes import Formula
+from eomgen.lie.product import Factor
 from eomgen.mechanics.tree.joints import Motion
 from eomgen.scene.joint_types import GROUPS
 from eomgen.scene.joints.model import Joint, Mimic
 from eomgen.symbolic.scalar import Algebra, Scalar
-from eomgen.system.description import Factor
 
 
 @dataclass(frozen=True)

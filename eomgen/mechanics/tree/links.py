@@ -11,6 +11,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+from eomgen.lie.product import Factor
 from eomgen.mechanics.tree.beam_body import ElasticBody
 from eomgen.mechanics.tree.beam_stations import StationMotion
 from eomgen.mechanics.tree.coordinates import Coordinates
@@ -21,7 +22,6 @@ from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.rotation import Rotation
 from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, plus
-from eomgen.system.description import Factor
 
 ROOT = -1
 CARRIER = -2

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, STATE
-from eomgen.scene.reading.keys import ANY_UNIT, Table, key, of_parameters, optional
+from eomgen.scene.reading.keys import ANY_UNIT, Table, key, of_fixed_parameters, of_parameters, optional
 from eomgen.scene.reading.kinds import Description, Finite, NumberPair, Numbers, Unit, Value
 
 Names = Annotated[tuple[Annotated[str, Field(max_length=200)], ...], Field(strict=False)]
@@ -82,9 +82,7 @@ class Controller(Table):
         "time in which the integral of a limited `pi` or `pid` comes back", unit="s", shown_default="kp/ki"
     )
     initial: Value = key("x at the start", 0.0, names=FIXED_PARAMETERS)
-    initial_filtered: Value | None = optional(
-        "f at the start, `pid` and `lead_lag`", names=FIXED_PARAMETERS, shown_default="`0`"
-    )
+    initial_filtered: Value | None = of_fixed_parameters("f at the start, `pid` and `lead_lag`", shown_default="`0`")
     outputs: Names | None = optional(
         "`state_feedback` and `sampled`: what it gives, `NAME_front` for `front`",
         kind="list of names",
@@ -138,20 +136,14 @@ class Controller(Table):
     width: Value | None = of_parameters(
         "of a clipped `skyhook`: rate over which corners are rounded", unit="m/s", shown_default="sharp corners"
     )
-    sample: Value | None = optional(
-        "`sampled`: time between two samples", unit="s", names=FIXED_PARAMETERS, shown_default="required"
+    sample: Value | None = of_fixed_parameters(
+        "`sampled`: time between two samples", unit="s", shown_default="required"
     )
-    delay: Value | None = optional(
-        "`sampled`: from the sample to when what it gives takes effect",
-        unit="s",
-        names=FIXED_PARAMETERS,
-        shown_default="`0`",
+    delay: Value | None = of_fixed_parameters(
+        "`sampled`: from the sample to when what it gives takes effect", unit="s", shown_default="`0`"
     )
-    quantum: Value | None = optional(
-        "`sampled`: what it gives is rounded to whole multiples of it",
-        unit=ANY_UNIT,
-        names=FIXED_PARAMETERS,
-        shown_default="not rounded",
+    quantum: Value | None = of_fixed_parameters(
+        "`sampled`: what it gives is rounded to whole multiples of it", unit=ANY_UNIT, shown_default="not rounded"
     )
     source: Annotated[str, Field(min_length=1, max_length=1000)] | None = optional(
         "`sampled`: C file with its function, path from the folder of the scene file",

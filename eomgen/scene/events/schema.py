@@ -7,8 +7,8 @@ from typing import Literal
 
 from pydantic import model_validator
 
-from eomgen.scene.formula.scope import EVERYTHING, FIXED_PARAMETERS
-from eomgen.scene.reading.keys import ANY_UNIT, Table, key, optional
+from eomgen.scene.formula.scope import EVERYTHING
+from eomgen.scene.reading.keys import ANY_UNIT, Table, key, of_fixed_parameters, optional
 from eomgen.scene.reading.kinds import Description, Finite, Value
 
 
@@ -30,11 +30,8 @@ class Event(Table):
     )
     mode: str | None = optional("of `switch`", refers="modes")
     to: Value | None = optional("of `switch`: the new value of the mode", names=EVERYTHING)
-    least_interval: Value | None = optional(
-        "an event that comes again sooner ends the run",
-        unit="s",
-        names=FIXED_PARAMETERS,
-        shown_default="1e-9 of the step",
+    least_interval: Value | None = of_fixed_parameters(
+        "an event that comes again sooner ends the run", unit="s", shown_default="1e-9 of the step"
     )
     description: Description = key("for tables", "")
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from pydantic import model_validator
 
-from eomgen.scene.formula.scope import FIXED_PARAMETERS
-from eomgen.scene.reading.keys import Table, of_parameters, optional
+from eomgen.scene.reading.keys import Table, of_fixed_parameters, of_parameters, optional
 from eomgen.scene.reading.kinds import Triple
 from eomgen.scene.reading.rotation_schema import Rotations
 
@@ -17,8 +16,8 @@ class Frame(Table):
     point: str | None = optional("the same, by a point's name", refers="points")
     position: Triple | None = of_parameters("in the body", unit="m", shown_default="`[0, 0, 0]`")
     rotation: Rotations | None = optional("the frame's axes, in place of `axis`")
-    axis: Triple | None = optional("the frame's z axis, in the body's axes", names=FIXED_PARAMETERS)
-    x_axis: Triple | None = optional("the frame's x axis is the part of it across `axis`", names=FIXED_PARAMETERS)
+    axis: Triple | None = of_fixed_parameters("the frame's z axis, in the body's axes")
+    x_axis: Triple | None = of_fixed_parameters("the frame's x axis is the part of it across `axis`")
 
     @model_validator(mode="before")
     @classmethod

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS, TIME
+from eomgen.scene.formula.scope import PARAMETERS, TIME
 from eomgen.scene.joint_types import (
     CONSTRAINTS,
     DRIVE_UNITS,
@@ -15,7 +15,7 @@ from eomgen.scene.joint_types import (
     by_coordinate,
 )
 from eomgen.scene.joints.frame_schema import Frame
-from eomgen.scene.reading.keys import Table, key, of_parameters, optional
+from eomgen.scene.reading.keys import Table, key, of_fixed_parameters, of_parameters, optional
 from eomgen.scene.reading.kinds import Bounds, Matrix, Triple, Value, Values
 from eomgen.scene.reading.rotation_schema import Rotations
 
@@ -60,23 +60,18 @@ _POSITION = by_coordinate("rad", "m") | {name: "m" for name, row in JOINTS.items
 class Initial(Table):
     """The state of a joint at the start."""
 
-    position: Values | None = optional(
+    position: Values | None = of_fixed_parameters(
         "the coordinates, angles first; spherical: quaternion, 4 values; free: position of the child's frame, 3 values",
         unit=_POSITION,
-        names=FIXED_PARAMETERS,
         shown_default="zeros",
     )
-    orientation: Values | None = optional(
-        "free: quaternion, 4 values",
-        names=FIXED_PARAMETERS,
-        kind="4 values of fixed parameters",
-        shown_default="not turned",
+    orientation: Values | None = of_fixed_parameters(
+        "free: quaternion, 4 values", kind="4 values of fixed parameters", shown_default="not turned"
     )
     rotation: Rotations | None = optional("spherical, free: in place of a quaternion")
-    velocity: Values | None = optional(
+    velocity: Values | None = of_fixed_parameters(
         "1 to 3, or 6 values; angular first, body axes where the joint is spherical or free",
         unit=by_component("rad/s", "m/s"),
-        names=FIXED_PARAMETERS,
         shown_default="zeros",
     )
 
@@ -100,19 +95,16 @@ class Joint(Table):
         "axes of the child in the parent, angles of fixed parameters", shown_default="`[]`"
     )
     orientation: Matrix | None = optional("the same as a matrix, child axes to parent axes; either this or `rotation`")
-    axis: Triple | None = optional(
+    axis: Triple | None = of_fixed_parameters(
         "in the child's axes; any length; the normal of a planar joint, the first axis of a universal one",
-        names=FIXED_PARAMETERS,
         shown_default="required, but for fixed, spherical and free",
     )
-    second_axis: Triple | None = optional(
+    second_axis: Triple | None = of_fixed_parameters(
         "of a universal joint: the second axis, across the first, in the child's axes",
-        names=FIXED_PARAMETERS,
         shown_default="required for universal",
     )
-    x_axis: Triple | None = optional(
+    x_axis: Triple | None = of_fixed_parameters(
         "of a planar joint: x is along the part of it in the plane, y to the left of x",
-        names=FIXED_PARAMETERS,
         shown_default="coordinate axis farthest from `axis`",
     )
     pitch: Value | None = of_parameters(
@@ -142,11 +134,10 @@ class Joint(Table):
         names=TIME,
         kind="value or list of values of time, rad or m",
     )
-    smooth: Value | None = optional(
+    smooth: Value | None = of_fixed_parameters(
         "time within which a drive goes on from what it was at a jump or a kink, see [motion laws that jump]"
         "(#motion-laws-that-jump)",
         unit="s",
-        names=FIXED_PARAMETERS,
         shown_default="what jumps is refused",
     )
     mimic: Mimic | None = optional("what the coordinate follows, in place of being free", kind="table, below")
@@ -185,10 +176,9 @@ class Constraint(Table):
         names=TIME,
         shown_default="required for `distance`",
     )
-    smooth: Value | None = optional(
+    smooth: Value | None = of_fixed_parameters(
         "of a drive, or of a length over time, as of [joints](#motion-laws-that-jump)",
         unit="s",
-        names=FIXED_PARAMETERS,
         shown_default="what jumps is refused",
     )
     radius: Value | None = of_parameters("of the disc or sphere", unit="m", shown_default="required for `rolling`")

@@ -15,7 +15,7 @@ from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_ori
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic.fields import FieldInfo
 
-from eomgen.scene.formula.scope import PARAMETERS, Scope
+from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS, Scope
 
 #: A unit in SI, or units of components; where it depends on a type (of joint, of constraint), by that type.
 Units = str | tuple[str, ...]
@@ -91,6 +91,12 @@ def optional(description: str, **meaning: Any) -> Any:
 def of_parameters(description: str, *, unit: Units | Mapping[str, Units] = "", shown_default: str = "") -> Any:
     """Return an optional key whose values are formulas of parameters."""
     return optional(description, unit=unit, names=PARAMETERS, shown_default=shown_default)
+
+
+def of_fixed_parameters(description: str, **meaning: Any) -> Any:
+    """Return an optional key whose values are formulas of parameters that are not tunable; ``meaning`` as for
+    ``key``."""
+    return optional(description, names=FIXED_PARAMETERS, **meaning)
 
 
 def meaning_of(field: FieldInfo) -> Meaning:

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from eomgen.scene.formula.scope import EVERYTHING, FIXED_PARAMETERS, LOAD, STATE, TIME
-from eomgen.scene.reading.keys import ANY_UNIT, Table, key, optional
+from eomgen.scene.reading.keys import ANY_UNIT, Table, key, of_fixed_parameters, optional
 from eomgen.scene.reading.kinds import Description, Finite, Pair, Unit, Value, Values
 
 RoadClass = Literal["A", "B", "C", "D", "E", "F", "G", "H"]
@@ -72,8 +72,8 @@ class Shape(Table):
     """What takes points, listed or from a table."""
 
     table: TableFile | None = optional("points from a CSV file")
-    points: Annotated[tuple[Pair, ...], Field(strict=False)] | None = optional(
-        "points in order", unit=ANY_UNIT, names=FIXED_PARAMETERS, kind="list of [argument, value], any unit"
+    points: Annotated[tuple[Pair, ...], Field(strict=False)] | None = of_fixed_parameters(
+        "points in order", unit=ANY_UNIT, kind="list of [argument, value], any unit"
     )
     interpolation: Literal["quintic", "linear", "steps"] | None = optional(
         "between points", shown_default="`quintic`", kind="`quintic`, `linear` or `steps`"
@@ -131,21 +131,15 @@ class State(Table):
     """An internal state z, which its rate moves, or which takes new values at times of its own."""
 
     rate: Value | None = optional("its time derivative; required unless it is sampled", names=STATE)
-    sample: Value | None = optional("of a sampled state: time between two samples", unit="s", names=FIXED_PARAMETERS)
+    sample: Value | None = of_fixed_parameters("of a sampled state: time between two samples", unit="s")
     formula: Value | None = optional(
         "of a sampled state: what it is from a sample to the next", unit=ANY_UNIT, names=LOAD
     )
-    delay: Value | None = optional(
-        "of a sampled state: from the sample to when it takes effect",
-        unit="s",
-        names=FIXED_PARAMETERS,
-        shown_default="0",
+    delay: Value | None = of_fixed_parameters(
+        "of a sampled state: from the sample to when it takes effect", unit="s", shown_default="0"
     )
-    quantum: Value | None = optional(
-        "of a sampled state: values are rounded to whole multiples of it",
-        unit=ANY_UNIT,
-        names=FIXED_PARAMETERS,
-        shown_default="not rounded",
+    quantum: Value | None = of_fixed_parameters(
+        "of a sampled state: values are rounded to whole multiples of it", unit=ANY_UNIT, shown_default="not rounded"
     )
     initial: Value = key("at the start", 0.0, unit=ANY_UNIT, names=FIXED_PARAMETERS)
     unit: Unit = key("label", "")

@@ -15,10 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.compiled.coordinates import configuration_rate
-from eomgen.lie.product import update
+from eomgen.lie.product import Factor, update
 from eomgen.model import Model
 from eomgen.symbolic.evaluate import evaluate as evaluate_tape
-from eomgen.system.description import Factor
 from eomgen.system.system import System
 
 Array = NDArray[Any]

@@ -102,7 +102,7 @@ def _scales(model: Model, motion: list[dict[str, Array]], length: float) -> dict
         own = beams.get(factor.name, length)
         units[[factor.v_start + k for k in linear]] = own
         if factor.name in beams:
-            units[factor.v_start : factor.v_start + factor.v_size] *= DEFLECTION
+            units[factor.v] *= DEFLECTION
     reached = np.max([np.abs(state["z"]) for state in motion], axis=0, initial=0.0)
     return {"v": units, "z": np.where(reached > 0.0, reached, 1.0)}
 

@@ -72,7 +72,7 @@ def _rounded(engine: Engine, state: Blocks, rng: np.random.Generator) -> dict[st
     reach = np.ones(state["v"].shape)
     for factor in engine.factors:
         if factor.group == "R":
-            here = np.abs(state["q"][..., factor.q_start : factor.q_start + factor.q_size])
-            reach[..., factor.v_start : factor.v_start + factor.v_size] = np.maximum(here, 1.0)
+            here = np.abs(state["q"][..., factor.q])
+            reach[..., factor.v] = np.maximum(here, 1.0)
     turned = moved(engine, state, {"q": reach * rng.uniform(-1.0, 1.0, reach.shape)}, _ROUNDING)
     return {**turned, **relative}

@@ -10,12 +10,12 @@ from typing import Any
 
 from eomgen.errors import FileError, Problem
 from eomgen.files import make_folder, read_arrays, write_arrays, write_text
+from eomgen.lie.product import Factor
 from eomgen.studies.work_precision.formulations import Formulations
 from eomgen.studies.work_precision.measured import Point
 from eomgen.studies.work_precision.observation import ErrorSize, with_arrays
 from eomgen.studies.work_precision.reference import Reference
 from eomgen.studies.work_precision.running import Grid
-from eomgen.system.description import Factor
 from eomgen.text import finite
 from eomgen.version import __version__
 

@@ -8,9 +8,9 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from eomgen.arrays import Array
+from eomgen.lie.product import Factor
 from eomgen.model import Model
 from eomgen.results.solution import Solution
-from eomgen.system.description import Factor
 
 #: Quantities that every run has besides the outputs of its scene.
 STATE, Q, V, MULTIPLIERS = "state", "q", "v", "multipliers"

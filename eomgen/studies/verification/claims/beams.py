@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from eomgen.formula.nodes import Number
+from eomgen.lie.product import Factor
 from eomgen.pipeline import pipeline
 from eomgen.scene.bodies.beam import Beam
 from eomgen.scene.scene import Scene
 from eomgen.studies.verification.claims.claim import Claim, Space
 from eomgen.studies.verification.engines import COMPLEX_STEP, Array, Blocks, Engine, moved, on_tape, spread
-from eomgen.system.description import Factor
 from eomgen.system.system import System
 
 FAMILY = "beams"

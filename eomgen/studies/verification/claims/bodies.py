@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from eomgen.compiled.coordinates import configuration_rate
+from eomgen.lie.product import Factor
 from eomgen.studies.verification.claims.claim import Claim, Space, along_motion, column
 from eomgen.studies.verification.engines import Array, Blocks, Engine
-from eomgen.system.description import Factor
 
 FAMILY = "bodies"
 _TWIST = ("omega x", "omega y", "omega z", "velocity x", "velocity y", "velocity z")

@@ -11,10 +11,10 @@ import numpy as np
 from eomgen.compiled.coordinates import configuration_rate, rotated
 from eomgen.formula.evaluate import evaluate_batch
 from eomgen.formula.nodes import Formula, Symbol
+from eomgen.lie.product import Factor
 from eomgen.scene.scene import Scene
 from eomgen.studies.verification.claims.claim import Claim, Space, along_motion, column, fixed
 from eomgen.studies.verification.engines import Array, Blocks, Engine
-from eomgen.system.description import Factor
 from eomgen.system.system import System
 from eomgen.system.terms import REFERENCES
 

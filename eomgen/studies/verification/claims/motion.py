@@ -9,10 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from eomgen.compiled.coordinates import configuration_rate
-from eomgen.lie.product import bracket_matrix
+from eomgen.lie.product import Factor, bracket_matrix
 from eomgen.studies.verification.claims.claim import Claim, Space, Value, column
 from eomgen.studies.verification.engines import Array, Blocks, Engine, spread
-from eomgen.system.description import Factor
 
 FAMILY = "separated terms and energies"
 _POSE = (Factor("SE3", "pose", 0, 7, 0, 6),)
