@@ -137,9 +137,7 @@ def equilibrium(
             Problem("equilibrium", what, f"eomgen.build(scene, terms=[..., {', '.join(map(repr, missing))}])")
         )
     time = number_of("t", t)
-    p = model.parameter_array(parameters)
-    if p.ndim != 1:
-        raise UsageError(Problem("parameters", f"one set of parameters is needed, not a batch of shape {p.shape}"))
+    p = model.evaluator.one_set(parameters)
     start = initial_state(model, initial, p)
     measures = Measures(model, p, time, held_base(model, p, time))
     statics = _statics(model, measures, start.q, u)

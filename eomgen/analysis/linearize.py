@@ -78,9 +78,7 @@ def linearize(
     independent: Sequence[str] = (),
 ) -> Linearization:
     """Return the linear model about a state; see ``Model.linearize``. ``given``: q, v, a, z and multipliers."""
-    p = model.parameter_array(parameters)
-    if p.ndim != 1:
-        raise UsageError(Problem("parameters", f"one set of parameters is needed, not a batch of shape {p.shape}"))
+    p = model.evaluator.one_set(parameters)
     able = model.having(PURPOSES["linearization"])
     operating_point = OperatingPoint(number_of("t", t), p, u, None if base is None else able.evaluator.base(base))
     specified = sorted(name for name, value in given.items() if value is not None)

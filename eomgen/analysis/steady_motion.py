@@ -29,7 +29,7 @@ from eomgen.arrays import Array
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.terms import Inputs, Parameters
-from eomgen.errors import ModelError, NumericalError, Problem, UsageError
+from eomgen.errors import ModelError, NumericalError, Problem
 from eomgen.lie.product import update
 from eomgen.system.terms import PURPOSES
 from eomgen.text import distinct
@@ -144,9 +144,7 @@ def motion_along(
 ) -> SteadyMotion:
     """Return a steady motion as ``steady_motion`` does, with symmetries that are known from others at these parameters,
     time and inputs."""
-    p = model.parameter_array(parameters)
-    if p.ndim != 1:
-        raise UsageError(Problem("parameters", f"one set of parameters is needed, not a batch of shape {p.shape}"))
+    p = model.evaluator.one_set(parameters)
     able = model.having(PURPOSES["linearization"])
     check_continuous(able, "steady_motion")
     start = initial_state(able, initial, p)

@@ -78,6 +78,14 @@ class Terms:
         self._requirements.check(array)
         return array
 
+    def one_set(self, parameters: Parameters, instead_of_batches: str = "") -> Array:
+        """Return tunable parameters as (np,). Raises UsageError as ``parameters``, and for a batch."""
+        p = self.parameters(parameters)
+        if p.ndim != 1:
+            what = f"one set of parameters is needed, not a batch of shape {p.shape}"
+            raise UsageError(Problem("parameters", what, instead_of_batches))
+        return p
+
     def place_of(self, frame: FixedFrame, parameters: Parameters) -> Array:
         """Return the position of a frame's origin in the body that carries it, (..., 3), m."""
         rows = self.parameters(parameters)

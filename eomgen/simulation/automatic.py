@@ -15,7 +15,7 @@ from eomgen.arrays import Array
 from eomgen.compiled.initial_state import InitialState, initial_state
 from eomgen.errors import EomgenError
 from eomgen.integrators.families.register import BUILT_IN
-from eomgen.integrators.methods import STANDARD, check_needs, method_named
+from eomgen.integrators.methods import AUTO, STANDARD, check_needs, method_named
 from eomgen.system.system import Facts
 
 if TYPE_CHECKING:
@@ -26,6 +26,16 @@ if TYPE_CHECKING:
 RESOLVED = 0.5
 #: Singular values of B below this part of the largest belong to rows that repeat others.
 _RANK = 1e-10
+
+
+def method_of(
+    model: CompiledModel, method: str | None, initial: Mapping[str, Any] | None, p: Array, t: float, step: float
+) -> tuple[str | None, str]:
+    """Return a method that is given, None for that of the scene, or in place of ``auto`` the one that is chosen, and a
+    sentence that says why; arguments as of ``automatic``."""
+    if (model.description.simulation.method if method is None else method) != AUTO:
+        return method, ""
+    return automatic(model, initial, p, t, step)
 
 
 def automatic(

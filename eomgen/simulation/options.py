@@ -11,6 +11,17 @@ from eomgen.progress import Progress
 from eomgen.simulation.controllers import Controller
 from eomgen.simulation.inputs import Signal
 
+#: What others call options of runs, and their names here.
+KNOWN_ELSEWHERE: Mapping[str, str] = {
+    "u": "inputs",
+    "t0": "t_start",
+    "p": "parameters",
+    **dict.fromkeys(("dt", "h"), "step"),
+    **dict.fromkeys(("solver", "integrator"), "method"),
+    **dict.fromkeys(("rtol", "atol", "max_iterations"), "settings"),
+    **dict.fromkeys(("q", "v", "z", "q0", "v0", "x0", "y0"), "initial"),
+}
+
 
 class MethodOptions(TypedDict, total=False):
     """Parameters of methods, settings of steppers, and where a motion starts."""

@@ -19,15 +19,15 @@ from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.families.family import BAD_ARGUMENT
-from eomgen.integrators.methods import AUTO
 from eomgen.progress import Progress, shown
 from eomgen.results.solution import Solution
-from eomgen.simulation.automatic import automatic
+from eomgen.simulation.automatic import method_of
 from eomgen.simulation.checkpoint import CheckpointWriter
 from eomgen.simulation.controllers import Controller, read_controllers
 from eomgen.simulation.error_estimate import ErrorEstimation
 from eomgen.simulation.inputs import InputSignals, Signal, check_held, read_signals
 from eomgen.simulation.motions import refuse_as_inputs
+from eomgen.simulation.options import KNOWN_ELSEWHERE
 from eomgen.simulation.outcome import Beginning, Outcome
 from eomgen.simulation.run import (
     Run,
@@ -45,22 +45,8 @@ _LOG = logging.getLogger(__name__)
 
 
 @checked_call(
-    u="inputs",
-    dt="step",
-    h="step",
-    tend="t_end",
-    tf="t_end",
-    duration="t_end",
-    time="t_end",
-    tspan="t_end",
-    t0="t_start",
-    solver="method",
-    integrator="method",
-    p="parameters",
-    rtol="settings",
-    atol="settings",
-    max_iterations="settings",
-    **dict.fromkeys(("q", "v", "z", "q0", "v0", "x0", "y0"), "initial"),
+    **KNOWN_ELSEWHERE,
+    **dict.fromkeys(("tend", "tf", "duration", "time", "tspan"), "t_end"),
 )
 def simulate(
     model: CompiledModel,
@@ -93,13 +79,8 @@ def simulate(
     end = number_of("t_end", t_start + defaults["duration"] if t_end is None else t_end)
     t_first = number_of("t_start", t_start)
     every = count_of("record_every", defaults["record_every"] if record_every is None else record_every)
-    p = model.parameter_array(parameters)
-    if p.ndim != 1:
-        what = f"one set of parameters is needed, not a batch of shape {p.shape}"
-        raise UsageError(Problem("parameters", what, "one run for each"))
-    choice = ""
-    if (model.description.simulation.method if method is None else method) == AUTO:
-        method, choice = automatic(model, initial, p, t_first, step)
+    p = model.evaluator.one_set(parameters, "one run for each")
+    method, choice = method_of(model, method, initial, p, t_first, step)
     given = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma, "order": order, "tolerance": tolerance}
     chosen = chosen_stepper(model, method, given, settings)
     library = chosen.library

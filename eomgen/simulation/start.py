@@ -12,11 +12,11 @@ from eomgen.compiled.arguments import number_of
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
-from eomgen.integrators.methods import AUTO
-from eomgen.simulation.automatic import automatic
+from eomgen.simulation.automatic import method_of
 from eomgen.simulation.controllers import Controller, read_controllers
 from eomgen.simulation.inputs import InputSignals, Signal, check_held, read_signals
 from eomgen.simulation.motions import Motions, Target, refuse_as_inputs
+from eomgen.simulation.options import KNOWN_ELSEWHERE
 from eomgen.simulation.run import Run, scene_inputs, start_of, starts_at_equilibrium
 from eomgen.simulation.settings import chosen_stepper, positive
 from eomgen.simulation.simulator import Simulator
@@ -24,17 +24,8 @@ from eomgen.simulation.time_grid import FINEST, TimeGrid
 
 
 @checked_call(
-    u="inputs",
-    dt="step",
-    h="step",
-    t0="t_start",
-    solver="method",
-    integrator="method",
-    p="parameters",
-    rtol="settings",
-    atol="settings",
-    max_iterations="settings",
-    **dict.fromkeys(("q", "v", "z", "q0", "v0", "x0", "y0", "state"), "initial"),
+    **KNOWN_ELSEWHERE,
+    state="initial",
 )
 def start(
     model: CompiledModel,
@@ -60,15 +51,10 @@ def start(
     defaults = model.library.layout["defaults"]
     size = positive("step", defaults["step"] if step is None else step)
     t = number_of("t_start", t_start)
-    p = model.parameter_array(parameters)
-    if p.ndim != 1:
-        what = f"one set of parameters is needed, not a batch of shape {p.shape}"
-        raise UsageError(Problem("parameters", what, "one simulator for each"))
+    p = model.evaluator.one_set(parameters, "one simulator for each")
     moves = Motions(model)
     p = moves.started(p, t, moves.check(motions))
-    note = ""
-    if (model.description.simulation.method if method is None else method) == AUTO:
-        method, note = automatic(model, initial, p, t, size)
+    method, note = method_of(model, method, initial, p, t, size)
     given = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma, "order": order, "tolerance": tolerance}
     chosen = chosen_stepper(model, method, given, settings)
     library = chosen.library
@@ -84,14 +70,7 @@ def start(
             raise UsageError(Problem(f"input {key}", what, "a number or a function of t here, and values in step(u)"))
     if chosen.method.inputs == "series":
         check_held(chosen.name, from_caller)
-    signals = InputSignals(
-        model.inputs,
-        from_caller,
-        scene_inputs(model, p),
-        size,
-        t,
-        chosen.left_to_stepper,
-    )
+    signals = InputSignals(model.inputs, from_caller, scene_inputs(model, p), size, t, chosen.left_to_stepper)
     functions = read_controllers(controllers, library.layout)
     grid = TimeGrid(t, t, size, 0, 0.0)
     run = Run(model, chosen.name, chosen.method, chosen.settings_at(size), p, signals, grid, 1, controllers=functions)
