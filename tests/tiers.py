@@ -523,6 +523,12 @@ SLOW: dict[str, tuple[str, ...]] = {
     ),
     "simulation/test_singular_positions.py::test_rk4_partitioned_passes_and_says_how_often": ("0.001",),
     "simulation/test_skyhook.py::test_a_clipped_damper_only_takes_energy_out": ("0.01",),
+    "simulation/test_smoothed_crank.py::test_explicit_steps_give_the_torque_of_inverse_dynamics_also_from_rest": (
+        "0.0-rk45_partitioned",
+    ),
+    "simulation/test_smoothed_crank.py::test_implicit_steps_keep_order_2_in_a_transition_and_do_not_ring_behind_it": (
+        "0.1003-stabilised",
+    ),
     "simulation/test_time_grid.py::test_a_run_ends_where_it_is_told_to": ("0.0105-0.001-11-rk4",),
     "simulation/test_time_grid.py::test_a_run_with_very_many_jumps_lists_none_of_them": (),
     "simulation/test_time_grid.py::test_ctrl_c_is_heard_among_many_jumps": (),

@@ -1,8 +1,9 @@
 """Discontinuities at which a stepper splits its steps, as data for the templates.
 
 A derivative of order k that jumps within a step costs an error of order k + 1 there, once; what is at least the order
-of the method does no harm. Times have a margin: a step ends so much before one and goes on so much after it, so that
-rounding never puts an evaluation on the wrong side.
+of the method does no harm. Implicit methods find the accelerations of what constraints prescribe by differences, so
+there it costs an error of order k, which numerical damping takes away over many steps. Times have a margin: a step
+ends so much before one and goes on so much after it, so that rounding never puts an evaluation on the wrong side.
 """
 
 from __future__ import annotations
@@ -24,14 +25,22 @@ class DiscontinuityLike(Protocol):
     def order(self) -> int: ...
     @property
     def blur(self) -> float: ...
+    @property
+    def constraint(self) -> bool: ...
 
 
-def jump_data(discontinuities: tuple[DiscontinuityLike, ...], order: int) -> dict[str, Any]:
+def jump_data(
+    discontinuities: tuple[DiscontinuityLike, ...], order: int, *, by_differences: bool = False
+) -> dict[str, Any]:
     """Return the times that matter to a method of an order: ``once``; ``first`` and ``period`` of waves.
 
     Empty where there are none.
+
+    Parameters
+    ----------
+    by_differences : whether the method finds accelerations that constraints prescribe by differences of velocities
     """
-    those = [item for item in discontinuities if item.order + 1 < order]
+    those = [item for item in discontinuities if item.order + 1 < order + (by_differences and item.constraint)]
     if not those:
         return {}
     return {

@@ -69,7 +69,7 @@ def method_data(method: Family, system: System, step: float = 1e-3, samples: Any
     own = method.data(system, step, samples)
     state = _state(method, system, sizes)
     bound = ["step", *(item.name for item in state if item.name in method.parameters)]
-    jumps = jump_data(system.discontinuities, method.discontinuity_order)
+    jumps = jump_data(system.discontinuities, method.discontinuity_order, by_differences=method.implicit)
     sampled = method.inputs == "sampled"
     settings = (Setting("step", float(step), "s, of the time grid"),)
     rows = {"t": 1, "q": sizes.q, "v": sizes.v, "vdot": sizes.v, "lam": sizes.lam, "z": sizes.z}

@@ -88,13 +88,17 @@ def formulas_of_forces(scene: Scene) -> Iterator[tuple[Formula, int]]:
     if scene.base is not None:
         yield from ((formula, 2) for formula in scene.base.position)
         yield from ((rotation.angle, 2) for rotation in scene.base.rotations)
-    yield from ((formula, 2) for joint in scene.joints for formula in joint.drive)
-    laws = (constraint.prescribed for constraint in scene.constraints)
-    yield from ((law, 2) for law in laws if law is not None)
+    yield from ((law, 2) for law in prescribed_laws(scene))
     yield from ((state.rate, 0) for state in scene.states)
     yield from ((controller.output, 0) for controller in scene.controllers)
     yield from ((formula, 0) for reference in scene.references for formula in reference.formulas)
     yield from chain.from_iterable(element.formulas() for element in scene.elements)
+
+
+def prescribed_laws(scene: Scene) -> Iterator[Formula]:
+    """Yield each formula of time that a constraint follows."""
+    yield from (formula for joint in scene.joints for formula in joint.drive)
+    yield from (item.prescribed for item in scene.constraints if item.prescribed is not None)
 
 
 def joint_factors(scene: Scene) -> tuple[Factor, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from eomgen.formula.discontinuities import Breakpoint, breakpoints, reaches
 from eomgen.formula.nodes import Symbol
-from eomgen.mechanics.describe import formulas_of_forces
+from eomgen.mechanics.describe import formulas_of_forces, prescribed_laws
 from eomgen.scene.scene import Scene
 from eomgen.system.system import Discontinuity, Validity
 
@@ -23,8 +23,14 @@ def discontinuities(scene: Scene) -> tuple[Discontinuity, ...]:
             other = first.get((point.time, point.period))
             if other is None or point.order < other.order:
                 first[point.time, point.period] = point
-    ordered = sorted(first.values(), key=lambda point: (point.period, point.time))
-    return tuple(Discontinuity(point.time, point.period, max(point.order, 0), point.blur) for point in ordered)
+    of_constraints = {
+        (point.time, point.period) for law in prescribed_laws(scene) for point in breakpoints(law, value_of)
+    }
+    ordered = sorted(first.items(), key=lambda item: (item[0][1], item[0][0]))
+    return tuple(
+        Discontinuity(point.time, point.period, max(point.order, 0), point.blur, place in of_constraints)
+        for place, point in ordered
+    )
 
 
 def validity(scene: Scene) -> tuple[Validity, ...]:

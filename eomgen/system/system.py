@@ -139,13 +139,14 @@ class Discontinuity:
     """A time at which forces are not smooth, and again every ``period`` after it where that is not 0.
 
     ``order``: the lowest derivative of forces that jumps, 0 for themselves. ``blur``: the time is known to this many
-    times the precision of the numbers in use.
+    times the precision of the numbers in use. ``constraint``: it is one of a law that a constraint follows.
     """
 
     time: float
     period: float
     order: int
     blur: float
+    constraint: bool = False
 
 
 @dataclass(frozen=True)
