@@ -51,7 +51,6 @@ class StepperPlan:
     counted : C types of the statistics
     entry : of the log of events; None without events
     input_times : times of the rows of inputs of a step, in steps
-    pace : s, what a step took at last; infinite before the first one
     """
 
     def __init__(self, library: Library) -> None:
@@ -62,7 +61,15 @@ class StepperPlan:
         self.input_times = np.array(method.get("input_times", [0.0, 1.0]))
         self.input_times.setflags(write=False)
         self.nz = int(library.layout["sizes"]["z"])
-        self.pace = math.inf
+        self._pace, self._paced_by = math.inf, b""
+
+    def pace(self, settings: Array) -> float:
+        """Return the seconds of a step in the last run if it had these settings (a tolerance may change them much);
+        infinite otherwise."""
+        return self._pace if settings.tobytes() == self._paced_by else math.inf
+
+    def keep_pace(self, seconds: float, settings: Array) -> None:
+        self._pace, self._paced_by = seconds, settings.tobytes()
 
 
 def plan_of(library: Library) -> StepperPlan:
@@ -278,7 +285,7 @@ def run_chunks(
     width = stepper.sizes["row"]
     pieces = [stepper.row[np.newaxis]]
     first = done = stepper.count
-    status, chunk = 0, max(1, min(_LARGEST_CHUNK, int(_CAUTION * CHUNK_SECONDS / plan.pace)))
+    status, chunk = 0, max(1, min(_LARGEST_CHUNK, int(_CAUTION * CHUNK_SECONDS / plan.pace(stepper.settings))))
     last_recorded = done
     windows = _windows(done, grid.whole)
     whole = record_every == 1  # every row of the windows is one of the run
@@ -329,8 +336,9 @@ def run_chunks(
                 progress(done, grid.steps)
             if status == 0 and done == before:
                 raise RuntimeError("the stepper made no step and gave no reason")
-            plan.pace = max(elapsed, 1e-9) / max(done - before, 1)
-            chunk = max(1, min(_LARGEST_CHUNK, 4 * max(size, chunk), int(CHUNK_SECONDS / plan.pace)))
+            pace = max(elapsed, 1e-9) / max(done - before, 1)
+            plan.keep_pace(pace, stepper.settings)
+            chunk = max(1, min(_LARGEST_CHUNK, 4 * max(size, chunk), int(CHUNK_SECONDS / pace)))
         stopped = interrupted.heard and done < grid.steps
         if writer is not None and status == 0:
             writer.look(stepper, done, final=True)
