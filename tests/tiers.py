@@ -200,7 +200,6 @@ SLOW: dict[str, tuple[str, ...]] = {
         "10000.0-1e-05",
     ),
     "extremes/test_reproductions.py::test_6_taylors_tolerance_is_relative_to_the_motion": ("1e-06",),
-    "extremes/test_texts_of_maps.py::test_how_runs_end": ("four_bar-run0-text0",),
     "extremes/test_texts_of_maps.py::test_what_nothing_in_a_wheel_turns_for_is_left_out": (),
     "failures/test_catalogue.py::test_the_answer": ("Feedback-Modal control of forces that lag",),
     "failures/test_command_line.py::test_a_full_disk_behind_stdout_is_an_error_of_output": ("words0",),
@@ -496,9 +495,6 @@ SLOW: dict[str, tuple[str, ...]] = {
     "pipeline/test_calibration.py::test_placed_modes_and_placed_poles_of_a_scene": (),
     "pipeline/test_calibration.py::test_published_gains": ("{ travel = 1e3, deflection = 1e4 }-digits0",),
     "pipeline/test_calibration.py::test_references_are_where_the_controller_rests": (),
-    "pipeline/test_calibration.py::test_what_cannot_be_calibrated": (
-        'joint = "rail"\\neffort = "hold"-joint = "rail"\\neffort = "0 * hold"-ModelError-message0',
-    ),
     "pipeline/test_calibration.py::test_what_damping_makes_of_placed_modes_is_told": (),
     "pipeline/test_controllers.py::test_a_pole_is_held_upright_where_a_force_is_needed": (),
     "pipeline/test_controllers.py::test_feedback_of_an_estimate_moves_as_the_matrix_says": (),
