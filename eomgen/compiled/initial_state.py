@@ -47,9 +47,7 @@ def initial_state(
     """
     state = _scene_start(model, parameters)
     given = {} if initial is None else initial
-    if not isinstance(given, Mapping):
-        what = f"a mapping is needed, not {type(given).__name__}"
-        raise UsageError(Problem("initial", what, 'dict(q=..., v=...) or {"joint": position}'))
+    check_initial(given)
     units = {"q": model.q_units, "v": model.v_units, "z": model.z_units}
     blocks = {name: value for name, value in given.items() if name in _BLOCKS}
     for name, value in blocks.items():
@@ -66,6 +64,13 @@ def initial_state(
     check_finite("initial z", state.z, model.z_names)
     check_quaternions("initial q", state.q, model.factors)
     return state
+
+
+def check_initial(given: object) -> None:
+    """Raise UsageError unless the caller's initial state is a mapping or None."""
+    if given is not None and not isinstance(given, Mapping):
+        what = f"a mapping is needed, not {type(given).__name__}"
+        raise UsageError(Problem("initial", what, 'dict(q=..., v=...) or {"joint": position}'))
 
 
 def _joints(model: CompiledModel, given: Mapping[str, Any], state: InitialState) -> None:

@@ -182,7 +182,7 @@ class Terms:
         for block in ("v", "a"):
             if given.get(block) is not None:
                 values[block] = self.velocity(block, given[block])
-        values["t"] = numbers("t", given.get("t", 0.0))
+        values["t"] = self._times(term, given, values, needed="t" in blocks)
         if "z" in blocks or given.get("z") is not None:
             values["z"] = self.internal(given.get("z"))
         if "lam" in blocks:
@@ -205,10 +205,22 @@ class Terms:
         if not solvable(self.functions):
             self.functions.inputs("forward_dynamics")  # says that the term is missing
         values = {"q": self.configuration(given["q"]), "v": self.velocity("v", given["v"])}
-        values |= {"p": self.parameters(given["parameters"]), "t": numbers("t", given.get("t", 0.0))}
+        blocks = blocks_of(self.functions)
+        values["p"] = self.parameters(given["parameters"])
+        values["t"] = self._times("forward_dynamics", given, values, needed="t" in blocks)
         values["z"] = self.internal(given.get("z"))
-        self._add_prescribed(values, given, blocks_of(self.functions))
+        self._add_prescribed(values, given, blocks)
         return accelerations(self.functions, values)
+
+    def _times(self, term: str, given: Mapping[str, Any], values: Mapping[str, Array], *, needed: bool) -> Array:
+        """Return t. Raises UsageError for efforts in its place, where others' functions of (q, v, tau) have them."""
+        t = numbers("t", given.get("t", 0.0))
+        one = all(values[block].ndim == 1 for block in ("q", "v") if block in values)
+        if t.ndim == 1 and one and not needed and given.get("u") is None and len(t) == self.functions.sizes["v"]:
+            what = f"{len(t)} times for one state, and {term} does not depend on time"
+            inputs = "u=..." if self.input_names else "u=... in a scene with inputs, load(..., actuated=True) of URDF"
+            raise UsageError(Problem("t", what, f"efforts by inputs: {inputs}"))
+        return t
 
     def _add_prescribed(self, values: dict[str, Array], given: Mapping[str, Any], blocks: set[str]) -> None:
         """Add the state of the base and the inputs, by the caller or by the scene, where blocks have them."""

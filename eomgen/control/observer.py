@@ -24,7 +24,7 @@ from eomgen.control.weights import Weights, weight
 from eomgen.errors import Problem, UsageError
 from eomgen.html import page
 from eomgen.linear.sampling import discretized, noise_over_a_sample
-from eomgen.linear.state_space import StateSpace
+from eomgen.linear.state_space import HasStateSpace, StateSpace, state_space_of
 from eomgen.text import shown
 
 Complex = NDArray[np.complex128]
@@ -88,7 +88,7 @@ class Observer:
 
 
 def kalman(
-    space: StateSpace,
+    space: StateSpace | HasStateSpace,
     noise: Weighted,
     measurement_noise: Mapping[str, float],
     *,
@@ -100,6 +100,7 @@ def kalman(
 
     Parameters
     ----------
+    space : the linear model, or a linearization, whose state space is meant
     noise : mapping, or (nw, nw)
         Intensities of white noise by disturbance, input or state: two-sided spectral densities, unit^2 s, half of the
         one-sided ones per Hz. Or their matrix over the disturbances. Of a model that is sampled already: variances of
@@ -124,6 +125,7 @@ def kalman(
     NumericalError
         No solution of Riccati's equation with a relative residual below 1e-10.
     """
+    space = state_space_of(space)
     known = controlled_by(space, tuple(inputs)) if space.inputs else space
     measured, V = _measured(known, measurement_noise)
     G, F, W = _noise(known, noise, measured)
@@ -157,7 +159,7 @@ def kalman(
 
 
 def place_observer(
-    space: StateSpace,
+    space: StateSpace | HasStateSpace,
     poles: Sequence[complex],
     measured: Sequence[str],
     *,
@@ -176,6 +178,7 @@ def place_observer(
     NumericalError
         Poles that are not reached to 1e-6, or a sampled model that forgets (delays), whose error has zero eigenvalues.
     """
+    space = state_space_of(space)
     known = controlled_by(space, tuple(inputs)) if space.inputs else space
     wanted = np.asarray(poles, dtype=complex)
     if sample is not None:

@@ -31,7 +31,7 @@ from eomgen.control.weights import Weights
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.html import page
 from eomgen.linear.sampling import discretized, sampled_with_cost
-from eomgen.linear.state_space import StateSpace
+from eomgen.linear.state_space import HasStateSpace, StateSpace, state_space_of
 
 Complex = NDArray[np.complex128]
 #: Refuses motions, given the dynamics and what reaches or weighs them.
@@ -112,7 +112,7 @@ class Regulator:
 
 
 def lqr(
-    space: StateSpace,
+    space: StateSpace | HasStateSpace,
     Q: Weighted,
     R: Weighted,
     N: ArrayLike | None = None,
@@ -125,6 +125,7 @@ def lqr(
 
     Parameters
     ----------
+    space : the linear model, or a linearization, whose state space is meant
     Q : mapping, or (ns, ns)
         Weights of the squares of outputs and states by name, accelerations among them; or a matrix, or its diagonal.
     R : mapping, or (nu, nu)
@@ -146,6 +147,7 @@ def lqr(
     NumericalError
         No solution of Riccati's equation with a relative residual below 1e-10.
     """
+    space = state_space_of(space)
     cost = quadratic_cost(space, Q, R, N, inputs)
     if sample is None:
         _only_with_sample(delay)
@@ -160,7 +162,7 @@ def lqr(
 
 
 def place(
-    space: StateSpace,
+    space: StateSpace | HasStateSpace,
     poles: Sequence[complex],
     *,
     inputs: Sequence[str] = (),
@@ -171,6 +173,7 @@ def place(
 
     Parameters
     ----------
+    space : the linear model, or a linearization, whose state space is meant
     poles : ns eigenvalues, those that are not real in conjugate pairs, none more often than there are inputs: 1/s; of a
         model that is sampled z = e^(s T); with ``sample`` 1/s all the same, one for each state of the sampled model
     inputs : those that are controlled; all by default
@@ -185,6 +188,7 @@ def place(
     NumericalError
         Poles that are not reached to 1e-6.
     """
+    space = state_space_of(space)
     plant = controlled_by(space, tuple(inputs))
     wanted = np.asarray(poles, dtype=complex)
     if sample is None:

@@ -10,11 +10,11 @@ from scipy.linalg import solve_continuous_lyapunov, solve_discrete_lyapunov
 from eomgen.arrays import Array
 from eomgen.control.cost import near, number
 from eomgen.errors import ModelError, Problem, UsageError
-from eomgen.linear.state_space import StateSpace
+from eomgen.linear.state_space import HasStateSpace, StateSpace, state_space_of
 from eomgen.text import shown
 
 
-def stationary_covariance(space: StateSpace, noise: Mapping[str, float]) -> Array:
+def stationary_covariance(space: StateSpace | HasStateSpace, noise: Mapping[str, float]) -> Array:
     """Return the stationary covariance (ns, ns) of the state under independent white noises.
 
     Parameters
@@ -29,6 +29,7 @@ def stationary_covariance(space: StateSpace, noise: Mapping[str, float]) -> Arra
     ModelError
         A motion that does not decay.
     """
+    space = state_space_of(space)
     G, _, W = _entering(space, noise)
     if space.stability != "stable":
         what = f"there is no stationary motion: the slowest motion does not decay ({-space.decay:.4g} 1/s)"
@@ -38,11 +39,12 @@ def stationary_covariance(space: StateSpace, noise: Mapping[str, float]) -> Arra
     return np.asarray((covariance + covariance.T) / 2.0)
 
 
-def root_mean_squares(space: StateSpace, noise: Mapping[str, float]) -> dict[str, float]:
+def root_mean_squares(space: StateSpace | HasStateSpace, noise: Mapping[str, float]) -> dict[str, float]:
     """Return the stationary root mean square of every output by name; infinite where white noise is part of it.
 
     Raises as ``stationary_covariance``.
     """
+    space = state_space_of(space)
     covariance = stationary_covariance(space, noise)
     _, F, W = _entering(space, noise)
     squares = np.einsum("ij,jk,ik->i", space.C, covariance, space.C)

@@ -10,6 +10,7 @@ import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 import scipy.linalg
@@ -164,6 +165,22 @@ class StateSpace:
         direct = np.concatenate([self.D, self.F], axis=1)
         direct = np.concatenate([direct, np.zeros((len(self.states), direct.shape[1]))])
         return np.concatenate([self.B, self.E], axis=1)[:, columns], direct[np.ix_(rows, columns)]
+
+
+class HasStateSpace(Protocol):
+    """A model that has one of first order, as a linearization does."""
+
+    def state_space(self) -> StateSpace: ...
+
+
+def state_space_of(model: StateSpace | HasStateSpace) -> StateSpace:
+    """Return a model of first order itself, of a linearization its own. Raises UsageError for anything else."""
+    if isinstance(model, StateSpace):
+        return model
+    if not hasattr(model, "state_space"):
+        what = f"a linear model is needed, not {type(model).__name__}"
+        raise UsageError(Problem("space", what, "model.linearize(), or its state_space()"))
+    return model.state_space()
 
 
 @dataclass(frozen=True)

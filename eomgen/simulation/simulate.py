@@ -14,7 +14,7 @@ import numpy as np
 
 from eomgen.calls import checked_call
 from eomgen.compiled.arguments import number_of
-from eomgen.compiled.initial_state import InitialState
+from eomgen.compiled.initial_state import InitialState, check_initial
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
@@ -95,6 +95,7 @@ def simulate(
     if chosen.method.inputs == "series":
         check_held(chosen.name, from_caller)
     signals = InputSignals(model.inputs, from_caller, scene_inputs(model, p), step, t_first, chosen.left_to_stepper)
+    check_initial(initial)
     of_scene = str(defaults["start"])
     at_rest = starts_at_equilibrium(start, initial is not None, of_scene)
     begun = start_description(equilibrium_start=at_rest, given=bool(initial), chosen=start, of_scene=of_scene)

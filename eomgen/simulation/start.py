@@ -9,6 +9,7 @@ import numpy as np
 
 from eomgen.calls import checked_call
 from eomgen.compiled.arguments import number_of
+from eomgen.compiled.initial_state import check_initial
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
@@ -74,6 +75,7 @@ def start(
     functions = read_controllers(controllers, library.layout)
     grid = TimeGrid(t, t, size, 0, 0.0)
     run = Run(model, chosen.name, chosen.method, chosen.settings_at(size), p, signals, grid, 1, controllers=functions)
+    check_initial(initial)
     at_rest = starts_at_equilibrium(start, initial is not None, str(defaults["start"]))
     changed = bool(initial) or parameters is not None or bool(motions)
     state, corrections, doubts = start_of(run, initial, equilibrium_start=at_rest, changed=changed)

@@ -189,7 +189,9 @@ class _Unit:
         if name in names():
             if name in self.known:
                 what = f"in {shown(self.text)}, {name} can be the unit or the scene's own {name}"
-                raise UnitError(what, f"a * before {name} for the scene's own, or a number in SI")
+                raise UnitError(
+                    what, f"another name for the scene's own, a number in SI, or in a formula a * before {name}"
+                )
             return
         if name in REFUSED:
             what, _, hint = REFUSED[name].partition("|")

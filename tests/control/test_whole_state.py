@@ -62,6 +62,23 @@ def test_a_scalar_regulator_and_a_scalar_observer_in_closed_form() -> None:
     np.testing.assert_allclose(seen.gains, [[variance * 1.5 / r]], rtol=1e-13)
 
 
+def test_what_has_a_state_space_stands_for_it() -> None:
+    class Linear:
+        def state_space(self) -> StateSpace:
+            return plain
+
+    plain = random_model(3, 2, 2, 1)
+    weights = {"x1": 2.0, "x3": 0.5}, {"u1": 1.0, "u2": 3.0}
+    np.testing.assert_array_equal(lqr(Linear(), *weights).gains, lqr(plain, *weights).gains)
+    seen = {"w1": 2.0}, {"y1": 0.1, "y2": 0.3}
+    np.testing.assert_array_equal(kalman(Linear(), *seen).gains, kalman(plain, *seen).gains)
+    with pytest.raises(UsageError) as caught:
+        lqr(np.eye(2), *weights)  # type: ignore[arg-type]
+    assert str(caught.value) == (
+        "usage error: space: a linear model is needed, not ndarray; try: model.linearize(), or its state_space()"
+    )
+
+
 def test_a_scalar_regulator_from_sample_to_sample_in_closed_form() -> None:
     a, b, q, r = 1.1, 0.4, 2.0, 0.3
     space = discretized(model([[math.log(a) / 0.1]], [[1.0]]), 0.1)

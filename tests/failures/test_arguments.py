@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
+import numpy as np
 import pytest
 
 import eomgen
@@ -66,3 +67,28 @@ def test_a_state_that_is_broken_already_is_not_blamed_on_the_step(model: eomgen.
     message = model.simulate(0.1, 0.01, parameters={"length": 1e300}).message
     assert "the first block that is not finite is M (the inertia matrix), component v.hinge at t = 0 s" in message
     assert message.endswith("try: other parameters, formulas or coordinates there: no smaller step helps")
+
+
+def test_an_initial_state_is_a_mapping_and_no_array(model: eomgen.Model) -> None:
+    text = 'initial: a mapping is needed, not ndarray; try: dict(q=..., v=...) or {"joint": position}'
+    for begin in (lambda q: model.simulate(0.1, 0.01, initial=q), lambda q: model.start(q)):
+        with pytest.raises(eomgen.UsageError, match=re.escape(text)):
+            begin(np.zeros(2))
+
+
+def test_efforts_are_not_taken_for_times() -> None:
+    builder = eomgen.SceneBuilder("pair").body("first", 1.0).body("second", 2.0)
+    builder.joint("lower", "prismatic", "base", "first", axis=[1, 0, 0])
+    builder.joint("upper", "prismatic", "first", "second", axis=[1, 0, 0])
+    builder.input("lower_motor").effort("lower_motor", "lower", "lower_motor")
+    model = eomgen.build(builder.build(), profile="quick")
+    q, v, force = np.zeros(2), np.zeros(2), np.array([3.0, 4.0])
+    with pytest.raises(eomgen.UsageError) as caught:
+        model.forward_dynamics(q, v, force)
+    assert str(caught.value) == (
+        "usage error: t: 2 times for one state, and forward_dynamics does not depend on time; try: efforts by inputs:"
+        " u=..."
+    )
+    # M = [[m1 + m2, m2], [m2, m2]]: two masses in a row, the force on the first
+    np.testing.assert_allclose(model.forward_dynamics(q, v, 0.0, [3.0]), [3.0, -3.0], atol=1e-15)
+    assert model.forward_dynamics(q, v, np.zeros(3)).shape == (3, 2)  # three times, two coordinates

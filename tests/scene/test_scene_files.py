@@ -434,6 +434,11 @@ def test_one_problem(old: str, new: str, message: str) -> None:
         ),
         ('[points]\ntip = { body = "lonk" }', "scene.toml:16 (points.tip.body): there is no body 'lonk'; try: link"),
         (
+            '[outputs]\nend = { position = "link" }',
+            '(outputs.end.position): link is a body, not a point; try: [points.link_origin] with body = "link", and'
+            " its name here",
+        ),
+        (
             '[springs]\ns = { first = "a", second = "b" }',
             "(springs.s.first): there is no point 'a'; try: a [points] section",
         ),

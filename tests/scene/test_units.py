@@ -239,7 +239,8 @@ def test_formulas_are_not_taken_for_quantities(text: str) -> None:
 def test_names_of_the_scene_are_not_taken_for_units() -> None:
     assert (
         refusal("2 m", known=("m",))
-        == "in '2 m', m can be the unit or the scene's own m; try: a * before m for the scene's own, or a number in SI"
+        == "in '2 m', m can be the unit or the scene's own m; try: another name for the scene's own,"
+        " a number in SI, or in a formula a * before m"
     )
     assert refusal("2 load", known=("load",)) == "'load' is not a unit; try: a * before load"
     assert refusal("2 lenght", known=("length",)) == "there is no unit 'lenght'; try: a * before length"

@@ -172,6 +172,7 @@ class _Assembler:
             beams=self.elastic,
             constraints=(*document.constraints, *sorted(refused["constraints"])),
             reactions=(*document.reactions, *sorted(refused["reactions"])),
+            bodies=tuple(document.bodies),
             points=(*document.points, *document.frames, *sorted(refused["points"] | refused["frames"])),
             modes=(*document.modes, *sorted(refused["modes"])),
             references=(*document.references, *sorted(refused["references"])),

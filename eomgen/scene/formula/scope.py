@@ -122,6 +122,7 @@ class Names:
     beams: Mapping[str, int] = field(default_factory=dict)
     constraints: tuple[str, ...] = ()
     reactions: tuple[str, ...] = ()
+    bodies: tuple[str, ...] = ()
     points: tuple[str, ...] = ()
     modes: tuple[str, ...] = ()
     references: tuple[str, ...] = ()
