@@ -71,7 +71,7 @@ def test_a_state_that_is_broken_already_is_not_blamed_on_the_step(model: eomgen.
 
 def test_an_initial_state_is_a_mapping_and_no_array(model: eomgen.Model) -> None:
     text = 'initial: a mapping is needed, not ndarray; try: dict(q=..., v=...) or {"joint": position}'
-    for begin in (lambda q: model.simulate(0.1, 0.01, initial=q), lambda q: model.start(q)):
+    for begin in (lambda q: model.simulate(0.1, 0.01, initial=q), model.start):
         with pytest.raises(eomgen.UsageError, match=re.escape(text)):
             begin(np.zeros(2))
 
