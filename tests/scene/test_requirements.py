@@ -96,7 +96,7 @@ def test_a_call_refuses_what_the_scene_refuses_in_the_same_words(key: str, rng: 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", FORMULAS)
 def test_every_place_every_formula(kind: str, rng: np.random.Generator) -> None:
-    refused = [compare(place, kind, float(X)) for place in places() for X in rng.choice(VALUES, 2, replace=False)]
+    refused = [compare(place, kind, float(X)) for place in places() for X in rng.choice(VALUES, 1)]
     assert any(refused) and not all(refused)
 
 
