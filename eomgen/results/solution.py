@@ -1,8 +1,7 @@
-"""Solution: the result of a simulation, its outcome, and its two file formats."""
+"""Solution: the result of a simulation and its outcome."""
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -13,23 +12,22 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
-from eomgen.calls import ByName, UnknownName, checked_calls, unknown_attribute
+from eomgen.calls import ByName, checked_calls, unknown_attribute
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.state import State
-from eomgen.errors import EomgenError, FileError, Problem, UsageError
-from eomgen.files import read_arrays, write_arrays, write_table
+from eomgen.errors import EomgenError, Problem, UsageError
+from eomgen.results.columns import column_named, columns_of, units_of
 from eomgen.results.dense_output import Between, Rows, largest_errors, state_at
 from eomgen.results.display import html
 from eomgen.results.error_estimate import ErrorEstimate
-from eomgen.results.events import Events, events_from
+from eomgen.results.events import Events
 from eomgen.results.plots import plot
 from eomgen.results.recorded import Evaluated
 from eomgen.results.scenery import PosesAndScenery
+from eomgen.results.solution_file import read_all, write_all, write_columns
 from eomgen.results.spectrum import psd
 from eomgen.results.tables import to_pandas, to_xarray, write_matlab
 from eomgen.spectra import PowerSpectrum
-from eomgen.system.description import component_names
-from eomgen.text import shown
 
 if TYPE_CHECKING:
     import pandas
@@ -250,16 +248,9 @@ class Solution:
         """
         path = Path(path)
         if path.suffix == ".npz":
-            poses_and_scenery = self._poses_or_none()
-            named = poses_and_scenery.poses if poses_and_scenery else {}
-            poses = {f"poses.{name}": array for name, array in named.items()}
-            shown = {"scenery": poses_and_scenery.scenery} if poses_and_scenery else {}
-            error = {f"error.{name}": array for name, array in self.error.arrays().items()}
-            described = {**self.metadata, **self._outcome(), **shown, "error": self.error.described()}
-            write_arrays(path, {**self._arrays(), **error, **poses}, described)
+            write_all(self, self._poses_or_none(), path)
         elif path.suffix == ".csv":
-            columns = self.columns()
-            write_table(path, list(columns), np.stack(list(columns.values()), axis=1))
+            write_columns(self, path)
         elif path.suffix == ".mat":
             write_matlab(self, path)
         else:
@@ -276,47 +267,10 @@ class Solution:
         FileError
             The file cannot be read or is not a solution.
         """
-        arrays, metadata = read_arrays(Path(path))
-        groups: dict[str, dict[str, Array]] = {
-            "inputs": {},
-            "outputs": {},
-            "energy": {},
-            "poses": {},
-            "error": {},
-            "events": {},
-        }
-        plain: dict[str, Array] = {}
-        for name, array in arrays.items():
-            group, _, member = name.partition(".")
-            if member:
-                groups.setdefault(group, {})[member] = array
-            else:
-                plain[name] = array
-        try:
-            outcome = {name: metadata.pop(name) for name in ("stats", "message", "success", "interrupted")}
-            states: dict[str, Any] = {name: plain[name] for name in ("t", "q", "v", "a", "z", "multipliers")}
-            events = events_from(metadata["events"], groups["events"]) if "events" in metadata else None
-        except KeyError as error:
-            raise FileError(
-                Problem(str(path), f"this is not a solution written by eomgen: {error.args[0]} is missing")
-            ) from None
-        rows = np.shape(states["t"])
-        if any(
-            np.ndim(array) != (1 if name == "t" else 2) or array.shape[:1] != rows for name, array in states.items()
-        ):
-            raise FileError(
-                Problem(str(path), "this is not a solution written by eomgen: its arrays do not fit together")
-            )
-        wrong = [name for name, array in groups["poses"].items() if array.shape != (*rows, 7)]
-        if wrong:
-            what = f"this is not a solution written by eomgen: the poses of {wrong[0]} do not fit to its times"
-            raise FileError(Problem(str(path), what))
-        scenery, summary = metadata.pop("scenery", None), metadata.pop("error", None)
-        known: dict[str, Any] = {} if summary is None else {"error": ErrorEstimate.from_file(groups["error"], summary)}
-        known |= {"outputs": groups["outputs"], "energy": groups["energy"], "metadata": metadata, "events": events}
-        solution = cls(**states, **outcome, **known)
-        vars(solution)["inputs"] = ByName("input", groups["inputs"])
-        return solution if scenery is None else solution._with(PosesAndScenery(groups["poses"], scenery))
+        attributes, inputs, seen = read_all(Path(path))
+        solution = cls(**attributes)
+        vars(solution)["inputs"] = ByName("input", inputs)
+        return solution if seen is None else solution._with(seen)
 
     def at(self, t: ArrayLike) -> State:
         """Return the state at any time within the solution: t (...), q (..., nq), v and a (..., nv), z (..., nz).
@@ -431,26 +385,7 @@ class Solution:
     def columns(self) -> dict[str, Array]:
         """Return all columns (nt,) by name: ``t``, ``q.hinge``, ``v.ball[2]``, ``input.motor``, ``output.tip[0]``,
         ``energy.total``."""
-        names: Mapping[str, list[str]] = self.metadata.get("names", {})
-        columns = {"t": self.t}
-        for letter, array in (
-            ("q", self.q),
-            ("v", self.v),
-            ("a", self.a),
-            ("z", self.z),
-            ("multipliers", self.multipliers),
-        ):
-            labels = names.get(letter) or component_names("", letter, array.shape[1])
-            if len(labels) != array.shape[1]:
-                labels = [f"{letter}[{index}]" for index in range(array.shape[1])]
-            columns |= {label: array[:, index] for index, label in enumerate(labels)}
-        columns |= {f"input.{name}": array for name, array in self.inputs.items()}
-        for name, array in self.outputs.items():
-            table = array[:, np.newaxis] if array.ndim == 1 else array
-            columns |= {
-                label: table[:, index] for index, label in enumerate(component_names("output", name, table.shape[1]))
-            }
-        return columns | {f"energy.{name}": array for name, array in self.energy.items()}
+        return columns_of(self)
 
     def __getitem__(self, name: str) -> Array:
         """Return a column (nt,) by its name, ``solution["q.hinge"]``; an output by its own, (nt,) or (nt, size).
@@ -460,37 +395,14 @@ class Solution:
         UsageError
             No column or output of that name (it is a KeyError, too).
         """
-        if name in self.outputs:
-            return self.outputs[name]
-        columns = self.columns()
-        if name not in columns:
-            close = difflib.get_close_matches(str(name), [*columns, *self.outputs], n=3, cutoff=0.5)
-            hint = " or ".join(map(repr, close)) or f"one of {', '.join(list(columns)[:8])}, ...: solution.columns()"
-            raise UnknownName(Problem("", f"there is no column {shown(name)}", hint))
-        return columns[name]
+        return column_named(self, name)
 
     def units(self) -> dict[str, str]:
         """Return the units of the columns by name: ``s``, ``rad``, ``m/s``, ``N``; ``1`` for pure numbers.
 
         Multipliers have none of their own: forces or moments by what their row holds.
         """
-        known = self.metadata.get("units", {})
-        of_v = list(known.get("v", []))
-        blocks = {
-            "q": known.get("q", []),
-            "v": of_v,
-            "a": [_per_second(unit) for unit in of_v],
-            "z": known.get("z", []),
-        }
-        names = self.metadata.get("names", {})
-        units = {"t": "s"}
-        for letter, of_block in blocks.items():
-            units |= dict(zip(names.get(letter, []), of_block, strict=False))
-        units |= {f"input.{name}": known.get("inputs", {}).get(name, "") for name in self.inputs}
-        for name, array in self.outputs.items():
-            size = 1 if array.ndim == 1 else array.shape[1]
-            units |= dict.fromkeys(component_names("output", name, size), known.get("outputs", {}).get(name, ""))
-        return units | {f"energy.{name}": "W" if "power" in name else "J" for name in self.energy}
+        return units_of(self)
 
     def to_pandas(self) -> pandas.DataFrame:
         """Return all columns as a pandas DataFrame over ``t``; its ``attrs`` have ``units``, ``scene`` and ``message``.
@@ -531,25 +443,3 @@ class Solution:
             return self.poses_and_scenery
         except EomgenError:  # what cannot be drawn can still be kept
             return None
-
-    def _arrays(self) -> dict[str, Array]:
-        arrays = {name: getattr(self, name) for name in ("t", "q", "v", "a", "z", "multipliers")}
-        arrays |= {f"inputs.{name}": array for name, array in self.inputs.items()}
-        arrays |= {f"outputs.{name}": array for name, array in self.outputs.items()}
-        arrays |= (
-            {} if self.events is None else {f"events.{name}": array for name, array in self.events.arrays().items()}
-        )
-        return arrays | {f"energy.{name}": array for name, array in self.energy.items()}
-
-    def _outcome(self) -> dict[str, Any]:
-        return {
-            "stats": dict(self.stats),
-            "message": self.message,
-            "success": self.success,
-            "interrupted": self.interrupted,
-        }
-
-
-def _per_second(unit: str) -> str:
-    """Return the unit of a rate: ``m/s`` -> ``m/s^2``, ``rad`` -> ``rad/s``."""
-    return f"{unit}^2" if unit.endswith("/s") else f"{unit}/s"

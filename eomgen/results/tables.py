@@ -13,13 +13,13 @@ import numpy as np
 from eomgen.arrays import Array
 from eomgen.errors import Problem, UsageError
 from eomgen.files import write_bytes
+from eomgen.results.columns import STATES
 from eomgen.results.recorded import Recorded
 
 if TYPE_CHECKING:
     import pandas
     import xarray
 
-_STATES = ("q", "v", "a", "z", "multipliers")
 #: Letters of a name in MATLAB's files.
 _MATLAB_NAME = 31
 
@@ -41,7 +41,7 @@ def to_xarray(solution: Recorded) -> xarray.Dataset:
     variables: dict[str, Any] = {}
     coordinates: dict[str, Any] = {"t": ("t", solution.t, {"units": "s"})}
     names = _names(solution)
-    for letter in _STATES:
+    for letter in STATES:
         array = getattr(solution, letter)
         if array.shape[1]:
             along = f"{letter}_component"
@@ -66,7 +66,7 @@ def write_matlab(solution: Recorded, path: Path) -> None:
     from scipy.io import savemat  # noqa: PLC0415  # slow to import
 
     stream = io.BytesIO()
-    arrays = {name: getattr(solution, name) for name in ("t", *_STATES)}
+    arrays = {name: getattr(solution, name) for name in ("t", *STATES)}
     described = {
         "names": {letter: np.array(list_, dtype=object) for letter, list_ in _names(solution).items()},
         "units": {letter: np.array(list_, dtype=object) for letter, list_ in _units(solution).items()},
@@ -101,7 +101,7 @@ def _names(solution: Recorded) -> dict[str, list[str]]:
     every = [name for name in solution.columns() if name != "t"]
     names: dict[str, list[str]] = {}
     start = 0
-    for letter in _STATES:
+    for letter in STATES:
         size = getattr(solution, letter).shape[1]
         names[letter] = every[start : start + size]
         start += size

@@ -1,0 +1,85 @@
+"""The files of a solution: all of it as ``.npz``, which can be read again, and its columns as ``.csv``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from eomgen.arrays import Array
+from eomgen.errors import FileError, Problem
+from eomgen.files import read_arrays, write_arrays, write_table
+from eomgen.results.columns import STATES
+from eomgen.results.error_estimate import ErrorEstimate
+from eomgen.results.events import events_from
+from eomgen.results.recorded import Recorded
+from eomgen.results.scenery import PosesAndScenery
+
+_OUTCOME = ("stats", "message", "success", "interrupted")
+#: What has arrays of its own by name.
+_GROUPS = ("inputs", "outputs", "events", "energy", "error", "poses")
+
+
+class Kept(Recorded, Protocol):
+    """What a file holds of a ``Solution``: see there."""
+
+    @property
+    def interrupted(self) -> bool: ...
+
+
+def write_all(solution: Kept, seen: PosesAndScenery | None, path: Path) -> None:
+    """Write all of a solution, with its poses where they are known. Raises FileError."""
+    events = {} if solution.events is None else solution.events.arrays()
+    poses = seen.poses if seen else {}
+    groups = (solution.inputs, solution.outputs, events, solution.energy, solution.error.arrays(), poses)
+    arrays = {name: getattr(solution, name) for name in ("t", *STATES)}
+    for group, named in zip(_GROUPS, groups, strict=True):
+        arrays |= {f"{group}.{name}": array for name, array in named.items()}
+    outcome = {name: getattr(solution, name) for name in _OUTCOME} | {"stats": dict(solution.stats)}
+    scenery = {"scenery": seen.scenery} if seen else {}
+    write_arrays(path, arrays, {**solution.metadata, **outcome, **scenery, "error": solution.error.described()})
+
+
+def write_columns(solution: Recorded, path: Path) -> None:
+    """Write the columns as a table of text. Raises FileError."""
+    columns = solution.columns()
+    write_table(path, list(columns), np.stack(list(columns.values()), axis=1))
+
+
+def read_all(path: Path) -> tuple[dict[str, Any], dict[str, Array], PosesAndScenery | None]:
+    """Return the attributes of a solution, its inputs, and its poses where the file has them.
+
+    Raises
+    ------
+    FileError
+        The file cannot be read or is not a solution.
+    """
+    arrays, metadata = read_arrays(path)
+    groups: dict[str, dict[str, Array]] = {name: {} for name in _GROUPS}
+    plain: dict[str, Array] = {}
+    for name, array in arrays.items():
+        group, _, member = name.partition(".")
+        if member:
+            groups.setdefault(group, {})[member] = array
+        else:
+            plain[name] = array
+    no_solution = "this is not a solution written by eomgen"
+    try:
+        attributes = {name: metadata.pop(name) for name in _OUTCOME}
+        states: dict[str, Any] = {name: plain[name] for name in ("t", *STATES)}
+        events = events_from(metadata["events"], groups["events"]) if "events" in metadata else None
+    except KeyError as error:
+        raise FileError(Problem(str(path), f"{no_solution}: {error.args[0]} is missing")) from None
+    rows = np.shape(states["t"])
+    if any(np.ndim(array) != (1 if name == "t" else 2) or array.shape[:1] != rows for name, array in states.items()):
+        raise FileError(Problem(str(path), f"{no_solution}: its arrays do not fit together"))
+    wrong = [name for name, array in groups["poses"].items() if array.shape != (*rows, 7)]
+    if wrong:
+        raise FileError(Problem(str(path), f"{no_solution}: the poses of {wrong[0]} do not fit to its times"))
+    scenery, summary = metadata.pop("scenery", None), metadata.pop("error", None)
+    if summary is not None:
+        attributes["error"] = ErrorEstimate.from_file(groups["error"], summary)
+    attributes |= {"outputs": groups["outputs"], "energy": groups["energy"], "metadata": metadata, "events": events}
+    seen = None if scenery is None else PosesAndScenery(groups["poses"], scenery)
+    return {**states, **attributes}, groups["inputs"], seen
