@@ -22,6 +22,7 @@ from eomgen.integrators.events import AT_EVENTS, STOPPED
 from eomgen.integrators.families.family import BAD_ARGUMENT
 from eomgen.integrators.stepper_layout import INPUT_NOT_FINITE
 from eomgen.results.solution import Solution
+from eomgen.simulation.compiled_steps import CompiledSteps, between
 from eomgen.simulation.events import ending
 from eomgen.simulation.failed_step import failed_step
 from eomgen.simulation.inputs import CheckedSignal, Signal, check_held, read_signals
@@ -38,8 +39,6 @@ from eomgen.toolchain.library import Library
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
-#: Steps in one call of compiled code, which hears no Ctrl-C.
-_MOST = 10_000
 #: Steps for which prescribed motions and curves are checked ahead at first, where they last so long; each time four
 #: times as many.
 _AHEAD = 1024
@@ -81,16 +80,9 @@ class Simulator:
         self._linear = method["inputs"] == "sampled"
         self._events = [row["name"] for row in method["events"]["rows"]] if "events" in method else []
         self._modes = self._mode_columns(method)
-        self._u, self._u_end = np.zeros(run.model.nu), np.zeros(run.model.nu)
+        self._compiled = CompiledSteps(library, self._stepper, run.model.nu)
+        self._u, self._one, self._free = self._compiled.u, self._compiled.one, self._compiled.free
         self._shape = self._u.shape
-        pointer = partial(library.ffi.from_buffer, "double[]")
-        stepper = self._stepper
-        memory = [pointer(part) for part in (stepper.parameters, stepper.settings, stepper.state, stepper.workspace)]
-        self._call = partial(library.lib.eomgen_run_inputs, *memory)
-        self._none = library.ffi.NULL
-        self._held, self._target = (pointer(part) if len(part) else self._none for part in (self._u, self._u_end))
-        self._one = partial(self._call, 1, self._held, self._none)
-        self._free = partial(self._call, 1, self._none, self._none)
         self._by_formulas = run.driven is None
         self._signals, self._given = run.signals, False  # of the last step
         self._cleared, self._ahead, self._stopped = 0, _AHEAD, ""
@@ -545,12 +537,15 @@ class Simulator:
         self._signals, self._given, self._found = signals, first is not None, ()
         if self._begun is not None and (u is not None or self._moved):  # the start was with other inputs
             begin = self._u if first is None else first
-            self._initialize(self.t, self._begun, begin, self._between(begin, last, 1.0 / n))
+            self._initialize(self.t, self._begun, begin, between(begin, last, 1.0 / n))
         self._begun = None
-        if first is None:
-            self._follow(n)
-        else:
-            self._move(n, first, last)
+        steps = self._compiled
+        try:
+            status = steps.follow(n, self._driven) if first is None else steps.move(n, first, last)
+        finally:
+            self._found = tuple(StepEvent(self._events[k], t) for k, t in steps.found)
+        if status:
+            self._judge(status)
 
     @contextmanager
     def _moving(self, given: Mapping[str, Target] | None, duration: float) -> Iterator[Mapping[str, Target]]:
@@ -593,7 +588,7 @@ class Simulator:
             if first is None or last is None:
                 self._steps(u, 1, None)
             else:
-                self._steps(self._between(first, last, k / n), 1, self._between(first, last, (k + 1) / n))
+                self._steps(between(first, last, k / n), 1, between(first, last, (k + 1) / n))
             found += self._found
             if self._stopped:
                 break
@@ -641,60 +636,6 @@ class Simulator:
                 self._cleared = many - n if not self._events else 0
                 self._ahead = min(4 * self._ahead, 1024 * _AHEAD)
                 return
-
-    def _move(self, n: int, first: Array, last: Array | None) -> None:
-        """Take steps with inputs from first to last, or held."""
-        done = 0
-        while done < n:
-            size = min(n - done, _MOST)
-            begin, stop = self._between(first, last, done / n), self._between(first, last, (done + size) / n)
-            self._u[:], self._u_end[:] = begin, stop
-            before = self._count
-            status = self._call(size, self._held, self._none if last is None else self._target)
-            done += self._taken(before)
-            self._u[:] = self._between(first, last, done / n)
-            if status:
-                self._judge(status)
-                return
-
-    @property
-    def _count(self) -> int:
-        """Steps on the present grid; 0 where the next one begins another."""
-        same = abs(self._memory[self._places["step"]][0]) == self._stepper.step_size
-        return self._stepper.count if same else 0
-
-    def _taken(self, before: int) -> int:
-        """Note the events of a call, and return how many steps it took."""
-        log = self._stepper.found
-        if len(log):
-            names = self._events
-            self._found += tuple(
-                StepEvent(names[int(k)], float(t)) for k, t in zip(log["event"], log["t"], strict=True)
-            )
-        return self._count - before
-
-    @staticmethod
-    def _between(first: Array, last: Array | None, share: float) -> Array:
-        return first if last is None else (1.0 - share) * first + share * last
-
-    def _follow(self, n: int) -> None:
-        """Take steps with inputs that formulas and functions of time give."""
-        done = 0
-        while done < n:
-            before = self._count
-            status = self._follow_some(min(n - done, _MOST))
-            done += self._taken(before)
-            if status:
-                self._judge(status)
-                return
-
-    def _follow_some(self, n: int) -> int:
-        stepper, driven = self._stepper, self._driven
-        if driven is None:
-            return int(self._call(n, self._none, self._none))
-        count = self._count
-        times = stepper.times_of(count, n, stepper.origin if count else self.t)
-        return stepper.run(n, 0, np.ascontiguousarray(driven(times)), None)[0]
 
     def _judge(self, status: int) -> None:
         """Raise the error of a step that failed; a stop by an event is none."""
