@@ -18,8 +18,7 @@ from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
 from eomgen.compiled.arguments import check_name
-from eomgen.compiled.frames import Extensible
-from eomgen.compiled.terms import Parameters, States
+from eomgen.compiled.terms import Extensible, Parameters, States
 from eomgen.errors import NumericalError, Problem, UsageError
 
 #: Share of the largest singular value below which a direction counts as none.

@@ -1,6 +1,7 @@
 """Poses, twists and points of the bodies and frames of a compiled model, and their Jacobians with respect to v.
 
-A frame by name (``[frames]`` of a scene, the fixed links of a URDF) stands wherever a body does.
+A frame by name (``[frames]`` of a scene, the fixed links of a URDF) stands wherever a body does. Terms that the model
+was built without are compiled when they are first called for.
 """
 
 from __future__ import annotations
@@ -13,9 +14,12 @@ from numpy.typing import ArrayLike
 from eomgen.arrays import Array
 from eomgen.compiled.arguments import check_name, components
 from eomgen.compiled.coordinates import quaternion_product, rotated
-from eomgen.compiled.terms import Evaluated, Parameters
+from eomgen.compiled.terms import Evaluated, Extensible, Parameters
 from eomgen.errors import Problem, UsageError
 from eomgen.system.description import BASE, WORLD, FixedFrame
+
+#: What is compiled together where one of them is not there.
+_TOGETHER = ("poses", "twists", "jacobians")
 
 
 class PointMotion(NamedTuple):
@@ -27,7 +31,7 @@ class PointMotion(NamedTuple):
 
 
 def pose(
-    model: Evaluated,
+    model: Extensible,
     body: str,
     q: ArrayLike,
     t: ArrayLike = 0.0,
@@ -37,6 +41,7 @@ def pose(
 ) -> Array:
     """Return quaternion (own to world axes) and position of a body or a frame, (..., 7)."""
     place = _placed(model, body, parameters)
+    model = _having(model, place.body, "poses")
     found = _of(model, place.body, "poses", q=q, t=t, parameters=parameters, base=base)
     if place.fixed is None:
         return found
@@ -46,7 +51,7 @@ def pose(
 
 
 def twist(
-    model: Evaluated,
+    model: Extensible,
     body: str,
     q: ArrayLike,
     v: ArrayLike,
@@ -57,6 +62,7 @@ def twist(
 ) -> Array:
     """Return the inertial twist of a body or a frame in its own axes, angular first, (..., 6)."""
     place = _placed(model, body, parameters)
+    model = _having(model, place.body, "twists")
     found = _of(model, place.body, "twists", q=q, v=v, t=t, parameters=parameters, base=base)
     if place.fixed is None:
         return found
@@ -66,7 +72,7 @@ def twist(
 
 
 def point(
-    model: Evaluated,
+    model: Extensible,
     body: str,
     r: ArrayLike,
     q: ArrayLike,
@@ -79,10 +85,11 @@ def point(
 ) -> PointMotion:
     """Return position, velocity and acceleration in world axes of the point at ``r`` (..., 3) in a body or a frame.
 
-    The velocity needs ``v``; the acceleration needs ``v``, ``a``, and a model built with the term
-    ``accelerations``.
+    The velocity needs ``v``; the acceleration needs ``v`` and ``a``.
     """
     body, r = _fixed_in(model, body, r, parameters)
+    needed = ["poses"] if v is None else ["poses", "twists"] if a is None else ["poses", "twists", "accelerations"]
+    model = _having(model, body, *needed)
     given: dict[str, Any] = {"q": q, "t": t, "parameters": parameters, "base": base}
     pose = _of(model, body, "poses", **given)
     turn = pose[..., :4]
@@ -99,14 +106,14 @@ def point(
     return PointMotion(position, velocity, rotated(turn, rate[..., 3:] + relative))
 
 
-def body_jacobian(model: Evaluated, body: str, q: ArrayLike, *, parameters: Parameters = None) -> Array:
+def body_jacobian(model: Extensible, body: str, q: ArrayLike, *, parameters: Parameters = None) -> Array:
     """Return the Jacobian of a body or a frame in its own axes, angular first, (..., 6, nv).
 
     The inertial twist is ``body_jacobian(body, q) @ v``, plus that of the moving base carried along. Columns belong
-    to the components of v, so they are left-trivialised. The model must have been built with the term
-    ``jacobians``.
+    to the components of v, so they are left-trivialised.
     """
     place = _placed(model, body, parameters)
+    model = _having(model, place.body, "jacobians")
     found = _of(model, place.body, "jacobians", q=q, parameters=parameters)
     if place.fixed is None:
         return found
@@ -117,7 +124,7 @@ def body_jacobian(model: Evaluated, body: str, q: ArrayLike, *, parameters: Para
 
 
 def point_jacobian(
-    model: Evaluated,
+    model: Extensible,
     body: str,
     r: ArrayLike,
     q: ArrayLike,
@@ -129,14 +136,29 @@ def point_jacobian(
     """Return the Jacobian of the point at ``r`` (..., 3) in a body or a frame, in world axes, (..., 3, nv).
 
     The point's velocity in world axes is ``point_jacobian(body, r, q, t) @ v``, plus what the moving base gives to
-    it where it is; a force f on the point adds ``point_jacobian(...).T @ f`` to Q. The model must have been built
-    with the terms ``poses`` and ``jacobians``.
+    it where it is; a force f on the point adds ``point_jacobian(...).T @ f`` to Q.
     """
     body, place = _fixed_in(model, body, r, parameters)
+    model = _having(model, body, "poses", "jacobians")
     r = place[..., np.newaxis, :]
     turn = _of(model, body, "poses", q=q, t=t, parameters=parameters, base=base)[..., np.newaxis, :4]
     columns = np.swapaxes(body_jacobian(model, body, q, parameters=parameters), -1, -2)
     return np.swapaxes(rotated(turn, columns[..., 3:] + np.cross(columns[..., :3], r)), -1, -2)
+
+
+def _having(model: Extensible, name: str, *terms: str) -> Extensible:
+    """Return a model of the same scene that has some terms of bodies, one of which is named."""
+    if all(term in model.evaluator.functions for term in terms):
+        return model
+    _check_name(model, name)
+    return model.having(tuple(dict.fromkeys((*_TOGETHER, *terms))))
+
+
+def _check_name(model: Evaluated, name: str) -> None:
+    """Raise UsageError for what is no body, no frame, and not the base or the world where they carry frames."""
+    frames = model.evaluator.fixed_frames
+    if name not in (BASE, WORLD) or all(frame.body != name for frame in frames.values()):
+        check_name("body", name, [*model.evaluator.bodies, *frames])
 
 
 class _Placed(NamedTuple):
@@ -177,9 +199,9 @@ def _rigid(model: Evaluated, name: str, body: str, position: Array) -> Array:
 
 def _of(model: Evaluated, body: str, term: str, **given: Any) -> Array:
     terms = model.evaluator
-    if body in (BASE, WORLD) and any(frame.body == body for frame in terms.fixed_frames.values()):
+    _check_name(model, body)
+    if body in (BASE, WORLD):
         return _of_base(model, body, term, **given)
-    check_name("body", body, [*terms.bodies, *terms.fixed_frames])
     every = terms.call(term, **given)[0]
     found: Array = np.take(every, terms.bodies.index(body), axis=-3 if term == "jacobians" else -2)
     return found

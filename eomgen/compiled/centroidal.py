@@ -12,8 +12,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
-from eomgen.compiled.frames import Extensible
-from eomgen.compiled.terms import Parameters
+from eomgen.compiled.terms import Extensible, Parameters
 
 
 def center_of_mass(

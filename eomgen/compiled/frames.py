@@ -10,14 +10,14 @@ left-trivialised.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Protocol, Self
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
 from eomgen.compiled.arguments import check_name
-from eomgen.compiled.terms import Evaluated, Parameters
+from eomgen.compiled.terms import Extensible, Parameters
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.system.terms import REFERENCES
 from eomgen.text import nearest, shown
@@ -32,14 +32,6 @@ _ELSEWHERE: Mapping[str, str] = {
 _SINGULAR = 1e-12
 #: Share of the largest singular value of B below which a row counts as one that repeats others.
 _DEPENDENT = 1e-10
-
-
-class Extensible(Evaluated, Protocol):
-    """A model that other terms can be added to."""
-
-    def having(self, terms: Sequence[str]) -> Self:
-        """Return a model of the same scene that has all of some terms."""
-        ...
 
 
 def jacobian(

@@ -93,7 +93,7 @@ class CompiledModel:
         self._gains = gains
         self._every_row = every_row
         self._again = again
-        self._others: dict[tuple[str, ...], Self] = {}
+        self._others: list[Self] = []
         self._parameters = MappingProxyType({item["name"]: float(item["value"]) for item in layout["parameters"]})
         self.evaluator = Terms(library, description)
         self.functions, self.factors, self.inputs = (
@@ -236,9 +236,11 @@ class CompiledModel:
         wanted = tuple(name for name in terms if TERMS[name].exists_with(self._facts))
         if all(name in self.functions for name in wanted) or self._built is None:
             return self
-        if wanted not in self._others:
-            self._others[wanted] = self._built(wanted)
-        return self._others[wanted]
+        for other in self._others:
+            if all(name in other.functions for name in wanted):
+                return other
+        self._others.append(self._built(wanted))
+        return self._others[-1]
 
     def calibrate(self, *, parameters: Mapping[str, float] | None = None) -> dict[str, float]:
         """Return gains and references of the scene's calibrated controllers, at other values of its tunable parameters.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, Protocol
+from typing import Any, Protocol, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -291,6 +291,14 @@ class Evaluated(Protocol):
 
     @property
     def evaluator(self) -> Terms: ...
+
+
+class Extensible(Evaluated, Protocol):
+    """A model that other terms can be added to."""
+
+    def having(self, terms: Sequence[str]) -> Self:
+        """Return a model of the same scene that has all of some terms."""
+        ...
 
 
 #: Blocks of time derivatives.

@@ -51,6 +51,10 @@ class ModelOfRun(Protocol):
     def between(self) -> Between | None:
         """States between rows by the method itself; None where they are interpolated."""
 
+    @property
+    def has_poses(self) -> bool:
+        """Whether nothing has to be compiled for poses."""
+
     def poses_and_scenery(self, t: Array, q: Array) -> PosesAndScenery: ...
 
     def inputs(self, t: Array) -> dict[str, Array]: ...
@@ -178,12 +182,13 @@ class Solution:
     def poses(self) -> Mapping[str, Array]:
         """Pose of each body at all times: name -> (nt, 7), quaternion (body to world axes) and position in the world.
 
-        With the name ``base`` that of the base, where it moves. Evaluated by the compiled model when first asked for.
+        With the name ``base`` that of the base, where it moves. Evaluated by the compiled model when first asked for;
+        the term ``poses`` is compiled then where the model was built without it.
 
         Raises
         ------
         UsageError
-            The model was built without the term ``poses``, or the file was written without them.
+            The file was written without them.
         """
         return self.poses_and_scenery.poses
 
@@ -235,9 +240,9 @@ class Solution:
         """Write the solution, all of it as ``.npz``, or its columns as ``.csv`` or ``.mat``; a file of that name is
         replaced.
 
-        An ``.npz`` holds the poses of the bodies too, where the model can give them. A ``.mat`` (MATLAB's version 5)
-        holds ``t``, ``q``, ``v``, ``a``, ``z``, ``multipliers``, the structs ``outputs`` and ``energy``, and ``names``,
-        ``units`` and ``message``.
+        An ``.npz`` holds the poses of the bodies too, where the model was built with them or they were asked for. A
+        ``.mat`` (MATLAB's version 5) holds ``t``, ``q``, ``v``, ``a``, ``z``, ``multipliers``, the structs ``outputs``
+        and ``energy``, and ``names``, ``units`` and ``message``.
 
         Raises
         ------
@@ -439,6 +444,9 @@ class Solution:
         return self
 
     def _poses_or_none(self) -> PosesAndScenery | None:
+        """Return the poses that are known or can be had without compiling."""
+        if "poses_and_scenery" not in vars(self) and not (self.model is not None and self.model.has_poses):
+            return None
         try:
             return self.poses_and_scenery
         except EomgenError:  # what cannot be drawn can still be kept

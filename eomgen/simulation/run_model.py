@@ -45,6 +45,11 @@ class RunModel:
     events: Events | None = None
     motions: RecordedMotions | None = None
 
+    @property
+    def has_poses(self) -> bool:
+        """Whether nothing has to be compiled for poses."""
+        return "poses" in self.model.functions
+
     def poses_and_scenery(self, t: Array, q: Array) -> PosesAndScenery:
         """Return poses at times (nt,) and configurations (nt, nq), with what else a picture shows."""
         p = self.parameters if self.motions is None else self.motions(t)

@@ -86,13 +86,20 @@ def test_solutions_travel_between_processes_with_their_poses() -> None:
 def test_a_solution_without_poses_says_what_to_do(tmp_path: Path) -> None:
     model = eomgen.build(pendulum_scene(), terms=["forward_dynamics"], profile="quick")
     run = model.simulate(0.1, 1e-2, method="rk4")
-    with pytest.raises(eomgen.UsageError, match="the term poses is not in this model"):
-        _ = run.poses
     again = eomgen.Solution.load(run.save(tmp_path / "run.npz"))
     text = r"solution: it was stored without poses of bodies, so there is nothing to draw; try: eomgen simulate, or"
     with pytest.raises(eomgen.UsageError, match=text):
         again.animate(tmp_path / "run.html")
     assert list(tmp_path.iterdir()) == [tmp_path / "run.npz"]
+
+
+def test_poses_are_compiled_when_they_are_asked_for_and_kept_from_then_on(tmp_path: Path) -> None:
+    run = eomgen.build(pendulum_scene(), terms=["forward_dynamics"], profile="quick").simulate(0.1, 1e-2, method="rk4")
+    whole = pendulum()
+    np.testing.assert_array_equal(run.poses["link"], whole.pose("link", run.q, run.t))
+    again = eomgen.Solution.load(run.save(tmp_path / "run.npz"))
+    np.testing.assert_array_equal(again.poses["link"], run.poses["link"])
+    assert again.animate(tmp_path / "run.html").exists()
 
 
 # -- solids ------------------------------------------------------------------------------------------------------------
