@@ -372,6 +372,10 @@ def test_a_caller_in_c_gives_the_function(tmp_path: Path) -> None:
     without, calls, x = result.stdout.split()
     wanted = model(FORMULAS).simulate(0.75, 0.003, method="rk4", error_estimate=False)
     assert (without, calls) == ("1", "75") and float(x) == pytest.approx(wanted.q[-1, 0], abs=1e-13)
+    readme = " ".join((tmp_path / "c" / "README.md").read_text().split())
+    assert "The controller `servo` of the scene has no function in it: without one of yours every run" in readme
+    assert "settings.control = control; /* of a simulator: run.settings.control */" in readme
+    assert "CART_CONTROLLER_FAILED" in readme
 
 
 def test_the_c_file_is_part_of_the_key_and_its_faults_name_its_lines(tmp_path: Path) -> None:
