@@ -12,7 +12,7 @@ from eomgen.errors import NumericalError, Problem
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.results.beam_axes import axes_of
-from eomgen.results.solids import equivalent_solid
+from eomgen.results.drawn_solids import equivalent_solid
 from eomgen.system.description import BASE, WORLD, Description
 
 if TYPE_CHECKING:

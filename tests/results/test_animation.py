@@ -17,8 +17,8 @@ from eomgen.cli import main
 from eomgen.files import read_arrays, write_arrays
 from eomgen.mechanics.describe import describe
 from eomgen.results.animation import animation_page
+from eomgen.results.drawn_solids import equivalent_solid
 from eomgen.results.scenery import scenery
-from eomgen.results.solids import equivalent_solid
 from tests.models.scenes import PENDULUM_TOML, absolute, breaking, flyer, pendulum, pendulum_scene
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
