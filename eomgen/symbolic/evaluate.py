@@ -1,11 +1,8 @@
-"""Evaluation of a tape on NumPy arrays or mpmath numbers, without code generation.
-
-Both are oracles: NumPy for batches and complex step (Squire and Trapp 1998), mpmath for fifty digits.
-"""
+"""Evaluation of a tape without code generation: on NumPy arrays, in batches and for complex steps (Squire and Trapp
+1998), or by the operations of any kind of number."""
 
 from __future__ import annotations
 
-import bisect
 import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,7 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from eomgen.symbolic.operations import ELEMENTARY, CurveLike, InputSymbol, Op
+from eomgen.symbolic.operations import ELEMENTARY, InputSymbol, Op
 from eomgen.symbolic.tape import Ref, Tape
 
 if TYPE_CHECKING:
@@ -123,7 +120,7 @@ def evaluate(tape: Tape, refs: Sequence[Ref], inputs: Mapping[str, ArrayLike]) -
 
     def leaf(symbol: InputSymbol) -> NDArray[Any]:
         size = arrays[symbol.block].shape[-1] if symbol.block in arrays else 0
-        _check(symbol, size)
+        check_component(symbol, size)
         return np.asarray(arrays[symbol.block][..., symbol.index])
 
     results = run(tape, refs, leaf, Arithmetic(_NUMPY_RULES, dtype.type))
@@ -133,32 +130,8 @@ def evaluate(tape: Tape, refs: Sequence[Ref], inputs: Mapping[str, ArrayLike]) -
     return output
 
 
-def evaluate_mpmath(
-    tape: Tape, refs: Sequence[Ref], inputs: Mapping[str, Sequence[Any]], digits: int = 50
-) -> list[Any]:
-    """Evaluate references over mpmath numbers of ``digits`` decimal digits, or more if mpmath's context says so.
-
-    Inputs map block names to sequences of numbers; a bare number stands for a block of size 1. Doubles, those of the
-    tape included, enter exactly. Raises ValueError when a block is missing or too short.
-    """
-    import mpmath  # noqa: PLC0415  # an oracle only, never needed by a running model
-
-    with mpmath.workdps(max(digits, mpmath.mp.dps)):
-        blocks = {
-            name: [
-                mpmath.mpmathify(entry) for entry in (given if isinstance(given, Sequence | np.ndarray) else [given])
-            ]
-            for name, given in inputs.items()
-        }
-
-        def leaf(symbol: InputSymbol) -> Any:
-            _check(symbol, len(blocks.get(symbol.block, ())))
-            return blocks[symbol.block][symbol.index]
-
-        return run(tape, refs, leaf, Arithmetic(_mpmath_rules(), mpmath.mpf))
-
-
-def _check(symbol: InputSymbol, size: int) -> None:
+def check_component(symbol: InputSymbol, size: int) -> None:
+    """Raise ValueError where an input block, of a size, lacks the component that a symbol stands for."""
     if symbol.index >= size:
         raise ValueError(
             f"the tape needs component {symbol.index} of input block '{symbol.block}', which has {size}; "
@@ -181,10 +154,11 @@ def _numpy_atan2(y: Any, x: Any) -> Any:
     return ratio + np.where(steep, np.copysign(np.pi / 2, np.real(y)), behind)
 
 
-_ARITHMETIC = {Op.ADD: operator.add, Op.SUB: operator.sub, Op.MUL: operator.mul, Op.DIV: operator.truediv}
+#: The operations that Python's operators are.
+ARITHMETIC = {Op.ADD: operator.add, Op.SUB: operator.sub, Op.MUL: operator.mul, Op.DIV: operator.truediv}
 _NUMPY_NAMES = {"asin": "arcsin", "acos": "arccos", "atan": "arctan"}
 _NUMPY_RULES: dict[Op, Callable[..., Any]] = {
-    **_ARITHMETIC,
+    **ARITHMETIC,
     **{op: getattr(np, _NUMPY_NAMES.get(name, name)) for op, name in ELEMENTARY.items()},
     Op.POW: np.power,
     Op.ATAN2: _numpy_atan2,
@@ -197,43 +171,3 @@ _NUMPY_RULES: dict[Op, Callable[..., Any]] = {
     Op.SELECT: lambda condition, x, y: np.where(np.isnan(condition), np.nan, np.where(np.real(condition) != 0.0, x, y)),
     Op.CURVE: lambda x, curve, derivative: curve(x, derivative),
 }
-
-
-def _mpmath_rules() -> dict[Op, Callable[..., Any]]:
-    import mpmath  # noqa: PLC0415  # as in evaluate_mpmath
-
-    one, zero, nan, re = mpmath.mpf(1), mpmath.mpf(0), mpmath.mpf("nan"), mpmath.re
-
-    def truth(holds: bool, x: Any, y: Any) -> Any:
-        return nan if mpmath.isnan(x) or mpmath.isnan(y) else one if holds else zero
-
-    def atan2(y: Any, x: Any) -> Any:
-        angle = mpmath.atan2(re(y), re(x))
-        if not (mpmath.im(x) or mpmath.im(y)):
-            return angle
-        cosine, sine = mpmath.cos(angle), mpmath.sin(angle)
-        # turned to where arctan is analytic
-        return angle + mpmath.atan((cosine * y - sine * x) / (cosine * x + sine * y))
-
-    def polynomial(x: Any, curve: CurveLike, derivative: int) -> Any:
-        """Return a curve between its first and last break, without what its doubles round."""
-        piece = min(max(bisect.bisect_right(curve.breaks, float(re(x))) - 1, 0), len(curve.breaks) - 2)
-        local, coefficients = x - mpmath.mpf(curve.breaks[piece]), list(map(mpmath.mpf, curve.coefficients[piece]))
-        for _ in range(derivative):
-            coefficients = [power * value for power, value in enumerate(coefficients)][1:]
-        return mpmath.polyval(coefficients[::-1], local) if coefficients else zero
-
-    return {
-        **_ARITHMETIC,
-        **{op: getattr(mpmath, name) for op, name in ELEMENTARY.items()},
-        Op.POW: mpmath.power,
-        Op.ATAN2: atan2,
-        Op.ABS: lambda x: mpmath.sign(re(x)) * x,
-        Op.SIGN: lambda x: mpmath.sign(re(x)),
-        Op.MIN: lambda x, y: x if re(x) <= re(y) or mpmath.isnan(x) else y,
-        Op.MAX: lambda x, y: x if re(y) <= re(x) or mpmath.isnan(x) else y,
-        Op.LT: lambda x, y: truth(re(x) < re(y), x, y),
-        Op.LE: lambda x, y: truth(re(x) <= re(y), x, y),
-        Op.SELECT: lambda condition, x, y: nan if mpmath.isnan(condition) else x if re(condition) != 0 else y,
-        Op.CURVE: polynomial,
-    }

@@ -8,11 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from eomgen.symbolic.evaluate import evaluate, evaluate_mpmath
+from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import UNARY, Op
 from eomgen.symbolic.tape import Ref, Tape
 from eomgen.system.system import Block, Function, System
 from tests.codegen.hand_made import call, compile_system, make_system
+from tests.oracles.fifty_digits import evaluate_mpmath
 
 SIZE = 11
 ROUGH = {Op.ABS, Op.SIGN, Op.MIN, Op.MAX, Op.LT, Op.LE, Op.SELECT}

@@ -13,13 +13,13 @@ from eomgen.mechanics.derive import derive
 from eomgen.mechanics.kinematics.bodies import constant_quaternion
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
-from eomgen.symbolic.evaluate import evaluate_mpmath
 from eomgen.symbolic.scalar import Algebra
 from eomgen.symbolic.tape import Tape
 from eomgen.system.description import BASE, Point
 from tests.mechanics.test_beam_equations import LENGTH, beam_body
 from tests.oracles import direct_kinematics
 from tests.oracles.evaluation import Array, Evaluate, relative_error, tape_evaluator
+from tests.oracles.fifty_digits import evaluate_mpmath
 from tests.oracles.formulas import value_of, vector
 from tests.oracles.random_scenes import point_outputs, random_scene, with_base, with_loads
 from tests.oracles.states import derivative, on_base, random_states, random_unit_quaternions, rotation_of

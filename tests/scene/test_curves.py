@@ -21,9 +21,10 @@ from eomgen.scene.load import from_data, load
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.calculus.jets import jets
 from eomgen.symbolic.calculus.partials import jacobian_vector
-from eomgen.symbolic.evaluate import evaluate, evaluate_mpmath
+from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.tape import ONE, Tape
+from tests.oracles.fifty_digits import evaluate_mpmath
 
 NATURAL = ([(3, 0.0), (4, 0.0)], [(3, 0.0), (4, 0.0)])
 AT_REST = ([(1, 0.0), (2, 0.0)], [(1, 0.0), (2, 0.0)])

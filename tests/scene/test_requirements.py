@@ -10,7 +10,7 @@ from eomgen.compiled.requirements import Requirements
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.mechanics.describe import describe
 from eomgen.scene.forces.register import ALL_BOUNDS, ELEMENTS
-from eomgen.scene.joints import moved_inertia as motion
+from eomgen.scene.joints.moved_inertia import Movable
 from eomgen.scene.load import from_data
 from eomgen.scene.reading.requirements import BOUNDS, RELATIONS, UNBOUNDED, bound_of
 from tests.scene.every_value import Path, key_at, number_at, parameter_keys, places, scene_with, without_value
@@ -27,7 +27,7 @@ def test_every_key_of_parameters_has_a_row_or_may_be_any_number() -> None:
     }
     assert keys == set(ALL_BOUNDS) | any_number and not set(ALL_BOUNDS) & any_number
     related = {key for row in RELATIONS.values() for key in row.keys}
-    assert related | set(motion.KEYS) <= keys
+    assert related <= keys
 
 
 def test_the_scene_of_this_test_has_every_key() -> None:
@@ -230,7 +230,7 @@ def test_no_check_where_a_scene_requires_nothing() -> None:
     assert from_data(scene_with(("springs", "coil", "stiffness"), "X")).requirements == ()
     assert len(from_data(scene_with(("springs", "coil", "stiffness"), "X / 2")).requirements) == 1
     mass, moved = from_data(scene_with(("bodies", "slider", "mass"), "X")).requirements
-    assert mass.rule is BOUNDS["bodies.mass"] and isinstance(moved.rule, motion.Movable)
+    assert mass.rule is BOUNDS["bodies.mass"] and isinstance(moved.rule, Movable)
 
 
 def test_the_first_set_of_a_batch_that_is_wrong_is_named() -> None:

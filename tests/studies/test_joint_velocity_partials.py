@@ -15,7 +15,8 @@ import pytest
 from eomgen.mechanics.derive import derive
 from eomgen.pipeline.initial_assembly import with_initial_assembly
 from eomgen.pipeline.pipeline import load
-from eomgen.symbolic.evaluate import evaluate, evaluate_mpmath
+from eomgen.symbolic.evaluate import evaluate
+from tests.oracles.fifty_digits import evaluate_mpmath
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 EPSILON = float(np.finfo(float).eps)

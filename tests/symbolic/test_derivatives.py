@@ -12,9 +12,10 @@ from eomgen.symbolic.calculus.partials import (
     second_directional,
     weighted_gradient,
 )
-from eomgen.symbolic.evaluate import evaluate, evaluate_mpmath
+from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import UNARY, InputSymbol, Op
 from eomgen.symbolic.tape import ONE, ZERO, Tape
+from tests.oracles.fifty_digits import evaluate_mpmath
 from tests.symbolic.random_tapes import build, complex_step, points, programs
 
 BINARY = (Op.ADD, Op.SUB, Op.MUL, Op.DIV, Op.POW, Op.ATAN2, Op.MIN, Op.MAX, Op.LT, Op.LE)

@@ -6,9 +6,10 @@ import mpmath
 import numpy as np
 import pytest
 
-from eomgen.symbolic.evaluate import evaluate, evaluate_mpmath
+from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import UNARY, Op
 from eomgen.symbolic.tape import Tape
+from tests.oracles.fifty_digits import evaluate_mpmath
 
 LIBRARY = {
     Op.SQRT: math.sqrt,

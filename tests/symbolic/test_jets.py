@@ -12,9 +12,10 @@ from eomgen.symbolic.calculus.jets import (
     taylor_coefficients,
     time_derivatives,
 )
-from eomgen.symbolic.evaluate import evaluate, evaluate_mpmath
+from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import UNARY, InputSymbol, Op
 from eomgen.symbolic.tape import ONE, ZERO, Tape
+from tests.oracles.fifty_digits import evaluate_mpmath
 from tests.symbolic.random_tapes import build, programs
 
 ORDER = 6

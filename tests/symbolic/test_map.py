@@ -7,10 +7,11 @@ from hypothesis import given, settings
 from eomgen.symbolic.calculus.jets import jets
 from eomgen.symbolic.calculus.loops import compact
 from eomgen.symbolic.calculus.partials import forward_partials, gradient, second_directional
-from eomgen.symbolic.evaluate import evaluate, evaluate_mpmath
+from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.map import Map, add_map, splice, unroll
 from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.tape import ONE, ZERO, Tape
+from tests.oracles.fifty_digits import evaluate_mpmath
 from tests.symbolic.loops import LINKS, MODELS, chain, chain_point, harmonics, random_loop, springs
 from tests.symbolic.random_tapes import complex_step, points, programs
 

@@ -18,12 +18,6 @@ from eomgen.text import key_of
 
 Triple = tuple[Numbers, Numbers, Numbers]
 
-#: Keys of the values that decide whether joints move any inertia.
-KEYS = (
-    "bodies.mass", "bodies.center_of_mass", "bodies.inertia", "joints.position", "joints.rotor_inertia", "joints.pitch",
-    "joints.mimic.multiplier",
-)  # fmt: skip  # a table
-
 
 @dataclass(frozen=True)
 class Part:

@@ -116,9 +116,6 @@ class Subject:
             return False
         return True
 
-    def has_factor(self, name: str) -> bool:
-        return self.has(FACTORS) and name in self.factors
-
     def not_similar(self, factors: Sequence[str]) -> str:
         """Return why the scene in other units is not the same scene: it has numbers whose units nobody says.
 
