@@ -13,7 +13,8 @@ from eomgen.analysis.steady_motion import motion_along
 from eomgen.analysis.symmetries import KnownSymmetries
 from eomgen.compiled.arguments import check_finite, numbers
 from eomgen.errors import NumericalError, Problem, UsageError
-from eomgen.linear.campbell import Campbell, campbell
+from eomgen.linear.campbell import Campbell
+from eomgen.linear.campbell_search import campbell
 from eomgen.linear.linearization import Linearization
 from eomgen.text import nearest, shown
 

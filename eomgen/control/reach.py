@@ -50,6 +50,11 @@ class Dynamics:
             return 1.0
         return float(np.max(np.abs(np.linalg.eigvals(self.A)))) or 1.0
 
+    @property
+    def dual(self) -> Dynamics:
+        """That of A^T: what outputs do not see, its inputs do not reach."""
+        return Dynamics(self.A.T, self.states, self.sample)
+
     def growth(self, value: complex) -> float:
         """Return how far an eigenvalue is beyond the border of stability, as a share of ``rate``."""
         return value.real / self.rate if self.sample is None else abs(value) - 1.0
@@ -57,10 +62,8 @@ class Dynamics:
 
 def check_stabilisable(dynamics: Dynamics, B: Array) -> None:
     """Raise ModelError where a motion that does not decay is out of the actuators' reach, naming it."""
-    lost = [value for value in _lost(dynamics, B) if dynamics.growth(value) > -_ON_BORDER]
-    if lost:
-        worst = max(lost, key=dynamics.growth)
-        what = f"{described(dynamics, worst)} cannot be stabilised: no actuator moves it"
+    if worst := _worst(dynamics, _lost(dynamics, B)):
+        what = f"{worst} cannot be stabilised: no actuator moves it"
         raise ModelError(what, "an actuator that works on it, or a spring, a damper or a filter that makes it decay")
 
 
@@ -74,11 +77,8 @@ def check_controllable(dynamics: Dynamics, B: Array) -> None:
 
 def check_detectable(dynamics: Dynamics, C: Array, measured: Sequence[str]) -> None:
     """Raise ModelError where a motion that does not decay is not seen in what is measured, naming it."""
-    seen = Dynamics(dynamics.A.T, dynamics.states, dynamics.sample)
-    lost = [value for value in _lost(seen, C.T) if dynamics.growth(value) > -_ON_BORDER]
-    if lost:
-        worst = max(lost, key=dynamics.growth)
-        what = f"{described(dynamics, worst)} is not seen in {', '.join(measured)}, so no observer can follow it"
+    if worst := _worst(dynamics, _lost(dynamics.dual, C.T)):
+        what = f"{worst} is not seen in {', '.join(measured)}, so no observer can follow it"
         raise ModelError(what, "a measured signal that it moves")
 
 
@@ -90,11 +90,9 @@ def check_weighted(dynamics: Dynamics, root: Array) -> None:
     dynamics : cross terms of the cost taken off
     root : (r, ns) with root^T root the weight of the state
     """
-    seen = Dynamics(dynamics.A.T, dynamics.states, dynamics.sample)
-    for value in _lost(seen, root.T, math.sqrt(_RANK), _ROUNDING):
-        if abs(dynamics.growth(value)) <= _ON_BORDER:
-            what = f"{described(dynamics, value)} has zero weight, so optimal control would leave it as it is"
-            raise ModelError(what, "a weight on a state or an output that it moves")
+    if mode := _unseen_on_border(dynamics, root):
+        what = f"{mode} has zero weight, so optimal control would leave it as it is"
+        raise ModelError(what, "a weight on a state or an output that it moves")
 
 
 def check_driven(dynamics: Dynamics, root: Array) -> None:
@@ -105,11 +103,9 @@ def check_driven(dynamics: Dynamics, root: Array) -> None:
     dynamics : of the dual model, with the transpose of A; what is correlated with the noise of measurements taken off
     root : (r, ns) with root^T root the intensity of the noise
     """
-    seen = Dynamics(dynamics.A.T, dynamics.states, dynamics.sample)
-    for value in _lost(seen, root.T, math.sqrt(_RANK), _ROUNDING):
-        if abs(dynamics.growth(value)) <= _ON_BORDER:
-            what = f"no noise moves {described(dynamics, value)} so the best observer would not correct it"
-            raise ModelError(what, "noise on a disturbance, an input or a state that moves it")
+    if mode := _unseen_on_border(dynamics, root):
+        what = f"no noise moves {mode} so the best observer would not correct it"
+        raise ModelError(what, "noise on a disturbance, an input or a state that moves it")
 
 
 def check_observable(dynamics: Dynamics, C: Array) -> None:
@@ -119,6 +115,20 @@ def check_observable(dynamics: Dynamics, C: Array) -> None:
         of = described(dynamics, lost[0])
         what = f"the error of the estimate of {of} cannot be placed: nothing measured shows it"
         raise ModelError(what, "a measured signal that it moves, or kalman, which leaves it as it is")
+
+
+def _worst(dynamics: Dynamics, lost: Sequence[complex]) -> str:
+    """Return the fastest growing of those motions that do not decay; empty for none."""
+    lasting = [value for value in lost if dynamics.growth(value) > -_ON_BORDER]
+    return described(dynamics, max(lasting, key=dynamics.growth)) if lasting else ""
+
+
+def _unseen_on_border(dynamics: Dynamics, root: Array) -> str:
+    """Return the first motion on the border of stability that a square root (r, ns) does not see; empty for none."""
+    for value in _lost(dynamics.dual, root.T, math.sqrt(_RANK), _ROUNDING):
+        if abs(dynamics.growth(value)) <= _ON_BORDER:
+            return described(dynamics, value)
+    return ""
 
 
 def _lost(dynamics: Dynamics, B: Array, tolerance: float = _RANK, negligible: float = 0.0) -> list[complex]:

@@ -4,7 +4,7 @@ inside."""
 __all__ = [
     "augmentation",
     "campbell",
-    "campbell_plot",
+    "campbell_search",
     "freedom",
     "linearization",
     "modes",

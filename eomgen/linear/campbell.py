@@ -1,38 +1,25 @@
 """Campbell diagram: frequencies of oscillations over the speed of a rotor, their whirl, and crossings with orders.
 
-An order n is an excitation of n times the speed; where a frequency meets it the speed is critical. Modes are followed
-from speed to speed by their shapes and frequencies, so that curves cross as they do; crossings are then found on the
-model itself (Brent 1973), not between the points of the diagram.
+An order n is an excitation of n times the speed; where a frequency meets it the speed is critical.
 """
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq, linear_sum_assignment
 
 from eomgen.arrays import Array
-from eomgen.errors import EomgenError, ModelError, NumericalError, Problem
+from eomgen.figures import axes_of_caller, new_figure, pyplot_figure, saved
 from eomgen.html import page, table
-from eomgen.linear.campbell_plot import plot_campbell
-from eomgen.linear.linearization import Linearization
 
-Complex = NDArray[np.complex128]
-#: Relative accuracy of critical speeds.
-_ACCURACY = 1e-12
-#: An orbit whose axes have a ratio below this is a line: it whirls in no sense.
-_LINE = 1e-6
-#: Modes that are more unlike than this are followed over a value between.
-_UNLIKE = 0.5
-#: So often an interval is halved for that.
-_DEPTH = 4
-#: Values that a diagram has at the least.
-_FEWEST = 2
+_GRID: dict[str, Any] = {"color": "#dddddd", "linewidth": 0.6}
+#: Colour, line style and word of each sense of whirl.
+_WHIRL = {1: ("#0B62C4", "-", "forward"), -1: ("#F08C00", "--", "backward"), 0: ("#444444", "-", "")}
 
 
 @dataclass(frozen=True)
@@ -73,7 +60,7 @@ class Campbell:
     parameter: str
     unit: str
     values: Array
-    eigenvalues: Complex
+    eigenvalues: NDArray[np.complex128]
     whirl: NDArray[np.int_]
     orders: tuple[float, ...]
     crossings: tuple[Crossing, ...]
@@ -148,195 +135,57 @@ class Campbell:
         UsageError
             Something that is no axes, or more than one.
         """
-        return plot_campbell(self, axes)
+        given = pyplot_figure((8.0, 5.4)).subplots() if axes is None else axes
+        drawn = axes_of_caller("plot", given, [f"frequencies over {self.parameter}"])
+        _draw(drawn[0], self)
+        return drawn
 
 
-@dataclass(frozen=True)
-class _Oscillations:
-    """Oscillating modes at one value: eigenvalues (m,), weighted shapes of length one (rows, m), whirl (m,)."""
-
-    eigenvalues: Complex
-    shapes: Complex
-    whirl: NDArray[np.int_]
-    stability: str
+def draw_campbell(diagram: Campbell, title: str, path: Path) -> Path:
+    """Draw the diagram into a file. Raises FileError where it cannot be written."""
+    figure = new_figure((8.0, 5.4))
+    _draw(figure.subplots(), diagram)
+    figure.suptitle(f"{title}: Campbell diagram", fontsize=11)
+    return saved(figure, path)
 
 
-def campbell(
-    parameter: str,
-    unit: str,
-    values: Sequence[float],
-    linearized: Callable[[float, Linearization | None], Linearization],
-    orders: Sequence[float] = (),
-    pairs: Sequence[tuple[str, str]] = (),
-) -> Campbell:
-    """Return the oscillations over values of a parameter.
-
-    Parameters
-    ----------
-    linearized : callable
-        From a value, and the linear model at the value before it, to the linear model there.
-    orders : multiples of the values
-    pairs : pairs of outputs or states that are deflections along two axes, the second a quarter turn from the first in
-        the sense of the spin; whirl is the sense in which they orbit
-
-    Values at which there is no linear model are left out with a warning, as long as two are kept.
-
-    Raises
-    ------
-    EomgenError
-        What ``linearized`` raises where the call is wrong, or where fewer than two values have a linear model: with the
-        first value at which it did.
-    """
-
-    def at(value: float, before: Linearization | None) -> Linearization:
-        try:
-            return linearized(value, before)
-        except EomgenError as error:
-            problems = [
-                Problem(f"at {parameter} = {value:.6g}: {p.where}".rstrip(": "), p.what, p.hint) for p in error.problems
-            ]
-            raise type(error)(problems) from None
-
-    nodes: list[_Node] = []
-    failures: dict[float, ModelError | NumericalError] = {}
-    for value in map(float, values):
-        try:
-            model = at(value, nodes[-1].model if nodes else None)
-        except (ModelError, NumericalError) as error:
-            failures[value] = error
-            continue
-        node = _Node(value, model, _oscillations(model, pairs, value), wanted=True)
-        nodes += [*_between(nodes[-1], node, at, pairs, _DEPTH), node] if nodes else [node]
-    if failures and sum(node.wanted for node in nodes) < _FEWEST:
-        raise next(iter(failures.values()))
-    for failure in failures.values():
-        warnings.warn(f"Campbell diagram: left out: {failure}", RuntimeWarning, stacklevel=5)
-    columns, count = _followed(nodes)
-    found = [node.oscillations for node in nodes]
-    eigenvalues = np.full((len(found), count), complex(np.nan, np.nan))
-    whirl = np.zeros((len(found), count), dtype=int)
-    for row, (item, numbers) in enumerate(zip(found, columns, strict=True)):
-        eigenvalues[row, numbers], whirl[row, numbers] = item.eigenvalues, item.whirl
-    order_of_modes = np.argsort([column[~np.isnan(column)][0].imag for column in eigenvalues.T], kind="stable")
-    eigenvalues, whirl = eigenvalues[:, order_of_modes], whirl[:, order_of_modes]
-    places = {int(old): new for new, old in enumerate(order_of_modes)}
-
-    def crossing(order: float, row: int, number: int) -> Crossing | None:
-        """Return the crossing between two values, found on the model itself."""
-        ends = [(found[place], columns[place].index(number)) for place in (row, row + 1)]
-        last: dict[str, Any] = {}
-
-        def excess(value: float) -> float:
-            here = _oscillations(at(value, nodes[row].model), pairs, value)
-            nearest = int(np.argmin(sum(_costs(end, here)[k] for end, k in ends)))
-            last.update(value=value, eigenvalue=here.eigenvalues[nearest], whirl=here.whirl[nearest])
-            return float(here.eigenvalues[nearest].imag - order * abs(value))
-
-        low, high = nodes[row].value, nodes[row + 1].value
-        try:
-            if np.sign(excess(low)) == np.sign(excess(high)):
-                return None  # another mode is nearer there
-            speed = float(brentq(excess, low, high, xtol=_ACCURACY * max(abs(low), abs(high)), rtol=_ACCURACY))
-            excess(speed)
-        except (ModelError, NumericalError) as error:
-            warnings.warn(f"Campbell diagram: a crossing with {order:g}x is left out: {error}", RuntimeWarning, 6)
-            return None
-        word = {1: "forward", -1: "backward"}.get(int(last["whirl"]), "")
-        return Crossing(order, speed, float(last["eigenvalue"].imag), places[number], word)
-
-    crossings = []
-    for order in orders:
-        for old, new in places.items():
-            above = eigenvalues[:, new].imag - order * np.abs([node.value for node in nodes])
-            with np.errstate(invalid="ignore"):
-                changes = np.flatnonzero((above[1:] <= 0.0) != (above[:-1] <= 0.0))
-            for place in changes.tolist():
-                if not np.isnan(above[place : place + 2]).any():
-                    crossings.append(crossing(float(order), place, old))
-    kept = sorted((item for item in crossings if item is not None), key=lambda item: (item.order, item.speed))
-    wanted = [row for row, node in enumerate(nodes) if node.wanted]
-    given = np.array([nodes[row].value for row in wanted])
-    stability = tuple(found[row].stability for row in wanted)
-    eigenvalues, whirl = eigenvalues[wanted], whirl[wanted]
-    left_out = {value: str(failure) for value, failure in failures.items()}
-    multiples = tuple(map(float, orders))
-    return Campbell(parameter, unit, given, eigenvalues, whirl, multiples, tuple(kept), stability, left_out)
-
-
-def _oscillations(lin: Linearization, pairs: Sequence[tuple[str, str]], value: float) -> _Oscillations:
-    modes = lin.modes()
-    kept = np.flatnonzero(modes.oscillating)
-    shapes = modes.weights[:, np.newaxis] * modes.shapes[:, kept]
-    lengths = np.linalg.norm(shapes, axis=0)
-    area, size = np.zeros(len(kept)), np.zeros(len(kept))
-    if pairs:
-        rows = lin.state_space().output_rows([name for pair in pairs for name in pair])
-        deflections = rows @ modes.state_shapes[:, kept]
-        first, second = deflections[::2], deflections[1::2]
-        # x = cos t, y = sin t has the amplitudes 1 and -i
-        area = -np.sum((first.conj() * second).imag, axis=0)
-        size = np.sum(np.abs(first) ** 2 + np.abs(second) ** 2, axis=0)
-    sense = np.where(np.abs(area) > _LINE * size, np.sign(area), 0.0) * np.sign(value)
-    return _Oscillations(
-        modes.eigenvalues[kept], shapes / np.where(lengths > 0.0, lengths, 1.0), sense.astype(int), modes.stability
+def _draw(axis: Any, diagram: Campbell) -> None:
+    values, frequencies = diagram.values, diagram.frequencies
+    named: set[str] = set()
+    for mode in range(frequencies.shape[1]):
+        for sense in np.unique(diagram.whirl[:, mode]):
+            colour, style, word = _WHIRL[int(sense)]
+            own = diagram.whirl[:, mode] == sense
+            # at rest there is no sense, and a curve begins there with that beside it
+            beside = np.concatenate([own[1:], [False]]) | np.concatenate([[False], own[:-1]])
+            shown = own | (beside & (diagram.whirl[:, mode] == 0))
+            label = word if word and word not in named else None
+            named.add(word)
+            axis.plot(values, np.where(shown, frequencies[:, mode], np.nan), style, color=colour, label=label, lw=1.5)
+    top = float(np.nanmax(frequencies, initial=0.0)) * 1.08 or 1.0
+    ends = np.array([float(np.min(values)), float(np.max(values))])
+    for order in diagram.orders:
+        ray = order * np.abs(ends) / (2.0 * np.pi)
+        line = np.array([ends[0], *([0.0] if ends[0] < 0.0 < ends[1] else []), ends[1]])
+        axis.plot(line, order * np.abs(line) / (2.0 * np.pi), ":", color="#888888", linewidth=1.2)
+        at = min(ends[1], top * 2.0 * np.pi / order) if order > 0.0 else ends[1]
+        height = min(ray[1], top)
+        axis.annotate(
+            f"{order:g}x", (at, height), (-4, -4), textcoords="offset points", ha="right", va="top", fontsize=9
+        )
+    axis.plot(
+        [item.speed for item in diagram.crossings],
+        [item.frequency / (2.0 * np.pi) for item in diagram.crossings],
+        "o",
+        color="#C8102E",
+        markersize=5.0,
+        zorder=3,
     )
-
-
-@dataclass(frozen=True)
-class _Node:
-    """A value of the parameter with its model; those that are not wanted only help to follow modes."""
-
-    value: float
-    model: Linearization
-    oscillations: _Oscillations
-    wanted: bool
-
-
-def _costs(before: _Oscillations, now: _Oscillations) -> Array:
-    """Return how unlike modes (m,) of before and (k,) of now are, (m, k): by shapes, frequencies and whirl."""
-    likeness = np.abs(before.shapes.conj().T @ now.shapes) ** 2
-    distance = np.abs(before.eigenvalues[:, np.newaxis] - now.eigenvalues)
-    sizes = np.abs(before.eigenvalues)[:, np.newaxis] + np.abs(now.eigenvalues)
-    opposite = before.whirl[:, np.newaxis] * now.whirl < 0
-    return np.asarray((1.0 - likeness) + 4.0 * distance / sizes + opposite)
-
-
-def _between(
-    low: _Node,
-    high: _Node,
-    at: Callable[[float, Linearization | None], Linearization],
-    pairs: Sequence[tuple[str, str]],
-    depth: int,
-) -> list[_Node]:
-    """Return the nodes between two by which modes can be told apart; none where they are near enough, or where there is
-    no linear model between them."""
-    costs = _costs(low.oscillations, high.oscillations)
-    rows, chosen = linear_sum_assignment(costs)
-    if depth == 0 or np.all(costs[rows, chosen] < _UNLIKE):
-        return []
-    middle = 0.5 * (low.value + high.value)
-    try:
-        model = at(middle, low.model)
-    except (ModelError, NumericalError):
-        return []
-    node = _Node(middle, model, _oscillations(model, pairs, middle), wanted=False)
-    below = _between(low, node, at, pairs, depth - 1)
-    return [*below, node, *_between(node, high, at, pairs, depth - 1)]
-
-
-def _followed(nodes: Sequence[_Node]) -> tuple[list[list[int]], int]:
-    """Return the columns of the modes of each node, and how many columns there are."""
-    columns: list[list[int]] = []
-    count = 0
-    for place, node in enumerate(nodes):
-        now = node.oscillations
-        numbers: dict[int, int] = {}
-        if place:
-            rows, chosen = linear_sum_assignment(_costs(nodes[place - 1].oscillations, now))
-            numbers = {int(k): columns[-1][int(row)] for row, k in zip(rows, chosen, strict=True)}
-        for k in range(len(now.eigenvalues)):
-            if k not in numbers:
-                numbers[k] = count
-                count += 1
-        columns.append([numbers[k] for k in range(len(now.eigenvalues))])
-    return columns, count
+    axis.set_xlim(*ends)
+    axis.set_ylim(0.0, top)
+    axis.set_xlabel(diagram.parameter + (f", {diagram.unit}" if diagram.unit not in ("", "1") else ""))
+    axis.set_ylabel("frequency, Hz")
+    axis.grid(True, **_GRID)
+    axis.set_axisbelow(True)
+    if named - {""}:
+        axis.legend(fontsize=9, frameon=False, loc="upper left")

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 import eomgen
 from eomgen.errors import NumericalError, Problem, UsageError
-from eomgen.linear.campbell import campbell
+from eomgen.linear.campbell_search import campbell
 from eomgen.linear.linearization import Linearization
 from tests.models.cache import shared_cache
 
