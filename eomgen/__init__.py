@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from eomgen.version import __version__
 
 if TYPE_CHECKING:
+    from eomgen import control, spectra
     from eomgen.errors import (
         DescriptionError,
         EomgenError,
@@ -32,6 +33,8 @@ if TYPE_CHECKING:
     from eomgen.studies.savings.study import savings
     from eomgen.system.system import System
 
+#: Rooms that callers use as they are.
+_ROOMS = ("control", "spectra")
 _HOMES = {
     **dict.fromkeys(("load", "derive", "generate", "build"), "eomgen.pipeline.pipeline"),
     "Model": "eomgen.model",
@@ -77,11 +80,13 @@ __all__ = [
     "UsageError",
     "__version__",
     "build",
+    "control",
     "derive",
     "extremes",
     "generate",
     "load",
     "savings",
+    "spectra",
     "tradeoff",
     "tune",
     "with_controller",
@@ -89,6 +94,8 @@ __all__ = [
 
 
 def __getattr__(name: str) -> object:
+    if name in _ROOMS:
+        return import_module(f"eomgen.{name}")
     if name not in _HOMES:
         text = f"module 'eomgen' has no attribute {name!r}"
         if not name.startswith("_"):

@@ -34,12 +34,12 @@ DOORS: dict[str, set[str]] = {
     "html": set(),
     "progress": {"errors"},
     "road_classes": set(),
-    "spectra": {"arrays", "errors", "figures", "html", "road_classes"},
+    "spectra": {"arrays", "calls", "errors", "figures", "html", "road_classes"},
     # arrays and C alone
     "toolchain": {"errors"},
-    "control": {"arrays", "errors", "figures", "html", "linear", "road_classes", "text"},
+    "control": {"arrays", "calls", "errors", "figures", "html", "linear", "road_classes", "text"},
     "solvers": {"arrays", "errors", "lie"},
-    "linear": {"arrays", "errors", "figures", "html", "lie", "road_classes", "spectra", "text", "units"},
+    "linear": {"arrays", "calls", "errors", "figures", "html", "lie", "road_classes", "spectra", "text", "units"},
     # from a description to C
     "symbolic": set(),
     "lie": {"symbolic"},

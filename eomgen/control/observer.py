@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.arrays import Array
+from eomgen.calls import checked_call, checked_calls
 from eomgen.control.cost import Weighted, controlled_by, near, number, row_of
 from eomgen.control.display import deviations_html, eigenvalues_html, gains_html
 from eomgen.control.reach import Dynamics, check_detectable, check_driven, check_observable
@@ -30,6 +31,7 @@ from eomgen.text import shown
 Complex = NDArray[np.complex128]
 
 
+@checked_calls()
 @dataclass(frozen=True, repr=False)
 class Observer:
     """An estimate of the whole state from what is measured.
@@ -87,6 +89,7 @@ class Observer:
         return dict(zip(self.space.states, np.sqrt(np.maximum(np.diag(self.covariance), 0.0)).tolist(), strict=True))
 
 
+@checked_call()
 def kalman(
     space: StateSpace | HasStateSpace,
     noise: Weighted,
@@ -158,6 +161,7 @@ def kalman(
     return replace(observer, gains=M, covariance=left @ before @ left.T + M @ V @ M.T)
 
 
+@checked_call()
 def place_observer(
     space: StateSpace | HasStateSpace,
     poles: Sequence[complex],

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.arrays import Array
+from eomgen.calls import checked_calls
 from eomgen.control.display import eigenvalues_html, margins_html
 from eomgen.control.labels import labels, with_more
 from eomgen.control.margins import Margins, margins_of
@@ -26,6 +27,7 @@ from eomgen.linear.state_space import StateSpace
 Complex = NDArray[np.complex128]
 
 
+@checked_calls()
 @dataclass(frozen=True, repr=False)
 class OutputFeedback:
     """A regulator and an observer of the same model.

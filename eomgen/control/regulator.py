@@ -20,6 +20,7 @@ from scipy.linalg import matrix_balance
 from scipy.signal import place_poles
 
 from eomgen.arrays import Array
+from eomgen.calls import checked_call, checked_calls
 from eomgen.control.cost import Weighted, controlled_by, near, quadratic_cost
 from eomgen.control.display import eigenvalues_html, gains_html, margins_html
 from eomgen.control.labels import labels, with_more
@@ -39,6 +40,7 @@ Check = Callable[[Dynamics, Array], None]
 _REACHED = 1e-6
 
 
+@checked_calls()
 @dataclass(frozen=True, repr=False)
 class Regulator:
     """Feedback u = -G s of the deviations s of all states from where the model is linear.
@@ -111,6 +113,7 @@ class Regulator:
         return plot_margins(self.margins, axes)
 
 
+@checked_call()
 def lqr(
     space: StateSpace | HasStateSpace,
     Q: Weighted,
@@ -161,6 +164,7 @@ def lqr(
     return _sampled(held.space, Weights(*parts))
 
 
+@checked_call()
 def place(
     space: StateSpace | HasStateSpace,
     poles: Sequence[complex],

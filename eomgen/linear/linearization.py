@@ -18,6 +18,7 @@ import scipy.linalg
 from numpy.typing import ArrayLike, NDArray
 
 from eomgen.arrays import Array
+from eomgen.calls import checked_calls
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.linear.display import linearization_html
 from eomgen.linear.freedom import Freedom
@@ -70,6 +71,7 @@ class Names:
     references: Mapping[str, Array] = field(default_factory=dict)
 
 
+@checked_calls()
 @dataclass(frozen=True)
 class Linearization:
     """A linear model.

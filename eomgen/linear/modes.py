@@ -15,6 +15,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from eomgen.arrays import Array
+from eomgen.calls import checked_calls
 from eomgen.linear.display import modes_html
 from eomgen.linear.plots import plot_modes
 
@@ -24,6 +25,7 @@ _MARGIN = 16.0
 _EPSILON = float(np.finfo(float).eps)
 
 
+@checked_calls()
 @dataclass(frozen=True)
 class Modes:
     """One mode for each real eigenvalue and for each conjugate pair, slowest first.

@@ -17,6 +17,7 @@ import scipy.linalg
 from numpy.typing import ArrayLike, NDArray
 
 from eomgen.arrays import Array
+from eomgen.calls import checked_calls
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.linear.display import state_space_html
 from eomgen.linear.freedom import Freedom
@@ -31,6 +32,7 @@ KINDS = ("states", "inputs", "disturbances", "outputs")
 _ON_BORDER = 1e-9
 
 
+@checked_calls()
 @dataclass(frozen=True, repr=False)
 class StateSpace:
     """A linear model of first order, in continuous time or sampled.

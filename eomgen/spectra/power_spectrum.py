@@ -8,11 +8,13 @@ from typing import Any
 import numpy as np
 
 from eomgen.arrays import Array
+from eomgen.calls import checked_calls
 from eomgen.figures import axes_of_caller, pyplot_figure
 
 _GRID: dict[str, Any] = {"color": "#dddddd", "linewidth": 0.6}
 
 
+@checked_calls()
 @dataclass(frozen=True, repr=False)
 class PowerSpectrum:
     """A power spectral density.

@@ -5,9 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from eomgen.arrays import Array
+from eomgen.calls import checked_calls
 from eomgen.html import page, table
 
 
+@checked_calls()
 @dataclass(frozen=True, repr=False)
 class RideTable:
     """Root mean squares over road classes and speeds.
