@@ -17,22 +17,10 @@ import pytest
 import eomgen
 from eomgen.results.solution import Solution
 from tests.codegen.test_stand_alone import compiled, run
-from tests.simulation.test_sampled_states import CART
+from tests.simulation.test_sampled_states import CART, ENCODER
 
 #: The law in formulas: an encoder, its difference as velocity, an integral, rounding, and 3.2 ms of computing.
-FORMULAS = """
-[states.measured]
-sample = "10 ms"
-formula = "q.x"
-quantum = "1/256"
-[states.before]
-sample = "10 ms"
-formula = "now"
-delay = "10 ms"
-[states.now]
-sample = "10 ms"
-formula = "measured"
-[states.integral]
+FORMULAS = f"""{ENCODER}[states.integral]
 sample = "10 ms"
 formula = "integral + 0.01 * (target - measured)"
 [states.force]

@@ -39,8 +39,8 @@ initial = 0.5
 joint = "x"
 effort = "force"
 """
-#: A measurement of 8 bits, its difference as velocity, an integral, and a force that takes effect 3.2 ms later.
-DIGITAL = """
+#: A measurement of 8 bits, now and at the sample before.
+ENCODER = """
 [states.measured]
 sample = "10 ms"
 formula = "q.x"
@@ -52,7 +52,9 @@ delay = "10 ms"
 [states.now]
 sample = "10 ms"
 formula = "measured"
-[states.integral]
+"""
+#: That, its difference as velocity, an integral, and a force that takes effect 3.2 ms later.
+DIGITAL = f"""{ENCODER}[states.integral]
 sample = "20 ms"
 formula = "integral + 0.02 * (target - measured)"
 [states.force]

@@ -53,7 +53,7 @@ def add_beam(tree: Tree, scene: Scene, body: Body, joint: Joint, number: Callabl
     )
     links, first = [*tree.links, beam], len(tree.links)
     stations = dict(tree.stations)
-    for x in _station_positions(tree, scene, body.name, number):
+    for x in _station_positions(scene, body.name, number):
         station = integrals.at(x)
         stations[body.name, x] = first
         if moves(station):
@@ -81,7 +81,7 @@ def add_beam(tree: Tree, scene: Scene, body: Body, joint: Joint, number: Callabl
     return replace(tree, links=tuple(links), mounts=mounts, stations=stations)
 
 
-def _station_positions(tree: Tree, scene: Scene, body: str, number: Callable[[Formula], Scalar]) -> list[float]:
+def _station_positions(scene: Scene, body: str, number: Callable[[Formula], Scalar]) -> list[float]:
     """Return the distinct positions x along a beam's axis to which the scene attaches something, sorted, m."""
     positions: list[float] = []
     for label, formula in attached_along(scene, body):

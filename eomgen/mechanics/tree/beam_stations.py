@@ -83,8 +83,8 @@ def station_motion(
         moving.append((deflects[0] - shortened[k], deflects[1], deflects[2]))
         turning.append((turns[0], turns[1], turns[2]))
     linear = [algebra.vector([m[0] + 0.5 * s, m[1], m[2]]) for m, s in zip(moving, shortened, strict=True)]
-    position = _combined(algebra, (algebra.scalar(x), zero, zero), linear, q)
-    angle = _combined(algebra, algebra.zero_vector, turning, q)
+    position = _combined((algebra.scalar(x), zero, zero), linear, q)
+    angle = _combined(algebra.zero_vector, turning, q)
     rotation, tangent = _turned(algebra, angle)
     columns = tuple(
         Column(apply(tangent, turns) if tangent is not None else turns, rotation.rotate_back(moved))
@@ -95,7 +95,7 @@ def station_motion(
         drawn_in = drawn_in - rate * _product(row, v, zero)
     twisting = algebra.zero_vector
     if tangent is not None:
-        rate_of_turn = apply(tangent, _combined(algebra, algebra.zero_vector, turning, v))
+        rate_of_turn = apply(tangent, _combined(algebra.zero_vector, turning, v))
         rates: dict[Ref | InputSymbol, Ref] = {
             InputSymbol("q", number): rate.ref for number, rate in zip(coordinates.components, v, strict=True)
         }
@@ -122,7 +122,7 @@ def _turned(algebra: Algebra, angle: Vector) -> tuple[Rotation, Matrix | None]:
     return Rotation((MatrixFactor(quaternion_matrix(algebra, quaternion)),)), tangent
 
 
-def _combined(algebra: Algebra, start: Vector, columns: list[Vector], amplitudes: Amplitudes) -> Vector:
+def _combined(start: Vector, columns: list[Vector], amplitudes: Amplitudes) -> Vector:
     total = start
     for column, amplitude in zip(columns, amplitudes, strict=True):
         total = plus(total, scaled(amplitude, column))

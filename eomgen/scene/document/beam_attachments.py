@@ -107,7 +107,7 @@ def check_frames(joints: Sequence[Joint], bodies: Mapping[str, Body], values: Va
         key = key_of("beams", joint.child)
         if beam is None or values.report.concerns(key):
             continue
-        free = _freedoms(joint, carried, bodies, values)
+        free = _freedoms(joint, carried, bodies)
         for deformation in beam.deformations:
             held = [_WORDS[twist] for twist in _moved(deformation, beam) if _is_held(np.eye(6)[twist], free)]
             if held:
@@ -144,7 +144,7 @@ def _moved(deformation: Deformation, beam: Beam) -> list[int]:
     return found
 
 
-def _freedoms(joint: Joint, carried: Mapping[str, Joint], bodies: Mapping[str, Body], values: Values) -> Array:
+def _freedoms(joint: Joint, carried: Mapping[str, Joint], bodies: Mapping[str, Body]) -> Array:
     """Return an orthonormal basis (6, n) of the twists that a joint, and joints of massless bodies before it, leave to
     the child.
 

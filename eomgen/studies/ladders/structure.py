@@ -97,7 +97,7 @@ def _reach(units: Any) -> Array:
     return np.array([1.0 if unit == "rad/s" else 0.05 for unit in units])
 
 
-def _numbers(data: Any, kind: str = "") -> Iterator[tuple[Any, Any, str]]:
+def _numbers(data: Any) -> Iterator[tuple[Any, Any, str]]:
     """Yield what holds each geometric number, its key there, and the key of the vector that it is in."""
     items = data.items() if isinstance(data, Mapping) else enumerate(data)
     for key, value in items:

@@ -57,7 +57,7 @@ def draw(model: Model, engine: Engine, count: int, rng: np.random.Generator) -> 
             f"around the motion {missing} of {count - len(motion)} states were not found: no finite or consistent ones"
         )
     blocks = {name: np.stack([state[name] for _, state in kept]) for name in kept[0][1]} if kept else {}
-    return States(blocks, tuple(name for name, _ in kept), tuple(notes)), _space(model, engine, scales, length, rng)
+    return States(blocks, tuple(name for name, _ in kept), tuple(notes)), _space(model, scales, length, rng)
 
 
 def _motion(model: Model, count: int, notes: list[str]) -> tuple[list[dict[str, Array]], list[str]]:
@@ -164,7 +164,7 @@ def _completed(
     return there if "base" in functions else {name: array for name, array in there.items() if name != "base"}
 
 
-def _space(model: Model, engine: Engine, scales: dict[str, Array], length: float, rng: np.random.Generator) -> Space:
+def _space(model: Model, scales: dict[str, Array], length: float, rng: np.random.Generator) -> Space:
     _, v_names = coordinate_names(model.factors)
     components = {"v": tuple(v_names), "z": tuple(model.z_names), "lam": tuple(model.multipliers)}
     along = {

@@ -130,7 +130,7 @@ def _of_rows(space: Space, system: System) -> list[Claim]:
         return np.asarray((B @ state["a"][..., np.newaxis])[..., 0] + engine("constraint_bias", state)["g"])
 
     return [
-        _of_accelerations(space, name, rows, block, space.along[block], space.rows["lam"])
+        _of_accelerations(name, rows, block, space.along[block], space.rows["lam"])
         for name, block in (("Aq", "q"), ("Av", "v"))
         if name in _named(system, "acceleration_partials")
     ]
@@ -173,9 +173,7 @@ def _of_joints(space: Space, system: System, description: Description) -> list[C
     ]
 
 
-def _of_accelerations(
-    space: Space, name: str, rows: Value, block: str, along: Directions, names: Sequence[str]
-) -> Claim:
+def _of_accelerations(name: str, rows: Value, block: str, along: Directions, names: Sequence[str]) -> Claim:
     return Claim(
         f"acceleration_partials.{name}",
         f"d (B a + g) / d{block}",
