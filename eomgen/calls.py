@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import functools
 import inspect
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, ParamSpec, TypeVar
 
 from eomgen.errors import Problem, UsageError
@@ -48,6 +48,12 @@ OF_MODELS = frozenset(
         "rhs",
     }
 )
+#: What states are called elsewhere.
+_SYMBOLS: Mapping[str, str] = {
+    **dict.fromkeys(("qd", "qdot", "dq", "q_dot", "qvel"), "v"),
+    **dict.fromkeys(("qpos",), "q"),
+}
+_MEANING = {"q": "positions", "v": "velocities"}
 #: What stands before the arguments that a caller writes.
 _OWNERS = ("self", "cls", "model")
 
@@ -91,7 +97,7 @@ def checked_call(what_to_try: str = "", **meant: str) -> Callable[[Callable[P, R
     what_to_try : str
         Hint for arguments that are missing.
     meant : str
-        What others call an argument, and its name here.
+        What others call an argument, and its name here; or a call in place of it, with its brackets.
     """
 
     def decorated(function: Callable[P, R]) -> Callable[P, R]:
@@ -147,9 +153,17 @@ def attribute_hint(name: str, known: Iterable[str], kind: str = "") -> str:
     if name in OF_MODELS and kind != "Model":
         scene = {"SceneBuilder": "builder.build()"}.get(kind, "scene")
         return f"eomgen.build({scene}).{name}(...), of the compiled model"
+    if meant := _SYMBOLS.get(name):
+        return f"initial_{meant} or {meant}_names; {_MEANING[meant]} are called {meant}" if kind == "Model" else meant
     if kind == "Model" and len(name) > 1 and (term := meant_term(name)):
         return term
     return nearest(name, (item for item in known if not item.startswith("_")))
+
+
+def _meant(name: str, meant: Mapping[str, str], named: Sequence[str]) -> str:
+    """Return what is called otherwise here: an argument, or a call in place of it."""
+    other = meant.get(name, "")
+    return other if other in named or "(" in other else nearest(name, named)
 
 
 def _misfit(
@@ -177,7 +191,7 @@ def _misfit(
     takes_any = any(item.kind is inspect.Parameter.VAR_KEYWORD for item in every.values())
     if unknown and not takes_any:
         names = ", ".join(shown(name) for name in unknown)
-        hints = [meant[name] if meant.get(name) in named else nearest(name, named) for name in unknown[:3]]
+        hints = [_meant(name, meant, named) for name in unknown[:3]]
         hint = " and ".join(dict.fromkeys(filter(None, hints))) or "no arguments"
         return Problem(where, f"there is no argument {names}", hint)
     in_order = [name for name in named if every[name].kind is not inspect.Parameter.KEYWORD_ONLY]

@@ -34,7 +34,7 @@ DOORS: dict[str, set[str]] = {
     "html": set(),
     "progress": {"errors"},
     "road_classes": set(),
-    "spectra": {"arrays", "calls", "errors", "figures", "html", "road_classes"},
+    "spectra": {"arrays", "calls", "errors", "figures", "html", "road_classes", "text", "units"},
     # arrays and C alone
     "toolchain": {"errors"},
     "control": {"arrays", "calls", "errors", "figures", "html", "linear", "road_classes", "text"},
@@ -285,6 +285,7 @@ LATE: dict[str, dict[str, str]] = {
     "simulation.settings": {
         "formula.jumps": "it evaluates on the tape; most scenes prescribe no motion",
         "formula.steepness": "likewise",
+        "formula.undefined_laws": "likewise",
     },
     "simulation.run": {"analysis.equilibrium": "SciPy; most runs do not start from equilibrium"},
     "simulation.run_model": {"analysis.linearize": "SciPy; only linear models about motions need it"},

@@ -209,6 +209,8 @@ SLOW: dict[str, tuple[str, ...]] = {
         "a spring through zero length",
     ),
     "failures/test_solution_files.py::test_no_flipped_byte_raises_anything_else": (),
+    "failures/test_unnoticed_mistakes.py::test_a_sampled_loop_that_is_unstable_is_reported": (),
+    "failures/test_unnoticed_mistakes.py::test_what_goes_far_without_growing_exponentially_is_left_alone": (),
     "integrators/test_adaptive_steps.py::test_a_first_step_that_explodes_is_forgotten": (),
     "integrators/test_adaptive_steps.py::test_a_motion_from_rest_begins_in_steps_of_the_size_of_its_own_time": (
         "t**4-rk45",

@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
-from eomgen.compiled.arguments import check_name
 from eomgen.compiled.terms import Extensible, Parameters
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.system.terms import REFERENCES
@@ -182,7 +181,9 @@ def _taken(model: Extensible, term: str, frame: str, **given: Any) -> Array:
     if frame not in terms.frames and frame in (*terms.bodies, *terms.fixed_frames):
         what = f"{frame} is no task frame, and the terms of frames give {', '.join(terms.frames)} only"
         raise UsageError(Problem("task_frames", what, f'task_frames = [..., "{frame}"], or none for all'))
-    check_name("body or frame", frame, terms.frames)
+    if frame not in terms.frames:
+        hint = f"{nearest(str(frame), terms.frames)}; for a point point_jacobian(body, r, q), or [frames] in the scene"
+        raise UsageError(Problem("", f"there is no body or frame {shown(str(frame))}", hint))
     every = model.having((term,)).evaluator.call(term, **given)[0]
     found: Array = np.take(every, terms.frames.index(frame), axis=-2 if term.startswith("frame_drifts") else -3)
     return found

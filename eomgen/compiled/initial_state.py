@@ -11,6 +11,8 @@ import numpy as np
 from eomgen.arrays import Array
 from eomgen.compiled.arguments import by_name, check_finite, check_name, check_quaternions, measured, numbers
 from eomgen.errors import Problem, UsageError
+from eomgen.text import shown
+from eomgen.units.angles import several_turns
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
@@ -73,6 +75,24 @@ def check_initial(given: object) -> None:
         raise UsageError(Problem("initial", what, 'dict(q=..., v=...) or {"joint": position}'))
 
 
+def angles_of_several_turns(model: CompiledModel, initial: Mapping[str, Any] | None) -> list[str]:
+    """Return a note on each joint that a caller starts at more than a turn, as a plain number: rad, and no degrees.
+
+    Arrays for all of q have no notes, nor have numbers of more than one decimal: these come from programs and other
+    runs.
+    """
+    notes = []
+    for factor in model.factors:
+        value = (initial or {}).get(factor.name)
+        angle = value.get("position") if isinstance(value, Mapping) else value
+        turns = factor.q_size == 1 and model.q_units[factor.q_start] == "rad"
+        if not (turns and isinstance(angle, int | float) and float(10.0 * angle).is_integer()):
+            continue
+        if note := several_turns(factor.name, angle):
+            notes.append(note)
+    return notes
+
+
 def _joints(model: CompiledModel, given: Mapping[str, Any], state: InitialState) -> None:
     factors = {factor.name: factor for factor in model.factors}
     for name, value in given.items():
@@ -80,6 +100,11 @@ def _joints(model: CompiledModel, given: Mapping[str, Any], state: InitialState)
             index = model.states.index(name)
             _put(state.z, slice(index, index + 1), f"initial {name}", value, model.z_units)
             continue
+        block, _, of = str(name).partition(".")
+        if block in ("q", "v") and of in factors:
+            meant = f'"{of}": {{"{"velocity" if block == "v" else "position"}": ...}}'
+            what = f"{shown(str(name))} is a component, and initial states are given by joints"
+            raise UsageError(Problem("initial", what, f"initial={{{meant}}}, or all of {block} as an array"))
         check_name("joint or state" if model.states else "joint", name, [*factors, *model.states])
         parts = value if isinstance(value, Mapping) else {"position": value}
         for key, number in parts.items():

@@ -12,7 +12,7 @@ from eomgen.arrays import Array
 from eomgen.control.plant import real_matrix
 from eomgen.control.weights import Weights, weight
 from eomgen.errors import Problem, UsageError
-from eomgen.linear.state_space import StateSpace
+from eomgen.linear.state_space import StateSpace, spelled
 from eomgen.text import nearest, shown
 
 #: Weights by name, or a matrix, or its diagonal, or one number.
@@ -99,12 +99,13 @@ def row_of(space: StateSpace, name: str) -> tuple[Array, Array]:
 
     Raises UsageError with the nearest names where there is none.
     """
+    known = (*space.outputs, *space.states)
+    name = spelled(name, known)
     if name in space.outputs:
         k = space.outputs.index(name)
         return space.C[k], space.D[k]
     if name in space.states:
         return np.eye(len(space.states))[space.states.index(name)], np.zeros(len(space.inputs))
-    known = (*space.outputs, *space.states)
     raise UsageError(Problem("weights", f"there is no output or state {shown(name)}", near(str(name), known)))
 
 

@@ -12,5 +12,6 @@ __all__ = [
     "recording",
     "smoothing",
     "steepness",
+    "undefined_laws",
     "words",
 ]

@@ -21,6 +21,7 @@ from eomgen.formula.evaluate import symbols
 from eomgen.formula.law_values import law_and_rate
 from eomgen.formula.nodes import Formula
 from eomgen.formula.prescribed_motion import Law
+from eomgen.formula.undefined_laws import undefined
 
 #: Times of the grid.
 _GRID = 1025
@@ -64,7 +65,8 @@ def jumps(laws: Iterable[Law], values: Mapping[str, float], start: float, end: f
         names = sorted({symbol.name for symbol in symbols(law.formula) if symbol.kind == "parameter"})
         jump = first_jump(law.formula, tuple((name, values[name]) for name in names), start, end, law.unit == "rad")
         if jump is not None:
-            problems.append(Problem(law.where, *_described(law, jump)))
+            without = undefined([law], values, start, end)
+            problems += without or [Problem(law.where, *_described(law, jump))]
     return problems
 
 

@@ -26,9 +26,9 @@ from eomgen.linear.modes import Modes, modes
 from eomgen.linear.partials import Partials
 from eomgen.linear.plots import plot_response
 from eomgen.linear.random_response import densities, root_mean_squares
-from eomgen.linear.state_space import FirstOrder, StateSpace, first_order
+from eomgen.linear.state_space import FirstOrder, StateSpace, first_order, spelled
 from eomgen.linear.white_noise_road import white_noise_road
-from eomgen.spectra import Excitation, PowerSpectrum, RideTable, RoadExcitation
+from eomgen.spectra import Excitation, PowerSpectrum, RideTable, RoadExcitation, check_excitation
 
 Complex = NDArray[np.complex128]
 
@@ -48,6 +48,9 @@ class Reference:
     u: Array
     multipliers: Array
     what: str
+
+    def __repr__(self) -> str:
+        return f"<Reference: {self.what} at t = {self.t:.6g} s>"
 
 
 @dataclass(frozen=True)
@@ -237,6 +240,10 @@ class Linearization:
         values = self.frequency_response(2.0 * np.pi * band, input, output)
         return plot_response(band, values, (input, output), axes)
 
+    def _unit(self, name: str) -> str:
+        """Return the unit of an output or a state; empty where it is not known."""
+        return self.names.units.get(spelled(name, tuple(self.names.units)), "")
+
     # -- random vibration ----------------------------------------------------------------------------------------------
 
     def psd(self, output: str, excitation: Excitation, frequencies: ArrayLike | None = None) -> PowerSpectrum:
@@ -257,13 +264,14 @@ class Linearization:
         ModelError
             A mode grows, so that there is no stationary motion.
         """
+        check_excitation("psd", excitation)
         found = self.modes()
         f = _spread(found, excitation.band) if frequencies is None else np.asarray(frequencies, dtype=float)
         if f.ndim != 1 or len(f) < 2 or not np.all(np.isfinite(f)) or f[0] <= 0.0 or np.any(np.diff(f) <= 0.0):
             what = "frequencies have to be two or more positive numbers that increase, Hz"
             raise UsageError(Problem("psd", what, "numpy.geomspace(0.1, 100.0, 500)"))
         density = densities(self.state_space(), found, excitation, [output], f)[0]
-        return PowerSpectrum(output, self.names.units.get(output, ""), f, density, excitation.name)
+        return PowerSpectrum(output, self._unit(output), f, density, excitation.name)
 
     def rms(
         self,
@@ -290,6 +298,7 @@ class Linearization:
         NumericalError
             The integral does not converge.
         """
+        check_excitation("rms", excitation)
         space, found = self.state_space(), self.modes()
         return float(root_mean_squares(space, found, excitation, [output], [weighting], band)[0])
 
@@ -305,6 +314,7 @@ class Linearization:
         ModelError
             A mode does not decay, or the output follows the elevation of the road, whose variance has no bound.
         """
+        check_excitation("rms_on_white_noise_road", excitation)
         return white_noise_road(self.state_space(), self.modes(), excitation, output)
 
     def ride_table(
@@ -312,7 +322,7 @@ class Linearization:
         excitation: RoadExcitation,
         outputs: Sequence[str] | Mapping[str, str | None] = (),
         classes: Sequence[str] = ("A", "B", "C", "D"),
-        speeds: Sequence[float] = (),
+        speeds: Sequence[float | str] = (),
         band: tuple[float, float] | None = None,
     ) -> RideTable:
         """Return the root mean squares of outputs over road classes and speeds.
@@ -321,7 +331,7 @@ class Linearization:
         ----------
         outputs : names, or a mapping from names to weightings (``Wk``, ``Wd``, None)
             All outputs where none are given.
-        speeds : (n,) m/s
+        speeds : (n,) m/s, or texts with their unit: ``"80 km/h"``
             That of the excitation where none are given.
 
         Raises
@@ -329,11 +339,12 @@ class Linearization:
         EomgenError
             As of ``rms``.
         """
+        check_excitation("ride_table", excitation)
         chosen = dict(outputs) if isinstance(outputs, Mapping) else dict.fromkeys(outputs or self.names.outputs)
         if not chosen:
             raise UsageError(Problem("ride_table", "the scene has no outputs", "[outputs] in the scene, or states"))
         names, weightings = tuple(chosen), tuple(chosen.values())
-        driven = [excitation.at(float(speed)) for speed in speeds] or [excitation]
+        driven = [excitation.at(speed if isinstance(speed, str) else float(speed)) for speed in speeds] or [excitation]
         space, found = self.state_space(), self.modes()
         at_speeds = np.array([root_mean_squares(space, found, e, names, weightings, band) for e in driven])
         sizes = [
@@ -342,7 +353,7 @@ class Linearization:
         ]
         return RideTable(
             names,
-            tuple(self.names.units.get(name, "") for name in names),
+            tuple(self._unit(name) for name in names),
             tuple(classes),
             np.array([e.speed for e in driven]),
             np.array(sizes)[:, np.newaxis, np.newaxis] * at_speeds,

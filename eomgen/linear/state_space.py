@@ -157,16 +157,19 @@ class StateSpace:
     def output_rows(self, outputs: Sequence[str]) -> Array:
         """Return the rows (outputs, ns) of C, and of the unit matrix where states are named."""
         every = np.concatenate([self.C, np.eye(len(self.states))])
-        rows = [_number("output or state", name, (*self.outputs, *self.states)) for name in outputs]
-        return np.asarray(every[rows])
+        return np.asarray(every[self._output_numbers(outputs)])
 
     def input_columns(self, inputs: Sequence[str], outputs: Sequence[str]) -> tuple[Array, Array]:
         """Return the columns (ns, inputs) of B and E, and what passes directly to outputs (outputs, inputs)."""
         columns = [_number("input or disturbance", name, (*self.inputs, *self.disturbances)) for name in inputs]
-        rows = [_number("output or state", name, (*self.outputs, *self.states)) for name in outputs]
+        rows = self._output_numbers(outputs)
         direct = np.concatenate([self.D, self.F], axis=1)
         direct = np.concatenate([direct, np.zeros((len(self.states), direct.shape[1]))])
         return np.concatenate([self.B, self.E], axis=1)[:, columns], direct[np.ix_(rows, columns)]
+
+    def _output_numbers(self, outputs: Sequence[str]) -> list[int]:
+        known = (*self.outputs, *self.states)
+        return [_number("output or state", spelled(name, known), known) for name in outputs]
 
 
 class HasStateSpace(Protocol):
@@ -239,6 +242,14 @@ def first_order(partials: Partials, free: Freedom, velocities: Sequence[str]) ->
         out += p.Ylam @ np.linalg.lstsq(p.J.T, forces - p.M @ da, rcond=None)[0]
     s = slice(0, int(ends[2]))
     return FirstOrder(rates[:, s], rates[:, u], rates[:, w], out[:, s], out[:, u], out[:, w], dq[:, s])
+
+
+def spelled(name: str, known: Sequence[str]) -> str:
+    """Return a name as a linear model has it: a position without the ``q.`` that it has in solutions and formulas, an
+    internal state with its ``z.``; any other name as it is."""
+    if name in known or not isinstance(name, str):
+        return name
+    return next((other for other in (name.removeprefix("q."), f"z.{name}") if other in known), name)
 
 
 def _number(kind: str, name: str, known: Sequence[str]) -> int:

@@ -162,7 +162,15 @@ def generate(
     return [written / name for name in sorted(files)]
 
 
-@checked_call("a scene or the path of one", path="scene", dtype="real", precision="real")
+@checked_call(
+    "a scene or the path of one",
+    path="scene",
+    dtype="real",
+    precision="real",
+    coordinates="eomgen.build(eomgen.load(path, coordinates=...))",
+    task_frames="eomgen.build(eomgen.load(path, task_frames=...))",
+    strict="eomgen.build(eomgen.load(path, strict=...))",
+)
 def build(
     scene: Described,
     terms: Sequence[str] | None = None,

@@ -101,8 +101,11 @@ def plot(solution: Recorded, names: Sequence[str], axes: object = None) -> list[
     return drawn
 
 
-def chosen_curves(solution: Recorded, names: Sequence[str]) -> list[Curve]:
-    """Return the curves that names mean; without names the outputs, or else the coordinates."""
+def chosen_curves(solution: Recorded, names: Sequence[str], asked_by: str = "plot") -> list[Curve]:
+    """Return the curves that names mean; without names the outputs, or else the coordinates.
+
+    ``asked_by`` is what messages begin with.
+    """
     kinds = {kind: curves for kind, curves in _by_kind(solution).items() if curves}
     if not names:
         return kinds.get("outputs") or kinds.get("coordinates") or []
@@ -123,7 +126,7 @@ def chosen_curves(solution: Recorded, names: Sequence[str]) -> list[Curve]:
             ]
             close = get_close_matches(str(name), known)
             what = f"the solution has no curve {shown(name)}"
-            raise UsageError(Problem("plot", what, " or ".join(close) if close else f"one of {listed(known)}"))
+            raise UsageError(Problem(asked_by, what, " or ".join(close) if close else f"one of {listed(known)}"))
         chosen += found
     return list({id(curve): curve for curve in chosen}.values())
 

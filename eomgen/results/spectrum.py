@@ -17,7 +17,7 @@ _FEWEST = 16
 
 def psd(solution: Recorded, name: str, segments: int, start: float | None) -> PowerSpectrum:
     """Return the spectrum of a column; see ``Solution.psd``."""
-    curves = chosen_curves(solution, [name])
+    curves = chosen_curves(solution, [name], "psd")
     if len(curves) != 1:
         what = f"{ascii(name)[:64]} are {len(curves)} columns, and a spectrum is of one"
         raise UsageError(Problem("psd", what, f"one of {listed([curve.name for curve in curves][:6])}"))

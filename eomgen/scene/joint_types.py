@@ -31,6 +31,16 @@ ConstraintType = Literal[
 MotionKind = Literal["turn", "travel", "screw", "ball", "free"]
 #: What is used of a constraint's frame besides its origin; "any" takes the body's own axes where nothing is said.
 Need = Literal["nothing", "z", "x and z", "any"]
+#: What joint types are called elsewhere.
+JOINTS_ELSEWHERE: Mapping[str, str] = {
+    **dict.fromkeys(("hinge", "pin", "continuous", "rotational", "rotary"), "revolute"),
+    **dict.fromkeys(("slider", "slide", "linear", "translational"), "prismatic"),
+    **dict.fromkeys(("ball", "ball_and_socket"), "spherical"),
+    **dict.fromkeys(("floating", "freeflyer", "6dof"), "free"),
+    **dict.fromkeys(("weld", "welded", "rigid"), "fixed"),
+    **dict.fromkeys(("cardan", "hooke"), "universal"),
+    "screw": "helical",
+}
 #: Directions of a joint, orthonormal and right-handed.
 AXIS, SECOND_AXIS, THIRD_AXIS = 0, 1, 2
 #: Units of what a constraint drives.

@@ -8,6 +8,7 @@ the scene declares is among the internal states, and goes wherever these go.
 from __future__ import annotations
 
 import functools
+import inspect
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -99,9 +100,12 @@ def read_controllers(given: Mapping[str, Controller] | None, layout: Mapping[str
     problems = []
     for row in rows:
         if row["name"] not in (given or {}):
-            arguments = "t, signals, memory" if row["memory_states"] else "t, signals"
-            hint = f"controllers={{{row['name']!r}: law}} in Python, where law({arguments}) gives {_numbers(row)}"
+            hint = f"controllers={{{row['name']!r}: law}} in Python, where law({_arguments(row)}) gives {_numbers(row)}"
             problems.append(Problem(f"controller {row['name']}", "the scene leaves its function to the caller", hint))
+        elif not _takes_arguments(given[row["name"]], row):  # type: ignore[index]  # a mapping, where a name is in it
+            what = f"the function does not take the {2 + bool(row['memory_states'])} arguments that it is called with"
+            hint = f"def law({_arguments(row)}), where {_meaning(row)}"
+            problems.append(Problem(f"controller {row['name']}", what, hint))
     if problems:
         raise UsageError(problems)
     return Controllers(tuple(rows), tuple((given or {})[name] for name in names)) if rows else None
@@ -158,7 +162,7 @@ class BoundControllers:
             self._failure = error
         except Exception as error:
             what = f"the function failed at t = {t:.9g} s: {type(error).__name__}: {error}"
-            hint = "the traceback above this message; the arguments are t and an array of signals"
+            hint = f"the traceback above this message; the arguments are {_arguments(row)}, where {_meaning(row)}"
             self._failure = UsageError(Problem(f"controller {row['name']}", what, hint))
             self._failure.__cause__ = error
         except BaseException as error:  # Ctrl-C, exit: on their way through compiled code
@@ -193,6 +197,31 @@ def _made(name: str, given: Controller) -> Controller:
         raise UsageError(Problem(f"controller {name}", what, "def __call__(self, t, signals): return ..."))
     function: Controller = made
     return function
+
+
+def _arguments(row: Mapping[str, Any]) -> str:
+    return "t, signals, memory" if row["memory_states"] else "t, signals"
+
+
+def _meaning(row: Mapping[str, Any]) -> str:
+    """Return what the arguments of a function are, in the order of arrays."""
+    order = ", ".join(f"signals[{k}] = {name}" for k, name in enumerate(row["signals"])) or "signals is empty"
+    size = len(row["memory_states"])
+    kept = f", and memory is an array of {size} to read and to write, which the next call is handed" if size else ""
+    return f"t is in s, {order}{kept}"
+
+
+def _takes_arguments(given: Controller, row: Mapping[str, Any]) -> bool:
+    """Return whether a function takes as many arguments as it is called with, as far as Python can tell."""
+    if _makes(given):
+        return True
+    try:
+        inspect.signature(given).bind(*[None] * (2 + bool(row["memory_states"])))
+    except TypeError:
+        return False
+    except ValueError:  # no signature is known of some functions in C
+        return True
+    return True
 
 
 def _numbers(row: Mapping[str, Any]) -> str:

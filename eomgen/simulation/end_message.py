@@ -8,7 +8,7 @@ import numpy as np
 
 from eomgen.analysis.definiteness import inertia_warning
 from eomgen.compiled.model import CompiledModel
-from eomgen.integrators.events import NO_VALUE, STATUSES, STOPPED
+from eomgen.integrators.events import ACCUMULATED, NO_VALUE, STATUSES, STOPPED
 from eomgen.integrators.samples import CONTROLLER_ADVICE, CONTROLLER_FAILED
 from eomgen.results.events import Events
 from eomgen.simulation.diagnosis import advice, fast_joint, first_non_finite, instability
@@ -45,6 +45,8 @@ def message_of(run: Run, stepper: Stepper, trajectory: Trajectory, events: Event
         taken = f"{trajectory.steps} of {run.grid.steps} steps{_own_steps(stepper.statistics)}"
         sentence = f"{sentence}, after {taken}"
         tried = next(item.advice for item in STATUSES if item.number == trajectory.status)
+        if trajectory.status == ACCUMULATED.number and "least_interval" in sentence:
+            tried = f"a shorter least_interval, or {tried}"
         return sentence if trajectory.status == STOPPED.number else f"{sentence}; try: {tried}"
     text = stepper.status_text(trajectory.status)
     if trajectory.status == CONTROLLER_FAILED:

@@ -121,6 +121,11 @@ def ending(status: int, stepper: Stepper, without_value: Sequence[str] = ()) -> 
     if status == STOPPED.number:
         return f"stopped by the event {row['name']} at t = {stepper.t:.9g} s"
     if status == ACCUMULATED.number:
+        if least := row["least_interval"]:
+            return (
+                f"the event {row['name']} comes again and again at t = {stepper.t:.9g} s, sooner than its"
+                f" least_interval of {least:.6g} s, behind {count} before"
+            )
         return (
             f"the event {row['name']} comes again and again at t = {stepper.t:.9g} s, {count} times so far: the motion"
             " comes to rest there, or it chatters"

@@ -161,7 +161,9 @@ def _called(name: str, signal: Function, times: Array) -> Array:
             values[index] = signal(float(t))
         except Exception as error:
             what = f"the function failed at t = {t:.9g} s: {type(error).__name__}: {error}"
-            raise UsageError(Problem(f"input {name}", what)) from error
+            hint = "lambda t: ..., as inputs see the time only" if isinstance(error, TypeError) else ""
+            hint += "; feedback is a sampled controller, a formula of the scene, or model.start" if hint else ""
+            raise UsageError(Problem(f"input {name}", what, hint)) from error
     if not np.all(np.isfinite(values)):
         index = int(np.argmin(np.isfinite(values)))
         what = f"the function gives {values[index]} at t = {times[index]:.9g} s"

@@ -40,6 +40,7 @@ from eomgen.simulation.singular_positions import nearest_singular, not_followed,
 from eomgen.simulation.spring_lengths import passed_springs
 from eomgen.simulation.states import Prescribed, States, evaluated, prescribed, states_of
 from eomgen.simulation.stepper import Stepper, Trajectory
+from eomgen.simulation.unbounded_growth import unbounded_growth
 from eomgen.simulation.unit_quaternions import largest_stretch
 from eomgen.simulation.warnings import (
     LARGE_ERROR,
@@ -61,14 +62,16 @@ class Beginning(NamedTuple):
     ----------
     state : where it starts
     equilibrium : whether that is static equilibrium
-    doubts : about this equilibrium
+    doubts : about this equilibrium, and initial values that are not taken
     choice : why the method was chosen, where it was
+    notes : on the state that the caller gives
     """
 
     state: InitialState
     equilibrium: bool
     doubts: Sequence[str]
     choice: str = ""
+    notes: Sequence[str] = ()
 
 
 class Outcome:
@@ -154,7 +157,7 @@ class Outcome:
         if beginning is not None:
             of_scene = starts_beyond_limits(model, model.initial_q, model.parameter_array())
             notes = [*(note for note in notes if note not in of_scene), *self._beyond_limits, *self._impacts]
-            notes += [beginning.choice] if beginning.choice else []
+            notes += [*([beginning.choice] if beginning.choice else []), *beginning.notes]
         return {
             **run_metadata(run),
             **({} if events is None else {"events": events.described()}),
@@ -269,6 +272,11 @@ class Outcome:
         growth = unstable_growth(self._last_run, self._stepper.library, self._trajectory)
         return failure(growth, self._balance, self.energy, self._run.method, self._violation)
 
+    @property
+    def _without_multipliers(self) -> bool:
+        """Whether multipliers are zero at all rows, so that rounding is no part of anything."""
+        return not np.any(self._states.multipliers)
+
     @cached_property
     def _warning(self) -> str:
         run, states = self._run, self._states
@@ -278,7 +286,7 @@ class Outcome:
         drift = "" if still else momentum_drift(run.model, moving, run.parameters, inputs, states.multipliers)
         has_events = "events" in self._stepper.layout["method"]
         return run_warnings(
-            self._statistics,
+            {**self._statistics, "max_rounding": 0.0} if self._without_multipliers else self._statistics,
             self._balance,
             run.settings["step"],
             partial(_cause_besides_step, run, states.t, states.q, has_events),
@@ -286,6 +294,7 @@ class Outcome:
             self.error,
             drift,
             single=run.model.library.real == "float",
+            method=run.name,
         )
 
     @cached_property
@@ -307,6 +316,8 @@ class Outcome:
         if self._bending is not None and success:
             success = self._bending.possible
             message = f"{message}{'; ' if success else ', but '}{self._bending}"
+        if not self._fault and (growth := unbounded_growth(run, self._states)):
+            message = f"{message}; {growth}"
         if success and self.error.unresolved:
             message = f"{message}; {self.error.unresolved}"
         if success and self.error.passed_over and not self.error.relative > LARGE_ERROR:

@@ -220,9 +220,11 @@ def followed_laws(model: CompiledModel, method: Method, p: Array, grid: TimeGrid
         return [], []
     from eomgen.formula.jumps import jumps  # noqa: PLC0415  # most scenes need none of it
     from eomgen.formula.steepness import steep  # noqa: PLC0415
+    from eomgen.formula.undefined_laws import undefined  # noqa: PLC0415
 
     values = model.description.values(dict(zip(model.parameters, p.tolist(), strict=True)))
-    if refused := jumps(laws, values, grid.start, grid.reached):
+    looked_at = laws, values, grid.start, grid.reached
+    if refused := undefined(*looked_at) or jumps(*looked_at):
         return refused, []
     if method.chooses_steps:
         return [], []

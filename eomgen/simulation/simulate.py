@@ -14,7 +14,7 @@ import numpy as np
 
 from eomgen.calls import checked_call
 from eomgen.compiled.arguments import number_of
-from eomgen.compiled.initial_state import InitialState, check_initial
+from eomgen.compiled.initial_state import InitialState, angles_of_several_turns, check_initial
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
@@ -40,6 +40,7 @@ from eomgen.simulation.run import (
 from eomgen.simulation.settings import check_memory, chosen_stepper, count_of, positive
 from eomgen.simulation.stepper import Stepper, Trajectory, run_chunks
 from eomgen.simulation.time_grid import time_grid
+from eomgen.simulation.warnings import overridden_starts
 
 _LOG = logging.getLogger(__name__)
 
@@ -110,7 +111,9 @@ def simulate(
         changed = bool(initial) or parameters is not None
         state, corrections, doubts = start_of(made(), initial, equilibrium_start=at_rest, changed=changed)
     run = made(list(corrections), begun)
-    beginning = Beginning(state, at_rest, doubts, choice)
+    overridden = overridden_starts(corrections) if initial else []
+    turned = angles_of_several_turns(model, initial) if initial else []
+    beginning = Beginning(state, at_rest, [*doubts, *overridden], choice, turned)
     began = time.perf_counter()
     writer = checkpoint_writer(run, library, checkpoint, checkpoint_every)
     told = _LOG.isEnabledFor(logging.INFO)

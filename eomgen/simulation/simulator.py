@@ -3,6 +3,7 @@ steps."""
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
@@ -117,7 +118,8 @@ class Simulator:
         ----------
         u : (nu,) array, number or mapping
             Inputs, held over the steps. A mapping gives some by name, each a number or a function of t; the others, and
-            all where there is none, are those of ``start`` or of the scene's formulas, or zero.
+            all where there is none, are those of ``start`` or of the scene's formulas, or zero. No size of a step: that
+            is the ``step`` of ``start``, and ``advance(t)`` goes to a time.
         n : int
         end : (nu,) array or number
             Inputs at the end of the last step, to which they go linearly from u.
@@ -216,7 +218,7 @@ class Simulator:
             what = f"a mapping from names to numbers is needed, not {type(values).__name__}"
             raise UsageError(Problem("parameters", what, 'run.set_parameters({"load": 0.5})'))
         for name in values:
-            check_name("parameter", name, tuple(model.parameters))
+            check_name("parameter", name, tuple(model.parameters), model.evaluator.fixed_parameters)
         present = dict(zip(model.parameters, self._present().tolist(), strict=True))
         p = model.parameter_array({**present, **values})
         model.check_left_out(self.q, self.v, self.t, p)
@@ -513,6 +515,9 @@ class Simulator:
         array = numbers(name, u)
         if array.ndim == 0 and self._shape == (1,):
             array = array.reshape(1)
+        if array.ndim == 0 and not self._shape[0]:
+            what = f"these are the inputs of a step, and the scene has none; a step is {self.step_size:.9g} s long"
+            raise UsageError(Problem(name, what, "step() or step(n=...); the size of steps is set by start(step=...)"))
         if array.shape != self._shape:
             names = ", ".join(self.model.inputs) or "none: the scene has no inputs"
             what = f"the shape is {array.shape}, {self._shape} is needed: {names}"
@@ -530,6 +535,13 @@ class Simulator:
         held = None if u is None or isinstance(u, Mapping) else self._inputs_of("u", u)
         last = None if end is None else self._inputs_of("end", end)
         first = self._inputs_of("u", u) if last is not None else held
+        if self._begun is not None and isinstance(u, float) and u == self.step_size:
+            warnings.warn(
+                f"step({u:.9g}) takes {u:.9g} as the input {self.model.inputs[0]}, not as the size of the step: "
+                "that is set by start(step=...), and step() without inputs takes one",
+                RuntimeWarning,
+                stacklevel=4,
+            )
         signals = self._run.signals
         if isinstance(u, Mapping):
             signals = replace(signals, given={**signals.given, **self._named(u)})

@@ -9,7 +9,7 @@ import numpy as np
 
 from eomgen.calls import checked_call
 from eomgen.compiled.arguments import number_of
-from eomgen.compiled.initial_state import check_initial
+from eomgen.compiled.initial_state import angles_of_several_turns, check_initial
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
@@ -81,5 +81,6 @@ def start(
     state, corrections, doubts = start_of(run, initial, equilibrium_start=at_rest, changed=changed)
     simulator = Simulator(run, library)
     simulator.moved_from(moves.reached)
-    simulator.begin(t, state, [*corrections, *doubts, *([note] if note else [])])
+    notes = [*corrections, *doubts, *([note] if note else []), *angles_of_several_turns(model, initial)]
+    simulator.begin(t, state, notes)
     return simulator

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,6 +29,8 @@ WRONG_VELOCITY = 0.3
 AIM, FOLLOWED = 0.01, 0.5
 #: Part of velocities, or of 1 rad/s and 1 m/s, that differences of accelerations span.
 _DIFFERENCE = 1e-7
+#: The method whose multipliers have the least rounding.
+ROUNDING_LEAST = "generalized_alpha"
 #: Part of the multipliers that rounding may make.
 ROUNDED = 0.01
 
@@ -43,12 +45,13 @@ def run_warnings(
     momentum: str = "",
     *,
     single: bool = False,
+    method: str = "",
 ) -> str:
     """Return the warnings about a run that reached its end, with what to try; empty without any.
 
     ``cause`` looks for a cause other than too large a step, called only if there are warnings; its text says what to
     try. ``momentum`` says which one drifts that has to be kept. ``single``: numbers are of single precision, where
-    errors without order are mostly rounding, of which smaller steps have more.
+    errors without order are mostly rounding, of which smaller steps have more. ``method``: of the run.
     """
     found = []
     halvings = int(statistics.get("halvings", 0))
@@ -68,7 +71,8 @@ def run_warnings(
         coarser = f"try: double precision; rounding grows where steps are smaller than {step:.3g} s"
     if rounding > ROUNDED:
         found.append(f"up to {100.0 * rounding:.2g} % of the multipliers is rounding, which grows as 1/step^2")
-        coarser = f"try: generalized_alpha, a step larger than {step:.3g} s, or double precision"
+        other = "" if method == ROUNDING_LEAST else f"{ROUNDING_LEAST}, "
+        coarser = f"try: {other}a step larger than {step:.3g} s{', or double precision' if single else ''}"
     if not found:
         return ""
     smaller = f"smaller than {step:.3g} s"
@@ -164,6 +168,15 @@ def _too_fast(what: str, fastest: float, step: float, limit: float) -> str:
         f"{what} at up to {fastest:.3g} 1/s at the start, too fast for an explicit method at this step; "
         f"try: generalized_alpha, or a step below {limit / fastest:.2g} s"
     )
+
+
+def overridden_starts(corrections: Sequence[str]) -> list[str]:
+    """Return one sentence for each correction of an initial value that a drive prescribes."""
+    return [
+        f"{text}: its drive prescribes it, and the initial value is not taken"
+        for text in corrections
+        if ": driven " in text
+    ]
 
 
 def starts_beyond_limits(model: CompiledModel, q: NDArray[np.float64], p: NDArray[np.float64]) -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from eomgen.spectra.excitation import Excitation, InputSpectrum
+from eomgen.spectra.excitation import Excitation, InputSpectrum, check_excitation
 from eomgen.spectra.power_spectrum import PowerSpectrum
 from eomgen.spectra.ride_table import RideTable
 from eomgen.spectra.road import Road
@@ -17,5 +17,6 @@ __all__ = [
     "RideTable",
     "Road",
     "RoadExcitation",
+    "check_excitation",
     "weighting_response",
 ]

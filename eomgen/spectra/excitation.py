@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.arrays import Array
 from eomgen.errors import Problem, UsageError
+from eomgen.text import shown
 
 Complex = NDArray[np.complex128]
 
@@ -39,6 +40,15 @@ class Excitation(Protocol):
     def cross_spectra(self, frequencies: Array) -> Complex:
         """Return the one-sided cross-spectra (nf, m, m) of the inputs, unit_i unit_j / Hz, at frequencies (nf,) in
         Hz: G[k, i, j] belongs to X_i conj(X_j), X being the Fourier transforms."""
+
+
+def check_excitation(where: str, given: object) -> None:
+    """Raise UsageError for what is no excitation, such as the letter of a road class."""
+    if not hasattr(given, "cross_spectra"):
+        letter = isinstance(given, str) and len(given) == 1
+        what = f"an excitation is needed, not {shown(given) if isinstance(given, str) else type(given).__name__}"
+        road = f'RoadExcitation(Road("{given if letter else "C"}"), speed=20.0, wheels={{"road": 0.0}})'
+        raise UsageError(Problem(where, what, f"{road} of eomgen.spectra, with the names of your inputs"))
 
 
 @dataclass(frozen=True)

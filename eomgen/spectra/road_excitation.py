@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from eomgen.arrays import Array
 from eomgen.errors import Problem, UsageError
 from eomgen.spectra.road import Road
+from eomgen.units.labels import in_label
 
 Complex = NDArray[np.complex128]
 _COHERENCES = ("isotropic", "independent", "equal")
@@ -108,8 +109,10 @@ class RoadExcitation:
     def _places(self) -> set[float]:
         return {self.tracks.get(wheel, 0.0) for wheel in self.wheels}
 
-    def at(self, speed: float | None = None, road: Road | None = None) -> RoadExcitation:
-        """Return the same wheels at another speed or on another road."""
+    def at(self, speed: float | str | None = None, road: Road | None = None) -> RoadExcitation:
+        """Return the same wheels at another speed, in m/s or as text with its unit, or on another road."""
+        if isinstance(speed, str):
+            speed = in_label("RoadExcitation: speed", speed, "m/s")
         return replace(self, speed=self.speed if speed is None else speed, road=road or self.road)
 
     def between_tracks(self, frequencies: Array) -> Array:

@@ -47,7 +47,7 @@ def measure(factors: Factors) -> tuple[Fraction, Dimension]:
     return Fraction(size) / grams, dimension
 
 
-def to_unit(quantity: Quantity, unit: str) -> float:
+def to_unit(quantity: Quantity, unit: str, *, over_time: bool = False) -> float:
     """Return the number of a quantity in a unit.
 
     Parameters
@@ -55,6 +55,8 @@ def to_unit(quantity: Quantity, unit: str) -> float:
     unit : str
         Where it is divided by an angle, as a torsional stiffness is, the angle need not be written: N m is taken for N
         m/rad.
+    over_time : bool
+        Whether a formula of time could stand in its place.
 
     Raises
     ------
@@ -68,7 +70,8 @@ def to_unit(quantity: Quantity, unit: str) -> float:
             f"{shown(quantity.text)} is {_words(quantity.factors)}, {NAMED.get(unit, 'a quantity')} in {unit} is"
             " expected"
         )
-        raise UnitError(what, _hint(quantity, wanted, unit, _finite(quantity, quantity.number * size)))
+        value = _finite(quantity, quantity.number * size)
+        raise UnitError(what, _hint(quantity, wanted, unit, value, over_time=over_time))
     return _finite(quantity, quantity.number * size / wanted_size)
 
 
@@ -119,8 +122,10 @@ def _words(factors: Factors) -> str:
     return next((words for known, words in NAMED.items() if measure(read_unit(known))[1] == dimension), f"in {unit}")
 
 
-def _hint(quantity: Quantity, wanted: Dimension, unit: str, value: float) -> str:
+def _hint(quantity: Quantity, wanted: Dimension, unit: str, value: float, *, over_time: bool) -> str:
     dimension = measure(quantity.factors)[1]
+    if over_time and "[time]" not in wanted and dimension == {**wanted, "[time]": -1}:
+        return f'"{value:.6g} * t" where it changes at that rate'
     if wanted == {_ANGLE: 1, "[time]": -1} and dimension == {"[time]": -1}:
         return f'"{60 * value:.6g} rpm" where a cycle is a turn, or "{value:.6g} rad/s"'
     if wanted == {"[time]": 1} and dimension == {"[time]": -1}:

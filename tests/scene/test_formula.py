@@ -163,7 +163,7 @@ def test_refusal(text: str, message: str) -> None:
         ("q.hinge.real", "only quantities such as q.joint"),
         ("sin.__self__", "unknown quantity 'sin'"),
         ("sin(t).real", "only quantities such as q.joint"),
-        ("q.hinge()", "only functions can be called"),
+        ("q.hinge()", "q.hinge is a quantity, not a function (column 1); try: q.hinge without brackets"),
         ("(sin)(t)(t)", "only functions can be called"),
         ("sin(*t)", "sin() takes plain arguments only"),
         ("sin(**t)", "sin() takes plain arguments only"),

@@ -229,7 +229,15 @@ def test_the_builder_gives_the_same() -> None:
             '{ lower = "-t", stiffness = 1 }',
             "joints.hinge.limits.lower): time t cannot be used here (column 2); try: parameters only",
         ),
-        ("hinge", "limits", "[-1, 1]", "joints.hinge.limits): a table is needed here, not a list"),
+        (
+            "hinge",
+            "limits",
+            "[-1, 1]",
+            (
+                "joints.hinge.limits): a table is needed here, not a list; try: limits = { lower = -1, upper = 1,"
+                " stiffness = 1e5 }"
+            ),
+        ),
         (
             "hinge",
             "limits",

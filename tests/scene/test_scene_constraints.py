@@ -120,7 +120,11 @@ def test_frames_about_an_axis(axis: np.ndarray) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ('type = "hinge"\nfirst = "tip"\nsecond = "tip"', "'hinge' is not known here; try: one of spherical,"),
+        (
+            'type = "clamp"\nfirst = "tip"\nsecond = "tip"',
+            "'clamp' is not known here; try: one of spherical,",
+        ),
+        ('type = "hinge"\nfirst = "tip"\nsecond = "tip"', "'hinge' is not known here; try: revolute"),
         ('type = "spherical"\nfirst = "tip"', "scene.toml:20 (constraints.loop.second): the key second is missing"),
         ('type = "spherical"\nfirst = 3\nsecond = "tip"', "(constraints.loop.first): a table is needed here, not 3"),
         (

@@ -348,7 +348,8 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
             '[0.1, "sin(length", 0.01]',
             "scene.toml:9 (bodies.link.inertia[1]): the formula is not well formed",
         ),
-        ('"revolute"', '"hinge"', "'hinge' is not known here; try: one of fixed, revolute, prismatic, helical,"),
+        ('"revolute"', '"hinge"', "'hinge' is not known here; try: revolute"),
+        ('"revolute"', '"clamp"', "'clamp' is not known here; try: one of fixed, revolute, prismatic, helical,"),
         ('"revolute"', '"fixed"', "scene.toml:14 (joints.hinge.axis): a fixed joint has no axis"),
         ('"revolute"', '"free"', "scene.toml:14 (joints.hinge.axis): a free joint has no axis"),
         (

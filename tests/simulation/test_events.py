@@ -502,13 +502,13 @@ def test_events_in_single_precision() -> None:
         ({"when": "q.ball", "action": "impact"}, "the action impact needs the key restitution"),
         (
             {"when": "q.ball", "action": "impact", "restitution": -1},
-            "(events.bounce.restitution): the restitution is -1; try: 0 or more",
+            "(events.bounce.restitution): the restitution is -1; try: a number from 0 to 1",
         ),
         ({"when": "q.ball", "restitution": 1}, "restitution is of the action impact, not record"),
         ({"when": "q.ball", "action": "switch", "mode": "gear", "to": 1}, "'gear'"),
         ({"when": "q.ball", "action": "switch"}, "the action switch needs the key mode"),
         ({"when": "q.ball", "action": "jump"}, "'jump' is not known here"),
-        ({"when": "mode.gear"}, "unknown quantity 'mode'"),
+        ({"when": "mode.gear"}, "mode.gear: the scene has no [modes] (column 1); try: [modes] and gear = 1"),
         ({"when": "q.ball", "least_interval": -1.0}, "-1 s is negative"),
     ],
 )

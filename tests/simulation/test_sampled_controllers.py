@@ -203,7 +203,7 @@ def failing(t: float, signals: Any) -> float:
         (lambda t, s: None, "the function gives nothing at t = 0 s, and has to give one number, servo"),
         (lambda t, s: "full", "the function gives str, which is no array of numbers at t = 0 s"),
         (lambda t, s: math.nan, "controller servo: the function gives nan at t = 0 s"),
-        (lambda t: 0.0, "takes 1 positional argument but 2 were given"),
+        (lambda t: 0.0, "the function does not take the 2 arguments that it is called with; try: def law(t, signals)"),
     ],
 )
 @pytest.mark.parametrize("stepped", [False, True])

@@ -88,7 +88,14 @@ def assemble(
         for stop, limit in zip(joint.stops, joint.limits, strict=True)
         if (note := limit.passed(joint.initial_position[stop.index], assembler.values.value))
     ]
-    doubts = [*checks.unused_names(document, assembler.values), *checks.angles_of_several_turns(document)]
+    doubts = [
+        *checks.unused_names(document, assembler.values),
+        *checks.angles_of_several_turns(part.data),
+        *checks.delays_of_whole_seconds(part.data, document),
+        *checks.negative_damping(document),
+        *checks.efforts_on_drives(document),
+        *assembler.values.notes,
+    ]
     return scene.Scene(
         **result,
         source={key: report.place(key) for key in report.lines},

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.words import RESERVED
 from eomgen.scene.bodies.model import Body
-from eomgen.scene.control.controllers import made_by_controller
+from eomgen.scene.control.controllers import made_by_controller, outputs_of_controllers
 from eomgen.scene.document.schema import SECTIONS, Document, Simulation
 from eomgen.scene.events.model import Event
 from eomgen.scene.geometry.inertia import Inertia, tensor
@@ -26,6 +26,10 @@ from eomgen.system.events import mode_parameter
 from eomgen.system.motions import motion_parameters
 from eomgen.system.signals import Output
 from eomgen.text import NAME_LENGTH, NAME_RULE, is_legal, key_of, listed, nearest, shown
+from eomgen.units.angles import several_turns
+
+#: Samples of a delay from which on a whole number of seconds may have been meant as a number of samples.
+_MANY_SAMPLES = 50
 
 
 def check_names(document: Document, refused: Mapping[str, set[str]], report: Report) -> Document:
@@ -195,7 +199,8 @@ def check_inertias(bodies: Iterable[Body], values: Values) -> None:
 
 
 def unused_names(document: Document, values: Values) -> list[str]:
-    """Return a note on the parameters, and one on the inputs, that no formula mentions."""
+    """Return a note on the parameters, one on the inputs, and one on each mode and sampled controller, that no formula
+    mentions."""
     notes = []
     for kind, names in (("parameter", document.parameters), ("input", document.inputs)):
         moved = {name for name in values.names.motions if ("parameter", motion_parameters(name)[0]) in values.mentioned}
@@ -206,21 +211,78 @@ def unused_names(document: Document, values: Values) -> list[str]:
                 f"the {kind}s {listed(unused)} change nothing" if plural else f"the {kind} {unused[0]} changes nothing"
             )
             notes.append(f"{what}: no formula mentions {'them' if plural else 'it'}")
+    for name in document.modes:
+        if ("parameter", mode_parameter(name)) not in values.mentioned:
+            notes.append(f"the mode {name} changes nothing: no formula mentions it")
+    read = {name for kind, name in values.mentioned if kind in ("controller", "state")}
+    for name, controller in document.controllers.items():
+        if controller.type == "sampled" and read.isdisjoint(outputs_of_controllers({name: controller})):
+            notes.append(f"the controller {name} changes nothing: no formula mentions what it gives")
     return notes
 
 
-def angles_of_several_turns(document: Document) -> list[str]:
-    """Return a note on each joint that starts at more than a turn, written as a plain number: rad, and no degrees."""
+def angles_of_several_turns(data: Mapping[str, Any]) -> list[str]:
+    """Return a note on each joint that starts at more than a turn, written as a plain number: rad, and no degrees.
+
+    Parameters
+    ----------
+    data : of a scene that is well formed, as it is written: unit strings are not converted
+    """
     notes: list[str] = []
-    for name, joint in document.joints.items():
-        written = joint.initial.position if joint.initial is not None else None
+    for name, joint in data.get("joints", {}).items():
+        written = (joint.get("initial") or {}).get("position")
         values = written if isinstance(written, list | tuple) else (written,)
-        for value, unit in zip(values, JOINTS[joint.type].units, strict=False):
-            if unit == "rad" and isinstance(value, int | float) and abs(value) > 2.0 * math.pi:
-                turns = abs(value) / (2.0 * math.pi)
-                what = f"the joint {name} starts at {value:.6g} rad, {turns:.3g} turns"
-                notes.append(f'{what}: angles without a unit are radians, "30 deg" is in degrees')
+        for value, unit in zip(values, JOINTS[joint["type"]].units, strict=False):
+            if unit == "rad" and isinstance(value, int | float) and (note := several_turns(name, value)):
+                notes.append(note)
     return notes
+
+
+def delays_of_whole_seconds(data: Mapping[str, Any], document: Document) -> list[str]:
+    """Return a note on each delay of many samples, written as a whole number without a unit: s, and no samples.
+
+    Parameters
+    ----------
+    data : of ``document`` as it is written: unit strings are not converted
+    """
+    notes = []
+    for section in ("states", "controllers"):
+        for name, entry in document.section(section).items():
+            delay, period = data[section][name].get("delay"), entry.sample
+            if not (isinstance(delay, int | float) and isinstance(period, int | float)):
+                continue
+            if float(delay).is_integer() and delay >= _MANY_SAMPLES * period:
+                what = f"the delay {delay:g} is {delay:g} s, {delay / period:.4g} samples"
+                notes.append(
+                    f"{key_of(section, name)}.delay: {what}: times without a unit are in s, and one sample is"
+                    f' "{period:.6g} s"'
+                )
+    return notes
+
+
+def negative_damping(document: Document) -> list[str]:
+    """Return a note on each joint and spring whose damping is a number below zero."""
+    entries = [
+        (key_of(section, name), entry.damping)
+        for section in ("joints", "springs", "torsion_springs")
+        for name, entry in document.section(section).items()
+    ]
+    return [
+        f"{key}.damping: the damping {value:.6g} is negative, and adds energy to every motion"
+        for key, written in entries
+        for value in (written if isinstance(written, tuple) else (written,))
+        if isinstance(value, int | float) and value < 0.0
+    ]
+
+
+def efforts_on_drives(document: Document) -> list[str]:
+    """Return a note on each effort on a joint whose motion is prescribed by its drive."""
+    return [
+        f"{key_of('efforts', name)}: the joint {effort.joint} is driven, so the effort changes nothing of its motion,"
+        f" only drive_effort.{effort.joint}"
+        for name, effort in document.section("efforts").items()
+        if effort.joint in document.joints and document.joints[effort.joint].drive is not None
+    ]
 
 
 def check_groups(document: Document, report: Report) -> None:

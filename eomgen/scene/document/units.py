@@ -5,6 +5,7 @@ What cannot be converted is reported and becomes a ``Refused`` text, which later
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -18,6 +19,8 @@ from eomgen.units.parser import Factors, UnitError, is_quantity, read_quantity, 
 from eomgen.units.table import names
 
 _DEPTH = 4  # of lists in a value: a matrix has two
+#: A number with a unit, times the time.
+_WITH_TIME = re.compile(r"([^*]*[^* \t])[ \t]*\*[ \t]*t[ \t]*")
 
 
 def in_si(data: Mapping[str, Any], report: Report) -> tuple[dict[str, Any], list[str]]:
@@ -56,7 +59,8 @@ class _Converter:
                 result[name] = self.inner(inner, place, data[name], kind)
             elif meaning.unit or meaning.names is not None:
                 component = data.get("index", 0) if "index" in fields else None
-                result[name] = self.value(_unit(meaning, kind, component), place, data[name])
+                over_time = meaning.names is not None and "time" in meaning.names.kinds
+                result[name] = self.value(_unit(meaning, kind, component), place, data[name], over_time=over_time)
             if meaning.unit == ANY_UNIT and "unit" in fields:
                 self.label(key, data, result, name)
         return result
@@ -102,32 +106,43 @@ class _Converter:
             return entry
         return self.table(model, key, entry, kind)
 
-    def value(self, unit: Units, key: str, value: Any, depth: int = 0) -> Any:
-        """Convert every unit string in a value, which may be a list, a matrix or a table of numbers."""
+    def value(self, unit: Units, key: str, value: Any, depth: int = 0, *, over_time: bool = False) -> Any:
+        """Convert every unit string in a value, which may be a list, a matrix or a table of numbers.
+
+        ``over_time``: formulas of time could stand in their place.
+        """
         if isinstance(value, Refused | Included):  # read with its own file
             return value
         if isinstance(value, str):
-            return self.text(unit, key, value) if is_quantity(value) else value
+            return self.text(unit, key, value, over_time=over_time) if is_quantity(value) else value
         if isinstance(value, list | tuple) and depth < _DEPTH:
             units = (unit,) * len(value) if isinstance(unit, str) else (*unit, *[""] * len(value))
-            return [self.value(units[place], f"{key}[{place}]", entry, depth + 1) for place, entry in enumerate(value)]
+            return [
+                self.value(units[place], f"{key}[{place}]", entry, depth + 1, over_time=over_time)
+                for place, entry in enumerate(value)
+            ]
         if isinstance(value, Mapping) and depth < _DEPTH:
             return {
-                name: self.value(unit, f"{key}.{key_of(str(name))}", entry, depth + 1) for name, entry in value.items()
+                name: self.value(unit, f"{key}.{key_of(str(name))}", entry, depth + 1, over_time=over_time)
+                for name, entry in value.items()
             }
         return value
 
-    def text(self, unit: Units, key: str, text: str) -> float | Refused:
+    def text(self, unit: Units, key: str, text: str, *, over_time: bool) -> float | Refused:
         from eomgen.units.conversion import measure, to_si, to_unit  # noqa: PLC0415  # pint comes with it
 
         try:
+            if over_time and (product := _WITH_TIME.fullmatch(text)):
+                number = to_si(read_quantity(product[1], self.known))[0]
+                what = f"{shown(text)} is a formula, and formulas take numbers in SI, without units"
+                raise UnitError(what, f'"{number:.6g} * t"')
             quantity = read_quantity(text, self.known)
             if not isinstance(unit, str):
                 raise UnitError(
                     f"{shown(text)} is one value, and {len(unit)} are needed here", f"units {', '.join(unit)}"
                 )
             if unit:
-                return to_si(quantity)[0] if unit == ANY_UNIT else to_unit(quantity, unit)
+                return to_si(quantity)[0] if unit == ANY_UNIT else to_unit(quantity, unit, over_time=over_time)
             number, coherent = to_si(quantity)
             what, hint = (
                 f"{shown(text)} has a unit, and a number without one is needed here",

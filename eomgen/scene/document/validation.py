@@ -8,6 +8,7 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 
 from eomgen.scene.document.schema import SECTIONS, Document
+from eomgen.scene.joint_types import JOINTS_ELSEWHERE
 from eomgen.scene.reading.kinds import Refused, described
 from eomgen.scene.reading.report import Report
 from eomgen.system.terms import nearest_term
@@ -52,6 +53,12 @@ def read_document(data: Mapping[str, Any], report: Report) -> tuple[Document, di
 #: So many words that a key may hold are listed in a hint; of more, the nearest are.
 _LISTED = 12
 _AXES = ("x", "y", "z")
+#: Examples of tables for which a number is often written.
+_TABLES = {
+    "friction": "friction = { coulomb = 0.3, velocity = 0.01 }",
+    "limits": "limits = { lower = -1, upper = 1, stiffness = 1e5 }",
+    "initial": "initial = { position = 0.1 }",
+}
 
 
 def _child_hint(data: Mapping[str, Any]) -> str:
@@ -86,6 +93,9 @@ def explained(
         names = expected.replace(" or ", ", ").split(", ")
         if location[0] == "terms":
             return f"{described(given)} is not known here", nearest_term(str(given))
+        meant = JOINTS_ELSEWHERE.get(str(given).lower(), "")
+        if location[0] in ("joints", "constraints") and meant in names:
+            return f"{described(given)} is not known here", meant
         hint = nearest(str(given), names) if len(names) > _LISTED else f"one of {expected}"
         return f"{described(given)} is not known here", hint
     if kind in ("greater_than_equal", "less_than_equal"):
@@ -102,7 +112,7 @@ def explained(
     }
     plain |= {"model_type": "a table", "tuple_type": "a list", "int_from_float": "a whole number"}
     if kind in plain:
-        return f"{plain[kind]} is needed here, not {described(given)}", ""
+        return f"{plain[kind]} is needed here, not {described(given)}", _TABLES.get(last, "")
     return message[0].lower() + message[1:], ""
 
 

@@ -12,7 +12,7 @@ from eomgen.scene.formula.scope import EVERYTHING, Scope
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading import report
-from eomgen.scene.reading.requirements import Row, not_below_zero
+from eomgen.scene.reading.requirements import Row, from_zero_to_one
 from eomgen.scene.reading.values import UNKNOWN, Values
 from eomgen.text import key_of, shown
 
@@ -21,7 +21,11 @@ _TARGETS = Scope('coordinates, velocities and internal states: "q.joint", "v.joi
 #: Keys that belong to one action, and whether it needs them.
 _KEYS = {"reset": ("reset",), "impact": ("restitution",), "switch": ("mode", "to")}
 #: Of a restitution that parameters decide.
-_RESTITUTION = Row(("events.restitution",), *not_below_zero("the restitution"), stage=0)
+_RESTITUTION = Row(
+    ("events.restitution",),
+    *from_zero_to_one("the restitution", "and every impact would add energy"),
+    stage=0,
+)
 _EXAMPLES = {
     "reset": 'reset = { "v.joint" = 0 }',
     "restitution": "restitution = 0.8",
@@ -102,7 +106,8 @@ def _value(key: str, value: float | str | None, values: Values) -> Formula | Non
 
 
 def _restitution(key: str, value: float | str | None, values: Values) -> Formula | None:
-    """Return the formula of a restitution; one of parameters alone is never negative, of others the run sees to it."""
+    """Return the formula of a restitution; one of parameters alone is from 0 to 1, of others the run sees to it that
+    they are not negative."""
     formula = _value(key, value, values)
     if formula is not None and all(symbol.kind == "parameter" for symbol in symbols(formula)):
         values.require(key, _RESTITUTION, [formula])

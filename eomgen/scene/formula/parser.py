@@ -181,6 +181,8 @@ class _Reader:
         """Return a curve, or a derivative of it, at an argument."""
         name = name.removeprefix(PREFIX)
         call = f"{word}.{name}" if word else name
+        if word in self.kinds() and word not in DERIVATIVES:
+            raise self.error(node, f"{call} is a quantity, not a function", f"{call} without brackets")
         if word and word not in DERIVATIVES:
             raise self.error(
                 node, f"only functions can be called, not {shown(f'{word}.{name}')}", _plain_hint(word, name)
@@ -269,6 +271,9 @@ class _Reader:
             what = f"tau.{name[:64]} needs a reference motion"
             raise self.error(node, what, f"tau.{name[:64]}(servo), and [references.servo]")
         known, size = self.family(kind, name)
+        if known is None and kind == "mode":
+            hint = f"[modes] and {name[:64]} = 1"
+            raise self.error(node, f"mode.{name[:64]}: the scene has no [modes]", hint)
         if known is None:
             raise self.error(node, f"unknown quantity {shown(kind)}", nearest(kind, self.kinds()))
         offered = self.names.offered.get(kind)

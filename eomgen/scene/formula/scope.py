@@ -24,6 +24,8 @@ QUANTITIES: Mapping[str, str] = {
 REACTING = ("reactions", "joints", "constraints")
 #: Sections whose entries may be driven.
 DRIVEN = ("joints", "constraints")
+#: What force elements offer that is a force.
+_FORCES = ("tension", "load")
 #: Parts of a reaction, and where their three components start: angular first.
 REACTION_PARTS: Mapping[str, int] = {"moment": 0, "force": 3}
 ENERGIES = ("kinetic", "potential", "total", "base_power", "power")
@@ -133,6 +135,10 @@ class Names:
         """Return what is wrong with the name of a reaction, and what to try; None where one thing has it."""
         known = [*self.reactions, *self.joints, *self.constraints]
         if name not in known:
+            for kind in _FORCES:
+                if (row := self.offered.get(kind)) and name in row.names:
+                    what = f"{name[:64]} is in [{row.section}], and no joint, constraint or reaction"
+                    return what, f"{kind}.{name[:64]} in a formula, its force in N"
             return f"there is no joint, constraint or reaction {shown(name)}", nearest(name, known)
         if name not in self.reactions and name in self.joints and name in self.constraints:
             hint = f'[reactions] and {name[:64]}_load = {{ joint = "{name[:64]}" }}'

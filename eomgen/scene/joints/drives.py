@@ -69,6 +69,8 @@ def read_smoothing(key: str, smooth: float | str | None, law: str, values: Value
         values.report.add(place, f"smooth is of a {law} over time, and there is none", f"no smooth, or a {law}")
         return None
     duration = values.constant(place, smooth)
+    if math.isnan(duration):
+        return None
     if not 0.0 < duration < math.inf:
         values.report.add(place, f"the duration is {duration:.6g} s, and has to be positive", 'smooth = "10 ms"')
         return None
@@ -84,7 +86,10 @@ def _without_jumps(key: str, formula: Formula, values: Values, smooth: float | N
         return None if tunable else values.parameters.get(symbol.name)
 
     try:
-        return smoothed(formula, smooth, fixed)
+        law = smoothed(formula, smooth, fixed)
+        if law == formula:
+            values.notes.append(f"{key}: smooth changes nothing, since the law has no jumps and no kinks")
+        return law
     except SmoothingError as error:
         values.report.add(key, error.what, error.hint)
         return UNKNOWN
@@ -111,7 +116,11 @@ def read_drives(key: str, joint: written.Joint, values: Values) -> tuple[Formula
             report.add(f"{key}.initial.{field}", "a driven joint has no initial state of its own", "drive at t = 0")
     smooth = read_smoothing(key, joint.smooth, "", values)
     places = zip(_places(key, joint.drive), joint.drive, strict=True)
-    return tuple(read_law(at, value, values, smooth) for at, value in places)
+    noted = len(values.notes)
+    laws = tuple(read_law(at, value, values, smooth) for at, value in places)
+    if len(values.notes) - noted < len(laws):  # one of them is smoothed
+        del values.notes[noted:]
+    return laws
 
 
 def driven_start(key: str, drives: Sequence[Formula], values: Values) -> tuple[tuple[float, ...], tuple[float, ...]]:

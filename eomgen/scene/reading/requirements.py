@@ -63,7 +63,7 @@ def _not_both_positive(first: Numbers, second: Numbers) -> Flags:
 
 
 #: What a value must be by itself: how a value breaks it, what is wrong with it, and what to try.
-Bound = tuple[Callable[[Numbers], Flags], str, str]
+Bound = tuple[Callable[[Numbers], Flags], str | Callable[..., str], str]
 
 
 def above_zero(what: str) -> Bound:
@@ -72,6 +72,19 @@ def above_zero(what: str) -> Bound:
 
 def not_below_zero(what: str) -> Bound:
     return _negative, f"{what} is {{0}}", "0 or more"
+
+
+def from_zero_to_one(what: str, above: str) -> Bound:
+    """Return the bound of a share; ``above`` says what more than 1 means."""
+    return _no_share, lambda number: _share_fault(what, above, number), "a number from 0 to 1"
+
+
+def _no_share(number: Numbers) -> Flags:
+    return np.logical_or(np.less(number, 0.0), np.greater(number, 1.0))
+
+
+def _share_fault(what: str, above: str, number: float) -> str:
+    return f"{what} is {number:.6g}, {above}" if number > 1.0 else f"{what} is {number:.6g}"
 
 
 _PITCH: Bound = _zero, "a screw with a pitch of {0} does not travel", 'a pitch in m/rad, or type = "revolute"'

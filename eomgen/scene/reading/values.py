@@ -46,7 +46,8 @@ class Values:
     Attributes
     ----------
     requirements : what was asked of values that tunable parameters decide, in order
-    mentioned : parameters (fixed ones, too) and inputs that formulas mention, as pairs of kind and name
+    mentioned : what formulas mention (fixed parameters, too), as pairs of kind and name
+    notes : what has no effect, or hardly the one that is meant
     """
 
     def __init__(
@@ -66,6 +67,7 @@ class Values:
         self.bounds = bounds
         self.requirements: list[Requirement] = []
         self.mentioned: set[tuple[str, str]] = set()
+        self.notes: list[str] = []
 
     def formula(self, key: str, value: float | str, scope: Scope) -> Formula:
         """Return a formula; ``UNKNOWN`` where it cannot be read. One of parameters meets the bound that its key has."""
@@ -80,9 +82,7 @@ class Values:
             if not self.mentions_refused(value):
                 self.report.add(key, error.what, error.hint)
             return UNKNOWN
-        self.mentioned |= {
-            (symbol.kind, symbol.name) for symbol in symbols(formula) if symbol.kind in ("parameter", "input")
-        }
+        self.mentioned |= {(symbol.kind, symbol.name) for symbol in symbols(formula)}
         if scope in (PARAMETERS, FIXED_PARAMETERS):
             try:
                 self.value(formula)

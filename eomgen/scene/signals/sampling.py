@@ -53,6 +53,8 @@ def read_clock(key: str, entry: WrittenClock, values: Values) -> Clock | None:
     period = values.constant(f"{key}.sample", entry.sample or 0.0)
     quantum = values.constant(f"{key}.quantum", entry.quantum or 0.0)
     delay = values.constant(f"{key}.delay", entry.delay or 0.0)
+    if math.isnan(period):
+        return None
     if not 0.0 < period < math.inf:
         what = f"the time between two samples is {period:.6g} s, and has to be positive"
         values.report.add(f"{key}.sample", what, 'sample = "1 ms"')

@@ -80,7 +80,8 @@ def checked_options(source: Source | None, given: Mapping[str, Any]) -> dict[str
         other = known[specified[0]][0]
         *first, last = (option.name for option in other.options)
         every = f"{', '.join(first)} and {last}" if first else last
-        raise UsageError(f"{every} are for {other.name} only", "keys of the joint in the scene file")
+        hint = known[specified[0]][1].elsewhere or "keys of the joint in the scene file"
+        raise UsageError(f"{every} are for {other.name} only", hint)
     for name in own.keys() & given.keys():
         if own[name].choices and given[name] not in own[name].choices:
             raise UsageError(f"{name} is {shown(given[name])}", " or ".join(own[name].choices))

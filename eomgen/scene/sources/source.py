@@ -41,6 +41,8 @@ class Option:
         ``()`` for a list of names.
     description : str
         What it does; ``of_key`` says it as the meaning of a key.
+    elsewhere : str
+        What does the same in a scene file.
     """
 
     name: str
@@ -49,6 +51,7 @@ class Option:
     choices: tuple[str, ...] = ()
     metavar: str = ""
     of_key: str = ""
+    elsewhere: str = ""
 
 
 class OptionError(UsageError):

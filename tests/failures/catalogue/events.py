@@ -66,7 +66,7 @@ FAILURES = [
     Failure(
         "A negative restitution",
         3,
-        "description error: scene.toml:36 (events.stop.restitution): the restitution is -1; try: 0 or more",
+        "description error: scene.toml:36 (events.stop.restitution): the restitution is -1; try: a number from 0 to 1",
         more='[events.stop]\nwhen = "q.shoulder"\naction = "impact"\nrestitution = -1\n',
     ),
     Failure(

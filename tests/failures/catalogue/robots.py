@@ -190,8 +190,8 @@ FAILURES = [
     Failure(
         "A transmission to a joint that is not there, with --strict",
         3,
-        "description error: r.urdf:7: not modelled: transmissions to joints that are not there (1: lfit); try: no"
-        " --strict (strict=False), to go on without",
+        "description error: r.urdf:7: not modelled: transmissions to joints that are not there (1: lfit), perhaps lift;"
+        " try: no --strict (strict=False), to go on without",
         command="info r.urdf --transmissions --strict",
         files={"r.urdf": robot(("</robot>", TRANSMISSION.format(50).replace("lift", "lfit") + "</robot>"))},
     ),

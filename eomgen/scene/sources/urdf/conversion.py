@@ -92,6 +92,8 @@ def urdf_data(
         *notes_of_names_and_angles(robot, locked),
         *notes_of_mimics(robot, locked, held, leaders),
     ]
+    if transmissions and not gears.known and not gears.unknown:
+        notes.append("the file has no <transmission>, so none gives inputs; actuated=True gives one for each joint")
     notes += notes_of_what_has_no_effect(robot, held)
     warnings = [*inertia_warnings(robot), *left_out(robot, set(held)), *motors.warnings]
     if strict:

@@ -82,12 +82,14 @@ URDF = Source(
             False,
             "give every moving joint of one coordinate an effort input of its own name",
             of_key="every moving joint of one coordinate has an effort input of its own name",
+            elsewhere="[inputs] and [efforts] in the scene file",
         ),
         Option(
             "transmissions",
             False,
             "make efforts of actuators behind transmissions inputs",
             of_key="efforts of actuators behind transmissions are inputs",
+            elsewhere="[inputs], and [efforts] that multiply them by reductions, in the scene file",
         ),
         Option(
             "tunable",
@@ -95,6 +97,7 @@ URDF = Source(
             "make mass, centre of mass and inertia of this link tunable parameters; may be repeated",
             metavar="LINK",
             of_key="links whose mass, centre of mass and inertia are tunable parameters",
+            elsewhere="tunable [parameters] in the scene file, and formulas of them for mass and inertia",
         ),
     ),
     {".xacro": "xacro first, to make a .urdf of it"},

@@ -10,6 +10,7 @@ Reductions stand where ros_control (``mechanicalReduction`` in the actuator or j
 
 from __future__ import annotations
 
+import difflib
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
@@ -195,5 +196,7 @@ def actuation(
     ]
     if missing:
         what = f"not modelled: transmissions to joints that are not there ({len(missing)}: {listed(list(missing))})"
+        close = [name for written in missing for name in difflib.get_close_matches(written, by_written, n=1)]
+        what += f", perhaps {listed(dict.fromkeys(close))}" if close else ""
         warnings.append((next(iter(missing.values())), what))
     return Actuation(inputs, efforts, sums.keys(), notes, warnings)
