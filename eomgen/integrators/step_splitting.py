@@ -8,29 +8,17 @@ ends so much before one and goes on so much after it, so that rounding never put
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from eomgen.system.system import Discontinuity
 
 #: Margin beside the time of a jump, in times the precision of the numbers that the time is made of.
 MARGIN = 32.0
 
 
-class DiscontinuityLike(Protocol):
-    """Attributes of a discontinuity (implemented by ``system.Discontinuity``)."""
-
-    @property
-    def time(self) -> float: ...
-    @property
-    def period(self) -> float: ...
-    @property
-    def order(self) -> int: ...
-    @property
-    def blur(self) -> float: ...
-    @property
-    def constraint(self) -> bool: ...
-
-
 def jump_data(
-    discontinuities: tuple[DiscontinuityLike, ...], order: int, *, by_differences: bool = False
+    discontinuities: tuple[Discontinuity, ...], order: int, *, by_differences: bool = False
 ) -> dict[str, Any]:
     """Return the times that matter to a method of an order: ``once``; ``first`` and ``period`` of waves.
 

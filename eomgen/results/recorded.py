@@ -10,7 +10,7 @@ from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.events import Events
 
 
-class Evaluated(Protocol):
+class EvaluatedLater(Protocol):
     """What evaluates attributes of a solution when they are first asked for: ``simulation.outcome.Outcome``."""
 
     @property
@@ -29,7 +29,7 @@ class Evaluated(Protocol):
     def error(self) -> ErrorEstimate: ...
 
 
-class Recorded(Evaluated, Protocol):
+class Recorded(EvaluatedLater, Protocol):
     """A ``Solution``: see there."""
 
     @property

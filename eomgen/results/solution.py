@@ -22,7 +22,7 @@ from eomgen.results.display import html
 from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.events import Events
 from eomgen.results.plots import plot
-from eomgen.results.recorded import Evaluated
+from eomgen.results.recorded import EvaluatedLater
 from eomgen.results.scenery import PosesAndScenery
 from eomgen.results.solution_file import read_all, write_all, write_columns
 from eomgen.results.spectrum import psd
@@ -140,7 +140,7 @@ class Solution:
         return {**vars(self), "inputs": self.inputs, "model": None}
 
     @classmethod
-    def later(cls, recorded: Mapping[str, Any], evaluated: Evaluated, *, at_once: bool = False) -> Solution:
+    def later(cls, recorded: Mapping[str, Any], evaluated: EvaluatedLater, *, at_once: bool = False) -> Solution:
         """Return the solution of a run.
 
         Parameters
