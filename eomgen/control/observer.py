@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from eomgen.arrays import Array
 from eomgen.calls import checked_call, checked_calls
+from eomgen.control.controllability import Dynamics, check_detectable, check_driven, check_observable
 from eomgen.control.cost import Weighted, controlled_by, near, number, row_of
 from eomgen.control.display import deviations_html, eigenvalues_html, gains_html
-from eomgen.control.reach import Dynamics, check_detectable, check_driven, check_observable
 from eomgen.control.regulator import optimal_gains, placed_gains
 from eomgen.control.riccati_equation import sampled_solution, without_cross_terms
 from eomgen.control.weights import Weights, weight

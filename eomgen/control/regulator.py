@@ -21,12 +21,12 @@ from scipy.signal import place_poles
 
 from eomgen.arrays import Array
 from eomgen.calls import checked_call, checked_calls
+from eomgen.control.controllability import Dynamics, check_controllable, check_stabilisable, check_weighted
 from eomgen.control.cost import Weighted, controlled_by, near, quadratic_cost
 from eomgen.control.display import eigenvalues_html, gains_html, margins_html
 from eomgen.control.labels import labels, with_more
 from eomgen.control.margins import Margins, margins_of
 from eomgen.control.plots import plot_margins
-from eomgen.control.reach import Dynamics, check_controllable, check_stabilisable, check_weighted
 from eomgen.control.riccati_equation import sampled_solution, solution, whitening, without_cross_terms
 from eomgen.control.weights import Weights
 from eomgen.errors import NumericalError, Problem, UsageError

@@ -1,4 +1,4 @@
-"""Which motions of a linear model of first order inputs reach and outputs see: the test of Popov, Belevitch and Hautus.
+"""Controllability and observability of a linear model of first order: the test of Popov, Belevitch and Hautus.
 
 A mode with the eigenvalue s is out of reach where [A - s 1, B] loses rank, and out of sight where [A - s 1; C] does.
 Which states a mode is mostly in is told by participation factors, which no choice of units changes (I. J.
