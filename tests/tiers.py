@@ -702,6 +702,12 @@ SLOW: dict[str, tuple[str, ...]] = {
     "simulation/test_smoothed_crank.py::test_implicit_steps_keep_order_2_in_a_transition_and_do_not_ring_behind_it": (
         "0.1003-stabilised",
     ),
+    "simulation/test_steps_that_end_early.py::test_chosen_steps_that_jumps_bound_state_their_error_or_none": (
+        "sampled-taylor-0.01",
+    ),
+    "simulation/test_steps_that_end_early.py::test_steps_that_end_at_samples_state_their_error": (
+        "generalized_alpha-0.01",
+    ),
     "simulation/test_time_grid.py::test_a_run_ends_where_it_is_told_to": (),
     "simulation/test_time_grid.py::test_a_run_with_very_many_jumps_lists_none_of_them": (),
     "simulation/test_time_grid.py::test_ctrl_c_is_heard_among_many_jumps": (),

@@ -3,7 +3,8 @@
 Richardson: where x_h - x = C h^p + higher powers, x_2h - x_h = (2^p - 1) (x_h - x), and the ratio of x_4h - x_2h to
 x_2h - x_h tells whether p is the method's (Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I
 (1993), section II.4). Where it is not, where longer steps do not hold, or where the runs differ by a tenth of the
-motion, powers of the step tell nothing of longer ones, and a run at half the step decides.
+motion, powers of the step tell nothing of longer ones, and a run at half the step decides. Where steps end at samples
+and jumps, runs at shorter steps are asked, the first that is another run all over.
 """
 
 from __future__ import annotations
@@ -20,13 +21,15 @@ from numpy.typing import NDArray
 
 from eomgen.arrays import Array
 from eomgen.errors import UsageError
+from eomgen.integrators.families.adaptive import SMALLEST_TOLERANCE
 from eomgen.progress import Progress
-from eomgen.results.error_estimate import OWN, ErrorEstimate, Largest
+from eomgen.results.error_estimate import NOTICED, OWN, ErrorEstimate, Largest
 from eomgen.results.events import Events
 from eomgen.simulation.comparison_runs import SAME_TIME, comparison_run, counted, span_of
 from eomgen.simulation.events import acting
 from eomgen.simulation.motion_size import Kinds, MotionSize, differences, motion_size, shares
 from eomgen.simulation.run import Run
+from eomgen.simulation.step_parts import step_parts
 from eomgen.simulation.stepper import Trajectory
 from eomgen.toolchain.library import Library
 
@@ -52,6 +55,10 @@ _AT_EVENT = 1e-9
 _ROUNDING = 1e3
 #: How many times smaller the tolerance of a comparison run is; of methods of low order 2 to their order.
 _TOLERANCES = 10.0
+#: How many times as many parts of steps as the run itself a run at shorter steps may take.
+_MOST_PARTS = 16.0
+#: Powers of the smaller tolerance, asked one after the other where jumps, samples and rows of inputs bound steps.
+_SMALLER = (1, 4, 8)
 
 
 class _NoEstimateError(Exception):
@@ -154,6 +161,8 @@ class _Comparisons:
         self.span = span_of(run, rows, parameters)
         self.own = self._motion(self.span.rows, self.span.parameters, events)
         self.size: MotionSize = motion_size(run.model, rows, self.own.outputs)
+        begin, end = (float(t) for t in self.span.rows[[0, -1], 0])
+        self.parts = step_parts(library.layout["method"], begin, end, float(run.method.order), self.own.changes)
         self._steps = run.grid.steps
         self._all = self._steps + _planned(run, self.span.steps)
 
@@ -191,6 +200,14 @@ class _Comparisons:
         if found.interrupted:
             raise _NoEstimateError(_INTERRUPTED)
         return self._motion(found.rows, found.parameters, found.events)._replace(stopped=found.stopped)
+
+    def tell(self, multiple: float, other: float) -> bool:
+        """Return whether runs at two multiples of the step, the second one the larger, are different runs all over."""
+        return self.parts.tell(multiple * self.step, other * self.step)
+
+    def ratio(self, multiple: float, times: Array) -> Array:
+        """Return by how much the steps of a run at a multiple of the step are longer in effect, up to times (n,) s."""
+        return self.parts.ratio(self.step, multiple * self.step, times)
 
     def apart(self, first: _Motion, second: _Motion) -> _Apart:
         """Return how two motions differ where both have rows.
@@ -233,23 +250,32 @@ class _Pair(NamedTuple):
 
     Attributes
     ----------
-    near, far : |x_2h - x_h| and |x_4h - x_2h|, or |x_h - x_h/2| and |x_2h - x_h|; of tolerances there is no second one
-    gain : from the order to the error of the run as a part of the nearer difference
+    apart : of the run from another one
+    gain : from the order to the error of the run as a part of that, (n, 1)
     words : which runs these were
+    near, far : differences that tell the order, as |x_2h - x_h| and |x_4h - x_2h|; of tolerances there are none
+    refinement : ratio of the steps of neighbouring ones of these runs
     """
 
-    near: _Apart
-    far: _Apart | None
-    gain: Callable[[float], float]
+    apart: _Apart
+    gain: Callable[[float], Array]
     words: str
+    near: _Apart | None = None
+    far: _Apart | None = None
+    refinement: float = 2.0
+
+
+def _gain(ratio: Array) -> Callable[[float], Array]:
+    """Return the gain where the steps of the other run are longer by a ratio, (n,), in effect; shorter below 1."""
+    return lambda order: 1.0 / np.abs(np.power(ratio, order) - 1.0)[:, np.newaxis]
+
+
+def _by_shorter(order: float) -> float:
+    return 1.0 / (1.0 - math.pow(2.0, -order))
 
 
 def _by_longer(order: float) -> float:
     return 1.0 / (math.pow(2.0, order) - 1.0)
-
-
-def _by_shorter(order: float) -> float:
-    return 1.0 + _by_longer(order)
 
 
 def _by_tolerance(runs: _Comparisons) -> ErrorEstimate:
@@ -261,24 +287,37 @@ def _by_tolerance(runs: _Comparisons) -> ErrorEstimate:
     """
     own = runs.run.settings["tolerance"]
     order = min(float(runs.run.method.order), math.log2(_TOLERANCES))
+    multiple = 0.5 if runs.events else 1.0
+    bound = bool(len(runs.parts.ends)) or runs.run.driven is not None
     found = None
-    for power, gain in ((-order, _by_shorter(order)), (order, _by_longer(order))):
+    shorter = [(-order * times, _by_shorter(order * times)) for times in _SMALLER[: None if bound else 1]]
+    for power, gain in (*shorter, (order, _by_longer(order))):
         tolerance = own * math.pow(2.0, power)
-        found = runs.at(tolerance=tolerance, multiple=0.5 if runs.events else 1.0)
+        if tolerance < SMALLEST_TOLERANCE and power < -order:
+            continue
+        found = runs.at(tolerance=tolerance, multiple=multiple)
         if len(found.rows) > 1 and not found.stopped:
+            apart = runs.apart(runs.own, found)
+            if bound and float(shares(apart.kinds, runs.size).max(initial=0.0)) < _floor(runs):
+                continue
             words = f"a run at a tolerance of {tolerance:.2g}{' and half the step' * runs.events}"
-            pair = _Pair(runs.apart(runs.own, found), None, partial(_known, gain), words)
+            pair = _Pair(apart, partial(_known, gain), words)
             return replace(_estimate(runs, pair, math.nan), passed_over=_passed_over(runs, found))
+    if found is not None and not found.stopped:
+        where = "where forces jump, states are sampled or rows of inputs end"
+        raise _NoEstimateError(f"its steps end {where}, and those of runs at other tolerances are the same ones")
     reason = f": {found.stopped}" if found is not None and found.stopped else ""
     raise _NoEstimateError(f"runs at other tolerances do not come to the end{reason}")
 
 
-def _known(gain: float, order: float) -> float:
-    return gain
+def _known(gain: float, order: float) -> Array:
+    return np.full((1, 1), gain)
 
 
 def _by_steps(runs: _Comparisons) -> ErrorEstimate:
     order = float(runs.run.method.order)
+    if not (runs.tell(1.0, 2.0) and runs.tell(2.0, 4.0) and runs.tell(0.5, 1.0)):
+        return _by_shorter_steps(runs, order)
     twice = runs.at(multiple=2.0)
     four = None if twice.stopped else runs.at(multiple=4.0)
     near = runs.apart(runs.own, twice)
@@ -286,18 +325,59 @@ def _by_steps(runs: _Comparisons) -> ErrorEstimate:
     if len(twice.rows) > 1:
         far = None if four is None else runs.apart(twice, four)
         words = "a run at twice the step" if four is None else "runs at 2 and 4 times the step"
-        found = _estimate(runs, _Pair(near, far, _by_longer, words), order)
+        ratio = runs.ratio(2.0, near.t)
+        found = _estimate(runs, _Pair(near, _gain(ratio), words, near, far, _refinement(runs, (1, 2, 4))), order)
         same = not _passed_over(runs, twice)
         if four is not None and not four.stopped and same and not _doubtful(runs, found, near):
             return found
     half = runs.at(multiple=0.5)
     if len(half.rows) > 1 and not half.stopped:
         words = "runs at half and 2 times the step"
-        pair = _Pair(runs.apart(runs.own, half), near, _by_shorter, words)
+        apart = runs.apart(runs.own, half)
+        pair = _Pair(apart, _gain(runs.ratio(0.5, apart.t)), words, apart, near, _refinement(runs, (0.5, 1, 2)))
         return replace(_estimate(runs, pair, order), passed_over=_passed_over(runs, half))
     if found is None or not found.relative < _EXPLODED:
         raise _NoEstimateError(f"runs neither at twice nor at half the step hold: {twice.stopped or half.stopped}")
     return found
+
+
+def _by_shorter_steps(runs: _Comparisons, order: float) -> ErrorEstimate:
+    """Return what the first run tells that takes shorter parts of steps all over, and where the error matters the next
+    one as well, which shows the order."""
+    multiple = 0.5
+    while not runs.tell(multiple, 1.0):
+        multiple *= 0.5
+        if runs.parts.count(multiple * runs.step) > _MOST_PARTS * runs.parts.count(runs.step):
+            what = f"runs in shorter steps that differ from it all over take {_MOST_PARTS:.0f} times as many"
+            raise _NoEstimateError(f"its steps end where forces jump or states are sampled; {what}")
+    shorter = runs.at(multiple=multiple)
+    if len(shorter.rows) < 2 or shorter.stopped:
+        raise _NoEstimateError(f"a run at 1/{1.0 / multiple:.0f} of the step does not hold: {shorter.stopped}")
+    apart = runs.apart(runs.own, shorter)
+    words = f"a run at 1/{1.0 / multiple:.0f} of the step"
+    passed_over = _passed_over(runs, shorter)
+    found = _estimate(runs, _Pair(apart, _gain(runs.ratio(multiple, apart.t)), words), order)
+    of_outputs = 0.0 if found.largest_output is None else found.largest_output.share
+    if max(found.relative, of_outputs) > NOTICED and runs.tell(0.5 * multiple, multiple):
+        finest = runs.at(multiple=0.5 * multiple)
+        if len(finest.rows) > 1 and not finest.stopped:
+            near, best = runs.apart(shorter, finest), runs.apart(runs.own, finest)
+            words = f"runs at 1/{1.0 / multiple:.0f} and 1/{2.0 / multiple:.0f} of the step"
+            refinement = _refinement(runs, (0.5 * multiple, multiple, 1.0))
+            pair = _Pair(best, _gain(runs.ratio(0.5 * multiple, best.t)), words, near, apart, refinement)
+            found = _estimate(runs, pair, order)
+    return replace(found, passed_over=passed_over)
+
+
+def _refinement(runs: _Comparisons, multiples: tuple[float, float, float]) -> float:
+    """Return the ratio of steps by which differences between three runs tell an order: 2 where steps are doubled.
+
+    Where parts of steps grow by other ratios r and s, the differences grow by r^p (s^p - 1) / (r^p - 1).
+    """
+    order = float(runs.run.method.order)
+    end = np.array([runs.parts.end])
+    first, second, third = (float(runs.ratio(multiple, end)[0]) ** order for multiple in multiples)
+    return float(((third - second) / (second - first)) ** (1.0 / order))
 
 
 def _passed_over(runs: _Comparisons, other: _Motion) -> str:
@@ -333,17 +413,17 @@ def _estimate(runs: _Comparisons, pair: _Pair, declared: float) -> ErrorEstimate
     """Return the estimate from differences; ``declared`` is the order of the method, NaN where it chooses its steps."""
     size = runs.size
     errors, orders = {}, {}
-    for kind, apart in pair.near.kinds.items():
+    for kind, apart in pair.apart.kinds.items():
         orders[kind] = math.nan
-        if pair.far is not None:
+        if pair.near is not None and pair.far is not None:
             with np.errstate(all="ignore"):
                 far, near = ((differ.t, differ.kinds[kind] / size.sizes[kind]) for differ in (pair.far, pair.near))
-            orders[kind] = observed_order(far, near, _floor(runs))
+            orders[kind] = observed_order(far, near, _floor(runs), pair.refinement)
         used = declared if math.isnan(orders[kind]) else min(max(orders[kind], 1.0), declared)
         errors[kind] = apart * pair.gain(used)
     share = shares(errors, size)
     row, component = np.unravel_index(int(np.argmax(share)), share.shape) if share.size else (0, 0)
-    times = pair.near.t
+    times = pair.apart.t
     largest = None
     if share.size:
         error = np.hstack([errors["increment"], errors["z"]])[row, component]
@@ -436,7 +516,7 @@ def _floor(runs: _Comparisons) -> float:
     return _ROUNDING * float(np.finfo(np.float32 if single else np.float64).eps)
 
 
-def observed_order(far: tuple[Array, Array], near: tuple[Array, Array], floor: float) -> float:
+def observed_order(far: tuple[Array, Array], near: tuple[Array, Array], floor: float, ratio: float = 2.0) -> float:
     """Return the order that differences tell; NaN where they are rounding.
 
     What is held against one another are the largest so far, up to the last row at which both follow powers of the step.
@@ -445,6 +525,7 @@ def observed_order(far: tuple[Array, Array], near: tuple[Array, Array], floor: f
     ----------
     far, near : x_4h - x_2h and x_2h - x_h as parts of the motion, (n, size), at times (n,) each in s
     floor : differences that are rounding
+    ratio : of the steps of neighbouring runs
     """
     if not len(far[0]) or not len(near[0]) or not far[1].shape[1]:
         return math.nan
@@ -457,7 +538,7 @@ def observed_order(far: tuple[Array, Array], near: tuple[Array, Array], floor: f
         return math.nan
     calm = known[theirs[known] < _SATURATED]
     row = calm[-1] if len(calm) else known[0]
-    return float(np.log2(theirs[row] / ours[row]))
+    return float(np.log2(theirs[row] / ours[row]) / math.log2(ratio))
 
 
 def _near(times: Array, others: Array, slack: float) -> NDArray[np.bool_]:

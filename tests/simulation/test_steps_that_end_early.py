@@ -1,0 +1,123 @@
+"""The estimated error where steps end at samples and at points of curves, by closed forms of the motion in between."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.arrays import Array
+from eomgen.simulation.step_parts import StepParts, step_parts
+from tests.simulation.test_error_estimate import good
+
+STIFFNESS = 400.0
+FREQUENCY = np.sqrt(STIFFNESS)
+SAMPLE = 0.01
+
+
+def _sled(name: str, **more: object) -> eomgen.Model:
+    """Return a mass of 1 kg on a spring, 0.1 m from rest, that a force u moves."""
+    joint = {"type": "prismatic", "parent": "base", "child": "b", "axis": [1, 0, 0]}
+    scene = {
+        "format": 1,
+        "name": name,
+        "gravity": [0, 0, 0],
+        "bodies": {"b": {"mass": 1}},
+        "joints": {"x": {**joint, "stiffness": STIFFNESS, "initial": {"position": 0.1}}},
+        "efforts": {"e": {"joint": "x", "effort": "u"}},
+    }
+    return eomgen.build({**scene, **more}, profile="quick")
+
+
+@cache
+def sampled() -> eomgen.Model:
+    return _sled("sampled", states={"u": {"sample": "10 ms", "formula": "-20 * q.x - 0.5 * v.x"}})
+
+
+@cache
+def polygon(last: float) -> eomgen.Model:
+    """Return the sled with a force that is linear between points 10 ms apart, up to a time in s, and stays there."""
+    curve = {"points": points(last).tolist(), "interpolation": "linear", "outside": "hold", "unit": "N"}
+    return _sled(f"polygon{last:g}".replace(".", "_"), inputs={"u": curve})
+
+
+def points(last: float) -> Array:
+    t = SAMPLE * np.arange(round(last / SAMPLE) + 1)
+    return np.stack([t, 8.0 * np.sin(11.0 * t)], axis=1)
+
+
+def _moved(q: float, v: float, force: float, rate: float, time: float) -> tuple[float, float]:
+    """Return q and v after a time, s, in which the force has a constant rate."""
+    place, speed = q - force / STIFFNESS, v - rate / STIFFNESS
+    angle = FREQUENCY * time
+    q = (force + rate * time) / STIFFNESS + place * np.cos(angle) + speed / FREQUENCY * np.sin(angle)
+    return q, rate / STIFFNESS - FREQUENCY * place * np.sin(angle) + speed * np.cos(angle)
+
+
+def known(name: str, t: Array, last: float = 0.0) -> Array:
+    """Return the positions at times (n,) s, those of samples or points among them or in between, in closed form."""
+    found, state = [], (0.1, 0.0)
+    curve = points(last)
+    for k in range(round(t[-1] / SAMPLE) + 1):
+        if name == "sampled":
+            force, rate = -20.0 * state[0] - 0.5 * state[1], 0.0
+        else:
+            here, there = np.interp([k * SAMPLE, (k + 1) * SAMPLE], curve[:, 0], curve[:, 1])
+            force, rate = here, (there - here) / SAMPLE
+        inside = t[(t > (k - 1e-6) * SAMPLE) & (t < (k + 1 - 1e-6) * SAMPLE)]
+        found += [_moved(*state, force, rate, time - k * SAMPLE)[0] for time in inside]
+        state = _moved(*state, force, rate, SAMPLE)
+    return np.array(found)
+
+
+@pytest.mark.parametrize("step", [0.02, 0.01, 0.004, 0.001])
+@pytest.mark.parametrize("method", ["generalized_alpha", "rk4", "hermite"])
+def test_steps_that_end_at_samples_state_their_error(method: str, step: float) -> None:
+    run = sampled().simulate(1.0, step, method=method)
+    true = np.abs(run.q[:, 0] - known("sampled", run.t)).max()
+    assert true > 1e-12 and good(run.error.q, true)
+
+
+@pytest.mark.parametrize("last", [1.0, 0.5])
+@pytest.mark.parametrize("step", [0.02, 0.01, 0.002])
+def test_steps_that_end_at_points_of_a_curve_state_their_error(step: float, last: float) -> None:
+    """Points over half of the run alone: runs at twice the step differ in the other half only."""
+    run = polygon(last).simulate(1.0, step, method="rk4")
+    true = np.abs(run.q[:, 0] - known("polygon", run.t, last))
+    assert good(run.error.q, true.max())
+    first = run.error.t <= 0.5
+    assert good(run.error.q_at[first].max(), true[run.t <= 0.5].max())
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-5, 1e-7])
+@pytest.mark.parametrize("method", ["rk45", "taylor", "generalized_alpha"])
+@pytest.mark.parametrize("name", ["sampled", "polygon"])
+def test_chosen_steps_that_jumps_bound_state_their_error_or_none(name: str, method: str, tolerance: float) -> None:
+    run = (sampled() if name == "sampled" else polygon(1.0)).simulate(1.0, 0.01, method=method, tolerance=tolerance)
+    true = np.abs(run.q[:, 0] - known(name, run.t, 1.0)).max()
+    if run.error.available:
+        assert good(run.error.q, true)
+    else:
+        assert "those of runs at other tolerances are the same ones" in run.error.reason
+        assert method == "taylor" and true < 1e-13
+
+
+def test_an_error_that_matters_says_the_order_and_what_it_is_made_from() -> None:
+    run = sampled().simulate(3.0, 0.01)
+    true = np.abs(run.q[:, 0] - known("sampled", run.t)).max()
+    assert run.error.relative > 0.03 and good(run.error.q, true)
+    assert run.error.order == pytest.approx(2.0, abs=0.3)
+    assert run.error.method == "runs at 1/2 and 1/4 of the step"
+
+
+def test_parts_of_steps_are_those_between_points_of_the_grid_and_samples() -> None:
+    """Sums by hand: steps of 2 s with samples each 3 s are parts of 2, 1, 1, 2 s; of 4 s: 3, 1, 2, 2, 1, 3 s."""
+    parts = step_parts({"samples": {"clocks": [[3.0, 0.0]]}}, 0.0, 12.0, 2.0, np.empty(0))
+    assert parts.ends.tolist() == [3.0, 6.0, 9.0]
+    expected = np.sqrt((27 + 1 + 8 + 8 + 1 + 27) / (2 * (8 + 1 + 1 + 8)))
+    assert parts.ratio(2.0, 4.0, np.array([12.0])) == pytest.approx([expected])
+    assert parts.tell(2.0, 4.0) and not parts.tell(3.0, 6.0) and parts.tell(1.5, 3.0)
+    free = StepParts(np.empty(0), 0.0, 12.0, 2.0)
+    assert free.ratio(0.5, 1.0, np.arange(3.0)).tolist() == [2.0, 2.0, 2.0] and free.tell(1.0, 2.0)
