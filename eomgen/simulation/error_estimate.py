@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 
 from eomgen.arrays import Array
 from eomgen.errors import UsageError
-from eomgen.integrators.families.adaptive import SMALLEST_TOLERANCE
 from eomgen.progress import Progress
 from eomgen.results.error_estimate import NOTICED, OWN, ErrorEstimate, Largest
 from eomgen.results.events import Events
@@ -57,8 +56,9 @@ _ROUNDING = 1e3
 _TOLERANCES = 10.0
 #: How many times as many parts of steps as the run itself a run at shorter steps may take.
 _MOST_PARTS = 16.0
-#: Powers of the smaller tolerance, asked one after the other where jumps, samples and rows of inputs bound steps.
-_SMALLER = (1, 4, 8)
+#: Powers of the smaller tolerance, asked one after the other where jumps, samples and rows of inputs bound steps, and what
+#: none is below: rounding.
+_SMALLER, _LEAST_TOLERANCE = (1, 4, 8), 1e-14
 
 
 class _NoEstimateError(Exception):
@@ -293,7 +293,7 @@ def _by_tolerance(runs: _Comparisons) -> ErrorEstimate:
     shorter = [(-order * times, _by_shorter(order * times)) for times in _SMALLER[: None if bound else 1]]
     for power, gain in (*shorter, (order, _by_longer(order))):
         tolerance = own * math.pow(2.0, power)
-        if tolerance < SMALLEST_TOLERANCE and power < -order:
+        if tolerance < _LEAST_TOLERANCE and power < -order:
             continue
         found = runs.at(tolerance=tolerance, multiple=multiple)
         if len(found.rows) > 1 and not found.stopped:
