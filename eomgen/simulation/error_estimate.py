@@ -56,8 +56,8 @@ _ROUNDING = 1e3
 _TOLERANCES = 10.0
 #: How many times as many parts of steps as the run itself a run at shorter steps may take.
 _MOST_PARTS = 16.0
-#: Powers of the smaller tolerance, asked one after the other where jumps, samples and rows of inputs bound steps, and what
-#: none is below: rounding.
+#: Powers of the smaller tolerance, asked in turn where jumps, samples and rows of inputs bound steps, and the least
+#: tolerance: rounding.
 _SMALLER, _LEAST_TOLERANCE = (1, 4, 8), 1e-14
 
 
