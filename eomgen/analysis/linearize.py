@@ -148,7 +148,8 @@ def about(
         operating_point.t, state.q, state.v, a, state.z, _inputs(model, operating_point), lam, state.what
     )
     values = _references(model, reference, operating_point, measures)
-    return Linearization(reference, partials, free, replace(names, references=values))
+    turned = {} if model.description.joints else _orientations(model, state.q)
+    return Linearization(reference, partials, free, replace(names, references=values, orientations=turned))
 
 
 def _dynamics(model: CompiledModel, state: State, operating_point: OperatingPoint) -> tuple[Array, Array]:
@@ -408,6 +409,11 @@ def _references(
         "disturbances": np.array([given.get(name, np.nan) for name in description.disturbances]),
         "outputs": outputs,
     }
+
+
+def _orientations(model: CompiledModel, q: Array) -> dict[str, tuple[float, ...]]:
+    """Return the coordinates of joints on groups by name."""
+    return {factor.name: tuple(q[factor.q].tolist()) for factor in model.factors if factor.q_size != factor.v_size}
 
 
 def _inputs(model: CompiledModel, operating_point: OperatingPoint) -> Array:

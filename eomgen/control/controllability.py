@@ -19,6 +19,7 @@ import scipy.linalg
 from eomgen.arrays import Array
 from eomgen.control.stabilisability import distinct, in_words
 from eomgen.errors import ModelError
+from eomgen.linear.balancing import balance
 
 #: Eigenvalues this close to the border of stability, as a share of the largest, count as on it.
 _ON_BORDER = 1e-7
@@ -138,7 +139,7 @@ def _lost(dynamics: Dynamics, B: Array, tolerance: float = _RANK, negligible: fl
     """
     if not len(dynamics.A):
         return []
-    A, scales = scipy.linalg.matrix_balance(dynamics.A, permute=False)
+    A, scales = balance(dynamics.A, permute=False)
     b = B / np.diag(scales)[:, np.newaxis]
     sizes = np.linalg.norm(b, axis=0)
     kept = sizes > negligible * np.max(sizes, initial=0.0)

@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import matrix_balance
 from scipy.signal import place_poles
 
 from eomgen.arrays import Array
@@ -31,6 +30,7 @@ from eomgen.control.riccati_equation import sampled_solution, solution, whitenin
 from eomgen.control.weights import Weights
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.html import page
+from eomgen.linear.balancing import balance
 from eomgen.linear.sampling import discretized, sampled_with_cost
 from eomgen.linear.state_space import HasStateSpace, StateSpace, state_space_of
 
@@ -228,7 +228,7 @@ def placed_gains(B: Array, wanted: Complex, dynamics: Dynamics, check: Check) ->
             )
             raise UsageError(Problem("poles", what, "poles a little apart"))
     check(dynamics, B)
-    balanced, scales = matrix_balance(A, permute=False)
+    balanced, scales = balance(A, permute=False)
     sizes = np.diag(scales)
     rate = dynamics.rate
     try:
@@ -254,7 +254,7 @@ def optimal_gains(weights: Weights, B: Array, dynamics: Dynamics, check: Check) 
     """
     A = dynamics.A
     half = whitening(weights.effort)
-    balanced, scales = matrix_balance(A, permute=False)
+    balanced, scales = balance(A, permute=False)
     T = np.diag(scales)
     rate = float(np.linalg.norm(balanced, 2)) or 1.0
     b = B / T[:, np.newaxis] @ half / rate

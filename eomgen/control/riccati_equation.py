@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.linalg import (
-    matrix_balance,
     solve_continuous_are,
     solve_continuous_lyapunov,
     solve_discrete_are,
@@ -18,6 +17,7 @@ from scipy.linalg import (
 
 from eomgen.arrays import Array
 from eomgen.errors import NumericalError, UsageError
+from eomgen.linear.balancing import balance
 
 #: Rows and columns of blocks of a matrix.
 Blocks = tuple[tuple[slice, slice], ...]
@@ -113,7 +113,7 @@ def sampled_solution(A: Array, B: Array, Q: Array, R: Array, S: Array) -> tuple[
     NumericalError
         No solution with a relative residual below 1e-10.
     """
-    _, scales = matrix_balance(A, permute=False)
+    _, scales = balance(A, permute=False)
     T = np.diag(scales)
     inputs = np.sqrt(np.diag(R + B.T @ Q @ B))
     inputs = 1.0 / np.where(inputs > 0.0, inputs, 1.0)

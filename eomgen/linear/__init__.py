@@ -3,6 +3,7 @@ inside."""
 
 __all__ = [
     "augmentation",
+    "balancing",
     "campbell",
     "campbell_search",
     "freedom",

@@ -91,7 +91,8 @@ def driven_by(space: StateSpace, source: StateSpace) -> StateSpace:
     found = [_labels(kind, wanted, (space, source)) for kind, wanted in zip(KINDS, names, strict=True)]
     units = {kind: tuple(unit for unit, _ in of) for kind, of in zip(KINDS, found, strict=True)}
     references = {kind: np.array([value for _, value in of]) for kind, of in zip(KINDS, found, strict=True)}
-    return StateSpace(*matrices, *names, units, references, space.sample, space.input_delay, space.waiting)
+    of = (space.sample, space.input_delay, space.waiting, space.orientations)
+    return StateSpace(*matrices, *names, units, references, *of)
 
 
 def shaping_filter(

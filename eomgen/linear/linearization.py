@@ -60,7 +60,8 @@ class Names:
     ``measured`` are the coordinates of which the independent ones are chosen: the components, or those of joints
     between absolute bodies. ``units`` are those of inputs, outputs and states by name, where they are known.
     ``units_by_kind`` and ``references``, as of a ``StateSpace``, are those of ``measured``, of its rates under
-    ``velocities``, of ``states``, ``inputs``, ``disturbances`` and ``outputs``.
+    ``velocities``, of ``states``, ``inputs``, ``disturbances`` and ``outputs``. ``orientations``: as of a
+    ``StateSpace``.
     """
 
     components: tuple[str, ...]
@@ -72,6 +73,7 @@ class Names:
     units: Mapping[str, str] = field(default_factory=dict)
     units_by_kind: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     references: Mapping[str, Array] = field(default_factory=dict)
+    orientations: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
 
 
 @checked_calls()
@@ -199,7 +201,7 @@ class Linearization:
         units = {kind: tuple(of) for kind, of in _of_first_order(names.units_by_kind, self.free).items()}
         references = {kind: np.array(of, float) for kind, of in _of_first_order(names.references, self.free).items()}
         of = (m.A, m.B, m.E, m.C, m.D, m.F, states, names.inputs, names.disturbances, names.outputs)
-        return StateSpace(*of, units, references)
+        return StateSpace(*of, units, references, orientations=names.orientations)
 
     def modes(self) -> Modes:
         """Return the modes with the shapes of all coordinates, dependent ones too."""

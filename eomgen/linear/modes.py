@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from eomgen.arrays import Array
 from eomgen.calls import checked_calls
+from eomgen.linear.balancing import balance
 from eomgen.linear.display import modes_html
 from eomgen.linear.plots import plot_modes
 
@@ -134,7 +135,7 @@ def modes(A: Array, of_coordinates: Array, coordinates: Sequence[str], inertias:
             tuple(coordinates),
             np.sqrt(np.abs(inertias)),
         )
-    balanced, back = scipy.linalg.matrix_balance(A, separate=False)
+    balanced, back = balance(A)
     solution: Any = scipy.linalg.eig(balanced, left=True, right=True)  # the stubs know of one kind of vectors only
     values, left, right = solution
     cosines = np.abs(np.sum(left.conj() * right, axis=0))

@@ -48,6 +48,8 @@ class StateSpace:
     sample : time between two samples, s; None in continuous time
     input_delay : of a sampled model, from a sample to when inputs take effect, s
     waiting : the states that are inputs of samples before, each with the input and how many samples
+    orientations : of joints whose turns are on groups what q is where the model is linear: quaternion (w, x, y, z), and
+        a position behind it
     """
 
     A: Array
@@ -65,6 +67,7 @@ class StateSpace:
     sample: float | None = None
     input_delay: float = 0.0
     waiting: Mapping[str, tuple[str, int]] = field(default_factory=dict)
+    orientations: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         sizes = ((len(getattr(self, kind)), kind) for kind in KINDS)

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.linalg import matrix_balance
 
 from eomgen.arrays import Array
 from eomgen.control import placement, riccati
@@ -23,6 +22,7 @@ from eomgen.control.regulator import lqr, place
 from eomgen.control.weights import Weights
 from eomgen.errors import DescriptionError, EomgenError, ModelError, Problem, UsageError
 from eomgen.formula.nodes import Symbol
+from eomgen.linear.balancing import balance
 from eomgen.pipeline.closed_loop import check_reach, not_reached, slowest_motion
 from eomgen.scene.control.model import Calibration, StateFeedback
 from eomgen.scene.scene import Scene
@@ -192,7 +192,7 @@ class _State:
 
 def _whole_state(space: StateSpace) -> _State:
     """Return the state with internal states, in balanced units."""
-    _, back = matrix_balance(space.A, permute=False)
+    _, back = balance(space.A, permute=False)
     names = tuple(f"q.{name}" if "." not in name else name.removeprefix("z.") for name in space.states)
     scales = np.asarray(np.diag(back), dtype=float)
     return _State(np.diag(1.0 / scales), np.diag(scales), names)

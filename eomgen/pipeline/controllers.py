@@ -53,8 +53,9 @@ def with_controller(
     Raises
     ------
     UsageError
-        Inputs that are not the scene's own, feedback of what the scene has no name for (shaping filters, turns on
-        groups), measured signals that formulas cannot use (accelerations), names that are taken.
+        Inputs that are not the scene's own, feedback of what the scene has no name for (shaping filters, coordinates of
+        bodies in absolute coordinates), measured signals that formulas cannot use (accelerations), names that are
+        taken.
     FileError, DescriptionError
         A scene file that cannot be read.
     """
@@ -193,10 +194,13 @@ class _Writer:
         reference = self.space.reference("states", name)
         if name in self.space.waiting:
             return name, reference
+        match = re.fullmatch(r"(.*)\[(\d+)\]", name)
+        if match and match[1] in self.space.orientations:
+            return error_on_group(match[1], int(match[2]), self.space.orientations[match[1]]), 0.0
         kind, dot, rest = name.partition(".")
         if math.isnan(reference) or (dot and kind not in ("v", "z")):
             what = f"the feedback needs {name}, of which formulas of the scene know no value"
-            hint = "an observer, which estimates it; or joint coordinates, and joints without turns on groups"
+            hint = "an observer, which estimates it; or joint coordinates"
             raise UsageError(Problem("with_controller", what, hint))
         return f"q.{name}" if not dot else rest if kind == "z" else name, reference
 
@@ -220,6 +224,29 @@ class _Writer:
             what = f"{name} is measured, and formulas of a controller cannot use it"
             raise UsageError(Problem("with_controller", what, "an output with a formula, a position or a velocity"))
         return f"({values[component]})", reference
+
+
+def error_on_group(joint: str, component: int, reference: tuple[float, ...]) -> str:
+    """Return the formula of how far a joint on SO(3) or SE(3) is from where a model is linear, along one component.
+
+    With r = p_0^-1 p, quaternions, the turn is 2 r_w (r_x, r_y, r_z): sin(angle) times the axis (Lee, Leok and
+    McClamroch, Geometric tracking control of a quadrotor UAV on SE(3), CDC 2010). It is the logarithm, left-trivialised
+    as coordinates of linear models are, up to the third power of the angle; the logarithm itself has no derivative at
+    half a turn, while this one is a polynomial, the same for both signs of p. Travels are R_0^T (x - x_0).
+    """
+    w, x, y, z = reference[:4]
+    p = [f"q.{joint}[{k}]" for k in range(4)]
+    of_vector = [(-x, w, z, -y), (-y, -z, w, x), (-z, y, -x, w)]
+    if component < 3:
+        turn, along = (_sum(list(zip(row, p, strict=True))) for row in ((w, x, y, z), of_vector[component]))
+        return f"(2 * ({turn}) * ({along}))"
+    axes = (
+        (1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)),
+        (2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)),
+        (2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)),
+    )
+    off = [_off(f"q.{joint}[{4 + k}]", reference[4 + k]) for k in range(3)]
+    return f"({_sum(list(zip(axes[component - 3], off, strict=True)))})"
 
 
 def toml_text(data: Mapping[str, Any]) -> str:

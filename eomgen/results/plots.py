@@ -35,6 +35,8 @@ _QUANTITIES = {
     "m/s^2": "acceleration", "N": "force", "N m": "torque", "J": "energy", "W": "power",
 }  # fmt: skip  # a table
 _COORDINATES = {"m": "position", "1": "quaternion"}
+#: Kinds of curves by the letters of their columns; curves of these names come first.
+_LETTERS = {"q": "coordinates", "v": "velocities", "a": "accelerations", "z": "states", "u": "inputs"}
 #: Colours of clearly different hue; the later three are dashed as well, for colour-blind eyes and grey paper.
 _COLOURS = ("#0B62C4", "#F08C00", "#1A9850", "#C8102E", "#E052C8", "#222222")
 _DASHED = 3
@@ -119,6 +121,7 @@ def chosen_curves(solution: Recorded, names: Sequence[str], asked_by: str = "plo
             in (curve.name, curve.output, f"output.{curve.name}", f"output.{curve.output}", f"input.{curve.name}")
             or curve.name.startswith(f"{name}[")
         ]
+        found = found or kinds.get(_LETTERS.get(name, ""), [])
         if not found:
             known = [
                 *kinds,

@@ -204,9 +204,9 @@ class Solution:
         Parameters
         ----------
         names : str
-            ``coordinates``, ``velocities``, ``accelerations``, ``states``, ``outputs``, ``energy``; or columns by name:
-            ``"q.hinge"``, ``"tip"``, ``"tip[0]"``, ``"total"``. The outputs, or else the coordinates, where none is
-            given.
+            ``coordinates`` (or ``q``), ``velocities`` (``v``), ``accelerations`` (``a``), ``states`` (``z``),
+            ``inputs`` (``u``), ``outputs``, ``energy``; or columns by name: ``"q.hinge"``, ``"tip"``, ``"tip[0]"``,
+            ``"total"``. The outputs, or else the coordinates, where none is given.
         axes : matplotlib Axes, or several
             Where to draw, one for each panel; a new figure of pyplot where none are given.
 

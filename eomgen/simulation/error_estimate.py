@@ -240,7 +240,7 @@ class _Comparisons:
         ends = np.cumsum([1, model.nq, model.nv, model.nv, len(model.multipliers)])
         t, q, v, a, multipliers, z = np.split(rows, ends, axis=1)
         held = {"multipliers": multipliers} if model.multipliers else {}
-        u = run.signals.rows(t[:, 0]) if run.driven else None
+        u = run.signals.rows(t[:, 0]) if run.takes_rows else None
         with np.errstate(all="ignore"):
             return model.outputs(q, v, a, t[:, 0], u, z=z, parameters=parameters, **held)
 

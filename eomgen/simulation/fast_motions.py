@@ -221,4 +221,4 @@ class _Modes:
         return model.forward_dynamics(q, v, t, u, z=z, parameters=p), np.empty(0)
 
     def _inputs(self, t: float) -> Array | None:
-        return self.run.signals.rows(np.array([t]))[0] if self.run.driven else None
+        return self.run.signals.rows(np.array([t]))[0] if self.run.takes_rows else None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -61,12 +62,42 @@ class InputSignals:
                 table[:, column] = signal
         return table
 
+    @property
+    def held(self) -> Array | None:
+        """What a stepper is handed at all times, (nu,), where that is always the same; None where it is not."""
+        by_formulas = self.formulas is not None and len(self.given) < len(self.names)
+        if by_formulas and not self.left_to_stepper:
+            return None
+        row = np.empty(len(self.names))
+        row[:] = np.nan if self.left_to_stepper else 0.0
+        for name, value in self.given.items():
+            if not isinstance(value, float):
+                return None
+            row[self.names.index(name)] = value
+        return row
+
     def table(self, times: Array) -> Array:
         """Return what a stepper is handed, (n, nu): ``rows``, or not a number for what it evaluates itself."""
         if not self.left_to_stepper:
             return self.rows(times)
         nothing = replace(self, formulas=lambda at: np.full((len(at), len(self.names)), np.nan))
         return nothing.rows(times)
+
+
+@dataclass(frozen=True, slots=True)
+class HeldRows:
+    """Rows (n, nu) of inputs that are the same at all times (n,)."""
+
+    row: Array
+
+    def __call__(self, times: Array) -> Array:
+        return self.over(len(times))
+
+    def over(self, count: int) -> Array:
+        """Return a number of rows."""
+        table = np.empty((count, len(self.row)))
+        table[:] = self.row
+        return table
 
 
 def kind_of(signal: CheckedSignal) -> str:
@@ -133,6 +164,9 @@ def read_signals(
         raise UsageError(Problem("inputs", f"a mapping from the names of inputs is needed, not {given}", hint))
     read: dict[str, CheckedSignal] = {}
     for name, signal in (inputs or {}).items():
+        if type(signal) is float and math.isfinite(signal) and name in names:  # what an optimisation gives at each run
+            read[name] = signal
+            continue
         check_name("input", name, names)
         if callable(signal):
             read[name] = signal

@@ -195,7 +195,7 @@ class Outcome:
     @cached_property
     def _prescribed(self) -> Prescribed:
         run = self._run
-        return prescribed(run.model, self._states.t, self._present, run.signals if run.driven else None)
+        return prescribed(run.model, self._states.t, self._present, run.signals if run.takes_rows else None)
 
     @cached_property
     def _last_run(self) -> Run:
@@ -281,7 +281,7 @@ class Outcome:
     def _warning(self) -> str:
         run, states = self._run, self._states
         still = len(self._changes) or self._at_rest
-        inputs = run.signals if run.driven else None
+        inputs = run.signals if run.takes_rows else None
         moving = (states.t, states.q, states.v, states.z)
         drift = "" if still else momentum_drift(run.model, moving, run.parameters, inputs, states.multipliers)
         has_events = "events" in self._stepper.layout["method"]
@@ -354,7 +354,7 @@ class Outcome:
         limit, t = run.method.real_stability, run.grid.start
         if not limit or self._beginning is None:
             return []
-        u = run.signals.rows(np.array([t]))[0] if run.driven else None
+        u = run.signals.rows(np.array([t]))[0] if run.takes_rows else None
         judged = [unresolved_states] if run.model.multipliers else [unresolved_damping, unresolved_states]
         state, step = self._beginning.state, run.settings["step"]
         return [fault(run.model, state, t, u, run.parameters, step, limit) for fault in judged]

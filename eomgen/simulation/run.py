@@ -18,7 +18,7 @@ from eomgen.integrators.methods import Method
 from eomgen.integrators.stepper_layout import default_settings
 from eomgen.simulation.checkpoint import Checkpoint, CheckpointWriter
 from eomgen.simulation.controllers import Controllers
-from eomgen.simulation.inputs import InputSignals, Signal, jumps_known, kind_of, read_signals
+from eomgen.simulation.inputs import HeldRows, InputSignals, Signal, jumps_known, kind_of, read_signals
 from eomgen.simulation.settings import count_of
 from eomgen.simulation.stepper import Stepper
 from eomgen.simulation.time_grid import TimeGrid, time_grid
@@ -60,10 +60,17 @@ class Run:
     controllers: Controllers | None = None
 
     @property
+    def takes_rows(self) -> bool:
+        """Whether the stepper is handed rows of inputs: the compiled formulas do not say all of them."""
+        return bool(self.signals.given or (self.signals.names and self.signals.formulas is None))
+
+    @property
     def driven(self) -> Callable[[Array], Array] | None:
         """Rows of inputs for times; None where the compiled formulas say all of them."""
-        without_formulas = self.model.nu and "inputs" not in self.model.functions
-        return self.signals.table if self.signals.given or without_formulas else None
+        if not self.takes_rows:
+            return None
+        row = self.signals.held
+        return self.signals.table if row is None else HeldRows(row)
 
     def described(self, library: Library, stepper: Stepper) -> Checkpoint:
         """Return a checkpoint of the run where the stepper is."""

@@ -89,7 +89,7 @@ class RunModel:
 def run_model(run: Run, library: Library, events: Events | None) -> RunModel:
     """Return the model of a run whose steps a library takes."""
     return RunModel(
-        run.model, run.parameters, run.signals if run.driven else None, between_of(run, library, events), events
+        run.model, run.parameters, run.signals if run.takes_rows else None, between_of(run, library, events), events
     )
 
 

@@ -137,8 +137,11 @@ def _stepped(
 ) -> Trajectory:
     """Return what a run from a state comes to. Raises UsageError where the stepper refuses its settings."""
     grid, model = run.grid, run.model
-    first = (grid.step if grid.whole else grid.rest) * stepper.input_times
-    table = run.driven(grid.start + first) if run.driven else None
+    driven = run.driven
+    table = None
+    if driven is not None:
+        first = (grid.step if grid.whole else grid.rest) * stepper.input_times
+        table = driven(grid.start + first)
     status = stepper.initialize(grid.start, state.q, state.v, table, state.z)
     if status == BAD_ARGUMENT.number:
         what = f"{run.name} refuses {_listed(run.settings)}: {stepper.status_text(status)}"
@@ -149,7 +152,7 @@ def _stepped(
         return Trajectory(rows, status, False, 0)
     if writer is not None:
         writer.write(stepper, 0)  # a path without write access is reported before the run, not after it
-    return run_chunks(stepper, grid, min(run.every, grid.steps + 1), run.driven, progress, writer)
+    return run_chunks(stepper, grid, min(run.every, grid.steps + 1), driven, progress, writer)
 
 
 def _listed(settings: Mapping[str, float]) -> str:

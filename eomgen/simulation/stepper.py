@@ -21,6 +21,7 @@ from eomgen.integrators.stepper_layout import STEPPER_SIZES, row_layout, state_l
 from eomgen.progress import Progress
 from eomgen.simulation.controllers import Controllers
 from eomgen.simulation.event_log import Log, entry_type
+from eomgen.simulation.inputs import HeldRows
 from eomgen.simulation.time_grid import TimeGrid
 from eomgen.toolchain.library import Library
 
@@ -307,7 +308,7 @@ def run_chunks(
             table = None
             if inputs is not None:
                 try:
-                    table = _rows_from(stepper, inputs, stepper.times_of(done, size, start))
+                    table = _rows_from(stepper, inputs, done, size, start)
                 except UsageError as error:  # go on to the last step before the one at which the input fails
                     if size > 1:
                         chunk = size // 2
@@ -392,10 +393,16 @@ def _last_step(stepper: Stepper, grid: TimeGrid, inputs: Callable[[Array], Array
     return status, None if status else record[0]
 
 
-def _rows_from(stepper: Stepper, inputs: Callable[[Array], Array], times: Array) -> Array:
+def _rows_from(stepper: Stepper, inputs: Callable[[Array], Array], done: int, size: int, start: float) -> Array:
     """Return rows of inputs (n, nu) for a chunk of steps; the first is the one that the stepper's last step ended
     with."""
     before = stepper.inputs
+    if isinstance(inputs, HeldRows):
+        table = inputs.over(size * (len(stepper.input_times) - 1) + 1)
+        if before is not None:
+            table[0] = before
+        return table
+    times = stepper.times_of(done, size, start)
     if before is None:
         return np.ascontiguousarray(inputs(times))
     return np.concatenate([before[np.newaxis], inputs(times[1:])])

@@ -73,4 +73,4 @@ def between_of(run: Run, library: Library, events: Events | None) -> StepsBetwee
     if called and (run.controllers is None or run.controllers.undeclared):
         return None
     present = partial(parameters_over, events, run.model, run.parameters)
-    return StepsBetween(library, run.settings, present, run.signals if run.driven else None, run.controllers)
+    return StepsBetween(library, run.settings, present, run.signals if run.takes_rows else None, run.controllers)

@@ -5,6 +5,7 @@ Nothing is simplified or reordered beyond what SymPy's constructors do on their 
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -100,12 +101,25 @@ def to_latex(
 
     block = block_to_sympy(tape, refs, shape, named=named, names=names)
     intermediates, matrix = block if isinstance(block, tuple) else ([], block)
-    expression = sympy.latex(matrix if len(shape) else matrix[0, 0])
+    symbols = set().union(matrix.free_symbols, *(value.free_symbols for _, value in intermediates))
+    typeset = {symbol: text for symbol in symbols if (text := _numbered(symbol.name))}
+    expression = sympy.latex(matrix if len(shape) else matrix[0, 0], symbol_names=typeset)
     if not intermediates:
         return f"{name} = {expression}" if name else expression
-    lines = [f"{sympy.latex(symbol)} &= {sympy.latex(value)}" for symbol, value in intermediates]
+    lines = [f"{sympy.latex(symbol)} &= {sympy.latex(value, symbol_names=typeset)}" for symbol, value in intermediates]
     lines.append(f"{name} &= {expression}" if name else f"& {expression}")
     return "\\begin{aligned}\n" + " \\\\\n".join(lines) + "\n\\end{aligned}"
+
+
+def _numbered(name: str) -> str:
+    """Return ``q_theta2`` as LaTeX, ``q_{\\theta_{2}}``; empty where SymPy puts numbers below names itself."""
+    import sympy  # noqa: PLC0415  # as in block_to_sympy
+
+    head, *below = name.split("_")
+    if not any(re.fullmatch(r"[A-Za-z]+\d+", part) for part in below) or not all((head, *below)):
+        return ""
+    parts = " ".join(sympy.latex(sympy.Symbol(part)) for part in below)
+    return f"{sympy.latex(sympy.Symbol(head))}_{{{parts}}}"
 
 
 def input_symbol(symbol: InputSymbol) -> sympy.Symbol:

@@ -34,6 +34,8 @@ def test_names_are_kinds_and_columns() -> None:
     assert np.array_equal(acceleration.get_lines()[0].get_ydata(), run.a[:, 0])
     assert acceleration.get_ylabel() == "a.hinge, rad/s^2"
     assert set(drawn_names(energy)) >= {"kinetic", "potential"} and drawn_names(power)[0] == "power"
+    for letter, kind in (("q", "coordinates"), ("v", "velocities"), ("a", "accelerations")):
+        assert drawn_names(run.plot(letter)[0]) == drawn_names(run.plot(kind)[0])
     (one,) = run.plot("tip[0]")
     assert drawn_names(one) == ["tip[0]"]
     assert drawn_names(run.plot("output.tip")[0]) == drawn_names(run.plot("tip", "tip[1]")[0])

@@ -132,3 +132,23 @@ def test_latex():
         "\\end{aligned}"
     )
     assert to_latex(tape, [square], (), named=True).splitlines()[-2] == "& w_{0}^{2} + w_{0}"
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("q_theta2", r"q_{\theta_{2}}"),
+        ("v_phi_1", r"v_{\phi 1}"),
+        ("q_link12_2", "q_{link_{12} 2}"),
+        ("rho_1a", r"\rho_{1a}"),
+        ("q_hinge", "q_{hinge}"),
+        ("theta2", r"\theta_{2}"),
+    ],
+)
+def test_latex_has_numbers_of_names_below_them(name: str, text: str) -> None:
+    tape = Tape()
+    x = tape.input("q", 0)
+    names = dict.fromkeys(tape.inputs, name)
+    assert to_latex(tape, [x], (), names=names) == text
+    lines = to_latex(tape, [tape.mul(tape.mul(x, x), tape.mul(x, x)), tape.mul(x, x)], (2,), named=True, names=names)
+    assert f"{text}^{{2}}" in lines
