@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.analysis.equilibrium import Equilibrium, equilibrium
-from eomgen.analysis.sampled import check_continuous
+from eomgen.analysis.sampled import sampled_part
 from eomgen.analysis.steady_motion import SteadyMotion, steady_motion
 from eomgen.arrays import Array
 from eomgen.compiled.arguments import check_finite, check_name, components, number_of
@@ -23,6 +23,7 @@ from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.linear.freedom import Measures, freedom, singular_mechanism
 from eomgen.linear.linearization import Linearization, Names, Reference
 from eomgen.linear.partials import Partials
+from eomgen.linear.sampled_loop import SampledPart, held_as_inputs
 from eomgen.system.description import component_names
 from eomgen.system.terms import PURPOSES
 
@@ -79,7 +80,7 @@ def linearize(
 ) -> Linearization:
     """Return the linear model about a state; see ``Model.linearize``. ``given``: q, v, a, z and multipliers."""
     p = model.evaluator.one_set(parameters)
-    able = model.having(PURPOSES["linearization"])
+    able = model.having((*PURPOSES["linearization"], "samples"))
     operating_point = OperatingPoint(number_of("t", t), p, u, None if base is None else able.evaluator.base(base))
     specified = sorted(name for name, value in given.items() if value is not None)
     if specified:
@@ -100,7 +101,7 @@ def linearize(
 
 def about_motion(model: CompiledModel, state: RunState, u: Array | None, p: Array) -> Linearization:
     """Return the linear model about a state of a motion, brought onto the constraints."""
-    able, t = model.having(PURPOSES["linearization"]), float(state.t)
+    able, t = model.having((*PURPOSES["linearization"], "samples")), float(state.t)
     q, v = state.q, state.v
     if able.multipliers:
         consistent = able.consistent(q, v, t, parameters=p)
@@ -120,7 +121,6 @@ def about(
     ModelError, NumericalError
         Constraints depend on each other there, the inertia matrix is singular, or partials are not finite.
     """
-    check_continuous(model, "linearize")
     a, lam = _dynamics(model, state, operating_point)
     measures, names = _measures(model, state, a, operating_point, independent)
     of_inputs = model.nu or model.nz or names.disturbances
@@ -137,6 +137,7 @@ def about(
         raise NumericalError(Problem("linearize", what, "a state in which forces and their slopes have a value"))
     holonomic = model.functions.sizes["holonomic"]
     partials = Partials.of(blocks, len(names.inputs), len(names.disturbances), len(names.outputs), holonomic)
+    sampled = sampled_part(model, state.q, state.v, state.z, operating_point.given)
     free = freedom(measures, partials, [names.measured.index(name) for name in independent])
     held = [name for name in independent if names.measured.index(name) not in free.coordinates]
     if held:
@@ -149,7 +150,10 @@ def about(
     )
     values = _references(model, reference, operating_point, measures)
     turned = {} if model.description.joints else _orientations(model, state.q)
-    return Linearization(reference, partials, free, replace(names, references=values, orientations=turned))
+    names = replace(names, references=values, orientations=turned)
+    if sampled is not None:
+        partials, names = held_as_inputs(partials, sampled), _with_held(names, sampled)
+    return Linearization(reference, partials, free, names, sampled)
 
 
 def _dynamics(model: CompiledModel, state: State, operating_point: OperatingPoint) -> tuple[Array, Array]:
@@ -409,6 +413,33 @@ def _references(
         "disturbances": np.array([given.get(name, np.nan) for name in description.disturbances]),
         "outputs": outputs,
     }
+
+
+def _with_held(names: Names, sampled: SampledPart) -> Names:
+    """Return names with the sampled states among the inputs, behind the others."""
+    held, kept = list(sampled.places), sampled.others
+
+    def moved(by_kind: Mapping[str, Any]) -> dict[str, Any]:
+        states = by_kind["states"]
+        return {
+            **by_kind,
+            "states": type(states)([states[k] for k in kept]) if isinstance(states, tuple) else states[kept],
+            "inputs": (*by_kind["inputs"], *(states[k] for k in held))
+            if isinstance(states, tuple)
+            else np.append(by_kind["inputs"], states[held]),
+        }
+
+    return replace(
+        names,
+        states=tuple(names.states[k] for k in kept),
+        inputs=(*names.inputs, *sampled.names),
+        units={
+            **names.units,
+            **dict(zip(sampled.names, (names.units_by_kind["states"][k] for k in held), strict=True)),
+        },
+        units_by_kind=moved(names.units_by_kind),
+        references=moved(names.references),
+    )
 
 
 def _orientations(model: CompiledModel, q: Array) -> dict[str, tuple[float, ...]]:

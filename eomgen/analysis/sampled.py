@@ -1,9 +1,19 @@
-"""Analyses of scenes that move continuously: none where states are sampled."""
+"""Sampled states in analyses: partials of the values that they take, and what there is none of beside them."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from eomgen.arrays import Array
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import ModelError, Problem
+from eomgen.linear.sampled_loop import SampledPart
+
+#: Changes for differences, relative to values or to 1; the weights of f(h) - f(-h) and f(2 h) - f(-2 h).
+_CHANGE, _WEIGHTS = 1e-3, (2.0 / 3.0, -1.0 / 12.0)
 
 
 def check_continuous(model: CompiledModel, what: str) -> None:
@@ -17,5 +27,47 @@ def check_continuous(model: CompiledModel, what: str) -> None:
     if layout["sampled"]:
         names = ", ".join(layout["states"][int(item["state"])]["name"] for item in layout["sampled"])
         problem = f"the states {names} are sampled: between samples they stay as they are, so they have no equilibrium"
-        hint = "a run of simulate; or the scene with inputs in place of sampled states"
-        raise ModelError(Problem(what, f"{problem} and no linear model in continuous time", hint))
+        hint = 'a run of simulate; linearize(at="initial"); or the scene with inputs in place of sampled states'
+        raise ModelError(Problem(what, problem, hint))
+
+
+def sampled_part(model: CompiledModel, q: Array, v: Array, z: Array, given: Mapping[str, Any]) -> SampledPart | None:
+    """Return the sampled states with the partials of their new values at a state; None where nothing is sampled.
+
+    Partials are differences of fourth order, dq left-trivialised.
+
+    Raises
+    ------
+    ModelError
+        A function of the caller, or one in C, gives values.
+    """
+    rows = model.library.layout["sampled"]
+    if not rows:
+        return None
+    names = tuple(str(model.states[int(row["state"])]) for row in rows)
+    called = [name for name, row in zip(names, rows, strict=True) if int(row["controller"]) >= 0]
+    if called:
+        what = f"a function gives {', '.join(called)}, and its slopes are not known"
+        raise ModelError(Problem("linearize", what, "sampled states by formulas, or inputs in place of the controller"))
+    sizes = [_CHANGE * np.maximum(np.abs(part), 1.0) for part in (np.zeros(len(v)), v, z)]
+    changes = np.diag(np.concatenate(sizes))
+    nv = len(v)
+    total = np.zeros((len(rows), len(changes)))
+    for factor, weight in zip((1.0, 2.0), _WEIGHTS, strict=True):
+        for sign in (1.0, -1.0):
+            moved = sign * factor * changes
+            at_q = model.integrate(np.broadcast_to(q, (len(moved), len(q))), moved[:, :nv])
+            state = at_q, v + moved[:, nv : 2 * nv], np.zeros((len(moved), nv))
+            (values,) = model.evaluate("samples", *state, z=z + moved[:, 2 * nv :], **given).values()
+            total += sign * weight * np.asarray(values).reshape(len(moved), -1).T
+    total /= np.diag(changes)
+    return SampledPart(
+        names,
+        tuple(int(row["state"]) for row in rows),
+        tuple(float(row["period"]) for row in rows),
+        tuple(float(row["offset"]) for row in rows),
+        tuple(int(row["level"]) for row in rows),
+        total[:, :nv],
+        total[:, nv : 2 * nv],
+        total[:, 2 * nv :],
+    )

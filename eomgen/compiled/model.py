@@ -224,6 +224,7 @@ class CompiledModel:
             "states": bool(self.nz),
             "absolute": bool(self.description.joints),
             "outputs": bool(self.library.layout["outputs"]),
+            "samples": bool(self.library.layout["sampled"]),
             "moving_base": self.evaluator.moving_base,
         }
         return frozenset(name for name, holds in facts.items() if holds)

@@ -12,6 +12,7 @@ __all__ = [
     "partials",
     "plots",
     "root_locus",
+    "sampled_loop",
     "sampling",
     "state_space",
 ]

@@ -26,6 +26,7 @@ from eomgen.linear.modes import Modes, modes
 from eomgen.linear.partials import Partials
 from eomgen.linear.plots import plot_response
 from eomgen.linear.random_response import densities, root_mean_squares
+from eomgen.linear.sampled_loop import SampledPart, over_a_period
 from eomgen.linear.state_space import FirstOrder, StateSpace, first_order, spelled
 from eomgen.linear.white_noise_road import white_noise_road
 from eomgen.spectra import Excitation, PowerSpectrum, RideTable, RoadExcitation, check_excitation
@@ -87,12 +88,14 @@ class Linearization:
     partials : Partials, before constraints are projected out
     free : Freedom, what constraints leave free
     names : Names
+    sampled : SampledPart, of a scene with sampled states; they are inputs of the other matrices. Else None
     """
 
     reference: Reference
     partials: Partials
     free: Freedom
     names: Names
+    sampled: SampledPart | None = None
 
     def __repr__(self) -> str:
         return (
@@ -202,6 +205,42 @@ class Linearization:
         references = {kind: np.array(of, float) for kind, of in _of_first_order(names.references, self.free).items()}
         of = (m.A, m.B, m.E, m.C, m.D, m.F, states, names.inputs, names.disturbances, names.outputs)
         return StateSpace(*of, units, references, orientations=names.orientations)
+
+    def sampled_loop(self) -> StateSpace:
+        """Return the loop that sampled states close, from one common period of theirs to the next.
+
+        Its state is that of ``state_space`` and the sampled states behind it (``z.name``), just before the samples at
+        the start of a period; inputs and disturbances of others are as at the reference. ``eigenvalues`` are those of
+        one period, and ``decay`` the rate in 1/s that belongs to the slowest. Rounding by a quantum is left out.
+
+        Raises
+        ------
+        ModelError
+            Nothing is sampled, or the periods have no common multiple.
+        """
+        if self.sampled is None:
+            raise ModelError(Problem("sampled loop", "no states are sampled", "state_space(), in continuous time"))
+        of, part, free = self.state_space(), self.sampled, self.free
+        n, count = len(part.names), len(free.coordinates) + len(free.velocities)
+        of_v = np.zeros((len(self.partials.M), len(of.states)))
+        of_v[:, : len(free.coordinates)] = free.T
+        of_v[:, len(free.coordinates) : count] = free.S
+        A = over_a_period(part, of.A, of.B[:, -n:], self._first_order.R_all, of_v)
+        nothing = np.zeros((len(A), 0)), np.zeros((len(of.outputs), 0))
+        C = np.hstack([of.C, of.D[:, -n:]])
+        states = (*of.states, *(f"z.{name}" for name in part.names))
+        units, references = {}, {}
+        if of.units:
+            units = {kind: of.units[kind] for kind in ("states", "outputs")}
+            units |= {"states": (*units["states"], *of.units["inputs"][-n:]), "inputs": (), "disturbances": ()}
+        if of.references:
+            references = {kind: of.references[kind] for kind in ("states", "outputs")}
+            references["states"] = np.append(references["states"], of.references["inputs"][-n:])
+            references |= dict.fromkeys(("inputs", "disturbances"), np.zeros(0))
+        matrices = (A, nothing[0], nothing[0], C, nothing[1], nothing[1])
+        return StateSpace(
+            *matrices, states, (), (), of.outputs, units, references, part.common_period, orientations=of.orientations
+        )
 
     def modes(self) -> Modes:
         """Return the modes with the shapes of all coordinates, dependent ones too."""

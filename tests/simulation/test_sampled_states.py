@@ -221,7 +221,7 @@ def test_sampled_states_that_ask_for_each_other_are_refused() -> None:
 
 
 def test_what_moves_continuously_only_is_refused() -> None:
-    for analysis in (model(HOLD).linearize, model(HOLD).equilibrium, model(HOLD).steady_motion):
+    for analysis in (model(HOLD).equilibrium, model(HOLD).steady_motion):
         with pytest.raises(eomgen.ModelError, match="the states force are sampled: between samples they stay"):
             analysis()
     with pytest.raises(eomgen.UsageError, match="forces jump 1e\\+06 times within a step of 1e\\+04 s"):
