@@ -32,6 +32,8 @@ METHODS: Mapping[str, tuple[str, Mapping[str, Any], Sequence[str]]] = {
     "rk45": ("rk45", {"tolerance": 1e-8}, tuple(FREE)),
     "taylor": ("taylor", {"tolerance": 1e-12}, ("tree", "flight")),
     "hermite": ("hermite", {}, ("tree", "flight")),
+    "rosenbrock": ("rosenbrock", {}, ("tree", "flight")),
+    "lsrt2": ("lsrt2", {}, ("tree", "servo")),
     "rk4_partitioned": ("rk4_partitioned", {}, tuple(BOUND)),
 }
 CASES = [(name, scene) for name, (_, _, scenes) in METHODS.items() for scene in scenes]

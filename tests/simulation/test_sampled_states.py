@@ -65,7 +65,17 @@ delay = "13.2 ms"
 joint = "x"
 effort = "force"
 """
-METHODS = ("rk4", "rk45", "taylor", "hermite", "generalized_alpha", "generalized_alpha_f1", "hht")
+METHODS = (
+    "rk4",
+    "rk45",
+    "taylor",
+    "hermite",
+    "generalized_alpha",
+    "generalized_alpha_f1",
+    "hht",
+    "rosenbrock",
+    "lsrt2",
+)
 
 
 @cache

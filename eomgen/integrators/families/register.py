@@ -18,6 +18,7 @@ from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
 from eomgen.integrators.families.hermite import Hermite
 from eomgen.integrators.families.partitioned import PartitionedRungeKutta
 from eomgen.integrators.families.partitioned_pair import PartitionedDormandPrince
+from eomgen.integrators.families.rosenbrock import Rosenbrock
 from eomgen.integrators.families.runge_kutta import RungeKuttaMuntheKaas
 from eomgen.integrators.families.taylor import Taylor
 from eomgen.text import nearest, shown
@@ -32,6 +33,7 @@ BUILT_IN: tuple[type[Family], ...] = (
     PartitionedRungeKutta,
     PartitionedDormandPrince,
     Hermite,
+    Rosenbrock,
     Taylor,
 )
 

@@ -92,6 +92,21 @@ class Unknowns:
         """Return the row of w that belongs to a constraint row, None where there is none."""
         return None if constraint < self.skipped else self.v + self.holonomic + constraint - self.skipped
 
+    @property
+    def data(self) -> dict[str, int]:
+        """Numbers of unknowns, and where their kinds and rows begin, for the templates."""
+        return {
+            "v": self.v,
+            "lam": self.lam,
+            "holonomic": self.holonomic,
+            "eta": self.eta,
+            "size": self.size,
+            "phi": self.phi,
+            "w": self.v + self.holonomic,
+            "skipped": self.skipped,
+            "first_z": self.first_z,
+        }
+
 
 @dataclass(frozen=True)
 class Packing:

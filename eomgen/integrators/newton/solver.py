@@ -76,12 +76,15 @@ def make_solver(
     weights: Sequence[float],
     step: float,
     owners: Sequence[int] = (),
+    *,
+    at_start: bool = False,
 ) -> Solver:
     """Choose the pivots by samples of the matrix with the given weights (see ``newton.matrix.WEIGHTS``).
 
-    They must serve for consistent accelerations too.
+    They must serve for consistent accelerations too. ``at_start``: increments are linearised about none, so T is 1, and
+    accelerations are not asked for, so M may be singular.
     """
-    terms = iteration_terms(unknowns, factors, samples.packing)
+    terms = iteration_terms(unknowns, () if at_start else factors, samples.packing)
     B = _weighed_jacobian(unknowns, samples)
     of_step, of_inertia = (
         evaluate_terms(
@@ -89,7 +92,7 @@ def make_solver(
         )
         for theta, chosen in ((step * samples.v, weights), (0.0 * samples.v, _INERTIA))
     )
-    values = {index: np.concatenate([of_step[index], of_inertia[index]]) for index in of_step}
+    values = of_step if at_start else {index: np.concatenate([of_step[index], of_inertia[index]]) for index in of_step}
     packing = samples.packing
     order = stages_of_tree(unknowns, factors, owners, packing) if unknowns.inner else stages(unknowns, factors, packing)
     elimination = _pivots(unknowns, values, order, len(samples.numbers), constrained="B" in packing.blocks)
@@ -147,8 +150,12 @@ def _inertia_numbers(unknowns: Unknowns, packing: Packing) -> list[int]:
     return [] if unknowns.inner else [packing.nonzeros["M"].get((k, k), -1) for k in range(unknowns.v)]
 
 
-def solver_data(solver: Solver, factors: Sequence[Factor]) -> dict[str, Any]:
-    """Return JSON types: sizes, terms in the order in which entries are stored, and the elimination."""
+def solver_data(solver: Solver, factors: Sequence[Factor], *, plain: bool = False) -> dict[str, Any]:
+    """Return JSON types: sizes, terms in the order in which entries are stored, and the elimination.
+
+    ``plain``: right sides are taken as they are, those of inner unknowns too; else rows have scales, and inner
+    unknowns no right side.
+    """
     packing, terms = solver.packing, solver.terms
     indices = _ordered(terms.entries, solver.elimination) if solver.fronts is None else list(solver.fronts.read_order)
     data: dict[str, Any] = {
@@ -180,9 +187,11 @@ def solver_data(solver: Solver, factors: Sequence[Factor]) -> dict[str, Any]:
         "rate_diagonal": [indices.index(index) for index in terms.rate_diagonal],
         "fallback": solver.elimination is None or solver.unknowns.matrix_size <= DENSE_FALLBACK,
         "B": [list(index) for index in packing.nonzeros["B"]],
+        "plain": plain,
     }
     if solver.fronts is not None and solver.elimination is not None:
-        data["elimination"] = _fronts_data(solver.fronts, solver.elimination, solver.unknowns.size)
+        rights = solver.unknowns.matrix_size if plain else solver.unknowns.size
+        data["elimination"] = _fronts_data(solver.fronts, solver.elimination, solver.unknowns.size, rights)
     elif solver.elimination is not None:
         data["elimination"] = _elimination_data(solver.elimination, indices)
     return data
@@ -252,7 +261,7 @@ def _elimination_data(elimination: Elimination, indices: Sequence[MatrixIndex]) 
     return data
 
 
-def _fronts_data(fronts: Fronts, elimination: Elimination, size: int) -> dict[str, Any]:
+def _fronts_data(fronts: Fronts, elimination: Elimination, size: int, rights: int) -> dict[str, Any]:
     row_at = {row: position for position, row in enumerate(elimination.rows)}
     column_at = {column: position for position, column in enumerate(elimination.columns)}
     width = max(len(row) for row in fronts.table)
@@ -263,7 +272,7 @@ def _fronts_data(fronts: Fronts, elimination: Elimination, size: int) -> dict[st
         "operations": elimination.operations,
         "factors": len(fronts.slots),
         "diagonal": [fronts.slots[position, position] for position in range(elimination.size)],
-        "row_at": [row_at[row] for row in range(size)],
+        "row_at": [row_at[row] for row in range(rights)],
         "column_at": [column_at[column] for column in range(size)],
         "kinds": [dict(kind) for kind in fronts.kinds],
         "fronts": [

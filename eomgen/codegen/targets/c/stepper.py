@@ -76,6 +76,8 @@ def stepper_names(program: StepperProgram) -> dict[str, Any]:
         un = method["unknowns"]
         names |= {"un": un, "nh": un["holonomic"], "ni": un["v"] - un["lam"], "point": POINT}
     if "solver" in method:
+        names |= _linear_system(program)
+    if "places" in method:
         names |= _newton(program) | {
             "differ": calls.differ,
             "copied": calls.copied,
@@ -93,28 +95,40 @@ def stepper_names(program: StepperProgram) -> dict[str, Any]:
     return names
 
 
-def _newton(program: StepperProgram) -> dict[str, Any]:
-    """Return what the templates of implicit steps choose by.
+def _linear_system(program: StepperProgram) -> dict[str, Any]:
+    """Return what the templates of the linear systems of implicit steps choose by.
 
-    ``solver``; ``scaled``: kinetic energy measures the unknowns; ``direct``: accelerations are a function of the
-    model; ``perturbed``: positions alone are constrained (index 3); ``held``: velocities are brought onto the
-    constraints in each iteration; ``matrix``: what fills the iteration matrix; ``partials``: where its numbers
-    begin; ``moved``: statements of the increment, where it is written out; ``violation``: of row i of Phi;
-    ``jacobian``: B at the start of a step; ``nonzeros_of_B``: their rows and columns; ``tolerance`` of velocities,
-    ``rounding`` of them and ``multiplier_rounding``; ``unrolled`` rows and ``substitution`` of an elimination that
-    is written out; ``kinds`` of one by fronts; ``iterate``: arguments.
+    ``solver``; ``scaled``: kinetic energy measures the unknowns; ``matrix``: what fills the iteration matrix;
+    ``partials``: where its numbers begin; ``entries_are_finite``; ``unrolled`` rows and ``substitution`` of an
+    elimination that is written out; ``kinds`` of one by fronts.
+    """
+    solver = program.method["solver"]
+    return {
+        "solver": solver,
+        "scaled": bool(solver["inertia"]),
+        "matrix": _assembled(solver),
+        "partials": {name: f"work->numbers + {start}" for name, (start, _) in solver["blocks"].items()},
+        "entries_are_finite": f"{program.prefix}_finite(work->entries, {len(solver['places'])})",
+        **_elimination(program),
+    }
+
+
+def _newton(program: StepperProgram) -> dict[str, Any]:
+    """Return what the templates of steps with iterations choose by.
+
+    ``direct``: accelerations are a function of the model; ``perturbed``: positions alone are constrained (index 3);
+    ``held``: velocities are brought onto the constraints in each iteration; ``moved``: statements of the increment,
+    where it is written out; ``violation``: of row i of Phi; ``jacobian``: B at the start of a step;
+    ``nonzeros_of_B``: their rows and columns; ``tolerance`` of velocities, ``rounding`` of them and
+    ``multiplier_rounding``; ``iterate``: arguments.
     """
     method, solver, un = program.method, program.method["solver"], program.method["unknowns"]
     constrained, stabilised, holonomic = un["lam"] > 0, un["eta"] > 0, un["holonomic"] > 0
     functions = program.function_names
     return {
-        "solver": solver,
-        "scaled": bool(solver["inertia"]),
         "direct": not constrained and "forward_dynamics" in functions,
         "perturbed": holonomic and not stabilised,
         "held": constrained and (stabilised or not holonomic) and "constraint_velocity" in functions,
-        "matrix": _assembled(solver),
-        "partials": {name: f"work->numbers + {start}" for name, (start, _) in solver["blocks"].items()},
         "moved": _increment(method),
         "iterate": ITERATE,
         "violation": f"work->right[{un['phi']} + i]" if stabilised else "work->constraint[i]",
@@ -124,13 +138,11 @@ def _newton(program: StepperProgram) -> dict[str, Any]:
             for offset, size in (("", un["v"]), (f" + {un['first_z']}", program.sizes["z"]))
             if size
         ),
-        "entries_are_finite": f"{program.prefix}_finite(work->entries, {len(solver['places'])})",
         "nonzeros_of_B": ", ".join(f"{{ {row}, {column} }}" for row, column in solver["B"]),
         "speed_rounding": f"K(4.0) * {program.prefix}_EPSILON * work->speed[0]",
         "unit_numbers": ", ".join(str(int(i in method["quaternions"])) for i in range(program.sizes["q"])),
         "spacing": "(unit[i] ? K(1.0) : EG_ABS(q[i]))" if method["quaternions"] else "EG_ABS(q[i])",
         **_tolerances(program),
-        **_elimination(program),
     }
 
 
@@ -193,7 +205,7 @@ def _elimination(program: StepperProgram) -> dict[str, Any]:
         for k, row in enumerate(data["unrolled"]):
             test = is_large(row["diagonal"], units[k], [(slot, units[column]) for slot, column in row["upper"]])
             made.append({**row, "row": rows[k], "column": columns[k], "is_large": test})
-            right = f"{_row_scale(rows[k], un)} * r[{rows[k]}]" if rows[k] < un["size"] else "K(0.0)"
+            right = _right_side(rows[k], un, plain=solver["plain"])
             taken = "".join(f" - F[{slot}] * y{column}" for slot, column in row["lower"])
             forward.append(f"const real y{k} = {right}{taken};")
             taken = "".join(f" - F[{slot}] * x{column}" for slot, column in reversed(row["upper"]))
@@ -218,11 +230,14 @@ def _front_place(local: Sequence[int]) -> str:
     return f"y{front if front else ''}[{offset}]"
 
 
-def _row_scale(row: int, un: Mapping[str, int]) -> str:
-    """Return by what a row of the equations is multiplied."""
-    if row < un["v"] or row >= un["first_z"]:
-        return "scale->r"
-    return "scale->phi" if row < un["w"] else "scale->w"
+def _right_side(row: int, un: Mapping[str, int], *, plain: bool) -> str:
+    """Return the right side of a row: as it is, or by what its kind is multiplied, with none in inner rows."""
+    if plain:
+        return f"r[{row}]"
+    if row >= un["size"]:
+        return "K(0.0)"
+    kind = "r" if row < un["v"] or row >= un["first_z"] else "phi" if row < un["w"] else "w"
+    return f"scale->{kind} * r[{row}]"
 
 
 def _kernels(method: Mapping[str, Any]) -> list[dict[str, Any]]:

@@ -1,0 +1,178 @@
+"""Linearly implicit methods for real time: one factorization a step and no iteration.
+
+With y' = F(y, t) for y = (q, v, z), and J = dF/dy from the exact partials at the start of the step, in canonical
+coordinates about it:
+
+    one stage:   (I - gamma h J) k = (1 - gamma) F(y_n, t_n) + gamma F(y_n, t_n + h),   y' = y_n + h k,   gamma = 1/2
+
+after Jia, Liu, Li and Liao (2014): forces of the state at the start, at the times of both ends of the step. And LSRT2,
+L-stable and of order 2 with any J (Bursi, Gonzalez-Buelga, Vulcan, Neild, Wagg 2008):
+
+    (I - gamma h J) k_1 = F(y_n, t_n),   y' = y_n + h k_2,   gamma = 1 - sqrt(1/2)
+    (I - gamma h J) k_2 = F(y_n + h k_1/2, t_n + h/2) - gamma h J k_1
+
+In forces, with a residual r = M a - f and any accelerations a that are O(h) off, those of the step before:
+
+    (M + gamma h C + (gamma h)^2 K) k_v = M a - r(a) - gamma h K v_n,   k_q = v_n + gamma h k_v
+
+so M may be singular where the matrix is not. On rotations d k_q/d q, half a bracket with v_n, is left out of J: it acts
+on k_q = v_n + O(h), whose bracket with v_n is of the order of what is left out anyway.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from eomgen.integrators.families.family import (
+    BAD_ARGUMENT,
+    NOT_FINITE,
+    SINGULAR_ADVICE,
+    Bound,
+    DenseOutput,
+    Family,
+    Field,
+    GroupFunction,
+    MethodName,
+    Need,
+    Setting,
+    Sizes,
+    Status,
+    hold,
+    velocities,
+)
+
+if TYPE_CHECKING:
+    from eomgen.integrators.newton.matrix import Packing, Unknowns
+    from eomgen.system.system import System
+
+_TREES = Need(
+    "constraints",
+    False,
+    "its step solves ordinary differential equations, and forces of constraints are not known at its start",
+    "generalized_alpha, which keeps constraints, rk4_partitioned, whose steps have no tolerance, or a tree of joints",
+)
+_FIXED = ("its steps are the same operations every time, without an estimate of errors", "generalized_alpha, or rk45")
+
+
+@dataclass(frozen=True)
+class Rosenbrock(Family):
+    """A Rosenbrock method of order 2 with one factorization a step.
+
+    Attributes
+    ----------
+    stages : int
+        1, with the forces of both ends of a step, or 2, the second in the middle.
+    gamma : float
+        Of the matrix, in shares of a step.
+    """
+
+    stages: int
+    gamma: float
+    source: str
+    order = 2
+    needs = (_TREES,)
+    family = "rosenbrock"
+    dense_output: ClassVar[DenseOutput] = "hermite_3"
+    implicit = True
+    state_is_all = True
+    renewal = "needs nothing, because it begins with the forces of its own time"
+
+    def __post_init__(self) -> None:
+        hold("one stage or two", self.stages in (1, 2))
+        if self.stages == 1:
+            hold("order 2: gamma = 1/2", self.gamma == 0.5)
+        else:
+            hold("order 2: gamma^2 - 2 gamma + 1/2 = 0", abs(self.gamma * self.gamma - 2 * self.gamma + 0.5) < 1e-15)
+
+    @classmethod
+    def names(cls) -> tuple[MethodName, ...]:
+        return (
+            MethodName("rosenbrock", lambda: ONE_STAGE, idle=("rho_inf",), ladders=("all",), fixed_steps=_FIXED),
+            MethodName("lsrt2", lambda: LSRT2, idle=("rho_inf",), ladders=("all",), fixed_steps=_FIXED),
+        )
+
+    @classmethod
+    def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:
+        return ("forward_dynamics", *(("equations", "iteration") if internal else ("residual", "partials")))
+
+    def calls(self, system: System) -> set[str]:
+        matrix = "iteration" if "iteration" in system.functions else "partials"
+        return {"equations" if system.facts.internal_states else "residual", matrix}
+
+    def title(self, constrained: bool) -> str:
+        stages = "one stage, forces of both ends of a step" if self.stages == 1 else "two stages (LSRT2)"
+        return f"Rosenbrock's linearly implicit method on Lie groups, {stages}"
+
+    @property
+    def group_functions(self) -> tuple[GroupFunction, ...]:
+        return ("update",) if self.stages == 1 else ("update", "bracket")
+
+    @property
+    def more_stable(self) -> str:
+        return "lsrt2, which damps what its steps cannot follow" if self.stages == 1 else "generalized_alpha"
+
+    def state(self, sizes: Sizes) -> tuple[Field, ...]:
+        unit = Field("unit", "1/root of M_ii at the start, in which pivots are compared", sizes.v + sizes.z)
+        if self.stages == 2:
+            return (unit,)
+        return (unit, Field("damped", "1: the next step is two of implicit Euler", 0, "long"))
+
+    def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
+        if self.stages == 2:
+            return ()
+        meaning = "1: the first step, and those behind jumps, are two of implicit Euler, which damps what starts excite"
+        return (Setting("damped_start", 0, meaning, (0, 1)),)
+
+    def bounds(self, sizes: Sizes) -> tuple[Bound, ...]:
+        return (Bound("step", "finite"), Bound("step", ">", 0.0))
+
+    def statistics(self, sizes: Sizes) -> tuple[Field, ...]:
+        return (Field("exchanges", "factorizations whose pivots had to be chosen anew", kind="long"),)
+
+    def statuses(self, constrained: bool, angles: bool) -> tuple[Status, ...]:
+        return (Status(2, "SINGULAR", "the matrix of a step is singular", SINGULAR_ADVICE), NOT_FINITE, BAD_ARGUMENT)
+
+    def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
+        from eomgen.integrators.newton.matrix import Unknowns  # noqa: PLC0415
+        from eomgen.integrators.newton.samples import samples_of  # noqa: PLC0415
+        from eomgen.integrators.newton.solver import make_solver, solver_data  # noqa: PLC0415
+
+        owners = system.inner_owners
+        unknowns = Unknowns(velocities(system.factors), 0, 0, False, len(owners), len(system.initial_z))
+        known = samples if samples is not None else samples_of(system)
+        gain = self.gamma * step
+        weights = (1.0, gain, gain * gain, 1.0, 1.0, 1.0, gain)
+        solver = make_solver(unknowns, system.factors, known, weights, step, owners, at_start=True)
+        return {
+            "hooks": {"row": "accelerations_of_row"},
+            "stages": self.stages,
+            "gamma": self.gamma,
+            "unknowns": unknowns.data,
+            "solver": solver_data(solver, system.factors, plain=True),
+            "products": products(unknowns, known.packing),
+            "rights": unknowns.matrix_size,
+            "input_times": [0.0, 1.0] if self.stages == 1 else [0.0, 0.5, 1.0],
+        }
+
+
+def products(unknowns: Unknowns, packing: Packing) -> list[dict[str, Any]]:
+    """Return for each row of the matrix what it has of M times one vector and of K times another: (number, column)."""
+    by_row: dict[int, dict[str, list[list[int]]]] = {}
+
+    def add(row: int, name: str, terms: Iterable[tuple[int, int]]) -> None:
+        into = by_row.setdefault(row, {"M": [], "K": []})[name]
+        into += [[number, column] for number, column in terms]
+
+    for name in ("M", "K"):
+        for (row, column), number in packing.nonzeros[name].items():
+            add(unknowns.equation(row), name, ((number, column),))
+    for (state, column), number in packing.nonzeros["Fq"].items():
+        add(unknowns.first_z + state, "K", ((number, column),))
+    return [{"row": row, **terms} for row, terms in sorted(by_row.items())]
+
+
+ONE_STAGE = Rosenbrock(1, 0.5, "Jia, Liu, Li and Liao 2014; start: Rannacher 1984")
+LSRT2 = Rosenbrock(2, 1.0 - math.sqrt(0.5), "Bursi, Gonzalez-Buelga, Vulcan, Neild and Wagg 2008")

@@ -1,0 +1,214 @@
+"""Rosenbrock steps of one factorization: orders on every group, closed forms of oscillators, digits of a benchmark,
+starts, jumps, singular masses, and the same operations in every step."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import eomgen
+from eomgen.errors import EomgenError
+from tests.codegen.test_stand_alone import compiled, run
+from tests.integrators.test_taylor import SCENES, error, model, pushed, reference
+from tests.models.cache import shared_cache
+from tests.models.shear_frame import RESPONSE, SCALE, shear_frame
+
+__all__ = ["shared_cache"]
+
+Array = NDArray[np.float64]
+METHODS = ("rosenbrock", "lsrt2")
+GAMMA = {"rosenbrock": 0.5, "lsrt2": 1.0 - np.sqrt(0.5)}
+
+
+def slopes(errors: list[float]) -> Array:
+    return np.asarray(np.log2(np.array(errors[:-1]) / errors[1:]))
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("name", SCENES)
+def test_order_on_every_group(name: str, method: str) -> None:
+    """A chain, a body in flight, and a cart with internal states under functions of time, against series."""
+    made, exact = model(name), reference(name, 0.8)
+    errors = [error(made, made.simulate(0.8, 0.8 / count, method=method), exact) for count in (40, 80, 160)]
+    assert slopes(errors) == pytest.approx(2.0, abs=0.05)
+
+
+@cache
+def frame(**parameters: float) -> eomgen.Model:
+    return eomgen.build(shear_frame(**parameters))
+
+
+def error_of_frame(method: str, step: float) -> float:
+    end = frame().simulate(10.0, step, method=method, record_every=100_000, error_estimate=False)
+    return float(np.abs((np.concatenate([end.q[-1], end.v[-1]]) - RESPONSE) / SCALE).max())
+
+
+#: Errors of the same formulas in a prototype, which was written apart from this code; two digits.
+PROTOTYPE = {
+    "rosenbrock": (5.6e-2, 1.8e-2, 4.6e-3, 1.1e-3, 2.9e-4),
+    "lsrt2": (3.3e-2, 8.5e-3, 2.2e-3, 5.5e-4, 1.4e-4),
+}
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_digits_of_the_shear_frame_with_a_pendulum(method: str) -> None:
+    errors = [error_of_frame(method, step) for step in (0.04, 0.02, 0.01, 0.005, 0.0025)]
+    np.testing.assert_allclose(errors, PROTOTYPE[method], rtol=0.05)
+
+
+def stepped(made: eomgen.Model, step: float, count: int, *, exact: bool, end_force: bool) -> Array:
+    """Return (q, v) behind steps of the one-stage method, from the model's functions in dense NumPy."""
+    q, v, h = made.initial_q.copy(), made.initial_v.copy(), step
+    a = made.forward_dynamics(q, v, t=0.0)
+    for k in range(count):
+        t, still = k * h, np.zeros_like(v)
+        K, C, M = made.partials(q, v, a if exact else still, t=t)
+        forces = made.inverse_dynamics(q, v, still, t=t) + made.inverse_dynamics(
+            q, v, still, t=t + h if end_force else t
+        )
+        change = np.linalg.solve(M + h / 2 * C + h * h / 4 * K, -forces / 2 - h / 2 * K @ v)
+        q, v, a = q + h * v + h * h / 2 * change, v + h * change, change
+    return np.concatenate([q, v])
+
+
+def test_a_step_is_that_of_the_formula_and_its_order_hangs_on_each_part() -> None:
+    """In dense NumPy: the same motion; without K's part by accelerations, or with forces of the start alone, order 1."""
+    made, end = frame(frequency=4.0), 5.0
+    exact = made.simulate(end, 1e-2, method="taylor", tolerance=1e-13, record_every=1000)
+    wanted = np.concatenate([exact.q[-1], exact.v[-1]])
+    ours = made.simulate(end, end / 250, method="rosenbrock", error_estimate=False)
+    same = stepped(made, end / 250, 250, exact=True, end_force=True)
+    np.testing.assert_allclose(np.concatenate([ours.q[-1], ours.v[-1]]), same, rtol=0, atol=1e-11)
+    found = {}
+    for exactly, end_force in ((True, True), (False, True), (True, False)):
+        errors = []
+        for count in (500, 1000, 2000):
+            got = stepped(made, end / count, count, exact=exactly, end_force=end_force)
+            errors.append(float(np.abs((got - wanted) / SCALE).max()))
+        found[exactly, end_force] = slopes(errors)[-1]
+    assert found[True, True] == pytest.approx(2.0, abs=0.05)
+    assert found[False, True] < 1.3
+    assert found[True, False] == pytest.approx(1.0, abs=0.1)
+
+
+def oscillator(frequency: float, damping: float) -> eomgen.Scene:
+    builder = eomgen.SceneBuilder("oscillator", gravity=[0, 0, 0]).body("mass", 1.0)
+    stiffness = {"stiffness": frequency**2, "damping": 2.0 * damping * frequency}
+    return builder.joint("rail", "prismatic", "base", "mass", axis=[1, 0, 0], **stiffness).build()
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.3, 1.5, 1e3])
+@pytest.mark.parametrize("method", METHODS)
+def test_steps_of_an_oscillator_are_the_stability_function_of_its_matrix(method: str, damping: float) -> None:
+    """R(z) = (1 + (1 - 2 gamma) z)/(1 - gamma z)^2, of which the one-stage method has one factor less; from h omega of
+    1e-3 to 1e6."""
+    gamma, made = GAMMA[method], eomgen.build(oscillator(1.0, damping))
+    for step in (1e-3, 0.1, 1.0, 30.0, 1e6):
+        A = step * np.array([[0.0, 1.0], [-1.0, -2.0 * damping]])
+        one, inverse = np.eye(2), np.linalg.inv(np.eye(2) - gamma * A)
+        wanted = (
+            inverse @ (one + gamma * A) if method == "rosenbrock" else inverse @ inverse @ (one + (1 - 2 * gamma) * A)
+        )
+        found = np.empty((2, 2))
+        for column, (q, v) in enumerate(one):
+            end = made.simulate(step, step, method=method, initial={"q": [q], "v": [v]}, error_estimate=False)
+            found[:, column] = end.q[-1, 0], end.v[-1, 0]
+        np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-9)
+        assert np.abs(np.linalg.eigvals(found)).max() <= 1.0 + 1e-9
+
+
+def test_stiff_forces_of_a_known_motion_leave_no_error_in_positions() -> None:
+    """q'' + omega^2 q with the force of q = sin t, omega = 1e6, h = 0.1: forces at the ends of steps make the limit
+    K q = F exact, those of their starts leave 0.1 of it."""
+    scene = (
+        eomgen.SceneBuilder("forced", gravity=[0, 0, 0]).body("mass", 1.0)
+        .joint("rail", "prismatic", "base", "mass", axis=[1, 0, 0], stiffness=1e12, initial={"velocity": 1.0})
+        .effort("known", "rail", "(1e12 - 1) * sin(t)").build()
+    )  # fmt: skip  # a chain of calls
+    end = eomgen.build(scene).simulate(2.0, 0.1, method="rosenbrock", error_estimate=False)
+    assert np.abs(end.q[:, 0] - np.sin(end.t)).max() < 1e-11
+    assert np.abs(end.v[:, 0] - np.cos(end.t)).max() < 2e-3
+
+
+def test_a_damped_start_takes_off_what_steps_cannot_follow() -> None:
+    """Amplitude left of a mode with h omega = 1e4: 16/(h omega)^4 per pair of Euler's halves, nothing of it without."""
+    made = eomgen.build(oscillator(1e4, 0.0))
+    runs = [
+        made.simulate(20.0, 1.0, method="rosenbrock", initial={"q": [1.0]}, settings={"damped_start": on})
+        for on in (0, 1)
+    ]
+    assert abs(runs[0].q[-1, 0]) == pytest.approx(1.0, abs=1e-3)
+    assert np.abs(runs[1].q[1:, 0]).max() < 1e-7
+    assert (runs[0].stats["factorizations"], runs[1].stats["factorizations"]) == (20, 21)
+
+
+def test_a_damped_start_keeps_the_order() -> None:
+    made, exact = model("pendulum"), reference("pendulum", 0.8)
+    errors = [
+        error(made, made.simulate(0.8, 0.8 / count, method="rosenbrock", settings={"damped_start": 1}), exact)
+        for count in (80, 160, 320)
+    ]
+    assert slopes(errors) == pytest.approx(2.0, abs=0.1)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_order_across_a_known_jump(method: str) -> None:
+    made = eomgen.build(pushed("3 if t > late else 0"))
+    exact = made.simulate(1.2, 0.1, method="taylor", tolerance=1e-14)
+    errors = [
+        abs(made.simulate(1.2, 1.2 / count, method=method).q[-1, 0] - exact.q[-1, 0]) for count in (160, 320, 640)
+    ]
+    assert slopes(errors) == pytest.approx(2.0, abs=0.1)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_every_step_is_the_same_operations(method: str) -> None:
+    end = frame().simulate(2.0, 0.01, method=method, error_estimate=False)
+    assert {name: end.stats[name] for name in ("steps", "factorizations", "evaluations", "newton_iterations")} == {
+        "steps": 200,
+        "factorizations": 200,
+        "evaluations": 400,
+        "newton_iterations": 0,
+    }
+    assert end.stats["exchanges"] == 0
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_rows_hold_the_accelerations_of_their_states(method: str) -> None:
+    made = frame()
+    end = made.simulate(1.0, 0.01, method=method, record_every=25)
+    for row in range(len(end.t)):
+        expected = made.forward_dynamics(end.q[row], end.v[row], t=end.t[row])
+        np.testing.assert_allclose(end.a[row], expected, rtol=1e-10, atol=1e-10)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_checkpoint_goes_on_with_the_same_bits(method: str, tmp_path: Path) -> None:
+    made, file = model("controlled"), tmp_path / "run.ckpt"
+    one = made.simulate(0.6, 1e-2, method=method)
+    first = made.simulate(0.3, 1e-2, method=method, checkpoint=file)
+    whole = first.followed_by(made.resume(file, 0.6))
+    assert all(np.array_equal(getattr(whole, name), getattr(one, name)) for name in ("q", "v", "a", "z"))
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_its_c_stands_alone_and_gives_the_same_rows(method: str, tmp_path: Path) -> None:
+    eomgen.generate(shear_frame(), tmp_path / "c", method=method)
+    text = run(compiled(tmp_path / "c"), "2", "0.01", "1").stdout
+    rows = np.array([[float(x) for x in line.split(",")] for line in text.splitlines()[1:]])
+    end = eomgen.build(shear_frame(), method=method, profile="reproducible").simulate(2.0, 0.01, method=method)
+    assert np.array_equal(rows[:, 1:13], np.hstack([end.q, end.v, end.a]))
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_loops_are_refused_with_what_to_take(method: str) -> None:
+    with pytest.raises(EomgenError) as caught:
+        eomgen.build("examples/four_bar/scene.toml", profile="quick").simulate(0.1, 1e-3, method=method)
+    text = str(caught.value)
+    assert f"{method} cannot run on this scene" in text
+    assert "forces of constraints are not known at its start" in text
+    assert "try: generalized_alpha" in text
