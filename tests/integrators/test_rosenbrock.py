@@ -76,7 +76,7 @@ def stepped(made: eomgen.Model, step: float, count: int, *, exact: bool, end_for
 
 
 def test_a_step_is_that_of_the_formula_and_its_order_hangs_on_each_part() -> None:
-    """In dense NumPy: the same motion; without K's part by accelerations, or with forces of the start alone, order 1."""
+    """In dense NumPy: the same motion; without K's part by accelerations, or with forces of the start, order 1."""
     made, end = frame(frequency=4.0), 5.0
     exact = made.simulate(end, 1e-2, method="taylor", tolerance=1e-13, record_every=1000)
     wanted = np.concatenate([exact.q[-1], exact.v[-1]])
