@@ -212,3 +212,15 @@ def test_loops_are_refused_with_what_to_take(method: str) -> None:
     assert f"{method} cannot run on this scene" in text
     assert "forces of constraints are not known at its start" in text
     assert "try: generalized_alpha" in text
+
+
+def test_growth_at_the_pole_of_the_step_stops_the_run() -> None:
+    """M + (h/2)^2 K = 0: a force that pushes away with 4/h^2."""
+    scene = (
+        eomgen.SceneBuilder("pushed_away", gravity=[0, 0, 0]).body("mass", 1.0)
+        .joint("rail", "prismatic", "base", "mass", axis=[1, 0, 0], initial={"position": 0.1})
+        .effort("away", "rail", "256 * q.rail").build()
+    )  # fmt: skip  # a chain of calls
+    end = eomgen.build(scene).simulate(1.0, 0.125, method="rosenbrock", error_estimate=False)
+    assert not end.success and len(end.t) == 1
+    assert "the matrix of a step is singular" in end.message
