@@ -77,7 +77,7 @@ def stepper_names(program: StepperProgram) -> dict[str, Any]:
         names |= {"un": un, "nh": un["holonomic"], "ni": un["v"] - un["lam"], "point": POINT}
     if "solver" in method:
         names |= _linear_system(program)
-    if "places" in method:
+    if "form" in method:
         names |= _newton(program) | {
             "differ": calls.differ,
             "copied": calls.copied,
