@@ -657,7 +657,7 @@ SLOW: dict[str, tuple[str, ...]] = {
     "simulation/test_sampled_controllers.py::test_a_caller_in_c_gives_the_function": (),
     "simulation/test_sampled_controllers.py::test_a_function_of_python_moves_as_its_law_in_formulas": ("0.0037-rk4",),
     "simulation/test_sampled_controllers.py::test_a_linked_function_of_c_moves_as_its_law_in_formulas": ("rk4",),
-    "simulation/test_sampled_controllers.py::test_a_linked_function_that_reports_an_error_ends_the_run": (),
+    "simulation/test_sampled_controllers.py::test_a_linked_function_that_fails_says_in_which_way": ("value",),
     "simulation/test_sampled_controllers.py::test_generated_c_with_the_linked_function_runs_alone_without_warnings": (
         "generalized_alpha",
     ),

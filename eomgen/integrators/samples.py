@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from eomgen.integrators.families.family import Status
+from eomgen.integrators.families.family import Field, Status
 from eomgen.system.samples import SampledController, SampleRow
 
 #: How far a sample may be moved onto a point of the time grid, as a part of the shortest period.
@@ -14,6 +14,12 @@ CLOSEST = 1e-5
 #: Number of the status of a function that fails, and what to try then.
 CONTROLLER_FAILED = 30
 CONTROLLER_ADVICE = "a function that gives finite values from the signals of that time, and returns 0"
+#: What a stepper tells of the last function that failed; all zero but the first: the caller gave no function.
+CONTROLLER_FAILURE = (
+    Field("failed_controller", "whose function failed last, counted from 1; 0: none", 0, "long"),
+    Field("controller_returned", "what that function returned, 0 where all is well", 0, "long"),
+    Field("controller_not_finite", "which of its values, then memory, is not finite, from 1; 0: none", 0, "long"),
+)
 
 
 def sample_data(
@@ -65,6 +71,7 @@ def _called(
         "clock": clocks.index((given[0].period, given[0].offset)),
         "declared": item.declared,
         "function": item.function,
+        "source": item.source.name if item.source else "",
     }
 
 

@@ -10,7 +10,7 @@ from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.integrators.events import STATUSES, event_data, event_state
 from eomgen.integrators.families.family import Family, Field, GroupFunction, Setting, Sizes, velocities
 from eomgen.integrators.methods import check_needs
-from eomgen.integrators.samples import controller_status, sample_data
+from eomgen.integrators.samples import CONTROLLER_FAILURE, controller_status, sample_data
 from eomgen.integrators.step_splitting import jump_data
 from eomgen.lie import kernels
 from eomgen.lie.groups import Group, group_named
@@ -136,6 +136,7 @@ def _state(method: Family, system: System, sizes: Sizes) -> list[Field]:
         Field("evaluations", "of the equations of motion", 0, "long"),
         Field("max_residual", "largest component of the residual at the last iterate that was evaluated in any step"),
         *method.statistics(sizes),
+        *(CONTROLLER_FAILURE if system.controllers else ()),
     )
     members = [
         Field("t", "s"),

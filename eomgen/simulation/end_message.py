@@ -9,10 +9,11 @@ import numpy as np
 from eomgen.analysis.definiteness import inertia_warning
 from eomgen.compiled.model import CompiledModel
 from eomgen.integrators.events import ACCUMULATED, NO_VALUE, STATUSES, STOPPED
-from eomgen.integrators.samples import CONTROLLER_ADVICE, CONTROLLER_FAILED
+from eomgen.integrators.samples import CONTROLLER_FAILED
 from eomgen.results.events import Events
 from eomgen.simulation.diagnosis import advice, fast_joint, first_non_finite, instability
 from eomgen.simulation.events import ending, parameters_with, without_value
+from eomgen.simulation.failed_controller import failed_controller
 from eomgen.simulation.growth import own_growth, unstable_growth
 from eomgen.simulation.run import Run
 from eomgen.simulation.singular_positions import singular_ahead, way_past
@@ -51,7 +52,8 @@ def message_of(run: Run, stepper: Stepper, trajectory: Trajectory, events: Event
     text = stepper.status_text(trajectory.status)
     if trajectory.status == CONTROLLER_FAILED:
         taken = f"stopped at t = {t:.9g} s, after {trajectory.steps} of {run.grid.steps} steps"
-        return f"{taken}: {text}; try: {CONTROLLER_ADVICE}"
+        what, hint = failed_controller(stepper)
+        return f"{taken}: {what}; try: {hint}"
     _, q, v, a, _, z = (part[0] for part in states_of(trajectory.rows[-1:], model))
     last, behind = float(t), ""
     if events is not None and len(events) and events.t[-1] > last:  # the step that failed goes on from there

@@ -5,8 +5,9 @@ from __future__ import annotations
 from eomgen.analysis.definiteness import inertia_warning
 from eomgen.arrays import Array
 from eomgen.errors import Problem
-from eomgen.integrators.samples import CONTROLLER_ADVICE, CONTROLLER_FAILED
+from eomgen.integrators.samples import CONTROLLER_FAILED
 from eomgen.simulation.diagnosis import advice, fast_joint, first_non_finite
+from eomgen.simulation.failed_controller import failed_controller
 from eomgen.simulation.run import Run
 from eomgen.simulation.stepper import Stepper
 
@@ -21,8 +22,8 @@ def failed_step(run: Run, stepper: Stepper, state: tuple[float, Array, Array, Ar
     """
     t, q, v, a, z = state
     if status == CONTROLLER_FAILED:
-        what = f"the step from t = {t:.9g} s, of {stepper.step_size:.9g} s, failed: {stepper.status_text(status)}"
-        return Problem("", what, CONTROLLER_ADVICE)
+        cause, hint = failed_controller(stepper)
+        return Problem("", f"the step from t = {t:.9g} s, of {stepper.step_size:.9g} s, failed: {cause}", hint)
     model, p, step = run.model, run.parameters, stepper.step_size
     block, already, cause = first_non_finite(model, t, (q, v, a, z), step, p, run.signals)
     inertia = None if block else inertia_warning(model, q, p, q, step)

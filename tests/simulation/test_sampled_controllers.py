@@ -380,12 +380,36 @@ def test_the_c_file_is_part_of_the_key_and_its_faults_name_its_lines(tmp_path: P
         eomgen.build(path, profile="quick", method="rk4")
 
 
-def test_a_linked_function_that_reports_an_error_ends_the_run(tmp_path: Path) -> None:
-    path = linked(tmp_path, LAW_IN_C.replace("t < 0.0", "t > 0.205"))
-    machine = eomgen.build(path, profile="quick", method="rk4")
+@pytest.mark.parametrize(
+    ("old", "new", "what"),
+    [
+        ("return t < 0.0", "return t > 0.205 ? 7 : 0", "returned 7, and only 0 goes on; try: what it returns 7 for"),
+        (
+            "return t < 0.0",
+            "values[0] /= t < 0.205; return 0",
+            "gave values[0], servo, a value that is not a finite number; try: a look at its divisions",
+        ),
+        (
+            "return t < 0.0",
+            "memory[1] /= t < 0.205; return 0",
+            "gave memory[1] a value that is not a finite number; try: a look at its divisions",
+        ),
+    ],
+    ids=["code", "value", "memory"],
+)
+def test_a_linked_function_that_fails_says_in_which_way(old: str, new: str, what: str, tmp_path: Path) -> None:
+    machine = eomgen.build(linked(tmp_path, LAW_IN_C.replace(old, new)), profile="quick", method="rk4")
     found = machine.simulate(0.5, 0.005, method="rk4")
     assert not found.success and found.t[-1] == pytest.approx(0.21)
-    assert "the function of the controller servo reports an error, gives values that are not finite" in found.message
+    who = "the function servo_law of servo law.c, the controller servo,"
+    assert f"stopped at t = 0.21 s, after 42 of 100 steps: {who} {what}" in found.message
+    simulator = machine.start(method="rk4", step=0.005)
+    with pytest.raises(eomgen.NumericalError) as caught:
+        simulator.step(n=60)
+    assert f"failed: {who} {what}" in str(caught.value)
+    simulator = machine.start(method="rk4", step=0.005)
+    simulator.step(n=42)
+    assert [simulator.statistics[name] for name in ("failed_controller", "controller_returned")] == [0, 0]
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,38 @@
+"""What a controller's C function did where it ended a step, as the stepper tells it, and what to try."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from eomgen.integrators.samples import CONTROLLER_ADVICE, CONTROLLER_FAILED
+from eomgen.simulation.stepper import Stepper
+from eomgen.text import listed
+
+
+class Failure(NamedTuple):
+    """What a function did, and what to try."""
+
+    what: str
+    hint: str
+
+
+def failed_controller(stepper: Stepper) -> Failure:
+    """Return what the function did that failed last: the code that it returned, or which of its numbers is not finite.
+
+    Functions of Python raise errors of their own; where none could be raised, the text of the status is all there is.
+    """
+    told = stepper.statistics
+    number = int(told.get("failed_controller", 0))
+    if not number:
+        return Failure(stepper.status_text(CONTROLLER_FAILED), CONTROLLER_ADVICE)
+    row = stepper.layout["method"]["samples"]["controllers"][number - 1]
+    of = f"the function {row['function']} of {row['source']}" if row["function"] else "the function"
+    who = f"{of}, the controller {row['name']},"
+    if code := int(told["controller_returned"]):
+        return Failure(f"{who} returned {code}, and only 0 goes on", f"what it returns {code} for, or return 0")
+    place = int(told["controller_not_finite"]) - 1
+    behind = place - len(row["outputs"])
+    which = f"memory[{behind}]" if behind >= 0 else f"values[{place}], {row['outputs'][place]},"
+    given = listed([f"signals[{k}] = {name}" for k, name in enumerate(row["signals"])]) or "it has no signals"
+    hint = f"a look at its divisions, roots and what it does not set; {given}"
+    return Failure(f"{who} gave {which} a value that is not a finite number", hint)
