@@ -44,6 +44,9 @@ _ADVICE = {
     **dict.fromkeys("\u00b7\u22c5\u00d7", "a blank between units"),
 }
 
+#: Signs behind a number that make a formula of it, though not one that can be read.
+_OF_FORMULAS = "\u2212\u2013\u2014\u00f7\u2264\u2265"
+
 Factors = tuple[tuple[str, int], ...]
 
 
@@ -78,6 +81,8 @@ def is_quantity(text: str) -> bool:
     match = _QUANTITY.match(begin)
     if match is None:
         return _DECIMAL_COMMA.match(begin) is not None
+    if match[2][0] in _OF_FORMULAS:
+        return False
     word = _WORD.match(match[2])
     return word is None or word[0] not in WORDS
 

@@ -6,7 +6,7 @@ What cannot be converted is reported and becomes a ``Refused`` text, which later
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from eomgen.scene.document.schema import Document
@@ -15,10 +15,13 @@ from eomgen.scene.reading.keys import ANY_UNIT, Inner, Meaning, Table, Units, fi
 from eomgen.scene.reading.kinds import Refused
 from eomgen.scene.reading.report import Report
 from eomgen.text import key_of, shown
-from eomgen.units.parser import Factors, UnitError, is_quantity, read_quantity, read_unit
+from eomgen.units.parser import Factors, Quantity, UnitError, is_quantity, read_quantity, read_unit
 from eomgen.units.table import names
 
 _DEPTH = 4  # of lists in a value: a matrix has two
+_NUMBER_AND_UNIT = re.compile(r"[-+0-9.eE \t]+([A-Za-z%].*)", re.DOTALL)
+#: Labels of what has no unit.
+_WITHOUT_UNIT = frozenset({"-", "1", "--", "none", "dimensionless"})
 #: A number with a unit, times the time.
 _WITH_TIME = re.compile(r"([^*]*[^* \t])[ \t]*\*[ \t]*t[ \t]*")
 
@@ -44,7 +47,9 @@ class _Converter:
         sections = {name: section for name, section in data.items() if isinstance(section, Mapping)}
         self.joints = sections.get("joints", {})
         bare = ("parameters", "inputs", "states", "controllers", "curves")
-        self.known = {str(name) for section in bare for name in sections.get(section, {})}
+        entries = {str(name): entry for section in bare for name, entry in sections.get(section, {}).items()}
+        self.known = set(entries)
+        self.labels = {name: label for name, entry in entries.items() if (label := _label(entry))}
 
     def table(self, model: type[Table], key: str, data: Mapping[str, Any], kind: object) -> dict[str, Any]:
         """Convert the values of a table; ``kind`` is the type of what is around it."""
@@ -73,6 +78,8 @@ class _Converter:
         if not isinstance(label, str):
             return
         factors = _factors(label)
+        if label.strip() and factors is None and label.strip() not in _WITHOUT_UNIT:
+            self.notes.append(f"{key}.unit: {shown(label)} is no unit that is known, and shown as it is")
         if isinstance(written, str) and isinstance(number, float):
             from eomgen.units.conversion import is_coherent, to_si  # noqa: PLC0415
 
@@ -114,9 +121,13 @@ class _Converter:
         if isinstance(value, Refused | Included):  # read with its own file
             return value
         if isinstance(value, str):
-            return self.text(unit, key, value, over_time=over_time) if is_quantity(value) else value
+            if is_quantity(value):
+                return self.text(unit, key, value, over_time=over_time)
+            self.name_alone(unit, key, value.strip())
+            return value
         if isinstance(value, list | tuple) and depth < _DEPTH:
             units = (unit,) * len(value) if isinstance(unit, str) else (*unit, *[""] * len(value))
+            self.beside_units(unit, key, value)
             return [
                 self.value(units[place], f"{key}[{place}]", entry, depth + 1, over_time=over_time)
                 for place, entry in enumerate(value)
@@ -127,6 +138,30 @@ class _Converter:
                 for name, entry in value.items()
             }
         return value
+
+    def name_alone(self, unit: Units, key: str, name: str) -> None:
+        """Note that a name stands alone where a quantity of another kind than that of its label is expected."""
+        factors = _factors(self.labels.get(name, ""))
+        if not factors or not isinstance(unit, str) or unit in ("", ANY_UNIT) or factors == _factors(unit):
+            return
+        from fractions import Fraction  # noqa: PLC0415  # scenes whose labels fit do not need it
+
+        from eomgen.units.conversion import to_unit  # noqa: PLC0415
+
+        try:
+            to_unit(Quantity(name, Fraction(1), factors), unit)
+        except UnitError as error:
+            self.notes.append(f"{key}: {error.what}, and labels convert nothing")
+
+    def beside_units(self, unit: Units, key: str, values: Sequence[Any]) -> None:
+        """Note the numbers without a unit in a list of which other entries have one."""
+        if not isinstance(unit, str) or not any(isinstance(value, str) and is_quantity(value) for value in values):
+            return
+        for place, value in enumerate(values):
+            if number := _plain(value):
+                self.notes.append(
+                    f"{key}[{place}]: {number:g} has no unit, as entries beside it have, so it is {number:g} {unit}"
+                )
 
     def text(self, unit: Units, key: str, text: str, *, over_time: bool) -> float | Refused:
         from eomgen.units.conversion import measure, to_si, to_unit  # noqa: PLC0415  # pint comes with it
@@ -164,6 +199,23 @@ def _unit(meaning: Meaning, kind: object, index: object) -> Units:
     if isinstance(unit, tuple) and isinstance(index, int) and 0 <= index < len(unit):
         return unit[index]
     return unit
+
+
+def _label(entry: object) -> str:
+    """Return the unit of a parameter, an input or the like, as it is written; empty without one."""
+    value, unit = (entry.get("value"), entry.get("unit", "")) if isinstance(entry, Mapping) else (entry, "")
+    if isinstance(value, str) and is_quantity(value):
+        number_and_unit = _NUMBER_AND_UNIT.fullmatch(value)
+        return number_and_unit[1] if number_and_unit else ""
+    return unit if isinstance(unit, str) else ""
+
+
+def _plain(value: object) -> float:
+    """Return a number without a unit, also as a text; 0 for anything else."""
+    try:
+        return float(value) if isinstance(value, str | int | float) and not isinstance(value, bool) else 0.0
+    except ValueError:
+        return 0.0
 
 
 def _factors(label: str) -> Factors | None:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, get_args
+from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
+from eomgen.scene.document.examples import example, key_meant
 from eomgen.scene.document.schema import SECTIONS, Document
 from eomgen.scene.joint_types import JOINTS_ELSEWHERE
 from eomgen.scene.reading.kinds import Refused, described
@@ -53,12 +54,6 @@ def read_document(data: Mapping[str, Any], report: Report) -> tuple[Document, di
 #: So many words that a key may hold are listed in a hint; of more, the nearest are.
 _LISTED = 12
 _AXES = ("x", "y", "z")
-#: Examples of tables for which a number is often written.
-_TABLES = {
-    "friction": "friction = { coulomb = 0.3, velocity = 0.01 }",
-    "limits": "limits = { lower = -1, upper = 1, stiffness = 1e5 }",
-    "initial": "initial = { position = 0.1 }",
-}
 
 
 def _child_hint(data: Mapping[str, Any]) -> str:
@@ -83,7 +78,8 @@ def explained(
     ``depth`` on is within ``table``."""
     last = str(location[-1])
     if kind == "extra_forbidden":
-        return f"the key {shown(last)} is unknown here", nearest(last, _keys_at(location[depth:-1], table))
+        keys = _keys_at(location[depth:-1], table)
+        return f"the key {shown(last)} is unknown here", key_meant(last, keys, given) or nearest(last, keys)
     if kind == "missing":
         return f"the key {last} is missing", f"{last} = {'1' if last == 'format' else '...'}"
     if location == ("format",):
@@ -112,15 +108,19 @@ def explained(
     }
     plain |= {"model_type": "a table", "tuple_type": "a list", "int_from_float": "a whole number"}
     if kind in plain:
-        return f"{plain[kind]} is needed here, not {described(given)}", _TABLES.get(last, "")
-    return message[0].lower() + message[1:], ""
+        return f"{plain[kind]} is needed here, not {described(given)}", example(location, given)
+    return message[0].lower() + message[1:], example(location, given)
 
 
 def _keys_at(location: tuple[str | int, ...], model: Any) -> list[str]:
     """Return the keys that the schema knows at a place within a table."""
+    own_name = False  # whether the next part is one that the scene gives to an entry
     for part in location:
-        if isinstance(model, type) and issubclass(model, BaseModel) and part in model.model_fields:
+        if own_name:
+            own_name = False
+        elif isinstance(model, type) and issubclass(model, BaseModel) and part in model.model_fields:
             model = model.model_fields[str(part)].annotation
+            own_name = get_origin(model) is dict
             while not isinstance(model, type) or not issubclass(model, BaseModel):
                 candidates = [
                     candidate for candidate in get_args(model) if candidate is not type(None) and candidate is not str

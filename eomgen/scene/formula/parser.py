@@ -14,6 +14,7 @@ from dataclasses import replace
 from eomgen.formula.evaluate import apply
 from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol
 from eomgen.formula.words import FUNCTIONS
+from eomgen.scene.formula.advice import of_function, of_kind, of_name, of_parts
 from eomgen.scene.formula.scope import DERIVATIVES, ENERGIES, QUANTITIES, REACTION_PARTS, Names, Scope
 from eomgen.scene.formula.tokens import DEGREES, DEPTH, IN_RADIANS, PREFIX, TOO_DEEP, FormulaError, FormulaText
 from eomgen.scene.joint_types import JOINTS
@@ -166,7 +167,7 @@ class _Reader:
         if name in self.names.curves:
             return self.application(node, name, "", depth)
         if name not in FUNCTIONS:
-            hint = IN_RADIANS if name in DEGREES else nearest(name, [*self.names.curves, *sorted(FUNCTIONS)])
+            hint = IN_RADIANS if name in DEGREES else of_function(name, self.names.curves, sorted(FUNCTIONS))
             raise self.error(node, f"unknown function {shown(name)}", hint)
         if node.keywords or any(isinstance(argument, ast.Starred) for argument in node.args):
             raise self.error(node, f"{name}() takes plain arguments only", f"{name}(x)")
@@ -243,7 +244,8 @@ class _Reader:
                 raise self.error(node, f"{shown(name)} is a {what}, not a number", f"q.{name} or v.{name}")
         declared = (self.names.parameters, self.names.inputs, self.names.states, self.names.controllers)
         known = [*(name for names in declared for name in names), *FUNCTIONS, "t", "pi"]
-        raise self.error(node, f"unknown name {shown(name)}", IN_RADIANS if name in DEGREES else nearest(name, known))
+        hint = IN_RADIANS if name in DEGREES else of_name(name, self.names, self.scope, known)
+        raise self.error(node, f"unknown name {shown(name)}", hint)
 
     def allow(self, node: ast.expr, kind: str, what: str) -> None:
         reason, instead = self.scope.without_inputs
@@ -262,7 +264,8 @@ class _Reader:
         if isinstance(inner, ast.Attribute) and _is_reaction(inner.value):
             return self.reaction(node, inner, index)
         if not (isinstance(inner, ast.Attribute) and isinstance(inner.value, ast.Name)):
-            raise self.error(node, "only quantities such as q.joint or position.point[2] have parts")
+            what = "only quantities such as q.joint or position.point[2] have parts"
+            raise self.error(node, what, of_parts(self.names, *_before(inner)))
         kind, name = inner.value.id.removeprefix(PREFIX), inner.attr.removeprefix(PREFIX)
         if kind == "reaction":
             what = f"reaction.{name[:64]} is a force and a moment"
@@ -275,7 +278,7 @@ class _Reader:
             hint = f"[modes] and {name[:64]} = 1"
             raise self.error(node, f"mode.{name[:64]}: the scene has no [modes]", hint)
         if known is None:
-            raise self.error(node, f"unknown quantity {shown(kind)}", nearest(kind, self.kinds()))
+            raise self.error(node, f"unknown quantity {shown(kind)}", of_kind(kind, name, self.names, self.kinds()))
         offered = self.names.offered.get(kind)
         scope_kind = offered.scope if offered else "power" if kind == "energy" and name.endswith("power") else kind
         self.allow(node, scope_kind, f"{kind}.{name if is_legal(name) else shown(name)}")
@@ -355,6 +358,17 @@ def _is_reaction(node: ast.expr) -> bool:
         and isinstance(node.value, ast.Name)
         and node.value.id.removeprefix(PREFIX) == "reaction"
     )
+
+
+def _before(node: ast.expr) -> tuple[str, str]:
+    """Return a name, or a quantity, that something is written behind as its part, and the name of that part."""
+    if isinstance(node, ast.Name):
+        return node.id.removeprefix(PREFIX), ""
+    if not (isinstance(node, ast.Attribute) and isinstance(node.value, ast.Attribute)):
+        return "", ""
+    quantity, part = node.value, node.attr.removeprefix(PREFIX)
+    kind = quantity.value.id.removeprefix(PREFIX) if isinstance(quantity.value, ast.Name) else ""
+    return f"{kind}.{quantity.attr.removeprefix(PREFIX)}" if kind in QUANTITIES else "", part
 
 
 def _plain_hint(word: str, name: str) -> str:

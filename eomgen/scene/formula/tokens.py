@@ -6,6 +6,7 @@ import bisect
 import math
 import re
 import unicodedata
+from collections.abc import Mapping
 
 from eomgen.errors import DescriptionError, Problem
 from eomgen.formula.words import WORDS
@@ -24,6 +25,17 @@ _TOKEN = re.compile(
 _OPERATORS = frozenset({"+", "-", "*", "/", "**", "(", ")", "[", "]", ",", ".", "<", "<=", ">", ">="})
 _ADVICE = {"^": "** for powers", "//": "/", "==": "<= and >= together", "!=": "< or > together", "=": "<= or >="}
 _ADVICE |= {"&&": "and", "||": "or", "!": "not"}
+#: Characters that stand for an operator elsewhere.
+_SIGNS: Mapping[str, str] = {
+    **dict.fromkeys("\u2212\u2013\u2014", "-"),
+    **dict.fromkeys("\u00d7\u00b7\u22c5", "*"),
+    "\u00f7": "/",
+    "\u00b2": "**2",
+    "\u00b3": "**3",
+    "\u2264": "<=",
+    "\u2265": ">=",
+    "?": "2 if t > 1 else 0, for t > 1 ? 2 : 0",
+}
 #: Words that users of degrees write, and what to tell them.
 DEGREES = frozenset({"deg", "degs", "degree", "degrees", "radians", "rad", "deg2rad", "rad2deg", "\N{DEGREE SIGN}"})
 IN_RADIANS = 'angles are in radians: 45 * pi / 180, or "45 deg" alone'
@@ -120,7 +132,7 @@ class FormulaText:
         if token in "'\"`":
             return FormulaError("a text in quotes is not part of formulas", column, "names without quotes")
         title = "" if token.isascii() else f" (U+{ord(token):04X} {unicodedata.name(token, 'unnamed')})"
-        hint = IN_RADIANS if token in DEGREES else _ALPHABET
+        hint = IN_RADIANS if token in DEGREES else _SIGNS.get(token, _ALPHABET)
         return FormulaError(f"the character {shown(token)}{title} is not part of formulas", column, hint)
 
     def column(self, offset: int) -> int:

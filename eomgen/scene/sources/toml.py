@@ -124,6 +124,8 @@ class _Scanner:
 
 
 _TOML_PLACE = re.compile(r" \(at line (\d+), column (\d+)\)$")
+#: A number with a decimal comma, behind an equals sign.
+_DECIMAL_COMMA = re.compile(r"=\s*([+-]?\d+),(\d+)\s*(?:[,}#]|$)")
 
 
 def toml_data(text: str, file: str) -> tuple[dict[str, Any], dict[str, int]]:
@@ -140,10 +142,20 @@ def toml_data(text: str, file: str) -> tuple[dict[str, Any], dict[str, int]]:
         place = _TOML_PLACE.search(message)
         where, column = (f"{file}:{place[1]}", f" (column {place[2]})") if place else (file, "")
         what = _TOML_PLACE.sub("", message).encode("ascii", "backslashreplace").decode()
-        problem = Problem(where, f"this is not TOML: {what[:200]}{column}", "TOML syntax: key = value, texts in quotes")
+        line = text.splitlines()[int(place[1]) - 1 : int(place[1])] if place else []
+        problem = Problem(where, f"this is not TOML: {what[:200]}{column}", _toml_hint(what, "".join(line)))
         raise DescriptionError(problem) from None
     except RecursionError:
         raise DescriptionError(Problem(file, "lists or tables are nested too deep", "fewer brackets")) from None
+
+
+def _toml_hint(what: str, line: str) -> str:
+    """Return what to try for a line that is no TOML."""
+    if "twice" in what or "overwrite" in what:
+        return "one table, or one key, of each name"
+    if comma := _DECIMAL_COMMA.search(line):
+        return f"{comma[1]}.{comma[2]} with a decimal point"
+    return "TOML syntax: key = value, texts in quotes"
 
 
 def read_toml(text: str, *, file: str, strict: bool = False, included: bool = False) -> Read:
