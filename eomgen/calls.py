@@ -10,8 +10,9 @@ from __future__ import annotations
 import functools
 import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, NoReturn, ParamSpec, TypeVar
 
+from eomgen.attributes_elsewhere import ATTRIBUTES
 from eomgen.errors import Problem, UsageError
 from eomgen.system.terms import meant_term
 from eomgen.text import nearest, shown
@@ -86,6 +87,36 @@ class ByName(dict[str, T]):
         hint = nearest(str(name), self) if self else f"a scene or a model that has {self.kind}s"
         raise UnknownName(Problem("", f"there is no {self.kind} {shown(name)}", hint))
 
+    if not TYPE_CHECKING:  # a checker knows the attributes by itself
+
+        def __getattr__(self, name: str) -> object:
+            if name in self:
+                what = f"{self.kind}s are by name, and {name} is none of the attributes"
+                raise UnknownAttribute(Problem("", what, f"[{name!r}] in place of .{name}"))
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+
+
+class Defaults(ByName[T]):
+    """Values by name that a caller reads; they are written elsewhere.
+
+    Parameters
+    ----------
+    what_to_try : str
+        How they are changed.
+    """
+
+    def __init__(self, kind: str, values: Mapping[str, T], what_to_try: str) -> None:
+        super().__init__(kind, values)
+        self.what_to_try = what_to_try
+
+    def _refused(self, *_: object, **__: object) -> NoReturn:
+        raise UsageError(Problem(f"{self.kind}s", "these are the defaults, which do not change", self.what_to_try))
+
+    __setitem__ = __delitem__ = update = pop = popitem = clear = setdefault = __ior__ = _refused  # type: ignore[assignment]
+
+    def __reduce__(self) -> tuple[type[Defaults[T]], tuple[str, dict[str, T], str]]:
+        return type(self), (self.kind, dict(self), self.what_to_try)
+
 
 def checked_call(what_to_try: str = "", **meant: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Return a decorator under which a call that does not fit the function raises UsageError in place of TypeError.
@@ -150,6 +181,8 @@ def unknown_attribute(owner: object, name: str) -> AttributeError:
 
 def attribute_hint(name: str, known: Iterable[str], kind: str = "") -> str:
     """Return what to try for an attribute that there is not; ``kind`` names the class that lacks it."""
+    if other := ATTRIBUTES.get(kind, {}).get(name):
+        return other
     if name in OF_MODELS and kind != "Model":
         scene = {"SceneBuilder": "builder.build()"}.get(kind, "scene")
         return f"eomgen.build({scene}).{name}(...), of the compiled model"

@@ -26,7 +26,9 @@ if TYPE_CHECKING:
     from eomgen.spectra import Road, RoadExcitation
 
 
-@checked_calls('eomgen.build("scene.toml") or eomgen.build(scene), which make one', inputs="u", states="z", time="t")
+@checked_calls(
+    'eomgen.build("scene.toml") or eomgen.build(scene), which make one', inputs="u", tau="u", states="z", time="t"
+)
 class Model(CompiledModel):
     """A compiled scene.
 

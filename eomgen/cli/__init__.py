@@ -56,9 +56,10 @@ class _Verbs(click.Group):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         if args and args[0] not in VERBS and not args[0].startswith("-"):
-            from eomgen.text import nearest, shown  # noqa: PLC0415  # for a mistake only
+            from eomgen.cli.mistakes import of_verb  # noqa: PLC0415  # for a mistake only
+            from eomgen.text import shown  # noqa: PLC0415
 
-            raise UsageError(Problem("eomgen", f"there is no verb {shown(args[0])}", nearest(args[0], list(VERBS))))
+            raise UsageError(Problem("eomgen", f"there is no verb {shown(args[0])}", of_verb(args[0], VERBS)))
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -92,9 +93,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         click.echo(error.format_message(), err=True)
         return error.exit_code
     except click.UsageError as error:
+        from eomgen.cli.mistakes import of_usage  # noqa: PLC0415  # for a mistake only
+
         path = error.ctx.command_path if error.ctx is not None else "eomgen"
         text = error.format_message().rstrip(".")
-        click.echo(UsageError(Problem(path, text[:1].lower() + text[1:], f"{path} --help")).report(), err=True)
+        click.echo(UsageError(Problem(path, text[:1].lower() + text[1:], of_usage(error, path))).report(), err=True)
         return error.exit_code
     except (click.Abort, KeyboardInterrupt):
         click.echo("interrupted", err=True)

@@ -13,6 +13,7 @@ from eomgen.cli.options import (
     initial_option,
     input_option,
     json_option,
+    profile_option,
     scene_options,
     set_option,
     time_option,
@@ -33,6 +34,7 @@ _SHOWN = 40
 @click.option("--out", "path", default=None, metavar="FILE.json", help="Write the result to this file, too.")
 @time_option
 @any_kind_option
+@profile_option
 @set_option
 @initial_option
 @input_option
@@ -44,7 +46,7 @@ def equilibrium(scene: str, path: str | None, time: float, any_kind: bool, as_js
 
     described = read_scene(scene, options)
     with building(described.name):
-        model = pipeline.build(described, real="double")
+        model = pipeline.build(described, real="double", profile=options.pop("profile"))
     result = model.equilibrium(options["initial"], options["parameters"], time, options["inputs"], any_kind=any_kind)
     data = _described(model, result)
     if path is not None:

@@ -18,6 +18,7 @@ from eomgen.cli.options import (
     initial_option,
     input_option,
     json_option,
+    profile_option,
     scene_options,
     set_option,
     time_option,
@@ -69,6 +70,7 @@ _POINTS = 600
 @click.option("--whirl", multiple=True, metavar="X:Y", help="Deflections whose orbits tell the sense; may be repeated.")
 @click.option("--classes", default=None, metavar="A,B,...", help="Road classes of rides; else that of the scene.")
 @click.option("--speeds", default=None, metavar="V,V,...", help="Speeds of rides in m/s; else that of the scene.")
+@profile_option
 @json_option
 @debug_option
 def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> int:
@@ -132,7 +134,7 @@ class _Request:
         described = read_scene(path, options)
         self.parameters, self.inputs, self.initial = options["parameters"], options["inputs"], options["initial"]
         with building(described.name):
-            self.model: Model = pipeline.build(described, real="double")
+            self.model: Model = pipeline.build(described, real="double", profile=options.pop("profile"))
 
     def linearized(self, changes: dict[str, float], before: Linearization | None) -> Linearization:
         """Return the linear model with some parameters changed; equilibria are looked for where the last one was."""

@@ -10,6 +10,7 @@ import click
 from eomgen.errors import Problem, UsageError
 from eomgen.scene.sources.register import all_options
 from eomgen.scene.sources.source import Option, Source
+from eomgen.text import shown
 from eomgen.units.labels import in_label
 from eomgen.units.parser import is_quantity
 
@@ -27,6 +28,32 @@ set_option = click.option(
 )
 initial_option = click.option(
     "--initial", multiple=True, metavar="NAME=VALUE", help="Where a state or a joint starts; may be repeated."
+)
+
+
+class Seconds(click.ParamType):
+    """A time: a number of s, or a text with its unit."""
+
+    name = "S"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        if not isinstance(value, str):
+            return float(value)
+        option = f"--{param.name}".replace("_", "-") if param is not None and param.name else "a time"
+        if is_quantity(value):
+            return in_label(option, value, "s")
+        try:
+            return float(value)
+        except ValueError:
+            raise UsageError(Problem(option, f"{shown(value)} is no time", '2, or "2 s"')) from None
+
+
+profile_option = click.option(
+    "--profile",
+    type=click.Choice(["fast", "reproducible", "quick"]),
+    default="fast",
+    show_default=True,
+    help="How C is compiled: for this processor, to the same bits everywhere, or in the least time.",
 )
 time_option = click.option(
     "--t", "time", type=float, default=0.0, show_default=True, metavar="S", help="Time of inputs and of the base."
@@ -77,6 +104,7 @@ def run_options(command: Command) -> Command:
         input_option,
         set_option,
         initial_option,
+        profile_option,
         click.option(
             "--start", type=click.Choice(["initial", "equilibrium"]), default=None, help="The scene's by default."
         ),
@@ -110,8 +138,10 @@ def run_options(command: Command) -> Command:
         click.option(
             "--method", default=None, help="generalized_alpha, rk4, taylor, auto ...; the scene's by default."
         ),
-        click.option("--step", type=float, default=None, metavar="S", help="Step size; the scene's by default."),
-        click.option("--t-end", type=float, default=None, metavar="S", help="End of the run; the scene's by default."),
+        click.option("--step", type=Seconds(), default=None, metavar="S", help="Step size; the scene's by default."),
+        click.option(
+            "--t-end", type=Seconds(), default=None, metavar="S", help="End of the run; the scene's by default."
+        ),
     ):
         command = decorate(command)
     return command

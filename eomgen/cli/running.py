@@ -48,10 +48,10 @@ def run(scene: Scene, options: dict[str, Any]) -> tuple[Model, Solution]:
 
     resumed, t_end = options.get("resume"), options["t_end"]
     shared = {name: options[name] for name in _OPEN if name in options}
-    own = {name: value for name, value in options.items() if name not in (*_OPEN, "resume", "t_end")}
+    own = {name: value for name, value in options.items() if name not in (*_OPEN, "resume", "t_end", "profile")}
     method = own["method"] if resumed is None else _method_of(resumed, own)
     with building(scene.name):
-        model = pipeline.built_for_run(scene, method, own.get("start"))
+        model = pipeline.built_for_run(scene, method, own.get("start"), options["profile"])
     with terminal_bar(scene.name) as progress:
         if resumed is None:
             return model, model.simulate(t_end, **own, **shared, progress=progress)

@@ -146,7 +146,9 @@ def number_of(name: str, value: object, kind: str = _SECONDS) -> float:
     if isinstance(value, str) and kind == _SECONDS:
         value = in_label(name, value, "s")
     if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
-        raise UsageError(Problem(name, f"a {kind} is needed, not {type(value).__name__}"))
+        several = name == "t_end" and isinstance(value, list | tuple) and len(value) == 2
+        hint = "t_start=..., t_end=... for both ends" if several else ""
+        raise UsageError(Problem(name, f"a {kind} is needed, not {type(value).__name__}", hint))
     try:
         number = float(value)
     except OverflowError:

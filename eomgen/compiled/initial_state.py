@@ -123,8 +123,12 @@ def _put(target: Array, part: slice, name: str, value: Any, units: Sequence[str]
     size = len(target[part])
     if array.shape != (size,) and not (size == 1 and array.ndim == 0):
         hint = f"a list of {size} numbers, from Python or in the scene" if array.ndim == 0 else ""
-        raise UsageError(Problem(name, f"the shape is {array.shape}, ({size},) is needed", hint))
+        raise UsageError(Problem(name, f"the shape is {array.shape}, ({size},) is needed", hint or _numbers(size)))
     target[part] = array
+
+
+def _numbers(size: int) -> str:
+    return f"{size} number{'s' * (size != 1)}; q_names, v_names and states of the model are their order"
 
 
 def _scene_start(model: CompiledModel, parameters: Array | None) -> InitialState:

@@ -5,14 +5,13 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
-from eomgen.calls import unknown_attribute
+from eomgen.calls import Defaults, unknown_attribute
 from eomgen.compiled import (
     actuators,
     bodies,
@@ -39,6 +38,8 @@ Start = Callable[[Mapping[str, float]], tuple[Sequence[float], Sequence[float]]]
 
 #: What other rooms need and a user's completion does not show.
 _INTERNALS = frozenset({"description", "evaluator", "factors", "functions", "having", "library", "stepper"})
+
+_OTHER_PARAMETERS = "simulate(..., parameters={...}), or set_parameter of what start(...) gives"
 
 
 class CompiledModel:
@@ -94,7 +95,8 @@ class CompiledModel:
         self._every_row = every_row
         self._again = again
         self._others: list[Self] = []
-        self._parameters = MappingProxyType({item["name"]: float(item["value"]) for item in layout["parameters"]})
+        defaults = {item["name"]: float(item["value"]) for item in layout["parameters"]}
+        self._parameters = Defaults("parameter", defaults, _OTHER_PARAMETERS)
         self.evaluator = Terms(library, description)
         self.functions, self.factors, self.inputs = (
             self.evaluator.functions,

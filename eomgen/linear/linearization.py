@@ -11,14 +11,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.linalg
 from numpy.typing import ArrayLike, NDArray
 
 from eomgen.arrays import Array
-from eomgen.calls import checked_calls
+from eomgen.calls import checked_calls, unknown_attribute
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.linear.display import linearization_html
 from eomgen.linear.freedom import Freedom
@@ -96,6 +96,11 @@ class Linearization:
     free: Freedom
     names: Names
     sampled: SampledPart | None = None
+
+    if not TYPE_CHECKING:  # a checker knows the attributes by itself
+
+        def __getattr__(self, name: str) -> object:
+            raise unknown_attribute(self, name)
 
     def __repr__(self) -> str:
         return (

@@ -170,6 +170,8 @@ def generate(
     coordinates="eomgen.build(eomgen.load(path, coordinates=...))",
     task_frames="eomgen.build(eomgen.load(path, task_frames=...))",
     strict="eomgen.build(eomgen.load(path, strict=...))",
+    **dict.fromkeys(("optimize", "optimise", "optimization", "flags"), "profile"),
+    **{name: f"eomgen.build(scene).simulate({name}=...)" for name in ("step", "tolerance", "t_end", "dt", "inputs")},
 )
 def build(
     scene: Described,
@@ -279,17 +281,20 @@ def terms_of_step(scene: Scene, method: str) -> tuple[str, ...]:
     return terms_of(method, constrained, bool(scene.states))
 
 
-def built_for_run(scene: Described, method: str | None = None, start: str | None = None) -> Model:
+def built_for_run(
+    scene: Described, method: str | None = None, start: str | None = None, profile: str = "fast"
+) -> Model:
     """Return the compiled model of a scene with the functions that its runs call; others are compiled when they are
     needed.
 
     Parameters
     ----------
     method, start : of the runs; the scene's by default
+    profile : as of ``build``
     """
     document, front_end = as_document(scene)
     simulation = front_end.describe(document).simulation
-    return built_in(None, document, None, method, real=simulation.real, start=start or simulation.start)
+    return built_in(None, document, None, method, profile, simulation.real, start=start or simulation.start)
 
 
 def _selected(terms: Sequence[str] | None, start: str = "") -> Selection:

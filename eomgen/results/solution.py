@@ -392,6 +392,10 @@ class Solution:
         ``energy.total``."""
         return columns_of(self)
 
+    def __len__(self) -> int:
+        """Return the number of recorded times."""
+        return len(self.t)
+
     def __getitem__(self, name: str) -> Array:
         """Return a column (nt,) by its name, ``solution["q.hinge"]``; an output by its own, (nt,) or (nt, size).
 

@@ -241,7 +241,9 @@ def _values(row: Mapping[str, Any], result: object, t: float) -> Array:
         if result is not None and array.shape == (0, 0):
             given = f"{type(result).__name__}, which is no array of numbers"
         what = f"the function gives {given} at t = {t:.9g} s, and has to give {_numbers(row)}"
-        raise UsageError(Problem(where, what, "return these numbers"))
+        one = f"return value, the number that {row['outputs'][0]} holds"
+        several = f"return {', '.join(row['outputs'])}"
+        raise UsageError(Problem(where, what, one if size == 1 else several))
     found = array.reshape(size)
     _check_finite(row, "gives", found, t)
     return found
@@ -250,4 +252,5 @@ def _values(row: Mapping[str, Any], result: object, t: float) -> Array:
 def _check_finite(row: Mapping[str, Any], verb: str, array: Array, t: float) -> None:
     if not np.all(np.isfinite(array)):
         what = f"the function {verb} {array[int(np.argmin(np.isfinite(array)))]} at t = {t:.9g} s"
-        raise UsageError(Problem(f"controller {row['name']}", what, "finite numbers over the whole run"))
+        hint = f"finite numbers over the whole run; the arguments are {_arguments(row)}, where {_meaning(row)}"
+        raise UsageError(Problem(f"controller {row['name']}", what, hint))

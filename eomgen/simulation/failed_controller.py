@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 from eomgen.integrators.samples import CONTROLLER_ADVICE, CONTROLLER_FAILED
 from eomgen.simulation.stepper import Stepper
-from eomgen.text import listed
 
 
 class Failure(NamedTuple):
@@ -33,6 +32,6 @@ def failed_controller(stepper: Stepper) -> Failure:
     place = int(told["controller_not_finite"]) - 1
     behind = place - len(row["outputs"])
     which = f"memory[{behind}]" if behind >= 0 else f"values[{place}], {row['outputs'][place]},"
-    given = listed([f"signals[{k}] = {name}" for k, name in enumerate(row["signals"])]) or "it has no signals"
+    given = ", ".join(f"signals[{k}] = {name}" for k, name in enumerate(row["signals"])) or "it has no signals"
     hint = f"a look at its divisions, roots and what it does not set; {given}"
     return Failure(f"{who} gave {which} a value that is not a finite number", hint)

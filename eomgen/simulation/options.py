@@ -18,7 +18,8 @@ KNOWN_ELSEWHERE: Mapping[str, str] = {
     "p": "parameters",
     **dict.fromkeys(("dt", "h"), "step"),
     **dict.fromkeys(("solver", "integrator"), "method"),
-    **dict.fromkeys(("rtol", "atol", "max_iterations"), "settings"),
+    **dict.fromkeys(("rtol", "atol", "tol", "eps"), "tolerance"),
+    "max_iterations": "settings",
     **dict.fromkeys(("q", "v", "z", "q0", "v0", "x0", "y0"), "initial"),
 }
 

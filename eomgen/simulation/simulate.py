@@ -47,7 +47,7 @@ _LOG = logging.getLogger(__name__)
 
 @checked_call(
     **KNOWN_ELSEWHERE,
-    **dict.fromkeys(("tend", "tf", "duration", "time", "tspan"), "t_end"),
+    **dict.fromkeys(("tend", "tf", "T", "duration", "time", "tspan", "t_span"), "t_end"),
 )
 def simulate(
     model: CompiledModel,

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
-from eomgen.calls import ByName, checked_calls, unknown_attribute
+from eomgen.calls import ByName, UnknownAttribute, checked_calls, unknown_attribute
 from eomgen.compiled.arguments import check_finite, check_name, number_of, numbers
 from eomgen.compiled.initial_state import InitialState
 from eomgen.errors import EomgenError, ModelError, NumericalError, Problem, UsageError
@@ -54,6 +54,12 @@ class StepEvent(NamedTuple):
 
     name: str
     t: float
+
+
+def _no_assignment(name: str) -> UnknownAttribute:
+    """Return the error of a quantity that is read, and set otherwise."""
+    hint = "set_state(t=...)" if name == "t" else f'set_state({{"{name}": ...}})'
+    return UnknownAttribute(Problem("", f"{name} of a Simulator is read, and not assigned to", hint))
 
 
 @checked_calls("model.start(...), which makes one", inputs="u", steps="n", t_end="t")
@@ -247,6 +253,9 @@ class Simulator:
         ModelError, NumericalError
             The state cannot be brought onto the constraints, or has no finite accelerations.
         """
+        if state is not None and not isinstance(state, Mapping):
+            what = f"a mapping is needed, not {type(state).__name__}"
+            raise UsageError(Problem("state", what, 'set_state({"q": q, "v": v}), or {"joint": position}'))
         time = self.t if t is None else number_of("t", t)
         p = self._motions.later(self._present(), time - self.t)
         now = {"q": self.q, "v": self.v, **({"z": self.z} if self.model.nz else {})}
@@ -316,13 +325,25 @@ class Simulator:
         """Time of the state, s."""
         return float(self._memory[0])
 
+    @t.setter
+    def t(self, value: object) -> None:
+        raise _no_assignment("t")
+
     @property
     def q(self) -> Array:
         return self._now["q"].copy()
 
+    @q.setter
+    def q(self, value: object) -> None:
+        raise _no_assignment("q")
+
     @property
     def v(self) -> Array:
         return self._part("v")
+
+    @v.setter
+    def v(self, value: object) -> None:
+        raise _no_assignment("v")
 
     @property
     def a(self) -> Array:

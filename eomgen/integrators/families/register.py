@@ -76,6 +76,17 @@ def stamp_of(name: str) -> str:
     return hashlib.sha256(b"\0".join(file.read_bytes() for file in files)).hexdigest()
 
 
+_STIFF = "generalized_alpha, for stiff motions"
+_ADAPTIVE = "rk45, or taylor for small errors"
+#: Methods of other tools, and what is used in their place.
+_ELSEWHERE: Mapping[str, str] = {
+    **dict.fromkeys(("bdf", "lsoda", "radau", "ode15s", "ode23t", "ida", "cvode"), _STIFF),
+    **dict.fromkeys(("ode45", "rk23", "dop853", "dopri5", "rkf45", "ode113", "dp45"), _ADAPTIVE),
+    **dict.fromkeys(("euler", "forward_euler", "semi_implicit_euler", "rk2", "rk", "runge_kutta"), "rk4"),
+    **dict.fromkeys(("implicit_euler", "backward_euler"), _STIFF),
+}
+
+
 def row_of(name: str) -> Row:
     """Return the family of a method, and its names, by one of these. Raises UsageError with the nearest names."""
     key = str(name).lower().replace("-", "_")
@@ -85,7 +96,8 @@ def row_of(name: str) -> Row:
     others = _rows(families_of_others())
     if key in others:
         return others[key]
-    raise UsageError(Problem("method", f"there is no method {shown(str(name))}", nearest(key, {**own, **others})))
+    hint = _ELSEWHERE.get(key) or nearest(key, {**own, **others})
+    raise UsageError(Problem("method", f"there is no method {shown(str(name))}", hint))
 
 
 @cache

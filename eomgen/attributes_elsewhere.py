@@ -1,0 +1,78 @@
+"""What attributes of models, solutions, simulators and linear models are called in other tools, and what does it here.
+
+Keys are names of public classes; ``""`` is the package itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+_OF_MOTIONS = "simulate(...).{0}, of a motion; a model has initial_{0}"
+_RUN = "simulate(t_end, step=...)"
+_STEPS = "step(n=...) or advance(t)"
+_MODES = "modes(), which has frequencies and damping"
+_CSV = 'save("run.csv")'
+_STATES = 'q, v and z; solution["q.joint"] is one column'
+_PARAMETERS = "simulate(..., parameters={...}); between steps start(...).set_parameter(name, value)"
+
+ATTRIBUTES: Mapping[str, Mapping[str, str]] = {
+    "Model": {
+        **dict.fromkeys(("step", "advance"), "start(step=...), whose step(u) takes one step"),
+        **dict.fromkeys(("run", "solve", "sim", "integrate_motion", "propagate"), _RUN),
+        **dict.fromkeys(("reset", "simulator", "env", "make_data"), "start(step=...), which makes a Simulator"),
+        **{name: _OF_MOTIONS.format(name) for name in ("q", "v", "z")},
+        **dict.fromkeys(("a", "t", "x", "y", "u", "state", "data"), "simulate(...), whose solution has t, q, v, a, z"),
+        **dict.fromkeys(("q0", "x0", "qpos0"), "initial_q"),
+        **dict.fromkeys(("v0", "dq0", "qd0", "qdot0"), "initial_v"),
+        **dict.fromkeys(("set_parameter", "set_parameters", "set_param"), _PARAMETERS),
+        **dict.fromkeys(("set_input", "set_inputs"), "simulate(..., inputs={...}), or start(...).step(u)"),
+        **dict.fromkeys(("set_state", "set_initial", "set_q"), "simulate(..., initial={...})"),
+        **dict.fromkeys(("joints", "joint_names", "dofs", "coordinates"), "q_names, which names each coordinate"),
+        **dict.fromkeys(("links", "frames_names", "body_names"), "bodies"),
+        **dict.fromkeys(("eigenvalues", "modes", "poles", "frequencies"), "linearize().modes()"),
+        **dict.fromkeys(("A", "B", "state_space", "ss"), "linearize().state_space()"),
+        **dict.fromkeys(("plot", "animate"), "simulate(...).plot() or .animate(path)"),
+        **dict.fromkeys(("save", "export"), "simulate(...).save(path), or eomgen.generate(scene, folder) for C"),
+        **dict.fromkeys(("generate", "to_c", "codegen"), "eomgen.generate(scene, folder)"),
+    },
+    "Solution": {
+        **dict.fromkeys(("y", "x", "X", "Y", "states", "state"), _STATES),
+        **dict.fromkeys(("time", "times", "ts", "tout", "T"), "t"),
+        **dict.fromkeys(("qdd", "qddot", "vdot", "ddq"), "a"),
+        **dict.fromkeys(("u", "input", "controls"), "inputs"),
+        **dict.fromkeys(("lam", "lambda_", "reactions", "forces"), "multipliers, or outputs that name a reaction"),
+        **dict.fromkeys(("to_csv", "csv", "write", "export"), _CSV),
+        **dict.fromkeys(("df", "dataframe", "to_df", "to_dataframe"), "to_pandas()"),
+        **dict.fromkeys(("keys", "names"), "columns(), which has all columns by name"),
+        **dict.fromkeys(("status", "ok", "converged"), "success and message"),
+        **dict.fromkeys(("sol", "interpolate"), "at(t)"),
+        **dict.fromkeys(("animation", "show"), "animate(path)"),
+    },
+    "Simulator": {
+        **dict.fromkeys(("simulate", "run", "integrate", "step_to", "solve"), _STEPS),
+        "reset": "set_state(initial), restore(state), or another model.start(...)",
+        **dict.fromkeys(("set_input", "set_inputs", "apply"), "step(u), which takes the inputs of its steps"),
+        **dict.fromkeys(("set_q", "set_qpos", "set_positions"), 'set_state({"q": q, "v": v})'),
+        **dict.fromkeys(("time", "now"), "t"),
+        **dict.fromkeys(("x", "y"), "q, v and z"),
+        **dict.fromkeys(("qdd", "qddot", "vdot", "qacc"), "a"),
+        **dict.fromkeys(("result", "results", "history", "trajectory"), "record() at rows, and solution for all"),
+    },
+    "Linearization": {
+        **{name: f"state_space().{name}" for name in ("A", "B", "C", "D")},
+        **dict.fromkeys(("eigenvalues", "poles", "eigs", "eigenvectors", "frequencies", "damping"), _MODES),
+        **dict.fromkeys(("bode", "bode_plot"), "plot_response(...), or frequency_response(omega, input, output)"),
+        **dict.fromkeys(("ss", "to_ss", "statespace"), "state_space()"),
+        **{name: f"{name}0" for name in ("M", "K")},
+    },
+    "SceneBuilder": {
+        **dict.fromkeys(("to_scene", "finish", "make", "compile", "create"), "build(), which returns the Scene"),
+    },
+    "": {
+        **dict.fromkeys(("Simulator", "start"), "eomgen.build(scene).start(...)"),
+        **dict.fromkeys(("load_urdf", "load_scene", "read", "load_toml", "from_urdf", "open"), "load"),
+        **dict.fromkeys(("run", "solve"), "eomgen.build(scene).simulate(...)"),
+        **dict.fromkeys(("compile", "model", "make"), "build"),
+        **dict.fromkeys(("lqr", "place", "kalman"), "the functions of eomgen.control"),
+    },
+}
