@@ -76,6 +76,13 @@ def check_quaternions(name: str, q: Array, factors: Sequence[Factor], tolerance:
             raise UsageError(Problem(where, what, "it divided by its length"))
 
 
+#: Where things are declared that a model has none of.
+_WHERE: Mapping[str, str] = {
+    "parameter": "a tunable parameter in the scene",
+    "input": "[inputs] in the scene, named by an effort; of a URDF file eomgen.load(path, actuated=True)",
+}
+
+
 def check_name(what: str, name: object, known: Sequence[str], fixed: Sequence[str] = ()) -> None:
     """Raise UsageError with the nearest names for a name that is not known, and what to do about one that is
     ``fixed``."""
@@ -85,7 +92,7 @@ def check_name(what: str, name: object, known: Sequence[str], fixed: Sequence[st
             Problem("", problem, f"{name} = {{ value = ..., tunable = true }} in the scene's [parameters]")
         )
     if name not in known:
-        hint = nearest(str(name), known) if known else f"a tunable {what} in the scene" if what == "parameter" else ""
+        hint = nearest(str(name), known) or _WHERE.get(what, "")
         none = "" if known else f": the scene has no {'tunable ' if what == 'parameter' else ''}{what}s"
         raise UsageError(Problem("", f"there is no {what} {shown(str(name))}{none}", hint))
 

@@ -75,13 +75,25 @@ class Growth(NamedTuple):
         return f"{grown}, and to {self.finer_after:.3g}{unit} in steps of {self.finer:.3g} s"
 
 
+class _NotRepeatedError(Exception):
+    """A part of a run that cannot be taken again: its functions keep something of their own, or fail between steps."""
+
+
 def unstable_growth(run: Run, library: Library, trajectory: Trajectory) -> Growth | None:
     """Return what grows by the method alone at the end of a run; None where nothing grows, or by its own equations.
 
-    Steps that are chosen by their errors are not looked at. Where a run stopped, its last steps are taken once more.
+    Steps that are chosen by their errors are not looked at, nor is a run that cannot be repeated. Where a run stopped,
+    its last steps are taken once more.
     """
     if run.method.chooses_steps:
         return None
+    try:
+        return _unstable_growth(run, library, trajectory)
+    except _NotRepeatedError:
+        return None
+
+
+def _unstable_growth(run: Run, library: Library, trajectory: Trajectory) -> Growth | None:
     end = _last_steps(run, library, trajectory.rows) if trajectory.status else trajectory.end
     if end is None or len(end) < 2:
         return None
@@ -128,6 +140,13 @@ def own_growth(run: Run, library: Library, rows: Array) -> Growth | None:
     rows : (n, width)
         The recorded rows, the last of which is the last good state.
     """
+    try:
+        return _own_growth(run, library, rows)
+    except _NotRepeatedError:
+        return None
+
+
+def _own_growth(run: Run, library: Library, rows: Array) -> Growth | None:
     rows = rows[-_LONGEST:]
     sizes = np.array([_sizes(run, row[np.newaxis])[0] for row in rows])
     largest = np.maximum.accumulate(sizes)  # so far: what passes through zero does not grow after it
@@ -288,14 +307,14 @@ def _again(run: Run, library: Library, row: Array, steps: int, parts: int) -> Ar
     taken."""
     model = run.model
     if run.controllers is not None and run.controllers.undeclared:
-        return None
+        raise _NotRepeatedError
     settings = {**run.settings, "step": run.settings["step"] / parts}
     stepper = Stepper(library, settings, run.parameters, run.controllers)
     t, q, v = float(row[0]), row[1 : 1 + model.nq], row[1 + model.nq : 1 + model.nq + model.nv]
     try:
         table = None if run.driven is None else np.ascontiguousarray(run.driven(stepper.times_of(0, steps * parts, t)))
     except UsageError:  # a function of the caller that fails between the steps of the run
-        return None
+        raise _NotRepeatedError from None
     if stepper.initialize(t, q, v, table, row[len(row) - model.nz :]):
         return None
     record = np.empty((steps + 1, stepper.sizes["row"]))

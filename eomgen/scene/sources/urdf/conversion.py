@@ -94,6 +94,8 @@ def urdf_data(
     ]
     if transmissions and not gears.known and not gears.unknown:
         notes.append("the file has no <transmission>, so none gives inputs; actuated=True gives one for each joint")
+    if friction and not any(friction_of(joint) for joint in robot.joints.values()):
+        notes.append("friction=True changes nothing: no joint has <dynamics> with a friction above 0")
     notes += notes_of_what_has_no_effect(robot, held)
     warnings = [*inertia_warnings(robot), *left_out(robot, set(held)), *motors.warnings]
     if strict:

@@ -140,6 +140,7 @@ class Robot:
     minor : minor version of the format, which is 1.minor
     snapped : joints whose placement became exact
     nearly_right : those with an angle near a right one that did not, with that angle
+    several_turns : links and joints whose rpy has an angle of more than a turn
     left_out : what is known and not modelled, or elements that are not known, with the names of links and joints
     unread : attributes, repeated elements and text that nothing was made of, with line and name of each link or joint
     without_effect : joints that cannot use an element that they have, by its tag
@@ -155,6 +156,7 @@ class Robot:
     original: dict[str, str] = field(default_factory=dict)
     snapped: list[str] = field(default_factory=list)
     nearly_right: dict[str, str] = field(default_factory=dict)
+    several_turns: list[str] = field(default_factory=list)
     left_out: dict[str, list[str]] = field(default_factory=dict)
     unread: dict[str, list[tuple[int, str]]] = field(default_factory=dict)
     without_effect: dict[str, list[str]] = field(default_factory=dict)
@@ -269,7 +271,9 @@ class _Reader:
         words = written.split()
         if len(words) != len(default) or not all(NUMBER.fullmatch(word) for word in words):
             count = f"{len(default)} numbers are" if len(default) > 1 else "a number is"
-            self.report.add_at(element.line, key, f"{attribute}: {count} needed here, not {shown(written)}", "")
+            what = f"{attribute}: {count} needed here, not {shown(written)}"
+            hint = "numbers alone: the units of URDF are those of SI" if re.search(r"\d\s*[A-Za-z]", written) else ""
+            self.report.add_at(element.line, key, what, hint)
             return default
         values = tuple(float(word) for word in words)
         if not all(math.isfinite(value) for value in values):
@@ -282,6 +286,8 @@ class _Reader:
         exact."""
         origin = element.first("origin")
         roll, pitch, yaw = self.numbers(origin, "rpy", key, (0.0, 0.0, 0.0))
+        if max(abs(roll), abs(pitch), abs(yaw)) > 2.0 * math.pi:
+            self.robot.several_turns.append(name)
         quaternion = self.quaternion(origin, key, name)
         exact = roll_pitch_yaw(roll, pitch, yaw) if quaternion is None else quaternion
         orientation = snapped_rotation(exact)
