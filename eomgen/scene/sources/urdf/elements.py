@@ -287,7 +287,7 @@ class _Reader:
         origin = element.first("origin")
         roll, pitch, yaw = self.numbers(origin, "rpy", key, (0.0, 0.0, 0.0))
         if max(abs(roll), abs(pitch), abs(yaw)) > 2.0 * math.pi:
-            self.robot.several_turns.append(name)
+            self.out.several_turns.append(name)
         quaternion = self.quaternion(origin, key, name)
         exact = roll_pitch_yaw(roll, pitch, yaw) if quaternion is None else quaternion
         orientation = snapped_rotation(exact)

@@ -50,7 +50,9 @@ def notes_of_names_and_angles(robot: Robot, locked: set[str]) -> list[str]:
         )
     if robot.several_turns:
         names = listed(dict.fromkeys(robot.several_turns))
-        notes.append(f"rpy of more than a turn at {names}: angles of URDF are in radians, 90 degrees are {math.pi / 2!r}")
+        notes.append(
+            f"rpy of more than a turn at {names}: angles of URDF are in radians, 90 degrees are {math.pi / 2!r}"
+        )
     if robot.snapped:
         notes.append(f"right angles made exact in the placement of {_joints(robot.snapped)}")
     if robot.nearly_right:
