@@ -112,7 +112,7 @@ class Defaults(ByName[T]):
     def _refused(self, *_: object, **__: object) -> NoReturn:
         raise UsageError(Problem(f"{self.kind}s", "these are the defaults, which do not change", self.what_to_try))
 
-    __setitem__ = __delitem__ = update = pop = popitem = clear = setdefault = __ior__ = _refused  # type: ignore[assignment]
+    __setitem__ = __delitem__ = update = pop = popitem = clear = setdefault = __ior__ = _refused
 
     def __reduce__(self) -> tuple[type[Defaults[T]], tuple[str, dict[str, T], str]]:
         return type(self), (self.kind, dict(self), self.what_to_try)

@@ -31,21 +31,17 @@ initial_option = click.option(
 )
 
 
-class Seconds(click.ParamType):
-    """A time: a number of s, or a text with its unit."""
-
-    name = "S"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        if not isinstance(value, str):
-            return float(value)
-        option = f"--{param.name}".replace("_", "-") if param is not None and param.name else "a time"
-        if is_quantity(value):
-            return in_label(option, value, "s")
-        try:
-            return float(value)
-        except ValueError:
-            raise UsageError(Problem(option, f"{shown(value)} is no time", '2, or "2 s"')) from None
+def _seconds(_: click.Context, param: click.Parameter, text: str | None) -> float | None:
+    """Return a time in s, given as a number of s or with its unit."""
+    if text is None:
+        return None
+    option = f"--{str(param.name).replace('_', '-')}"
+    if is_quantity(text):
+        return in_label(option, text, "s")
+    try:
+        return float(text)
+    except ValueError:
+        raise UsageError(Problem(option, f"{shown(text)} is no time", '2, or "2 s"')) from None
 
 
 profile_option = click.option(
@@ -138,9 +134,9 @@ def run_options(command: Command) -> Command:
         click.option(
             "--method", default=None, help="generalized_alpha, rk4, taylor, auto ...; the scene's by default."
         ),
-        click.option("--step", type=Seconds(), default=None, metavar="S", help="Step size; the scene's by default."),
+        click.option("--step", default=None, callback=_seconds, metavar="S", help="Step size; the scene's by default."),
         click.option(
-            "--t-end", type=Seconds(), default=None, metavar="S", help="End of the run; the scene's by default."
+            "--t-end", default=None, callback=_seconds, metavar="S", help="End of the run; the scene's by default."
         ),
     ):
         command = decorate(command)

@@ -22,8 +22,9 @@ def failed_step(run: Run, stepper: Stepper, state: tuple[float, Array, Array, Ar
     """
     t, q, v, a, z = state
     if status == CONTROLLER_FAILED:
-        cause, hint = failed_controller(stepper)
-        return Problem("", f"the step from t = {t:.9g} s, of {stepper.step_size:.9g} s, failed: {cause}", hint)
+        failure = failed_controller(stepper)
+        what = f"the step from t = {t:.9g} s, of {stepper.step_size:.9g} s, failed: {failure.what}"
+        return Problem("", what, failure.hint)
     model, p, step = run.model, run.parameters, stepper.step_size
     block, already, cause = first_non_finite(model, t, (q, v, a, z), step, p, run.signals)
     inertia = None if block else inertia_warning(model, q, p, q, step)

@@ -49,10 +49,8 @@ def notes_of_names_and_angles(robot: Robot, locked: set[str]) -> list[str]:
             f"names made legal: {', '.join(pairs[:8])}{f' and {len(pairs) - 8} more' if len(pairs) > 8 else ''}"
         )
     if robot.several_turns:
-        names = listed(dict.fromkeys(robot.several_turns))
-        notes.append(
-            f"rpy of more than a turn at {names}: angles of URDF are in radians, 90 degrees are {math.pi / 2!r}"
-        )
+        what = f"rpy of more than a turn at {listed(dict.fromkeys(robot.several_turns))}"
+        notes.append(f"{what}: angles of URDF are in radians, and 90 degrees are {math.pi / 2!r}")
     if robot.snapped:
         notes.append(f"right angles made exact in the placement of {_joints(robot.snapped)}")
     if robot.nearly_right:
