@@ -72,7 +72,7 @@ ATTRIBUTES: Mapping[str, Mapping[str, str]] = {
         **dict.fromkeys(("Simulator", "start"), "eomgen.build(scene).start(...)"),
         **dict.fromkeys(("load_urdf", "load_scene", "read", "load_toml", "from_urdf", "open"), "load"),
         **dict.fromkeys(("run", "solve"), "eomgen.build(scene).simulate(...)"),
-        **dict.fromkeys(("compile", "model", "make"), "build"),
+        **dict.fromkeys(("compile", "make"), "build"),
         **dict.fromkeys(("lqr", "place", "kalman"), "the functions of eomgen.control"),
     },
 }

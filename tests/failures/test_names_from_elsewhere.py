@@ -1,0 +1,218 @@
+"""What other tools call things: keys, functions, attributes and options are answered with what they are called here."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.attributes_elsewhere import ATTRIBUTES
+from eomgen.cli import VERBS, commands, main
+from eomgen.cli.mistakes import of_verb
+from eomgen.simulation.simulator import Simulator
+from eomgen.toolchain.compiler import PROFILES
+from tests.failures.catalogue.robots import robot
+from tests.failures.failure import SCENE
+from tests.failures.mistakes import arm, changed, scene_of, slider
+from tests.failures.test_mistakes_of_a_second_user import SERVO, refused
+
+
+def formula(text: str) -> Callable[[], Any]:
+    return changed('effort = "motor"', f'effort = "{text}"')
+
+
+def entry(section: str, text: str) -> Callable[[], Any]:
+    return changed("", "", f"\n[{section}]\n{text}\n")
+
+
+@pytest.mark.parametrize(
+    ("call", "piece"),
+    [
+        (formula("dq.shoulder"), "unknown quantity 'dq' (column 1); try: v.shoulder"),
+        (formula("shoulder.q"), "unknown quantity 'shoulder' (column 1); try: q.shoulder"),
+        (formula("shoulder.angle"), "unknown quantity 'shoulder' (column 1); try: q.shoulder"),
+        (formula("q_shoulder"), "unknown name 'q_shoulder' (column 1); try: q.shoulder"),
+        (formula("omega_shoulder"), "try: v.shoulder"),
+        (formula("theta"), "try: q.shoulder or v.shoulder, a coordinate or a velocity, or one of"),
+        (formula("q[0]"), "have parts (column 1); try: q.shoulder"),
+        (formula("position.tip.y"), "have parts (column 1); try: position.tip[1]"),
+        (formula("tip"), "unknown name 'tip' (column 1); try: position.tip[0]"),
+        (formula("sin(time)"), "unknown name 'time' (column 5); try: t"),
+        (formula("Sin(t)"), "unknown function 'Sin' (column 1); try: sin"),
+        (formula("sind(t)"), "try: sin(x * pi / 180): angles are in radians"),
+        (formula("step(t - 1)"), "unknown function 'step' (column 1); try: 1 if t > 1 else 0"),
+        (formula("integral(t)"), 'try: a state of its own: [states] and NAME = { rate = "..." }'),
+        (formula("delay(t, 1)"), "try: a sampled state: [states.NAME] with sample, formula and delay"),
+        (formula("t > 1 ? 2 : 0"), "the character '?' is not part of formulas (column 7); try: 2 if t > 1 else 0"),
+        (formula("2 \N{MINUS SIGN} sin(t)"), "(U+2212 MINUS SIGN) is not part of formulas (column 3); try: -"),
+        (
+            changed('name = "arm"', 'name = "arm"\ngravity = 9.81'),
+            "not 9.81; try: gravity = [0, 0, -9.81]",
+        ),
+        (changed('"1 + load"', "[1, 2]"), "is needed here, not a list; try: mass = 1.0"),
+        (changed("value = 0.5,", "value = 0,5,"), "try: 0.5 with a decimal point"),
+        (entry("bodies.upper", "mass = 1"), "try: one table, or one key, of each name"),
+        (entry("springs.s", 'first = "tip"\nsecond = { body = "base" }\nstiffness = 1'), "[points.NAME] with its body"),
+        (
+            changed('{ formula = "2 * sin(t)", unit = "N m" }', '{ table = "road.csv" }'),
+            "a table is needed here, not 'road.csv'; try: table = { file = \"road.csv\" }",
+        ),
+        (
+            changed('{ formula = "2 * sin(t)", unit = "N m" }', '{ file = "road.csv" }'),
+            'try: table = { file = "road.csv" }',
+        ),
+        (changed('{ formula = "2 * sin(t)", unit = "N m" }', '"a.csv"'), 'try: motor = { table = { file = "a.csv" } }'),
+        (changed('{ formula = "2 * sin(t)", unit = "N m" }', '"sin(t)"'), 'try: motor = { formula = "sin(t)" }'),
+        (changed('{ position = "tip" }', '"tip"'), 'try: tip = { formula = "..." }, or { position = "POINT" }'),
+        (entry("curves.road", 'file = "road.csv"'), "the key 'file' is unknown here; try: table = {"),
+        (entry("simulation", "dt = 1e-3"), "the key 'dt' is unknown here; try: step"),
+        (entry("simulation", "t_end = 1"), "the key 't_end' is unknown here; try: duration"),
+        (entry("base", 'z = "0.1 * sin(t)"'), 'try: position = [0, 0, "0.1 * sin(t)"]'),
+        (changed("center_of_mass", "com"), "the key 'com' is unknown here; try: center_of_mass"),
+        (lambda: arm().step(0.1), "a Model has no 'step'; try: start(step=...), whose step(u) takes one step"),
+        (lambda: arm().run(1.0), "a Model has no 'run'; try: simulate(t_end, step=...)"),
+        (lambda: arm().q, "try: simulate(...).q, of a motion; a model has initial_q"),
+        (lambda: arm().parameters["lod"], "there is no parameter 'lod'; try: load"),
+        (
+            lambda: arm().parameters.__setitem__("load", 2.0),
+            "these are the defaults, which do not change; try: simulate(",
+        ),  # type: ignore[attr-defined]
+        (lambda: arm().parameters.update(load=2.0), "these are the defaults"),  # type: ignore[attr-defined]
+        (lambda: arm().simulate(0.01, 1e-3).to_csv("x.csv"), "a Solution has no 'to_csv'; try: save(\"run.csv\")"),
+        (
+            lambda: arm().simulate(0.01, 1e-3).outputs.tip,
+            "tip is none of the attributes; try: ['tip'] in place of .tip",
+        ),
+        (lambda: arm().simulate((0, 1), 1e-3), "not tuple; try: t_start=..., t_end=... for both ends"),
+        (lambda: arm().simulate(1.0, 1e-3, rtol=1e-6), "there is no argument 'rtol'; try: tolerance"),
+        (
+            lambda: arm().simulate(1.0, 1e-3, method="BDF"),
+            "there is no method 'BDF'; try: generalized_alpha, for stiff",
+        ),
+        (lambda: arm().simulate(0.1, 1e-3, initial={"q": [1, 2]}), "try: 1 number; q_names, v_names and states of"),
+        (lambda: arm().forward_dynamics([0.1], [0.0], tau=[1.0]), "there is no argument 'tau'; try: u"),
+        (lambda: arm().start(step=1e-3).run(1.0), "a Simulator has no 'run'; try: step(n=...) or advance(t)"),
+        (
+            lambda: setattr(arm().start(step=1e-3), "q", [0.1]),
+            "q of a Simulator is read, and not assigned to; try: set_",
+        ),
+        (lambda: setattr(arm().start(step=1e-3), "t", 0.1), "try: set_state(t=...)"),
+        (lambda: arm().start(step=1e-3).set_state([0.1]), 'a mapping is needed, not list; try: set_state({"q": q,'),
+        (lambda: arm().linearize().A, "a Linearization has no 'A'; try: state_space().A"),
+        (lambda: arm().linearize().eigenvalues, "try: modes(), which has frequencies and damping"),
+        (
+            lambda: eomgen.build("x.toml", step=1e-3),
+            "there is no argument 'step'; try: eomgen.build(scene).simulate(step=",
+        ),
+        (
+            lambda: eomgen.build(slider().build(), profile="quick").simulate(0.1, 1e-3, inputs={"u": 1.0}),
+            "try: [inputs] in the scene, named by an effort",
+        ),
+        (lambda: scene_of(robot(('value="1"', 'value="1kg"')), "r.urdf"), "not '1kg'; try: numbers alone"),
+    ],
+)
+def test_what_it_is_called_here_is_told(call: Callable[[], Any], piece: str) -> None:
+    text = refused(call)
+    assert piece in text, text
+
+
+@pytest.mark.parametrize(
+    ("call", "piece"),
+    [
+        (
+            changed('unit = "N m" }', 'unit = "N" }'),
+            "efforts.motor.effort: 'motor' is a force, a torque in N m is expected, and labels convert nothing",
+        ),
+        (changed('unit = "kg"', 'unit = "kilo"'), "parameters.load.unit: 'kilo' is no unit that is known"),
+        (
+            changed('[0, 0, "-length / 2"]', '["10 mm", 0, -250]'),
+            "bodies.upper.center_of_mass[2]: -250 has no unit, as entries beside it have, so it is -250 m",
+        ),
+        (
+            lambda: (
+                scene_of(robot(('<axis xyz="0 1 0"/>', '<origin rpy="90 0 0"/><axis xyz="0 1 0"/>')), "r.urdf").notes
+            ),
+            "rpy of more than a turn at lift: angles of URDF are in radians, and 90 degrees are 1.57",
+        ),
+    ],
+)
+def test_what_is_hardly_meant_is_noted(call: Callable[[], Any], piece: str) -> None:
+    notes = " ".join(call())
+    assert piece in notes, notes
+
+
+def test_labels_that_fit_are_not_noted() -> None:
+    assert not scene_of(SCENE).notes
+    fitting = ('unit = "kg"', 'unit = "-"'), ('[0, 0, "-length / 2"]', '["10 mm", 0, "-length"]')
+    for old, new in fitting:
+        assert not changed(old, new)()
+
+
+def test_friction_that_is_asked_for_and_not_there_is_noted(tmp_path: Path) -> None:
+    (tmp_path / "r.urdf").write_text(robot())
+    note = "friction=True changes nothing: no joint has <dynamics> with a friction above 0"
+    assert note in eomgen.load(tmp_path / "r.urdf", friction=True).notes
+    assert note not in eomgen.load(tmp_path / "r.urdf").notes
+
+
+def test_names_of_elsewhere_are_none_of_ours() -> None:
+    kinds = {"Model": eomgen.Model, "Solution": eomgen.Solution, "Simulator": Simulator, "": eomgen}
+    for kind, thing in kinds.items():
+        taken = [name for name in ATTRIBUTES[kind] if hasattr(thing, name)]
+        assert not taken, f"{kind}: {taken}"
+
+
+def test_the_length_of_a_solution_is_its_rows() -> None:
+    solution = arm().simulate(0.01, 1e-3)
+    assert len(solution) == len(solution.t) == 11
+    assert np.array([solution, solution], dtype=object).shape == (2,)
+
+
+def test_a_controller_that_keeps_something_itself_is_not_judged_by_repeating_it() -> None:
+    """Steps of 0.05 s of a pendulum that a motor starts: growth by its equations, which cannot be looked at again."""
+    model = eomgen.build(scene_of(SCENE + SERVO.replace("memory = 1\n", "")), profile="quick")
+    run = model.simulate(0.1, 0.05, controllers={"servo": lambda t, signals: 0.0})
+    assert run.success and run.v[-1, 0] > 3.0 * run.v[1, 0] > 0.0 and "unstable" not in run.message
+
+
+@pytest.mark.parametrize(
+    ("words", "piece"),
+    [
+        (["run", "scene.toml"], "there is no verb 'run'; try: simulate"),
+        (["scene.toml"], "try: eomgen info scene.toml, or another verb before the scene: info, generate,"),
+        (["simulate", "--out", "o"], "missing argument 'SCENE'; try: the path of a .toml or .urdf file"),
+        (["simulate", "s.toml", "--out", "o", "--dt", "1"], "try: --step; eomgen simulate --help lists all"),
+        (["simulate", "s.toml", "--out", "o", "--t-end", "2 kg"], "--t-end: '2 kg' is a mass, a time in s is expected"),
+        (["simulate", "s.toml", "--out", "o", "--step", "small"], "--step: 'small' is no time; try: 2, or \"2 s\""),
+        (
+            ["simulate", "s.toml", "--out", "o", "--set", "a", "3"],
+            "try: --set name=value without blanks, and one scene",
+        ),
+    ],
+)
+def test_words_of_a_command_line(words: list[str], piece: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(words) == 2
+    assert piece in capsys.readouterr().err
+
+
+def test_a_command_line_takes_times_with_units_and_a_profile(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "scene.toml").write_text(SCENE)
+    words = ["simulate", str(tmp_path / "scene.toml"), "--out", str(tmp_path / "o"), "--no-plots", "--profile", "quick"]
+    assert main([*words, "--t-end", "20 ms", "--step", "0.01"]) == 0
+    assert "reached t = 0.02 s in 2 steps" in capsys.readouterr().err
+    for verb in ("simulate", "equilibrium", "linearize"):
+        command = commands.get_command(click.Context(commands), verb)
+        assert command is not None
+        option = next(item for item in command.params if item.name == "profile")
+        assert isinstance(option.type, click.Choice) and set(option.type.choices) == set(PROFILES)
+
+
+def test_verbs_of_elsewhere_lead_to_ours() -> None:
+    assert {of_verb(word, VERBS) for word in ("sim", "modes", "compile", "validate", "view", "trim")} <= set(VERBS)
