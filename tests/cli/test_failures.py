@@ -61,9 +61,12 @@ def test_usage(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[s
         (["simulat"], "usage error: eomgen: there is no verb 'simulat'; try: simulate"),
         (
             ["simulate", str(scene_file)],
-            "usage error: eomgen simulate: missing option '--out'; try: eomgen simulate --help",
+            "usage error: eomgen simulate: missing option '--out'; try: --out results; eomgen simulate --help",
         ),
-        (["simulate", str(scene_file), *out, "--step", "fast"], "'fast' is not a valid float"),
+        (
+            ["simulate", str(scene_file), *out, "--step", "fast"],
+            "usage error: --step: 'fast' is no time; try: 2, or \"2 s\"",
+        ),
         (
             ["simulate", str(scene_file), *out, "--set", "length"],
             "usage error: --set length: a name and a number are needed",

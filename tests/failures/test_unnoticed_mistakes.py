@@ -161,6 +161,13 @@ def test_smoothing_without_jumps_is_noted() -> None:
     assert not notes(slider(drive="1 if t > 1 else 0", smooth="10 ms"))
 
 
+def test_a_frequency_written_as_a_time_between_samples_is_noted() -> None:
+    note = 'states.f.sample: the time between two samples is 100 s; 100 a second are "0.01 s"'
+    assert note in notes(slider().state("f", sample=100, formula="q.x"))
+    assert not notes(slider().state("f", sample="100 s", formula="q.x"))
+    assert not notes(slider().state("f", sample=5, formula="q.x"))
+
+
 def test_a_delay_of_whole_seconds_is_noted() -> None:
     def delayed(delay: float | str) -> str:
         return notes(slider().state("f", sample="2 ms", formula="q.x", delay=delay))

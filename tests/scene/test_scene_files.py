@@ -425,8 +425,8 @@ def test_one_problem(old: str, new: str, message: str) -> None:
         ("initial = { velocity = [] }", "the velocity of a revolute joint needs 1 number, not 0"),
         ("initial = { orientation = [1, 0, 0, 0] }", "a revolute joint has no initial orientation; try: position"),
         (
-            "initial = { speed = 1 }",
-            "(joints.hinge.initial.speed): the key 'speed' is unknown here; try: one of position,",
+            "initial = { colour = 1 }",
+            "(joints.hinge.initial.colour): the key 'colour' is unknown here; try: one of position,",
         ),
         ("[inputs]\nlength = {}", "(inputs.length): the name length is both a parameter and an input"),
         (

@@ -319,7 +319,8 @@ def test_a_label_beside_a_number_converts_nothing_and_says_so() -> None:
     assert scene.parameters[0].value == 0.8
     what = "its unit mm is a label, so 0.8 is taken as it is"
     assert scene.notes[0] == f'parameters.length: {what}; "0.8 mm" would be converted to SI'
-    assert len(scene.notes) == 2 and not any(note.startswith("parameters.") for note in read().notes)
+    assert scene.notes[1] == "parameters.turns.unit: 'per day' is no unit that is known, and shown as it is"
+    assert len(scene.notes) == 3 and not any(note.startswith("parameters.") for note in read().notes)
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,10 @@ import numpy as np
 import pytest
 
 import eomgen
+from eomgen.integrators.stepper_layout import default_settings
 from eomgen.results.solution import Solution
+from eomgen.simulation.failed_controller import failed_controller
+from eomgen.simulation.stepper import Stepper
 from tests.codegen.test_stand_alone import compiled, run
 from tests.simulation.test_sampled_states import CART, ENCODER
 
@@ -378,6 +381,16 @@ def test_the_c_file_is_part_of_the_key_and_its_faults_name_its_lines(tmp_path: P
     linked(tmp_path, LAW_IN_C.replace("int servo_law(double t", "double servo_law(double t"))
     with pytest.raises(eomgen.ToolchainError, match=r"servo_law\.c:2: the C compiler finds conflicting types"):
         eomgen.build(path, profile="quick", method="rk4")
+
+
+def test_a_stepper_that_knows_no_more_says_what_its_status_means() -> None:
+    machine = called("memory = 0")
+    library = machine.stepper("rk4")
+    settings = default_settings(library.layout["method"])
+    assert failed_controller(Stepper(library, settings, machine.parameter_array({}))) == (
+        "the function of the controller servo reports an error, gives values that are not finite, or is missing",
+        "a function that gives finite values from the signals of that time, and returns 0",
+    )
 
 
 @pytest.mark.parametrize(

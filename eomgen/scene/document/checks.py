@@ -30,6 +30,8 @@ from eomgen.units.angles import several_turns
 
 #: Samples of a delay from which on a whole number of seconds may have been meant as a number of samples.
 _MANY_SAMPLES = 50
+#: Time between samples, written without a unit, from which on a frequency may have been meant, s.
+_RARE = 10.0
 
 
 def check_names(document: Document, refused: Mapping[str, set[str]], report: Report) -> Document:
@@ -239,7 +241,8 @@ def angles_of_several_turns(data: Mapping[str, Any]) -> list[str]:
 
 
 def delays_of_whole_seconds(data: Mapping[str, Any], document: Document) -> list[str]:
-    """Return a note on each delay of many samples, written as a whole number without a unit: s, and no samples.
+    """Return a note on each delay of many samples, written as a whole number without a unit: s, and no samples; and
+    on each time between samples that looks like a frequency.
 
     Parameters
     ----------
@@ -249,6 +252,10 @@ def delays_of_whole_seconds(data: Mapping[str, Any], document: Document) -> list
     for section in ("states", "controllers"):
         for name, entry in document.section(section).items():
             delay, period = data[section][name].get("delay"), entry.sample
+            written = data[section][name].get("sample")
+            if isinstance(written, int | float) and written >= _RARE:
+                what = f"the time between two samples is {written:g} s"
+                notes.append(f'{key_of(section, name)}.sample: {what}; {written:g} a second are "{1 / written:.6g} s"')
             if not (isinstance(delay, int | float) and isinstance(period, int | float)):
                 continue
             if float(delay).is_integer() and delay >= _MANY_SAMPLES * period:

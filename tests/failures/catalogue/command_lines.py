@@ -22,7 +22,7 @@ FAILURES = [
     Failure(
         "A missing option",
         2,
-        "usage error: eomgen simulate: missing option '--out'; try: eomgen simulate --help",
+        "usage error: eomgen simulate: missing option '--out'; try: --out results; eomgen simulate --help lists all",
         command="simulate scene.toml",
     ),
     Failure(
