@@ -23,6 +23,8 @@ _ROWS = 5
 _MARGIN = 4.0
 #: What is out of balance in fewer than one of so many intervals between rows happens between them and not by each step.
 _FEW = 20
+#: Part of the time in which the work has to be known.
+_KNOWN = 0.5
 
 
 class Balance(NamedTuple):
@@ -87,6 +89,8 @@ def energy_balance(
     rate = energy["power"] + energy["base_power"]
     rows = len(t) - (len(t) + 1) % 2  # an odd number, so that every second one has both neighbours
     known = _smooth_intervals(t, jumps)
+    if np.sum(np.diff(t)[known]) < _KNOWN * (t[-1] - t[0]):
+        return Balance(None, "forces jump, or states are sampled, next to most rows")
     pairs = np.logical_and(known[: rows - 1 : 2], known[1 : rows - 1 : 2])
     work = _integral(t, rate, known)
     coarse = _integral(t[:rows:2], rate[:rows:2], pairs)

@@ -52,6 +52,8 @@ _INTERRUPTED = "the runs that it is made from were interrupted"
 _AT_EVENT = 1e-9
 #: Differences that are rounding, in last places.
 _ROUNDING = 1e3
+#: How many times later or earlier an event near the end may come than others do in two runs.
+_LATER = 2.0
 #: How many times smaller the tolerance of a comparison run is; of methods of low order 2 to their order.
 _TOLERANCES = 10.0
 #: How many times as many parts of steps as the run itself a run at shorter steps may take.
@@ -383,16 +385,20 @@ def _refinement(runs: _Comparisons, multiples: tuple[float, float, float]) -> fl
 def _passed_over(runs: _Comparisons, other: _Motion) -> str:
     """Return which event comes in another number in another run, in words; empty where all come equally often.
 
-    Events at the end of the run may be in one of them by rounding, and those that are only counted have no times: one
-    more or less of these is none. A resumed run has events from before.
+    Events near the end of the run may be in one of them by their errors, which show in what both runs have, and those
+    that are only counted have no times: one more or less of these is none. A resumed run has events from before.
     """
     ours, theirs = runs.own.events, other.events
     if ours is None or theirs is None or runs.span.rows[0, 0] > runs.run.grid.start:
         return ""
+    times = {name: (ours[name].t, theirs[name].t) for name in ours.counts}
+    apart = [np.abs(one[: len(two)] - two[: len(one)]).max(initial=0.0) for one, two in times.values()]
+    end = runs.end - max(runs.step, _LATER * max(apart, default=0.0))
     for name, count in ours.counts.items():
-        one, two = ([t for t in events[name].t if t < runs.end] for events in (ours, theirs))
-        listed = len(ours[name]) == count
-        if (len(one) != len(two)) if listed else abs(count - theirs.counts[name]) > 1:
+        one, two = times[name]
+        listed = len(one) == count
+        more = (one if len(one) > len(two) else two)[min(len(one), len(two)) :]
+        if np.any(more < end) if listed else abs(count - theirs.counts[name]) > 1:
             pair = (len(one), len(two)) if listed else (count, theirs.counts[name])
             return f"the event {name} comes {pair[0]} times, and {pair[1]} times in shorter steps"
     return ""

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 _SMALL = 1e-3
 #: The same in parts of the coordinates, or of 1 rad: motion below is rounding.
 _REST = 1e-9
+#: Units in which forces are at work.
+_FORCES = ("N", "N m")
 #: Arrays (n, size) by what they are of: ``q``, ``increment``, ``v``, ``z``, ``multipliers``, and ``output.`` with a
 #: name.
 Kinds = dict[str, Array]
@@ -71,6 +73,8 @@ def motion_size(model: CompiledModel, rows: Array, outputs: Mapping[str, Array])
 
     Of a joint's coordinate it is how far it goes, of a rotation the largest angle from where it began, of a velocity
     or a multiplier the largest value; what moves less than a thousandth of the largest of its unit counts as that much.
+    An output that is rounding beside all that has its unit, as the moment of a bearing beside its forces, counts as
+    that rounding.
     """
     column = columns_of(model, rows)
     travel = np.ptp(column["q"], axis=0)
@@ -92,12 +96,28 @@ def motion_size(model: CompiledModel, rows: Array, outputs: Mapping[str, Array])
     sizes["v"] = _measure(np.abs(column["v"]).max(axis=0), model.v_units)
     sizes["z"] = _measure(np.ptp(column["z"], axis=0), model.z_units, _REST * np.abs(column["z"]).max(axis=0))
     sizes["multipliers"] = _measure(np.abs(column["multipliers"]).max(axis=0))
+    units_of = {item["name"]: item["unit"] for item in model.library.layout["outputs"]}
+    at_work = _at_work(model, column, [(units_of[name], values) for name, values in outputs.items()])
     for name, values in outputs.items():
         table = _table(values)
-        sizes[f"output.{name}"] = _measure(np.ptp(table, axis=0), floor=_REST * np.abs(table).max(axis=0))
+        least = np.maximum(np.abs(table).max(axis=0), at_work.get(units_of[name], 0.0))
+        sizes[f"output.{name}"] = _measure(np.ptp(table, axis=0), floor=_REST * least)
     moved = np.concatenate([size, np.ptp(column["z"], axis=0)])
     own = moved >= np.concatenate([sizes["increment"], sizes["z"]])
     return MotionSize(sizes, (*names, *model.z_names), (*units, *model.z_units), tuple(own.tolist()))
+
+
+def _at_work(model: CompiledModel, column: Kinds, outputs: Sequence[tuple[str, Array]]) -> dict[str, float]:
+    """Return by unit the largest of all that a run has of it: coordinates, velocities, and outputs by their units.
+
+    Forces and multipliers are the moments that they have at 1 m as well, and moments the forces.
+    """
+    of_units = [*zip(model.q_units, column["q"].T, strict=True), *zip(model.v_units, column["v"].T, strict=True)]
+    of_units += [(_FORCES[0], column["multipliers"]), *outputs]
+    found: dict[str, float] = {}
+    for unit, values in of_units:
+        found[unit] = max(found.get(unit, 0.0), float(np.abs(values[np.isfinite(values)]).max(initial=0.0)))
+    return found | dict.fromkeys(_FORCES, max(found.get(unit, 0.0) for unit in _FORCES))
 
 
 def shares(apart: Kinds, size: MotionSize, kinds: Sequence[str] = ("increment", "z")) -> Array:

@@ -309,6 +309,30 @@ def test_the_measure_of_a_small_motion_is_named_and_outputs_have_their_own() -> 
     assert ordinary.largest is not None and ordinary.largest.measure == "its motion"
 
 
+def test_an_output_that_is_rounding_beside_the_forces_is_no_error() -> None:
+    """A disc on an axis through its centre that a drive turns: the axis carries its weight, and no moment across it."""
+    axis = {"type": "revolute", "parent": "base", "child": "disc", "axis": [0, 0, 1], "drive": "3 * sin(2 * t)"}
+    arm = {"type": "revolute", "parent": "disc", "child": "arm", "axis": [0, 0, 1], "position": [0.3, 0, 0]}
+    scene = {
+        "format": 1,
+        "name": "turned_disc",
+        "gravity": [0, 0, 0],
+        "bodies": {
+            "disc": {"mass": 10, "inertia": [0.1, 0.1, 0.2]},
+            "arm": {"mass": 1, "center_of_mass": [0.2, 0, 0], "inertia": [0.01, 0.01, 0.01]},
+        },
+        "joints": {"axis": axis, "arm": {**arm, "damping": 0.2, "initial": {"position": 0.7}}},
+        "outputs": {
+            "force": {"reaction_force": "arm"},
+            "nothing": {"formula": "1e-15 * sin(4000 * q.arm)", "unit": "N m"},
+        },
+    }
+    run = eomgen.build(scene, profile="quick").simulate(1.0, 0.002)
+    assert np.abs(run["force"]).max() > 1.0 and 0.0 < np.abs(run["nothing"]).max() <= 1e-15
+    assert run.error.largest_output is not None and run.error.largest_output.name.startswith("output force")
+    assert run.message == "reached t = 1 s in 500 steps"
+
+
 def test_vibrations_of_a_beam_are_told_beside_a_machine_that_moves_fast() -> None:
     """A rod that vibrates along itself, x' = v0 cos(w t) with w = pi/(2 l) sqrt(E A/m'), and a car on a rail."""
     rate, frequency = 5e-3, 0.5 * np.pi * np.sqrt(400.0)

@@ -121,3 +121,29 @@ def test_parts_of_steps_are_those_between_points_of_the_grid_and_samples() -> No
     assert parts.tell(2.0, 4.0) and not parts.tell(3.0, 6.0) and parts.tell(1.5, 3.0)
     free = StepParts(np.empty(0), 0.0, 12.0, 2.0)
     assert free.ratio(0.5, 1.0, np.arange(3.0)).tolist() == [2.0, 2.0, 2.0] and free.tell(1.0, 2.0)
+
+
+def _swinging(law: str, **more: object) -> eomgen.Solution:
+    """Return a run of a stiff spring that numerical damping stops, beside a force of next to no power."""
+    joint = {"type": "prismatic", "parent": "base", "child": "b", "axis": [1, 0, 0]}
+    scene = {
+        "format": 1,
+        "name": "swinging",
+        "gravity": [0, 0, 0],
+        "bodies": {"b": {"mass": 1}},
+        "joints": {"x": {**joint, "stiffness": 1e4, "initial": {"position": 0.1}}},
+        "efforts": {"e": {"joint": "x", "effort": law}},
+    }
+    return eomgen.build({**scene, **more}, profile="quick").simulate(1.0, 0.01, rho_inf=0.2)
+
+
+@pytest.mark.parametrize(("period", "known_rows"), [("10 ms", False), ("20 ms", False), ("250 ms", True)])
+def test_an_energy_that_vanishes_between_samples_is_no_balance(period: str, known_rows: bool) -> None:
+    run = _swinging("u", states={"u": {"sample": period, "formula": "-0.01 * v.x"}})
+    initial, final = 0.5 * 1e4 * 0.1**2, 0.5 * run.v[-1, 0] ** 2 + 0.5e4 * run.q[-1, 0] ** 2
+    assert final < 0.6 * initial  # the held force has the power of 0.1 W at most: of 20 J its work is hardly 0.1 J
+    if known_rows:
+        assert run.stats["energy_error"] > 0.3 and "the energy is out of balance by" in run.message
+    else:
+        assert run.metadata["energy_balance"] == "not known: forces jump, or states are sampled, next to most rows"
+        assert "energy_error" not in run.stats
