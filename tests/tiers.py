@@ -702,7 +702,7 @@ SLOW: dict[str, tuple[str, ...]] = {
     "simulation/test_smoothed_crank.py::test_implicit_steps_keep_order_2_in_a_transition_and_do_not_ring_behind_it": (
         "0.1003-stabilised",
     ),
-    "simulation/test_steps_that_end_early.py::test_chosen_steps_that_jumps_bound_state_their_error_or_none": (
+    "simulation/test_steps_that_end_early.py::test_chosen_steps_that_jumps_bound_state_their_error": (
         "sampled-taylor-0.01",
     ),
     "simulation/test_steps_that_end_early.py::test_steps_that_end_at_samples_state_their_error": (

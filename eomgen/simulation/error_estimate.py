@@ -61,6 +61,8 @@ _MOST_PARTS = 16.0
 #: Powers of the smaller tolerance, asked in turn where jumps, samples and rows of inputs bound steps, and the least
 #: tolerance: rounding.
 _SMALLER, _LEAST_TOLERANCE = (1, 4, 8), 1e-14
+#: Steps of the time grid that are shorter than half of any step of a method's own, and how many of them are taken.
+_OWN_STEPS, _MOST_STEPS = 512.0, 1_000_000
 
 
 class _NoEstimateError(Exception):
@@ -289,27 +291,43 @@ def _by_tolerance(runs: _Comparisons) -> ErrorEstimate:
     """
     own = runs.run.settings["tolerance"]
     order = min(float(runs.run.method.order), math.log2(_TOLERANCES))
-    multiple = 0.5 if runs.events else 1.0
     bound = bool(len(runs.parts.ends)) or runs.run.driven is not None
+    multiple = 0.5 if runs.events else 1.0
+    tries = [(-order * times, multiple) for times in _SMALLER[: None if bound else 1]]
+    tries = [one for one in tries if one == tries[0] or own * math.pow(2.0, one[0]) >= _LEAST_TOLERANCE]
+    if bound and (shortened := _that_bounds(runs)):
+        tries.append((-order, shortened))
+    tries.append((order, multiple))
     found = None
-    shorter = [(-order * times, _by_shorter(order * times)) for times in _SMALLER[: None if bound else 1]]
-    for power, gain in (*shorter, (order, _by_longer(order))):
+    for power, multiple in tries:
         tolerance = own * math.pow(2.0, power)
-        if tolerance < _LEAST_TOLERANCE and power < -order:
-            continue
         found = runs.at(tolerance=tolerance, multiple=multiple)
         if len(found.rows) > 1 and not found.stopped:
             apart = runs.apart(runs.own, found)
-            if bound and float(shares(apart.kinds, runs.size).max(initial=0.0)) < _floor(runs):
+            same = float(shares(apart.kinds, runs.size).max(initial=0.0)) < _floor(runs)
+            if bound and same and multiple >= 0.5:
                 continue
-            words = f"a run at a tolerance of {tolerance:.2g}{' and half the step' * runs.events}"
-            pair = _Pair(apart, partial(_known, gain), words)
+            shorter = f" and {_part(multiple)} the step" if multiple < 1.0 else ""
+            gain = _by_shorter(-power) if power < 0.0 else _by_longer(power)
+            pair = _Pair(apart, partial(_known, gain), f"a run at a tolerance of {tolerance:.2g}{shorter}")
             return replace(_estimate(runs, pair, math.nan), passed_over=_passed_over(runs, found))
     if found is not None and not found.stopped:
         where = "where forces jump, states are sampled or rows of inputs end"
         raise _NoEstimateError(f"its steps end {where}, and those of runs at other tolerances are the same ones")
     reason = f": {found.stopped}" if found is not None and found.stopped else ""
     raise _NoEstimateError(f"runs at other tolerances do not come to the end{reason}")
+
+
+def _that_bounds(runs: _Comparisons) -> float:
+    """Return a multiple of the step whose longest own step is shorter than the parts between jumps and samples, or the
+    rows of inputs; 0 where that would be too many steps."""
+    part = runs.step if runs.run.driven else (runs.parts.end - runs.parts.start) / (len(runs.parts.ends) + 1)
+    multiple = min(0.25, part / (_OWN_STEPS * runs.step))
+    return multiple if runs.span.steps / multiple <= _MOST_STEPS else 0.0
+
+
+def _part(multiple: float) -> str:
+    return "half" if multiple == 0.5 else f"1/{1.0 / multiple:.0f} of"
 
 
 def _known(gain: float, order: float) -> Array:
