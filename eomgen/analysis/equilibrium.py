@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from eomgen.analysis.driven_rest import check_lasting, check_rates, driven_velocity, drives, held_base
 from eomgen.analysis.equilibrium_warnings import SAME, Measures, equilibrium_notes
 from eomgen.analysis.sampled import check_continuous
 from eomgen.arrays import Array
@@ -18,7 +19,7 @@ from eomgen.compiled.terms import Inputs, Parameters
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.lie.product import difference
 from eomgen.solvers.damped_motion import follow_damped_motion
-from eomgen.solvers.equilibrium_search import SOFT, Point, Search, Statics, examine
+from eomgen.solvers.equilibrium_search import SOFT, Point, Search, Statics, examine, onto_constraints
 from eomgen.solvers.newton_path import follow_newton
 
 if TYPE_CHECKING:
@@ -36,20 +37,21 @@ _NAMED = 0.05
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """A state of rest.
+    """A state of rest, beside what is driven at a constant rate.
 
     Attributes
     ----------
-    q, v, z : (nq,), (nv,) zeros, (nz,); ``initial`` is what ``simulate(initial=...)`` takes
+    q, v, z : (nq,), (nv,), (nz,); ``initial`` is what ``simulate(initial=...)`` takes; v is zero but for what is driven
     multipliers : (rows,) constraint forces are -B^T multipliers
     t : time of inputs and of the base, s
     residual : largest unbalanced generalized force
     acceleration : largest acceleration with which the system would start to move, m/s^2 or rad/s^2
     iterations : steps taken
     frequencies : (free,) angular frequencies of small motions without damping, rad/s, increasing; of an unstable
-        direction minus
-        the rate at which it grows
-    stable : False where a direction is unstable; None where internal states or forces that follow the motion decide
+        direction minus the rate at which it grows; beside drives by stiffness alone, without gyroscopic forces, which
+        ``linearize`` has
+    stable : False where a direction is unstable; None where internal states, forces that follow the motion or
+        gyroscopic ones decide
     undetermined : components of v along which nothing pulls back
     message : all of this in one sentence
     base : (19,) state of the base, held where it is at t; None where it is the world
@@ -100,6 +102,9 @@ def equilibrium(
 ) -> Equilibrium:
     """Return the nearest state of rest, with the base held where it is at t.
 
+    What a law of time drives at a constant rate keeps it, and the rest is at rest beside it: a governor's arm beside
+    its shaft. A law whose rate at t is zero is held.
+
     Without ``any_kind`` that is where a heavily damped motion from the initial state settles: a stable equilibrium,
     also from an unstable one. With it, it is the nearest of any kind that was found, distances being measured by the
     kinetic energy that gets there in unit time: candidates are where the damped motion settles, and where Newton's path
@@ -121,7 +126,8 @@ def equilibrium(
     Raises
     ------
     NumericalError
-        Nothing balances the forces, the search did not end, or forces are not finite; names the coordinates.
+        Nothing balances the forces, the search did not end, or forces are not finite; names the coordinates. The rate
+        of a drive changes, or forces change with what is driven; names it.
     ModelError
         The inertia matrix is not positive definite; rows that were left out at the default parameters do not follow at
         these.
@@ -140,9 +146,16 @@ def equilibrium(
     p = model.evaluator.one_set(parameters)
     start = initial_state(model, initial, p)
     measures = Measures(model, p, time, held_base(model, p, time))
-    statics = _statics(model, measures, start.q, u)
+    statics = _statics(model, measures, start.q, u, np.zeros(model.nv))
     try:
         first = examine(statics, start.q, start.z)
+        driven = driven_velocity(model, measures, first.q)
+        if np.any(driven):
+            assembled = onto_constraints(statics, first)
+            driven = driven_velocity(model, measures, assembled.q)
+            check_rates(model, measures, assembled.q, driven)
+            statics = _statics(model, measures, start.q, u, driven)
+            first = examine(statics, start.q, start.z)
     except np.linalg.LinAlgError:
         what = "the inertia matrix at the initial state is not positive definite"
         raise ModelError(Problem("equilibrium", what, "masses and inertias that bodies can have")) from None
@@ -155,9 +168,11 @@ def equilibrium(
     )
     if chosen is None:
         raise _failure(model, statics, damped)
-    deviations = model.check_left_out(chosen.point.q, np.zeros(model.nv), time, p)
+    if np.any(driven):
+        check_lasting(model, measures, u, chosen.point.q, driven, chosen.point.z)
+    deviations = model.check_left_out(chosen.point.q, driven, time, p)
     notes = [*deviations, *_elsewhere(model, statics, chosen, damped), *equilibrium_notes(measures, chosen.path, u)]
-    return _result(model, statics, chosen, time, measures.base, notes)
+    return _result(model, statics, chosen, driven, measures, notes)
 
 
 def _by_damped_motion(statics: Statics, q: Array, z: Array) -> Search:
@@ -213,21 +228,21 @@ def _elsewhere(model: CompiledModel, statics: Statics, chosen: Search, damped: S
     return [f"{_ELSEWHERE} from the start settles, which is {where}"]
 
 
-def _statics(model: CompiledModel, measures: Measures, q: Array, u: Inputs) -> Statics:
-    """Return the model at rest, its base held where it is, with lengths measured by those of the scene and of the
-    start."""
+def _statics(model: CompiledModel, measures: Measures, q: Array, u: Inputs, v: Array) -> Statics:
+    """Return the model at rest beside what moves with v, its base held where it is, with lengths measured by those of
+    the scene and of the start."""
     rest, rows, p = np.zeros(model.nv), len(model.multipliers), measures.p
     given: dict[str, Any] = {"t": measures.t, "parameters": p, "base": measures.base}
     forces = given | {"u": u}
     holonomic = model.functions.sizes["holonomic"]
 
     def value(term: str, q: Array, **more: Any) -> Array:
-        return next(iter(model.evaluate(term, q, rest, rest, **more, **forces).values()))
+        return next(iter(model.evaluate(term, q, v, rest, **more, **forces).values()))
 
     def couplings(q: Array, z: Array) -> tuple[Array, Array, Array]:
         if not model.nz:
             return np.zeros((model.nv, 0)), np.zeros((0, model.nv)), np.zeros((0, 0))
-        partials = model.internal_partials(q, rest, z, **forces)
+        partials = model.internal_partials(q, v, z, **forces)
         return partials.residual_z, partials.rate_q, partials.rate_z
 
     return Statics(
@@ -238,8 +253,8 @@ def _statics(model: CompiledModel, measures: Measures, q: Array, u: Inputs) -> S
         jacobian=lambda q: value("constraint_jacobian", q) if rows else np.zeros((0, model.nv)),
         constraint=lambda q: value("constraint", q) if holonomic else np.zeros(0),
         residual=lambda q, lam, z: value("residual", q, z=z, multipliers=lam),
-        stiffness=lambda q, lam, z: model.partials(q, rest, rest, z=z, multipliers=lam, **forces)[0],
-        rates=lambda q, z: model.internal_rates(q, rest, z, **forces) if model.nz else np.zeros(0),
+        stiffness=lambda q, lam, z: model.partials(q, v, rest, z=z, multipliers=lam, **forces)[0],
+        rates=lambda q, z: model.internal_rates(q, v, z, **forces) if model.nz else np.zeros(0),
         couplings=couplings,
         followed=lambda q: model.evaluator.followed(q, measures.t, p, measures.base),
         length=measures.length(q),
@@ -248,17 +263,8 @@ def _statics(model: CompiledModel, measures: Measures, q: Array, u: Inputs) -> S
     )
 
 
-def held_base(model: CompiledModel, p: Array, t: float) -> Array | None:
-    """Return the base held where it is at t, (19,); None where it does not move at all."""
-    if "base" not in model.functions:
-        return None
-    base = model.base(t, parameters=p)
-    base[7:] = 0.0
-    return base
-
-
 def _result(
-    model: CompiledModel, statics: Statics, search: Search, t: float, base: Array | None, notes: Sequence[str]
+    model: CompiledModel, statics: Statics, search: Search, v: Array, measures: Measures, notes: Sequence[str]
 ) -> Equilibrium:
     point = search.point
     scale = point.largest_stiffness
@@ -267,13 +273,16 @@ def _result(
     directions = point.basis @ vectors
     undetermined = _components(model, directions[:, soft])
     skew = float(np.max(np.abs(point.stiffness - point.stiffness.T), initial=0.0))
-    stable: bool | None = not bool(np.any(values[~soft] < 0.0))
-    if model.nz or skew > 1e-6 * scale:
+    against = int(np.sum(values[~soft] < 0.0))
+    stable: bool | None = not against
+    # gyroscopic forces may hold what stiffness pushes away, in an even number of directions (Chetaev 1961)
+    if model.nz or skew > 1e-6 * scale or (np.any(v) and against and against % 2 == 0):
         stable = None
     frequencies = np.where(soft, 0.0, np.sign(values) * np.sqrt(np.abs(values)))
     acceleration = float(np.max(np.abs(point.acceleration), initial=0.0))
     residual = float(np.max(np.abs(point.residual), initial=0.0))
-    message = f"at rest after {search.steps} steps, unbalanced acceleration {acceleration:.3g}"
+    beside = f" beside the drive of {drives(model, v)}" if np.any(v) else ""
+    message = f"at rest{beside} after {search.steps} steps, unbalanced acceleration {acceleration:.3g}"
     if stable is False:
         worst = _components(model, directions[:, [int(np.argmin(values))]])
         message += f"; unstable along {', '.join(worst[:4])}: it would leave with e^({np.sqrt(-np.min(values)):.3g} t)"
@@ -284,10 +293,10 @@ def _result(
     message = "; ".join((message, *notes))
     return Equilibrium(
         point.q,
-        np.zeros(model.nv),
+        v,
         point.z,
         point.lam,
-        t,
+        measures.t,
         residual,
         acceleration,
         search.steps,
@@ -295,7 +304,7 @@ def _result(
         stable,
         tuple(undetermined),
         message,
-        base,
+        measures.base,
         tuple(notes),
     )
 

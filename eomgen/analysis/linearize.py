@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from eomgen.analysis.driven_rest import driven_components, drives, held_base, law_rates
 from eomgen.analysis.equilibrium import Equilibrium, equilibrium
+from eomgen.analysis.equilibrium_warnings import Measures as MeasuresOfScene
 from eomgen.analysis.sampled import sampled_part
 from eomgen.analysis.steady_motion import SteadyMotion, steady_motion
 from eomgen.arrays import Array
@@ -20,6 +22,7 @@ from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.state import State as RunState
 from eomgen.compiled.terms import Inputs, Parameters
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
+from eomgen.lie.product import update
 from eomgen.linear.freedom import Measures, freedom, singular_mechanism
 from eomgen.linear.linearization import Linearization, Names, Reference
 from eomgen.linear.partials import Partials
@@ -32,6 +35,8 @@ if TYPE_CHECKING:
 
 #: How far constraints may be off in a state that is given, in their own units.
 MET = 1e-6
+#: Part of a turn after which a linear model about a motion is looked at again, and by how much it may differ then.
+_LATER, _SAME = 0.11, 1e-6
 #: How blocks of the terms are called in ``Partials``; others have the same name there.
 _IN_PARTIALS = {"M0": "M", "C0": "C", "K0": "K", "B0": "B", "E0": "E", "B": "J"}
 #: What ``model.equilibrium`` or ``model.steady_motion`` found.
@@ -95,8 +100,13 @@ def linearize(
     elif at is None or isinstance(at, str):
         state, operating_point = _found_state(able, at, initial, operating_point, any_kind=any_kind)
     else:
-        state, operating_point = _state_found("steady motion" if np.any(at.v) else "equilibrium", at, operating_point)
-    return about(able, state, operating_point, independent)
+        state, operating_point = _state_found(
+            "steady motion" if isinstance(at, SteadyMotion) else "equilibrium", at, operating_point
+        )
+    found = about(able, state, operating_point, independent)
+    if state.a is not None and np.any(state.v) and not np.any(state.a) and found.sampled is None:
+        _warn_of_change(able, state, operating_point, found)
+    return found
 
 
 def about_motion(model: CompiledModel, state: RunState, u: Array | None, p: Array) -> Linearization:
@@ -154,6 +164,32 @@ def about(
     if sampled is not None:
         partials, names = held_as_inputs(partials, sampled), _with_held(names, sampled)
     return Linearization(reference, partials, free, names, sampled)
+
+
+def _warn_of_change(model: CompiledModel, state: State, operating_point: OperatingPoint, found: Linearization) -> None:
+    """Warn where a linear model about a state that moves with constant velocities changes as it moves on.
+
+    Forces may stay balanced along the motion and their slopes change, as with a rotor of two blades.
+    """
+    turning = np.abs([v for v, unit in zip(state.v, model.v_units, strict=True) if unit == "rad/s"])
+    fastest = float(np.max(turning, initial=0.0))
+    if not fastest:
+        return
+    seconds = _LATER * 2.0 * np.pi / fastest
+    later = replace(operating_point, t=operating_point.t + seconds)
+    q = update(model.factors, state.q, state.v * seconds)
+    q = model.evaluator.followed(q, later.t, later.parameters, later.base)
+    moved = about(model, replace(state, q=q, multipliers=None), later, found.coordinates)
+    before, after = found.state_space().A, moved.state_space().A
+    if not before.size or before.shape != after.shape:
+        return
+    change = float(np.max(np.abs(after - before), initial=0.0))
+    if change > _SAME * float(np.max(np.abs(before))):
+        what = (
+            f"linear about the {state.what}: the linear model changes with the turn of {drives(model, state.v)}, so it"
+            " holds at this instant only; try: a scene that is symmetric about what turns, or simulate"
+        )
+        warnings.warn(what, RuntimeWarning, stacklevel=5)
 
 
 def _dynamics(model: CompiledModel, state: State, operating_point: OperatingPoint) -> tuple[Array, Array]:
@@ -262,11 +298,15 @@ def _found_state(
     if at not in (None, "equilibrium", "steady", "initial"):
         hint = '"equilibrium", "steady", "initial", or what model.equilibrium or model.steady_motion found'
         raise UsageError(Problem("linearize", f"at = {at!r} is unknown", hint))
+    reason = ""
+    start = initial_state(model, initial, operating_point.parameters)
     where = (initial, operating_point.parameters, operating_point.t, operating_point.u)
-    turning = at is None and operating_point.base is None and _base_moves(model, operating_point)
+    driven = bool(np.any(law_rates(model, _of_scene(model, operating_point), start.q)))
+    absolute = driven and bool(model.description.joints)
+    turning = at is None and (absolute or (operating_point.base is None and _base_moves(model, operating_point)))
     if at == "steady" or turning:
         try:
-            given = _zero_velocities(model) if turning else None
+            given = _zero_velocities(model, start.q, operating_point) if turning and not absolute else None
             return _state_found("steady motion", steady_motion(model, given, None, *where), operating_point)
         except NumericalError:
             if at == "steady":
@@ -278,14 +318,17 @@ def _found_state(
                 what = f"{model.name}: linear about an equilibrium in doubt: {'; '.join(cautions)}"
                 warnings.warn(what, RuntimeWarning, stacklevel=5)
             return _state_found("equilibrium", found, operating_point)
-        except (NumericalError, ModelError):
+        except (NumericalError, ModelError) as error:
             if at == "equilibrium":
                 raise
-    start = initial_state(model, initial, operating_point.parameters)
+            reason = error.problems[0].what
     q, v = start.q, start.v
     if model.multipliers:
         consistent = model.consistent(q, v, operating_point.t, parameters=operating_point.parameters)
         q, v = consistent.q, consistent.v
+        if at is None and driven:
+            what = f"linear about the initial state, which does not last: {reason}"
+            warnings.warn(f'{what}; try: at="initial" if it is meant', RuntimeWarning, stacklevel=5)
     return State("initial state", q, v, start.z), operating_point
 
 
@@ -307,9 +350,16 @@ def _base_moves(model: CompiledModel, operating_point: OperatingPoint) -> bool:
     )
 
 
-def _zero_velocities(model: CompiledModel) -> dict[str, float]:
-    """Return velocities of zero against the base, for all components."""
-    return dict.fromkeys(model.v_names, 0.0)
+def _of_scene(model: CompiledModel, operating_point: OperatingPoint) -> MeasuresOfScene:
+    """Return the scene at a time and parameters, its base held."""
+    p, t = operating_point.parameters, operating_point.t
+    return MeasuresOfScene(model, p, t, held_base(model, p, t))
+
+
+def _zero_velocities(model: CompiledModel, q: Array, operating_point: OperatingPoint) -> dict[str, float]:
+    """Return velocities of zero against the base, for all components but those that are driven."""
+    driven = driven_components(model, _of_scene(model, operating_point), q)
+    return {name: 0.0 for name in (name.removeprefix("v.") for name in model.v_names) if name not in driven}
 
 
 def _measures(

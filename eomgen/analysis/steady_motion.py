@@ -21,7 +21,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.analysis.definiteness import beams_beyond_linear_range, inertia_warning
+from eomgen.analysis.driven_rest import driven_components, held_base
 from eomgen.analysis.equilibrium_warnings import Measures
+from eomgen.analysis.off_axis import off_axis_hint
 from eomgen.analysis.sampled import check_continuous
 from eomgen.analysis.steady_conditions import Conditions, named_values
 from eomgen.analysis.steady_search import Given, Linear, Search, linear_conditions, motion_at, search
@@ -99,8 +101,9 @@ def steady_motion(
     """Return a steady motion near the initial state, with some velocities and coordinates given.
 
     Velocities that are not given are 0, but for those along symmetries, which are unknown and start from the initial
-    state's, and for those that constraints force. Give as many values as leave the rest determined: of a top its spin
-    and its inclination, of a wheel that rolls in a circle the same.
+    state's, for those that constraints force, and for those of drives, which have the rates of their laws. Give as many
+    values as leave the rest determined: of a top its spin and its inclination, of a wheel that rolls in a circle the
+    same.
 
     Parameters
     ----------
@@ -138,9 +141,13 @@ def motion_along(
     p = model.evaluator.one_set(parameters)
     able = model.having(PURPOSES["linearization"])
     check_continuous(able, "steady_motion")
-    start = initial_state(able, initial, p)
+    start, time = initial_state(able, initial, p), number_of("t", t)
+    measures = Measures(able, p, time, held_base(able, p, time))
+    if velocities is None or isinstance(velocities, Mapping):
+        named = {str(name).removeprefix("v."): value for name, value in (velocities or {}).items()}
+        velocities = {**driven_components(able, measures, start.q), **named}
     q, held_q, v, held_v = named_values(able, start.q, velocities, coordinates)
-    conditions = _conditions(able, p, number_of("t", t), u, q, np.where(held_v, v, start.v))
+    conditions = _conditions(able, p, time, u, q, np.where(held_v, v, start.v))
     try:
         q = conditions.followed(q)
         given = Given(held_q, held_v, v, conditions.ignorable(q, start.z))
@@ -148,7 +155,7 @@ def motion_along(
         found = search(conditions, known.near(conditions, q, start.z), given, q, start.v, start.z)
         if not found.balanced:
             raise _failure(able, conditions, found, given, _hint(names, found.fields))
-        _check_lasting(able, conditions, found, _hint(names, found.fields))
+        _check_lasting(able, conditions, found, measures, names)
     except np.linalg.LinAlgError:
         raise _not_positive_definite(able, q, p) from None
     state = found.state
@@ -212,7 +219,9 @@ def _undetermined(conditions: Conditions, found: Search, given: Given) -> list[s
     return [name for name, part in zip(names, parts, strict=True) if part > _NAMED]
 
 
-def _check_lasting(model: CompiledModel, conditions: Conditions, found: Search, hint: str) -> None:
+def _check_lasting(
+    model: CompiledModel, conditions: Conditions, found: Search, measures: Measures, names: Sequence[str]
+) -> None:
     """Raise NumericalError where accelerations appear later along the motion found, beside what rounding leaves at its
     start, in directions that may turn with the motion."""
     state, extents = found.state, conditions.extents
@@ -231,6 +240,7 @@ def _check_lasting(model: CompiledModel, conditions: Conditions, found: Search, 
             f" {model.v_names[k]} "
         )
         what += f"accelerates with {worst[k]:.3g} {_per_second(model, k)}"
+        hint = off_axis_hint(model, measures, state.q, state.v) or _hint(names, found.fields)
         raise NumericalError(Problem("steady motion", what, hint))
 
 
@@ -260,15 +270,19 @@ def _failure(model: CompiledModel, conditions: Conditions, found: Search, given:
 def _rows_not_met(model: CompiledModel, linear: Linear) -> list[str]:
     """Return a clause on the constraint equations with the largest violations."""
     at = linear.at
-    sets = [("", at.position, "m or rad"), ("the rate of ", at.velocity, "m/s or rad/s")]
-    sets.append(("the acceleration of ", at.acceleration, "m/s^2 or rad/s^2"))
+    sets = [
+        ("", at.position, ""),
+        ("the rate of ", at.velocity, "/s"),
+        ("the acceleration of ", at.acceleration, "/s^2"),
+    ]
+    units = ["rad" if unit == "1" else unit.removesuffix("/s") for unit in model.library.layout["row_units"]]
     start, clauses = model.nv, []
-    for level, values, unit in sets:
+    for level, values, per in sets:
         measured = np.abs(linear.values[start : start + len(values)])
         start += len(values)
         clauses += [
-            (size, f"{level}{name} is off by {value:.4g} {unit}")
-            for size, name, value in zip(measured, model.multipliers, values, strict=False)
+            (size, f"{level}{name} is off by {value:.4g} {unit}{per}")
+            for size, name, value, unit in zip(measured, model.multipliers, values, units, strict=False)
             if size > _STEADY
         ]
     return [text for _, text in sorted(clauses, key=lambda item: -item[0])[:_ROWS]]

@@ -31,7 +31,7 @@ _MISSED = 1e-6
 _PART = 1e-6
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ActuatorEfforts:
     """Efforts of actuators for a motion.
 
@@ -48,6 +48,14 @@ class ActuatorEfforts:
     efforts: Array
     multipliers: Array
     null_space: Array
+
+    def __repr__(self) -> str:
+        states = self.efforts.shape[:-1]
+        if states:
+            listed = f"{', '.join(self.names)} at {' x '.join(map(str, states))} states"
+        else:
+            listed = ", ".join(f"{name} {effort:.6g}" for name, effort in zip(self.names, self.efforts, strict=True))
+        return f"<ActuatorEfforts: {listed}; {'unique' if self.unique else 'the least of many'}>"
 
     @property
     def unique(self) -> bool:

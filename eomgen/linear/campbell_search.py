@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy.linalg
 from numpy.typing import NDArray
 from scipy.optimize import brentq, linear_sum_assignment
 
@@ -25,6 +26,8 @@ Complex = NDArray[np.complex128]
 _ACCURACY = 1e-12
 #: An orbit whose axes have a ratio below this is a line: it whirls in no sense.
 _LINE = 1e-6
+#: Eigenvalues that differ by less than this part are one of several modes.
+_EQUAL = 1e-9
 #: Modes that are more unlike than this are followed over a value between.
 _UNLIKE = 0.5
 #: So often an interval is halved for that.
@@ -148,20 +151,58 @@ def campbell(
 def _oscillations(lin: Linearization, pairs: Sequence[tuple[str, str]], value: float) -> _Oscillations:
     modes = lin.modes()
     kept = np.flatnonzero(modes.oscillating)
+    eigenvalues = modes.eigenvalues[kept]
     shapes = modes.weights[:, np.newaxis] * modes.shapes[:, kept]
-    lengths = np.linalg.norm(shapes, axis=0)
     area, size = np.zeros(len(kept)), np.zeros(len(kept))
     if pairs:
         rows = lin.state_space().output_rows([name for pair in pairs for name in pair])
         deflections = rows @ modes.state_shapes[:, kept]
+        for together in _multiple(eigenvalues, modes.uncertainty[kept]):
+            turned = _circular(shapes[:, together], deflections[:, together])
+            shapes[:, together], deflections[:, together] = (
+                shapes[:, together] @ turned,
+                deflections[:, together] @ turned,
+            )
         first, second = deflections[::2], deflections[1::2]
         # x = cos t, y = sin t has the amplitudes 1 and -i
         area = -np.sum((first.conj() * second).imag, axis=0)
         size = np.sum(np.abs(first) ** 2 + np.abs(second) ** 2, axis=0)
     sense = np.where(np.abs(area) > _LINE * size, np.sign(area), 0.0) * np.sign(value)
+    lengths = np.linalg.norm(shapes, axis=0)
     return _Oscillations(
-        modes.eigenvalues[kept], shapes / np.where(lengths > 0.0, lengths, 1.0), sense.astype(int), modes.stability
+        eigenvalues, shapes / np.where(lengths > 0.0, lengths, 1.0), sense.astype(int), modes.stability
     )
+
+
+def _multiple(eigenvalues: Complex, uncertainty: Array) -> list[list[int]]:
+    """Return the numbers of eigenvalues that are equal but for rounding, a list for each value of several modes."""
+    groups: list[list[int]] = []
+    for k, value in enumerate(eigenvalues):
+        for group in groups:
+            known = group[0]
+            if abs(value - eigenvalues[known]) <= max(
+                _EQUAL * abs(value), float(uncertainty[k]), float(uncertainty[known])
+            ):
+                group.append(k)
+                break
+        else:
+            groups.append([k])
+    return [group for group in groups if len(group) > 1]
+
+
+def _circular(shapes: Complex, deflections: Complex) -> Complex:
+    """Return combinations of modes of one eigenvalue, (m, m), whose orbits enclose the most area in either sense.
+
+    Any combination of them is a mode, and its sense is arbitrary: those that diagonalise the form of the enclosed area
+    in the measure of kinetic energy are the circular ones, if there are any, one in each sense.
+    """
+    first, second = deflections[::2], deflections[1::2]
+    of_energy = shapes.conj().T @ shapes
+    of_area = 0.5j * (first.conj().T @ second - second.conj().T @ first)
+    try:
+        return np.asarray(scipy.linalg.eigh(of_area, of_energy)[1])
+    except np.linalg.LinAlgError:  # shapes that do not differ, as those of internal states
+        return np.eye(shapes.shape[1], dtype=np.complex128)
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from eomgen.errors import EomgenError
 from eomgen.system.terms import PURPOSES
 
@@ -33,7 +35,7 @@ def with_equilibrium_start(program: Program, build: Callable[[Sequence[str]], Mo
     try:
         model = build(PURPOSES["equilibrium"])
         rest = model.equilibrium()
-        q, v = rest.q, model.initial_v
+        q, v = rest.q, np.where(rest.v != 0.0, rest.v, model.initial_v)
         if model.multipliers:
             consistent = model.consistent(q, v)
             q, v = consistent.q, consistent.v

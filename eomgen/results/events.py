@@ -34,7 +34,7 @@ class EventRecord(NamedTuple):
     modes: Array
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Events:
     """Events in the order of time; iterating gives an ``EventRecord`` each, ``events["bounce"]`` those of one name.
 
@@ -62,6 +62,11 @@ class Events:
     counts: Mapping[str, int] = field(default_factory=dict)
     mode_names: tuple[str, ...] = ()
     first_modes: Array = field(default_factory=lambda: np.empty(0))
+
+    def __repr__(self) -> str:
+        counted = ", ".join(f"{count} {name}" for name, count in self.counts.items())
+        span = f" from t = {self.t[0]:.6g} to {self.t[-1]:.6g} s" if len(self) else ""
+        return f"<Events: {counted or 'none'}{span}>"
 
     def __len__(self) -> int:
         return len(self.t)

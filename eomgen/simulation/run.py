@@ -182,7 +182,8 @@ def start_of(
         from eomgen.analysis.equilibrium import equilibrium  # noqa: PLC0415  # SciPy comes with it
 
         found = equilibrium(model, {"q": state.q, "v": state.v, **({"z": state.z} if model.nz else {})}, p, t, inputs)
-        state, sentences = InitialState(found.q, state.v, found.z), [f"initial position: {found.message}"]
+        v = np.where(found.v != 0.0, found.v, state.v)
+        state, sentences = InitialState(found.q, v, found.z), [f"initial position: {found.message}"]
         notes = [f"the start at rest: {note}" for note in found.notes]
     if model.multipliers and (equilibrium_start or changed or t != 0.0):
         consistent = model.consistent(state.q, state.v, t, parameters=p)

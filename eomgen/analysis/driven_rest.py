@@ -1,0 +1,187 @@
+"""Rest beside drives of constant rate: the velocities that drives give, and whether a state stays at rest beside them.
+
+Laws of time enter the rows as Phi_t. A state is at rest beside them where only what they drive moves, B v = -Phi_t with
+v constant, and where nothing that acts on the rest changes along this motion (a relative equilibrium; Marsden 1992,
+chapter 4).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from eomgen.analysis.equilibrium_warnings import Measures
+from eomgen.analysis.off_axis import off_axis_hint
+from eomgen.arrays import Array
+from eomgen.compiled.terms import Inputs
+from eomgen.errors import NumericalError, Problem, UsageError
+from eomgen.lie.product import update
+from eomgen.text import distinct
+
+if TYPE_CHECKING:
+    from eomgen.compiled.model import CompiledModel
+
+#: Fractions of a turn of the fastest drive at which rates and forces are looked at again.
+_LATER = (0.11, 0.37, 1.0, 2.6)
+#: Part of their measure by which rates, rows and accelerations may change meanwhile.
+_STEADY = 1e-7
+#: Components of v below this part of the largest are none: rounding of a least-squares solution.
+_NOTHING = 1e-12
+#: Ways, as parts of a rad or of the scene's length, over which a law's acceleration makes up a rate that is none.
+_AT_REST = 1e-12
+_AS_IT_MOVES = 'at="initial", or solution.linearize(t) about the motion itself'
+
+
+def law_rates(model: CompiledModel, measures: Measures, q: Array) -> Array:
+    """Return the rates, (rows,), that laws of time ask of the rows at q; those of the base are not among them."""
+    if not model.multipliers:
+        return np.zeros(0)
+    able, given, rest = _kinematic(model), _given(measures), np.zeros(model.nv)
+    (rates,) = able.evaluate("constraint_velocity", q, rest, **given).values()
+    (changes,) = able.evaluate("constraint_bias", q, rest, **given).values()
+    length = measures.length(q)
+    reach = np.array([1.0 if unit == "1" else length for unit in model.library.layout["row_units"]])
+    # a rate so small that the law's acceleration makes it up at once is rounding of none
+    result: Array = np.where(rates**2 > _AT_REST * reach * np.abs(changes), rates, 0.0)
+    return result
+
+
+def driven_velocity(model: CompiledModel, measures: Measures, q: Array) -> Array:
+    """Return the velocity, (nv,), of what laws of time drive at q; zero where no law has a rate at this time.
+
+    It is the least one that meets the rows: components of joints that are driven have their laws' rates.
+
+    Raises
+    ------
+    NumericalError
+        Bodies have absolute coordinates, whose velocities at rest beside drives are not constant.
+    """
+    rates = law_rates(model, measures, q)
+    if not np.any(rates):
+        return np.zeros(model.nv)
+    if model.description.joints:
+        what = "bodies have absolute coordinates, in which rest beside drives is a steady motion"
+        raise NumericalError(Problem("equilibrium", what, 'model.steady_motion(), or coordinates = "joint"'))
+    (B,) = model.evaluate("constraint_jacobian", q, **_given(measures)).values()
+    extents = _extents(model, measures, q)
+    v = extents * np.linalg.lstsq(B * extents, -rates, rcond=None)[0]
+    result: Array = np.where(np.abs(v) > _NOTHING * np.max(np.abs(v) / extents) * extents, v, 0.0)
+    return result
+
+
+def driven_components(model: CompiledModel, measures: Measures, q: Array) -> dict[str, float]:
+    """Return the components of v that rows of their own drive at a rate other than zero, and these rates."""
+    rates = law_rates(model, measures, q)
+    if not np.any(rates):
+        return {}
+    (B,) = model.evaluate("constraint_jacobian", q, **_given(measures)).values()
+    found: dict[str, float] = {}
+    for rate, row in zip(rates.tolist(), B, strict=True):
+        moving = np.flatnonzero(row)
+        if rate and len(moving) == 1:
+            k = int(moving[0])
+            found[model.v_names[k].removeprefix("v.")] = -rate / float(row[k])
+    return found
+
+
+def check_rates(model: CompiledModel, measures: Measures, q: Array, v: Array) -> None:
+    """Raise NumericalError where drives that give velocities v at q change them later, or cannot keep them."""
+    extents = _extents(model, measures, q)
+    size = float(np.max(np.abs(v) / extents))
+    for seconds in _later(size):
+        later = Measures(model, measures.p, measures.t + seconds, measures.base)
+        then = driven_velocity(model, later, _moved(model, later, q, v, seconds))
+        k = int(np.argmax(np.abs(then - v) / extents))
+        if not abs(then[k] - v[k]) <= _STEADY * size * extents[k]:
+            before, after = distinct(float(v[k]), float(then[k]))
+            unit = model.v_units[k]
+            what = (
+                f"nothing rests beside the drive of {drives(model, v)}, for {model.v_names[k]} changes along it:"
+                f" {before} {unit} at t = {measures.t:.6g} s, {after} {unit} at t = {later.t:.6g} s"
+            )
+            hint = f'a law of constant rate such as "w*t", a t at which its rate is zero, {_AS_IT_MOVES}'
+            raise NumericalError(Problem("equilibrium", what, hint))
+
+
+def check_lasting(model: CompiledModel, measures: Measures, u: Inputs, q: Array, v: Array, z: Array) -> None:
+    """Raise NumericalError where forces at rest beside drives change as these move on from q with v."""
+    extents = _extents(model, measures, q)
+    pace = float(np.max(np.abs(v) / extents))
+    left = 2.0 * np.abs(_unbalanced(model, measures, u, q, v, z))
+    for seconds in _later(pace):
+        later = Measures(model, measures.p, measures.t + seconds, measures.base)
+        there = _moved(model, later, q, v, seconds)
+        excess = np.abs(_unbalanced(model, later, u, there, v, z)) - left
+        k = int(np.argmax(excess / extents))
+        if excess[k] <= _STEADY * pace**2 * extents[k]:
+            continue
+        unit = model.v_units[k].replace("/s", "/s^2")
+        what = (
+            f"nothing rests beside the drive of {drives(model, v)}, for forces change as it moves: at"
+            f" t = {later.t:.6g} s {model.v_names[k]} would accelerate with {excess[k]:.3g} {unit}"
+        )
+        hint = off_axis_hint(model, measures, q, v) or (
+            "a scene in which nothing depends on what is driven (axes and masses symmetric about it)"
+        )
+        raise NumericalError(Problem("equilibrium", what, f"{hint}; {_AS_IT_MOVES}"))
+
+
+def drives(model: CompiledModel, v: Array) -> str:
+    """Return what moves and how fast: ``spin at 300 rad/s``."""
+    every = zip(model.v_names, v.tolist(), model.v_units, strict=True)
+    moving = [(name.removeprefix("v."), f"{value:.6g} {unit}") for name, value, unit in every if value]
+    listed = ", ".join(f"{name} at {rate}" for name, rate in moving[:3])
+    return listed + (f" and {len(moving) - 3} more" if len(moving) > 3 else "")
+
+
+def _kinematic(model: CompiledModel) -> CompiledModel:
+    """Return a model that has the rows' rates. Raises UsageError where it was built without and cannot be built."""
+    needed = ("constraint_velocity", "constraint_bias")
+    able = model.having(needed)
+    if missing := [name for name in needed if name not in able.functions]:
+        what = f"the terms {', '.join(missing)} are needed, and the model was built without them"
+        raise UsageError(
+            Problem("equilibrium", what, f"eomgen.build(scene, terms=[..., {', '.join(map(repr, missing))}])")
+        )
+    return able
+
+
+def _unbalanced(model: CompiledModel, measures: Measures, u: Inputs, q: Array, v: Array, z: Array) -> Array:
+    """Return the accelerations, (nv,), that constraint forces do not take up, those that rows ask for among them."""
+    rest, given = np.zeros(model.nv), _given(measures)
+    lam = np.zeros(len(model.multipliers))
+    (r,) = model.evaluate("residual", q, v, rest, z=z, multipliers=lam, u=u, **given).values()
+    (B,) = model.evaluate("constraint_jacobian", q, **given).values()
+    (asked,) = _kinematic(model).evaluate("constraint_bias", q, v, **given).values()
+    L = np.linalg.cholesky(model.mass(q, parameters=measures.p))
+    rows = np.linalg.solve(L, B.T).T
+    of_forces = -np.linalg.solve(L, r)
+    inverse = np.linalg.pinv(rows)
+    found = of_forces - inverse @ (rows @ of_forces + asked)
+    return np.asarray(np.linalg.solve(L.T, found), dtype=float)
+
+
+def _moved(model: CompiledModel, later: Measures, q: Array, v: Array, seconds: float) -> Array:
+    return model.evaluator.followed(update(model.factors, q, v * seconds), later.t, later.p, later.base)
+
+
+def _later(pace: float) -> list[float]:
+    return [share * 2.0 * np.pi / pace for share in _LATER]
+
+
+def _extents(model: CompiledModel, measures: Measures, q: Array) -> Array:
+    return np.where([unit == "rad/s" for unit in model.v_units], 1.0, measures.length(q))
+
+
+def _given(measures: Measures) -> dict[str, Any]:
+    return {"t": measures.t, "parameters": measures.p, "base": measures.base}
+
+
+def held_base(model: CompiledModel, p: Array, t: float) -> Array | None:
+    """Return the base held where it is at t, (19,); None where it does not move at all."""
+    if "base" not in model.functions:
+        return None
+    base = model.base(t, parameters=p)
+    base[7:] = 0.0
+    return base

@@ -1,0 +1,256 @@
+"""Rest beside drives of constant rate, against closed forms: governor, gyroscopic rotor, oscillator on a turntable."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.errors import NumericalError
+
+G, LENGTH, DAMPING = 9.81, 0.3, 0.5
+STIFFNESS, ACROSS, ALONG = 7200.0, 0.18, 0.31
+
+GOVERNOR: dict[str, Any] = {
+    "format": 1,
+    "name": "governor",
+    "parameters": {"w": {"value": 12.0, "tunable": True}},
+    "bodies": {"shaft": {"mass": 1, "inertia": [0.01] * 3}, "ball": {"mass": 1, "center_of_mass": [0, 0, -LENGTH]}},
+    "joints": {
+        "shaft": {"type": "revolute", "parent": "base", "child": "shaft", "axis": [0, 0, 1], "drive": "w*t"},
+        "arm": {
+            "type": "revolute",
+            "parent": "shaft",
+            "child": "ball",
+            "axis": [0, 1, 0],
+            "damping": DAMPING,
+            "initial": {"position": 0.4},
+        },
+    },
+}
+
+ROTOR: dict[str, Any] = {
+    "format": 1,
+    "name": "rotor",
+    "gravity": [0, 0, 0],
+    "parameters": {"w": {"value": 300.0, "unit": "rad/s", "tunable": True}},
+    "bodies": {"a": {"mass": 0}, "b": {"mass": 0}, "disc": {"mass": 5, "inertia": [ACROSS, ACROSS, ALONG]}},
+    "joints": {
+        "tx": {"type": "revolute", "parent": "base", "child": "a", "axis": [1, 0, 0], "stiffness": STIFFNESS},
+        "ty": {"type": "revolute", "parent": "a", "child": "b", "axis": [0, 1, 0], "stiffness": STIFFNESS},
+        "spin": {"type": "revolute", "parent": "b", "child": "disc", "axis": [0, 0, 1], "drive": "w*t"},
+    },
+}
+
+
+def driven_by(law: str, scene: dict[str, Any] = GOVERNOR, joint: str = "shaft") -> dict[str, Any]:
+    changed = copy.deepcopy(scene)
+    changed["joints"][joint]["drive"] = law
+    return changed
+
+
+@pytest.fixture(scope="module")
+def governor() -> eomgen.Model:
+    return eomgen.build(GOVERNOR)
+
+
+@pytest.fixture(scope="module")
+def rotor() -> eomgen.Model:
+    return eomgen.build(ROTOR)
+
+
+def arm_at(w: float) -> float:
+    """Return where the arm stands: weight and centrifugal force balance at cos = g / (l w^2)."""
+    return float(np.arccos(min(1.0, G / (LENGTH * w * w))))
+
+
+def arm_eigenvalue(w: float) -> complex:
+    """Return the root with the positive imaginary part of s^2 + c/(m l^2) s + k = 0; k is the second derivative of the
+    effective potential per m l^2."""
+    angle = arm_at(w)
+    k = G / LENGTH * np.cos(angle) - w * w * np.cos(2.0 * angle)
+    half = 0.5 * DAMPING / LENGTH**2
+    return complex(-half, np.sqrt(k - half * half))
+
+
+def test_a_governor_rests_where_centrifugal_force_balances_weight(governor: eomgen.Model) -> None:
+    rest = governor.equilibrium()
+    assert rest.q == pytest.approx([0.0, arm_at(12.0)], abs=1e-9)
+    assert rest.v.tolist() == [12.0, 0.0]
+    assert rest.stable is True
+    assert rest.message.startswith("at rest beside the drive of shaft at 12 rad/s after ")
+
+
+def test_a_run_from_equilibrium_stays_at_the_stable_one(governor: eomgen.Model) -> None:
+    run = governor.simulate(2.0, 1e-3, start="equilibrium")
+    assert run.v[0] == pytest.approx([12.0, 0.0], abs=1e-12)
+    assert run.q[:, 1] == pytest.approx(np.full(len(run.q), arm_at(12.0)), abs=1e-8)
+
+
+def test_linear_models_and_root_loci_are_about_rest_beside_the_drive(governor: eomgen.Model) -> None:
+    found = governor.linearize().modes().eigenvalues
+    assert found == pytest.approx([arm_eigenvalue(12.0)], rel=1e-7)
+    speeds = [1.0, 4.0, 8.0, 12.0]  # below and above sqrt(g/l) = 5.72
+    roots = governor.root_locus("w", speeds).eigenvalues
+    for w, row in zip(speeds, roots, strict=True):
+        assert max(row, key=lambda root: root.imag) == pytest.approx(arm_eigenvalue(w), rel=1e-6)
+
+
+def test_the_nearest_equilibrium_of_any_kind_is_the_unstable_one_on_the_axis(governor: eomgen.Model) -> None:
+    rest = governor.equilibrium({"arm": 0.02}, any_kind=True)
+    assert rest.q[1] == pytest.approx(0.0, abs=1e-9)
+    assert rest.stable is False
+    # k = g/l - w^2 < 0
+    assert rest.frequencies == pytest.approx([-np.sqrt(144.0 - G / LENGTH)], rel=1e-9)
+
+
+def tilts(w: float) -> list[float]:
+    """Return the angular frequencies of tilts in both senses: ACROSS s^2 -+ ALONG w s - STIFFNESS = 0."""
+    root = np.sqrt((ALONG * w) ** 2 + 4.0 * ACROSS * STIFFNESS)
+    return [(root - ALONG * w) / (2.0 * ACROSS), (root + ALONG * w) / (2.0 * ACROSS)]
+
+
+@pytest.mark.parametrize("at", [None, "equilibrium", "steady", "initial"])
+def test_a_driven_rotor_has_its_gyroscopic_forces(rotor: eomgen.Model, at: str | None) -> None:
+    assert rotor.linearize(at=at).modes().angular_frequency == pytest.approx(tilts(300.0), rel=1e-9)
+
+
+def test_a_campbell_diagram_over_the_rate_of_a_drive(rotor: eomgen.Model) -> None:
+    diagram = rotor.campbell("w", [0.0, 100.0, 200.0, 300.0], whirl=[("tx", "ty")])
+    for w, row in zip(diagram.values, diagram.angular_frequencies, strict=True):
+        assert sorted(row) == pytest.approx(tilts(float(w)), rel=1e-9)
+    # backward, s = w: (ACROSS + ALONG) w^2 = STIFFNESS; forward it is never met, for ALONG > ACROSS
+    assert diagram.critical_speeds == pytest.approx([np.sqrt(STIFFNESS / (ACROSS + ALONG))], rel=1e-9)
+    assert [item.whirl for item in diagram.crossings] == ["backward"]
+
+
+def test_gyroscopic_forces_hold_an_oscillator_that_stiffness_does_not() -> None:
+    """On a turntable faster than its own frequency: seen from it, an oscillator has the frequencies w -+ sqrt(k/m)."""
+    table = {
+        "format": 1,
+        "name": "turntable",
+        "bodies": {
+            "table": {"mass": 1, "inertia": [0.01] * 3},
+            "slide": {"mass": 0},
+            "ball": {"mass": 2, "inertia": [0.01] * 3},
+        },
+        "joints": {
+            "table": {"type": "revolute", "parent": "base", "child": "table", "axis": [0, 0, 1], "drive": "20*t"},
+            "x": {"type": "prismatic", "parent": "table", "child": "slide", "axis": [1, 0, 0], "stiffness": 200},
+            "y": {"type": "prismatic", "parent": "slide", "child": "ball", "axis": [0, 1, 0], "stiffness": 200},
+        },
+    }
+    model = eomgen.build(table)
+    rest = model.equilibrium(any_kind=True)
+    assert rest.stable is None
+    assert rest.frequencies == pytest.approx([-np.sqrt(400.0 - 100.0)] * 2, rel=1e-9)
+    assert model.linearize(at=rest).modes().angular_frequency == pytest.approx([10.0, 30.0], rel=1e-9)
+
+
+def test_a_drive_whose_rate_changes_leaves_nothing_at_rest() -> None:
+    model = eomgen.build(driven_by("150*t**2/2"))
+    assert model.equilibrium().q[1] == pytest.approx(0.0, abs=1e-9)  # its rate is zero at t = 0
+    with pytest.raises(NumericalError) as refusal:
+        model.equilibrium(t=1.0)
+    assert (
+        "nothing rests beside the drive of shaft at 150 rad/s, for v.shaft changes along it: 150 rad/s at t = 1 s, 150."
+    ) in str(refusal.value)
+    assert 'a law of constant rate such as "w*t", a t at which its rate is zero, at="initial", or' in str(refusal.value)
+    with pytest.warns(RuntimeWarning, match="linear about the initial state, which does not last: nothing rests"):
+        model.linearize(t=0.1)
+
+
+def test_rounding_of_a_rate_that_is_zero_is_rest() -> None:
+    model = eomgen.build(driven_by("0.3*sin(5*t)"))
+    assert model.equilibrium(t=np.pi / 10.0).v.tolist() == [0.0, 0.0]  # the law turns back there
+
+
+def test_forces_that_change_with_the_driven_angle_are_refused_with_their_centre_of_mass() -> None:
+    off_axis = copy.deepcopy(ROTOR)
+    off_axis["bodies"]["disc"]["center_of_mass"] = [0.01, 0, 0.02]  # 0.02 m above the pivot, so that it tilts
+    with pytest.raises(NumericalError) as refusal:
+        eomgen.build(off_axis).equilibrium()
+    assert "nothing rests beside the drive of spin at 300 rad/s, for forces change as it moves: at t = " in str(
+        refusal.value
+    )
+    assert "centres of mass on the axis of spin (that of disc is 0.01 m off, 0.05 kg m)" in str(refusal.value)
+
+
+def test_a_loop_that_goes_with_the_drive_is_refused() -> None:
+    """A slider and crank of radius 0.1 m and rod 0.5 m, in line at the start: its slider turns back and accelerates."""
+    crank = {
+        "format": 1,
+        "name": "slider_crank",
+        "bodies": {
+            "crank": {"mass": 1, "inertia": [0.01] * 3},
+            "rod": {"mass": 1, "inertia": [0.01] * 3},
+            "slider": {"mass": 1},
+        },
+        "joints": {
+            "crank": {"type": "revolute", "parent": "base", "child": "crank", "axis": [0, 1, 0], "drive": "20*t"},
+            "rod": {"type": "revolute", "parent": "crank", "child": "rod", "axis": [0, 1, 0], "position": [0.1, 0, 0]},
+            "slider": {
+                "type": "prismatic",
+                "parent": "base",
+                "child": "slider",
+                "axis": [1, 0, 0],
+                "initial": {"position": 0.6},
+            },
+        },
+        "constraints": {
+            "pin": {
+                "type": "point_on_line",
+                "first": {"body": "slider", "axis": [0, 1, 0]},
+                "second": {"body": "rod", "position": [0.5, 0, 0]},
+            }
+        },
+    }
+    with pytest.raises(NumericalError, match="nothing rests beside the drive of crank at 20 rad/s"):
+        eomgen.build(crank).equilibrium()
+
+
+def test_a_rotor_of_two_blades_has_no_lasting_linear_model() -> None:
+    """Unequal inertias across the axis: forces balance at all angles, their slopes change with the angle."""
+    blades = copy.deepcopy(ROTOR)
+    blades["bodies"]["disc"]["inertia"] = [0.1, 0.2, 0.25]
+    with pytest.warns(RuntimeWarning, match="the linear model changes with the turn of spin at 300 rad/s"):
+        eomgen.build(blades).linearize()
+
+
+def test_absolute_coordinates_are_sent_to_steady_motions() -> None:
+    scene = copy.deepcopy(GOVERNOR) | {"coordinates": "absolute"}
+    scene["bodies"]["ball"]["inertia"] = [1e-3] * 3
+    model = eomgen.build(scene)
+    with pytest.raises(NumericalError, match="absolute coordinates, in which rest beside drives is a steady motion"):
+        model.equilibrium()
+    assert model.linearize(at="steady").reference.what == "steady motion"
+
+
+def test_a_slide_that_a_rope_pulls_evenly_carries_a_pendulum_at_rest() -> None:
+    """A distance of changing length: of constant rate in line with a slide, a frame in which the pendulum hangs."""
+    scene = {
+        "format": 1,
+        "name": "rope",
+        "bodies": {"slide": {"mass": 0.1}, "bob": {"mass": 2, "center_of_mass": [0, 0, -0.1]}},
+        "joints": {
+            "x": {"type": "prismatic", "parent": "base", "child": "slide", "axis": [1, 0, 0]},
+            "hinge": {"type": "revolute", "parent": "slide", "child": "bob", "axis": [0, 1, 0]},
+        },
+        "constraints": {
+            "rope": {
+                "type": "distance",
+                "first": {"body": "base", "position": [-1, 0, 0]},
+                "second": {"body": "slide"},
+                "length": "1 + 0.1*t",
+            }
+        },
+    }
+    rest = eomgen.build(scene).equilibrium({"hinge": 0.5})
+    assert rest.q[1] == pytest.approx(0.0, abs=1e-9)
+    assert rest.v == pytest.approx([0.1, 0.0], abs=1e-12)
+    scene["constraints"]["rope"]["length"] = "1 + 0.1*sin(3*t)"  # type: ignore[index]
+    with pytest.raises(NumericalError, match=r"nothing rests beside the drive of x at 0\.3 m/s, for v\.x changes"):
+        eomgen.build(scene).equilibrium()
