@@ -62,6 +62,11 @@ def equilibrium(scene: str, path: str | None, time: float, any_kind: bool, as_js
         ]
         rows += [
             (name, f"{value:.9g}", unit)
+            for name, value, unit in zip(model.v_names, result.v, model.v_units, strict=True)
+            if value
+        ]
+        rows += [
+            (name, f"{value:.9g}", unit)
             for name, value, unit in zip(model.z_names, result.z, model.z_units, strict=True)
         ]
         print_table(f"{model.name} at rest", ("coordinate", "value", "unit"), rows[:_SHOWN], numeric=(1,))
@@ -80,6 +85,7 @@ def _described(model: Model, result: Equilibrium) -> dict[str, Any]:
         "scene": model.name,
         "t": result.t,
         "q": dict(zip(model.q_names, result.q.tolist(), strict=True)),
+        "v": dict(zip(model.v_names, result.v.tolist(), strict=True)),
         "z": dict(zip(model.z_names, result.z.tolist(), strict=True)),
         "multipliers": dict(zip(model.multipliers, result.multipliers.tolist(), strict=True)),
         "residual": result.residual,

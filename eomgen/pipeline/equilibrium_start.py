@@ -54,7 +54,7 @@ def with_equilibrium_start(program: Program, build: Callable[[Sequence[str]], Mo
     )
     start += (
         f" The accelerations left unbalanced there, in m/s^2 or rad/s^2, are {left}; velocities are those of the"
-        " joints."
+        f" joints{' and of the drives' if np.any(rest.v) else ''}."
     )
     for note in rest.message.split("; ")[1:]:
         start += f" Note: {note}."

@@ -10,6 +10,9 @@ import pytest
 
 import eomgen
 from eomgen.errors import NumericalError
+from tests.models.cache import shared_cache
+
+__all__ = ["shared_cache"]
 
 G, LENGTH, DAMPING = 9.81, 0.3, 0.5
 STIFFNESS, ACROSS, ALONG = 7200.0, 0.18, 0.31
@@ -54,12 +57,12 @@ def driven_by(law: str, scene: dict[str, Any] = GOVERNOR, joint: str = "shaft") 
 
 @pytest.fixture(scope="module")
 def governor() -> eomgen.Model:
-    return eomgen.build(GOVERNOR)
+    return eomgen.build(GOVERNOR, profile="quick")
 
 
 @pytest.fixture(scope="module")
 def rotor() -> eomgen.Model:
-    return eomgen.build(ROTOR)
+    return eomgen.build(ROTOR, profile="quick")
 
 
 def arm_at(w: float) -> float:
@@ -143,7 +146,7 @@ def test_gyroscopic_forces_hold_an_oscillator_that_stiffness_does_not() -> None:
             "y": {"type": "prismatic", "parent": "slide", "child": "ball", "axis": [0, 1, 0], "stiffness": 200},
         },
     }
-    model = eomgen.build(table)
+    model = eomgen.build(table, profile="quick")
     rest = model.equilibrium(any_kind=True)
     assert rest.stable is None
     assert rest.frequencies == pytest.approx([-np.sqrt(400.0 - 100.0)] * 2, rel=1e-9)
@@ -151,7 +154,7 @@ def test_gyroscopic_forces_hold_an_oscillator_that_stiffness_does_not() -> None:
 
 
 def test_a_drive_whose_rate_changes_leaves_nothing_at_rest() -> None:
-    model = eomgen.build(driven_by("150*t**2/2"))
+    model = eomgen.build(driven_by("150*t**2/2"), profile="quick")
     assert model.equilibrium().q[1] == pytest.approx(0.0, abs=1e-9)  # its rate is zero at t = 0
     with pytest.raises(NumericalError) as refusal:
         model.equilibrium(t=1.0)
@@ -172,7 +175,7 @@ def test_forces_that_change_with_the_driven_angle_are_refused_with_their_centre_
     off_axis = copy.deepcopy(ROTOR)
     off_axis["bodies"]["disc"]["center_of_mass"] = [0.01, 0, 0.02]  # 0.02 m above the pivot, so that it tilts
     with pytest.raises(NumericalError) as refusal:
-        eomgen.build(off_axis).equilibrium()
+        eomgen.build(off_axis, profile="quick").equilibrium()
     assert "nothing rests beside the drive of spin at 300 rad/s, for forces change as it moves: at t = " in str(
         refusal.value
     )
@@ -209,7 +212,7 @@ def test_a_loop_that_goes_with_the_drive_is_refused() -> None:
         },
     }
     with pytest.raises(NumericalError, match="nothing rests beside the drive of crank at 20 rad/s"):
-        eomgen.build(crank).equilibrium()
+        eomgen.build(crank, profile="quick").equilibrium()
 
 
 def test_a_rotor_of_two_blades_has_no_lasting_linear_model() -> None:
@@ -217,13 +220,13 @@ def test_a_rotor_of_two_blades_has_no_lasting_linear_model() -> None:
     blades = copy.deepcopy(ROTOR)
     blades["bodies"]["disc"]["inertia"] = [0.1, 0.2, 0.25]
     with pytest.warns(RuntimeWarning, match="the linear model changes with the turn of spin at 300 rad/s"):
-        eomgen.build(blades).linearize()
+        eomgen.build(blades, profile="quick").linearize()
 
 
 def test_absolute_coordinates_are_sent_to_steady_motions() -> None:
     scene = copy.deepcopy(GOVERNOR) | {"coordinates": "absolute"}
     scene["bodies"]["ball"]["inertia"] = [1e-3] * 3
-    model = eomgen.build(scene)
+    model = eomgen.build(scene, profile="quick")
     with pytest.raises(NumericalError, match="absolute coordinates, in which rest beside drives is a steady motion"):
         model.equilibrium()
     assert model.linearize(at="steady").reference.what == "steady motion"
@@ -248,9 +251,9 @@ def test_a_slide_that_a_rope_pulls_evenly_carries_a_pendulum_at_rest() -> None:
             }
         },
     }
-    rest = eomgen.build(scene).equilibrium({"hinge": 0.5})
+    rest = eomgen.build(scene, profile="quick").equilibrium({"hinge": 0.5})
     assert rest.q[1] == pytest.approx(0.0, abs=1e-9)
     assert rest.v == pytest.approx([0.1, 0.0], abs=1e-12)
     scene["constraints"]["rope"]["length"] = "1 + 0.1*sin(3*t)"  # type: ignore[index]
     with pytest.raises(NumericalError, match=r"nothing rests beside the drive of x at 0\.3 m/s, for v\.x changes"):
-        eomgen.build(scene).equilibrium()
+        eomgen.build(scene, profile="quick").equilibrium()

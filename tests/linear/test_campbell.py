@@ -159,3 +159,55 @@ def test_a_value_without_a_linear_model_is_left_out_and_named(overhung: eomgen.M
     lost = {50.0, 60.0}
     with pytest.raises(NumericalError, match="at spin = 50: steady motion: it does not last"):
         campbell("spin", "rad/s", [50.0, 60.0, 70.0], linearized)
+
+
+def jeffcott(eccentricity: float) -> dict[str, object]:
+    """Return a disc on equal springs along x and y, with a force on its hub."""
+    along = {"stiffness": 2e6, "damping": 150.0}
+    return {
+        "format": 1,
+        "name": "jeffcott",
+        "gravity": [0, 0, 0],
+        "inputs": {"push_x": {"unit": "N"}, "push_y": {"unit": "N"}},
+        "bodies": {
+            "along_x": {"mass": 0},
+            "along_y": {"mass": 0},
+            "disc": {"mass": 20, "inertia": [0.25, 0.25, 0.45], "center_of_mass": [eccentricity, 0, 0]},
+        },
+        "joints": {
+            "x": {"type": "prismatic", "parent": "base", "child": "along_x", "axis": [1, 0, 0], **along},
+            "y": {"type": "prismatic", "parent": "along_x", "child": "along_y", "axis": [0, 1, 0], **along},
+            "spin": {"type": "revolute", "parent": "along_y", "child": "disc", "axis": [0, 0, 1]},
+        },
+        "forces": {"push": {"body": "disc", "force": ["push_x", "push_y", 0]}},
+    }
+
+
+def test_of_two_equal_modes_one_whirls_forward_and_one_backward() -> None:
+    model = eomgen.build(jeffcott(0.0), profile="quick")
+    for whirl in ([("x", "y")], [("y", "x")]):
+        diagram = model.campbell("spin", np.linspace(0.0, 800.0, 5), whirl=whirl)
+        assert [sorted(row) for row in diagram.whirl.tolist()] == [[0, 0], *[[-1, 1]] * 4]
+        critical = math.sqrt(2e6 / 20 - (150 / 40) ** 2)  # the damped frequency, the same at all speeds
+        np.testing.assert_allclose(diagram.critical_speeds, [critical, critical], rtol=1e-9)
+        assert sorted(item.whirl for item in diagram.crossings) == ["backward", "forward"]
+
+
+def test_unbalance_refuses_a_diagram_with_the_body_and_its_distance() -> None:
+    model = eomgen.build(jeffcott(2e-4), profile="quick")
+    with pytest.raises(NumericalError) as refusal:
+        model.campbell("spin", np.linspace(0.0, 800.0, 5))
+    hint = "centres of mass on the axis of spin (that of disc is 0.0002 m off, 0.004 kg m), with gravity and springs"
+    assert hint in str(refusal.value)
+    assert "unbalance acts on the balanced rotor as a force that turns (docs/python.md, Rotors)" in str(refusal.value)
+
+
+@pytest.mark.parametrize("spin", [200.0, 316.0, 500.0])
+def test_the_response_to_unbalance_is_that_to_a_force_that_turns(spin: float) -> None:
+    """The recipe of the documentation: x = m e w^2 / (k - m w^2 + i c w), and y a quarter turn behind."""
+    model = eomgen.build(jeffcott(0.0), profile="quick")
+    lin = model.linearize(at=model.steady_motion({"spin": spin}))
+    expected = 20 * 2e-4 * spin**2 / (2e6 - 20 * spin**2 + 150j * spin)
+    for output, factor in (("x", 1.0), ("y", -1j)):
+        by_x, by_y = (lin.frequency_response(spin, force, output) for force in ("push_x", "push_y"))
+        np.testing.assert_allclose(20 * 2e-4 * spin**2 * (by_x - 1j * by_y), factor * expected, rtol=1e-9)
