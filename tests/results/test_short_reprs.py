@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from eomgen.compiled.actuators import ActuatorEfforts
-from eomgen.linear.linearization import Reference
 from eomgen.results.events import Events
 
 
@@ -23,12 +22,3 @@ def test_efforts_of_actuators_print_by_name_and_whether_they_are_unique() -> Non
     assert repr(one) == "<ActuatorEfforts: left 1.5, right -2; unique>"
     many = ActuatorEfforts(("left", "right"), np.zeros((4, 2)), np.zeros((4, 0)), np.ones((4, 2, 1)))
     assert repr(many) == "<ActuatorEfforts: left, right at 4 states; the least of many>"
-
-
-def test_a_reference_prints_what_it_is_and_its_sizes() -> None:
-    rest, none = np.zeros(2), np.zeros(0)
-    assert repr(Reference(1.5, rest, rest, rest, none, none, none, "equilibrium")) == (
-        "<Reference: equilibrium at t = 1.5 s, at rest; 2 of q, 2 of v>"
-    )
-    moving = Reference(0.0, rest, np.ones(2), rest, np.zeros(1), none, none, "steady motion")
-    assert repr(moving) == "<Reference: steady motion at t = 0 s, moving; 2 of q, 2 of v, 1 of z>"
