@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from eomgen.model import Model
     from eomgen.results.events import Events
     from eomgen.results.solution import Solution
+    from eomgen.simulation.timing import StepTimes
 
 
 @click.command()
@@ -29,11 +30,12 @@ if TYPE_CHECKING:
     "--checkpoint-every", type=int, default=None, metavar="N", help="Steps between checkpoints; else one a minute."
 )
 @click.option("--resume", default=None, metavar="FILE", help="Go on from a checkpoint, to the same bits.")
+@click.option("--timing", is_flag=True, help="Repeat the run step by step: median, late and longest time of a step.")
 @click.option("--plots/--no-plots", default=True, show_default=True, help="Draw the solution.")
 @json_option
 @debug_option
-def simulate(scene: str, folder: str, plots: bool, as_json: bool, **options: Any) -> int:
-    """Integrate a SCENE and write solution.npz, solution.csv, summary.json and plots.
+def simulate(scene: str, folder: str, plots: bool, timing: bool, as_json: bool, **options: Any) -> int:
+    """Integrate a SCENE and write solution.npz, solution.csv, summary.json and plots; with --timing step_times.csv.
 
     Ctrl-C, and a run that fails, leave the partial result; the exit code is then 130 or 6.
     """
@@ -42,22 +44,31 @@ def simulate(scene: str, folder: str, plots: bool, as_json: bool, **options: Any
     described = read_scene(scene, options)
     target = make_folder(Path(folder))
     model, solution = run(described, options)
-    files = _write(solution, target, plots)
-    summary = _summary(solution, model, files)
+    times = _timed(model, solution, options["inputs"]) if timing else None
+    files = _write(solution, target, plots, times)
+    summary = _summary(solution, model, files) | ({} if times is None else {"timing": times.summary()})
     if as_json:
         print_json(summary)
     else:
-        _print(solution, model, options["inputs"])
+        _print(solution, model, options["inputs"], times)
     say(f"{solution.message}\nwritten to {target}: {', '.join(file.name for file in files)}")
     return outcome_code(solution)
 
 
-def _write(solution: Solution, folder: Path, plots: bool) -> list[Path]:
+def _timed(model: Model, solution: Solution, inputs: dict[str, float]) -> StepTimes:
+    from eomgen.simulation.timing import step_times  # noqa: PLC0415
+
+    return step_times(model, solution, inputs or None)
+
+
+def _write(solution: Solution, folder: Path, plots: bool, times: StepTimes | None) -> list[Path]:
     from eomgen.files import write_text  # noqa: PLC0415
 
     files = [solution.save(folder / "solution.npz"), solution.save(folder / "solution.csv")]
     if solution.events is not None:
         files.append(solution.events.write(folder / "events.csv", solution.metadata["names"]))
+    if times is not None:
+        files.append(times.write(folder / "step_times.csv"))
     if plots:
         from eomgen.results.plots import draw  # noqa: PLC0415  # matplotlib comes with it
 
@@ -85,7 +96,7 @@ def _summary(solution: Solution, model: Model, files: list[Path]) -> dict[str, A
     return {**_outcome(solution, files), "folder": str(files[0].parent), "final": final, "degrees_of_freedom": model.nv}
 
 
-def _print(solution: Solution, model: Model, inputs: dict[str, float]) -> None:
+def _print(solution: Solution, model: Model, inputs: dict[str, float], times: StepTimes | None) -> None:
     stats = solution.stats
     settings = solution.metadata["settings"]
     method = f"{solution.metadata['method']}, step {settings['step']:.6g} s"
@@ -118,6 +129,8 @@ def _print(solution: Solution, model: Model, inputs: dict[str, float]) -> None:
         if stats.get(key):
             rows.append((label, str(stats[key])))
     rows.append(("time of computation", f"{stats['wall_time']:.3g} s"))
+    if times is not None:
+        rows.append(("time of a step", str(times)))
     total = solution.energy.get("total")
     if total is not None:
         rows.append(("total energy", f"{total[0]:.9g} J at the start, {total[-1]:.9g} J at the end"))

@@ -7,18 +7,85 @@ import os
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import NumericalError, Problem
-from eomgen.integrators.methods import Method
+from eomgen.files import write_text
+from eomgen.integrators.methods import Method, method_named
 from eomgen.results.solution import Solution
 from eomgen.simulation.inputs import InputSignals, Signal, jumps_known, read_signals
 from eomgen.simulation.run import scene_inputs
 from eomgen.simulation.settings import stepper_library
 from eomgen.simulation.stepper import Stepper
+
+#: The part of steps that a late one is later than, and how many steps it takes to tell.
+PART, COUNT = 0.9999, 20_000
+
+
+@dataclass(frozen=True)
+class StepTimes:
+    """Processor's times of steps, s, one call from Python for each."""
+
+    seconds: Array
+
+    @property
+    def median(self) -> float:
+        return float(np.median(self.seconds))
+
+    @property
+    def late(self) -> float:
+        """What a part ``PART`` of the steps stays below, s."""
+        return float(np.quantile(self.seconds, PART, method="higher"))
+
+    @property
+    def longest(self) -> float:
+        return float(self.seconds.max())
+
+    def summary(self) -> dict[str, float]:
+        return {"steps": len(self.seconds), "median": self.median, "late": self.late, "longest": self.longest}
+
+    def __str__(self) -> str:
+        times = f"median {1e6 * self.median:.3g} us, {100 * PART:g} % below {1e6 * self.late:.3g} us"
+        return f"{times}, longest {1e6 * self.longest:.3g} us, of {len(self.seconds)} steps"
+
+    def write(self, path: Path) -> Path:
+        """Write all times in their order as CSV, in s, and return the path."""
+        write_text(path, "\n".join(["seconds", *(f"{x:.9g}" for x in self.seconds)]) + "\n")
+        return path
+
+
+def step_times(
+    model: CompiledModel, solution: Solution, inputs: Mapping[str, Signal] | None = None, count: int = COUNT
+) -> StepTimes:
+    """Repeat a run, step by step on one core, until so many steps have been timed.
+
+    Parameters
+    ----------
+    solution : Solution
+        Of a run of whole steps with this model that reached its end.
+    inputs : mapping
+        As of the run.
+
+    Raises
+    ------
+    NumericalError
+        The run did not reach its end, or does not when it is repeated.
+    """
+    described = solution.metadata
+    if not solution.success:
+        what = "a run that stops early has no times of all its steps"
+        raise NumericalError(Problem("timing", what, "a run that reaches its end"))
+    method = method_named(described["method"], **described["method_parameters"])
+    repeated, runs = Repeated(model, solution, method, inputs), []
+    with one_core():
+        while sum(map(len, runs)) < count:
+            runs.append(repeated.seconds_of_steps()[0])
+    return StepTimes(np.concatenate(runs))
 
 
 class Repeated:
@@ -91,7 +158,7 @@ class Repeated:
             first = number * per_step
             table = None if self._table is None else np.ascontiguousarray(self._table[first : first + per_step + 1])
             began = time.thread_time_ns()
-            status, _ = self._stepper.run(1, 1, table, self._record[:1])
+            status, _ = self._stepper.run(1, 0, table, None)
             taken[number] = 1e-9 * (time.thread_time_ns() - began)
             self._check(status)
             if counts is not None:

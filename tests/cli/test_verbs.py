@@ -216,6 +216,21 @@ def test_a_folder_to_write_to_that_is_a_file_is_called_one(
     assert f"{scene_file}: this is a file, and a folder is needed; try: another folder" in capsys.readouterr().err
 
 
+def test_timing_repeats_the_run_step_by_step(
+    scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["simulate", str(scene_file), "--out", str(tmp_path / "out"), "--t-end", "0.5", "--no-plots", "--timing"]
+    assert main([*words, "--json"]) == 0
+    timing = json.loads(capsys.readouterr().out)["timing"]
+    lines = (tmp_path / "out" / "step_times.csv").read_text(encoding="utf-8").splitlines()
+    seconds = sorted(float(line) for line in lines[1:])
+    assert (lines[0], len(seconds), timing["steps"]) == ("seconds", timing["steps"], len(seconds))
+    assert len(seconds) >= 20_000
+    assert timing["median"] == pytest.approx(np.median(seconds), rel=1e-6)
+    assert timing["late"] == pytest.approx(seconds[int(np.ceil(0.9999 * (len(seconds) - 1)))], rel=1e-6)
+    assert 0.0 < timing["median"] <= timing["late"] <= timing["longest"] == pytest.approx(seconds[-1], rel=1e-6)
+
+
 def test_simulate_prints_json_on_request(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["simulate", str(scene_file), "--out", str(tmp_path / "out"), "--t-end", "0.1", "--no-plots", "--json"]
     assert main([*words, "--method", "rk4"]) == 0
