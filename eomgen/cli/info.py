@@ -10,19 +10,23 @@ import click
 
 from eomgen.cli.options import debug_option, json_option, scene_options, terms_option
 from eomgen.cli.printing import console, counted, print_json, print_table
+from eomgen.errors import Problem, UsageError
 
 if TYPE_CHECKING:
+    from eomgen.scene.scene import Scene
     from eomgen.system.system import Discontinuity, System
 
 
 @click.command()
 @scene_options
 @terms_option
+@click.option("--method", default=None, metavar="NAME", help="Whose step is counted, operation by operation.")
 @json_option
 @debug_option
 def info(
     scene: str,
     terms: list[str] | None,
+    method: str | None,
     as_json: bool,
     **reading: Any,
 ) -> None:
@@ -33,11 +37,43 @@ def info(
     described_scene = load(scene, **reading)
     data = described(derive(described_scene, terms))
     data["calibrated"] = [name for item in described_scene.feedback for name in item.calibrated]
+    if method is not None:
+        data["step"] = _step(described_scene, method)
     data["savings"] = [dataclasses.asdict(saving) for saving in savings(described_scene)]
     if as_json:
         print_json(data)
     else:
         _print(data)
+
+
+def _step(scene: Scene, name: str) -> dict[str, Any]:
+    """Return what a step of a method does, with exact operations of each part.
+
+    Raises
+    ------
+    ModelError
+        The method cannot run on the scene.
+    UsageError
+        There is no such method, or its steps differ.
+    """
+    from eomgen.integrators.methods import method_named, terms_of  # noqa: PLC0415
+    from eomgen.integrators.stepper_data import method_data  # noqa: PLC0415
+    from eomgen.pipeline.pipeline import derive  # noqa: PLC0415
+
+    method = method_named(name)
+    facts = derive(scene, []).facts
+    system = derive(scene, list(terms_of(name, facts.constraints, facts.internal_states)))
+    parts = method.work(system, method_data(method, system))
+    if not parts:
+        what = f"steps of {name} differ from each other: iterations or errors decide what they do"
+        raise UsageError(Problem("--method", what, "rosenbrock or lsrt2; --timing of simulate for others"))
+    rows = []
+    for part in parts:
+        counts = system.counts[part.what] if part.of_model else part
+        each = {key: getattr(counts, key) for key in _OPERATIONS}
+        rows.append({"what": part.what, "times": part.times, **each})
+    total = {key: sum(row["times"] * row[key] for row in rows) for key in _OPERATIONS}
+    return {"method": name, "parts": rows, "total": {**total, "flops": total["additions"] + total["multiplications"]}}
 
 
 def described(system: System) -> dict[str, Any]:
@@ -78,6 +114,7 @@ def described(system: System) -> dict[str, Any]:
 
 
 _LISTED = 8
+_OPERATIONS = ("additions", "multiplications", "divisions", "functions")
 _DIRECTIONS = {1: "rising", -1: "falling", 0: "both"}
 
 
@@ -165,6 +202,13 @@ def _print(data: dict[str, Any]) -> None:
     ]
     header = ("function", "+", "*", "/", "sin, sqrt ...", "selections", "flops")
     print_table("Exact operation counts", header, operations, numeric=tuple(range(1, 7)))
+    if "step" in data:
+        out.print()
+        step = data["step"]
+        parts = [(row["what"], row["times"], *(row[key] for key in _OPERATIONS)) for row in step["parts"]]
+        parts.append(("all of it", 1, *(step["total"][key] for key in _OPERATIONS)))
+        title = f"A step of {step['method']}: {step['total']['flops']} flops, the same every time"
+        print_table(title, ("what", "times", "+", "*", "/", "sin, sqrt ..."), parts, numeric=tuple(range(1, 6)))
     out.print()
     print_table(
         "What simplification saves",

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 from eomgen.errors import Problem, UsageError
 
 if TYPE_CHECKING:
+    from eomgen.integrators.step_work import Work
     from eomgen.system.system import System
 
 #: How a stepper takes inputs: rows within a step between which they are linear; the first row held over the step, where
@@ -312,6 +313,15 @@ class Family(ABC):
         step : s
         samples : numbers by which pivots are chosen, None: the system's own
         """
+
+    def work(self, system: System, method: Mapping[str, Any]) -> tuple[Work, ...]:
+        """Return all that every step does; nothing where steps differ, by iterations or by errors.
+
+        Parameters
+        ----------
+        method : ``Program.method``
+        """
+        return ()
 
 
 def hold(text: str, true: bool) -> None:

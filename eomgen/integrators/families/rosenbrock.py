@@ -23,7 +23,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from eomgen.integrators.families.family import (
@@ -46,6 +46,7 @@ from eomgen.integrators.families.family import (
 
 if TYPE_CHECKING:
     from eomgen.integrators.newton.matrix import Packing, Unknowns
+    from eomgen.integrators.step_work import Work
     from eomgen.system.system import System
 
 _TREES = Need(
@@ -156,6 +157,41 @@ class Rosenbrock(Family):
             "rights": unknowns.matrix_size,
             "input_times": [0.0, 1.0] if self.stages == 1 else [0.0, 0.5, 1.0],
         }
+
+    def work(self, system: System, method: Mapping[str, Any]) -> tuple[Work, ...]:
+        from eomgen.integrators.step_work import Work, work_of_groups, work_of_system  # noqa: PLC0415
+
+        un, solver = method["unknowns"], method["solver"]
+        forces = "equations" if un["size"] > un["v"] else "residual"
+        timed = bool({"t", "u", "base"} & set(system.functions[forces].inputs))
+        twice = 2 if timed or self.stages == 2 else 1
+        drivers = [name for name in ("inputs", "base") if name in system.functions]
+        mass, stiffness = ([len(row[name]) for row in method["products"] if row[name]] for name in ("M", "K"))
+        inertia = Work("M a", 1, False, sum(mass), sum(mass))
+        stiff = Work("gain K d", self.stages, False, sum(stiffness), sum(stiffness) + len(stiffness))
+        assembly, factors, substitution = work_of_system(solver, un["size"])
+        v, z = un["v"], un["size"] - un["v"]
+        if self.stages == 1:
+            mean = un["size"] if timed else 0
+            vectors = Work("vectors and time", 1, False, 2 * v + z + mean + 1, 2 * v + 2 * z + mean + 4)
+            groups = work_of_groups(method, {"update": 1})
+        else:
+            turned = sum(run["size"] for run in method["lie"]["runs"] if run["group"] != "R")
+            added = (8 if turned else 6) * v + 4 * z + 2
+            vectors = Work("vectors and time", 1, False, added, 5 * v + 4 * z + 2 * turned + 4)
+            groups = work_of_groups(method, {"update": 2, "bracket": 1})
+        return (
+            Work(forces, twice, of_model=True),
+            Work(solver["function"], 1, of_model=True),
+            *(Work(name, twice, of_model=True) for name in drivers),
+            assembly,
+            factors,
+            inertia,
+            stiff,
+            replace(substitution, times=self.stages),
+            *groups,
+            vectors,
+        )
 
 
 def products(unknowns: Unknowns, packing: Packing) -> list[dict[str, Any]]:

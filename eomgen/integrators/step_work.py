@@ -1,0 +1,102 @@
+"""What one step of a method does, counted: calls of the model's functions, and the operations of the stepper itself.
+
+Comparisons (tests of pivots are some), copies and changes of sign do not count. Where a choice is a branch, as between
+the series and the sines of a rotation, both sides count.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Work:
+    """Something that a step does a number of times.
+
+    Attributes
+    ----------
+    what : a function of the model, or in words
+    times : in one step
+    of_model : whether it is such a function, whose operations the system knows
+    additions, multiplications, divisions, functions : of one time
+    """
+
+    what: str
+    times: int
+    of_model: bool = False
+    additions: int = 0
+    multiplications: int = 0
+    divisions: int = 0
+    functions: int = 0
+
+
+def work_of_system(solver: Mapping[str, Any], size: int) -> tuple[Work, ...]:
+    """Return the work of one matrix and of one right side.
+
+    Parameters
+    ----------
+    solver : ``Program.method["solver"]``, as ``newton.solver.solver_data`` gives it
+    size : number of unknowns
+    """
+    one = 5  # the weight that is no number, of ``newton.matrix.WEIGHTS``
+    linear = [entry["linear"] for entry in solver["entries"]]
+    weighed = sum(weight != one for terms in linear for weight, _ in terms)
+    sums = sum(max(len(terms) - 1, 0) for terms in linear) + len(solver["rate_diagonal"])
+    assembly = Work("matrix from the partials", 1, additions=sums, multiplications=weighed)
+    if "elimination" not in solver:
+        half = size * (size - 1) // 2
+        inner = (size - 1) * size * (2 * size - 1) // 6
+        factors = Work("factors, with pivots by size", 1, False, inner, inner, half)
+        return assembly, factors, Work("substitution", 1, False, 2 * half, 2 * half, size)
+    data = solver["elimination"]
+    pivots, stored = data["size"], data["factors"] - data["size"]
+    factors = Work("factors, in their order", 1, False, data["operations"], data["operations"] + stored, pivots)
+    return assembly, factors, Work("substitution", 1, False, stored, stored + pivots)
+
+
+def work_of_kernel(kernel: Mapping[str, Any], times: int) -> Work:
+    """Return the work of a function on a group, of ``Program.method["lie"]["kernels"]``."""
+    counts: Counter[str] = Counter()
+    for expression in [value for _, value in kernel["statements"]] + list(kernel["results"]):
+        counts.update(_operations(expression))
+    return Work(
+        kernel["name"],
+        times,
+        False,
+        counts["ADD"] + counts["SUB"],
+        counts["MUL"],
+        counts["DIV"],
+        sum(
+            counts[name] for name in ("SQRT", "SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN", "ATAN2", "EXP", "LOG", "POW")
+        ),
+    )
+
+
+def work_of_groups(method: Mapping[str, Any], calls: Mapping[str, int]) -> tuple[Work, ...]:
+    """Return the work of functions on the groups and of the coordinates that just move.
+
+    Parameters
+    ----------
+    method : ``Program.method``
+    calls : how often a step calls ``update`` of the whole configuration, ``bracket`` ...
+    """
+    runs = method["lie"]["runs"]
+    found: list[Work] = []
+    for kernel in method["lie"]["kernels"]:
+        operation, _, group = kernel["name"].partition("_")
+        members = [run for run in runs if run["group"].lower() == group]
+        found.append(work_of_kernel(kernel, calls.get(operation, 0) * len(members)))
+    plain = sum(run["size"] for run in runs if run["group"] == "R")
+    turned = sum(run["size"] for run in runs if run["group"] != "R")
+    found.append(Work("q, coordinate by coordinate", calls["update"], False, plain, plain + turned))
+    return tuple(item for item in found if item.times)
+
+
+def _operations(expression: Any) -> Iterable[str]:
+    if isinstance(expression, Sequence) and expression and isinstance(expression[0], str):
+        yield expression[0]
+        for operand in expression[1:]:
+            yield from _operations(operand)

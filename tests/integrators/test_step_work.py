@@ -1,0 +1,77 @@
+"""What `info --method` counts is what the generated C does."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+import eomgen
+from eomgen.cli import main
+from eomgen.integrators.methods import method_named
+from eomgen.integrators.stepper_data import method_data
+from eomgen.pipeline.pipeline import derive, load
+from tests.models.cache import shared_cache
+from tests.models.scenes import PENDULUM_TOML
+
+__all__ = ["shared_cache"]
+
+#: Functions of the C file for each part, and how an operation is spelt: operators stand between spaces.
+FUNCTIONS = {
+    "matrix from the partials": "assemble",
+    "factors, in their order": "eliminate",
+    "substitution": "substitute",
+    "M a": "add_inertia",
+    "gain K d": "take_stiffness",
+}
+
+
+def operations(text: str, name: str) -> tuple[int, int, int]:
+    """Return additions, multiplications and divisions in the body of a function of straight-line C; tests of pivots
+    are left out."""
+    body = re.search(rf"_{name}\([^;]*?\)\n\{{\n(.*?)\n\}}\n", text, re.DOTALL)
+    assert body is not None, name
+    code = re.sub(r"/\*.*?\*/", "", body.group(1), flags=re.DOTALL)
+    code = re.sub(r"const real \*[^;]*;|real \*[^;]*;", "", code)
+    code = re.sub(r"if \(!\(.*?return 0;", "", code, flags=re.DOTALL)
+    return tuple(len(re.findall(rf"\s{sign}\s", code)) for sign in ("[-+]", r"\*", "/"))  # type: ignore[return-value]
+
+
+@pytest.mark.parametrize("method", ["rosenbrock", "lsrt2"])
+@pytest.mark.parametrize(
+    "name", ["robot_arm", "double_pendulum_on_shaking_base", "free_spinning_body", "active_vehicle"]
+)
+def test_linear_systems_have_as_many_operations_as_their_c(name: str, method: str, tmp_path: Path) -> None:
+    path = f"examples/{name}/scene.toml"
+    eomgen.generate(path, tmp_path, method=method)
+    (file,) = tmp_path.glob("*_step.c")
+    text = file.read_text(encoding="utf-8")
+    system = derive(load(path), list(method_terms(path)))
+    made = method_named(method)
+    parts = {part.what: part for part in made.work(system, method_data(made, system))}
+    for what, function in FUNCTIONS.items():
+        part = parts[what]
+        found = (part.additions, part.multiplications, part.divisions)
+        assert found == operations(text, function), what
+
+
+def method_terms(path: str) -> set[str]:
+    facts = derive(load(path), []).facts
+    return {"equations", "iteration", "internal_rate"} if facts.internal_states else {"residual", "partials"}
+
+
+def test_info_counts_a_step(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scene = tmp_path / "scene.toml"
+    scene.write_text(PENDULUM_TOML, encoding="utf-8")
+    assert main(["info", str(scene), "--method", "rosenbrock", "--json"]) == 0
+    step = json.loads(capsys.readouterr().out)["step"]
+    assert step["total"]["flops"] == sum(
+        part["times"] * (part["additions"] + part["multiplications"]) for part in step["parts"]
+    )
+    assert [part["times"] for part in step["parts"] if part["what"] in ("residual", "partials")] == [2, 1]
+    assert main(["info", str(scene), "--method", "lsrt2"]) == 0
+    assert "A step of lsrt2:" in capsys.readouterr().out
+    assert main(["info", str(scene), "--method", "generalized_alpha"]) == 2
+    assert "--method: steps of generalized_alpha differ from each other" in capsys.readouterr().err
