@@ -215,7 +215,7 @@ ORDER: dict[str, tuple[str, ...]] = {
         "reading",
     ),
     "integrators": (
-        "newton step_splitting",
+        "newton step_splitting step_work",
         "families",
         "events methods samples stepper_layout",
         "stepper_data",

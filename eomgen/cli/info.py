@@ -10,10 +10,8 @@ import click
 
 from eomgen.cli.options import debug_option, json_option, scene_options, terms_option
 from eomgen.cli.printing import console, counted, print_json, print_table
-from eomgen.errors import Problem, UsageError
 
 if TYPE_CHECKING:
-    from eomgen.scene.scene import Scene
     from eomgen.system.system import Discontinuity, System
 
 
@@ -38,42 +36,14 @@ def info(
     data = described(derive(described_scene, terms))
     data["calibrated"] = [name for item in described_scene.feedback for name in item.calibrated]
     if method is not None:
-        data["step"] = _step(described_scene, method)
+        from eomgen.pipeline.step_operations import operations_of_step  # noqa: PLC0415
+
+        data["step"] = operations_of_step(described_scene, method)
     data["savings"] = [dataclasses.asdict(saving) for saving in savings(described_scene)]
     if as_json:
         print_json(data)
     else:
         _print(data)
-
-
-def _step(scene: Scene, name: str) -> dict[str, Any]:
-    """Return what a step of a method does, with exact operations of each part.
-
-    Raises
-    ------
-    ModelError
-        The method cannot run on the scene.
-    UsageError
-        There is no such method, or its steps differ.
-    """
-    from eomgen.integrators.methods import method_named, terms_of  # noqa: PLC0415
-    from eomgen.integrators.stepper_data import method_data  # noqa: PLC0415
-    from eomgen.pipeline.pipeline import derive  # noqa: PLC0415
-
-    method = method_named(name)
-    facts = derive(scene, []).facts
-    system = derive(scene, list(terms_of(name, facts.constraints, facts.internal_states)))
-    parts = method.work(system, method_data(method, system))
-    if not parts:
-        what = f"steps of {name} differ from each other: iterations or errors decide what they do"
-        raise UsageError(Problem("--method", what, "rosenbrock or lsrt2; --timing of simulate for others"))
-    rows = []
-    for part in parts:
-        counts = system.counts[part.what] if part.of_model else part
-        each = {key: getattr(counts, key) for key in _OPERATIONS}
-        rows.append({"what": part.what, "times": part.times, **each})
-    total = {key: sum(row["times"] * row[key] for row in rows) for key in _OPERATIONS}
-    return {"method": name, "parts": rows, "total": {**total, "flops": total["additions"] + total["multiplications"]}}
 
 
 def described(system: System) -> dict[str, Any]:
@@ -114,6 +84,7 @@ def described(system: System) -> dict[str, Any]:
 
 
 _LISTED = 8
+#: Operations of a step, as ``operations_of_step`` names them.
 _OPERATIONS = ("additions", "multiplications", "divisions", "functions")
 _DIRECTIONS = {1: "rising", -1: "falling", 0: "both"}
 

@@ -1,0 +1,45 @@
+"""Exact operations of a step of a method, part by part."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from eomgen.errors import Problem, UsageError
+from eomgen.integrators.methods import method_named, terms_of
+from eomgen.integrators.stepper_data import method_data
+from eomgen.pipeline.pipeline import derive
+
+if TYPE_CHECKING:
+    from eomgen.scene.scene import Scene
+
+_OPERATIONS = ("additions", "multiplications", "divisions", "functions")
+
+
+def operations_of_step(scene: Scene, name: str) -> dict[str, Any]:
+    """Return what a step of a method does, JSON types: ``parts`` with ``times`` and operations of one time, ``total``.
+
+    Parameters
+    ----------
+    name : of the method, with its own parameters
+
+    Raises
+    ------
+    ModelError
+        The method cannot run on the scene.
+    UsageError
+        There is no such method, or its steps differ.
+    """
+    method, facts = method_named(name), derive(scene, []).facts
+    system = derive(scene, list(terms_of(name, facts.constraints, facts.internal_states)))
+    work = method.work(system, method_data(method, system))
+    if not work:
+        what = f"steps of {name} differ from each other: iterations or errors decide what they do"
+        raise UsageError(Problem("--method", what, "rosenbrock or lsrt2; simulate --timing tells times of any method"))
+    parts = []
+    for part in work:
+        counts = system.counts[part.what] if part.of_model else part
+        each = {key: int(getattr(counts, key)) for key in _OPERATIONS}
+        parts.append({"what": part.what, "times": part.times, **each})
+    total = {key: sum(part["times"] * part[key] for part in parts) for key in _OPERATIONS}
+    flops = total["additions"] + total["multiplications"]
+    return {"method": name, "parts": parts, "total": {**total, "flops": flops}}
