@@ -302,6 +302,7 @@ SLOW: dict[str, tuple[str, ...]] = {
     "integrators/test_partitioned_pair.py::test_without_constraints_it_says_what_does_the_same": (),
     "integrators/test_places.py::test_a_loop_moves_far_away_as_near_by": ("rk4_partitioned",),
     "integrators/test_places.py::test_places_in_q_whose_spacing_iterations_come_down_to_stop_no_run": (),
+    "integrators/test_rosenbrock.py::test_order_on_a_long_chain": (),
     "integrators/test_sampled_inputs.py::test_a_loop_keeps_the_order_of_its_method_under_a_sampled_torque": (),
     "integrators/test_sampled_inputs.py::test_a_parameter_may_move_the_constraints_between_steps": (),
     "integrators/test_sampled_inputs.py::test_an_arm_keeps_the_order_of_its_method_under_sampled_torques": (),

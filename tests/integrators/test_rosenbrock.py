@@ -37,6 +37,26 @@ def test_order_on_every_group(name: str, method: str) -> None:
     assert slopes(errors) == pytest.approx(2.0, abs=0.05)
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_order_on_a_long_chain(method: str) -> None:
+    """40 links, whose recursion's steps are unknowns with right sides of their own."""
+    builder, last = eomgen.SceneBuilder("long_chain"), "base"
+    for number in range(40):
+        link, place = f"link{number}", [0, 0, -0.1 if number else 0]
+        axis = [0, 1, 0] if number % 2 else [1, 0, 0]
+        builder.body(link, 1.0, center_of_mass=[0, 0, -0.05], inertia=[0.01, 0.01, 0.001])
+        hinge = {"axis": axis, "position": place, "damping": 0.1, "initial": {"position": 0.02}}
+        builder.joint(f"hinge{number}", "revolute", last, link, **hinge)
+        last = link
+    made = eomgen.build(builder.build(), profile="quick", method=method)
+    exact = made.simulate(0.05, 5e-5, method="rk4", record_every=1000, error_estimate=False)
+    errors = [
+        float(np.abs(made.simulate(0.05, 0.05 / count, method=method, error_estimate=False).q[-1] - exact.q[-1]).max())
+        for count in (20, 40, 80)
+    ]
+    assert slopes(errors) == pytest.approx(2.0, abs=0.05)
+
+
 @cache
 def frame(**parameters: float) -> eomgen.Model:
     return eomgen.build(shear_frame(**parameters))

@@ -81,8 +81,8 @@ def make_solver(
 ) -> Solver:
     """Choose the pivots by samples of the matrix with the given weights (see ``newton.matrix.WEIGHTS``).
 
-    They must serve for consistent accelerations too. ``at_start``: increments are linearised about none, so T is 1, and
-    accelerations are not asked for, so M may be singular.
+    They must serve for consistent accelerations too. ``at_start``: increments are linearised about none, so T is 1;
+    accelerations are not asked for, so M may be singular; inner unknowns have right sides.
     """
     terms = iteration_terms(unknowns, () if at_start else factors, samples.packing)
     B = _weighed_jacobian(unknowns, samples)
@@ -96,7 +96,7 @@ def make_solver(
     packing = samples.packing
     order = stages_of_tree(unknowns, factors, owners, packing) if unknowns.inner else stages(unknowns, factors, packing)
     elimination = _pivots(unknowns, values, order, len(samples.numbers), constrained="B" in packing.blocks)
-    fronts = make_fronts(elimination, list(values), unknowns.size)
+    fronts = make_fronts(elimination, list(values), unknowns.matrix_size if at_start else unknowns.size)
     repeated = elimination.operations > UNROLLED or len(fronts.kind_of) >= REPETITIONS * len(fronts.kinds)
     if fronts.operations <= min(FRONTS_UNROLLED, elimination.operations / 2) and repeated:
         return Solver(unknowns, samples.packing, terms, elimination, fronts)
