@@ -35,11 +35,12 @@ def operations_of_step(scene: Scene, name: str) -> dict[str, Any]:
     if not work:
         what = f"steps of {name} differ from each other: iterations or errors decide what they do"
         raise UsageError(Problem("--method", what, "rosenbrock or lsrt2; simulate --timing tells times of any method"))
-    parts = []
+    parts: list[dict[str, Any]] = []
+    total = dict.fromkeys(_OPERATIONS, 0)
     for part in work:
         counts = system.counts[part.what] if part.of_model else part
         each = {key: int(getattr(counts, key)) for key in _OPERATIONS}
         parts.append({"what": part.what, "times": part.times, **each})
-    total = {key: sum(part["times"] * part[key] for part in parts) for key in _OPERATIONS}
+        total = {key: total[key] + part.times * each[key] for key in _OPERATIONS}
     flops = total["additions"] + total["multiplications"]
     return {"method": name, "parts": parts, "total": {**total, "flops": flops}}

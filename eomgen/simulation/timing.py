@@ -81,9 +81,10 @@ def step_times(
         what = "a run that stops early has no times of all its steps"
         raise NumericalError(Problem("timing", what, "a run that reaches its end"))
     method = method_named(described["method"], **described["method_parameters"])
-    repeated, runs = Repeated(model, solution, method, inputs), []
+    repeated = Repeated(model, solution, method, inputs)
+    runs: list[Array] = []
     with one_core():
-        while sum(map(len, runs)) < count:
+        while sum(len(times) for times in runs) < count:
             runs.append(repeated.seconds_of_steps()[0])
     return StepTimes(np.concatenate(runs))
 
