@@ -44,7 +44,7 @@ def simulate(scene: str, folder: str, plots: bool, timing: bool, as_json: bool, 
     described = read_scene(scene, options)
     target = make_folder(Path(folder))
     model, solution = run(described, options)
-    times = _timed(model, solution, options["inputs"]) if timing else None
+    times = _timed(model, solution, options["inputs"]) if timing and solution.success else None
     files = _write(solution, target, plots, times)
     summary = _summary(solution, model, files) | ({} if times is None else {"timing": times.summary()})
     if as_json:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from benchmarks import (
     adaptive_steps,
     generation_time,
     measure,
+    real_time_steps,
     robot_dynamics,
     spin_up_beam,
     stepper_overhead,
@@ -89,3 +91,11 @@ def test_all_contestants_spin_the_beam_up(capsys: pytest.CaptureFixture[str]) ->
     assert list(errors) == names
     assert max(errors.values()) < 1e-7 and errors["eomgen, rk4"] < 1e-12
     assert max(errors["SciPy, DOP853"], errors["SciPy, Radau"]) <= errors["eomgen, generalized_alpha"]
+
+
+def test_steps_of_one_factorization_are_compared(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert real_time_steps.main(["--quick", "--json", str(tmp_path / "out.json")]) == 0
+    assert "| rosenbrock " in capsys.readouterr().out
+    found = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))["errors"]
+    assert found["rosenbrock"][2] == pytest.approx(found["trapezoidal"][2], rel=0.05)
+    assert found["rk4"][2] < 1e-5

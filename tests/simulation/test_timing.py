@@ -9,7 +9,7 @@ import pytest
 
 import eomgen
 from eomgen.integrators.methods import method_named
-from eomgen.simulation.timing import Repeated
+from eomgen.simulation.timing import Repeated, step_times
 
 #: A mass on a spring that passes its middle 63 times in 10 s, more often than a library keeps events.
 OSCILLATOR: dict[str, Any] = {
@@ -42,3 +42,11 @@ def test_a_repeated_run_goes_on_after_events(real: Literal["double", "float"]) -
         assert repeated.seconds() > 0.0
         assert repeated.state[0] == pytest.approx(10.0, rel=1e-6)
         assert repeated.state[1:] == pytest.approx(np.append(run.q[-1], run.v[-1]), rel=1e-6)
+
+
+def test_a_run_that_stops_has_no_times_of_its_steps() -> None:
+    model = eomgen.build(OSCILLATOR, profile="quick")
+    run = model.simulate(1e4, 5.0, method="rk4", inputs={"push": 0.0}, error_estimate=False)
+    assert not run.success
+    with pytest.raises(eomgen.EomgenError, match="a run that stops early has no times of all its steps"):
+        step_times(model, run)
