@@ -52,6 +52,9 @@ class StepperPlan:
     counted : C types of the statistics
     entry : of the log of events; None without events
     input_times : times of the rows of inputs of a step, in steps
+    pace : s, what a step took at last; infinite before the first one
+    paced_step, paced_by : of that run, the size of its steps, and its settings as bytes: a tolerance may change the
+        cost of rows much
     """
 
     def __init__(self, library: Library) -> None:
@@ -62,15 +65,7 @@ class StepperPlan:
         self.input_times = np.array(method.get("input_times", [0.0, 1.0]))
         self.input_times.setflags(write=False)
         self.nz = int(library.layout["sizes"]["z"])
-        self._pace, self._paced_by = math.inf, b""
-
-    def pace(self, settings: Array) -> float:
-        """Return the seconds of a step in the last run if it had these settings (a tolerance may change them much);
-        infinite otherwise."""
-        return self._pace if settings.tobytes() == self._paced_by else math.inf
-
-    def keep_pace(self, seconds: float, settings: Array) -> None:
-        self._pace, self._paced_by = seconds, settings.tobytes()
+        self.pace, self.paced_step, self.paced_by = math.inf, 1.0, b""
 
 
 def plan_of(library: Library) -> StepperPlan:
@@ -286,7 +281,11 @@ def run_chunks(
     width = stepper.sizes["row"]
     pieces = [stepper.row[np.newaxis]]
     first = done = stepper.count
-    status, chunk = 0, max(1, min(_LARGEST_CHUNK, int(_CAUTION * CHUNK_SECONDS / plan.pace(stepper.settings))))
+    settings, step = stepper.settings[1:].tobytes(), stepper.step_size
+    pace = plan.pace if plan.paced_by == settings else math.inf
+    if step > plan.paced_step:  # a row of a method that chooses its steps may cost so much more
+        pace *= step / plan.paced_step
+    status, chunk = 0, max(1, min(_LARGEST_CHUNK, int(_CAUTION * CHUNK_SECONDS / pace)))
     last_recorded = done
     windows = _windows(done, grid.whole)
     whole = record_every == 1  # every row of the windows is one of the run
@@ -338,7 +337,7 @@ def run_chunks(
             if status == 0 and done == before:
                 raise RuntimeError("the stepper made no step and gave no reason")
             pace = max(elapsed, 1e-9) / max(done - before, 1)
-            plan.keep_pace(pace, stepper.settings)
+            plan.pace, plan.paced_step, plan.paced_by = pace, step, settings
             chunk = max(1, min(_LARGEST_CHUNK, 4 * max(size, chunk), int(CHUNK_SECONDS / pace)))
         stopped = interrupted.heard and done < grid.steps
         if writer is not None and status == 0:
