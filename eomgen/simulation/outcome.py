@@ -39,6 +39,7 @@ from eomgen.simulation.settings import followed_laws
 from eomgen.simulation.singular_positions import nearest_singular, not_followed, passages, way_through
 from eomgen.simulation.spring_lengths import passed_springs
 from eomgen.simulation.states import Prescribed, States, evaluated, prescribed, states_of
+from eomgen.simulation.step_parts import step_parts
 from eomgen.simulation.stepper import Stepper, Trajectory
 from eomgen.simulation.unbounded_growth import unbounded_growth
 from eomgen.simulation.unit_quaternions import largest_stretch
@@ -277,6 +278,13 @@ class Outcome:
         """Whether multipliers are zero at all rows, so that rounding is no part of anything."""
         return not np.any(self._states.multipliers)
 
+    @property
+    def _longest_part(self) -> float:
+        """The longest part of a step, s, however long the steps are: a step longer than that changes nothing."""
+        method, times = self._stepper.layout["method"], self._states.t
+        parts = step_parts(method, float(times[0]), float(times[-1]), float(self._run.method.order), self._changes)
+        return parts.longest(float(self._run.settings["step"]))
+
     @cached_property
     def _warning(self) -> str:
         run, states = self._run, self._states
@@ -288,7 +296,7 @@ class Outcome:
         return run_warnings(
             {**self._statistics, "max_rounding": 0.0} if self._without_multipliers else self._statistics,
             self._balance,
-            run.settings["step"],
+            self._longest_part,
             partial(_cause_besides_step, run, states.t, states.q, has_events),
             self._violation,
             self.error,

@@ -60,6 +60,12 @@ class StepParts:
         there = own > _HARDLY * own[-1]
         return bool(np.all(self.ratio(step, other, windows)[there] ** self.order >= _TOLD))
 
+    def longest(self, step: float) -> float:
+        """Return the longest part of steps of a length, s."""
+        if not len(self.ends):
+            return step
+        return min(step, float(np.diff(self.ends, prepend=self.start, append=self.end).max()))
+
     def count(self, step: float) -> float:
         """Return how many parts there are in steps of a length."""
         return (self.end - self.start) / step + len(self.ends)

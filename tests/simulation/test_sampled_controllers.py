@@ -167,7 +167,7 @@ def test_the_estimate_calls_again_only_what_can_be_called_again() -> None:
         return float(40 * signals[0])
 
     again = called("memory = 0").simulate(0.5, 0.01, method="rk4", controllers={"servo": pure})
-    assert again.error.available and len(calls) > 100 and calls[:50] == pytest.approx(np.arange(50) * 0.01)
+    assert again.error.available and len(calls) >= 100 and calls[:50] == pytest.approx(np.arange(50) * 0.01)
 
 
 @pytest.mark.parametrize("option", ["restore", "copy"])

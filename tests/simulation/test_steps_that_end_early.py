@@ -165,3 +165,14 @@ def test_an_energy_that_vanishes_between_samples_is_no_balance(period: str, know
     else:
         assert run.metadata["energy_balance"] == "not known: forces jump, or states are sampled, next to most rows"
         assert "energy_error" not in run.stats
+
+
+@pytest.mark.parametrize("step", [0.01, 0.02])
+def test_advice_on_the_step_is_that_of_the_parts_that_were_taken(step: float) -> None:
+    """Steps of 20 ms are parts of 10 ms: advice by the step would be twice as long, the error four times."""
+    coarse = sampled().simulate(6.0, step)
+    assert coarse.message.startswith("reached t = 6 s in ") and "the estimated error is" in coarse.message
+    advised = float(coarse.message.split("try: a step smaller than ")[1].split()[0])
+    run = sampled().simulate(6.0, advised)
+    true = np.abs(run.q[:, 0] - known("sampled", run.t)).max() / np.ptp(run.q)
+    assert 0.005 < true < 0.015
