@@ -32,7 +32,7 @@ from eomgen.arrays import Array
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.terms import Inputs, Parameters
-from eomgen.errors import ModelError, NumericalError, Problem
+from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.system.terms import PURPOSES
 from eomgen.text import distinct
 
@@ -116,7 +116,7 @@ def steady_motion(
     Raises
     ------
     UsageError
-        Names that there are not, values of a wrong kind.
+        Names that there are not, values of a wrong kind, another velocity than that of a drive.
     NumericalError
         The search did not end, or what it found does not last; names the component that accelerates and the rows not
         met.
@@ -143,10 +143,12 @@ def motion_along(
     check_continuous(able, "steady_motion")
     start, time = initial_state(able, initial, p), number_of("t", t)
     measures = Measures(able, p, time, held_base(able, p, time))
+    driven = driven_components(able, measures, start.q)
     if velocities is None or isinstance(velocities, Mapping):
         named = {str(name).removeprefix("v."): value for name, value in (velocities or {}).items()}
-        velocities = {**driven_components(able, measures, start.q), **named}
+        velocities = {**driven, **named}
     q, held_q, v, held_v = named_values(able, start.q, velocities, coordinates)
+    _check_drives(able, driven, v)
     conditions = _conditions(able, p, time, u, q, np.where(held_v, v, start.v))
     try:
         q = conditions.followed(q)
@@ -179,6 +181,17 @@ def motion_along(
         None,
         np.where(np.abs(state.a) > _STEADY * conditions.pace**2 * conditions.extents, state.a, 0.0),
     )
+
+
+def _check_drives(model: CompiledModel, driven: Mapping[str, float], v: Array) -> None:
+    """Raise UsageError where a velocity that is given, (nv,), is not that of a drive of the same component."""
+    for name, value, unit in zip(model.v_names, v.tolist(), model.v_units, strict=True):
+        rate = driven.get(name.removeprefix("v."), value)
+        if abs(rate - value) > _STEADY * max(abs(rate), abs(value)):
+            found, given = distinct(rate, value)
+            what = f"it is driven at {found} {unit}, and {given} {unit} is given"
+            hint = 'a tunable parameter in the law, drive = "w*t", and the value as that parameter\'s; or no drive'
+            raise UsageError(Problem(f"velocity {name.removeprefix('v.')}", what, hint))
 
 
 def _conditions(model: CompiledModel, p: Array, t: float, u: Inputs, q: Array, v: Array) -> Conditions:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.errors import NumericalError
+from eomgen.errors import NumericalError, UsageError
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]
@@ -128,6 +128,16 @@ def test_a_campbell_diagram_over_the_rate_of_a_drive(rotor: eomgen.Model) -> Non
     # backward, s = w: (ACROSS + ALONG) w^2 = STIFFNESS; forward it is never met, for ALONG > ACROSS
     assert diagram.critical_speeds == pytest.approx([np.sqrt(STIFFNESS / (ACROSS + ALONG))], rel=1e-9)
     assert [item.whirl for item in diagram.crossings] == ["backward"]
+
+
+def test_a_velocity_that_a_drive_has_is_no_unknown(rotor: eomgen.Model) -> None:
+    assert rotor.steady_motion({"spin": 300.0}).v.tolist() == [0.0, 0.0, 300.0]
+    with pytest.raises(UsageError) as refusal:
+        rotor.campbell("spin", [0.0, 100.0])
+    assert str(refusal.value) == (
+        "usage error: at spin = 0: velocity spin: it is driven at 300 rad/s, and 0 rad/s is given; try: a tunable"
+        ' parameter in the law, drive = "w*t", and the value as that parameter\'s; or no drive'
+    )
 
 
 def test_gyroscopic_forces_hold_an_oscillator_that_stiffness_does_not() -> None:
