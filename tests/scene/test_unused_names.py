@@ -29,7 +29,7 @@ def unused(**sections: Any) -> set[str]:
     """Return the names that the notes on a scene say nothing mentions."""
     notes = [note for note in from_data({**BASE, **sections}).notes if "no formula mentions" in note]
     words = " ".join(note.partition(" change")[0] for note in notes).replace(",", "").split()
-    return set(words) - {"the", "parameter", "parameters", "input", "inputs"}
+    return set(words) - {"the", "parameter", "parameters", "input", "inputs", "controller"}
 
 
 def test_what_is_said() -> None:
@@ -55,8 +55,8 @@ def test_what_is_said() -> None:
         ({"base": {"rotation": [{"axis": ["f", 0, 1], "angle": "t"}]}}, {"a", "u"}),
         ({"gravity": [0, "a", "-f"]}, {"u"}),
         ({"states": {"z": {"rate": "u - z", "initial": "f"}}}, {"a"}),
-        ({"controllers": {"c": {"type": "low_pass", "signal": "u", "time_constant": "a"}}}, {"f"}),
-        ({"controllers": {"c": {**FEEDBACK, "signals": {"s": "u - a"}, "calibration": {"method": "lqr"}}}}, {"f"}),
+        ({"controllers": {"c": {"type": "low_pass", "signal": "u", "time_constant": "a"}}}, {"f", "c"}),
+        ({"controllers": {"c": {**FEEDBACK, "signals": {"s": "u - a"}, "calibration": {"method": "lqr"}}}}, {"f", "c"}),
         ({"tyres": {"t": {"center": "tip", "radius": "a", "stiffness": 1, "road": "u"}}}, {"f"}),
         ({"springs": {"coil": {"first": "top", "second": "tip", "force": "u", "length": "a + f"}}}, set()),
         ({"joints": {"hinge": {**BASE["joints"]["hinge"], "initial": {"position": "f"}}}}, {"a", "u"}),

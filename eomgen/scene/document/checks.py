@@ -11,7 +11,7 @@ import numpy as np
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.words import RESERVED
 from eomgen.scene.bodies.model import Body
-from eomgen.scene.control.controllers import made_by_controller, outputs_of_controllers
+from eomgen.scene.control.controllers import made_by_controller, outputs_of_controllers, states_of_controllers
 from eomgen.scene.document.schema import SECTIONS, Document, Simulation
 from eomgen.scene.events.model import Event
 from eomgen.scene.geometry.inertia import Inertia, tensor
@@ -201,7 +201,7 @@ def check_inertias(bodies: Iterable[Body], values: Values) -> None:
 
 
 def unused_names(document: Document, values: Values) -> list[str]:
-    """Return a note on the parameters, one on the inputs, and one on each mode and sampled controller, that no formula
+    """Return a note on the parameters, one on the inputs, and one on each mode and controller, that no formula
     mentions."""
     notes = []
     for kind, names in (("parameter", document.parameters), ("input", document.inputs)):
@@ -218,7 +218,8 @@ def unused_names(document: Document, values: Values) -> list[str]:
             notes.append(f"the mode {name} changes nothing: no formula mentions it")
     read = {name for kind, name in values.mentioned if kind in ("controller", "state")}
     for name, controller in document.controllers.items():
-        if controller.type == "sampled" and read.isdisjoint(outputs_of_controllers({name: controller})):
+        alone = {name: controller}
+        if read.isdisjoint([*outputs_of_controllers(alone), *states_of_controllers(alone)]):
             notes.append(f"the controller {name} changes nothing: no formula mentions what it gives")
     return notes
 
