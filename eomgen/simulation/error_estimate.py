@@ -287,12 +287,13 @@ def _by_tolerance(runs: _Comparisons) -> ErrorEstimate:
 
     Errors follow tolerances only roughly: where a corner is met, or steps are few, a tenth of the tolerance makes from
     a hundredth of the error to twice as much. So the better run is asked, though it costs more. Events are looked for
-    on the grid, which is refined for them as well: those that one step passes over are the error then.
+    on the grid, which is refined for them as well: those that one step passes over are the error then. So are rows of
+    inputs, between which these are curves of low order.
     """
     own = runs.run.settings["tolerance"]
     order = min(float(runs.run.method.order), math.log2(_TOLERANCES))
     bound = bool(len(runs.parts.ends)) or runs.run.driven is not None
-    multiple = 0.5 if runs.events else 1.0
+    multiple = 0.5 if runs.events or runs.run.driven is not None else 1.0
     tries = [(-order * times, multiple) for times in _SMALLER[: None if bound else 1]]
     tries = [one for one in tries if one == tries[0] or own * math.pow(2.0, one[0]) >= _LEAST_TOLERANCE]
     if bound and (shortened := _that_bounds(runs)):
