@@ -7,8 +7,8 @@ import ctypes
 import numpy as np
 import pytest
 
-from eomgen.integrators.families.coefficients import hht, newmark
 from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
+from eomgen.integrators.families.generalized_alpha_cases import hht, newmark
 from eomgen.integrators.families.runge_kutta import RUNGE_KUTTA_MUNTHE_KAAS_4
 from eomgen.integrators.stepper_layout import default_settings
 from eomgen.lie import numeric, product

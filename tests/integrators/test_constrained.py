@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from eomgen.errors import UsageError
-from eomgen.integrators.families.coefficients import hht, trapezoidal, wbz
 from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
+from eomgen.integrators.families.generalized_alpha_cases import hht, trapezoidal, wbz
 from eomgen.integrators.newton.matrix import Unknowns, evaluate_terms, iteration_terms, tangent_numbers
 from eomgen.integrators.newton.samples import samples_of
 from eomgen.integrators.stepper_layout import default_settings, row_layout

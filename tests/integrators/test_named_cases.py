@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from eomgen.errors import ModelError, UsageError
-from eomgen.integrators.families.coefficients import hht, newmark, trapezoidal, wbz
 from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
+from eomgen.integrators.families.generalized_alpha_cases import hht, newmark, trapezoidal, wbz
 from eomgen.integrators.methods import METHOD_NAMES, check_needs, method_named, method_parameters
 from eomgen.lie.product import Factor
 from tests.integrators import test_stepper as groups

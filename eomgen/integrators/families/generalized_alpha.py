@@ -16,7 +16,6 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from eomgen.errors import Problem, UsageError
-from eomgen.integrators.families.coefficients import Coefficients, hht, newmark, trapezoidal, wbz
 from eomgen.integrators.families.family import (
     BAD_ARGUMENT,
     KINEMATIC,
@@ -39,6 +38,7 @@ from eomgen.integrators.families.family import (
     rotation_too_large,
     velocities,
 )
+from eomgen.integrators.families.generalized_alpha_cases import Coefficients, hht, newmark, trapezoidal, wbz
 from eomgen.lie.product import Factor
 
 if TYPE_CHECKING:
