@@ -17,6 +17,7 @@ from eomgen.compiled.arguments import number_of
 from eomgen.compiled.state import State
 from eomgen.errors import EomgenError, Problem, UsageError
 from eomgen.results.columns import column_named, columns_of, units_of
+from eomgen.results.containers import to_pandas, to_xarray, write_matlab
 from eomgen.results.dense_output import Between, Rows, largest_errors, state_at
 from eomgen.results.display import html
 from eomgen.results.error_estimate import ErrorEstimate
@@ -24,9 +25,8 @@ from eomgen.results.events import Events
 from eomgen.results.plots import plot
 from eomgen.results.recorded import EvaluatedLater
 from eomgen.results.scenery import PosesAndScenery
-from eomgen.results.solution_file import read_all, write_all, write_columns
+from eomgen.results.solution_files import read_all, write_all, write_columns
 from eomgen.results.spectrum import psd
-from eomgen.results.tables import to_pandas, to_xarray, write_matlab
 from eomgen.spectra import PowerSpectrum
 
 if TYPE_CHECKING:
