@@ -20,8 +20,8 @@ from eomgen.scene.reading.report import Report
 from eomgen.scene.sources.source import OptionError
 from eomgen.scene.sources.urdf.actuation import effort_inputs
 from eomgen.scene.sources.urdf.elements import Joint, LoopJoint, Robot, read_robot
+from eomgen.scene.sources.urdf.followers import held_and_following
 from eomgen.scene.sources.urdf.inertias import body_entry, tunable_body
-from eomgen.scene.sources.urdf.mimics import held_and_following
 from eomgen.scene.sources.urdf.notes import (
     inertia_warnings,
     left_out,
