@@ -19,7 +19,7 @@ from typing import Any
 from eomgen.scene.document.schema import Document
 from eomgen.scene.document.units import in_si
 from eomgen.scene.joint_types import JOINTS
-from eomgen.scene.reading.keys import ANY_UNIT, Inner, Table, Units, fields_of
+from eomgen.scene.reading.key_metadata import ANY_UNIT, Inner, Table, Units, fields_of
 from eomgen.scene.reading.report import Report
 from eomgen.units.conversion import measure
 from eomgen.units.parser import read_unit

@@ -12,7 +12,7 @@ import pytest
 from eomgen.scene.document.reference import COMMAND, described, renewed, table, tables
 from eomgen.scene.document.schema import SECTIONS, Document
 from eomgen.scene.formula.scope import PARAMETERS
-from eomgen.scene.reading.keys import Table, every_unit, key, meaning_of
+from eomgen.scene.reading.key_metadata import Table, every_unit, key, meaning_of
 from eomgen.scene.reading.kinds import Triple, Value
 
 PAGE = Path(__file__).parents[2] / "docs" / "scene.md"

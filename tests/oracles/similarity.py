@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from eomgen.integrators.stepper_layout import row_layout
 from eomgen.model import Model
 from eomgen.scene.document.schema import Document
-from eomgen.scene.reading.keys import ANY_UNIT, Inner, Table, Units, fields_of
+from eomgen.scene.reading.key_metadata import ANY_UNIT, Inner, Table, Units, fields_of
 from eomgen.simulation.settings import chosen_method, stepper_settings
 from eomgen.simulation.stepper import Stepper
 from eomgen.units.conversion import measure

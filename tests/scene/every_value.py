@@ -11,7 +11,7 @@ from typing import Any
 from eomgen.scene.document.schema import SECTIONS, Document
 from eomgen.scene.forces.register import ALL_BOUNDS
 from eomgen.scene.formula.scope import PARAMETERS
-from eomgen.scene.reading.keys import Table, fields_of
+from eomgen.scene.reading.key_metadata import Table, fields_of
 
 Path = tuple[str | int, ...]
 

@@ -27,7 +27,7 @@ from eomgen.scene.document.schema import SECTIONS, Document
 from eomgen.scene.formula.scope import Names
 from eomgen.scene.joints.model import Mimic
 from eomgen.scene.load import from_data, load, load_toml
-from eomgen.scene.reading.keys import fields_of, tables_of
+from eomgen.scene.reading.key_metadata import fields_of, tables_of
 from eomgen.scene.scene import Scene
 from tests.models.cache import shared_cache
 from tests.oracles.evaluation import tape_evaluator

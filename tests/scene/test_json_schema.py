@@ -13,7 +13,7 @@ import pytest
 
 from eomgen.scene.document.json_schema import json_schema
 from eomgen.scene.document.schema import Document
-from eomgen.scene.reading.keys import fields_of, tables_of
+from eomgen.scene.reading.key_metadata import fields_of, tables_of
 from tests.scene.test_scene_files import FREE, PENDULUM
 
 ROOT = Path(__file__).parents[2]

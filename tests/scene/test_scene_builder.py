@@ -14,7 +14,7 @@ from eomgen.errors import DescriptionError, UsageError
 from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.document.schema import Document
 from eomgen.scene.load import load_toml
-from eomgen.scene.reading.keys import inner_table
+from eomgen.scene.reading.key_metadata import inner_table
 from tests.builder_keys import COMMAND, stub
 
 TEXT = """

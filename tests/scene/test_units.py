@@ -21,7 +21,7 @@ from eomgen.scene.document.schema import Document
 from eomgen.scene.document.units import in_si
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.load import load_toml
-from eomgen.scene.reading.keys import ANY_UNIT, fields_of, tables_of
+from eomgen.scene.reading.key_metadata import ANY_UNIT, fields_of, tables_of
 from eomgen.scene.reading.report import Report
 from eomgen.units.conversion import coherent, measure, to_si, to_unit
 from eomgen.units.labels import in_label

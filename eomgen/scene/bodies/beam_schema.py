@@ -8,7 +8,7 @@ from pydantic import Field
 
 from eomgen.scene.bodies.beam import Ends, Normalisation, ShapeFunctions
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS
-from eomgen.scene.reading.keys import Table, key, of_parameters, optional
+from eomgen.scene.reading.key_metadata import Table, key, of_parameters, optional
 from eomgen.scene.reading.kinds import Pair, Value, Values
 
 MOST_MODES = 100

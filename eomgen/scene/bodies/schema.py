@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 from eomgen.scene.formula.scope import PARAMETERS, TIME
-from eomgen.scene.reading.keys import Table, key, optional
+from eomgen.scene.reading.key_metadata import Table, key, optional
 from eomgen.scene.reading.kinds import Inertia, Matrix, Triple, Value
 from eomgen.scene.reading.rotation_schema import Rotations
 

@@ -6,7 +6,7 @@ from eomgen.formula.nodes import Formula
 from eomgen.scene.control.model import Reference
 from eomgen.scene.formula.scope import SPRING_FORCE
 from eomgen.scene.joint_types import JOINTS
-from eomgen.scene.reading.keys import Table, key
+from eomgen.scene.reading.key_metadata import Table, key
 from eomgen.scene.reading.kinds import Value
 from eomgen.scene.reading.report import check_reference
 from eomgen.scene.reading.values import Values

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, STATE
-from eomgen.scene.reading.keys import ANY_UNIT, Table, key, of_fixed_parameters, of_parameters, optional
+from eomgen.scene.reading.key_metadata import ANY_UNIT, Table, key, of_fixed_parameters, of_parameters, optional
 from eomgen.scene.reading.kinds import Description, Finite, NumberPair, Numbers, Unit, Value
 
 Names = Annotated[tuple[Annotated[str, Field(max_length=200)], ...], Field(strict=False)]

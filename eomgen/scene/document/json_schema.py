@@ -6,7 +6,7 @@ import json
 from typing import Any
 
 from eomgen.scene.document.schema import Document
-from eomgen.scene.reading.keys import Meaning, every_unit, fields_of, tables_of
+from eomgen.scene.reading.key_metadata import Meaning, every_unit, fields_of, tables_of
 from eomgen.scene.reading.kinds import NUMBER_SCHEMA, QUANTITY_SCHEMA
 
 

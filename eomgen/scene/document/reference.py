@@ -37,7 +37,7 @@ from eomgen.scene.formula.scope import (
 from eomgen.scene.joints import frame_schema as schema_places
 from eomgen.scene.joints import schema as schema_joints
 from eomgen.scene.reading import rotation_schema
-from eomgen.scene.reading.keys import Table, every_unit, meaning_of, tables_of
+from eomgen.scene.reading.key_metadata import Table, every_unit, meaning_of, tables_of
 from eomgen.scene.reading.kinds import Description, Finite, Matrix, Triple, Unit, Value, Values
 from eomgen.scene.reading.rotation_schema import Rotations
 from eomgen.scene.signals import schema as schema_signals

@@ -20,7 +20,7 @@ from eomgen.scene.events.schema import Event, Mode
 from eomgen.scene.forces.register import ELEMENTS
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.joints.schema import Constraint, Joint, Reaction
-from eomgen.scene.reading.keys import Table, key, optional
+from eomgen.scene.reading.key_metadata import Table, key, optional
 from eomgen.scene.reading.kinds import Description, Finite, Triple, Value
 from eomgen.scene.reading.rotation_schema import Rotations
 from eomgen.scene.signals.schema import Curve, Input, Output, Parameter, State

@@ -11,7 +11,7 @@ from typing import Any
 
 from eomgen.scene.document.schema import Document
 from eomgen.scene.formula.namespaces import Included
-from eomgen.scene.reading.keys import ANY_UNIT, Inner, Meaning, Table, Units, fields_of
+from eomgen.scene.reading.key_metadata import ANY_UNIT, Inner, Meaning, Table, Units, fields_of
 from eomgen.scene.reading.kinds import Refused
 from eomgen.scene.reading.report import Report
 from eomgen.text import key_of, shown

@@ -8,7 +8,7 @@ from typing import Literal
 from pydantic import model_validator
 
 from eomgen.scene.formula.scope import EVERYTHING
-from eomgen.scene.reading.keys import ANY_UNIT, Table, key, of_fixed_parameters, optional
+from eomgen.scene.reading.key_metadata import ANY_UNIT, Table, key, of_fixed_parameters, optional
 from eomgen.scene.reading.kinds import Description, Finite, Value
 
 

@@ -15,7 +15,7 @@ from eomgen.scene.geometry.rotations import rows, sequence
 from eomgen.scene.joints.constraint_model import Frame
 from eomgen.scene.joints.frame_schema import Frame as FrameEntry
 from eomgen.scene.joints.frames import read_frame
-from eomgen.scene.reading.keys import Table, key, of_parameters, optional
+from eomgen.scene.reading.key_metadata import Table, key, of_parameters, optional
 from eomgen.scene.reading.kinds import SixBySix, Triple
 from eomgen.scene.reading.requirements import DAMPING, STIFFNESS
 from eomgen.scene.reading.rotation_schema import Rotations

@@ -10,7 +10,7 @@ from typing import ClassVar, Literal
 from eomgen.formula.nodes import Formula, Vector
 from eomgen.scene.forces.element import ForceElement, Row, Site
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, LOAD
-from eomgen.scene.reading.keys import Table, key
+from eomgen.scene.reading.key_metadata import Table, key
 from eomgen.scene.reading.kinds import Triple, Values
 from eomgen.text import key_of, nearest, shown
 

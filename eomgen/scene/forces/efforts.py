@@ -13,7 +13,7 @@ from eomgen.formula.nodes import Formula
 from eomgen.scene.forces.element import ForceElement, Row, Site
 from eomgen.scene.formula.scope import LOAD
 from eomgen.scene.joint_types import JOINTS, by_component
-from eomgen.scene.reading.keys import Table, key
+from eomgen.scene.reading.key_metadata import Table, key
 from eomgen.scene.reading.kinds import Value
 from eomgen.scene.reading.report import check_reference
 from eomgen.text import key_of

@@ -13,7 +13,7 @@ from eomgen.system.description import Line, Point, Wheel
 
 if TYPE_CHECKING:  # a Scene needs none of what reads files
     from eomgen.scene.bodies.beam_schema import Beam
-    from eomgen.scene.reading.keys import Table
+    from eomgen.scene.reading.key_metadata import Table
     from eomgen.scene.reading.requirements import Bound
     from eomgen.scene.reading.values import Values
 

@@ -9,7 +9,7 @@ from typing import ClassVar, Literal
 from eomgen.formula.nodes import Formula, Vector
 from eomgen.scene.forces.element import ForceElement, Row, Site
 from eomgen.scene.formula.scope import LOAD, PARAMETERS
-from eomgen.scene.reading.keys import Table, key
+from eomgen.scene.reading.key_metadata import Table, key
 from eomgen.scene.reading.kinds import Triple
 from eomgen.scene.reading.report import check_reference
 from eomgen.system.description import BASE, WORLD

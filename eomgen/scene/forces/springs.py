@@ -9,7 +9,7 @@ from typing import ClassVar, Self
 from eomgen.formula.nodes import ZERO, Formula
 from eomgen.scene.forces.element import ForceElement, Row, Site
 from eomgen.scene.formula.scope import PARAMETERS, SPRING_FORCE
-from eomgen.scene.reading.keys import Table, key
+from eomgen.scene.reading.key_metadata import Table, key
 from eomgen.scene.reading.kinds import Value
 from eomgen.scene.reading.report import check_reference
 from eomgen.system.description import Line

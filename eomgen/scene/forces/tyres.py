@@ -10,7 +10,7 @@ from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Number
 from eomgen.scene.forces.element import ForceElement, Row, Site
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS, ROAD
-from eomgen.scene.reading.keys import Table, key, optional
+from eomgen.scene.reading.key_metadata import Table, key, optional
 from eomgen.scene.reading.kinds import Triple, Value
 from eomgen.scene.reading.kinds import Values as ValuesEntry
 from eomgen.scene.reading.report import check_reference

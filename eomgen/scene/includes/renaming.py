@@ -10,7 +10,7 @@ from typing import Any
 from eomgen.scene.document.schema import SECTIONS, Document, Include
 from eomgen.scene.formula.namespaces import Included, Namespace
 from eomgen.scene.formula.scope import REACTING
-from eomgen.scene.reading.keys import Inner, Meaning, Table, fields_of
+from eomgen.scene.reading.key_metadata import Inner, Meaning, Table, fields_of
 from eomgen.scene.reading.kinds import Refused
 from eomgen.scene.reading.report import Report
 from eomgen.system.description import BASE, WORLD

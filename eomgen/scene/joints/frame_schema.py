@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import model_validator
 
-from eomgen.scene.reading.keys import Table, of_fixed_parameters, of_parameters, optional
+from eomgen.scene.reading.key_metadata import Table, of_fixed_parameters, of_parameters, optional
 from eomgen.scene.reading.kinds import Triple
 from eomgen.scene.reading.rotation_schema import Rotations
 

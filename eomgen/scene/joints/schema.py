@@ -15,7 +15,7 @@ from eomgen.scene.joint_types import (
     by_coordinate,
 )
 from eomgen.scene.joints.frame_schema import Frame
-from eomgen.scene.reading.keys import Table, key, of_fixed_parameters, of_parameters, optional
+from eomgen.scene.reading.key_metadata import Table, key, of_fixed_parameters, of_parameters, optional
 from eomgen.scene.reading.kinds import Bounds, Matrix, Triple, Value, Values
 from eomgen.scene.reading.rotation_schema import Rotations
 

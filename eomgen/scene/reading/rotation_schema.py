@@ -7,7 +7,7 @@ from typing import Annotated
 from pydantic import Field
 
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, TIME
-from eomgen.scene.reading.keys import Table, key
+from eomgen.scene.reading.key_metadata import Table, key
 from eomgen.scene.reading.kinds import Triple, Value
 
 

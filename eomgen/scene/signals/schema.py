@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from eomgen.scene.formula.scope import EVERYTHING, FIXED_PARAMETERS, LOAD, STATE, TIME
-from eomgen.scene.reading.keys import ANY_UNIT, Table, key, of_fixed_parameters, optional
+from eomgen.scene.reading.key_metadata import ANY_UNIT, Table, key, of_fixed_parameters, optional
 from eomgen.scene.reading.kinds import Description, Finite, Pair, Unit, Value, Values
 
 RoadClass = Literal["A", "B", "C", "D", "E", "F", "G", "H"]
