@@ -2,4 +2,4 @@
 
 __all__ = ["json_schema"]
 #: Open to the other parts of ``scene`` as well.
-WITHIN = ["assemble", "schema", "units", "validation"]
+WITHIN = ["assemble", "faults", "schema", "units"]

@@ -1,8 +1,8 @@
-"""Examples of what a key holds where something else stands, and keys that are called otherwise elsewhere."""
+"""Examples of what a key holds where something else stands."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 
 from eomgen.text import is_legal, shown
 
@@ -34,40 +34,6 @@ _ENTRIES: Mapping[str, str] = {
 _FILES = (".csv", ".txt", ".dat", ".tsv")
 #: Sections whose ``first`` and ``second`` are names of points.
 _BETWEEN_POINTS = ("springs",)
-#: What keys are called elsewhere; the first of the names that a table has is meant.
-_KEYS: Mapping[str, tuple[str, ...]] = {
-    **dict.fromkeys(("dt", "time_step", "timestep", "step_size", "h"), ("step", "sample")),
-    **dict.fromkeys(("t_end", "tend", "end", "end_time", "stop_time", "t_final"), ("duration",)),
-    **dict.fromkeys(("integrator", "solver"), ("method",)),
-    **dict.fromkeys(("com", "cog", "cg", "centre_of_mass", "center"), ("center_of_mass",)),
-    **dict.fromkeys(("I", "J", "inertia_tensor", "moments"), ("inertia",)),
-    **dict.fromkeys(("m",), ("mass",)),
-    **dict.fromkeys(("k", "spring_constant"), ("stiffness",)),
-    **dict.fromkeys(("c", "d", "damper"), ("damping",)),
-    **dict.fromkeys(("l0", "length0", "rest_length", "free_length", "natural_length"), ("length",)),
-    **dict.fromkeys(("body1", "from", "point1", "a", "start"), ("first", "parent")),
-    **dict.fromkeys(("body2", "to", "point2", "b", "end"), ("second", "child")),
-    **dict.fromkeys(("pos", "origin", "xyz", "location"), ("position",)),
-    **dict.fromkeys(("angle", "q", "q0", "x", "value0"), ("position",)),
-    **dict.fromkeys(("rate", "v", "v0", "speed", "omega"), ("velocity",)),
-    **dict.fromkeys(("rpy", "orientation", "euler"), ("rotation", "orientation")),
-    **dict.fromkeys(("torque", "force", "value"), ("effort", "formula")),
-    **dict.fromkeys(("expression", "function", "law"), ("formula",)),
-    **dict.fromkeys(("period", "ts", "sample_time"), ("sample",)),
-    **dict.fromkeys(("condition", "trigger", "guard"), ("when",)),
-    **dict.fromkeys(("units",), ("unit",)),
-}
-
-
-def key_meant(name: str, keys: Collection[str], given: object) -> str:
-    """Return which key, or keys, are called otherwise elsewhere; empty where none is."""
-    if "table" in keys and (name in ("file", "csv", "path", "data", "filename") or _is_file(given)):
-        return f"table = {{ file = {_quoted(given)} }}"
-    if name in ("x", "y", "z") and "position" in keys and isinstance(given, str | int | float):
-        entries = ", ".join(_quoted(given) if axis == name else "0" for axis in "xyz")
-        return f"position = [{entries}]"
-    meant = _KEYS.get(name, _KEYS.get(name.lower(), ()))
-    return next((key for key in meant if key in keys), "")
 
 
 def example(location: tuple[str | int, ...], given: object) -> str:
@@ -75,22 +41,24 @@ def example(location: tuple[str | int, ...], given: object) -> str:
     last, section = str(location[-1]), str(location[0])
     if last == "gravity" and isinstance(given, int | float) and not isinstance(given, bool):
         return f"gravity = [0, 0, {-abs(given):g}]"
-    if last in ("table", "file") and _is_file(given):
-        return f"table = {{ file = {_quoted(given)} }}"
+    if last in ("table", "file") and is_file(given):
+        return f"table = {{ file = {quoted(given)} }}"
     if len(location) == 2 and is_legal(last) and section in _ENTRIES:
-        if section in ("inputs", "curves") and _is_file(given):
-            return f"{last} = {{ table = {{ file = {_quoted(given)} }} }}"
+        if section in ("inputs", "curves") and is_file(given):
+            return f"{last} = {{ table = {{ file = {quoted(given)} }} }}"
         if section == "inputs" and isinstance(given, str | int | float):
-            return f"{last} = {{ formula = {_quoted(str(given))} }}"
+            return f"{last} = {{ formula = {quoted(str(given))} }}"
         return f"{last} = {_ENTRIES[section]}"
     if section in _BETWEEN_POINTS and last in ("first", "second"):
         return f'{last} = "NAME", and [points.NAME] with its body and position'
     return _BY_KEY.get(last, "")
 
 
-def _is_file(given: object) -> bool:
+def is_file(given: object) -> bool:
+    """Return whether what stands there is the name of a table's file."""
     return isinstance(given, str) and given.lower().endswith(_FILES)
 
 
-def _quoted(given: object) -> str:
+def quoted(given: object) -> str:
+    """Return what stands there as a scene file writes it."""
     return f'"{shown(given)[1:-1]}"' if isinstance(given, str) else f"{given}"

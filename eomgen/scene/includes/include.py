@@ -16,9 +16,9 @@ from pydantic import ValidationError
 from eomgen.errors import EomgenError, FileError
 from eomgen.scene.control.controllers import made_by_controller
 from eomgen.scene.control.schema import Controller
+from eomgen.scene.document.faults import explained
 from eomgen.scene.document.schema import SECTIONS, Document, Include, include_of
 from eomgen.scene.document.units import in_si
-from eomgen.scene.document.validation import explained
 from eomgen.scene.formula.namespaces import Included, Namespace
 from eomgen.scene.includes.renaming import Renamer, overridden
 from eomgen.scene.reading.kinds import described

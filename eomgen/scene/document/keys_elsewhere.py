@@ -1,0 +1,42 @@
+"""Keys as they are called elsewhere, and which key of a table is meant."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+
+from eomgen.scene.document.examples import is_file, quoted
+
+#: What keys are called elsewhere; the first of the names that a table has is meant.
+_KEYS: Mapping[str, tuple[str, ...]] = {
+    **dict.fromkeys(("dt", "time_step", "timestep", "step_size", "h"), ("step", "sample")),
+    **dict.fromkeys(("t_end", "tend", "end", "end_time", "stop_time", "t_final"), ("duration",)),
+    **dict.fromkeys(("integrator", "solver"), ("method",)),
+    **dict.fromkeys(("com", "cog", "cg", "centre_of_mass", "center"), ("center_of_mass",)),
+    **dict.fromkeys(("I", "J", "inertia_tensor", "moments"), ("inertia",)),
+    **dict.fromkeys(("m",), ("mass",)),
+    **dict.fromkeys(("k", "spring_constant"), ("stiffness",)),
+    **dict.fromkeys(("c", "d", "damper"), ("damping",)),
+    **dict.fromkeys(("l0", "length0", "rest_length", "free_length", "natural_length"), ("length",)),
+    **dict.fromkeys(("body1", "from", "point1", "a", "start"), ("first", "parent")),
+    **dict.fromkeys(("body2", "to", "point2", "b", "end"), ("second", "child")),
+    **dict.fromkeys(("pos", "origin", "xyz", "location"), ("position",)),
+    **dict.fromkeys(("angle", "q", "q0", "x", "value0"), ("position",)),
+    **dict.fromkeys(("rate", "v", "v0", "speed", "omega"), ("velocity",)),
+    **dict.fromkeys(("rpy", "orientation", "euler"), ("rotation", "orientation")),
+    **dict.fromkeys(("torque", "force", "value"), ("effort", "formula")),
+    **dict.fromkeys(("expression", "function", "law"), ("formula",)),
+    **dict.fromkeys(("period", "ts", "sample_time"), ("sample",)),
+    **dict.fromkeys(("condition", "trigger", "guard"), ("when",)),
+    **dict.fromkeys(("units",), ("unit",)),
+}
+
+
+def key_meant(name: str, keys: Collection[str], given: object) -> str:
+    """Return which key, or keys, are called otherwise elsewhere; empty where none is."""
+    if "table" in keys and (name in ("file", "csv", "path", "data", "filename") or is_file(given)):
+        return f"table = {{ file = {quoted(given)} }}"
+    if name in ("x", "y", "z") and "position" in keys and isinstance(given, str | int | float):
+        entries = ", ".join(quoted(given) if axis == name else "0" for axis in "xyz")
+        return f"position = [{entries}]"
+    meant = _KEYS.get(name, _KEYS.get(name.lower(), ()))
+    return next((key for key in meant if key in keys), "")
