@@ -273,6 +273,7 @@ LATE: dict[str, dict[str, str]] = {
         "mechanics": "SymPy; a cached model needs none of it",
         "pipeline": "SciPy; a cached model needs none of it",
     },
+    "pipeline.content": {"integrators.families": "methods are looked up with the library; loading a scene needs none"},
     "pipeline.pipeline": {
         "": "each stage is imported when it is reached: a cached model needs no SymPy, no Jinja and no SciPy",
     },

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import functools
-import hashlib
-import inspect
-import json
 import logging
 import os
 import time
@@ -19,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from eomgen.calls import checked_call
 from eomgen.errors import DescriptionError, ModelError, Problem, UsageError
 from eomgen.extensions import extensions, loaded
+from eomgen.pipeline.content import fingerprint, library_content
 from eomgen.pipeline.front_end import Document, FrontEnd
 from eomgen.pipeline.scenes import SCENES
 from eomgen.scene.load import from_data
@@ -27,7 +25,6 @@ from eomgen.scene.sources.register import checked_options
 from eomgen.system.selection import Selection
 from eomgen.system.terms import TERMS, nearest_term
 from eomgen.text import shown
-from eomgen.version import __version__
 
 if TYPE_CHECKING:
     from eomgen.codegen.program import Program
@@ -432,7 +429,7 @@ def _with_settings(data: dict[str, Any], described: Description) -> dict[str, An
 
 
 def _library(document: Document, front_end: FrontEnd, selection: Selection, method: str, builder: Builder) -> Library:
-    content = _content(document, front_end, selection, method)
+    content = library_content(document, front_end, selection, method)
     cached = builder.find(content)
     if cached is not None:
         return cached
@@ -456,56 +453,7 @@ def _made(
         "stepper_refused": refusal,
         "built_method": method,
         "selection": vars(selection),
-        "fingerprint": _fingerprint(document, front_end),
+        "fingerprint": fingerprint(document, front_end),
     }
     written = {source.name: file_name(source.written) for source in program.sources}
     return builder.build(content, {**files, **generate_interface(program, files)}, INTERFACE_CDEF, layout, written)
-
-
-def _fingerprint(document: Document, front_end: FrontEnd) -> str:
-    """Return 16 hexadecimal digits of what the equations follow from, whichever terms and stepper a library has."""
-    stamps = json.dumps([front_end.name, _stamp(front_end), __version__])
-    return hashlib.sha256(front_end.content(document) + b"\0" + stamps.encode()).hexdigest()[:16]
-
-
-def _content(document: Document, front_end: FrontEnd, selection: Selection, method: str) -> bytes:
-    """Return all that determines the library, the compiler aside, without deriving anything."""
-    from eomgen.integrators.families.register import stamp_of  # noqa: PLC0415
-
-    content = front_end.content(document)
-    if not content:
-        kind = type(document).__name__
-        raise UsageError(
-            f"this {kind} was made by hand and says nothing of its content", "eomgen.SceneBuilder or eomgen.load"
-        )
-    options = {
-        **vars(selection),
-        "method": method,
-        "front_end": [front_end.name, _stamp(front_end)],
-        "version": __version__,
-        "code": _code_stamp(),
-        "family": stamp_of(method),
-    }
-    return content + b"\0" + json.dumps(options, sort_keys=True).encode()
-
-
-def _stamp(front_end: FrontEnd) -> str:
-    """Return a digest of the file that another distribution's front end derives by; nothing for eomgen's own."""
-    if front_end is SCENES:
-        return ""
-    return hashlib.sha256(Path(inspect.getfile(front_end.derive)).read_bytes()).hexdigest()
-
-
-def _code_stamp() -> str:
-    """Return a digest of eomgen's own files in a checkout, where code changes under one version; nothing when
-    installed."""
-    package = Path(__file__).resolve().parents[1]
-    templates = package.parent / "templates"
-    if not templates.is_dir():
-        return ""
-    digest = hashlib.sha256()
-    for file in (*sorted(package.rglob("*")), *sorted(templates.rglob("*"))):
-        if file.suffix in (".py", ".jinja"):
-            status = file.stat()
-            digest.update(f"{file}|{status.st_size}|{status.st_mtime_ns}\n".encode())
-    return digest.hexdigest()

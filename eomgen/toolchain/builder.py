@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import logging
 import os
-import platform
 import time
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from eomgen.errors import Problem, ToolchainError
 from eomgen.toolchain.cache import Cache, Entry
+from eomgen.toolchain.cache_key import library_key, origin_of, wrapper_key
 from eomgen.toolchain.cffi_build import load_abi, load_api, python_headers, wrapper_source
 from eomgen.toolchain.compiler import (
     DEFAULT_TIMEOUT,
@@ -26,7 +24,6 @@ from eomgen.toolchain.compiler import (
     faults_in,
     find_compiler,
     library_suffix,
-    processor,
 )
 from eomgen.toolchain.compiler import profile as profile_named
 from eomgen.toolchain.library import Library
@@ -109,19 +106,7 @@ class Builder:
 
     def key(self, content: bytes) -> str:
         """Return the cache key of what the caller's ``content`` bytes determine, on this machine, with these flags."""
-        return self._digest(self.compiler.identity, self.mode, content)
-
-    def _digest(self, compiler: str, mode: str, content: bytes) -> str:
-        machine = processor() if self.profile.native else ""
-        digest = hashlib.sha256()
-        for text in (compiler, " ".join(self.flags), machine, mode, library_suffix()):
-            digest.update(text.encode() + b"\0")
-        digest.update(content)
-        return digest.hexdigest()
-
-    def _origin(self, mode: str, content: bytes) -> str:
-        """Return what an entry is known by, whichever compiler made it."""
-        return self._digest("", f"{mode} on {platform.system()} {platform.machine()}", content)
+        return library_key(content, self.compiler, self.profile, self.flags, self.mode)
 
     def find(self, content: bytes) -> Library | None:
         """Return the library that was built for these content bytes, or None. Imports neither SymPy nor Jinja.
@@ -147,7 +132,7 @@ class Builder:
 
     def _found_without_compiler(self, content: bytes) -> Library | None:
         for mode in ("api", "abi"):
-            origin = self._origin(mode, content)
+            origin = origin_of(content, self.profile, self.flags, mode)
             for entry in self.cache.holding(_ORIGIN, origin):
                 library = self._load(entry, mode)
                 _LOG.info("took the library from the cache, there is no compiler: %s", library.folder)
@@ -194,7 +179,7 @@ class Builder:
                 (folder / name).write_text(text, encoding="utf-8")
             (folder / _LAYOUT).write_text(json.dumps(layout), encoding="utf-8")
             (folder / _CDEF).write_text(cdef, encoding="utf-8")
-            (folder / _ORIGIN).write_text(self._origin(self.mode, content), encoding="utf-8")
+            (folder / _ORIGIN).write_text(origin_of(content, self.profile, self.flags, self.mode), encoding="utf-8")
             sources = [folder / name for name in sorted(files) if name.endswith(".c") and name != "main.c"]
             objects = [] if self.headers is None else [self._wrapper(cdef, files["interface.h"], self.headers)]
             output = folder / (_LIBRARY + library_suffix())
@@ -227,8 +212,7 @@ class Builder:
 
     def _wrapper(self, cdef: str, header: str, headers: Path) -> Path:
         """Return the object of the extension module, which is the same for all models."""
-        content = "\0".join((self.compiler.identity, cdef, header, version("cffi"), library_suffix(), str(headers)))
-        key = hashlib.sha256(b"wrapper\0" + content.encode()).hexdigest()
+        key = wrapper_key(self.compiler, cdef, header, headers)
         entry = self.cache.get(key)
         if entry is not None:
             return entry.file("wrapper.o")
