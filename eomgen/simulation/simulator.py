@@ -7,7 +7,6 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
-from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -29,7 +28,7 @@ from eomgen.simulation.failed_step import failed_step
 from eomgen.simulation.inputs import CheckedSignal, Signal, check_held, read_signals
 from eomgen.simulation.motions import Motions, Target, read_target, refuse_as_inputs
 from eomgen.simulation.recorded_motion import RecordedRow, recorded_solution
-from eomgen.simulation.run import Run, start_of
+from eomgen.simulation.run import Run, scene_inputs, start_of
 from eomgen.simulation.settings import check_span, count_of
 from eomgen.simulation.simulator_state import SimulatorState
 from eomgen.simulation.stepper import Stepper
@@ -518,8 +517,7 @@ class Simulator:
 
     def _rule(self, p: Array) -> None:
         """Let parameters (np,) hold for the scene's formulas of inputs, and look again at what is prescribed."""
-        model = self.model
-        formulas = partial(model.input_values, parameters=p.copy())
+        formulas = scene_inputs(self.model, p.copy())
         self._signals = replace(self._signals, formulas=formulas)
         self._run = replace(self._run, parameters=p.copy(), signals=replace(self._run.signals, formulas=formulas))
         self._cleared = 0
