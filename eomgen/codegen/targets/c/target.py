@@ -23,7 +23,6 @@ from eomgen.codegen.targets.c.tables import curve_tables
 from eomgen.codegen.targets.target import Target
 from eomgen.integrators.families.register import family_named
 from eomgen.resources import template_folder
-from eomgen.system.system import Quantity
 
 #: Where an argument of a curve is taken for a break, in parts of itself, and for an end, in parts of the range.
 SNAP = 8.0 * sys.float_info.epsilon
@@ -73,16 +72,8 @@ def environment() -> jinja2.Environment:
     env.filters["c_string"] = c_string
     env.filters["file_name"] = file_name
     env.filters["number"] = number
-    env.filters["described"] = _described
     env.tests["contains"] = lambda container, item: item in container
     return env
-
-
-def _described(named: Quantity) -> str:
-    """Return the comment behind a named number: its own name, unit and meaning, made harmless."""
-    unit = f" ({comment(named.unit)})" if named.unit else ""
-    meaning = f": {comment(named.description)}" if named.description else ""
-    return f" /* {comment(named.name)}{unit}{meaning} */"
 
 
 class _Context:
