@@ -43,7 +43,7 @@ def method_data(method: Family, system: System, step: float = 1e-3, samples: Any
     step : float
         Default step in s; like rho_inf and the tolerances it is a setting of the compiled stepper, not part of its
         code.
-    samples : newton.samples.Samples, optional
+    samples : newton.sample_matrices.Samples, optional
         Numbers by which the pivots are chosen; the system's tape at a few states by default.
 
     Raises

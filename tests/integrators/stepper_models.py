@@ -16,7 +16,7 @@ from eomgen.codegen.targets.c.stepper import stepper_names
 from eomgen.codegen.targets.c.target import environment, stepper_template
 from eomgen.integrators.methods import Method
 from eomgen.integrators.newton.matrix import dense
-from eomgen.integrators.newton.samples import Samples
+from eomgen.integrators.newton.sample_matrices import Samples
 from eomgen.integrators.stepper_data import method_data
 from eomgen.integrators.stepper_layout import STEPPER_CDEF, STEPPER_SIZES, default_settings, state_layout
 from eomgen.lie.product import Factor

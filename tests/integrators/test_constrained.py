@@ -10,7 +10,7 @@ from eomgen.errors import UsageError
 from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
 from eomgen.integrators.families.generalized_alpha_cases import hht, trapezoidal, wbz
 from eomgen.integrators.newton.matrix import Unknowns, evaluate_terms, iteration_terms, tangent_numbers
-from eomgen.integrators.newton.samples import samples_of
+from eomgen.integrators.newton.sample_matrices import samples_of
 from eomgen.integrators.stepper_layout import default_settings, row_layout
 from eomgen.lie import product
 from tests.integrators.constrained_models import (

@@ -419,7 +419,7 @@ class GeneralizedAlpha(Family):
 
     def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
         from eomgen.integrators.newton.matrix import Unknowns  # noqa: PLC0415
-        from eomgen.integrators.newton.samples import samples_of  # noqa: PLC0415
+        from eomgen.integrators.newton.sample_matrices import samples_of  # noqa: PLC0415
         from eomgen.integrators.newton.solver import make_solver, solver_data  # noqa: PLC0415
 
         nv, nl, nz = velocities(system.factors), len(system.multipliers), len(system.initial_z)

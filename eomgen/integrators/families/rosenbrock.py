@@ -138,7 +138,7 @@ class Rosenbrock(Family):
 
     def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
         from eomgen.integrators.newton.matrix import Unknowns  # noqa: PLC0415
-        from eomgen.integrators.newton.samples import samples_of  # noqa: PLC0415
+        from eomgen.integrators.newton.sample_matrices import samples_of  # noqa: PLC0415
         from eomgen.integrators.newton.solver import make_solver, solver_data  # noqa: PLC0415
 
         owners = system.inner_owners

@@ -21,7 +21,7 @@ from eomgen.integrators.newton.matrix import (
     iteration_terms,
     tangent_numbers,
 )
-from eomgen.integrators.newton.samples import Samples
+from eomgen.integrators.newton.sample_matrices import Samples
 from eomgen.integrators.newton.stages import stages, stages_of_tree
 from eomgen.lie import product
 from eomgen.lie.product import Factor
