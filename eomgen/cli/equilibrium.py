@@ -18,8 +18,9 @@ from eomgen.cli.options import (
     set_option,
     time_option,
 )
-from eomgen.cli.printing import building, print_json, print_table, say
+from eomgen.cli.printing import building, print_json, say
 from eomgen.cli.running import read_scene
+from eomgen.cli.tables import print_table
 from eomgen.text import json_text
 
 if TYPE_CHECKING:

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from eomgen.cli.options import debug_option, json_option, scene_options, terms_option
-from eomgen.cli.printing import console, counted, print_json, print_table
+from eomgen.cli.printing import console, counted, print_json
+from eomgen.cli.tables import print_table
 
 if TYPE_CHECKING:
     from eomgen.system.system import Discontinuity, System

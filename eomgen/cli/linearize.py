@@ -23,9 +23,10 @@ from eomgen.cli.options import (
     set_option,
     time_option,
 )
-from eomgen.cli.printing import building, counted, print_json, print_table, say
+from eomgen.cli.printing import building, counted, print_json, say
 from eomgen.cli.ride import RideRequest, described_ride, write_ride
 from eomgen.cli.running import read_scene
+from eomgen.cli.tables import print_table
 from eomgen.errors import Problem, UsageError
 from eomgen.text import json_text
 

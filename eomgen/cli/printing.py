@@ -1,15 +1,14 @@
-"""Output: data to stdout as tables or JSON, messages to stderr."""
+"""Output besides tables: consoles, JSON to stdout, messages to stderr."""
 
 from __future__ import annotations
 
 import contextlib
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any
 
 import click
 from rich.console import Console
-from rich.table import Table
 
 from eomgen.text import json_text
 
@@ -36,27 +35,6 @@ def building(name: str) -> Iterator[None]:
         yield
 
 
-def print_table(
-    title: str,
-    header: Sequence[str],
-    rows: Iterable[Sequence[object]],
-    *,
-    numeric: Sequence[int] = (),
-    whole: Sequence[int] = (),
-) -> None:
-    """Print a table to stdout; columns in ``numeric`` are aligned to the right, and neither these nor ``whole`` ones
-    fold."""
-    table = Table(
-        title=title, title_justify="left", box=None, pad_edge=False, header_style="bold", show_header=any(header)
-    )
-    for index, name in enumerate(header):
-        unfolded = index in numeric or index in whole
-        table.add_column(name, justify="right" if index in numeric else "left", no_wrap=unfolded, overflow="fold")
-    for row in rows:
-        table.add_row(*(_escaped(cell) for cell in row))
-    console().print(table)
-
-
 def print_json(data: Any) -> None:
     """Print JSON to stdout; numbers that JSON does not have become null."""
     click.echo(json_text(data))
@@ -70,9 +48,3 @@ def counted(count: int, singular: str, plural: str = "") -> str:
 def say(text: str) -> None:
     """Print a line of talk to stderr."""
     click.echo(text, err=True)
-
-
-def _escaped(cell: object) -> str:
-    from rich.markup import escape  # noqa: PLC0415  # names are the user's text
-
-    return escape(str(cell))

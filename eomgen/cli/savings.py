@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from eomgen.cli.options import debug_option, json_option, scene_options
-from eomgen.cli.printing import building, console, print_json, print_table, say
+from eomgen.cli.printing import building, console, print_json, say
+from eomgen.cli.tables import print_table
 
 if TYPE_CHECKING:
     from eomgen.studies.savings.study import Cost, Savings

@@ -17,7 +17,7 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
-from eomgen.cli.printing import print_table
+from eomgen.cli.tables import print_table
 from eomgen.scene.load import from_data
 from eomgen.scene.scaling import GRAVITY, LENGTH, MASS, ORIGIN, STIFFNESS, TIME, with_factors
 from eomgen.studies.ladders.references import difference, reference
