@@ -31,7 +31,7 @@ from benchmarks.measure import machine, table
 from eomgen.compiled.initial_state import initial_state
 from eomgen.errors import EomgenError
 from eomgen.integrators.methods import AUTO, STANDARD, check_needs, method_named
-from eomgen.simulation.automatic import RESOLVED, automatic, largest_eigenvalue
+from eomgen.simulation.automatic_method import RESOLVED, automatic, largest_eigenvalue
 from eomgen.studies.work_precision.axes import candidates
 from eomgen.studies.work_precision.configuration import Configuration
 from eomgen.studies.work_precision.formulations import formulations

@@ -576,10 +576,10 @@ SLOW: dict[str, tuple[str, ...]] = {
     "simulation/test_angles_over_turns.py::test_a_spring_winds_up_over_several_turns": (),
     "simulation/test_angles_over_turns.py::test_any_angle_and_any_speed_give_the_angle_of_joint_coordinates": (),
     "simulation/test_angles_over_turns.py::test_states_between_rows_equilibria_and_linear_models_know_turns": (),
-    "simulation/test_automatic.py::test_the_choice_is_made_once_and_said": (
+    "simulation/test_automatic_method.py::test_the_choice_is_made_once_and_said": (
         "scene0-0.01-rk4-the largest eigenvalue at the start, 10 1/s, is 0.1, so an explicit method",
     ),
-    "simulation/test_automatic.py::test_the_eigenvalue_is_that_of_the_motion_that_constraints_leave": (),
+    "simulation/test_automatic_method.py::test_the_eigenvalue_is_that_of_the_motion_that_constraints_leave": (),
     "simulation/test_chains.py": (),
     "simulation/test_checkpoints.py::test_a_long_tree_by_its_extended_system": (),
     "simulation/test_checkpoints.py::test_internal_states_are_part_of_the_memory": ("hht",),

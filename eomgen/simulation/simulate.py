@@ -21,7 +21,7 @@ from eomgen.errors import Problem, UsageError
 from eomgen.integrators.families.family import BAD_ARGUMENT
 from eomgen.progress import Progress, shown
 from eomgen.results.solution import Solution
-from eomgen.simulation.automatic import method_of
+from eomgen.simulation.automatic_method import method_of
 from eomgen.simulation.checkpoint import CheckpointWriter
 from eomgen.simulation.controllers import Controller, read_controllers
 from eomgen.simulation.error_estimate import ErrorEstimation

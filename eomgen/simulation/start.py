@@ -13,7 +13,7 @@ from eomgen.compiled.initial_state import angles_of_several_turns, check_initial
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
-from eomgen.simulation.automatic import method_of
+from eomgen.simulation.automatic_method import method_of
 from eomgen.simulation.controllers import Controller, read_controllers
 from eomgen.simulation.inputs import InputSignals, Signal, check_held, read_signals
 from eomgen.simulation.motions import Motions, Target, refuse_as_inputs

@@ -9,7 +9,7 @@ import pytest
 
 import eomgen
 from eomgen.compiled.initial_state import initial_state
-from eomgen.simulation.automatic import largest_eigenvalue
+from eomgen.simulation.automatic_method import largest_eigenvalue
 
 
 def oscillator(stiffness: float = 400.0, **joint: Any) -> dict[str, Any]:
