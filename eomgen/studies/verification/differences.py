@@ -26,10 +26,6 @@ _APART = 4
 _HELD = 2**23
 
 
-#: Changes of so many last places may be lost in a difference.
-_UNSEEN = 4.0
-
-
 @dataclass(frozen=True)
 class Differences:
     """Finite differences of one closed form at states (S), entry by entry (R, C).
@@ -62,10 +58,8 @@ def differences(claim: Claim, engine: Engine, state: Blocks) -> Differences:
         scatter = np.nan_to_num(np.max(change[_SCATTER:] * _by_step(LADDER[_SCATTER + 1 :], change), axis=0), nan=0.0)
         between = np.maximum(change[:-1], change[1:])
         bars = between + (scatter + floor) / _by_step(LADDER[1:-1], between)
-        size, least = np.nan_to_num(np.abs(central)), floor / _by_step(LADDER, central)
-    # a step below rounding: what longer steps have seen, beyond rounding of theirs, cannot be seen by this one
-    seen = np.maximum.accumulate(np.where(size > least, size, 0.0), axis=0)
-    unnoticed = (central == 0.0) & (seen > 0.0) & (seen <= _UNSEEN * least)
+    # a step below rounding
+    unnoticed = (central == 0.0) & np.maximum.accumulate(np.nan_to_num(np.abs(central)) > 0.0, axis=0)
     known = np.isfinite(bars) & np.isfinite(central[1:-1]) & ~unnoticed[1:-1]
     bars = np.where(known, bars, np.inf)
     chosen = np.argmin(bars, axis=0)[np.newaxis]
