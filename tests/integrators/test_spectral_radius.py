@@ -38,6 +38,9 @@ OTHERS: Mapping[str, tuple[Mapping[str, float], ...]] = {
 REFUSED = ("newmark_index3", "trapezoidal_index3")
 #: Largest step times frequency without damping of methods that have a limit.
 LIMITS = {"rk4": 2.8, "rk4_partitioned": 2.8, "hermite": 0.6}
+#: Step times frequency from which the double eigenvalue -1 is known to the root of rounding only: v h is so much larger
+#: than what the step leaves of it.
+ROUNDED = {"rosenbrock": 1e9}
 
 
 @cache
@@ -149,5 +152,5 @@ def test_spectral_radius_is_at_most_one(method: str, given: Mapping[str, float])
                 if matrix is not None:
                     measured += 1
                     worst = max(worst, float(np.max(np.abs(np.linalg.eigvals(matrix)))))
-    assert worst <= 1.0 + 1e-12
+    assert worst <= 1.0
     assert measured >= (90 if limit == np.inf else 8)

@@ -34,8 +34,7 @@ FAILURES = [
     Failure(
         "A word for a number",
         2,
-        "usage error: eomgen simulate: invalid value for '--step': 'fast' is not a valid float; try: eomgen simulate "
-        "--help",
+        "usage error: --step: 'fast' is no time; try: 2, or \"2 s\"",
         command="simulate scene.toml --out out --step fast",
     ),
     Failure(

@@ -209,7 +209,7 @@ FAILURES = [
         "A minus sign from a word processor",
         3,
         "description error: scene.toml:28 (efforts.motor.effort): the character '\\u2212' (U+2212 MINUS SIGN) is not"
-        " part of formulas (column 7); try: ASCII letters, digits and + - * / ** ( ) [ ] , . < >",
+        " part of formulas (column 7); try: -",
         old='effort = "motor"',
         new='effort = "motor \u2212 1"',
     ),
