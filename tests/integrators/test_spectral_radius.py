@@ -151,6 +151,7 @@ def test_spectral_radius_is_at_most_one(method: str, given: Mapping[str, float])
                 matrix = amplification(method, given, step, frequency**2, 2.0 * ratio * frequency)
                 if matrix is not None:
                     measured += 1
-                    worst = max(worst, float(np.max(np.abs(np.linalg.eigvals(matrix)))))
+                    bound = 1.0 + (1e-12 if phase < ROUNDED.get(method, np.inf) else 1e-7)
+                    worst = max(worst, float(np.max(np.abs(np.linalg.eigvals(matrix)))) / bound)
     assert worst <= 1.0
     assert measured >= (90 if limit == np.inf else 8)
