@@ -148,6 +148,7 @@ def assemble(system: Constrained, q: Array, v: Array, t: float = 0.0) -> Assembl
     v = v - rows.correction(rates)
     left = system.velocity(q, v, t)
     limits = np.maximum(rows.rate_limits(np.maximum(np.abs(guess), np.abs(v))), CONTRADICTION * np.abs(rates))
+    limits = np.maximum(limits, np.finfo(float).tiny)  # below it numbers have no digits to be met by
     if not np.all(np.abs(left) <= limits):
         raise _contradiction(rows, system.names, left, limits, "velocities", iterations)
     violations = _named(system.names, first, REPORTED * start.scale)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import eomgen
@@ -71,6 +71,7 @@ def test_a_spring_winds_up_over_several_turns(method: str) -> None:
 
 
 @settings(max_examples=60, deadline=None)
+@example(angle=1.0, turns_a_step=5e-324, step=0.015625, method="generalized_alpha")
 @given(
     angle=st.floats(-500.0, 500.0),
     turns_a_step=st.floats(-0.85, 0.85),
