@@ -24,7 +24,6 @@ from eomgen.integrators.families.family import (
     BAD_ARGUMENT,
     NOT_FINITE,
     SINGULAR_MASS,
-    UNCONSTRAINED,
     Family,
     Field,
     MethodName,
@@ -35,6 +34,7 @@ from eomgen.integrators.families.family import (
     velocities,
 )
 from eomgen.integrators.families.generalized_alpha import indices_in_q
+from eomgen.integrators.families.needs import UNCONSTRAINED
 
 if TYPE_CHECKING:
     from eomgen.system.system import System

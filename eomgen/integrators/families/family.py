@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 from eomgen.errors import Problem, UsageError
 
 if TYPE_CHECKING:
+    from eomgen.integrators.families.needs import Need
     from eomgen.integrators.step_work import Work
     from eomgen.system.system import System
 
@@ -37,20 +38,6 @@ Ladders = Literal["few", "all", "damped"]
 FineBy = Literal["", "tolerance", "steps", "damping"]
 
 SMALLER_STEP = "a step smaller than {step:.3g} s"
-
-
-@dataclass(frozen=True)
-class Need:
-    """A fact that a system must have or must not have, with the reason and the alternative.
-
-    ``parameter`` is the parameter of the method that brings the need about, if any.
-    """
-
-    fact: str
-    value: bool
-    reason: str
-    alternative: str
-    parameter: str = ""
 
 
 @dataclass(frozen=True)
@@ -334,12 +321,6 @@ def velocities(factors: Sequence[Any]) -> int:
     return sum(factor.v_size for factor in factors)
 
 
-UNCONSTRAINED = Need(
-    "constraints",
-    False,
-    "it steps ordinary differential equations and would ignore the constraint equations",
-    "generalized_alpha, which keeps constraints, rk4_partitioned, which eliminates them, or a tree of joints",
-)
 #: Terms of constraints that steppers call, or that bring a state onto the constraints.
 KINEMATIC = ("constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "constraint_size")
 #: Statuses of most steppers.

@@ -29,7 +29,6 @@ from eomgen.integrators.families.family import (
     Field,
     GroupFunction,
     MethodName,
-    Need,
     SceneFact,
     Setting,
     Sizes,
@@ -39,19 +38,13 @@ from eomgen.integrators.families.family import (
     velocities,
 )
 from eomgen.integrators.families.generalized_alpha_cases import Coefficients, hht, newmark, trapezoidal, wbz
+from eomgen.integrators.families.needs import UNCONSTRAINED_CONDITIONALLY_STABLE, Need
 from eomgen.lie.product import Factor
 
 if TYPE_CHECKING:
     from eomgen.integrators.newton.solver import Solver
     from eomgen.system.system import System
 
-_CONDITIONALLY_STABLE = Need(
-    "constraints",
-    False,
-    "with 2 beta < gamma the highest frequency limits its step, and constraints are infinitely stiff",
-    "beta of at least gamma/2: newmark with alpha, trapezoidal, hht or generalized_alpha",
-    "beta",
-)
 _SOURCE = "Bruls and Cardona 2010; Arnold, Bruls and Cardona 2015; Arnold and Hante 2017"
 #: How constraints enter a step: positions only, or positions and velocities with one more multiplier per holonomic row.
 INDEX_3, STABILISED = "index3", "stabilised"
@@ -176,7 +169,7 @@ class GeneralizedAlpha(Family):
         values: dict[str, object] = {"order": case.order, "source": f"{case.source}; {_SOURCE}"}
         values["rho_inf"] = case.radius_at_infinity
         if not case.unconditionally_stable:
-            values["needs"] = (*self.needs, _CONDITIONALLY_STABLE)
+            values["needs"] = (*self.needs, UNCONSTRAINED_CONDITIONALLY_STABLE)
         for name, value in values.items():
             object.__setattr__(self, name, value)
 

@@ -19,11 +19,11 @@ from eomgen.integrators.families.family import (
     NOT_FINITE,
     SINGULAR_MASS,
     SMALLER_STEP,
-    UNCONSTRAINED,
     Family,
     MethodName,
     Status,
 )
+from eomgen.integrators.families.needs import UNCONSTRAINED
 
 if TYPE_CHECKING:
     from eomgen.system.system import System

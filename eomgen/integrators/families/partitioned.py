@@ -21,12 +21,12 @@ from eomgen.integrators.families.family import (
     SMALLER_STEP,
     Field,
     MethodName,
-    Need,
     Sizes,
     Status,
     rotation_too_large,
     velocities,
 )
+from eomgen.integrators.families.needs import constrained
 from eomgen.integrators.families.runge_kutta import RUNGE_KUTTA_MUNTHE_KAAS_4, RungeKuttaMuntheKaas
 
 if TYPE_CHECKING:
@@ -45,10 +45,6 @@ SMALLEST_PIVOT = 1e-9
 #: corrections take factors of their own; below the second accelerations are continued from those before, for digits
 #: that they lose grow with its third power.
 NEAR_PART, SINGULAR_PART = 0.03, 3e-4
-
-_CONSTRAINED = Need(
-    "constraints", True, "it eliminates constraint equations, and rk4 does the same work where there are none", "rk4"
-)
 
 
 def partition_state(sizes: Sizes) -> tuple[Field, ...]:
@@ -119,7 +115,7 @@ class PartitionedRungeKutta(RungeKuttaMuntheKaas):
     1].
     """
 
-    needs = (_CONSTRAINED,)
+    needs = (constrained("rk4"),)
     family = "partitioned"
     holds_constraints = True
     passes_singularities = True

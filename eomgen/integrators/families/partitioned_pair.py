@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 from eomgen.integrators.families.adaptive import STEP_GROUPS, step_state, step_statistics, step_statuses
 from eomgen.integrators.families.dormand_prince import COMPARED_TOLERANCES, DormandPrince
-from eomgen.integrators.families.family import Field, MethodName, Need, Sizes, Status
+from eomgen.integrators.families.family import Field, MethodName, Sizes, Status
+from eomgen.integrators.families.needs import constrained
 from eomgen.integrators.families.partitioned import (
     PARTITION_STATISTICS,
     PartitionedRungeKutta,
@@ -23,10 +24,6 @@ from eomgen.integrators.families.partitioned import (
 
 if TYPE_CHECKING:
     from eomgen.system.system import System
-
-_CONSTRAINED = Need(
-    "constraints", True, "it eliminates constraint equations, and rk45 does the same work where there are none", "rk45"
-)
 
 
 @dataclass(frozen=True)
@@ -41,7 +38,7 @@ class PartitionedDormandPrince(DormandPrince):
     """
 
     source = "Dormand and Prince 1980; Munthe-Kaas 1999; Shampine 1986; Wehage and Haug 1982"
-    needs = (_CONSTRAINED,)
+    needs = (constrained("rk45"),)
     family = "partitioned_pair"
     holds_constraints = True
     passes_singularities = True

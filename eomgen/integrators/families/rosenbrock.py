@@ -36,25 +36,19 @@ from eomgen.integrators.families.family import (
     Field,
     GroupFunction,
     MethodName,
-    Need,
     Setting,
     Sizes,
     Status,
     hold,
     velocities,
 )
+from eomgen.integrators.families.needs import UNCONSTRAINED_ROSENBROCK
 
 if TYPE_CHECKING:
     from eomgen.integrators.newton.matrix import Packing, Unknowns
     from eomgen.integrators.step_work import Work
     from eomgen.system.system import System
 
-_TREES = Need(
-    "constraints",
-    False,
-    "its step solves ordinary differential equations, and forces of constraints are not known at its start",
-    "generalized_alpha, which keeps constraints, rk4_partitioned, whose steps have no tolerance, or a tree of joints",
-)
 _FIXED = ("its steps are the same operations every time, without an estimate of errors", "generalized_alpha, or rk45")
 
 
@@ -74,7 +68,7 @@ class Rosenbrock(Family):
     gamma: float
     source: str
     order = 2
-    needs = (_TREES,)
+    needs = (UNCONSTRAINED_ROSENBROCK,)
     family = "rosenbrock"
     dense_output: ClassVar[DenseOutput] = "hermite_3"
     implicit = True

@@ -11,12 +11,12 @@ from eomgen.integrators.families.family import (
     BAD_ARGUMENT,
     NOT_FINITE,
     SINGULAR_MASS,
-    UNCONSTRAINED,
     Family,
     MethodName,
     Status,
     hold,
 )
+from eomgen.integrators.families.needs import UNCONSTRAINED
 
 if TYPE_CHECKING:
     from eomgen.system.system import System

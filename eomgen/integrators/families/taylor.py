@@ -20,11 +20,11 @@ from eomgen.integrators.families.family import (
     Family,
     Field,
     MethodName,
-    Need,
     Setting,
     Sizes,
     Status,
 )
+from eomgen.integrators.families.needs import UNCONSTRAINED_SERIES
 
 if TYPE_CHECKING:
     from eomgen.system.system import System
@@ -61,13 +61,6 @@ COMPARED_TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14)
 #: Steps are halved so often before the run stops.
 ATTEMPTS = 40
 
-_UNCONSTRAINED = Need(
-    "constraints",
-    False,
-    "it expands ordinary differential equations and would ignore the constraint equations",
-    "generalized_alpha, which keeps constraints, rk4_partitioned, which eliminates them, or a tree of joints",
-)
-
 
 @dataclass(frozen=True)
 class Taylor(Family):
@@ -85,7 +78,7 @@ class Taylor(Family):
     tolerance: float = DEFAULT_TOLERANCE
     order: int = 0
     source = "Jorba and Zou 2005; Griewank and Walther 2008, table 13.2"
-    needs = (_UNCONSTRAINED,)
+    needs = (UNCONSTRAINED_SERIES,)
     family = "taylor"
     inputs = "series"
     dense_output = "steps"

@@ -19,7 +19,6 @@ from eomgen.errors import Problem, UsageError
 from eomgen.integrators.families.family import (
     BAD_ARGUMENT,
     NOT_FINITE,
-    UNCONSTRAINED,
     Family,
     Field,
     MethodName,
@@ -27,6 +26,7 @@ from eomgen.integrators.families.family import (
     Sizes,
     Status,
 )
+from eomgen.integrators.families.needs import UNCONSTRAINED
 from eomgen.system.system import System
 
 

@@ -1,0 +1,56 @@
+"""What methods need a system to have or not to have: why they are refused where it is otherwise, and what to take."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Need:
+    """A fact that a system must have or must not have, with the reason and the alternative.
+
+    ``parameter`` is the parameter of the method that brings the need about, if any.
+    """
+
+    fact: str
+    value: bool
+    reason: str
+    alternative: str
+    parameter: str = ""
+
+
+#: Of methods whose steps evaluate ordinary differential equations.
+UNCONSTRAINED = Need(
+    "constraints",
+    False,
+    "it steps ordinary differential equations and would ignore the constraint equations",
+    "generalized_alpha, which keeps constraints, rk4_partitioned, which eliminates them, or a tree of joints",
+)
+#: Of methods that expand them in series of time.
+UNCONSTRAINED_SERIES = Need(
+    "constraints",
+    False,
+    "it expands ordinary differential equations and would ignore the constraint equations",
+    "generalized_alpha, which keeps constraints, rk4_partitioned, which eliminates them, or a tree of joints",
+)
+#: Of Rosenbrock methods.
+UNCONSTRAINED_ROSENBROCK = Need(
+    "constraints",
+    False,
+    "its step solves ordinary differential equations, and forces of constraints are not known at its start",
+    "generalized_alpha, which keeps constraints, rk4_partitioned, whose steps have no tolerance, or a tree of joints",
+)
+#: Of Newmark's methods that are stable in small steps only.
+UNCONSTRAINED_CONDITIONALLY_STABLE = Need(
+    "constraints",
+    False,
+    "with 2 beta < gamma the highest frequency limits its step, and constraints are infinitely stiff",
+    "beta of at least gamma/2: newmark with alpha, trapezoidal, hht or generalized_alpha",
+    "beta",
+)
+
+
+def constrained(otherwise: str) -> Need:
+    """Return the need of a method that eliminates constraints; ``otherwise`` does its work where there are none."""
+    reason = f"it eliminates constraint equations, and {otherwise} does the same work where there are none"
+    return Need("constraints", True, reason, otherwise)
