@@ -52,6 +52,9 @@ def simulate(scene: str, folder: str, plots: bool, timing: bool, as_json: bool, 
         print_json(summary)
     else:
         _print(solution, model, options["inputs"], times)
+    for note in dict.fromkeys(solution.metadata["notes"]):
+        if note not in solution.message:
+            say(f"note: {note}")
     say(f"{solution.message}\nwritten to {target}: {', '.join(file.name for file in files)}")
     return outcome_code(solution)
 

@@ -88,7 +88,7 @@ def angles_of_several_turns(model: CompiledModel, initial: Mapping[str, Any] | N
         turns = factor.q_size == 1 and model.q_units[factor.q_start] == "rad"
         if not (turns and isinstance(angle, int | float) and float(10.0 * angle).is_integer()):
             continue
-        if note := several_turns(factor.name, angle):
+        if note := several_turns(f"the joint {factor.name} starts at", angle):
             notes.append(note)
     return notes
 

@@ -113,6 +113,15 @@ def _values(formula: Formula, value_of: Callable[[Symbol], ArrayLike]) -> NDArra
     return np.where(unknown, np.nan, value)
 
 
+def curves(formula: Formula) -> frozenset[str]:
+    """Return the names of all curves in a formula."""
+    if isinstance(formula, Application):
+        return curves(formula.argument) | {formula.curve.name}
+    if isinstance(formula, Operation):
+        return frozenset().union(*(curves(argument) for argument in formula.arguments))
+    return frozenset()
+
+
 def symbols(formula: Formula) -> frozenset[Symbol]:
     """Return every symbol that occurs in a formula."""
     if isinstance(formula, Symbol):

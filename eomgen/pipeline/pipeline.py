@@ -331,7 +331,8 @@ def _given_scene(scene: object, coordinates: Literal["joint", "absolute"] | None
 def _check_terms(terms: Sequence[str] | None) -> None:
     """Raise UsageError for unknown terms."""
     if isinstance(terms, str):
-        raise UsageError(f"terms are a list of names, not the text {shown(terms)}", f'terms=["{terms[:64]}"]')
+        names = ", ".join(f'"{name.strip()}"' for name in terms[:64].split(","))
+        raise UsageError(f"terms are a list of names, not the text {shown(terms)}", f"terms=[{names}]")
     unknown = [name for name in terms or () if name not in TERMS]
     if unknown:
         every = ", ".join(shown(name) for name in unknown)

@@ -19,6 +19,8 @@ from eomgen.units.table import NAMED, PREFIXES, UNITS, names
 
 Dimension = Mapping[str, int]
 _ANGLE = "[angle]"
+#: Of the travel of a screw.
+_PITCH = {"[length]": 1, _ANGLE: -1}
 
 
 @cache
@@ -66,13 +68,27 @@ def to_unit(quantity: Quantity, unit: str, *, over_time: bool = False) -> float:
     size, dimension = measure(quantity.factors)
     wanted_size, wanted = measure(read_unit(unit))
     if not _matches(dimension, wanted):
-        what = (
-            f"{shown(quantity.text)} is {_words(quantity.factors)}, {NAMED.get(unit, 'a quantity')} in {unit} is"
-            " expected"
-        )
+        what = f"{shown(quantity.text)} is {_words(quantity.factors)}, {_expected(unit)}"
         value = _finite(quantity, quantity.number * size)
         raise UnitError(what, _hint(quantity, wanted, unit, value, over_time=over_time))
     return _finite(quantity, quantity.number * size / wanted_size)
+
+
+def misplaced(label: str, unit: str) -> str:
+    """Return what a quantity with a unit is where one in another unit is expected, in words; empty where it could be
+    that one, angles being no dimension here.
+
+    Parameters
+    ----------
+    label : unit of the quantity
+    unit : that is expected, coherent in SI
+    """
+    factors = read_unit(label)
+    found, wanted = (
+        {name: power for name, power in measure(each)[1].items() if name != _ANGLE}
+        for each in (factors, read_unit(unit))
+    )
+    return "" if found == wanted else f"{_words(factors)} ({label.strip()}), {_expected(unit)}"
 
 
 def to_si(quantity: Quantity) -> tuple[float, str]:
@@ -108,8 +124,14 @@ def _product(powers: Iterable[tuple[str, int]]) -> str:
 def _matches(dimension: Dimension, wanted: Dimension) -> bool:
     if dimension == wanted:
         return True
+    if wanted == _PITCH:  # which is told by the turn, or by the radian
+        return False
     without_angle = {name: power for name, power in wanted.items() if name != _ANGLE}
     return wanted.get(_ANGLE, 0) < 0 and dimension == without_angle
+
+
+def _expected(unit: str) -> str:
+    return f"{NAMED.get(unit, 'a quantity')} in {unit} is expected"
 
 
 def _words(factors: Factors) -> str:
@@ -124,6 +146,11 @@ def _words(factors: Factors) -> str:
 
 def _hint(quantity: Quantity, wanted: Dimension, unit: str, value: float, *, over_time: bool) -> str:
     dimension = measure(quantity.factors)[1]
+    times = tuple((name, abs(power)) for name, power in quantity.factors)
+    if times != quantity.factors and measure(times)[1] == wanted:
+        return f'"{float(quantity.number):.6g} {_product(times)}", a product of units'
+    if wanted == _PITCH and dimension == {"[length]": 1}:
+        return f'"{quantity.text.strip()}/rev", the travel of a turn'
     if over_time and "[time]" not in wanted and dimension == {**wanted, "[time]": -1}:
         return f'"{value:.6g} * t" where it changes at that rate'
     if wanted == {_ANGLE: 1, "[time]": -1} and dimension == {"[time]": -1}:

@@ -21,6 +21,7 @@ from eomgen.scene.bodies.beam import KINDS, Beam, Deformation, DeformationKind
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.requirements import RELATIONS
+from eomgen.scene.reading.shares import percent_of_critical
 from eomgen.scene.reading.values import Values
 from eomgen.text import key_of
 
@@ -207,6 +208,8 @@ def _deformation(
     ratio = values.constant(f"{key}.damping_ratio", given.damping_ratio)
     if ratio < 0.0:
         values.report.add(f"{key}.damping_ratio", f"the damping ratio is {ratio:.6g}", "0 or more")
+    if note := percent_of_critical(ratio):
+        values.notes.append(f"{key}.damping_ratio: {note}")
     masses: list[tuple[float, float, float]] = []
     for place, mass in enumerate(given.masses):
         at, amount, inertia = (

@@ -13,6 +13,7 @@ from eomgen.scene.control.schema import Calibration as WrittenCalibration
 from eomgen.scene.control.schema import Controller as Written
 from eomgen.scene.formula.scope import STATE
 from eomgen.scene.joint_types import JOINTS
+from eomgen.scene.reading.shares import percent_of_critical
 from eomgen.scene.reading.values import Values
 from eomgen.system.signals import Parameter
 from eomgen.text import NAME_RULE, is_legal, key_of, nearest, shown
@@ -252,6 +253,8 @@ def _check_lists(key: str, written: WrittenCalibration, count: int, values: Valu
             if not allowed:
                 hint = "0 or more" if method == "lqr" else "a number above 0"
                 report.add(f"{key}.{field}[{place}]", f"{field} of {number:.6g} cannot be", hint)
+            elif field == "damping_ratios" and (note := percent_of_critical(number)):
+                values.notes.append(f"{key}.{field}[{place}]: {note}")
     if method == "imsc" and written.effort_weights is None:
         report.add(key, "imsc needs effort_weights", "effort_weights = 1e-3")
     if method == "pole_placement":

@@ -24,6 +24,9 @@ from eomgen.scene.control.sampled import sources_digest
 from eomgen.scene.document import checks
 from eomgen.scene.document import schema as written
 from eomgen.scene.document.beam_attachments import check_frames, check_not_absolute, check_places
+from eomgen.scene.document.doubtful_springs import negative_laws, springs_within_bodies
+from eomgen.scene.document.out_of_scale import out_of_scale
+from eomgen.scene.document.plain_angles import angles_of_several_turns
 from eomgen.scene.document.units import in_si
 from eomgen.scene.document.validation import read_document
 from eomgen.scene.events.reading import read_event
@@ -90,9 +93,17 @@ def assemble(
     ]
     doubts = [
         *checks.unused_names(document, assembler.values),
-        *checks.angles_of_several_turns(part.data),
+        *angles_of_several_turns(part.data),
         *checks.delays_of_whole_seconds(part.data, document),
-        *checks.negative_damping(document),
+        *negative_laws(document),
+        *springs_within_bodies(document),
+        *out_of_scale(
+            result["bodies"],
+            result["joints"],
+            {point.name: point for point in result["points"]},
+            result["elements"],
+            assembler.values,
+        ),
         *checks.efforts_on_drives(document),
         *assembler.values.notes,
     ]

@@ -26,7 +26,6 @@ from eomgen.system.events import mode_parameter
 from eomgen.system.motions import motion_parameters
 from eomgen.system.signals import Output
 from eomgen.text import NAME_LENGTH, NAME_RULE, is_legal, key_of, listed, nearest, shown
-from eomgen.units.angles import several_turns
 
 #: Samples of a delay from which on a whole number of seconds may have been meant as a number of samples.
 _MANY_SAMPLES = 50
@@ -201,10 +200,14 @@ def check_inertias(bodies: Iterable[Body], values: Values) -> None:
 
 
 def unused_names(document: Document, values: Values) -> list[str]:
-    """Return a note on the parameters, one on the inputs, and one on each mode and controller, that no formula
-    mentions."""
+    """Return a note on the parameters, one on the inputs, one on the curves, and one on each mode and controller, that
+    no formula mentions."""
     notes = []
-    for kind, names in (("parameter", document.parameters), ("input", document.inputs)):
+    for kind, names in (
+        ("parameter", document.parameters),
+        ("input", document.inputs),
+        ("curve", document.curves),
+    ):
         moved = {name for name in values.names.motions if ("parameter", motion_parameters(name)[0]) in values.mentioned}
         unused = [name for name in names if (kind, name) not in values.mentioned and name not in moved]
         if unused:
@@ -221,23 +224,6 @@ def unused_names(document: Document, values: Values) -> list[str]:
         alone = {name: controller}
         if read.isdisjoint([*outputs_of_controllers(alone), *states_of_controllers(alone)]):
             notes.append(f"the controller {name} changes nothing: no formula mentions what it gives")
-    return notes
-
-
-def angles_of_several_turns(data: Mapping[str, Any]) -> list[str]:
-    """Return a note on each joint that starts at more than a turn, written as a plain number: rad, and no degrees.
-
-    Parameters
-    ----------
-    data : of a scene that is well formed, as it is written: unit strings are not converted
-    """
-    notes: list[str] = []
-    for name, joint in data.get("joints", {}).items():
-        written = (joint.get("initial") or {}).get("position")
-        values = written if isinstance(written, list | tuple) else (written,)
-        for value, unit in zip(values, JOINTS[joint["type"]].units, strict=False):
-            if unit == "rad" and isinstance(value, int | float) and (note := several_turns(name, value)):
-                notes.append(note)
     return notes
 
 
@@ -266,21 +252,6 @@ def delays_of_whole_seconds(data: Mapping[str, Any], document: Document) -> list
                     f' "{period:.6g} s"'
                 )
     return notes
-
-
-def negative_damping(document: Document) -> list[str]:
-    """Return a note on each joint and spring whose damping is a number below zero."""
-    entries = [
-        (key_of(section, name), entry.damping)
-        for section in ("joints", "springs", "torsion_springs")
-        for name, entry in document.section(section).items()
-    ]
-    return [
-        f"{key}.damping: the damping {value:.6g} is negative, and adds energy to every motion"
-        for key, written in entries
-        for value in (written if isinstance(written, tuple) else (written,))
-        if isinstance(value, int | float) and value < 0.0
-    ]
 
 
 def efforts_on_drives(document: Document) -> list[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from eomgen.scene.reading.rotation_schema import plain_angles
 from eomgen.text import is_legal, shown
 
 #: Examples by key.
@@ -31,6 +32,7 @@ _ENTRIES: Mapping[str, str] = {
     "events": '{ when = "...", action = "..." }',
     "states": '{ rate = "..." }',
 }
+_AXES = ("[1, 0, 0]", "[0, 1, 0]", "[0, 0, 1]")
 _FILES = (".csv", ".txt", ".dat", ".tsv")
 #: Sections whose ``first`` and ``second`` are names of points.
 _BETWEEN_POINTS = ("springs",)
@@ -41,6 +43,9 @@ def example(location: tuple[str | int, ...], given: object) -> str:
     last, section = str(location[-1]), str(location[0])
     if last == "gravity" and isinstance(given, int | float) and not isinstance(given, bool):
         return f"gravity = [0, 0, {-abs(given):g}]"
+    if last == "rotation" and plain_angles(given):
+        turns = [f"{{ axis = {axis}, angle = {angle:g} }}" for axis, angle in zip(_AXES, given, strict=True) if angle]
+        return f"rotation = [{', '.join(turns)}]" if turns else "no rotation"
     if last in ("table", "file") and is_file(given):
         return f"table = {{ file = {quoted(given)} }}"
     if len(location) == 2 and is_legal(last) and section in _ENTRIES:

@@ -49,6 +49,7 @@ class _Converter:
         bare = ("parameters", "inputs", "states", "controllers", "curves")
         entries = {str(name): entry for section in bare for name, entry in sections.get(section, {}).items()}
         self.known = set(entries)
+        self.parameters = frozenset(sections.get("parameters", {}))
         self.labels = {name: label for name, entry in entries.items() if (label := _label(entry))}
 
     def table(self, model: type[Table], key: str, data: Mapping[str, Any], kind: object) -> dict[str, Any]:
@@ -123,8 +124,7 @@ class _Converter:
         if isinstance(value, str):
             if is_quantity(value):
                 return self.text(unit, key, value, over_time=over_time)
-            self.name_alone(unit, key, value.strip())
-            return value
+            return self.name_alone(unit, key, value.strip().removeprefix("-").strip()) or value
         if isinstance(value, list | tuple) and depth < _DEPTH:
             units = (unit,) * len(value) if isinstance(unit, str) else (*unit, *[""] * len(value))
             self.beside_units(unit, key, value)
@@ -139,19 +139,30 @@ class _Converter:
             }
         return value
 
-    def name_alone(self, unit: Units, key: str, name: str) -> None:
-        """Note that a name stands alone where a quantity of another kind than that of its label is expected."""
+    def name_alone(self, unit: Units, key: str, name: str) -> Refused | None:
+        """Refuse a parameter that stands alone where a quantity of another dimension is expected; note the same of
+        labels, and of angles.
+
+        Returns
+        -------
+        Refused or None
+            In place of the name, where it is refused.
+        """
         factors = _factors(self.labels.get(name, ""))
         if not factors or not isinstance(unit, str) or unit in ("", ANY_UNIT) or factors == _factors(unit):
-            return
+            return None
         from fractions import Fraction  # noqa: PLC0415  # scenes whose labels fit do not need it
 
-        from eomgen.units.conversion import to_unit  # noqa: PLC0415
+        from eomgen.units.conversion import misplaced, to_unit  # noqa: PLC0415
 
+        if name in self.parameters and (what := misplaced(self.labels[name], unit)):
+            self.report.add(key, f"the parameter {name} is {what}", f"a parameter in {unit}")
+            return Refused(name)
         try:
             to_unit(Quantity(name, Fraction(1), factors), unit)
         except UnitError as error:
             self.notes.append(f"{key}: {error.what}, and labels convert nothing")
+        return None
 
     def beside_units(self, unit: Units, key: str, values: Sequence[Any]) -> None:
         """Note the numbers without a unit in a list of which other entries have one."""

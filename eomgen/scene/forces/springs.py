@@ -12,6 +12,7 @@ from eomgen.scene.formula.scope import PARAMETERS, SPRING_FORCE
 from eomgen.scene.reading.key_metadata import Table, key
 from eomgen.scene.reading.kinds import Value
 from eomgen.scene.reading.report import check_reference
+from eomgen.scene.reading.requirements import not_below_zero
 from eomgen.system.description import Line
 from eomgen.text import key_of
 
@@ -75,6 +76,6 @@ ROW = Row(
     Spring,
     SpringEntry,
     read_spring,
-    dict.fromkeys(("stiffness", "damping", "length")),
+    {**dict.fromkeys(("stiffness", "damping")), "length": not_below_zero("the length of a spring")},
     offers={"length": "element", "rate": "element", "tension": "tension"},
 )

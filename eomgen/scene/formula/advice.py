@@ -82,5 +82,7 @@ def of_parts(names: Names, word: str, part: str) -> str:
     """Return what to write in place of parts such as ``position.tip.x`` and ``q[0]``, given what stands before them."""
     if part and part in _AXES and word:
         return f"{word}[{_AXES.index(part)}]"
+    if word in names.points:
+        return f"position.{word}[{part or 0}]"
     moving = next(iter(names.joints), "joint")
     return f"{word}.{moving}" if word in ("q", "v", "a") else ""

@@ -265,7 +265,8 @@ class _Reader:
             return self.reaction(node, inner, index)
         if not (isinstance(inner, ast.Attribute) and isinstance(inner.value, ast.Name)):
             what = "only quantities such as q.joint or position.point[2] have parts"
-            raise self.error(node, what, of_parts(self.names, *_before(inner)))
+            word, part = _before(inner)
+            raise self.error(node, what, of_parts(self.names, word, part or ("" if index is None else str(index))))
         kind, name = inner.value.id.removeprefix(PREFIX), inner.attr.removeprefix(PREFIX)
         if kind == "reaction":
             what = f"reaction.{name[:64]} is a force and a moment"

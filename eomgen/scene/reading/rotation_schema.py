@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, TypeGuard
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field
+from pydantic_core import PydanticCustomError
 
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, TIME
 from eomgen.scene.reading.key_metadata import Table, key
@@ -20,4 +21,15 @@ class Rotation(Table):
     )
 
 
-Rotations = Annotated[tuple[Rotation, ...], Field(strict=False)]
+def plain_angles(value: object) -> TypeGuard[list[float]]:
+    """Tell whether three numbers stand where rotations are needed, as in roll, pitch and yaw."""
+    return isinstance(value, list | tuple) and len(value) == 3 and all(isinstance(part, int | float) for part in value)
+
+
+def _rotations(value: object) -> object:
+    if plain_angles(value):
+        raise PydanticCustomError("rotations", "angles alone say no axes and no order: a table is needed for each")
+    return value
+
+
+Rotations = Annotated[tuple[Rotation, ...], Field(strict=False), BeforeValidator(_rotations)]

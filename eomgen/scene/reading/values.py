@@ -9,7 +9,7 @@ from collections.abc import Collection, Mapping, Sequence
 import numpy as np
 
 from eomgen.arrays import Array
-from eomgen.formula.evaluate import OTHER_VALUES, evaluate, symbols
+from eomgen.formula.evaluate import OTHER_VALUES, curves, evaluate, symbols
 from eomgen.formula.nodes import Formula, Number, Operation, Vector
 from eomgen.scene.formula.namespaces import known_there, read_included
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS, Names, Scope
@@ -83,6 +83,7 @@ class Values:
                 self.report.add(key, error.what, error.hint)
             return UNKNOWN
         self.mentioned |= {(symbol.kind, symbol.name) for symbol in symbols(formula)}
+        self.mentioned |= {("curve", name) for name in curves(formula)}
         if scope in (PARAMETERS, FIXED_PARAMETERS):
             try:
                 self.value(formula)

@@ -127,6 +127,12 @@ _TOML_PLACE = re.compile(r" \(at line (\d+), column (\d+)\)$")
 #: A number with a decimal comma, behind an equals sign.
 _DECIMAL_COMMA = re.compile(r"=\s*([+-]?\d+),(\d+)\s*(?:[,}#]|$)")
 
+#: The key of a line, and a line whose value is several numbers without brackets around them.
+_KEY = re.compile(r"\s*([A-Za-z0-9_.-]+)\s*=")
+_BARE_LIST = re.compile(
+    r"^\s*([A-Za-z0-9_-]{1,64})\s*=\s*([-+0-9.eE]{1,32}(?:\s*,\s+[-+0-9.eE]{1,32}|(?:,[-+0-9.eE]{1,32}){2,}){1,8})\s*(?:#|$)"
+)
+
 
 def toml_data(text: str, file: str) -> tuple[dict[str, Any], dict[str, int]]:
     """Return what a TOML text holds, and the line of each dotted key.
@@ -142,8 +148,11 @@ def toml_data(text: str, file: str) -> tuple[dict[str, Any], dict[str, int]]:
         place = _TOML_PLACE.search(message)
         where, column = (f"{file}:{place[1]}", f" (column {place[2]})") if place else (file, "")
         what = _TOML_PLACE.sub("", message).encode("ascii", "backslashreplace").decode()
-        line = text.splitlines()[int(place[1]) - 1 : int(place[1])] if place else []
-        problem = Problem(where, f"this is not TOML: {what[:200]}{column}", _toml_hint(what, "".join(line)))
+        line = "".join(text.splitlines()[int(place[1]) - 1 : int(place[1])] if place else [])
+        key = _KEY.match(line)
+        if "overwrite a value" in what and key:
+            what, column = f"the key {key[1][:64]} is given twice", ""
+        problem = Problem(where, f"this is not TOML: {what[:200]}{column}", _toml_hint(what, line))
         raise DescriptionError(problem) from None
     except RecursionError:
         raise DescriptionError(Problem(file, "lists or tables are nested too deep", "fewer brackets")) from None
@@ -151,8 +160,12 @@ def toml_data(text: str, file: str) -> tuple[dict[str, Any], dict[str, int]]:
 
 def _toml_hint(what: str, line: str) -> str:
     """Return what to try for a line that is no TOML."""
+    if what.endswith("is given twice"):
+        return "one of them"
     if "twice" in what or "overwrite" in what:
         return "one table, or one key, of each name"
+    if values := _BARE_LIST.search(line):
+        return f"a list stands in [ ]: {values[1]} = [{values[2].strip()}]"
     if comma := _DECIMAL_COMMA.search(line):
         return f"{comma[1]}.{comma[2]} with a decimal point"
     return "TOML syntax: key = value, texts in quotes"

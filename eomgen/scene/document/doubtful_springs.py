@@ -1,0 +1,45 @@
+"""Notes on springs and dampers that are allowed, and hardly ever meant: they push away, or move nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from eomgen.scene.document.schema import Document
+from eomgen.text import key_of
+
+_SPRUNG = ("joints", "springs", "torsion_springs")
+
+
+def negative_laws(document: Document) -> list[str]:
+    """Return a note on each joint and spring whose damping or stiffness is a number below zero."""
+    return [
+        *(
+            f"{key}.damping: the damping {value:.6g} is negative, and adds energy to every motion"
+            for key, value in _below_zero(document, "damping")
+        ),
+        *(
+            f"{key}.stiffness: the stiffness {value:.6g} is negative, and pushes away from where the spring is slack"
+            for key, value in _below_zero(document, "stiffness")
+        ),
+    ]
+
+
+def _below_zero(document: Document, field: str) -> Iterator[tuple[str, float]]:
+    for section in _SPRUNG:
+        for name, entry in document.section(section).items():
+            written = getattr(entry, field)
+            for value in written if isinstance(written, tuple) else (written,):
+                if isinstance(value, int | float) and value < 0.0:
+                    yield key_of(section, name), value
+
+
+def springs_within_bodies(document: Document) -> list[str]:
+    """Return a note on each spring between two points of one body, which changes nothing of its motion."""
+    notes = []
+    for name, spring in document.section("springs").items():
+        ends = [document.points.get(point) or document.frames.get(point) for point in (spring.first, spring.second)]
+        first, second = ends
+        if first is not None and second is not None and first.body == second.body and first.body not in document.beams:
+            what = f"both its points are fixed in {first.body}, so the spring moves nothing"
+            notes.append(f"{key_of('springs', name)}: {what}")
+    return notes

@@ -1,0 +1,51 @@
+"""Notes on angles of more than a turn that a scene has as plain numbers: they are in rad, and may be meant in
+degrees."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from eomgen.scene.joint_types import JOINTS
+from eomgen.units.angles import several_turns
+
+
+def angles_of_several_turns(data: Mapping[str, Any]) -> list[str]:
+    """Return a note on each start, limit and rest of joints, and each angle of the base, of more than a turn as a plain
+    number.
+
+    Parameters
+    ----------
+    data : of a scene that is well formed, as it is written: unit strings are not converted
+    """
+    found = [*_of_joints(data), *_of_springs(data), *_of_base(data)]
+    return list(dict.fromkeys(note for what, angle in found if (note := several_turns(what, angle))))
+
+
+def _of_joints(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
+    for name, joint in data.get("joints", {}).items():
+        limits = joint.get("limits") or {}
+        places = (
+            (f"the joint {name} starts at", (joint.get("initial") or {}).get("position")),
+            (f"the spring of the joint {name} rests at", joint.get("rest")),
+            (f"the joint {name} has its lower limit at", limits.get("lower")),
+            (f"the joint {name} has its upper limit at", limits.get("upper")),
+        )
+        units = JOINTS[joint["type"]].units
+        for what, written in places:
+            values = written if isinstance(written, list | tuple) else (written,) * len(units)
+            for value, unit in zip(values, units, strict=False):
+                if unit == "rad" and isinstance(value, int | float):
+                    yield what, value
+
+
+def _of_springs(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
+    for name, spring in data.get("torsion_springs", {}).items():
+        if isinstance(value := spring.get("rest"), int | float):
+            yield f"the torsion spring {name} rests at", value
+
+
+def _of_base(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
+    for rotation in (data.get("base") or {}).get("rotation") or ():
+        if isinstance(value := rotation.get("angle"), int | float):
+            yield "the base is turned by", value

@@ -1,0 +1,220 @@
+"""What a strict user did by mistake and nothing said: every such scene now has an error or a note, and what is meant as
+it is written has none."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import eomgen
+from eomgen.cli import main
+from tests.failures.failure import SCENE
+from tests.failures.mistakes import scene_of
+
+CORD = '[points.o]\nbody = "base"\nposition = [0.5, 0, 0]\n[springs.cord]\nfirst = "tip"\nsecond = "o"\n'
+SHOULDER = "axis = [0, 1, 0]\n"
+HELICAL = ('"revolute"', '"helical"')
+
+
+def changed(*changes: tuple[str, str], more: str = "") -> str:
+    text = SCENE
+    for old, new in changes:
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    return text + more
+
+
+def refused(text: str) -> str:
+    with pytest.raises(eomgen.DescriptionError) as caught:
+        scene_of(text)
+    return str(caught.value)
+
+
+def notes(text: str) -> str:
+    return " | ".join(scene_of(text).notes)
+
+
+def joint(keys: str) -> str:
+    return changed((SHOULDER, SHOULDER + keys + "\n"))
+
+
+# -- units -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "piece"),
+    [
+        (
+            changed(('unit = "m" }', 'unit = "m" }\nweight = "5 N"'), ('"1 + load"', '"weight"')),
+            "bodies.upper.mass): the parameter weight is a force (N), a mass in kg is expected",
+        ),
+        (
+            changed(('value = 0.5, unit = "m" }', 'value = 0.5, unit = "m" }\nk = { value = 80, unit = "N/m" }'))
+            + CORD
+            + 'stiffness = 80\ndamping = "k"\n',
+            "springs.cord.damping): the parameter k is a stiffness (N/m), a damping in N s/m is expected",
+        ),
+        (
+            changed(('{ value = 0.5, unit = "m" }', '"20 deg"'), ('"-length / 2"', "0")),
+            "points.tip.position[2]): the parameter length is an angle (deg), a length in m is expected",
+        ),
+        (
+            changed(HELICAL, (SHOULDER, SHOULDER + 'pitch = "5 mm"\n')),
+            'a length, a quantity in m/rad is expected; try: "5 mm/rev", the travel of a turn',
+        ),
+        (
+            changed(("[0.03, 0.03, 0.002]", '["300 g/cm^2", 0.1, 0.1]')),
+            'a moment of inertia in kg m^2 is expected; try: "300 g cm^2", a product of units',
+        ),
+    ],
+)
+def test_a_value_of_another_dimension_is_refused(text: str, piece: str) -> None:
+    assert piece in refused(text)
+
+
+def test_parameters_whose_unit_fits_or_is_unknown_are_left_alone() -> None:
+    for label in ("kg", "g", "kilo", "-", ""):
+        given = changed(('unit = "m" }', f'unit = "m" }}\nload2 = {{ value = 1, unit = "{label}" }}'))
+        assert " is expected" not in notes(given.replace('"1 + load"', '"load2"'))
+    stiff = changed(('unit = "m" }', 'unit = "m" }\nk = "5 N m"'), (SHOULDER, SHOULDER + 'stiffness = "k"\n'))
+    assert " is expected" not in notes(stiff)
+    screw = changed(HELICAL, (SHOULDER, SHOULDER + 'pitch = "5 mm/rev"\n'))
+    assert not [note for note in scene_of(screw).notes if "pitch" in note]
+
+
+# -- angles ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "note"),
+    [
+        (
+            joint("limits = { lower = -180, upper = 3, stiffness = 50 }"),
+            "the joint shoulder has its lower limit at -180 rad, 28.6 turns: angles without a unit are radians",
+        ),
+        (joint("stiffness = 5\nrest = 90"), "the spring of the joint shoulder rests at 90 rad, 14.3 turns"),
+        (
+            changed(more="[base]\nrotation = [{ axis = [0, 1, 0], angle = 30 }]\n"),
+            'the base is turned by 30 rad, 4.77 turns: angles without a unit are radians, "30 deg" is in degrees',
+        ),
+        (
+            changed(more='[torsion_springs.t]\nfirst = "shoulder"\nstiffness = 1\nrest = 45\n'),
+            "the torsion spring t rests at 45 rad, 7.16 turns",
+        ),
+    ],
+)
+def test_degrees_without_their_unit_are_noted(text: str, note: str) -> None:
+    assert note in notes(text)
+
+
+def test_turns_with_their_unit_ends_without_limit_and_travels_are_meant() -> None:
+    assert "turns" not in notes(joint('limits = { lower = "-720 deg", upper = inf, stiffness = 50 }'))
+    rail = changed(('"revolute"', '"prismatic"'), (SHOULDER, SHOULDER + "stiffness = 5\nrest = 90\n"))
+    assert "turns" not in notes(rail)
+
+
+# -- numbers -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "note"),
+    [
+        (SCENE + CORD + "stiffness = -80\n", "springs.cord.stiffness: the stiffness -80 is negative, and pushes away"),
+        (joint("stiffness = -5"), "joints.shoulder.stiffness: the stiffness -5 is negative, and pushes away"),
+        (
+            SCENE + CORD.replace('"base"', '"upper"') + "stiffness = 80\n",
+            "springs.cord: both its points are fixed in upper, so the spring moves nothing",
+        ),
+        (
+            changed(more="[curves.push]\npoints = [[0, 0], [1, 5]]\n"),
+            "the curve push changes nothing: no formula mentions it",
+        ),
+        (
+            SCENE + CORD + "stiffness = 80\nlength = 300\n",
+            "springs.cord.length: the length is 300 m, and the scene is no larger than 0.5 m",
+        ),
+        (
+            changed(("[0.03, 0.03, 0.002]", "[30000, 30000, 2000]")),
+            "bodies.upper.inertia: the radius of gyration is 122 m, and the scene is no larger than 0.5 m",
+        ),
+    ],
+)
+def test_what_is_hardly_meant_is_noted(text: str, note: str) -> None:
+    assert note in notes(text)
+
+
+def test_a_curve_that_a_formula_mentions_has_no_note() -> None:
+    used = changed(('"motor"', '"motor + push(t)"'), more="[curves.push]\npoints = [[0, 0], [1, 5]]\n")
+    assert "push" not in notes(used)
+    assert not scene_of(SCENE + CORD + "stiffness = 80\nlength = 0.3\n").notes
+
+
+def test_a_spring_of_negative_length_is_refused() -> None:
+    text = refused(SCENE + CORD + "stiffness = 80\nlength = -0.3\n")
+    assert "springs.cord.length): the length of a spring is -0.3; try: 0 or more" in text
+
+
+BEAM = """format = 1
+name = "beam"
+[beams.b]
+length = 1.0
+section = { elastic_modulus = 2.1e11, density = 7850, area = 1e-4, second_moments = [1e-9, 1e-9] }
+bending_z = { modes = 2, damping_ratio = RATIO }
+[joints.r]
+type = "fixed"
+parent = "base"
+child = "b"
+"""
+HOLD = """[controllers.hold]
+type = "state_feedback"
+coordinates = ["shoulder"]
+[controllers.hold.calibration]
+method = "pole_placement"
+damping_ratios = RATIO
+"""
+
+
+def test_damping_in_percent_of_critical_is_noted() -> None:
+    assert "beams.b.bending_z.damping_ratio: 2 is 200 % of critical; try 0.02" in notes(BEAM.replace("RATIO", "2"))
+    assert not scene_of(BEAM.replace("RATIO", "0.02")).notes
+    held = changed(('effort = "motor"', 'effort = "motor + hold"')) + HOLD
+    note = "controllers.hold.calibration.damping_ratios[0]: 30 is 3000 % of critical; try 0.3"
+    assert note in notes(held.replace("RATIO", "30"))
+    assert "critical" not in notes(held.replace("RATIO", "0.3"))
+
+
+# -- words -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "piece"),
+    [
+        (
+            joint("rotation = [0, 1.57, 0]"),
+            "a table is needed for each; try: rotation = [{ axis = [0, 1, 0], angle = 1.57 }]",
+        ),
+        (changed((SHOULDER, "axis = 0, 1, 0\n")), "try: a list stands in [ ]: axis = [0, 1, 0]"),
+        (
+            changed(('mass = "1 + load"', 'mass = "1 + load"\nmass = 2')),
+            "the key mass is given twice; try: one of them",
+        ),
+        (changed(('effort = "motor"', 'effort = "tip[2]"')), "try: position.tip[2]"),
+    ],
+)
+def test_what_is_meant_is_told(text: str, piece: str) -> None:
+    assert piece in refused(text)
+
+
+def test_terms_in_one_text_are_told_as_a_list() -> None:
+    with pytest.raises(eomgen.UsageError, match=r'try: terms=\["mass", "coupling"\]'):
+        eomgen.build(scene_of(SCENE), terms="mass,coupling")
+
+
+def test_the_command_line_prints_the_notes_of_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "arm.toml").write_text(joint("stiffness = -5"))
+    words = ["simulate", str(tmp_path / "arm.toml"), "--out", str(tmp_path / "o"), "--no-plots"]
+    assert main([*words, "--t-end", "0.01", "--initial", "shoulder=30"]) == 0
+    told = capsys.readouterr().err
+    assert told.count("note: joints.shoulder.stiffness: the stiffness -5 is negative") == 1
+    assert told.count("note: the joint shoulder starts at 30 rad, 4.77 turns") == 1
