@@ -88,7 +88,9 @@ def misplaced(label: str, unit: str) -> str:
         {name: power for name, power in measure(each)[1].items() if name != _ANGLE}
         for each in (factors, read_unit(unit))
     )
-    return "" if found == wanted else f"{_words(factors)} ({label.strip()}), {_expected(unit)}"
+    words = _words(factors)
+    named = words if words.startswith("in ") else f"{words} ({label.strip()})"
+    return "" if found == wanted else f"{named}, {_expected(unit)}"
 
 
 def to_si(quantity: Quantity) -> tuple[float, str]:

@@ -35,8 +35,7 @@ FAILURES = [
     Failure(
         "A key given twice",
         3,
-        "description error: scene.toml:3: this is not TOML: Cannot overwrite a value (column 13); try: one table, or"
-        " one key, of each name",
+        "description error: scene.toml:3: this is not TOML: the key name is given twice; try: one of them",
         old='name = "arm"',
         new='name = "arm"\nname = "leg"',
     ),
@@ -84,8 +83,7 @@ FAILURES = [
     Failure(
         "A vector of two numbers",
         3,
-        "description error: scene.toml:20 (joints.shoulder.axis): a list of 3 entries is needed here, not 2; try: axis"
-        " = [0, 0, 1]",
+        "description error: scene.toml:20 (joints.shoulder.axis): a list of 3 entries is needed here, not 2",
         old="axis = [0, 1, 0]",
         new="axis = [0, 1]",
     ),
