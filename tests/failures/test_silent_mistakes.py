@@ -4,13 +4,14 @@ it is written has none."""
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import eomgen
 from eomgen.cli import main
 from tests.failures.failure import SCENE
-from tests.failures.mistakes import scene_of
+from tests.failures.mistakes import arm, pushed, scene_of
 
 CORD = '[points.o]\nbody = "base"\nposition = [0.5, 0, 0]\n[springs.cord]\nfirst = "tip"\nsecond = "o"\n'
 SHOULDER = "axis = [0, 1, 0]\n"
@@ -215,6 +216,40 @@ def test_the_command_line_prints_the_notes_of_a_run(tmp_path: Path, capsys: pyte
     (tmp_path / "arm.toml").write_text(joint("stiffness = -5"))
     words = ["simulate", str(tmp_path / "arm.toml"), "--out", str(tmp_path / "o"), "--no-plots"]
     assert main([*words, "--t-end", "0.01", "--initial", "shoulder=30"]) == 0
-    told = capsys.readouterr().err
-    assert told.count("note: joints.shoulder.stiffness: the stiffness -5 is negative") == 1
-    assert told.count("note: the joint shoulder starts at 30 rad, 4.77 turns") == 1
+    said = capsys.readouterr().err
+    assert said.count("note: joints.shoulder.stiffness: the stiffness -5 is negative") == 1
+    assert said.count("note: the joint shoulder starts at 30 rad, 4.77 turns") == 1
+
+
+# -- runs --------------------------------------------------------------------------------------------------------------
+
+
+def told(model: eomgen.Model, *span: float, **options: Any) -> list[str]:
+    return list(model.simulate(*span, error_estimate=False, **options).metadata["notes"])
+
+
+def test_a_step_longer_than_the_run_is_noted() -> None:
+    note = "the step, 0.5 s, is longer than the run, 0.3 s, which is one shorter step"
+    assert note in told(arm(), 0.3, 0.5)
+    assert not told(arm(), 0.3, 0.3)
+
+
+def test_an_input_that_nobody_gives_is_noted() -> None:
+    model = eomgen.build(pushed().build(), profile="quick")
+    note = "the input u is 0: neither the scene nor the run gives it"
+    assert note in told(model, 0.01, 1e-3)
+    assert note not in told(model, 0.01, 1e-3, inputs={"u": 0.0})
+    assert not told(arm(), 0.01, 1e-3)
+
+
+def test_a_sample_longer_than_the_run_is_noted() -> None:
+    servo = """[controllers.servo]
+type = "sampled"
+sample = "100 ms"
+signals = { error = "0.1 - q.shoulder" }
+"""
+    scene = scene_of(changed(('effort = "motor"', 'effort = "motor + servo"')) + servo)
+    model = eomgen.build(scene, profile="quick")
+    law = {"controllers": {"servo": lambda t, signals: signals[0]}}
+    assert "servo is sampled once: every 0.1 s in a run of 0.05 s" in told(model, 0.05, 1e-3, **law)
+    assert not told(model, 0.1, 1e-3, **law)

@@ -2,4 +2,4 @@
 
 __all__ = ["report", "rotations"]
 #: Open to the other parts of ``scene`` as well.
-WITHIN = ["key_metadata", "kinds", "orientation", "part", "requirements", "rotation_schema", "values"]
+WITHIN = ["key_metadata", "kinds", "orientation", "part", "requirements", "rotation_schema", "shares", "values"]
