@@ -24,6 +24,7 @@ from eomgen.results.solution import Solution
 from eomgen.simulation.checkpoint import CheckpointWriter
 from eomgen.simulation.constraint_violation import Violation, largest_violation
 from eomgen.simulation.diagnosis import failure
+from eomgen.simulation.doubtful_calls import doubtful_call
 from eomgen.simulation.end_message import message_of
 from eomgen.simulation.energy_balance import FAILED, REPORTED, Balance, energy_balance
 from eomgen.simulation.error_estimate import ErrorEstimation, no_estimate
@@ -159,6 +160,7 @@ class Outcome:
             of_scene = starts_beyond_limits(model, model.initial_q, model.parameter_array())
             notes = [*(note for note in notes if note not in of_scene), *self._beyond_limits, *self._impacts]
             notes += [*([beginning.choice] if beginning.choice else []), *beginning.notes]
+            notes += doubtful_call(model, run.grid, run.signals.given)
         return {
             **run_metadata(run),
             **({} if events is None else {"events": events.described()}),

@@ -24,7 +24,6 @@ from eomgen.results.solution import Solution
 from eomgen.simulation.automatic_method import method_of
 from eomgen.simulation.checkpoint import CheckpointWriter
 from eomgen.simulation.controllers import Controller, read_controllers
-from eomgen.simulation.doubtful_calls import doubtful_call
 from eomgen.simulation.error_estimate import ErrorEstimation
 from eomgen.simulation.inputs import InputSignals, Signal, check_held, read_signals
 from eomgen.simulation.motions import refuse_as_inputs
@@ -114,8 +113,7 @@ def simulate(
     run = made(list(corrections), begun)
     overridden = overridden_starts(corrections) if initial else []
     turned = angles_of_several_turns(model, initial) if initial else []
-    doubtful = doubtful_call(model, grid, from_caller)
-    beginning = Beginning(state, at_rest, [*doubts, *overridden], choice, [*turned, *doubtful])
+    beginning = Beginning(state, at_rest, [*doubts, *overridden], choice, turned)
     began = time.perf_counter()
     writer = checkpoint_writer(run, library, checkpoint, checkpoint_every)
     told = _LOG.isEnabledFor(logging.INFO)
