@@ -15,7 +15,7 @@ from pathlib import Path
 
 import platformdirs
 
-from eomgen.toolchain.compiler import PROFILES
+from eomgen.toolchain.profiles import PROFILES
 
 NATIVE = Path(__file__).resolve().parent / "native"
 #: ``O3`` is what one types, with gcc's own dialect, as ISO C would forbid it to fuse multiplications and additions;

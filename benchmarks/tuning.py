@@ -26,10 +26,10 @@ import eomgen
 from eomgen.errors import EomgenError
 from eomgen.pipeline import pipeline
 from eomgen.simulation.timing import Repeated
-from eomgen.studies.tuning.conditions import OWN, Condition, conditions
 from eomgen.studies.tuning.demand import Demand
 from eomgen.studies.tuning.judge import Judge
-from eomgen.studies.tuning.verification import under
+from eomgen.studies.tuning.nearby_conditions import OWN, Condition, conditions
+from eomgen.studies.tuning.verification_runs import under
 from eomgen.studies.work_precision.axes import TOLERANCE, candidates
 from eomgen.studies.work_precision.formulations import formulations
 from eomgen.studies.work_precision.measured import Point

@@ -221,9 +221,9 @@ ORDER: dict[str, tuple[str, ...]] = {
         "stepper_data",
     ),
     "studies.tuning": (
-        "conditions contender demand scene_text",
+        "contender demand nearby_conditions scene_text",
         "judge",
-        "verification",
+        "verification_runs",
         "race real_time result",
         "entries",
         "tune",

@@ -1,13 +1,13 @@
 """Formulas as small trees, and curves: evaluation, recording on the tape, discontinuities and kinks."""
 
 __all__ = [
+    "curves",
     "discontinuities",
     "evaluate",
     "infix",
     "jumps",
     "law_values",
     "nodes",
-    "piecewise",
     "prescribed_motion",
     "recording",
     "smoothing",

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from eomgen.formula.piecewise import AnyCurve
+from eomgen.formula.curves import AnyCurve
 
 
 class Node:

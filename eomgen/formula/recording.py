@@ -7,8 +7,8 @@ import operator
 from collections.abc import Callable, Mapping, Sequence
 
 from eomgen.errors import ModelError, Problem
+from eomgen.formula.curves import AnyCurve, Bump, Waves
 from eomgen.formula.nodes import Application, Formula, Number, Symbol
-from eomgen.formula.piecewise import AnyCurve, Bump, Waves
 from eomgen.formula.unit_circle import unit_circle
 from eomgen.symbolic.map import Map, add_map
 from eomgen.symbolic.operations import Op

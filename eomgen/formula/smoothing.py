@@ -16,10 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from eomgen.arrays import Array
+from eomgen.formula.curves import Curve
 from eomgen.formula.discontinuities import affine
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ONE, Application, Formula, Number, Operation, Symbol
-from eomgen.formula.piecewise import Curve
 
 #: Coefficients of w, lowest power first.
 _W = (0.0, 0.0, 0.0, 10.0, -15.0, 6.0)

@@ -13,8 +13,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, TypeVar
 
 from eomgen.calls import checked_calls, unknown_attribute
+from eomgen.formula.curves import AnyCurve
 from eomgen.formula.nodes import ZERO_VECTOR, Formula, Number
-from eomgen.formula.piecewise import AnyCurve
 from eomgen.scene.bodies.model import Base, Body
 from eomgen.scene.control.model import Controller, Reference, StateFeedback
 from eomgen.scene.digest import digest_of

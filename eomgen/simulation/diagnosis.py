@@ -10,10 +10,10 @@ import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.errors import UsageError
+from eomgen.formula.curves import EDGE, Curve
 from eomgen.formula.discontinuities import applications
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Symbol
-from eomgen.formula.piecewise import EDGE, Curve
 from eomgen.integrators.methods import Method
 from eomgen.lie import product
 from eomgen.simulation.angle_range import HINT, REASON, large_angles, large_joint_angles

@@ -72,7 +72,7 @@ FOLD_TWO: dict[Op, Callable[[float, float], float]] = {
 
 
 class CurveLike(Protocol):
-    """A function of one number that is a table: polynomials between breaks (``formula.piecewise.Curve`` is one).
+    """A function of one number that is a table: polynomials between breaks (``formula.curves.Curve`` is one).
 
     Attributes
     ----------

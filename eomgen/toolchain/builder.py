@@ -18,15 +18,15 @@ from eomgen.toolchain.cffi_build import load_abi, load_api, python_headers, wrap
 from eomgen.toolchain.compiler import (
     DEFAULT_TIMEOUT,
     Compiler,
-    Profile,
     compile_library,
     compile_object,
     faults_in,
     find_compiler,
     library_suffix,
 )
-from eomgen.toolchain.compiler import profile as profile_named
 from eomgen.toolchain.library import Library
+from eomgen.toolchain.profiles import Profile
+from eomgen.toolchain.profiles import profile as profile_named
 
 _LOG = logging.getLogger(__name__)
 _LIBRARY, _LAYOUT, _CDEF, _COMMANDS = "model", "layout.json", "interface.cdef", "commands.txt"
@@ -48,7 +48,7 @@ class Builder:
     Parameters
     ----------
     profile : str
-        ``fast``, ``reproducible`` or ``quick``; see ``compiler.PROFILES``.
+        ``fast``, ``reproducible`` or ``quick``; see ``profiles.PROFILES``.
     real : str
         ``double``, ``float``, ``complex`` or ``lanes`` (eight samples at a time).
     mode : str, optional

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 
-from eomgen.toolchain.compiler import Compiler, Profile, library_suffix, processor
+from eomgen.toolchain.compiler import Compiler, library_suffix, processor
+from eomgen.toolchain.profiles import Profile
 
 
 def library_key(content: bytes, compiler: Compiler, profile: Profile, flags: Sequence[str], mode: str) -> str:

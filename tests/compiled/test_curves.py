@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.formula.piecewise import Curve
+from eomgen.formula.curves import Curve
 from eomgen.mechanics.derive import derive
 from tests.codegen.hand_made import call, compile_system
 from tests.codegen.test_render import STRICT

@@ -15,7 +15,7 @@ import pytest
 import eomgen
 from eomgen.codegen.program import ProgramCurve
 from eomgen.codegen.targets.c.tables import LARGE, curve_tables
-from eomgen.formula.piecewise import Curve
+from eomgen.formula.curves import Curve
 from tests.codegen.test_render import STRICT
 from tests.models.cache import shared_cache
 

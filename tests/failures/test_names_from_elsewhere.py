@@ -15,7 +15,7 @@ from eomgen.attributes_elsewhere import ATTRIBUTES
 from eomgen.cli import VERBS, commands, main
 from eomgen.cli.mistakes import of_verb
 from eomgen.simulation.simulator import Simulator
-from eomgen.toolchain.compiler import PROFILES
+from eomgen.toolchain.profiles import PROFILES
 from tests.failures.catalogue.robots import robot
 from tests.failures.failure import SCENE
 from tests.failures.mistakes import arm, changed, scene_of, slider

@@ -13,8 +13,8 @@ import pytest
 from scipy.interpolate import make_interp_spline
 
 from eomgen.errors import DescriptionError
+from eomgen.formula.curves import Curve, Interpolation, Outside
 from eomgen.formula.discontinuities import affine
-from eomgen.formula.piecewise import Curve, Interpolation, Outside
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import TIME, Names
 from eomgen.scene.load import from_data, load

@@ -16,10 +16,10 @@ import eomgen
 from eomgen.cli import main
 from eomgen.simulation.timing import Repeated
 from eomgen.studies.tuning import entries, race, real_time, tune
-from eomgen.studies.tuning.conditions import conditions
 from eomgen.studies.tuning.contender import MARGIN, Contender, Tried
 from eomgen.studies.tuning.demand import Demand
 from eomgen.studies.tuning.judge import KNOWN, Judge
+from eomgen.studies.tuning.nearby_conditions import conditions
 from eomgen.studies.tuning.scene_text import with_settings
 from eomgen.studies.work_precision.axes import candidates
 from eomgen.studies.work_precision.formulations import formulations

@@ -13,15 +13,14 @@ import pytest
 from benchmarks.programs import FLAGS
 from eomgen.errors import ToolchainError
 from eomgen.toolchain.compiler import (
-    PROFILES,
     Compiler,
     compile_library,
     find_compiler,
     library_suffix,
     processor,
     processors,
-    profile,
 )
+from eomgen.toolchain.profiles import PROFILES, profile
 
 CODE = "int answer(void) { return 42; }\n"
 

@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from eomgen.errors import ModelError, Problem
+from eomgen.formula.curves import Waves
 from eomgen.formula.nodes import Formula, Symbol
-from eomgen.formula.piecewise import Waves
 from eomgen.formula.recording import record, waves
 from eomgen.mechanics.kinematics.points import Kinematics
 from eomgen.mechanics.tree.links import Mount, Tree

@@ -8,7 +8,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any, Literal
 
-from eomgen.formula.piecewise import AnyCurve
+from eomgen.formula.curves import AnyCurve
 from eomgen.scene import scene
 from eomgen.scene.bodies.beam_reading import read_beam
 from eomgen.scene.bodies.reading import read_base, read_body, read_body_frame, read_point

@@ -14,7 +14,7 @@ from dataclasses import replace
 from eomgen.formula.evaluate import apply
 from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol
 from eomgen.formula.words import FUNCTIONS
-from eomgen.scene.formula.advice import of_function, of_kind, of_name, of_parts
+from eomgen.scene.formula.hints import of_function, of_kind, of_name, of_parts
 from eomgen.scene.formula.scope import DERIVATIVES, ENERGIES, QUANTITIES, REACTION_PARTS, Names, Scope
 from eomgen.scene.formula.tokens import DEGREES, DEPTH, IN_RADIANS, PREFIX, TOO_DEEP, FormulaError, FormulaText
 from eomgen.scene.joint_types import JOINTS

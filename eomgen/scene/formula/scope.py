@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from eomgen.formula.curves import AnyCurve
 from eomgen.formula.nodes import Formula
-from eomgen.formula.piecewise import AnyCurve
 from eomgen.text import nearest, shown
 
 #: Words before the name of a curve, and which derivative they stand for.

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from eomgen.errors import EomgenError, ModelError, NumericalError, Problem
-from eomgen.studies.tuning.conditions import OWN, Condition
 from eomgen.studies.tuning.demand import Demand
+from eomgen.studies.tuning.nearby_conditions import OWN, Condition
 from eomgen.studies.work_precision.axes import TOLERANCE, Candidate, possible, reason
 from eomgen.studies.work_precision.observation import ErrorSize, Observation, errors
 from eomgen.studies.work_precision.reference import (

@@ -10,10 +10,10 @@ from dataclasses import dataclass, field, replace
 
 from eomgen.errors import EomgenError, NumericalError
 from eomgen.simulation.timing import Repeated
-from eomgen.studies.tuning.conditions import Condition
 from eomgen.studies.tuning.contender import Contender, Tried
 from eomgen.studies.tuning.judge import Judge
-from eomgen.studies.tuning.verification import under
+from eomgen.studies.tuning.nearby_conditions import Condition
+from eomgen.studies.tuning.verification_runs import under
 from eomgen.studies.work_precision.axes import reason
 from eomgen.studies.work_precision.running import REACHED, REFUSED, Runner, timed
 

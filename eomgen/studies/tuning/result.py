@@ -10,7 +10,7 @@ from typing import Any
 from eomgen.errors import Problem, UsageError
 from eomgen.files import write_text
 from eomgen.studies.tuning.scene_text import with_settings
-from eomgen.studies.tuning.verification import Verified
+from eomgen.studies.tuning.verification_runs import Verified
 from eomgen.studies.work_precision.configuration import Configuration
 
 

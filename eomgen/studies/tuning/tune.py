@@ -13,16 +13,16 @@ from typing import Any
 
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.pipeline import pipeline
-from eomgen.studies.tuning.conditions import Condition, conditions
 from eomgen.studies.tuning.contender import Contender, Tried
 from eomgen.studies.tuning.demand import Demand
 from eomgen.studies.tuning.entries import Entries
 from eomgen.studies.tuning.judge import Judge
+from eomgen.studies.tuning.nearby_conditions import Condition, conditions
 from eomgen.studies.tuning.race import Race
 from eomgen.studies.tuning.real_time import RealTime
 from eomgen.studies.tuning.real_time import real_time as in_real_time
 from eomgen.studies.tuning.result import Rival, Tuned
-from eomgen.studies.tuning.verification import RUNS, Verified, verified
+from eomgen.studies.tuning.verification_runs import RUNS, Verified, verified
 from eomgen.studies.work_precision.axes import TOLERANCE, candidates, checked_axes
 from eomgen.studies.work_precision.configuration import Configuration
 from eomgen.studies.work_precision.formulations import JOINT, Formulations, formulations

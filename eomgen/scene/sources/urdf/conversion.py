@@ -19,6 +19,7 @@ from eomgen.scene.joints.displacement import displaced
 from eomgen.scene.reading.report import Report
 from eomgen.scene.sources.source import OptionError
 from eomgen.scene.sources.urdf.actuation import effort_inputs
+from eomgen.scene.sources.urdf.assumed_values import friction_of, stops_of
 from eomgen.scene.sources.urdf.elements import Joint, LoopJoint, Robot, read_robot
 from eomgen.scene.sources.urdf.followers import held_and_following
 from eomgen.scene.sources.urdf.inertias import body_entry, tunable_body
@@ -336,27 +337,3 @@ def _moved(joint: Joint, value: float) -> tuple[Array, Array]:
     if axis is None:
         return np.eye(3), np.zeros(3)
     return displaced(JOINTS[joint.type], axis, np.zeros(3), [value])[:2]
-
-
-#: By unit of the coordinate, rad or m.
-GIVE = {"rad": 0.01, "m": 0.001}
-STICKING = {"rad": 0.01, "m": 0.001}  # per second
-DAMPING_TIME = 0.01  # s
-
-
-def stops_of(joint: Joint) -> dict[str, Any] | None:
-    """Return the ``limits`` of a joint; None where the file gives no range, or no effort to measure a stop by."""
-    limit = joint.limit
-    if joint.unit not in GIVE or joint.written_type == "continuous" or limit is None:
-        return None
-    if not limit.lower < limit.upper or limit.effort <= 0.0:
-        return None
-    stiffness = limit.effort / GIVE[joint.unit]
-    return {"lower": limit.lower, "upper": limit.upper, "stiffness": stiffness, "damping": DAMPING_TIME * stiffness}
-
-
-def friction_of(joint: Joint) -> dict[str, Any] | None:
-    """Return the ``friction`` of a joint; None where the file gives none, or a negative one, or several coordinates."""
-    if joint.unit not in STICKING or joint.friction <= 0.0:
-        return None
-    return {"coulomb": joint.friction, "velocity": STICKING[joint.unit]}

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from eomgen.errors import EomgenError
-from eomgen.studies.tuning.conditions import OWN, Condition
 from eomgen.studies.tuning.judge import Judge
+from eomgen.studies.tuning.nearby_conditions import OWN, Condition
 from eomgen.studies.work_precision.running import REACHED, Outcome
 
 #: How many runs there are.
