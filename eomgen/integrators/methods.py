@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.integrators.families.family import Family
 from eomgen.integrators.families.register import BUILT_IN, row_of
+from eomgen.system.description import Simulation
 
 if TYPE_CHECKING:
     from eomgen.system.system import Facts
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 #: A method of integration: see ``families.family``.
 Method = Family
 #: What stands for a method that is chosen before each run, and the one that models are built with then.
-AUTO, STANDARD = "auto", "generalized_alpha"
+AUTO, STANDARD = "auto", Simulation.method
 #: Every name of eomgen's own methods, and the one it stands for.
 METHOD_NAMES: Mapping[str, str] = {
     name: row.name for family in BUILT_IN for row in family.names() for name in (row.name, *row.aliases)
@@ -46,7 +47,7 @@ def canonical_name(name: str, tolerance: float | None = None) -> str:
     return row.name if tolerance is None else row.by_tolerance or row.name
 
 
-def method_named(name: str, rho_inf: float | None = 0.8, **parameters: float | None) -> Method:
+def method_named(name: str, rho_inf: float | None = Simulation.rho_inf, **parameters: float | None) -> Method:
     """Return a method with its parameters; what is None is left to the method, what it does not take is ignored.
 
     Raises

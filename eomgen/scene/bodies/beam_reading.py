@@ -231,7 +231,7 @@ def _deformation(
         modes=modes,
         stiffness=stiffness,
         elements=given.elements or 0,
-        ends=given.ends or "clamped_free",
+        ends=given.ends or Deformation.ends,
         damping_ratio=ratio,
         stiffness_damping=values.formula(f"{key}.stiffness_damping", given.stiffness_damping, PARAMETERS),
         inertia_factor=values.formula(f"{key}.inertia_factor", given.inertia_factor, PARAMETERS),
@@ -256,7 +256,7 @@ def _modes(key: str, kind: DeformationKind, given: written.Deformation, values: 
         report.add(f"{key}.ends", what, f'shapes = "{given.ends}", or "polynomial"')
     if meshed and given.elements is None:
         report.add(key, "finite elements need their number", "elements = 8")
-    per_element, beside = (_NODAL_BENDING if kind.startswith("bending") else _NODAL)[given.ends or "clamped_free"]
+    per_element, beside = (_NODAL_BENDING if kind.startswith("bending") else _NODAL)[given.ends or Deformation.ends]
     size = per_element * (given.elements or 0) + beside
     if given.coordinates == "nodal" and meshed:
         if given.modes not in (None, size):

@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from eomgen.scene.bodies import beam
 from eomgen.scene.bodies.beam import Ends, Normalisation, ShapeFunctions
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS
 from eomgen.scene.reading.key_metadata import Table, key, of_parameters, optional
@@ -74,7 +75,7 @@ class Deformation(Table):
         "number of elastic coordinates", kind=f"1 to {MOST_MODES}", shown_default="required, but for nodal coordinates"
     )
     ends: Ends | None = optional(
-        "conditions at the ends, for `polynomial` and `finite_elements`", shown_default="`clamped_free`"
+        "conditions at the ends, for `polynomial` and `finite_elements`", shown_default=f"`{beam.Deformation.ends}`"
     )
     elements: Annotated[int, Field(ge=1, le=MOST_ELEMENTS)] | None = optional(
         "of the mesh, for `finite_elements`: cubic in bending, quadratic in stretch and torsion",

@@ -26,6 +26,7 @@ from eomgen.scene.reading.rotation_schema import Rotations
 from eomgen.scene.signals.schema import Curve, Input, Output, Parameter, State
 from eomgen.scene.sources.register import BUILT_IN, all_options
 from eomgen.scene.sources.source import Option, Source
+from eomgen.system.description import Simulation as Defaults
 from eomgen.system.terms import TERMS
 
 
@@ -95,10 +96,12 @@ SECTIONS = (
 class Simulation(Table):
     """The defaults of ``simulate``."""
 
-    method: str = key("see below", "generalized_alpha", kind="name")
-    step: Finite = key("fixed step", 1e-3, unit="s", shown_default="`1e-3`")
-    duration: Finite = key("of the run", 10.0, unit="s")
-    rho_inf: Finite = key("numerical damping of generalized-alpha at high frequencies; 1 has none", 0.8, kind="0 to 1")
+    method: str = key("see below", Defaults.method, kind="name")
+    step: Finite = key("fixed step", Defaults.step, unit="s", shown_default="`1e-3`")
+    duration: Finite = key("of the run", Defaults.duration, unit="s")
+    rho_inf: Finite = key(
+        "numerical damping of generalized-alpha at high frequencies; 1 has none", Defaults.rho_inf, kind="0 to 1"
+    )
     alpha: Finite | None = optional("the same for `hht`, `wbz` and `newmark`, in place of `rho_inf`", kind="0 to 1")
     beta: Finite | None = optional("of `newmark`", kind="number", shown_default="0.25")
     gamma: Finite | None = optional("of `newmark`", kind="number", shown_default="0.5")
@@ -118,12 +121,14 @@ class Simulation(Table):
         kind="numbers by name",
         shown_default="`{}`",
     )
-    real: Literal["double", "float"] = key("numbers of the compiled code, where `eomgen.build` is not told", "double")
+    real: Literal["double", "float"] = key(
+        "numbers of the compiled code, where `eomgen.build` is not told", Defaults.real
+    )
     record_every: Annotated[int, Field(ge=1, le=1_000_000_000)] = key(
-        "steps between recorded rows", 1, kind="whole number from 1"
+        "steps between recorded rows", Defaults.record_every, kind="whole number from 1"
     )
     start: Literal["initial", "equilibrium"] = key(
-        "the joints' initial state, or static equilibrium near it, with their velocities", "initial"
+        "the joints' initial state, or static equilibrium near it, with their velocities", Defaults.start
     )
 
 

@@ -55,7 +55,7 @@ def read_constraint(
         drive=None if entry.drive is None else read_law(f"{key}.drive", entry.drive, values, smooth),
         length=ZERO if entry.length is None else read_length(f"{key}.length", entry.length, values, smooth),
         radius=_number(f"{key}.radius", entry.radius, values),
-        shape=entry.shape or "disc",
+        shape=entry.shape or Constraint.shape,
         pitch=_number(f"{key}.pitch", entry.pitch, values),
     )
 

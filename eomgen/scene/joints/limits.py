@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 from eomgen.formula.nodes import ZERO, Formula, Number
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints import schema as written
-from eomgen.scene.joints.model import Friction, Stop
+from eomgen.scene.joints.model import ONSETS, Friction, Stop
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values
 
-#: Penetration over which a stop reaches its full stiffness by default, by unit of the coordinate.
-ONSETS: Mapping[str, float] = {"rad": 1e-3, "m": 1e-4}
 Given = tuple[float | str | None, ...] | None
 
 

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from eomgen.formula.nodes import ONE, ZERO, ZERO_VECTOR, Formula, Vector
 from eomgen.scene.joint_types import JOINTS, Connection, JointType
 from eomgen.system.description import Limit, component_names
+
+#: Penetration over which a stop reaches its full stiffness where the scene says none, by unit of the coordinate.
+ONSETS: Mapping[str, float] = {"rad": 1e-3, "m": 1e-4}
 
 
 @dataclass(frozen=True)

@@ -14,13 +14,16 @@ from eomgen.scene.joint_types import (
     by_component,
     by_coordinate,
 )
+from eomgen.scene.joints import constraint_model
 from eomgen.scene.joints.frame_schema import Frame
+from eomgen.scene.joints.model import ONSETS
 from eomgen.scene.reading.key_metadata import Table, key, of_fixed_parameters, of_parameters, optional
 from eomgen.scene.reading.kinds import Bounds, Matrix, Triple, Value, Values
 from eomgen.scene.reading.rotation_schema import Rotations
 
 _OF_RANGE = "value or list of values of parameters, rad or m"
 _LIMITED = by_coordinate("rad", "m")
+_ONSETS = ", ".join(f"{onset:.0e} {unit}".replace("e-0", "e-") for unit, onset in ONSETS.items())
 _RATE, _EFFORT = by_coordinate("rad/s", "m/s"), by_coordinate("N m", "N")
 
 
@@ -36,7 +39,7 @@ class Limits(Table):
     stiffness: Values = key("of the stop", unit=by_coordinate("N m/rad", "N/m"), names=PARAMETERS)
     damping: Values | None = of_parameters("of the stop", unit=by_coordinate("N m s/rad", "N s/m"), shown_default="`0`")
     onset: Values | None = of_parameters(
-        "penetration over which the stop reaches its full stiffness", unit=_LIMITED, shown_default="1e-3 rad, 1e-4 m"
+        "penetration over which the stop reaches its full stiffness", unit=_LIMITED, shown_default=_ONSETS
     )
 
 
@@ -182,5 +185,7 @@ class Constraint(Table):
         shown_default="what jumps is refused",
     )
     radius: Value | None = of_parameters("of the disc or sphere", unit="m", shown_default="required for `rolling`")
-    shape: Literal["disc", "sphere"] | None = optional("for `rolling`", shown_default="`disc`")
+    shape: Literal["disc", "sphere"] | None = optional(
+        "for `rolling`", shown_default=f"`{constraint_model.Constraint.shape}`"
+    )
     pitch: Value | None = of_parameters("travel per radian", unit="m/rad", shown_default="required for `helical`")

@@ -116,7 +116,7 @@ class Curves:
 
     def through_points(self, key: str, name: str, entry: written.Shape) -> Curve:
         """Return a curve through the points of a list or of a table."""
-        interpolation = entry.interpolation or "quintic"
+        interpolation = entry.interpolation or Curve.interpolation
         if entry.points is not None:
             key = f"{key}.points"
             points = [self.values.constants(f"{key}[{place}]", pair) for place, pair in enumerate(entry.points)]
@@ -129,7 +129,7 @@ class Curves:
             if found is None:
                 return _empty(name)
             (x, y), places = found
-            outside = entry.outside or "error"
+            outside = entry.outside or Curve.outside
         if not np.all(np.isfinite([x, y])):  # what was refused, and said
             return _empty(name)
         wrong = fault(x, y, interpolation, outside)

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from eomgen.formula import curves
 from eomgen.scene.formula.scope import EVERYTHING, FIXED_PARAMETERS, LOAD, STATE, TIME
 from eomgen.scene.reading.key_metadata import ANY_UNIT, Table, key, of_fixed_parameters, optional
 from eomgen.scene.reading.kinds import Description, Finite, Pair, Unit, Value, Values
@@ -76,7 +77,7 @@ class Shape(Table):
         "points in order", unit=ANY_UNIT, kind="list of [argument, value], any unit"
     )
     interpolation: Literal["quintic", "linear", "steps"] | None = optional(
-        "between points", shown_default="`quintic`", kind="`quintic`, `linear` or `steps`"
+        "between points", shown_default=f"`{curves.Curve.interpolation}`", kind="`quintic`, `linear` or `steps`"
     )
     outside: Literal["error", "hold", "periodic"] | None = optional(
         "beyond the points",
