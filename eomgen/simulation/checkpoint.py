@@ -7,6 +7,7 @@ compiled library.
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -17,8 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.arrays import Array
-from eomgen.errors import FileError, ModelError, Problem
+from eomgen.errors import FileError, ModelError, Problem, UsageError
 from eomgen.files import read_arrays, write_arrays
+from eomgen.simulation.inputs import kind_of
+from eomgen.simulation.run import Run
+from eomgen.simulation.settings import count_of
 from eomgen.simulation.stepper import Stepper
 from eomgen.toolchain.library import Library
 from eomgen.version import __version__
@@ -113,6 +117,31 @@ class Checkpoint:
             raise ModelError(Problem(str(path), what, "the compiler, flags and machine of the first part; " + hint))
 
 
+def checkpoint_of(run: Run, library: Library, stepper: Stepper) -> Checkpoint:
+    """Return a checkpoint of a run where its stepper is."""
+    given = run.signals.given
+    values = {name: np.asarray(signal, dtype=float) for name, signal in given.items() if not callable(signal)}
+    state, workspace = stepper.memory
+    run_data = {
+        "scene": run.model.name,
+        "method": run.name,
+        "method_parameters": dict(run.method.keywords),
+        "settings": dict(run.settings),
+        "parameters": dict(zip(run.model.parameters, run.parameters.tolist(), strict=True)),
+        "record_every": run.every,
+        "t_start": run.grid.start,
+        "t_end": run.grid.end,
+        "corrections": list(run.corrections),
+        "start": run.begun,
+        "inputs": {name: kind_of(signal) for name, signal in given.items()},
+        "fingerprint": library.layout["fingerprint"],
+        "selection": library.layout["selection"],
+        "build": library.digest,
+    }
+    start = {name: state[place] for name, place in stepper.places.items() if name in ("t", "q", "v", "z")}
+    return Checkpoint(run_data, state, workspace, values, start)
+
+
 class CheckpointWriter:
     """Writer of the checkpoints of a run, when they are due.
 
@@ -147,3 +176,17 @@ class CheckpointWriter:
         """Write a checkpoint. Raises FileError."""
         self._describe(stepper).save(self.path)
         self._last, self._when, self.problem = done, time.monotonic(), ""
+
+
+def checkpoint_writer(
+    run: Run, library: Library, path: str | os.PathLike[str] | None, every: int | None
+) -> CheckpointWriter | None:
+    """Return what writes the checkpoints of a run, if any are wanted. Raises UsageError."""
+    if path is None:
+        if every is not None:
+            raise UsageError(Problem("checkpoint_every", "there is no file to write to", 'checkpoint="run.ckpt"'))
+        return None
+    if not isinstance(path, str | os.PathLike):
+        raise UsageError(Problem("checkpoint", f"a path is needed, not {type(path).__name__}", 'checkpoint="run.ckpt"'))
+    steps = None if every is None else count_of("checkpoint_every", every)
+    return CheckpointWriter(Path(path), steps, lambda stepper: checkpoint_of(run, library, stepper))

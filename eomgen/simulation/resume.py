@@ -18,12 +18,12 @@ from eomgen.errors import Problem, UsageError
 from eomgen.integrators.methods import method_named
 from eomgen.progress import Progress, shown
 from eomgen.results.solution import Solution
-from eomgen.simulation.checkpoint import Checkpoint
+from eomgen.simulation.checkpoint import Checkpoint, checkpoint_writer
 from eomgen.simulation.controllers import Controller, Controllers, read_controllers
 from eomgen.simulation.error_estimate import ErrorEstimation
 from eomgen.simulation.inputs import Signal
 from eomgen.simulation.outcome import Outcome
-from eomgen.simulation.run import checkpoint_writer, stored_run
+from eomgen.simulation.run import stored_run
 from eomgen.simulation.settings import check_memory, check_span, stepper_library
 from eomgen.simulation.stepper import Stepper, run_chunks
 from eomgen.system.selection import Selection

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,11 +14,8 @@ from eomgen.compiled.initial_state import InitialState, initial_state
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.methods import Method
 from eomgen.integrators.stepper_layout import default_settings
-from eomgen.simulation.checkpoint import Checkpoint, CheckpointWriter
 from eomgen.simulation.controllers import Controllers
-from eomgen.simulation.inputs import HeldRows, InputSignals, Signal, jumps_known, kind_of, read_signals
-from eomgen.simulation.settings import count_of
-from eomgen.simulation.stepper import Stepper
+from eomgen.simulation.inputs import HeldRows, InputSignals, Signal, jumps_known, read_signals
 from eomgen.simulation.time_grid import TimeGrid, time_grid
 from eomgen.toolchain.library import Library
 
@@ -71,30 +66,6 @@ class Run:
             return None
         row = self.signals.held
         return self.signals.table if row is None else HeldRows(row)
-
-    def described(self, library: Library, stepper: Stepper) -> Checkpoint:
-        """Return a checkpoint of the run where the stepper is."""
-        given = self.signals.given
-        values = {name: np.asarray(signal, dtype=float) for name, signal in given.items() if not callable(signal)}
-        state, workspace = stepper.memory
-        run_data = {
-            "scene": self.model.name,
-            "method": self.name,
-            "method_parameters": dict(self.method.keywords),
-            "settings": dict(self.settings),
-            "parameters": dict(zip(self.model.parameters, self.parameters.tolist(), strict=True)),
-            "record_every": self.every,
-            "t_start": self.grid.start,
-            "t_end": self.grid.end,
-            "corrections": list(self.corrections),
-            "start": self.begun,
-            "inputs": {name: kind_of(signal) for name, signal in given.items()},
-            "fingerprint": library.layout["fingerprint"],
-            "selection": library.layout["selection"],
-            "build": library.digest,
-        }
-        start = {name: state[place] for name, place in stepper.places.items() if name in ("t", "q", "v", "z")}
-        return Checkpoint(run_data, state, workspace, values, start)
 
 
 def scene_inputs(model: CompiledModel, p: Array) -> Callable[[Array], Array] | None:
@@ -194,17 +165,3 @@ def start_of(
     elif changed:  # all rows may be left out
         sentences += model.check_left_out(state.q, state.v, t, p)
     return state, sentences, notes
-
-
-def checkpoint_writer(
-    run: Run, library: Library, path: str | os.PathLike[str] | None, every: int | None
-) -> CheckpointWriter | None:
-    """Return what writes the checkpoints of a run, if any are wanted. Raises UsageError."""
-    if path is None:
-        if every is not None:
-            raise UsageError(Problem("checkpoint_every", "there is no file to write to", 'checkpoint="run.ckpt"'))
-        return None
-    if not isinstance(path, str | os.PathLike):
-        raise UsageError(Problem("checkpoint", f"a path is needed, not {type(path).__name__}", 'checkpoint="run.ckpt"'))
-    steps = None if every is None else count_of("checkpoint_every", every)
-    return CheckpointWriter(Path(path), steps, lambda stepper: run.described(library, stepper))

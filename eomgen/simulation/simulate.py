@@ -22,7 +22,7 @@ from eomgen.integrators.families.family import BAD_ARGUMENT
 from eomgen.progress import Progress, shown
 from eomgen.results.solution import Solution
 from eomgen.simulation.automatic_method import method_of
-from eomgen.simulation.checkpoint import CheckpointWriter
+from eomgen.simulation.checkpoint import CheckpointWriter, checkpoint_writer
 from eomgen.simulation.controllers import Controller, read_controllers
 from eomgen.simulation.error_estimate import ErrorEstimation
 from eomgen.simulation.inputs import InputSignals, Signal, check_held, read_signals
@@ -31,7 +31,6 @@ from eomgen.simulation.options import KNOWN_ELSEWHERE
 from eomgen.simulation.outcome import Beginning, Outcome
 from eomgen.simulation.run import (
     Run,
-    checkpoint_writer,
     scene_inputs,
     start_description,
     start_of,
