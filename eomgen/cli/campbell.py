@@ -50,7 +50,7 @@ def write_campbell(diagram: Campbell, title: str, folder: Path) -> list[Path]:
     import numpy as np  # noqa: PLC0415
 
     from eomgen.files import write_table  # noqa: PLC0415
-    from eomgen.linear.campbell import draw_campbell  # noqa: PLC0415
+    from eomgen.linear.plots import draw_campbell  # noqa: PLC0415
 
     names = [diagram.parameter]
     columns = [diagram.values]
