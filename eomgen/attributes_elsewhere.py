@@ -10,7 +10,7 @@ from collections.abc import Mapping
 _OF_MOTIONS = "simulate(...).{0}, of a motion; a model has initial_{0}"
 _RUN = "simulate(t_end, step=...)"
 _STEPS = "step(n=...) or advance(t)"
-_MODES = "modes(), which has frequencies and damping"
+_MODES = "modes(), which has eigenvalues, frequency and damping_ratio"
 _CSV = 'save("run.csv")'
 _STATES = 'q, v and z; solution["q.joint"] is one column'
 _PARAMETERS = "simulate(..., parameters={...}); between steps start(...).set_parameter(name, value)"
@@ -65,12 +65,32 @@ ATTRIBUTES: Mapping[str, Mapping[str, str]] = {
         **dict.fromkeys(("ss", "to_ss", "statespace"), "state_space()"),
         **{name: f"{name}0" for name in ("M", "K")},
     },
+    "Modes": {
+        **dict.fromkeys(("frequencies", "freq", "f", "hz"), "frequency, Hz, or angular_frequency, rad/s"),
+        **dict.fromkeys(("omega", "wn", "natural_frequencies", "angular_frequencies"), "angular_frequency, rad/s"),
+        **dict.fromkeys(("damping", "zeta", "damping_ratios"), "damping_ratio"),
+        **dict.fromkeys(("vectors", "eigenvectors", "mode_shapes", "phi"), "shapes, with rows by coordinates"),
+        **dict.fromkeys(("values", "poles", "eigs", "roots"), "eigenvalues"),
+    },
+    "StateSpace": {
+        **dict.fromkeys(("poles", "eigs", "modes"), "eigenvalues; a linearization has modes()"),
+        **dict.fromkeys(("a", "b", "c", "d"), "A, B, C and D"),
+        **dict.fromkeys(("bode", "freqresp", "response"), "frequency_response(omega, input, output)"),
+        **dict.fromkeys(("dt", "Ts"), "sample"),
+        **dict.fromkeys(("c2d", "discretize", "sampled"), "the sample of eomgen.control.lqr and place"),
+    },
+    "Regulator": {
+        **dict.fromkeys(("K", "G", "gain_matrix", "L"), "gains"),
+        **dict.fromkeys(("P", "S", "X", "cost", "solution"), "cost_left"),
+        **dict.fromkeys(("poles", "E", "eigs"), "eigenvalues, of the closed loop"),
+    },
     "SceneBuilder": {
         **dict.fromkeys(("to_scene", "finish", "make", "compile", "create"), "build(), which returns the Scene"),
     },
     "": {
         **dict.fromkeys(("Simulator", "start"), "eomgen.build(scene).start(...)"),
         **dict.fromkeys(("load_urdf", "load_scene", "read", "load_toml", "from_urdf", "open"), "load"),
+        **dict.fromkeys(("buildModelFromUrdf", "buildModelFromMJCF", "parse_urdf", "urdf"), 'load("robot.urdf")'),
         **dict.fromkeys(("run", "solve"), "eomgen.build(scene).simulate(...)"),
         **dict.fromkeys(("compile", "make"), "build"),
         **dict.fromkeys(("lqr", "place", "kalman"), "the functions of eomgen.control"),

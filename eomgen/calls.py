@@ -10,6 +10,7 @@ from __future__ import annotations
 import functools
 import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import FrozenInstanceError
 from typing import TYPE_CHECKING, Any, NoReturn, ParamSpec, TypeVar
 
 from eomgen.attributes_elsewhere import ATTRIBUTES
@@ -67,6 +68,10 @@ class UnknownName(UsageError, KeyError):
 
 class UnknownAttribute(UsageError, AttributeError):
     """An attribute that an object does not have."""
+
+
+class NoAssignment(UsageError, FrozenInstanceError):
+    """An attribute that is read, and not assigned to."""
 
 
 class ByName(dict[str, T]):
@@ -177,6 +182,24 @@ def unknown_attribute(owner: object, name: str) -> AttributeError:
     return UnknownAttribute(
         Problem("", f"{article} {kind} has no {shown(name)}", attribute_hint(name, dir(owner), kind))
     )
+
+
+def not_assigned_to(what_to_try: str) -> Callable[[C], C]:
+    """Return a decorator of a frozen class, under which an assignment says what to do in its place.
+
+    In ``what_to_try`` the attribute is ``{0}``.
+    """
+
+    def refused(owner: object, name: str, value: object) -> NoReturn:
+        kind = type(owner).__name__
+        what = f"a {kind} does not change, so {shown(name)} is not assigned to"
+        raise NoAssignment(Problem("", what, what_to_try.format(name)))
+
+    def decorated(kind: C) -> C:
+        type.__setattr__(kind, "__setattr__", refused)
+        return kind
+
+    return decorated
 
 
 def attribute_hint(name: str, known: Iterable[str], kind: str = "") -> str:

@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 from numpy.typing import ArrayLike
 
-from eomgen.calls import checked_calls
+from eomgen.calls import UnknownAttribute, attribute_hint, checked_calls
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Inputs, Parameters, States
+from eomgen.errors import Problem
+from eomgen.text import shown
 
 if TYPE_CHECKING:
     from eomgen.analysis.equilibrium import Equilibrium
@@ -38,6 +40,18 @@ class Model(CompiledModel):
     states' initial values, ``base`` to the scene's prescribed motion at ``t``.
     A term that the model was built without raises UsageError, and so does an argument of the wrong shape.
     """
+
+    def __setattr__(self, name: str, value: object) -> None:
+        if "initial_z" in vars(self) and not (name.startswith("_") or name in vars(self) or hasattr(type(self), name)):
+            from eomgen.simulation.options import RunOptions  # noqa: PLC0415  # for a mistake only
+
+            hint = attribute_hint(name, dir(self), "Model")
+            if name in ("t_end", "step", *RunOptions.__annotations__):
+                hint = f"simulate({name}=...)"
+            elif name in self.parameters:
+                hint = f'simulate(parameters={{"{name}": ...}})'
+            raise UnknownAttribute(Problem("", f"a Model has no {shown(name)} to set", hint))
+        super().__setattr__(name, value)
 
     def simulate(
         self, t_end: float | None = None, step: float | None = None, **options: Unpack[RunOptions]

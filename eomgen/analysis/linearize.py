@@ -329,6 +329,9 @@ def _found_state(
         if at is None and driven:
             what = f"linear about the initial state, which does not last: {reason}"
             warnings.warn(f'{what}; try: at="initial" if it is meant', RuntimeWarning, stacklevel=5)
+    if reason and operating_point.u is not None and not (model.multipliers and driven):
+        what = f"linear about the initial state, with the inputs that are given: {reason}"
+        warnings.warn(f'{what}; try: at="initial" if it is meant', RuntimeWarning, stacklevel=5)
     return State("initial state", q, v, start.z), operating_point
 
 

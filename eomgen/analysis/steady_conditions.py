@@ -15,6 +15,7 @@ from eomgen.compiled.coordinates import reaches
 from eomgen.compiled.terms import Inputs
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.lie.product import update
+from eomgen.text import shown
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
@@ -249,6 +250,9 @@ def named_values(
                 )
             )
     for name, value in (velocities or {}).items():
+        if str(name).startswith("q."):
+            what = f"{shown(str(name))} is a position, and a velocity is given here"
+            raise UsageError(Problem("velocities", what, f'coordinates={{"{str(name)[2:]}": ...}}'))
         check_name("component", str(name).removeprefix("v."), names)
         k = names.index(name.removeprefix("v."))
         v[k], held_v[k] = _number(f"velocity {name}", value), True

@@ -97,6 +97,13 @@ def check_name(what: str, name: object, known: Sequence[str], fixed: Sequence[st
         raise UsageError(Problem("", f"there is no {what} {shown(str(name))}{none}", hint))
 
 
+def check_place(name: object) -> None:
+    """Raise UsageError where an array stands in the place of the name of a body or frame, which comes first."""
+    if not isinstance(name, str):
+        what = f"the name of a body or frame comes first, not {type(name).__name__}"
+        raise UsageError(Problem("", what, 'the name, and q behind it: pose("body", q)'))
+
+
 def by_name(
     what: str,
     values: Mapping[str, Any],

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
-from eomgen.compiled.arguments import check_name, components
+from eomgen.compiled.arguments import check_name, check_place, components
 from eomgen.compiled.coordinates import quaternion_product, rotated
 from eomgen.compiled.terms import Evaluated, Extensible, Parameters
 from eomgen.errors import Problem, UsageError
@@ -171,6 +171,7 @@ class _Placed(NamedTuple):
 
 def _placed(model: Evaluated, name: str, parameters: Parameters) -> _Placed:
     """Return the body that a name stands for, or the body that carries a frame, with the frame's position (..., 3)."""
+    check_place(name)
     terms = model.evaluator
     frame = terms.fixed_frames.get(name)
     if frame is None:
@@ -180,6 +181,7 @@ def _placed(model: Evaluated, name: str, parameters: Parameters) -> _Placed:
 
 def _fixed_in(model: Evaluated, body: str, r: ArrayLike, parameters: Parameters) -> tuple[str, Array]:
     """Return the body that carries a point, and the point's coordinates in it."""
+    check_place(body)
     at = components("r", r, 3)
     place = _placed(model, body, parameters)
     if place.fixed is not None:

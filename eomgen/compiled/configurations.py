@@ -34,9 +34,12 @@ def integrate(model: Evaluated, q: ArrayLike, dq: ArrayLike, t: float = 0.0, *, 
     Raises
     ------
     UsageError
-        Wrong shapes, or quaternions that are not of unit length.
+        Wrong shapes, or quaternions that are not of unit length; a third argument where nothing depends on t.
     """
     terms = model.evaluator
+    if not terms.angles and np.any(t):
+        what = "integrate has no step: its third argument is t, on which nothing depends here"
+        raise UsageError(Problem("t", what, "integrate(q, v * dt)"))
     start, step = terms.configuration(q), terms.velocity("dq", dq)
     shape = np.broadcast_shapes(start.shape[:-1], step.shape[:-1])
     start, step = np.broadcast_to(start, (*shape, start.shape[-1])), np.broadcast_to(step, (*shape, step.shape[-1]))

@@ -202,7 +202,7 @@ def energy(
     values = model.evaluator.call("energy", **given, multipliers=multipliers, parameters=parameters)[0]
     result = {name: values[..., index] for index, name in enumerate(ENERGIES)}
     with np.errstate(invalid="ignore"):  # of infinite energies
-        return {**result, "total": result["kinetic"] + result["potential"]}
+        return ByName("energy", {**result, "total": result["kinetic"] + result["potential"]})
 
 
 def outputs(

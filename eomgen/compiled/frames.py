@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
+from eomgen.compiled.arguments import check_place
 from eomgen.compiled.terms import Extensible, Parameters
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.system.terms import REFERENCES
@@ -169,14 +170,22 @@ def _held_mobility(model: Extensible, frame: str, given: Mapping[str, Any]) -> A
 def _of(model: Extensible, term: str, frame: str, reference: str, **given: Any) -> Array:
     if reference not in REFERENCES:
         name = str(reference)
-        meant = name.lower() if name.lower() in REFERENCES else _ELSEWHERE.get(name.lower(), "")
-        hint = meant or nearest(name, REFERENCES)
+        hint = _meant_reference(name) or nearest(name, REFERENCES)
         raise UsageError(Problem("reference", f"there is no reference {shown(name)}", hint))
     return _taken(model, f"{term}{REFERENCES[reference][0]}", frame, **given)
 
 
+def _meant_reference(name: str) -> str:
+    """Return the reference that is called so elsewhere; empty where there is none."""
+    return name.lower() if name.lower() in REFERENCES else _ELSEWHERE.get(name.lower(), "")
+
+
 def _taken(model: Extensible, term: str, frame: str, **given: Any) -> Array:
     """Return what a term gives for one body or frame."""
+    check_place(frame)
+    if isinstance(given.get("t"), str):
+        hint = f'reference="{_meant_reference(given["t"]) or "body"}"'
+        raise UsageError(Problem("t", f"{shown(given['t'])} is no time: a reference goes by its name", hint))
     terms = model.evaluator
     if frame not in terms.frames and frame in (*terms.bodies, *terms.fixed_frames):
         what = f"{frame} is no task frame, and the terms of frames give {', '.join(terms.frames)} only"

@@ -249,16 +249,19 @@ class CompiledModel:
         """Return gains and references of the scene's calibrated controllers, at other values of its tunable parameters.
 
         They are parameters themselves: ``simulate(parameters={**parameters,
-        **model.calibrate(parameters=parameters)})``. Without calibrated controllers nothing is returned.
+        **model.calibrate(parameters=parameters)})``. Nothing is returned where the scene gives all gains itself.
 
         Raises
         ------
         UsageError
-            Unknown parameters, or values that are not finite.
+            Unknown parameters, or values that are not finite; a scene without state feedback.
         DescriptionError, ModelError, NumericalError
             What cannot be calibrated, by its place in the scene.
         """
         self.parameter_array(parameters)
+        if self._gains is None and getattr(self.scene, "feedback", None) == ():
+            what = "the scene has no state_feedback, so there are no gains to be found"
+            raise UsageError(Problem("calibrate", what, 'type = "state_feedback" of an entry of [controllers]'))
         return {} if self._gains is None else self._gains(dict(parameters or {}))
 
     def consistent(self, q: ArrayLike, v: ArrayLike, t: float = 0.0, *, parameters: Parameters = None) -> Assembly:

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
 from eomgen.arrays import Array
-from eomgen.calls import checked_calls
+from eomgen.calls import checked_calls, unknown_attribute
 from eomgen.linear.balancing import balance
 from eomgen.linear.display import modes_html
 from eomgen.linear.plots import plot_modes
@@ -54,6 +54,11 @@ class Modes:
     state_shapes: Complex
     coordinates: tuple[str, ...]
     weights: Array
+
+    if not TYPE_CHECKING:  # a checker knows the attributes by itself
+
+        def __getattr__(self, name: str) -> object:
+            raise unknown_attribute(self, name)
 
     def __len__(self) -> int:
         return len(self.eigenvalues)

@@ -10,18 +10,19 @@ import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 import scipy.linalg
 from numpy.typing import ArrayLike, NDArray
 
 from eomgen.arrays import Array
-from eomgen.calls import checked_calls
+from eomgen.calls import checked_calls, unknown_attribute
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.linear.display import state_space_html
 from eomgen.linear.freedom import Freedom
 from eomgen.linear.partials import Partials
+from eomgen.text import shown
 
 Complex = NDArray[np.complex128]
 
@@ -68,6 +69,11 @@ class StateSpace:
     input_delay: float = 0.0
     waiting: Mapping[str, tuple[str, int]] = field(default_factory=dict)
     orientations: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+
+    if not TYPE_CHECKING:  # a checker knows the attributes by itself
+
+        def __getattr__(self, name: str) -> object:
+            raise unknown_attribute(self, name)
 
     def __repr__(self) -> str:
         sizes = ((len(getattr(self, kind)), kind) for kind in KINDS)
@@ -145,6 +151,10 @@ class StateSpace:
 
         Names and errors are those of ``frequency_response``.
         """
+        if isinstance(omega, str):
+            what = f"omega comes first, an array of rad/s, and {shown(omega)} is none"
+            hint = "frequency_response(omega, input, output)"
+            raise UsageError(Problem("frequency response", what, hint))
         entering, direct = self.input_columns(inputs, outputs)
         left = self.output_rows(outputs)
         frequencies = np.asarray(omega, dtype=float)

@@ -40,7 +40,9 @@ if TYPE_CHECKING:
 _LATER = {
     "outputs": "output",
     "energy": "energy",
-    **dict.fromkeys(("stats", "message", "success", "metadata", "error")),
+    "stats": "statistic",
+    "metadata": "entry",
+    **dict.fromkeys(("message", "success", "error")),
 }
 
 
@@ -110,6 +112,8 @@ class Solution:
     def __post_init__(self) -> None:
         object.__setattr__(self, "outputs", ByName("output", self.outputs))
         object.__setattr__(self, "energy", ByName("energy", self.energy))
+        object.__setattr__(self, "stats", ByName("statistic", self.stats))
+        object.__setattr__(self, "metadata", ByName("entry", self.metadata))
 
     if not TYPE_CHECKING:  # a checker knows the attributes by itself
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, TypeVar
 
-from eomgen.calls import checked_calls, unknown_attribute
+from eomgen.calls import checked_calls, not_assigned_to, unknown_attribute
 from eomgen.formula.curves import AnyCurve
 from eomgen.formula.nodes import ZERO_VECTOR, Formula, Number
 from eomgen.scene.bodies.model import Base, Body
@@ -54,6 +54,7 @@ class _Kind(Generic[Element]):
         return tuple(element for element in scene.elements if element.section == self.section)  # type: ignore[misc]
 
 
+@not_assigned_to("{0} in the scene file or of the SceneBuilder, or a tunable parameter that it names")
 @checked_calls('eomgen.load("scene.toml"), or eomgen.SceneBuilder("pendulum")...build()')
 @dataclass(frozen=True)
 class Scene:

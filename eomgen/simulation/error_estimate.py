@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.arrays import Array
+from eomgen.calls import ByName
 from eomgen.errors import UsageError
 from eomgen.progress import Progress
 from eomgen.results.error_estimate import NOTICED, OWN, ErrorEstimate, Largest
@@ -467,9 +468,10 @@ def _estimate(runs: _Comparisons, pair: _Pair, declared: float) -> ErrorEstimate
         v_at=errors["v"],
         z_at=errors["z"],
         multipliers_at=errors["multipliers"],
-        outputs_at={
-            name: array[:, 0] if runs.own.outputs[name].ndim == 1 else array for name, array in outputs.items()
-        },
+        outputs_at=ByName(
+            "output",
+            {name: array[:, 0] if runs.own.outputs[name].ndim == 1 else array for name, array in outputs.items()},
+        ),
         relative_at=share.max(axis=1, initial=0.0),
         order=orders["increment"],
         declared_order=declared,

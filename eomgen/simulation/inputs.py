@@ -192,12 +192,20 @@ def _called(name: str, signal: Function, times: Array) -> Array:
     values = np.empty(len(times))
     for index, t in enumerate(times):
         try:
-            values[index] = signal(float(t))
+            given = signal(float(t))
         except Exception as error:
             what = f"the function failed at t = {t:.9g} s: {type(error).__name__}: {error}"
             hint = "lambda t: ..., as inputs see the time only" if isinstance(error, TypeError) else ""
             hint += "; feedback is a sampled controller, a formula of the scene, or model.start" if hint else ""
             raise UsageError(Problem(f"input {name}", what, hint)) from error
+        try:
+            values[index] = given
+        except (TypeError, ValueError):
+            shape = np.shape(given) if isinstance(given, np.ndarray | list | tuple) else ()
+            kind = f"{math.prod(shape)} numbers" if shape else type(given).__name__
+            what = f"the function gives {kind} at t = {t:.9g} s, and one real number is needed"
+            hint = "one function for each input" if shape else "float(...) of what is meant"
+            raise UsageError(Problem(f"input {name}", what, hint)) from None
     if not np.all(np.isfinite(values)):
         index = int(np.argmin(np.isfinite(values)))
         what = f"the function gives {values[index]} at t = {times[index]:.9g} s"

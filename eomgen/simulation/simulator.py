@@ -67,7 +67,8 @@ class Simulator:
 
     A step takes its inputs from its beginning on. Where they, or the parameters, are not what the last step ended with,
     what the method carries from step to step (accelerations, algorithmic accelerations, steps of its own, series) is
-    evaluated anew from q and v, so that the order of the method is kept over jumps. Arrays that it gives are copies.
+    evaluated anew from q and v, so that the order of the method is kept over jumps. Arrays that it gives are copies,
+    those of states to be read only: ``set_state`` puts the motion into another one.
 
     Quantities are those of ``Solution``, for one state: ``q`` (nq,), ``v`` (nv,), ``a`` (nv,), ``z`` (nz,),
     ``multipliers`` (rows,), SI units. ``a`` and the multipliers are those that the last step ended with.
@@ -330,7 +331,9 @@ class Simulator:
 
     @property
     def q(self) -> Array:
-        return self._now["q"].copy()
+        q = self._now["q"].copy()
+        q.flags.writeable = False
+        return q
 
     @q.setter
     def q(self, value: object) -> None:
@@ -500,8 +503,10 @@ class Simulator:
     def _part(self, name: str) -> Array:
         if self._rows_have_corrections:
             row: Array = self._stepper.row[self._stepper.row_places[name]]
-            return row
-        return self._now[name].copy()
+        else:
+            row = self._now[name].copy()
+        row.flags.writeable = False
+        return row
 
     def _mode_columns(self, method: Mapping[str, Any]) -> list[int]:
         modes = method["events"]["modes"] if "events" in method else []

@@ -157,10 +157,11 @@ def test_other_parameters_have_other_gains(cart: eomgen.Model) -> None:
         cart.calibrate(parameters={"lenght": 1.0})
 
 
-def test_a_model_without_calibration_has_none_to_give() -> None:
+def test_a_model_without_state_feedback_has_no_gains_to_give() -> None:
     builder = eomgen.SceneBuilder("cart").body("cart", 1.0)
     builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0])
-    assert eomgen.build(builder.build(), terms=["mass"], profile="quick").calibrate() == {}
+    with pytest.raises(eomgen.UsageError, match="the scene has no state_feedback, so there are no gains"):
+        eomgen.build(builder.build(), terms=["mass"], profile="quick").calibrate()
 
 
 def test_the_folder_of_c_has_the_gains(cart: eomgen.Model, tmp_path: Path) -> None:

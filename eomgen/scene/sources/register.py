@@ -85,6 +85,9 @@ def checked_options(source: Source | None, given: Mapping[str, Any]) -> dict[str
     for name in own.keys() & given.keys():
         if own[name].choices and given[name] not in own[name].choices:
             raise UsageError(f"{name} is {shown(given[name])}", " or ".join(own[name].choices))
+        if isinstance(own[name].default, bool) and not isinstance(given[name], bool):
+            what = f"True or False is needed, not {type(given[name]).__name__}"
+            raise UsageError(Problem(name, what, f"{name}=True, for all joints" if given[name] else f"{name}=False"))
     return {name: value for name, value in given.items() if name in own}
 
 

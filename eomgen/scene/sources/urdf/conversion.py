@@ -19,7 +19,7 @@ from eomgen.scene.joints.displacement import displaced
 from eomgen.scene.reading.report import Report
 from eomgen.scene.sources.source import OptionError
 from eomgen.scene.sources.urdf.actuation import effort_inputs
-from eomgen.scene.sources.urdf.assumed_values import friction_of, stops_of
+from eomgen.scene.sources.urdf.assumed_values import GIVE, friction_of, stops_of
 from eomgen.scene.sources.urdf.elements import Joint, LoopJoint, Robot, read_robot
 from eomgen.scene.sources.urdf.followers import held_and_following
 from eomgen.scene.sources.urdf.inertias import body_entry, tunable_body
@@ -28,6 +28,7 @@ from eomgen.scene.sources.urdf.notes import (
     left_out,
     notes_of_mimics,
     notes_of_names_and_angles,
+    notes_of_sizes,
     notes_of_what_has_no_effect,
 )
 from eomgen.scene.sources.urdf.transmissions import Transmissions, actuation, read_transmissions
@@ -79,6 +80,8 @@ def urdf_data(
     for name in tunable:
         if name not in links:
             raise OptionError("tunable", f"{file} has no link {shown(name)}", nearest(name, links))
+    if limits:
+        check_ranges(robot, report)
     report.raise_problems()
     order = _from_root(robot, report)
     held, leaders = held_and_following(robot, locked, report)
@@ -91,6 +94,7 @@ def urdf_data(
         *merger.notes,
         *motors.notes,
         *notes_of_names_and_angles(robot, locked),
+        *notes_of_sizes(robot),
         *notes_of_mimics(robot, locked, held, leaders),
     ]
     if transmissions and not gears.known and not gears.unknown:
@@ -337,3 +341,14 @@ def _moved(joint: Joint, value: float) -> tuple[Array, Array]:
     if axis is None:
         return np.eye(3), np.zeros(3)
     return displaced(JOINTS[joint.type], axis, np.zeros(3), [value])[:2]
+
+
+def check_ranges(robot: Robot, report: Report) -> None:
+    """Report ranges of joints whose lower end is above the upper one, of which no stops can be made."""
+    for joint in robot.joints.values():
+        limit = joint.limit
+        if limit is None or joint.unit not in GIVE or joint.written_type == "continuous":
+            continue
+        if limit.lower > limit.upper:
+            what = f"the lower limit, {limit.lower:.9g}, is above the upper one, {limit.upper:.9g} {joint.unit}"
+            report.add_at(joint.line, f"joints.{joint.name}.limit", what, "the smaller number as lower")

@@ -318,6 +318,8 @@ class _Reader:
         if inertial is None:
             return Link(name, element.line, NOTHING)
         (mass,) = self.required(inertial, "mass", ("value",), key)
+        if mass < 0.0:
+            self.report.add_at(inertial.line, key, f"the mass {mass:.6g} is negative", "a positive number of kg")
         entries = self.required(inertial, "inertia", ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), key)
         orientation, center, _, _ = self.placement(inertial, key, name)
         return Link(name, element.line, Inertia(mass, np.zeros(3), tensor(entries)).moved(orientation, center))

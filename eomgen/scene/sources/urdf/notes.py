@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping, Sequence
 
+import numpy as np
+
 from eomgen.scene.geometry.inertia import impossible
 from eomgen.scene.sources.urdf.elements import NEWEST, WITH_QUATERNIONS, Robot
 from eomgen.text import listed, shown
@@ -17,6 +19,10 @@ _MEANING = {
     "transmission": "transmissions",
     "gazebo": "settings of Gazebo",
 }
+#: A range of a joint that ends beyond this, in rad, and a bit more for digits, may be meant in degrees.
+_TURN = 2.0 * math.pi + 1e-3
+#: Radius of gyration over the size of a robot, from which on its moment of inertia is in another unit.
+_ABSURD = 100.0
 #: Elements that are left out of joints that move, and mean nothing for those that are held.
 _OF_MOVING_JOINTS = ("safety_controller", "calibration")
 
@@ -60,6 +66,29 @@ def notes_of_names_and_angles(robot: Robot, locked: set[str]) -> list[str]:
             f"angles near a right angle, but not exact, are kept in the placement of {_joints(angles)}{more}: "
             f"pi/2 written in full, {math.pi / 2!r}, would be made exact and save operations"
         )
+    return notes
+
+
+def notes_of_sizes(robot: Robot) -> list[str]:
+    """Return what looks like another unit: ranges of more than a turn, and moments of inertia too large for the
+    robot."""
+    notes = []
+    ranges = {joint.name: joint.limit for joint in robot.joints.values() if joint.unit == "rad" and joint.limit}
+    wide = [name for name, limit in ranges.items() if max(abs(limit.lower), abs(limit.upper)) > _TURN]
+    if wide:
+        what = f"limits of more than a turn at {listed(wide)}"
+        notes.append(f"{what}: angles of URDF are in radians, and 90 degrees are {math.pi / 2!r}")
+    lengths = [float(np.linalg.norm(joint.position)) for joint in robot.joints.values()]
+    offsets = [float(np.linalg.norm(link.inertia.center)) for link in robot.links.values()]
+    size = sum(lengths) + max(offsets, default=0.0)
+    for link in robot.links.values():
+        if link.inertia.mass <= 0.0 or size == 0.0:
+            continue
+        moment = float(np.linalg.norm(link.inertia.about_center, 2))
+        radius = math.sqrt(moment / link.inertia.mass)
+        if radius >= _ABSURD * size:
+            what = f"link {link.name}: the radius of gyration {radius:.3g} m is large beside the robot, {size:.3g} m"
+            notes.append(f"{what}; moments of inertia of URDF are in kg m^2")
     return notes
 
 
