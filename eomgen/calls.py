@@ -184,6 +184,17 @@ def unknown_attribute(owner: object, name: str) -> AttributeError:
     )
 
 
+def none_to_set(owner: object, name: str, arguments: Iterable[str], parameters: Iterable[str]) -> UnknownAttribute:
+    """Return the error for setting an attribute that a model does not have; ``arguments`` are those of its runs."""
+    kind = type(owner).__name__
+    hint = attribute_hint(name, dir(owner), kind)
+    if name in arguments:
+        hint = f"simulate({name}=...)"
+    elif name in parameters:
+        hint = f'simulate(parameters={{"{name}": ...}})'
+    return UnknownAttribute(Problem("", f"a {kind} has no {shown(name)} to set", hint))
+
+
 def not_assigned_to(what_to_try: str) -> Callable[[C], C]:
     """Return a decorator of a frozen class, under which an assignment says what to do in its place.
 

@@ -8,11 +8,9 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 from numpy.typing import ArrayLike
 
-from eomgen.calls import UnknownAttribute, attribute_hint, checked_calls
+from eomgen.calls import checked_calls, none_to_set
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Inputs, Parameters, States
-from eomgen.errors import Problem
-from eomgen.text import shown
 
 if TYPE_CHECKING:
     from eomgen.analysis.equilibrium import Equilibrium
@@ -45,12 +43,7 @@ class Model(CompiledModel):
         if "initial_z" in vars(self) and not (name.startswith("_") or name in vars(self) or hasattr(type(self), name)):
             from eomgen.simulation.options import RunOptions  # noqa: PLC0415  # for a mistake only
 
-            hint = attribute_hint(name, dir(self), "Model")
-            if name in ("t_end", "step", *RunOptions.__annotations__):
-                hint = f"simulate({name}=...)"
-            elif name in self.parameters:
-                hint = f'simulate(parameters={{"{name}": ...}})'
-            raise UnknownAttribute(Problem("", f"a Model has no {shown(name)} to set", hint))
+            raise none_to_set(self, name, ("t_end", "step", *RunOptions.__annotations__), self.parameters)
         super().__setattr__(name, value)
 
     def simulate(

@@ -104,7 +104,7 @@ def entry(section: str, text: str) -> Callable[[], Any]:
         (lambda: setattr(arm().start(step=1e-3), "t", 0.1), "try: set_state(t=...)"),
         (lambda: arm().start(step=1e-3).set_state([0.1]), 'a mapping is needed, not list; try: set_state({"q": q,'),
         (lambda: arm().linearize().A, "a Linearization has no 'A'; try: state_space().A"),
-        (lambda: arm().linearize().eigenvalues, "try: modes(), which has frequencies and damping"),
+        (lambda: arm().linearize().eigenvalues, "try: modes(), which has eigenvalues, frequency and damping"),
         (
             lambda: eomgen.build("x.toml", step=1e-3),
             "argument 'step'; try: eomgen.build(scene).simulate(step=",

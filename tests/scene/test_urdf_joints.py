@@ -201,7 +201,7 @@ def test_limits_become_stops_where_they_are_asked_for() -> None:
     assert scene.content != load_urdf(text).content
 
 
-@pytest.mark.parametrize("limit", ['effort="3"', 'lower="-1" upper="1"', 'lower="1" upper="-1" effort="3"'])
+@pytest.mark.parametrize("limit", ['effort="3"', 'lower="-1" upper="1"', 'lower="1" upper="1" effort="3"'])
 def test_limits_without_a_range_or_an_effort_are_noted(limit: str) -> None:
     scene = load_urdf(robot(("a", "revolute", "foot", f"<limit {limit}/>")), limits=True)
     assert not scene.joints[0].stops
