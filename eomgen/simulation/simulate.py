@@ -19,7 +19,6 @@ from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.families.family import BAD_ARGUMENT
-from eomgen.integrators.methods import STANDARD
 from eomgen.progress import Progress, shown
 from eomgen.results.solution import Solution
 from eomgen.simulation.automatic_method import method_of
@@ -82,8 +81,6 @@ def simulate(
     every = count_of("record_every", defaults["record_every"] if record_every is None else record_every)
     p = model.evaluator.one_set(parameters, "one run for each")
     method, choice = method_of(model, method, initial, p, t_first, step)
-    if choice and method != STANDARD:
-        rho_inf = None  # the explicit method that was chosen has no damping to be set
     given = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma, "order": order, "tolerance": tolerance}
     chosen = chosen_stepper(model, method, given, settings)
     library = chosen.library

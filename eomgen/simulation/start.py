@@ -13,7 +13,6 @@ from eomgen.compiled.initial_state import angles_of_several_turns, check_initial
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
-from eomgen.integrators.methods import STANDARD
 from eomgen.simulation.automatic_method import method_of
 from eomgen.simulation.controllers import Controller, read_controllers
 from eomgen.simulation.inputs import InputSignals, Signal, check_held, read_signals
@@ -57,8 +56,6 @@ def start(
     moves = Motions(model)
     p = moves.started(p, t, moves.check(motions))
     method, note = method_of(model, method, initial, p, t, size)
-    if note and method != STANDARD:
-        rho_inf = None  # the explicit method that was chosen has no damping to be set
     given = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma, "order": order, "tolerance": tolerance}
     chosen = chosen_stepper(model, method, given, settings)
     library = chosen.library

@@ -14,7 +14,6 @@ import pytest
 
 import eomgen
 from eomgen.scene.load import load_urdf
-from tests.failures.mistakes import arm
 
 ROBOT = """<robot name="lifter">
   <link name="ground"/>
@@ -60,8 +59,6 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
         "a Scene does not change, so 'gravity' is not assigned to; try: gra",
     ),
     (lambda: slider().calibrate(), "calibrate: the scene has no state_feedback, so there are no gains to be found"),
-    (lambda: slider().simulate(0.1, 1e-3, method="rk4", rho_inf=0.5), "rk4 takes no rho_inf; try: leave it out"),
-    (lambda: slider().start(method="lsrt2", step=1e-3, rho_inf=0.5), "lsrt2 takes no rho_inf; try: leave it out"),
     (lambda: slider().pose([0.0], "m"), "the name of a body or frame comes first, not list; try: the name, and q"),
     (lambda: slider().point([0.0], "m", [0, 0, 0]), "the name of a body or frame comes first, not list"),
     (lambda: slider().jacobian([0.0], "m"), "the name of a body or frame comes first, not list"),
@@ -131,12 +128,6 @@ def test_what_does_not_change_stays_usable() -> None:
         slider().scene.name = "other"
     assert dataclasses.replace(slider().scene, name="other").name == "other"
     assert not hasattr(linear().modes(), "frequencies")
-
-
-def test_rho_inf_of_a_scene_and_of_auto_goes_with_explicit_methods() -> None:
-    scene = dataclasses.replace(arm().scene, simulation=dataclasses.replace(arm().scene.simulation, rho_inf=0.5))
-    assert eomgen.build(scene, profile="quick").simulate(0.01, 1e-3, method="rk4").success
-    assert "rk4" in slider().simulate(0.01, 1e-3, method="auto", rho_inf=0.5).message
 
 
 def test_units_of_another_kind_in_a_urdf_are_noted() -> None:

@@ -85,8 +85,8 @@ class Rosenbrock(Family):
     @classmethod
     def names(cls) -> tuple[MethodName, ...]:
         return (
-            MethodName("rosenbrock", lambda: ONE_STAGE, ladders=("all",), fixed_steps=_FIXED),
-            MethodName("lsrt2", lambda: LSRT2, ladders=("all",), fixed_steps=_FIXED),
+            MethodName("rosenbrock", lambda: ONE_STAGE, idle=("rho_inf",), ladders=("all",), fixed_steps=_FIXED),
+            MethodName("lsrt2", lambda: LSRT2, idle=("rho_inf",), ladders=("all",), fixed_steps=_FIXED),
         )
 
     @classmethod

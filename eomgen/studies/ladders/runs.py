@@ -18,7 +18,6 @@ import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.errors import EomgenError
-from eomgen.integrators.families.register import row_of
 from eomgen.integrators.methods import canonical_name
 from eomgen.model import Model
 from eomgen.results.solution import Solution
@@ -107,8 +106,7 @@ def simulated(model: Model, conditions: Conditions, method: str, **more: Any) ->
         initial = {"q": conditions.q, "v": conditions.v}
         if conditions.z is not None:
             initial["z"] = conditions.z
-    taken = row_of(method)[1].parameters
-    given = {name: x for name, x in conditions.given.items() if name not in more and name in taken}
+    given = {name: x for name, x in conditions.given.items() if name not in more}
     end = conditions.start + conditions.step * conditions.steps
     try:
         with warnings.catch_warnings():
