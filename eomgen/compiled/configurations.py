@@ -8,6 +8,7 @@ with its own order of numbers.
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Sequence
 
 import numpy as np
@@ -34,12 +35,17 @@ def integrate(model: Evaluated, q: ArrayLike, dq: ArrayLike, t: float = 0.0, *, 
     Raises
     ------
     UsageError
-        Wrong shapes, or quaternions that are not of unit length; a third argument where nothing depends on t.
+        Wrong shapes, or quaternions that are not of unit length.
+
+    Warns
+    -----
+    RuntimeWarning
+        A third argument where nothing depends on t: it is no step.
     """
     terms = model.evaluator
     if not terms.angles and np.any(t):
-        what = "integrate has no step: its third argument is t, on which nothing depends here"
-        raise UsageError(Problem("t", what, "integrate(q, v * dt)"))
+        what = "integrate takes no step: its third argument is t, on which nothing depends here"
+        warnings.warn(f"{what}; try: integrate(q, v * dt) if a step is meant", RuntimeWarning, stacklevel=3)
     start, step = terms.configuration(q), terms.velocity("dq", dq)
     shape = np.broadcast_shapes(start.shape[:-1], step.shape[:-1])
     start, step = np.broadcast_to(start, (*shape, start.shape[-1])), np.broadcast_to(step, (*shape, step.shape[-1]))

@@ -50,8 +50,6 @@ def driven(function: Callable[..., Any]) -> Callable[[], Any]:
 
 
 CALLS: list[tuple[Callable[[], Any], str]] = [
-    (lambda: slider().integrate([0.0], [1.0], 1e-3), "t: integrate has no step: its third argument is t, on which"),
-    (lambda: slider().integrate([0.0], [1.0], 1e-3), "try: integrate(q, v * dt)"),
     (setting(slider, "step"), "a Model has no 'step' to set; try: simulate(step=...)"),
     (setting(slider, "load"), "a Model has no 'load' to set; try: simulate(parameters={\"load\": ...})"),
     (
@@ -118,6 +116,13 @@ def test_arrays_of_a_simulator_are_read_only() -> None:
             array[0] = 0.9
     run.set_state({"q": run.q + 0.9})
     assert run.q == [0.9]
+
+
+def test_a_step_in_the_place_of_the_time_is_noted() -> None:
+    note = r"its third argument is t, on which nothing .* try: integrate\(q, v \* dt\)"
+    with pytest.warns(RuntimeWarning, match=note) as told:
+        assert slider().integrate([0.0], [1.0], 1e-3) == [1.0]
+    assert told[0].filename == __file__
 
 
 def test_what_does_not_change_stays_usable() -> None:
