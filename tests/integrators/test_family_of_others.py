@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import subprocess
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -11,28 +10,15 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
-from eomgen.integrators.families.register import GROUP, families_of_others
+from tests.models.distributions import distribution, register
 from tests.models.scenes import LENGTH, PENDULUM_TOML, flyer, pendulum
+
+__all__ = ["register"]
 
 METHOD, STEP = "adams_bashforth", 1e-3
 
 
-def distribution(folder: Path, name: str, entry: str) -> Path:
-    """Write what an installed distribution leaves of itself, with one entry point, and return the folder for
-    ``sys.path``."""
-    info = folder / f"{name}-1.0.dist-info"
-    info.mkdir(parents=True)
-    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n", encoding="utf-8")
-    (info / "entry_points.txt").write_text(f"[{GROUP}]\n{entry}\n", encoding="utf-8")
-    return folder
-
-
-@pytest.fixture(autouse=True)
-def register() -> Iterator[None]:
-    """Read the entry points anew, before a test and behind it."""
-    families_of_others.cache_clear()
-    yield
-    families_of_others.cache_clear()
+pytestmark = pytest.mark.usefixtures("register")
 
 
 @pytest.fixture

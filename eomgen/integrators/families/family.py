@@ -323,6 +323,8 @@ def velocities(factors: Sequence[Any]) -> int:
 
 #: Terms of constraints that steppers call, or that bring a state onto the constraints.
 KINEMATIC = ("constraint", "constraint_velocity", "constraint_bias", "constraint_jacobian", "constraint_size")
+#: What ``newton/step_matrix.c.jinja`` counts, of families that include it.
+EXCHANGES = Field("exchanges", "factorizations whose pivots had to be chosen anew", kind="long")
 #: Statuses of most steppers.
 NOT_FINITE = Status(
     3,

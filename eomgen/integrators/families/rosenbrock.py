@@ -28,6 +28,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from eomgen.integrators.families.family import (
     BAD_ARGUMENT,
+    EXCHANGES,
     NOT_FINITE,
     SINGULAR_ADVICE,
     Bound,
@@ -125,7 +126,7 @@ class Rosenbrock(Family):
         return (Bound("step", "finite"), Bound("step", ">", 0.0))
 
     def statistics(self, sizes: Sizes) -> tuple[Field, ...]:
-        return (Field("exchanges", "factorizations whose pivots had to be chosen anew", kind="long"),)
+        return (EXCHANGES,)
 
     def statuses(self, constrained: bool, angles: bool) -> tuple[Status, ...]:
         return (Status(2, "SINGULAR", "the matrix of a step is singular", SINGULAR_ADVICE), NOT_FINITE, BAD_ARGUMENT)

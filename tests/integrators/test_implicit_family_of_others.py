@@ -1,0 +1,153 @@
+"""An implicit family from another distribution: what implicit families share serves it as it serves eomgen's own.
+
+A module and its templates (``midpoint``), through an entry point; matrix, pivots, factors, substitution, inputs, jumps,
+events' grid, dense output and checkpoints are eomgen's.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.optimize import root
+
+import eomgen
+from eomgen.lie import product
+from tests.codegen.test_stand_alone import compiled, run
+from tests.integrators.test_taylor import SCENES, error, model, pushed, reference
+from tests.models.cache import shared_cache
+from tests.models.distributions import distribution, register
+from tests.models.scenes import breaking_scene
+from tests.models.shear_frame import shear_frame
+
+__all__ = ["register", "shared_cache"]
+
+METHOD = "implicit_midpoint"
+
+
+@pytest.fixture(autouse=True)
+def installed(register: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    entry = "midpoint = tests.integrators.midpoint.family:Midpoint"
+    monkeypatch.syspath_prepend(distribution(tmp_path / "site", "eomgen-midpoint", entry))
+
+
+def slopes(errors: list[float]) -> np.ndarray:
+    return np.log2(np.array(errors[:-1]) / errors[1:])
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_order_on_rotations_poses_and_internal_states(name: str) -> None:
+    """A driven pendulum; SE(3), SO(3) and R in flight; a cart with internal states. References by DOP853."""
+    made, exact = model(name), reference(name, 0.8)
+    errors = [error(made, made.simulate(0.8, 0.8 / count, method=METHOD), exact) for count in (40, 80, 160)]
+    assert slopes(errors) == pytest.approx(2.0, abs=0.05)
+
+
+def test_order_on_frames_that_turn_and_move_apart() -> None:
+    """R^3 x SO(3): two free bodies in absolute coordinates with a spring between them."""
+    builder = eomgen.SceneBuilder("two", coordinates="absolute")
+    for name, start, speed in (
+        ("left", [0, 0, 0], [2.0, 0.5, -1, 0, 0, 1]),
+        ("right", [1, 0, 0], [0, 1, 3, 0.4, 0, 0]),
+    ):
+        builder.body(name, 2.0, center_of_mass=[0.1, 0, 0.05], inertia=[0.3, 0.4, 0.5], group="R3xSO3")
+        builder.joint(f"of_{name}", "free", "base", name, initial={"position": start, "velocity": speed})
+        builder.point(f"end_{name}", name, [0.0, 0.2, 0.0])
+    builder.spring("spring", "end_left", "end_right", stiffness=40.0, length=0.8, damping=1.0)
+    made = eomgen.build(builder.build(), profile="quick")
+    assert {factor.group for factor in made.factors} == {"R", "SO3"}
+    fine = made.simulate(0.5, 1e-3, method="rk4")
+    errors = []
+    for count in (20, 40, 80):
+        end = made.simulate(0.5, 0.5 / count, method=METHOD)
+        moved = product.difference(made.factors, end.q[-1:], fine.q[-1:])
+        errors.append(float(max(np.abs(moved).max(), np.abs(end.v[-1] - fine.v[-1]).max())))
+    assert slopes(errors) == pytest.approx(2.0, abs=0.1)
+
+
+@cache
+def frame() -> eomgen.Model:
+    return eomgen.build(shear_frame(), profile="quick")
+
+
+def test_steps_solve_the_midpoint_equations() -> None:
+    """Against a general root finder on the model's functions."""
+    made, h = frame(), 0.02
+    q, v = made.initial_q.copy(), made.initial_v.copy()
+    for k in range(20):
+
+        def missing(a: np.ndarray, k: int = k, q: np.ndarray = q, v: np.ndarray = v) -> np.ndarray:
+            middle = v + h / 2 * a
+            return made.inverse_dynamics(q + h / 2 * middle, middle, a, t=(k + 0.5) * h)
+
+        a = root(missing, np.zeros(made.nv), tol=1e-13).x
+        q, v = q + h * (v + h / 2 * a), v + h * a
+    end = made.simulate(20 * h, h, method=METHOD)
+    np.testing.assert_allclose(end.q[-1], q, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(end.v[-1], v, rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize("step", [0.1, 3.0, 1e4])
+def test_an_oscillator_keeps_its_energy_at_every_step_size(step: float) -> None:
+    scene = (
+        eomgen.SceneBuilder("oscillator", gravity=[0, 0, 0]).body("mass", 1.0)
+        .joint("rail", "prismatic", "base", "mass", axis=[1, 0, 0], stiffness=4.0, initial={"position": 0.3}).build()
+    )  # fmt: skip  # a chain of calls
+    end = eomgen.build(scene, profile="quick").simulate(50 * step, step, method=METHOD, error_estimate=False)
+    np.testing.assert_allclose(4.0 * end.q[:, 0] ** 2 + end.v[:, 0] ** 2, 0.36, rtol=1e-10)
+
+
+def test_statistics_settings_and_statuses_are_its_own() -> None:
+    end = frame().simulate(1.0, 0.01, method="gauss_2", error_estimate=False)
+    assert end.metadata["method"] == METHOD
+    assert (end.stats["steps"], end.stats["factorizations"]) == (100, 100)
+    assert end.stats["newton_iterations"] == end.stats["evaluations"] <= 100 * end.stats["most_iterations"]
+    few = frame().simulate(1.0, 0.01, method=METHOD, settings={"max_iterations": 2}, error_estimate=False)
+    assert not few.success and "corrections do not become small" in few.message
+    broken = eomgen.build(breaking_scene(), profile="quick").simulate(1.0, 0.01, method=METHOD)
+    assert not broken.success and "became infinite or not a number" in broken.message
+    with pytest.raises(eomgen.UsageError, match="midpoint has no setting 'rtol'"):
+        frame().simulate(1.0, 0.01, method=METHOD, settings={"rtol": 1e-3})
+
+
+def test_loops_are_refused() -> None:
+    with pytest.raises(eomgen.EomgenError, match="implicit_midpoint cannot run on this scene"):
+        eomgen.build("examples/four_bar/scene.toml", profile="quick").simulate(0.1, 1e-3, method=METHOD)
+
+
+def test_states_between_rows_are_of_the_order_of_the_method() -> None:
+    made = model("pendulum")
+    errors = []
+    for count in (20, 40, 80):
+        end = made.simulate(0.8, 0.8 / count, method=METHOD)
+        middle = 0.4 + 0.4 / count
+        exact = reference("pendulum", middle)
+        errors.append(float(np.abs(end.at([middle]).q[0] - exact[0]).max()))
+    assert slopes(errors) == pytest.approx(2.0, abs=0.2)
+
+
+def test_order_across_a_known_jump() -> None:
+    made = eomgen.build(pushed("3 if t > late else 0"))
+    exact = made.simulate(1.2, 0.1, method="taylor", tolerance=1e-14)
+    errors = [
+        abs(made.simulate(1.2, 1.2 / count, method=METHOD).q[-1, 0] - exact.q[-1, 0]) for count in (160, 320, 640)
+    ]
+    assert slopes(errors) == pytest.approx(2.0, abs=0.1)
+
+
+def test_a_checkpoint_goes_on_with_the_same_bits(tmp_path: Path) -> None:
+    made, file = model("controlled"), tmp_path / "run.ckpt"
+    one = made.simulate(0.6, 1e-2, method=METHOD)
+    first = made.simulate(0.3, 1e-2, method=METHOD, checkpoint=file)
+    whole = first.followed_by(made.resume(file, 0.6))
+    assert all(np.array_equal(getattr(whole, name), getattr(one, name)) for name in ("q", "v", "a", "z"))
+
+
+def test_its_c_stands_alone_and_gives_the_same_rows(tmp_path: Path) -> None:
+    eomgen.generate(shear_frame(), tmp_path / "c", method=METHOD)
+    text = run(compiled(tmp_path / "c"), "2", "0.01", "1").stdout
+    rows = np.array([[float(x) for x in line.split(",")] for line in text.splitlines()[1:]])
+    end = eomgen.build(shear_frame(), method=METHOD, profile="reproducible").simulate(2.0, 0.01, method=METHOD)
+    assert np.array_equal(rows[:, 1:13], np.hstack([end.q, end.v, end.a]))
