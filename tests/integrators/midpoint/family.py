@@ -22,7 +22,6 @@ from eomgen.integrators.families.family import (
     NOT_FINITE,
     SINGULAR_ADVICE,
     SMALLER_STEP,
-    UNCONSTRAINED,
     Bound,
     Family,
     Field,
@@ -32,6 +31,7 @@ from eomgen.integrators.families.family import (
     Status,
     velocities,
 )
+from eomgen.integrators.families.needs import UNCONSTRAINED
 from eomgen.integrators.newton.matrix import Unknowns
 from eomgen.integrators.newton.sample_matrices import samples_of
 from eomgen.integrators.newton.solver import make_solver, solver_data
