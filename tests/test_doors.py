@@ -148,7 +148,6 @@ DOORS: dict[str, set[str]] = {
     "cli": {
         "analysis",
         "errors",
-        "figures",
         "files",
         "linear",
         "mechanics",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from eomgen.errors import Problem, UsageError
@@ -43,36 +42,6 @@ class CampbellRequest:
     def diagram(self, model: Model, **options: Any) -> Campbell:
         """Return the diagram; options are those of ``Model.campbell``."""
         return model.campbell(self.speed, self.values, orders=self.orders, whirl=self.whirl, **options)
-
-
-def write_campbell(diagram: Campbell, title: str, folder: Path) -> list[Path]:
-    """Write ``campbell.csv`` and ``campbell.png``."""
-    import numpy as np  # noqa: PLC0415
-
-    from eomgen.files import write_table  # noqa: PLC0415
-    from eomgen.linear.plots import draw_campbell  # noqa: PLC0415
-
-    names = [diagram.parameter]
-    columns = [diagram.values]
-    for k in range(diagram.eigenvalues.shape[1]):
-        names += [f"mode{k + 1} {part}" for part in ("frequency [Hz]", "damping_ratio", "whirl")]
-        columns += [diagram.frequencies[:, k], diagram.damping_ratios[:, k], diagram.whirl[:, k].astype(float)]
-    write_table(folder / "campbell.csv", names, np.stack(columns, axis=1))
-    return [folder / "campbell.csv", draw_campbell(diagram, title, folder / "campbell.png")]
-
-
-def described_campbell(diagram: Campbell) -> list[dict[str, Any]]:
-    """Return the crossings as JSON data."""
-    return [
-        {
-            "order": item.order,
-            "speed": item.speed,
-            "frequency": item.frequency,
-            "mode": item.mode + 1,
-            "whirl": item.whirl,
-        }
-        for item in diagram.crossings
-    ]
 
 
 def _orders(text: str | None) -> tuple[float, ...] | None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from eomgen.cli.campbell import CampbellRequest, described_campbell, write_campbell
+from eomgen.cli.campbell import CampbellRequest
 from eomgen.cli.options import (
     any_kind_option,
     assignments,
@@ -24,7 +24,7 @@ from eomgen.cli.options import (
     time_option,
 )
 from eomgen.cli.printing import building, counted, print_json, say
-from eomgen.cli.ride import RideRequest, described_ride, write_ride
+from eomgen.cli.ride import RideRequest
 from eomgen.cli.running import read_scene
 from eomgen.cli.tables import print_table
 from eomgen.errors import Problem, UsageError
@@ -92,20 +92,25 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
     if folder is None and (sweep or pairs):
         raise UsageError(Problem("eomgen linearize", "there is no folder to draw roots or responses to", "--out DIR"))
     # imported when the arguments are known to be fine
-    from eomgen.results.linear_files import described  # noqa: PLC0415
+    from eomgen.linear import plots  # noqa: PLC0415
+    from eomgen.results import linear_files  # noqa: PLC0415
 
-    data = described(lin, request.model.name)
+    data = linear_files.described(lin, request.model.name)
     table = ride.table(lin, excitation) if ride is not None and excitation is not None else None
     if table is not None:
-        data["ride"] = described_ride(table)
+        data["ride"] = linear_files.described_ride(table)
     diagram = None if campbell is None else request.campbell(campbell)
     if diagram is not None:
-        data["campbell"] = described_campbell(diagram)
+        data["campbell"] = linear_files.described_campbell(diagram)
     files = request.written(lin, data, Path(folder), sweep, pairs, band) if folder is not None else []
     if folder is not None and diagram is not None:
-        files += write_campbell(diagram, request.model.name, Path(folder))
+        files.append(linear_files.write_campbell(diagram, Path(folder) / "campbell.csv"))
+        files.append(plots.draw_campbell(diagram, request.model.name, Path(folder) / "campbell.png"))
     if folder is not None and ride is not None and excitation is not None and table is not None:
-        files += write_ride(table, ride.spectra(lin, excitation), request.model.name, Path(folder))
+        spectra = ride.spectra(lin, excitation)
+        files.append(linear_files.write_ride(table, Path(folder) / "ride.csv"))
+        files.append(linear_files.write_spectra(spectra, Path(folder) / "spectra.csv"))
+        files.append(plots.draw_spectra(spectra, request.model.name, Path(folder) / "spectra.png"))
     if as_json:
         print_json({**data, "files": [file.name for file in files]})
     else:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from eomgen.errors import Problem, UsageError
 
@@ -60,25 +59,6 @@ class RideRequest:
         return [lin.psd(name, excitation) for name in self.outputs]
 
 
-def write_ride(table: RideTable, spectra: list[PowerSpectrum], title: str, folder: Path) -> list[Path]:
-    """Write ``ride.csv``, ``spectra.csv`` and ``spectra.png``."""
-    import numpy as np  # noqa: PLC0415
-
-    from eomgen.figures import new_figure, saved  # noqa: PLC0415
-    from eomgen.files import write_table, write_text  # noqa: PLC0415
-
-    lines = [",".join(table.headings), *(",".join(row) for row in table.rows)]
-    write_text(folder / "ride.csv", "\n".join(lines) + "\n")
-    names = ["frequency [Hz]", *(f"{item.name} [{item.unit}]" if item.unit else item.name for item in spectra)]
-    densities = [spectra[0].frequencies, *(item.density for item in spectra)]
-    write_table(folder / "spectra.csv", names, np.stack(densities, axis=1))
-    figure = new_figure((7.4, 0.6 + 3.6 * len(spectra)))
-    for axis, item in zip(figure.subplots(len(spectra), 1, squeeze=False)[:, 0], spectra, strict=True):
-        item.plot(axis)
-    figure.suptitle(f"{title}: spectra on a random road", fontsize=11)
-    return [folder / "ride.csv", folder / "spectra.csv", saved(figure, folder / "spectra.png")]
-
-
 def _speeds(text: str | None) -> tuple[float, ...]:
     if text is None:
         return ()
@@ -89,16 +69,3 @@ def _speeds(text: str | None) -> tuple[float, ...]:
     if not all(0.0 < speed < math.inf for speed in speeds):
         raise UsageError(Problem(f"--speeds {text}", "positive speeds in m/s are needed", "--speeds 10,20,30"))
     return speeds
-
-
-def described_ride(table: RideTable) -> list[dict[str, Any]]:
-    """Return the table as JSON data, one row for each class and speed."""
-    return [
-        {
-            "class": name,
-            "speed": float(speed),
-            "rms": dict(zip(table.outputs, map(float, table.values[i, k]), strict=True)),
-        }
-        for i, name in enumerate(table.classes)
-        for k, speed in enumerate(table.speeds)
-    ]

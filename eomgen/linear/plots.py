@@ -1,5 +1,5 @@
 """Figures of a linear model, as PNG or on the axes of a caller: mode shapes, root locus, Campbell diagram,
-frequency responses."""
+frequency responses, spectra."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from eomgen.arrays import Array
 from eomgen.figures import axes_of_caller, new_figure, pyplot_figure, saved
 from eomgen.linear.display import ShownModes
+from eomgen.spectra import PowerSpectrum
 
 Complex = NDArray[np.complex128]
 #: DrawnModes and coordinates in one figure: more of them cannot be told apart.
@@ -333,6 +334,15 @@ def _response(magnitude: Any, phase: Any, frequencies: Array, values: Complex, t
     for axis in (magnitude, phase):
         axis.grid(True, which="both", **_GRID)
         axis.set_axisbelow(True)
+
+
+def draw_spectra(spectra: Sequence[PowerSpectrum], title: str, path: Path) -> Path:
+    """Draw power spectral densities on a random road, one above the other."""
+    figure = new_figure((7.4, 0.6 + 3.6 * len(spectra)))
+    for axis, item in zip(figure.subplots(len(spectra), 1, squeeze=False)[:, 0], spectra, strict=True):
+        item.plot(axis)
+    figure.suptitle(f"{title}: spectra on a random road", fontsize=11)
+    return saved(figure, path)
 
 
 def _ratio(over: str, under: str) -> str:

@@ -1,8 +1,8 @@
-"""Files and JSON data of a linear model: modes, matrices, root locus, frequency responses."""
+"""Files and JSON data of a linear model: modes, matrices, root locus, Campbell diagram, responses, rides."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.arrays import Array
-from eomgen.files import write_arrays, write_table
+from eomgen.files import write_arrays, write_table, write_text
+from eomgen.linear.campbell import Campbell
 from eomgen.linear.linearization import Linearization
 from eomgen.linear.modes import Modes
 from eomgen.linear.root_locus import RootLocus
+from eomgen.spectra import PowerSpectrum, RideTable
 
 Complex = NDArray[np.complex128]
 
@@ -58,6 +60,33 @@ def _mode(modes: Modes, k: int) -> dict[str, Any]:
     }
 
 
+def described_campbell(diagram: Campbell) -> list[dict[str, Any]]:
+    """Return the crossings as JSON data."""
+    return [
+        {
+            "order": item.order,
+            "speed": item.speed,
+            "frequency": item.frequency,
+            "mode": item.mode + 1,
+            "whirl": item.whirl,
+        }
+        for item in diagram.crossings
+    ]
+
+
+def described_ride(table: RideTable) -> list[dict[str, Any]]:
+    """Return the table as JSON data, one row for each class and speed."""
+    return [
+        {
+            "class": name,
+            "speed": float(speed),
+            "rms": dict(zip(table.outputs, map(float, table.values[i, k]), strict=True)),
+        }
+        for i, name in enumerate(table.classes)
+        for k, speed in enumerate(table.speeds)
+    ]
+
+
 def write_modes(modes: Modes, path: Path) -> Path:
     """Write modes as a table, one row each; shapes as real and imaginary parts by coordinate."""
     names = ["frequency [Hz]", "damping_ratio", "real [1/s]", "imaginary [rad/s]"]
@@ -98,6 +127,32 @@ def write_root_locus(locus: RootLocus, path: Path) -> Path:
     ]
     parts = np.stack([locus.eigenvalues.real, locus.eigenvalues.imag], axis=2).reshape(len(locus.values), -1)
     write_table(path, names, np.concatenate([locus.values[:, np.newaxis], parts], axis=1))
+    return path
+
+
+def write_campbell(diagram: Campbell, path: Path) -> Path:
+    """Write a Campbell diagram as a table: the parameter, then frequency, damping and whirl of each mode."""
+    names = [diagram.parameter]
+    columns = [diagram.values]
+    for k in range(diagram.eigenvalues.shape[1]):
+        names += [f"mode{k + 1} {part}" for part in ("frequency [Hz]", "damping_ratio", "whirl")]
+        columns += [diagram.frequencies[:, k], diagram.damping_ratios[:, k], diagram.whirl[:, k].astype(float)]
+    write_table(path, names, np.stack(columns, axis=1))
+    return path
+
+
+def write_ride(table: RideTable, path: Path) -> Path:
+    """Write root mean squares on random roads as a table, one row for each class and speed."""
+    lines = [",".join(table.headings), *(",".join(row) for row in table.rows)]
+    write_text(path, "\n".join(lines) + "\n")
+    return path
+
+
+def write_spectra(spectra: Sequence[PowerSpectrum], path: Path) -> Path:
+    """Write spectra as a table: frequencies in Hz, then the density of each quantity."""
+    names = ["frequency [Hz]", *(f"{item.name} [{item.unit}]" if item.unit else item.name for item in spectra)]
+    densities = [spectra[0].frequencies, *(item.density for item in spectra)]
+    write_table(path, names, np.stack(densities, axis=1))
     return path
 
 
