@@ -10,7 +10,8 @@ from eomgen.studies.tuning.real_time import RealTime
 from eomgen.studies.tuning.result import Tuned
 from eomgen.studies.tuning.tune import tune
 from eomgen.studies.verification.check import check
-from eomgen.studies.verification.report import CheckReport, Disagreement, FormReport
+from eomgen.studies.verification.form_report import Disagreement, FormReport
+from eomgen.studies.verification.report import CheckReport
 from eomgen.studies.work_precision.measured import DEMANDS, Point, Slope
 from eomgen.studies.work_precision.result import Tradeoff
 from eomgen.studies.work_precision.study import tradeoff

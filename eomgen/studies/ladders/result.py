@@ -80,7 +80,7 @@ class Extremes:
 
     def save(self, folder: str | Path) -> list[Path]:
         """Write extremes.csv, extremes.json and extremes.png. Raises FileError."""
-        from eomgen.studies.ladders.picture import draw  # noqa: PLC0415  # matplotlib; a map is used without it
+        from eomgen.studies.ladders.plots import draw  # noqa: PLC0415  # matplotlib; a map is used without it
 
         made = make_folder(Path(folder))
         write_text(made / "extremes.csv", self.csv())

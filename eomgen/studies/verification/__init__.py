@@ -2,4 +2,4 @@
 
 __all__ = ["report"]
 #: Open to the other parts of ``studies`` as well.
-WITHIN = ["check"]
+WITHIN = ["check", "form_report"]

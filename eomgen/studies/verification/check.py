@@ -21,8 +21,9 @@ from eomgen.studies.verification.claims.motion import motion_claims
 from eomgen.studies.verification.claims.partials import constraint_claims, packed_claims, partial_claims
 from eomgen.studies.verification.claims.rates import rate_claims
 from eomgen.studies.verification.engines import Engine, compiled, on_tape
+from eomgen.studies.verification.form_report import FormReport
 from eomgen.studies.verification.kinks import NonSmoothOperations
-from eomgen.studies.verification.report import CheckReport, FormReport
+from eomgen.studies.verification.report import CheckReport
 from eomgen.studies.verification.states import States, draw
 from eomgen.studies.verification.verdict import judged
 from eomgen.system.terms import TERMS

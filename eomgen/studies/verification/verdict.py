@@ -9,8 +9,8 @@ import numpy as np
 from eomgen.studies.verification.claims.claim import Claim
 from eomgen.studies.verification.differences import LADDER, complex_steps, differences
 from eomgen.studies.verification.engines import Array, Blocks, Engine
+from eomgen.studies.verification.form_report import Disagreement, FormReport, Verdict
 from eomgen.studies.verification.kinks import NonSmoothOperations, Remarks, non_smooth_entries
-from eomgen.studies.verification.report import Disagreement, FormReport, Verdict
 from eomgen.studies.verification.states import States
 from eomgen.studies.verification.tolerances import BARS, Sizes, sizes_of
 from eomgen.system.system import System

@@ -18,7 +18,7 @@ class Tradeoff(Measured):
 
     def plot(self, path: str | Path) -> Path:
         """Draw errors over time, the front and the failures. Raises FileError."""
-        from eomgen.studies.work_precision.picture import draw  # noqa: PLC0415  # matplotlib comes with it
+        from eomgen.studies.work_precision.plots import draw  # noqa: PLC0415  # matplotlib comes with it
 
         return draw(self, Path(path))
 

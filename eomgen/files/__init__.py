@@ -1,0 +1,17 @@
+"""Files that eomgen writes: text, tables as CSV, archives of arrays; whole or not at all."""
+
+from __future__ import annotations
+
+from eomgen.files.archives import read_arrays, write_arrays
+from eomgen.files.csv_tables import write_table
+from eomgen.files.writing import check_writable, make_folder, write_bytes, write_text
+
+__all__ = [
+    "check_writable",
+    "make_folder",
+    "read_arrays",
+    "write_arrays",
+    "write_bytes",
+    "write_table",
+    "write_text",
+]

@@ -1,0 +1,30 @@
+"""Tables as CSV: one row of names, then numbers with as many digits as they need to be read back to the same bits."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from pathlib import Path
+from typing import IO
+
+from eomgen.arrays import Array
+from eomgen.files.writing import write_file
+
+#: Rows that are written at once.
+_ROWS = 4096
+
+
+def write_table(path: Path, names: Sequence[str], columns: Array) -> None:
+    """Write a table as ``.csv``: one row of names, numbers that read back to the same bits. Raises FileError."""
+
+    def fill(stream: IO[bytes]) -> None:
+        text = io.TextIOWrapper(stream, encoding="utf-8", newline="")
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(names)
+        for start in range(0, len(columns), _ROWS):
+            writer.writerows([map(repr, row) for row in columns[start : start + _ROWS].tolist()])
+        text.flush()
+        text.detach()
+
+    write_file(path, 24 * columns.size, fill)

@@ -1,0 +1,82 @@
+"""What was found of one closed form, and the worst entry of one that fails."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+#: ``agrees``; ``FAILS``; ``undecided``: neither way of differentiating gives digits; ``no state``: none where it is
+#: finite.
+Verdict = Literal["agrees", "FAILS", "undecided", "no state"]
+
+
+@dataclass(frozen=True)
+class Disagreement:
+    """The worst entry of a closed form that fails.
+
+    Attributes
+    ----------
+    state : str
+        Which state, in words.
+    entry : str
+        Row and direction.
+    value : float
+        What the closed form gives; matrices by the direction's scale.
+    expected : float
+        What it should be.
+    by : str
+        What says so: ``finite differences``, ``complex step`` or the second derivation.
+    bar : float
+        How well that is known.
+    explained : str
+        The same in words of its own, where it has a cause that is known.
+    """
+
+    state: str
+    entry: str
+    value: float
+    expected: float
+    by: str
+    bar: float
+    explained: str = ""
+
+    def __str__(self) -> str:
+        if self.explained:
+            return self.explained
+        entry = f"{self.entry}: " if self.entry else ""
+        return (
+            f"{entry}{self.value:.9g}, but {self.expected:.9g} by {self.by} (known to {self.bar:.2g}), at {self.state}"
+        )
+
+
+@dataclass(frozen=True)
+class FormReport:
+    """What was found of one closed form. Agreements are norm-wise: largest difference over the largest entry of a
+    state.
+
+    Attributes
+    ----------
+    name, meaning, family : str
+    agreement, step, slope : float or None
+        The best agreement with finite differences over the ladder, the step where it occurs (in the units of the
+        directions' scale: 1 rad, 1 s, the scene's size), and the slope of the error above it; None where the form is no
+        derivative, the slope also where differences are exact up to round-off.
+    complex_step : float or None
+    second, second_name : agreement with the second derivation, and what that is
+    errors : by step of the ladder
+    remarks : kinks, unbounded derivatives and states outside of domains, in words
+    """
+
+    name: str
+    meaning: str
+    family: str
+    verdict: Verdict
+    agreement: float | None = None
+    step: float | None = None
+    slope: float | None = None
+    complex_step: float | None = None
+    second: float | None = None
+    second_name: str = ""
+    errors: tuple[float, ...] = ()
+    remarks: tuple[str, ...] = ()
+    worst: Disagreement | None = None
