@@ -214,7 +214,8 @@ ORDER: dict[str, tuple[str, ...]] = {
         "reading",
     ),
     "integrators": (
-        "newton step_splitting step_work",
+        "newton step_splitting",
+        "step_work",
         "families",
         "events methods samples stepper_layout",
         "stepper_data",

@@ -131,3 +131,9 @@ def symbols(formula: Formula) -> frozenset[Symbol]:
     if isinstance(formula, Operation):
         return frozenset().union(*(symbols(argument) for argument in formula.arguments))
     return frozenset()
+
+
+def values_of_parameters(formula: Formula, values: Mapping[str, float]) -> tuple[tuple[str, float], ...]:
+    """Return names and values of the parameters that occur in a formula, by name: what results of it may be kept by."""
+    names = sorted({symbol.name for symbol in symbols(formula) if symbol.kind == "parameter"})
+    return tuple((name, values[name]) for name in names)

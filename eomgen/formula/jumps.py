@@ -17,7 +17,7 @@ import numpy as np
 from eomgen.arrays import Array
 from eomgen.errors import Problem
 from eomgen.formula.discontinuities import breakpoints
-from eomgen.formula.evaluate import symbols
+from eomgen.formula.evaluate import values_of_parameters
 from eomgen.formula.law_values import law_and_rate
 from eomgen.formula.nodes import Formula
 from eomgen.formula.prescribed_motion import Law
@@ -62,8 +62,8 @@ def jumps(laws: Iterable[Law], values: Mapping[str, float], start: float, end: f
     for law in laws:
         if law.smooth:
             continue
-        names = sorted({symbol.name for symbol in symbols(law.formula) if symbol.kind == "parameter"})
-        jump = first_jump(law.formula, tuple((name, values[name]) for name in names), start, end, law.unit == "rad")
+        known = values_of_parameters(law.formula, values)
+        jump = first_jump(law.formula, known, start, end, law.unit == "rad")
         if jump is not None:
             without = undefined([law], values, start, end)
             problems += without or [Problem(law.where, *_described(law, jump))]

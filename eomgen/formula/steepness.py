@@ -14,7 +14,7 @@ import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.errors import Problem
-from eomgen.formula.evaluate import symbols
+from eomgen.formula.evaluate import values_of_parameters
 from eomgen.formula.law_values import law_and_rate
 from eomgen.formula.nodes import Formula
 from eomgen.formula.prescribed_motion import Law
@@ -57,8 +57,7 @@ def steep(
     """
     refused, reported = [], []
     for law in laws:
-        names = sorted({symbol.name for symbol in symbols(law.formula) if symbol.kind == "parameter"})
-        known = tuple((name, values[name]) for name in names)
+        known = values_of_parameters(law.formula, values)
         worst = steepest(law.formula, known, start, end, step, law.unit == "rad")
         if worst is None:
             continue

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from eomgen.arrays import Array
 from eomgen.errors import Problem
-from eomgen.formula.evaluate import evaluate_batch, symbols
+from eomgen.formula.evaluate import evaluate_batch, values_of_parameters
 from eomgen.formula.nodes import Application, Formula, Operation, Symbol
 from eomgen.formula.prescribed_motion import Law
 
@@ -33,8 +33,7 @@ def undefined(laws: Iterable[Law], values: Mapping[str, float], start: float, en
     for law in laws:
         if law.smooth or _has_curves(law.formula):
             continue
-        names = sorted({symbol.name for symbol in symbols(law.formula) if symbol.kind == "parameter"})
-        time = undefined_from(law.formula, tuple((name, values[name]) for name in names), start, end)
+        time = undefined_from(law.formula, values_of_parameters(law.formula, values), start, end)
         if time is not None:
             what = f"the {law.what} has no value behind t = {time:.6g} s"
             hint = f"a run that ends before, or a formula that has one up to t = {end:.6g} s"

@@ -11,6 +11,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from eomgen.integrators.newton.matrix import WEIGHTS
+
 
 @dataclass(frozen=True)
 class Work:
@@ -41,7 +43,7 @@ def work_of_system(solver: Mapping[str, Any], size: int) -> tuple[Work, ...]:
     solver : ``Program.method["solver"]``, as ``newton.solver.solver_data`` gives it
     size : number of unknowns
     """
-    one = 5  # the weight that is no number, of ``newton.matrix.WEIGHTS``
+    one = WEIGHTS.index("one")
     linear = [entry["linear"] for entry in solver["entries"]]
     weighed = sum(weight != one for terms in linear for weight, _ in terms)
     sums = sum(max(len(terms) - 1, 0) for terms in linear) + len(solver["rate_diagonal"])
