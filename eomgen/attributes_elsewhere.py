@@ -28,7 +28,8 @@ ATTRIBUTES: Mapping[str, Mapping[str, str]] = {
         **dict.fromkeys(("set_input", "set_inputs"), "simulate(..., inputs={...}), or start(...).step(u)"),
         **dict.fromkeys(("set_state", "set_initial", "set_q"), "simulate(..., initial={...})"),
         **dict.fromkeys(("joints", "joint_names", "dofs", "coordinates"), "q_names, which names each coordinate"),
-        **dict.fromkeys(("links", "frames_names", "body_names"), "bodies"),
+        **dict.fromkeys(("links", "link_names", "body_names"), "bodies"),
+        "frame_names": "frames",
         **dict.fromkeys(("eigenvalues", "modes", "poles", "frequencies"), "linearize().modes()"),
         **dict.fromkeys(("A", "B", "state_space", "ss"), "linearize().state_space()"),
         **dict.fromkeys(("plot", "animate"), "simulate(...).plot() or .animate(path)"),
@@ -56,7 +57,7 @@ ATTRIBUTES: Mapping[str, Mapping[str, str]] = {
         **dict.fromkeys(("time", "now"), "t"),
         **dict.fromkeys(("x", "y"), "q, v and z"),
         **dict.fromkeys(("qdd", "qddot", "vdot", "qacc"), "a"),
-        **dict.fromkeys(("result", "results", "history", "trajectory"), "record() at rows, and solution for all"),
+        **dict.fromkeys(("result", "results", "history", "trajectory"), "record() at each row, then solution()"),
     },
     "Linearization": {
         **{name: f"state_space().{name}" for name in ("A", "B", "C", "D")},
@@ -77,7 +78,7 @@ ATTRIBUTES: Mapping[str, Mapping[str, str]] = {
         **dict.fromkeys(("a", "b", "c", "d"), "A, B, C and D"),
         **dict.fromkeys(("bode", "freqresp", "response"), "frequency_response(omega, input, output)"),
         **dict.fromkeys(("dt", "Ts"), "sample"),
-        **dict.fromkeys(("c2d", "discretize", "sampled"), "the sample of eomgen.control.lqr and place"),
+        **dict.fromkeys(("c2d", "discretize", "sampled"), "eomgen.control.lqr and place, which take a sample"),
     },
     "Regulator": {
         **dict.fromkeys(("K", "G", "gain_matrix", "L"), "gains"),
@@ -93,6 +94,6 @@ ATTRIBUTES: Mapping[str, Mapping[str, str]] = {
         **dict.fromkeys(("buildModelFromUrdf", "buildModelFromMJCF", "parse_urdf", "urdf"), 'load("robot.urdf")'),
         **dict.fromkeys(("run", "solve"), "eomgen.build(scene).simulate(...)"),
         **dict.fromkeys(("compile", "make"), "build"),
-        **dict.fromkeys(("lqr", "place", "kalman"), "the functions of eomgen.control"),
+        **{name: f"eomgen.control.{name}" for name in ("lqr", "place", "kalman")},
     },
 }

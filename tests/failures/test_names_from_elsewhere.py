@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ import eomgen
 from eomgen.attributes_elsewhere import ATTRIBUTES
 from eomgen.cli import VERBS, commands, main
 from eomgen.cli.mistakes import of_verb
-from eomgen.simulation.simulator import Simulator
+from eomgen.control import Regulator
 from eomgen.toolchain.profiles import PROFILES
 from tests.failures.catalogue.robots import robot
 from tests.failures.failure import SCENE
@@ -158,11 +159,28 @@ def test_friction_that_is_asked_for_and_not_there_is_noted(tmp_path: Path) -> No
     assert note not in eomgen.load(tmp_path / "r.urdf").notes
 
 
-def test_names_of_elsewhere_are_none_of_ours() -> None:
-    kinds = {"Model": eomgen.Model, "Solution": eomgen.Solution, "Simulator": Simulator, "": eomgen}
-    for kind, thing in kinds.items():
-        taken = [name for name in ATTRIBUTES[kind] if hasattr(thing, name)]
-        assert not taken, f"{kind}: {taken}"
+def of_each_kind() -> dict[str, Any]:
+    """Return an object of each class whose attributes have other names elsewhere."""
+    model = arm()
+    linear = model.linearize()
+    space = linear.state_space()
+    regulator = Regulator(space, np.zeros((len(space.inputs), len(space.states))))
+    run, simulator, builder = model.simulate(0.01, 1e-3), model.start(step=1e-3), eomgen.SceneBuilder("arm")
+    things = (model, run, simulator, linear, linear.modes(), space, regulator, builder)
+    return {"": eomgen, **{type(thing).__name__: thing for thing in things}}
+
+
+def test_names_of_elsewhere_are_none_of_ours_and_lead_to_ours() -> None:
+    things = of_each_kind()
+    assert set(things) == set(ATTRIBUTES)
+    for kind, hints in ATTRIBUTES.items():
+        for name, hint in hints.items():
+            assert not hasattr(things[kind], name), f"{kind}.{name}"
+            first = re.findall(r"[\w.]+", hint)[0]
+            owner = eomgen if first.startswith("eomgen.") else things[kind]
+            for word in first.removeprefix("eomgen.").split("."):
+                assert hasattr(owner, word), f"{kind}.{name}: {hint}"
+                owner = getattr(owner, word)
 
 
 def test_the_length_of_a_solution_is_its_rows() -> None:
