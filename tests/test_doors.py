@@ -35,6 +35,7 @@ DOORS: dict[str, set[str]] = {
     "html": set(),
     "progress": {"errors"},
     "road_classes": set(),
+    "study_defaults": set(),
     "spectra": {"arrays", "calls", "errors", "figures", "html", "road_classes", "text", "units"},
     # arrays and C alone
     "toolchain": {"errors"},
@@ -139,6 +140,7 @@ DOORS: dict[str, set[str]] = {
         "results",
         "scene",
         "simulation",
+        "study_defaults",
         "symbolic",
         "system",
         "text",
@@ -160,6 +162,7 @@ DOORS: dict[str, set[str]] = {
         "simulation",
         "spectra",
         "studies",
+        "study_defaults",
         "system",
         "text",
         "toolchain",

@@ -11,6 +11,7 @@ from eomgen.cli.options import debug_option, json_option, scene_options
 from eomgen.cli.printing import building, counted, print_json, say
 from eomgen.cli.tables import print_table
 from eomgen.errors import NumericalError
+from eomgen.study_defaults import CHECK_SEED, CHECK_STATES
 
 if TYPE_CHECKING:
     from eomgen.studies import CheckReport, FormReport
@@ -22,8 +23,10 @@ _NAMED = 20
 
 @click.command()
 @scene_options
-@click.option("--states", type=int, default=8, show_default=True, metavar="N", help="States to check at.")
-@click.option("--seed", type=int, default=0, show_default=True, metavar="N", help="Of what is drawn at random.")
+@click.option("--states", type=int, default=CHECK_STATES, show_default=True, metavar="N", help="States to check at.")
+@click.option(
+    "--seed", type=int, default=CHECK_SEED, show_default=True, metavar="N", help="Of what is drawn at random."
+)
 @click.option("--only", multiple=True, metavar="FORM", help="Closed forms whose names begin so; may be repeated.")
 @click.option(
     "--out", "folder", default=None, metavar="DIR", help="Write the data and draw the errors over the steps there."

@@ -16,6 +16,7 @@ from eomgen.cli.tables import print_table
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.progress import terminal_bar
 from eomgen.scene.sources.register import all_options
+from eomgen.study_defaults import EXTREMES_BUDGET, EXTREMES_LIMIT
 from eomgen.text import listed
 
 if TYPE_CHECKING:
@@ -33,9 +34,14 @@ _OF_SCENES = ("strict", "coordinates", *all_options())
 @click.option("--methods", default=None, metavar="NAME,NAME", help="In place of those that suit the scene.")
 @click.option("--cell", "cells", multiple=True, metavar="LADDER:VALUE[:METHOD]", help="This cell alone; repeatable.")
 @click.option(
-    "--budget", type=float, default=300.0, show_default=True, metavar="S", help="Of computation, compiling aside."
+    "--budget",
+    type=float,
+    default=EXTREMES_BUDGET,
+    show_default=True,
+    metavar="S",
+    help="Of computation, compiling aside.",
 )
-@click.option("--limit", type=float, default=20.0, show_default=True, metavar="S", help="For one cell.")
+@click.option("--limit", type=float, default=EXTREMES_LIMIT, show_default=True, metavar="S", help="For one cell.")
 @click.option("--resume", is_flag=True, help="Go on with the cells of the folder.")
 @json_option
 @debug_option

@@ -11,7 +11,7 @@ from eomgen.errors import Problem, UsageError
 from eomgen.scene.sources.register import all_options
 from eomgen.scene.sources.source import Option, Source
 from eomgen.text import shown
-from eomgen.toolchain.profiles import PROFILES
+from eomgen.toolchain.profiles import PROFILES, STANDARD_PROFILE
 from eomgen.units.labels import in_label
 from eomgen.units.parser import is_quantity
 
@@ -48,7 +48,7 @@ def _seconds(_: click.Context, param: click.Parameter, text: str | None) -> floa
 profile_option = click.option(
     "--profile",
     type=click.Choice(list(PROFILES)),
-    default="fast",
+    default=STANDARD_PROFILE,
     show_default=True,
     help="How C is compiled: for this processor, to the same bits everywhere, or in the least time.",
 )

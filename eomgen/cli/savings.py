@@ -10,6 +10,7 @@ import click
 from eomgen.cli.options import debug_option, json_option, scene_options
 from eomgen.cli.printing import building, console, print_json, say
 from eomgen.cli.tables import print_table
+from eomgen.study_defaults import SAVINGS_ROUNDS
 
 if TYPE_CHECKING:
     from eomgen.studies.savings.study import Cost, Savings
@@ -28,7 +29,12 @@ _COLUMNS = (
 @scene_options
 @click.option("--method", default=None, help="Whose steps are timed; the scene's by default.")
 @click.option(
-    "--rounds", type=int, default=7, show_default=True, metavar="N", help="Timed runs of each; their median counts."
+    "--rounds",
+    type=int,
+    default=SAVINGS_ROUNDS,
+    show_default=True,
+    metavar="N",
+    help="Timed runs of each; their median counts.",
 )
 @click.option("--only", multiple=True, metavar="VARIANT", help="A variant besides the scene as asked; may be repeated.")
 @click.option("--out", "folder", default=None, metavar="DIR", help="Write savings.csv and savings.json there.")

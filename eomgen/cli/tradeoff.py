@@ -15,6 +15,7 @@ from eomgen.cli.tables import print_table
 from eomgen.errors import Problem, UsageError
 from eomgen.progress import terminal_bar
 from eomgen.scene.sources.register import all_options
+from eomgen.study_defaults import MEASURE, TRADEOFF_BUDGET, TRADEOFF_REPEATS
 
 if TYPE_CHECKING:
     from eomgen.studies import Point, Tradeoff
@@ -34,7 +35,7 @@ _NAMED = 4
     help="Whose error: an output, q, v, state (both; the default) or multipliers; the front is of the first.",
 )  # fmt: skip  # a table
 @click.option(
-    "--measure", default="largest", show_default=True, metavar="largest|rms|final", help="Of the error over time."
+    "--measure", default=MEASURE, show_default=True, metavar="largest|rms|final", help="Of the error over time."
 )
 @click.option(
     "--axes",
@@ -49,12 +50,19 @@ _NAMED = 4
 @click.option(
     "--budget",
     type=float,
-    default=120.0,
+    default=TRADEOFF_BUDGET,
     show_default=True,
     metavar="S",
     help="Of computation; builds may take as long again, or 30 s.",
 )
-@click.option("--repeats", type=int, default=20, show_default=True, metavar="N", help="Times measured near the front.")
+@click.option(
+    "--repeats",
+    type=int,
+    default=TRADEOFF_REPEATS,
+    show_default=True,
+    metavar="N",
+    help="Times measured near the front.",
+)
 @click.option("--set", "parameters", multiple=True, metavar="NAME=VALUE", help="A tunable parameter; may be repeated.")
 @click.option("--input", "inputs", multiple=True, metavar="NAME=VALUE", help="A constant input; may be repeated.")
 @click.option("--resume", is_flag=True, help="Go on with the points of the folder.")

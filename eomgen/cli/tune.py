@@ -16,6 +16,7 @@ from eomgen.cli.tables import print_table
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.files import check_writable
 from eomgen.scene.sources.register import all_options
+from eomgen.study_defaults import MEASURE, OUTPUT, TUNE_BUDGET
 
 if TYPE_CHECKING:
     from eomgen.studies import RealTime, Tuned
@@ -35,16 +36,16 @@ _RIVALS = 5
 )  # fmt: skip  # a table
 @click.option("--iterations", type=int, default=None, metavar="N", help="With --real-time: bound on those of a step.")
 @click.option(
-    "--output", default="state", show_default=True, metavar="NAME", help="Whose error: an output, q, v, state."
+    "--output", default=OUTPUT, show_default=True, metavar="NAME", help="Whose error: an output, q, v, state."
 )
 @click.option(
-    "--measure", default="largest", show_default=True, metavar="largest|rms|final", help="Of the error over time."
+    "--measure", default=MEASURE, show_default=True, metavar="largest|rms|final", help="Of the error over time."
 )
 @click.option("--axes", default=None, metavar="NAME,NAME", help="What may vary, as of tradeoff; all by default.")
 @click.option("--methods", default=None, metavar="NAME,NAME", help="All that make a difference by default.")
 @click.option("--t-end", type=float, default=None, metavar="S", help="End of the runs; the scene's by default.")
 @click.option(
-    "--budget", type=float, default=60.0, show_default=True, metavar="S", help="Of computation, builds apart."
+    "--budget", type=float, default=TUNE_BUDGET, show_default=True, metavar="S", help="Of computation, builds apart."
 )
 @click.option("--set", "parameters", multiple=True, metavar="NAME=VALUE", help="A tunable parameter; may be repeated.")
 @click.option("--input", "inputs", multiple=True, metavar="NAME=VALUE", help="A constant input; may be repeated.")

@@ -25,6 +25,7 @@ from eomgen.scene.sources.register import checked_options
 from eomgen.system.selection import Selection
 from eomgen.system.terms import TERMS, nearest_term
 from eomgen.text import shown
+from eomgen.toolchain.profiles import STANDARD_PROFILE
 
 if TYPE_CHECKING:
     from eomgen.codegen.program import Program
@@ -175,7 +176,7 @@ def build(
     terms: Sequence[str] | None = None,
     *,
     method: str | None = None,
-    profile: str = "fast",
+    profile: str = STANDARD_PROFILE,
     real: str | None = None,
 ) -> Model:
     """Return the compiled model of a scene, from the cache where nothing has changed.
@@ -214,7 +215,7 @@ def built_in(
     scene: Described,
     terms: Sequence[str] | None = None,
     method: str | None = None,
-    profile: str = "fast",
+    profile: str = STANDARD_PROFILE,
     real: str = "double",
     *,
     start: str = "",
@@ -279,7 +280,7 @@ def terms_of_step(scene: Scene, method: str) -> tuple[str, ...]:
 
 
 def built_for_run(
-    scene: Described, method: str | None = None, start: str | None = None, profile: str = "fast"
+    scene: Described, method: str | None = None, start: str | None = None, profile: str = STANDARD_PROFILE
 ) -> Model:
     """Return the compiled model of a scene with the functions that its runs call; others are compiled when they are
     needed.

@@ -25,7 +25,7 @@ from eomgen.toolchain.compiler import (
     library_suffix,
 )
 from eomgen.toolchain.library import Library
-from eomgen.toolchain.profiles import Profile
+from eomgen.toolchain.profiles import STANDARD_PROFILE, Profile
 from eomgen.toolchain.profiles import profile as profile_named
 
 _LOG = logging.getLogger(__name__)
@@ -59,7 +59,7 @@ class Builder:
 
     def __init__(
         self,
-        profile: str = "fast",
+        profile: str = STANDARD_PROFILE,
         real: str = "double",
         mode: str | None = None,
         cache: Cache | None = None,

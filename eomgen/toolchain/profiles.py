@@ -35,6 +35,9 @@ PROFILES = {
     "quick": Profile("quick", ("-O0", "-ffp-contract=off"), False),
 }
 
+#: The profile where a caller says none.
+STANDARD_PROFILE = "fast"
+
 
 def profile(name: str) -> Profile:
     """Return a profile by name. Raises ToolchainError with the known names."""

@@ -21,13 +21,12 @@ from eomgen.studies.ladders.structure import Structure
 from eomgen.studies.ladders.subject import FACTORS, OWN, SINGLE, Subject
 from eomgen.studies.ladders.table import BY_NAME, EQUATIONS, LADDERS, SAME, Ladder, methods_of
 from eomgen.studies.ladders.verdicts import FAILS, Cell, verdict
+from eomgen.study_defaults import EXTREMES_BUDGET, EXTREMES_LIMIT
 from eomgen.text import nearest, shown
 from eomgen.version import __version__
 
 #: Called with cells done, cells in all, and what is done.
 Progress = Callable[[int, int, str], None]
-#: Seconds that one cell may take, and the whole study.
-LIMIT, BUDGET = 20.0, 300.0
 _CELLS = "cells.jsonl"
 
 
@@ -37,8 +36,8 @@ def extremes(
     ladders: Sequence[str] = (),
     methods: Sequence[str] = (),
     cells: Sequence[str] = (),
-    budget: float = BUDGET,
-    limit: float = LIMIT,
+    budget: float = EXTREMES_BUDGET,
+    limit: float = EXTREMES_LIMIT,
     folder: str | Path | None = None,
     resume: bool = False,
     progress: Progress | None = None,

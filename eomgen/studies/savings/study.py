@@ -19,6 +19,8 @@ from eomgen.files import make_folder, write_text
 from eomgen.pipeline.pipeline import Described, as_document, built_in, derive, generate, load, method_of, terms_of_step
 from eomgen.scene.scene import Scene
 from eomgen.studies.savings.variants import Variant, variants
+from eomgen.study_defaults import SAVINGS_ROUNDS
+from eomgen.toolchain.profiles import STANDARD_PROFILE
 
 if TYPE_CHECKING:
     from eomgen.model import Model
@@ -100,9 +102,9 @@ def savings(
     scene: Described,
     *,
     method: str | None = None,
-    rounds: int = 7,
+    rounds: int = SAVINGS_ROUNDS,
     only: Sequence[str] = (),
-    profile: str = "fast",
+    profile: str = STANDARD_PROFILE,
     **options: Any,
 ) -> Savings:
     """Measure what a scene costs as it is asked, and what it would with more than it asks for.
@@ -137,7 +139,7 @@ def savings(
     if not isinstance(document, Scene):
         raise UsageError("variants are made of scenes, which this document is none of", "a scene file")
     if rounds < 1:
-        raise UsageError(Problem("rounds", f"{rounds} rounds give no median", "7"))
+        raise UsageError(Problem("rounds", f"{rounds} rounds give no median", f"{SAVINGS_ROUNDS}"))
     chosen = method_of(document, method)
     every = variants(document, terms_of_step(document, chosen), _absolute(scene, document, options))
     names = [variant.name for variant in every[1:]]

@@ -27,9 +27,10 @@ from eomgen.studies.work_precision.axes import TOLERANCE, candidates, checked_ax
 from eomgen.studies.work_precision.configuration import Configuration
 from eomgen.studies.work_precision.formulations import JOINT, Formulations, formulations
 from eomgen.studies.work_precision.machine import machine
-from eomgen.studies.work_precision.observation import MEASURES, STATE, quantities
+from eomgen.studies.work_precision.observation import MEASURES, quantities
 from eomgen.studies.work_precision.running import REACHED, Runner, timed
 from eomgen.studies.work_precision.times import MOST_TIMES, tuning_grid
+from eomgen.study_defaults import MEASURE, OUTPUT, TUNE_BUDGET
 from eomgen.text import nearest, shown
 
 #: Rounds of verification: what a configuration misses in one, it is tuned on in the next.
@@ -44,14 +45,14 @@ def tune(
     *,
     real_time: float | None = None,
     iterations: int | None = None,
-    output: str = STATE,
-    measure: str = "largest",
+    output: str = OUTPUT,
+    measure: str = MEASURE,
     axes: Sequence[str] = (),
     methods: Sequence[str] = (),
     t_end: float | None = None,
     parameters: Mapping[str, float] | None = None,
     inputs: Mapping[str, Any] | None = None,
-    budget: float = 60.0,
+    budget: float = TUNE_BUDGET,
     formulated: bool = True,
     progress: Callable[[str], None] | None = None,
     **reading: Any,

@@ -26,8 +26,10 @@ from eomgen.studies.verification.kinks import NonSmoothOperations
 from eomgen.studies.verification.report import CheckReport
 from eomgen.studies.verification.states import States, draw
 from eomgen.studies.verification.verdict import judged
+from eomgen.study_defaults import CHECK_SEED, CHECK_STATES
 from eomgen.system.terms import TERMS
 from eomgen.text import nearest, shown
+from eomgen.toolchain.profiles import STANDARD_PROFILE
 
 if TYPE_CHECKING:
     from eomgen.model import Model
@@ -48,10 +50,10 @@ _CHECKED = [term for name, term in TERMS.items() if not (term.source and name[-1
 def check(
     scene: Described,
     *,
-    states: int = 8,
-    seed: int = 0,
+    states: int = CHECK_STATES,
+    seed: int = CHECK_SEED,
     only: Sequence[str] = (),
-    profile: str = "fast",
+    profile: str = STANDARD_PROFILE,
 ) -> CheckReport:
     """Check every closed form of a scene: separated terms, partials, constraints, bodies, energies.
 
@@ -82,9 +84,9 @@ def check(
         As ``eomgen.build``.
     """
     if states < 1:
-        raise UsageError(Problem("states", f"a check needs at least one state, not {states}", "8"))
+        raise UsageError(Problem("states", f"a check needs at least one state, not {states}", f"{CHECK_STATES}"))
     if seed < 0:
-        raise UsageError(Problem("seed", f"the seed must not be negative, which {seed} is", "0"))
+        raise UsageError(Problem("seed", f"the seed must not be negative, which {seed} is", f"{CHECK_SEED}"))
     described = pipeline.as_document(scene)[0]
     terms = _terms(described, only)
     system = pipeline.derive(described, terms)

@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from eomgen.toolchain.profiles import STANDARD_PROFILE
+
 #: The axes of a study, and what varies along each.
 AXES: Mapping[str, str] = {
     "formulation": "coordinates: joint coordinates, absolute ones on SE(3) and on R^3 x SO(3)",
@@ -42,7 +44,7 @@ class Configuration:
     policy: str = ""
     settings: Mapping[str, float] = field(default_factory=dict)
     real: str = "double"
-    profile: str = "fast"
+    profile: str = STANDARD_PROFILE
 
     @property
     def label(self) -> str:
@@ -51,7 +53,7 @@ class Configuration:
         unusual = [
             self.policy,
             self.real if self.real != "double" else "",
-            self.profile if self.profile != "fast" else "",
+            self.profile if self.profile != STANDARD_PROFILE else "",
         ]
         return ", ".join(filter(None, [" ".join((self.method, *values)), self.formulation, *unusual]))
 

@@ -22,6 +22,7 @@ from eomgen.studies.work_precision.common_start import same_start
 from eomgen.studies.work_precision.configuration import Configuration
 from eomgen.studies.work_precision.formulations import Formulations
 from eomgen.studies.work_precision.observation import Observation, observed
+from eomgen.toolchain.profiles import STANDARD_PROFILE
 
 #: How a run may end: at its end, before it, not begun, or given up because it took too long.
 REACHED, STOPPED, REFUSED, TOO_LONG = "reached", "stopped", "refused", "too long"
@@ -109,7 +110,7 @@ class Runner:
         self.building = 0.0
         self._starts: dict[tuple[Any, ...], dict[str, Any] | None] = {}
 
-    def model(self, formulation: str, real: str = "double", profile: str = "fast") -> Model:
+    def model(self, formulation: str, real: str = "double", profile: str = STANDARD_PROFILE) -> Model:
         """Return the model of a formulation. Raises EomgenError."""
         key = (formulation, real, profile)
         if key not in self._models:

@@ -24,12 +24,14 @@ from eomgen.studies.work_precision.reference import reference
 from eomgen.studies.work_precision.result import Tradeoff
 from eomgen.studies.work_precision.running import REACHED, REFUSED, Grid, Outcome, Runner, timed
 from eomgen.studies.work_precision.times import ladder_grid, per_coarsest
+from eomgen.study_defaults import MEASURE, TRADEOFF_BUDGET, TRADEOFF_REPEATS
 from eomgen.text import nearest, shown
 
 #: Called with points done and points known, and with a word on what is done.
 Progress = Callable[[int, int, str], None]
-#: Times of points near the front are medians of so many; of others of as many as fit into the second.
-REPEATS, FIRST_SECONDS, LEAST_REPEATS = 20, 0.05, 3
+#: Times of points that are not near the front are medians of as many runs as fit into the first, s, and of so many at
+#: least.
+FIRST_SECONDS, LEAST_REPEATS = 0.05, 3
 #: Points that cost up to this many times what the front costs at their error are near it.
 NEAR = 1.5
 #: The part of the budget that the references may take.
@@ -73,15 +75,15 @@ def tradeoff(
     scene: Any,
     *,
     outputs: Sequence[str] = (),
-    measure: str = "largest",
+    measure: str = MEASURE,
     axes: Sequence[str] = (),
     methods: Sequence[str] = (),
     steps: Sequence[float] = (),
     t_end: float | None = None,
     parameters: Mapping[str, float] | None = None,
     inputs: Mapping[str, Any] | None = None,
-    budget: float = 120.0,
-    repeats: int = REPEATS,
+    budget: float = TRADEOFF_BUDGET,
+    repeats: int = TRADEOFF_REPEATS,
     folder: str | Path | None = None,
     resume: bool = False,
     progress: Progress | None = None,

@@ -1,0 +1,19 @@
+"""What studies take where neither a call nor the command line says otherwise.
+
+Signatures of ``eomgen.studies`` and options of the command line read it here, so that ``--help`` imports no study.
+"""
+
+from __future__ import annotations
+
+#: States at which closed forms are checked, and the seed of what is drawn for them.
+CHECK_STATES, CHECK_SEED = 8, 0
+#: Timed runs of each variant, whose median counts.
+SAVINGS_ROUNDS = 7
+#: Seconds of computation, builds apart.
+TRADEOFF_BUDGET, TUNE_BUDGET, EXTREMES_BUDGET = 120.0, 60.0, 300.0
+#: How often configurations near the front are timed.
+TRADEOFF_REPEATS = 20
+#: Seconds for one cell of a map of extreme conditions.
+EXTREMES_LIMIT = 20.0
+#: Whose error is looked at, and how over time.
+OUTPUT, MEASURE = "state", "largest"
