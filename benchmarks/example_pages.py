@@ -75,6 +75,7 @@ STUDIES: Mapping[str, Study] = {
     "quarter_car_on_bump": Study(),
     "robot_arm": Study(),
     "sea_arm": Study("--t-end 0.5"),
+    "shear_frame_with_pendulum": Study("--t-end 10", methods=f"{FREE},rosenbrock,lsrt2"),
     "slider_crank_planar": Study(methods=BOUND),
     "slider_crank_spatial": Study(methods=BOUND),
     "spherical_pendulum": Study(),
