@@ -22,6 +22,8 @@ FAMILY = "frames"
 _AXES = ("x", "y", "z")
 _POSE = tuple(f"quaternion {part}" for part in "wxyz") + tuple(f"position {axis}" for axis in _AXES)
 _TWIST = tuple(f"{part} {axis}" for part in ("omega", "velocity") for axis in _AXES)
+#: Derivatives of matrices that cancel, as those of cos^2 + sin^2, are of this size, in parts of the summands.
+_CANCELLING = 1e-3
 _MOMENTUM = tuple(f"{part} {axis}" for part in ("angular", "linear") for axis in _AXES)
 
 
@@ -82,8 +84,12 @@ def _in_time(engine: Engine, entry: str, matrix: str, rate: str, drift: str, row
         return column((values @ _shaped(state["v"], values)).reshape(*state["q"].shape[:-1], -1))
 
     def sizes(engine: Engine, state: Blocks) -> Array:
-        values = np.abs(engine(rate, state)[out])
-        return np.asarray((values @ _shaped(np.abs(state["v"]), values)).reshape(len(state["q"]), -1).max(axis=-1))
+        speeds = np.abs(state["v"])
+        found, still = (
+            (values @ _shaped(speeds, values)).reshape(len(speeds), -1).max(axis=-1)
+            for values in (np.abs(engine(rate, state)[out]), np.abs(engine(matrix, state)[entry]))
+        )
+        return np.asarray(np.maximum(found, _CANCELLING * still * speeds.max(axis=-1)))
 
     claims = [
         Claim(
