@@ -84,20 +84,24 @@ class InputSignals:
         return nothing.rows(times)
 
 
-@dataclass(frozen=True, slots=True)
 class HeldRows:
     """Rows (n, nu) of inputs that are the same at all times (n,)."""
 
-    row: Array
+    __slots__ = ("_table", "row")
+
+    def __init__(self, row: Array) -> None:
+        self.row = row
+        self._table = row[np.newaxis]
 
     def __call__(self, times: Array) -> Array:
         return self.over(len(times))
 
     def over(self, count: int) -> Array:
-        """Return a number of rows."""
-        table = np.empty((count, len(self.row)))
-        table[:] = self.row
-        return table
+        """Return a number of rows, to be read only: they are kept for the next call."""
+        if count > len(self._table):
+            self._table = np.empty((count, len(self.row)))
+            self._table[:] = self.row
+        return self._table[:count]
 
 
 def kind_of(signal: CheckedSignal) -> str:

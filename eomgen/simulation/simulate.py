@@ -25,7 +25,7 @@ from eomgen.simulation.automatic_method import method_of
 from eomgen.simulation.checkpoint import CheckpointWriter, checkpoint_writer
 from eomgen.simulation.controllers import Controller, read_controllers
 from eomgen.simulation.error_estimate import ErrorEstimation
-from eomgen.simulation.inputs import InputSignals, Signal, check_held, read_signals
+from eomgen.simulation.inputs import HeldRows, InputSignals, Signal, check_held, read_signals
 from eomgen.simulation.motions import refuse_as_inputs
 from eomgen.simulation.options import KNOWN_ELSEWHERE
 from eomgen.simulation.outcome import Beginning, Outcome
@@ -138,7 +138,9 @@ def _stepped(
     grid, model = run.grid, run.model
     driven = run.driven
     table = None
-    if driven is not None:
+    if isinstance(driven, HeldRows):
+        table = driven.over(len(stepper.input_times))
+    elif driven is not None:
         first = (grid.step if grid.whole else grid.rest) * stepper.input_times
         table = driven(grid.start + first)
     status = stepper.initialize(grid.start, state.q, state.v, table, state.z)

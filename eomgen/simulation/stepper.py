@@ -143,10 +143,15 @@ class Stepper:
     def row(self) -> Array:
         """The current state as a row of the record: t, q, v, vdot, and multipliers and internal states where there are
         any."""
-        u, record, table = self.inputs, np.empty((1, self.sizes["row"])), None
-        if u is not None and not np.isnan(u).any():
+        u, table = self.inputs, None
+        if u is not None and not math.isnan(sum(u.tolist())):
             table = np.empty((self.sizes["rows_per_step"] + 1, len(u)))
             table[:] = u
+        return self.row_with(table)
+
+    def row_with(self, table: Array | None) -> Array:
+        """Return the row of the current state, at whose time the inputs are the first of ``table``."""
+        record = np.empty((1, self.sizes["row"]))
         _, rows = self.run(0, 1, table, record)
         return record[0] if rows else np.concatenate([self.state[self.places[name]] for name in self.row_places])
 
@@ -279,8 +284,9 @@ def run_chunks(
     """
     start, plan = stepper.origin, stepper.plan
     width = stepper.sizes["row"]
-    pieces = [stepper.row[np.newaxis]]
     first = done = stepper.count
+    held = inputs if isinstance(inputs, HeldRows) and not done else None
+    pieces = [(stepper.row if held is None else stepper.row_with(held.over(len(stepper.input_times))))[np.newaxis]]
     settings, step = stepper.settings[1:].tobytes(), stepper.step_size
     pace = plan.pace if plan.paced_by == settings else math.inf
     if step > plan.paced_step:  # a row of a method that chooses its steps may cost so much more
@@ -395,12 +401,13 @@ def _last_step(stepper: Stepper, grid: TimeGrid, inputs: Callable[[Array], Array
 def _rows_from(stepper: Stepper, inputs: Callable[[Array], Array], done: int, size: int, start: float) -> Array:
     """Return rows of inputs (n, nu) for a chunk of steps; the first is the one that the stepper's last step ended
     with."""
-    before = stepper.inputs
     if isinstance(inputs, HeldRows):
         table = inputs.over(size * (len(stepper.input_times) - 1) + 1)
-        if before is not None:
+        if done and (before := stepper.inputs) is not None:
+            table = table.copy()
             table[0] = before
         return table
+    before = stepper.inputs
     times = stepper.times_of(done, size, start)
     if before is None:
         return np.ascontiguousarray(inputs(times))

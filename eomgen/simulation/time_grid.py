@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -72,7 +73,7 @@ def time_grid(start: float, end: float, step: float, real: str = "double") -> Ti
             Problem("step", f"{end - start:.3g} s in steps of {step:.3g} s are {count:.3g} steps", "a larger step")
         )
     latest = start if abs(start) > abs(end) else end
-    apart = float(np.spacing((np.float32 if real == "float" else np.float64)(abs(latest))))
+    apart = float(np.spacing(np.float32(abs(latest)))) if real == "float" else math.ulp(latest)
     shortest = min(step, end - start)
     if 0.0 < shortest < FINEST * apart:
         what = (
