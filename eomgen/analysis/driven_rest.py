@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 _LATER = (0.11, 0.37, 1.0, 2.6)
 #: Part of their measure by which rates, rows and accelerations may change meanwhile.
 _STEADY = 1e-7
+#: Newton's corrections onto the rows at another time than the start.
+_CORRECTIONS = 12
 #: Components of v below this part of the largest are none: rounding of a least-squares solution.
 _NOTHING = 1e-12
 #: Ways, as parts of a rad or of the scene's length, over which a law's acceleration makes up a rate that is none.
@@ -83,6 +85,29 @@ def driven_components(model: CompiledModel, measures: Measures, q: Array) -> dic
             k = int(moving[0])
             found[model.v_names[k].removeprefix("v.")] = -rate / float(row[k])
     return found
+
+
+def where_driven(model: CompiledModel, measures: Measures, q: Array) -> Array:
+    """Return q, (nq,), moved by Newton's corrections onto the rows at the measures' time, over turns as well: as far as
+    each brings them nearer."""
+    if not model.functions.sizes["holonomic"]:
+        return q
+    given, extents = _given(measures), _extents(model, measures, q)
+
+    def off(at: Array) -> Array:
+        (violation,) = model.evaluate("constraint", at, **given).values()
+        return np.asarray(violation, dtype=float)
+
+    violation = off(q)
+    for _ in range(_CORRECTIONS):
+        (B,) = model.evaluate("constraint_jacobian", q, **given).values()
+        step = extents * np.linalg.lstsq(B[: len(violation)] * extents, -violation, rcond=None)[0]
+        nearer = _moved(model, measures, q, step, 1.0)
+        left = off(nearer)
+        if not np.max(np.abs(left)) < np.max(np.abs(violation)):
+            break
+        q, violation = nearer, left
+    return q
 
 
 def check_rates(model: CompiledModel, measures: Measures, q: Array, v: Array) -> None:

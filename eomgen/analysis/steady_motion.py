@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.analysis.definiteness import beams_beyond_linear_range, inertia_warning
-from eomgen.analysis.driven_rest import driven_components, held_base
+from eomgen.analysis.driven_rest import driven_components, held_base, where_driven
 from eomgen.analysis.equilibrium_warnings import Measures
 from eomgen.analysis.off_axis import off_axis_hint
 from eomgen.analysis.sampled import check_continuous
@@ -147,7 +147,8 @@ def motion_along(
     if velocities is None or isinstance(velocities, Mapping):
         named = {str(name).removeprefix("v."): value for name, value in (velocities or {}).items()}
         velocities = {**driven, **named}
-    q, held_q, v, held_v = named_values(able, start.q, velocities, coordinates)
+    first = where_driven(able, measures, start.q) if driven and time else start.q
+    q, held_q, v, held_v = named_values(able, first, velocities, coordinates)
     _check_drives(able, driven, v)
     conditions = _conditions(able, p, time, u, q, np.where(held_v, v, start.v))
     try:

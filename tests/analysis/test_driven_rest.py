@@ -121,6 +121,12 @@ def test_a_driven_rotor_has_its_gyroscopic_forces(rotor: eomgen.Model, at: str |
     assert rotor.linearize(at=at).modes().angular_frequency == pytest.approx(tilts(300.0), rel=1e-9)
 
 
+@pytest.mark.parametrize("at", ["equilibrium", "steady"])
+def test_linear_models_hours_later_are_the_same(rotor: eomgen.Model, at: str) -> None:
+    later = rotor.linearize(at=at, t=7200.0)
+    assert later.modes().angular_frequency == pytest.approx(tilts(300.0), rel=1e-8)
+
+
 def test_a_campbell_diagram_over_the_rate_of_a_drive(rotor: eomgen.Model) -> None:
     diagram = rotor.campbell("w", [0.0, 100.0, 200.0, 300.0], whirl=[("tx", "ty")])
     for w, row in zip(diagram.values, diagram.angular_frequencies, strict=True):
