@@ -4,21 +4,24 @@ from __future__ import annotations
 
 import io
 import re
+from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from eomgen.arrays import Array
 from eomgen.errors import Problem, UsageError
 from eomgen.files import write_bytes
 from eomgen.results.columns import STATES
+from eomgen.results.events import BLOCKS, Events
 from eomgen.results.recorded import Recorded
 
 if TYPE_CHECKING:
     import pandas
     import xarray
+
+T = TypeVar("T")
 
 #: Letters of a name in MATLAB's files.
 _MATLAB_NAME = 31
@@ -69,7 +72,10 @@ def write_matlab(solution: Recorded, path: Path) -> None:
     arrays = {name: getattr(solution, name) for name in ("t", *STATES)}
     described = {
         "names": {letter: np.array(list_, dtype=object) for letter, list_ in _names(solution).items()},
-        "units": {letter: np.array(list_, dtype=object) for letter, list_ in _units(solution).items()},
+        "units": {
+            **{letter: np.array(list_, dtype=object) for letter, list_ in _units(solution).items()},
+            **{name: _struct(labels) for name, labels in _labels(solution).items()},
+        },
         "message": solution.message,
         "scene": _scene(solution),
     }
@@ -80,6 +86,7 @@ def write_matlab(solution: Recorded, path: Path) -> None:
             "inputs": _struct(solution.inputs),
             "outputs": _struct(solution.outputs),
             "energy": _struct(solution.energy),
+            **({} if solution.events is None else {"events": _events(solution.events)}),
             **described,
         },
         oned_as="column",
@@ -87,9 +94,26 @@ def write_matlab(solution: Recorded, path: Path) -> None:
     write_bytes(path, stream.getvalue())
 
 
-def _struct(arrays: Any) -> dict[str, Array]:
-    """Return arrays by names that MATLAB takes as fields."""
-    named: dict[str, Array] = {}
+def _labels(solution: Recorded) -> dict[str, dict[str, str]]:
+    """Return the units of inputs, outputs and energies by their names."""
+    units = solution.units()
+    of_outputs = solution.metadata.get("units", {}).get("outputs", {})
+    return {
+        "inputs": {name: units.get(f"input.{name}", "") for name in solution.inputs},
+        "outputs": {name: of_outputs.get(name, "") for name in solution.outputs},
+        "energy": {name: units.get(f"energy.{name}", "") for name in solution.energy},
+    }
+
+
+def _events(events: Events) -> dict[str, Any]:
+    """Return events as one struct of blocks, with a row for each; ``counts`` has those that are only counted too."""
+    blocks = {name: getattr(events, name) for name in ("t", *BLOCKS)}
+    return {"names": np.array(events.names, dtype=object), **blocks, "counts": _struct(events.counts)}
+
+
+def _struct(arrays: Mapping[str, T]) -> dict[str, T]:
+    """Return values by names that MATLAB takes as fields."""
+    named: dict[str, T] = {}
     for name, array in arrays.items():
         field = re.sub(r"\W", "_", name)[:_MATLAB_NAME]
         named[field if field[0].isalpha() else f"f{field}"[:_MATLAB_NAME]] = array

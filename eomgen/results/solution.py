@@ -245,8 +245,8 @@ class Solution:
         replaced.
 
         An ``.npz`` holds the poses of the bodies too, where the model was built with them or they were asked for. A
-        ``.mat`` (MATLAB's version 5) holds ``t``, ``q``, ``v``, ``a``, ``z``, ``multipliers``, the structs ``outputs``
-        and ``energy``, and ``names``, ``units`` and ``message``.
+        ``.mat`` (MATLAB's version 5) holds ``t``, ``q``, ``v``, ``a``, ``z``, ``multipliers``, the structs ``inputs``,
+        ``outputs``, ``energy`` and, with events in the scene, ``events``, and ``names``, ``units`` and ``message``.
 
         Raises
         ------

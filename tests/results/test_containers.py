@@ -44,6 +44,17 @@ def test_matlab_reads_the_same_numbers(tmp_path: Path) -> None:
     assert np.array_equal(stored["outputs"]["tip"], run.outputs["tip"])
     assert np.array_equal(stored["energy"]["total"], run.energy["total"])
     assert stored["names"]["q"] == "q.hinge" and stored["units"]["v"] == "rad/s" and stored["message"] == run.message
+    assert stored["units"]["outputs"]["tip"] == "m" and stored["units"]["energy"]["total"] == "J"
+    assert stored["units"]["inputs"]["torque"] == "N m" and "events" not in stored
+
+
+def test_matlab_reads_the_events_of_a_run(tmp_path: Path) -> None:
+    model = eomgen.build(Path(__file__).parents[2] / "examples" / "bouncing_ball" / "scene.toml", profile="quick")
+    run = model.simulate(1.5, 1e-3)
+    assert run.events is not None and len(run.events) > 1
+    stored = loadmat(run.save(tmp_path / "run.mat"), simplify_cells=True)["events"]
+    assert stored["names"].tolist() == list(run.events.names) and stored["counts"] == dict(run.events.counts)
+    assert np.array_equal(stored["t"], run.events.t) and np.array_equal(stored["v_before"], run.events.v_before)
 
 
 @pytest.mark.parametrize("package", ["pandas", "xarray"])

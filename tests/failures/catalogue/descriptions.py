@@ -83,7 +83,8 @@ FAILURES = [
     Failure(
         "A vector of two numbers",
         3,
-        "description error: scene.toml:20 (joints.shoulder.axis): a list of 3 entries is needed here, not 2",
+        "description error: scene.toml:20 (joints.shoulder.axis): a list of 3 entries is needed here, not 2; try:"
+        " axis = [0, 0, 1]",
         old="axis = [0, 1, 0]",
         new="axis = [0, 1]",
     ),

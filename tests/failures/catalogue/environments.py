@@ -48,6 +48,7 @@ FAILURES = [
     Failure(
         "A run that leaves the numbers",
         6,
+        "note: the input motor changes nothing: no formula mentions it\n"
         "stopped at t = 0.5 s, after 500 of 1000 steps: a value became infinite or not a number; the first block that"
         " is not finite is Q (the generalized force), component v.shoulder at t = 0.501 s; try: a step smaller than"
         " 0.001 s; then the forces and formulas near that time\nwritten to out: solution.npz, solution.csv,"
@@ -59,6 +60,7 @@ FAILURES = [
     Failure(
         "A force that breaks at once",
         6,
+        "note: the input motor changes nothing: no formula mentions it\n"
         "stopped at t = 0 s, after 0 of 1000 steps: a value became infinite or not a number; the first block that is"
         " not finite is Q (the generalized force), component v.shoulder at t = 0 s; try: other parameters, formulas or"
         " coordinates there: no smaller step helps\nwritten to out: solution.npz, solution.csv, summary.json",
