@@ -1,6 +1,7 @@
 """References of a tape as SymPy or LaTeX expressions, in full when small, else with named intermediates.
 
 Nothing is simplified or reordered beyond what SymPy's constructors do on their own: what is read is what is computed.
+Notebooks show what is shorter to read.
 """
 
 from __future__ import annotations
@@ -95,12 +96,18 @@ def to_latex(
     name: str = "",
     named: bool | None = None,
     names: Mapping[InputSymbol, str] | None = None,
+    shortest: bool = False,
 ) -> str:
-    """Return a block as display LaTeX: ``name = matrix``, after its intermediates in ``aligned``."""
+    """Return a block as display LaTeX: ``name = matrix``, after its intermediates in ``aligned``.
+
+    ``shortest`` multiplies products out in the entries of a block given whole, where that makes them shorter.
+    """
     import sympy  # noqa: PLC0415  # as in block_to_sympy
 
     block = block_to_sympy(tape, refs, shape, named=named, names=names)
     intermediates, matrix = block if isinstance(block, tuple) else ([], block)
+    if shortest and not intermediates:
+        matrix = matrix.applyfunc(lambda entry: min(entry, sympy.expand(entry), key=sympy.count_ops))
     symbols = set().union(matrix.free_symbols, *(value.free_symbols for _, value in intermediates))
     typeset = {symbol: text for symbol in symbols if (text := _numbered(symbol.name))}
     expression = sympy.latex(matrix if len(shape) else matrix[0, 0], symbol_names=typeset)

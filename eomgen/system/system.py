@@ -332,7 +332,7 @@ class System:
         )
         symbols = {term: symbol for term, symbol in _SYMBOLS.items() if term in self.functions}
         short = [term for term in symbols if self.counts[term].flops <= _READABLE]
-        return [whole, *(self.latex(term, symbols[term]) for term in short)]
+        return [whole, *(self.latex(term, symbols[term], shortest=True) for term in short)]
 
     if not TYPE_CHECKING:  # a checker knows the attributes by itself
 
@@ -438,8 +438,11 @@ class System:
         block = self._block("sympy", term)
         return block_to_sympy(self.tape, block.refs, block.shape, named=named, names=self.symbol_names)
 
-    def latex(self, term: str, name: str = "") -> str:
+    def latex(self, term: str, name: str = "", *, shortest: bool = False) -> str:
         """Return a block as LaTeX, ``name = matrix``; a long one after its intermediates, see ``sympy``.
+
+        What is read is what is computed, but with ``shortest``: then products are multiplied out where that makes an
+        entry shorter, as where terms of the coupling vector cancel.
 
         Raises
         ------
@@ -450,7 +453,7 @@ class System:
         from eomgen.symbolic.reading import to_latex  # noqa: PLC0415
 
         block = self._block("latex", term)
-        return to_latex(self.tape, block.refs, block.shape, name=name, names=self.symbol_names)
+        return to_latex(self.tape, block.refs, block.shape, name=name, names=self.symbol_names, shortest=shortest)
 
     def _block(self, call: str, term: str) -> Block:
         if term not in self.functions:

@@ -134,6 +134,19 @@ def test_latex():
     assert to_latex(tape, [square], (), named=True).splitlines()[-2] == "& w_{0}^{2} + w_{0}"
 
 
+def test_the_shortest_latex_has_what_cancels_left_out():
+    tape = Tape()
+    x, y, z = (tape.input("q", k) for k in range(3))
+    cancelling = tape.sub(tape.mul(x, tape.add(y, z)), tape.mul(x, y))
+    factored = tape.mul(tape.add(x, y), tape.add(y, z))
+    as_computed = to_latex(tape, [cancelling, factored], (2,))
+    assert as_computed.count("q_{1}") == 4
+    shortest = to_latex(tape, [cancelling, factored], (2,), shortest=True)
+    assert shortest == (
+        r"\left[\begin{matrix}q_{0} q_{2}\\\left(q_{0} + q_{1}\right) \left(q_{1} + q_{2}\right)\end{matrix}\right]"
+    )
+
+
 @pytest.mark.parametrize(
     ("name", "text"),
     [
