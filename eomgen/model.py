@@ -81,7 +81,8 @@ class Model(CompiledModel):
               ``rk45_partitioned``.
             - ``hermite``, of order 4 from accelerations and their rates, and ``taylor``, series of any order, whose
               steps are its own and ``step`` the spacing of the time grid on which it gives states.
-            - For real time, of order 2, with one factorization a step and no iteration: ``rosenbrock`` and ``lsrt2``.
+            - For real time, of order 2, with one factorization a step and no iteration: ``rosenbrock`` and ``lsrt2``;
+              ``corrected_predictor`` where forces are measured.
         rho_inf : float
             Spectral radius of generalized-alpha at infinite frequency, 0 to 1; of ``hht`` 1/2 to 1, of ``wbz`` 0 to 1.
         alpha : float

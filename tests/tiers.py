@@ -291,6 +291,13 @@ SLOW: dict[str, tuple[str, ...]] = {
     ),
     "integrators/test_constrained.py::test_the_spatial_variant_is_of_second_order_with_small_constants": (),
     "integrators/test_constrained.py::test_without_rotations_the_spatial_variant_is_the_plain_one": (),
+    "integrators/test_corrected_predictor.py::test_a_checkpoint_goes_on_with_the_same_bits": ("0",),
+    "integrators/test_corrected_predictor.py::test_its_c_stands_alone_and_gives_the_same_rows": (),
+    "integrators/test_corrected_predictor.py::test_linear_steps_with_their_own_matrix_are_those_of_the_trapezoidal_rule": (
+        "0.3",
+    ),
+    "integrators/test_corrected_predictor.py::test_order_across_a_known_jump": (),
+    "integrators/test_corrected_predictor.py::test_order_on_every_group_with_matrices_new_and_kept": ("pendulum-0",),
     "integrators/test_damped_start.py::test_a_stiff_spring_off_its_rest_does_not_overshoot": ("0.0-100000000.0",),
     "integrators/test_damped_start.py::test_an_overdamped_hinge_creeps": (),
     "integrators/test_damped_start.py::test_so_it_does_on_constraints": (),

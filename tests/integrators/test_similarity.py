@@ -34,6 +34,7 @@ METHODS: Mapping[str, tuple[str, Mapping[str, Any], Sequence[str]]] = {
     "hermite": ("hermite", {}, ("tree", "flight")),
     "rosenbrock": ("rosenbrock", {}, ("tree", "flight")),
     "lsrt2": ("lsrt2", {}, ("tree", "servo")),
+    "corrected_predictor": ("corrected_predictor", {}, ("tree", "servo")),
     "rk4_partitioned": ("rk4_partitioned", {}, tuple(BOUND)),
 }
 CASES = [(name, scene) for name, (_, _, scenes) in METHODS.items() for scene in scenes]

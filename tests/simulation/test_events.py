@@ -54,7 +54,9 @@ def ball() -> Model:
     return eomgen.build(BALL, profile="quick")
 
 
-@pytest.mark.parametrize("method", ["rk4", "rk45", "taylor", "generalized_alpha", "hermite", "rosenbrock", "lsrt2"])
+@pytest.mark.parametrize(
+    "method", ["rk4", "rk45", "taylor", "generalized_alpha", "hermite", "rosenbrock", "lsrt2", "corrected_predictor"]
+)
 def test_a_bouncing_ball_follows_its_closed_form(method: str) -> None:
     solution = ball().simulate(method=method)
     assert solution.success and solution.message.startswith("stopped by the event end at t = 3.05 s")

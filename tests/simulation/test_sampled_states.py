@@ -75,6 +75,7 @@ METHODS = (
     "hht",
     "rosenbrock",
     "lsrt2",
+    "corrected_predictor",
 )
 
 

@@ -45,7 +45,18 @@ effort = "lag + 0.5 * torque - 0.2 * v.hinge"
 [outputs]
 reached = { formula = "q.hinge + torque" }
 """
-FREE = ("rk4", "rk45", "hermite", "taylor", "generalized_alpha", "hht", "newmark", "rosenbrock", "lsrt2")
+FREE = (
+    "rk4",
+    "rk45",
+    "hermite",
+    "taylor",
+    "generalized_alpha",
+    "hht",
+    "newmark",
+    "rosenbrock",
+    "lsrt2",
+    "corrected_predictor",
+)
 HELD_BY_CONSTRAINTS = (
     "generalized_alpha",
     "generalized_alpha_index3",

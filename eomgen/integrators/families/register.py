@@ -12,6 +12,7 @@ from pathlib import Path
 from eomgen.errors import Problem, UsageError
 from eomgen.extensions import broken, extensions, loaded
 from eomgen.integrators.families.adaptive_generalized_alpha import AdaptiveGeneralizedAlpha
+from eomgen.integrators.families.corrected_predictor import CorrectedPredictor
 from eomgen.integrators.families.dormand_prince import DormandPrince
 from eomgen.integrators.families.family import Family, MethodName
 from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
@@ -34,6 +35,7 @@ BUILT_IN: tuple[type[Family], ...] = (
     PartitionedDormandPrince,
     Hermite,
     Rosenbrock,
+    CorrectedPredictor,
     Taylor,
 )
 

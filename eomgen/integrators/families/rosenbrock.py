@@ -50,7 +50,11 @@ if TYPE_CHECKING:
     from eomgen.integrators.step_work import Work
     from eomgen.system.system import System
 
-_FIXED = ("its steps are the same operations every time, without an estimate of errors", "generalized_alpha, or rk45")
+#: Why steps of one factorization follow no tolerance, and what to take.
+FIXED_STEPS = (
+    "its steps are the same operations every time, without an estimate of errors",
+    "generalized_alpha, or rk45",
+)
 
 
 @dataclass(frozen=True)
@@ -86,8 +90,8 @@ class Rosenbrock(Family):
     @classmethod
     def names(cls) -> tuple[MethodName, ...]:
         return (
-            MethodName("rosenbrock", lambda: ONE_STAGE, idle=("rho_inf",), ladders=("all",), fixed_steps=_FIXED),
-            MethodName("lsrt2", lambda: LSRT2, idle=("rho_inf",), ladders=("all",), fixed_steps=_FIXED),
+            MethodName("rosenbrock", lambda: ONE_STAGE, idle=("rho_inf",), ladders=("all",), fixed_steps=FIXED_STEPS),
+            MethodName("lsrt2", lambda: LSRT2, idle=("rho_inf",), ladders=("all",), fixed_steps=FIXED_STEPS),
         )
 
     @classmethod

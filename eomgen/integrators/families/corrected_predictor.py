@@ -1,0 +1,115 @@
+"""A predictor that is corrected once, for forces that are measured or whose partials are not known.
+
+With y' = F(y, t), any matrix J, s = h/2 and an estimate Phi_n of F(y_n, t_n) that goes with the state:
+
+    (I - s J) k = Phi_n,   y* = y_n + h k                       the predicted end of the step
+    (I - s J) d = s (Phi_n + F(y*, t_n + h)) - h k              the only forces of the step
+    y' = y* + d,   Phi' = F(y*, t_n + h) + J d = F(y*, t_n + h) + (d - right side)/s
+
+Order 2 for every J (Rosenbrock methods of one stage need J to O(h)), with one evaluation of forces at a configuration
+that is known before: a test rig is brought there, and what it answers is an input. For y = (q, v), q' = v, the right
+side of d has no part in q, and Phi keeps v itself:
+
+    M* k = M phi - s K v_n,   v* = v_n + h k,   q* = q_n o exp(h (v_n + s k)),   M* = M + s C + s^2 K
+    b = s (phi + a(q*, v*, t_n + h)) - h k,   M* d = M b,   v' = v* + d,   q' = q_n o exp(h (v_n + s k) + s d)
+
+M, C, K are those of a step's start, or of the run's (``matrix_every = 0``), which leaves two substitutions as the work of
+a step. Undamped linear forces of stiffness K are followed at every step size where M* has 2/3 K or more.
+
+Predicted displacements and measured forces: Nakashima, Kato and Takaoka, Earthquake Eng. Struct. Dyn. 21 (1992) 79;
+Jia, Liu, Li and Liao (2014).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from eomgen.integrators.families.family import (
+    BAD_ARGUMENT,
+    EXCHANGES,
+    NOT_FINITE,
+    SINGULAR_ADVICE,
+    Bound,
+    DenseOutput,
+    Family,
+    Field,
+    GroupFunction,
+    MethodName,
+    Setting,
+    Sizes,
+    Status,
+    velocities,
+)
+from eomgen.integrators.families.needs import UNCONSTRAINED_ROSENBROCK
+from eomgen.integrators.families.rosenbrock import FIXED_STEPS, products
+
+if TYPE_CHECKING:
+    from eomgen.system.system import System
+
+
+@dataclass(frozen=True)
+class CorrectedPredictor(Family):
+    """The predictor with one correction, of order 2 with any matrix."""
+
+    order = 2
+    source = "Jia, Liu, Li and Liao 2014; Nakashima, Kato and Takaoka 1992"
+    needs = (UNCONSTRAINED_ROSENBROCK,)
+    family = "corrected_predictor"
+    dense_output: ClassVar[DenseOutput] = "hermite_3"
+    implicit = True
+    renewal = "evaluates accelerations anew"
+
+    @classmethod
+    def names(cls) -> tuple[MethodName, ...]:
+        return (MethodName("corrected_predictor", cls, idle=("rho_inf",), studied=False, fixed_steps=FIXED_STEPS),)
+
+    @classmethod
+    def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:
+        return ("forward_dynamics", *(("equations", "iteration") if internal else ("residual", "partials")))
+
+    def calls(self, system: System) -> set[str]:
+        return {"forward_dynamics", "iteration" if "iteration" in system.functions else "partials"}
+
+    def title(self, constrained: bool) -> str:
+        return "a predictor that is corrected once, on Lie groups"
+
+    @property
+    def group_functions(self) -> tuple[GroupFunction, ...]:
+        return ("update",)
+
+    def state(self, sizes: Sizes) -> tuple[Field, ...]:
+        return (Field("unit", "1/root of M_ii at the start, in which pivots are compared", sizes.v + sizes.z),)
+
+    def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
+        meaning = "steps between two matrices; 0: that of the first step serves for all of its length"
+        return (Setting("matrix_every", 1, meaning, (0, 1_000_000_000)),)
+
+    def bounds(self, sizes: Sizes) -> tuple[Bound, ...]:
+        return (Bound("step", "finite"), Bound("step", ">", 0.0), Bound("matrix_every", ">=", 0))
+
+    def statistics(self, sizes: Sizes) -> tuple[Field, ...]:
+        return (EXCHANGES,)
+
+    def statuses(self, constrained: bool, angles: bool) -> tuple[Status, ...]:
+        return (Status(2, "SINGULAR", "the matrix of a step is singular", SINGULAR_ADVICE), NOT_FINITE, BAD_ARGUMENT)
+
+    def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
+        from eomgen.integrators.newton.matrix import Unknowns  # noqa: PLC0415
+        from eomgen.integrators.newton.sample_matrices import samples_of  # noqa: PLC0415
+        from eomgen.integrators.newton.solver import make_solver, solver_data  # noqa: PLC0415
+
+        owners, half = system.inner_owners, step / 2
+        unknowns = Unknowns(velocities(system.factors), 0, 0, False, len(owners), len(system.initial_z))
+        known = samples if samples is not None else samples_of(system)
+        weights = (1.0, half, half * half, 1.0, 1.0, 1.0, half)
+        solver = make_solver(unknowns, system.factors, known, weights, step, owners, at_start=True)
+        return {
+            "hooks": {"row": "accelerations_of_row"},
+            "unknowns": unknowns.data,
+            "solver": solver_data(solver, system.factors, plain=True),
+            "products": products(unknowns, known.packing),
+            "rights": unknowns.matrix_size,
+            "input_times": [0.0, 1.0],
+        }
