@@ -14,7 +14,7 @@ import eomgen
 from eomgen.mechanics.derive import derive
 from eomgen.pipeline.initial_assembly import constrained, with_initial_assembly
 from eomgen.scene.load import from_data
-from eomgen.solvers.consistency import EPSILON
+from eomgen.solvers.constraint_rows import EPSILON
 from eomgen.system.system import System
 from tests.oracles.placed_loops import (
     AXIS,

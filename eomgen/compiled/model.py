@@ -28,7 +28,9 @@ from eomgen.compiled.coordinates import configuration_rate, with_unit_quaternion
 from eomgen.compiled.functions import DRIVERS
 from eomgen.compiled.terms import Inputs, Parameters, Terms
 from eomgen.errors import Problem, UsageError
-from eomgen.solvers.consistency import Assembly, Constrained, EveryRow, assemble, check_left_out, split_sizes
+from eomgen.solvers.consistency import Assembly, assemble
+from eomgen.solvers.constraint_rows import Constrained, EveryRow, split_sizes
+from eomgen.solvers.redundancy import check_left_out
 from eomgen.system.description import Description
 from eomgen.system.terms import PURPOSES, TERMS
 from eomgen.toolchain.library import Library

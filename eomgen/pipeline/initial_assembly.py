@@ -12,15 +12,9 @@ from eomgen.arrays import Array
 from eomgen.compiled.coordinates import coordinate_names, coordinate_units
 from eomgen.compiled.corrected_start import corrected_start
 from eomgen.errors import ModelError
-from eomgen.solvers.consistency import (
-    Constrained,
-    Redundancy,
-    assemble,
-    check_left_out,
-    left_over,
-    redundancy,
-    split_sizes,
-)
+from eomgen.solvers.consistency import assemble
+from eomgen.solvers.constraint_rows import Constrained, split_sizes
+from eomgen.solvers.redundancy import Redundancy, check_left_out, left_over, redundancy
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import InputSymbol
 from eomgen.system.terms import PURPOSES

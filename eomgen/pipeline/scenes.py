@@ -15,7 +15,7 @@ from eomgen.system.terms import PURPOSES
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import Gains, Start
-    from eomgen.solvers.consistency import EveryRow
+    from eomgen.solvers.constraint_rows import EveryRow
     from eomgen.system.system import System
 
 

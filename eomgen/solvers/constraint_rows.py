@@ -1,0 +1,239 @@
+"""Constraint equations at one configuration: their Jacobian in the metric of the kinetic energy, and what they are
+measured by.
+
+Nothing here is measured by an absolute number: a row is held against what its own summands add up to, which rounding is
+a few digits below, and against what it can be, the extent of what it closes. So units of length and of time, and the
+place of a machine, make no difference.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.arrays import Array
+from eomgen.errors import ModelError, Problem
+from eomgen.lie.product import Factor
+
+EPSILON = float(np.finfo(float).eps)
+#: Rounding errors of a row, in units of the last place of what the magnitudes of its summands add up to, where they can
+#: be no more.
+WORST_ROUNDING = 1e4
+#: Violations above this part of the extent are a contradiction, axes and lengths being given to six digits or more;
+#: what a guess was off by is told above the second.
+CONTRADICTION, REPORTED = 1e-6, 1e-10
+#: A row that is new by less than this part of what a row of its kind can be here is redundant: lengths and axes that
+#: are meant to fit are given to so many digits.
+REDUNDANT = 1e-6
+#: What is left of a row that vanishes but for rounding, in units of the last place of its summands: at most, and as a
+#: rule.
+VANISHING, VANISHED = 4096.0, 64.0
+#: Singular values of B, its rows weighed, below this part of the largest belong to rows that follow from others:
+#: corrections leave such directions alone, which can be moved along but change nothing to first order.
+SINGULAR = 3e-5
+#: Pivots of M, scaled to a unit diagonal, that make up for coordinates that nothing resists here.
+_RESISTANCE = 1e-14
+#: So many rows are listed in a message.
+LISTED = 5
+
+
+@dataclass(frozen=True)
+class Constrained:
+    """A constrained system as callables at fixed parameters.
+
+    Attributes
+    ----------
+    factors : of the configuration
+    names : of the rows, the ``holonomic`` first ones at position level
+    units : of the rows, ``m``, ``1`` or ``m/s``
+    angular : (nv,) whether a velocity component turns something
+    constraint(q, t) -> (holonomic,), velocity(q, v, t) -> (rows,), jacobian(q, t) -> (rows, nv), mass(q) -> (nv, nv)
+    sizes(q, t) -> (rows,), (rows,)
+        What the magnitudes of the summands of each row add up to, in its unit (m at velocity level), and the extent of
+        what it joins, m: what turning may move it by.
+    """
+
+    factors: Sequence[Factor]
+    names: Sequence[str]
+    units: Sequence[str]
+    angular: NDArray[np.bool_]
+    holonomic: int
+    constraint: Callable[[Array, float], Array]
+    velocity: Callable[[Array, Array, float], Array]
+    jacobian: Callable[[Array, float], Array]
+    mass: Callable[[Array], Array]
+    sizes: Callable[[Array, float], tuple[Array, Array]]
+
+    def without(self, left_out: Sequence[int]) -> Constrained:
+        """Return the system without some of its rows."""
+        kept = [row for row in range(len(self.names)) if row not in left_out]
+        at_position = [row for row in kept if row < self.holonomic]
+
+        def sizes(q: Array, t: float) -> tuple[Array, Array]:
+            size, extent = self.sizes(q, t)
+            return size[kept], extent[kept]
+
+        return replace(
+            self,
+            names=[self.names[row] for row in kept],
+            units=[self.units[row] for row in kept],
+            holonomic=len(at_position),
+            constraint=lambda q, t: self.constraint(q, t)[at_position],
+            velocity=lambda q, v, t: self.velocity(q, v, t)[kept],
+            jacobian=lambda q, t: self.jacobian(q, t)[kept],
+            sizes=sizes,
+        )
+
+
+def split_sizes(values: Array) -> tuple[Array, Array]:
+    """Return what ``constraint_size`` gives, one array after the other, as ``Constrained.sizes`` does."""
+    rows = len(values) // 2
+    return values[:rows], values[rows:]
+
+
+#: Evaluates constraints with all their rows, those included that were left out, at parameters (np,).
+EveryRow = Callable[[Array], "Constrained"]
+
+
+class Rows:
+    """The rows of B at one configuration in the metric of the kinetic energy, M = L L^T, and what they are measured
+    by."""
+
+    def __init__(self, system: Constrained, q: Array, t: float) -> None:
+        self.holonomic = system.holonomic
+        self.B = _jacobian(system, q, t)
+        self.angular = system.angular
+        self.size, extent = system.sizes(q, t)
+        self.machine = machine = float(np.max(extent, initial=0.0)) or 1.0
+        # what a row joins may lie at one place but for what is no contradiction; then it is met by motions of the whole
+        # machine
+        self.extent = np.where(extent > CONTRADICTION * machine, extent, machine)
+        self.lengths = np.array([unit != "1" for unit in system.units], dtype=bool)
+        self._mass = system.mass(q)
+
+    @property
+    def scale(self) -> Array:
+        """What violations of the rows are measured by, in their units."""
+        return np.where(self.lengths, self.extent, 1.0)
+
+    @property
+    def limits(self) -> Array:
+        """Violations of the holonomic rows beyond which they are not met."""
+        return np.maximum(
+            CONTRADICTION * self.scale[: self.holonomic], WORST_ROUNDING * EPSILON * self.size[: self.holonomic]
+        )
+
+    def rate_limits(self, speeds: Array) -> Array:
+        """Return rates of rows, (rows,), beyond which they are not met at components of v as large as ``speeds``."""
+        return np.maximum(
+            CONTRADICTION * (self.possible @ speeds), WORST_ROUNDING * EPSILON * (self._of_summands @ speeds)
+        )
+
+    def lever(self, row: int) -> float:
+        """Return by how much turning moves what a row measures, in m per rad; 0 for rows of angles."""
+        return float(np.max(np.abs(self.B[row][self.angular]), initial=0.0)) if self.lengths[row] else 0.0
+
+    def atlong_lever(self, row: int) -> bool:
+        """Return whether velocities along a row's direction, which it has in full, are beside its turns too little to
+        be told."""
+        straight = np.where(self.angular, 0.0, self.B[row])
+        if not np.max(np.abs(straight), initial=0.0) > 0.1:
+            return False
+        part = float(np.linalg.norm(np.linalg.solve(self.metric, straight)))
+        return part < 10.0 * REDUNDANT * float(np.linalg.norm(self.weighed[row]))
+
+    @cached_property
+    def metric(self) -> Array:
+        """L of M = L L^T; coordinates that nothing resists at this configuration are given a trifle of inertia."""
+        try:
+            return np.asarray(np.linalg.cholesky(self._mass))
+        except np.linalg.LinAlgError:
+            weights = np.sqrt(np.maximum(np.diag(self._mass), 0.0))
+            weights = np.where(weights > 0.0, weights, 1.0)
+            values, vectors = np.linalg.eigh(self._mass / np.outer(weights, weights))
+            raised = (vectors * np.maximum(values, _RESISTANCE * values[-1])) @ vectors.T
+            return np.asarray(np.linalg.cholesky(raised * np.outer(weights, weights)))
+
+    @cached_property
+    def weighed(self) -> Array:
+        """B L^-T."""
+        return np.asarray(np.linalg.solve(self.metric, self.B.T).T)
+
+    @cached_property
+    def _speeds(self) -> Array:
+        """Squares of what a unit of kinetic energy lets each velocity component be, (nv,)."""
+        return np.asarray(np.sum(np.linalg.inv(self.metric) ** 2, axis=0))
+
+    def _entries(self, scale: Array) -> Array:
+        """Return what entries of B are where a row has a scale: that per radian; per metre, 1 or what turns by it."""
+        reach = np.where(self.extent > 0.0, self.extent, 1.0)
+        return np.where(self.angular, scale[:, np.newaxis], (np.where(self.lengths, 1.0, 1.0 / reach))[:, np.newaxis])
+
+    @cached_property
+    def possible(self) -> Array:
+        """What entries of B can be here, (rows, nv)."""
+        return np.maximum(self._entries(self.scale), np.abs(self.B))
+
+    @cached_property
+    def _of_summands(self) -> Array:
+        """What the magnitudes of the summands of entries of B add up to at most, (rows, nv)."""
+        return np.maximum(self._entries(np.maximum(self.scale, self.size)), np.abs(self.B))
+
+    @cached_property
+    def vanishing(self) -> Array:
+        """Lengths of weighed rows that are rounding and nothing else, (rows,)."""
+        return np.asarray(VANISHING * EPSILON * np.sqrt(self._of_summands**2 @ self._speeds))
+
+    def hides(self, row: int, rest: Array) -> bool:
+        """Return whether what is left of a weighed row may be new or rounding: rows made of places far away."""
+        length, vanishing = float(np.linalg.norm(rest)), float(self.vanishing[row])
+        new = max(REDUNDANT * float(self.natural[row]), vanishing * VANISHED / VANISHING)
+        return new < length <= vanishing
+
+    @cached_property
+    def natural(self) -> Array:
+        """Lengths that weighed rows can have: those with entries as large as their kind allows, where they have any,
+        (rows,)."""
+        there = np.abs(self.B) > VANISHING * EPSILON * self._of_summands
+        return np.asarray(np.sqrt(np.where(there, self.possible, 0.0) ** 2 @ self._speeds))
+
+    def correction(self, violation: Array) -> Array:
+        """Return M^-1 B^T (B M^-1 B^T)^+ violation of the first rows; rows that vanish are left alone."""
+        count = len(violation)
+        says = self.natural[:count] > self.vanishing[:count]
+        weights = 1.0 / self.natural[:count][says]
+        if not np.any(says):
+            return np.zeros(self.B.shape[1])
+        rows = self.weighed[:count][says] * weights[:, np.newaxis]
+        along = np.linalg.lstsq(rows, violation[says] * weights, rcond=SINGULAR)[0]
+        return np.asarray(np.linalg.solve(self.metric.T, along))
+
+
+def _jacobian(system: Constrained, q: Array, t: float) -> Array:
+    """Return B. Raises ModelError with the names of rows that are not finite."""
+    B = system.jacobian(q, t)
+    undefined = [name for name, finite in zip(system.names, np.all(np.isfinite(B), axis=1), strict=True) if not finite]
+    if undefined:
+        listed = ", ".join(undefined[:LISTED]) + (
+            f" and {len(undefined) - LISTED} more" if len(undefined) > LISTED else ""
+        )
+        what = f"these rows have no finite derivative where constraints are to be met: {listed}"
+        hint = "a state in which the points of a distance lie apart, and lengths above 0"
+        raise ModelError(Problem("constraints", what, hint))
+    return B
+
+
+#: What to try where turning moves a row far more than what it joins measures.
+NEARER_FRAMES = "the two frames of the constraint near each other, or its first and second exchanged"
+
+
+def long_lever(rows: Rows, names: Sequence[str], row: int) -> str:
+    """Return in words that turning moves a row far more than what it joins measures."""
+    text = f"turning moves {names[row]} by {rows.lever(row):.3g} m per rad"
+    return (
+        f"{text}, where what it joins measures {rows.extent[row]:.3g} m" if rows.lever(row) > rows.extent[row] else text
+    )

@@ -1,0 +1,218 @@
+"""Redundant constraint equations: which rows follow from others, and whether rows that were left out still do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from eomgen.arrays import Array
+from eomgen.errors import ModelError, Problem
+from eomgen.lie.product import update
+from eomgen.solvers.consistency import consistent_position
+from eomgen.solvers.constraint_rows import LISTED, NEARER_FRAMES, REDUNDANT, REPORTED, Constrained, Rows, long_lever
+
+#: A row of which less than this part is new is redundant by a hair; below the second, others go first.
+ALMOST_REDUNDANT, LITTLE = 1e-4, 1e-3
+#: How far nearby configurations are: rad, and part of the extent.
+NEARBY = 0.05
+_LEFT_OUT = "parameters with which the constraints can be met together, or a scene with these values of its own"
+
+
+@dataclass(frozen=True)
+class Redundancy:
+    """Which constraint equations are independent.
+
+    Attributes
+    ----------
+    dependent : rows that follow from those before them
+    hardly : rows that nearly do, and how much of them is new, as a part of what such rows can be
+    """
+
+    dependent: tuple[int, ...]
+    hardly: dict[int, float]
+
+
+def redundancy(
+    system: Constrained, q: Array, t: float = 0.0, samples: int = 3, rows: Sequence[int] | None = None
+) -> Redundancy:
+    """Return the rows that follow from others, at the given and at nearby consistent configurations.
+
+    Rows are taken in order: the first to say something is kept. Those of which little is new wait until the others are
+    through, and are then taken by how much it is. A row that is dependent at one configuration only (a singular
+    position) is no redundant row. What is left of a row is held against what a row of its kind can be there, and
+    against rounding, never against the row itself: one that vanishes but for rounding says nothing. ``rows``: those
+    looked at, all by default.
+
+    Raises
+    ------
+    ModelError
+        Rounding of places far away hides whether rows say something.
+    """
+    looked_at = range(len(system.names)) if rows is None else rows
+    here = Rows(system, q, t)
+    if _all_new(here, looked_at):
+        return Redundancy((), {})
+    at_configurations = [here, *(Rows(system, near, t) for near in _nearby(system, q, t, samples - 1))]
+    bases: list[list[Array]] = [[] for _ in at_configurations]
+
+    def rests(row: int) -> list[Array]:
+        return [_remainder(at.weighed[row], basis) for at, basis in zip(at_configurations, bases, strict=True)]
+
+    def news(row: int, left: Sequence[Array]) -> list[float]:
+        """Return which part of a row is new, place by place, 0 where that is nothing."""
+        parts = []
+        for at, rest in zip(at_configurations, left, strict=True):
+            length, natural = float(np.linalg.norm(rest)), float(at.natural[row])
+            says = natural > 0.0 and length > max(REDUNDANT * natural, float(at.vanishing[row]))
+            parts.append(length / natural if says else 0.0)
+        return parts
+
+    def take(left: Sequence[Array], parts: Sequence[float]) -> None:
+        for basis, rest, part in zip(bases, left, parts, strict=True):
+            if part > 0.0:
+                basis.append(rest / np.linalg.norm(rest))
+
+    waiting: list[int] = []
+    for row in looked_at:
+        left = rests(row)
+        parts = news(row, left)
+        if max(parts) < LITTLE:
+            waiting.append(row)
+        else:
+            take(left, parts)
+    hardly: dict[int, float] = {}
+    while waiting:
+        lefts = {row: rests(row) for row in waiting}
+        parts_of = {row: news(row, left) for row, left in lefts.items()}
+        best = max(waiting, key=lambda row: max(parts_of[row]))
+        if max(parts_of[best]) == 0.0:
+            break
+        waiting.remove(best)
+        take(lefts[best], parts_of[best])
+        if max(parts_of[best]) < ALMOST_REDUNDANT:
+            hardly[best] = max(parts_of[best])
+    far = [row for row in looked_at if here.atlong_lever(row)] if waiting else []
+    if far:
+        raise _lever_too_long(system, here, far[0], waiting)
+    hidden = [
+        row
+        for row in waiting
+        if all(at.hides(row, rest) for at, rest in zip(at_configurations, rests(row), strict=True))
+    ]
+    if hidden:
+        raise _too_far_away(system, here, hidden)
+    return Redundancy(tuple(waiting), hardly)
+
+
+def _lever_too_long(system: Constrained, here: Rows, row: int, dependent: Sequence[int]) -> ModelError:
+    listed = ", ".join(system.names[row] for row in dependent[:LISTED])
+    what = (
+        f"{long_lever(here, system.names, row)}, so that nothing tells whether these rows follow from others: {listed}"
+    )
+    return ModelError(Problem("constraints", what, f'{NEARER_FRAMES}, or coordinates = "joint"'))
+
+
+def _too_far_away(system: Constrained, here: Rows, rows: Sequence[int]) -> ModelError:
+    listed = ", ".join(system.names[row] for row in rows[:LISTED])
+    size, extent = max(float(here.size[row]) for row in rows), min(float(here.extent[row]) for row in rows)
+    what = (
+        f"rounding hides whether these rows follow from others: {listed}; places up to {size:.3g} m away are"
+        " subtracted in "
+    )
+    what += f"them, and what they join measures {extent:.3g} m"
+    return ModelError(Problem("constraints", what, "frames of constraints and an origin nearer to the machine"))
+
+
+def _all_new(here: Rows, rows: Sequence[int]) -> bool:
+    """Return whether much of each row is new at one configuration already."""
+    natural = here.natural[list(rows)]
+    if len(rows) > here.B.shape[1] or not np.all(natural > 0.0):
+        return False
+    left = np.abs(np.diag(np.linalg.qr((here.weighed[list(rows)] / natural[:, np.newaxis]).T, mode="r")))
+    return bool(np.all(left >= LITTLE)) and bool(np.all(left * natural > here.vanishing[list(rows)]))
+
+
+def _nearby(system: Constrained, q: Array, t: float, count: int) -> list[Array]:
+    """Return consistent configurations near a given one, as far away along each coordinate as inertia lets it go."""
+    rows, generator = Rows(system, q, t), np.random.default_rng(1)
+    configurations: list[Array] = []
+    extent = float(np.max(rows.extent, initial=0.0))
+    for attempt in range(3 * count):
+        way = np.linalg.solve(rows.metric.T, generator.standard_normal(len(system.angular)))
+        turn = float(np.max(np.abs(way[system.angular]), initial=0.0))
+        travel = float(np.max(np.abs(way[~system.angular]), initial=0.0))
+        longest = max(turn, travel / extent if extent > 0.0 else 0.0) or 1.0
+        try:
+            near, _ = consistent_position(
+                system, update(system.factors, q, way * (NEARBY / longest / 2 ** (attempt // count))), t
+            )
+        except ModelError:
+            continue
+        configurations.append(near)
+        if len(configurations) == count:
+            break
+    return configurations
+
+
+def _remainder(row: Array, basis: Sequence[Array]) -> Array:
+    """Return what of a row the basis does not span (Gram-Schmidt, twice for accuracy)."""
+    if not basis:
+        return row
+    Q = np.array(basis)
+    rest = row - Q.T @ (Q @ row)
+    return rest - Q.T @ (Q @ rest)
+
+
+def left_over(system: Constrained, q: Array, rows: Sequence[int], t: float = 0.0) -> dict[int, float]:
+    """Return what the given rows are off by at a configuration, where that is more than rounding."""
+    violation, limits = system.constraint(q, t), REPORTED * Rows(system, q, t).scale
+    return {row: float(violation[row]) for row in rows if row < system.holonomic and abs(violation[row]) > limits[row]}
+
+
+def check_left_out(
+    system: Constrained, left_out: Sequence[str], q: Array, v: Array, t: float = 0.0, at: str = ""
+) -> list[str]:
+    """Check that rows that were left out as redundant still follow from the others, at a state that meets these.
+
+    Returns a sentence for each that is off, by so little that it is no contradiction.
+
+    Parameters
+    ----------
+    system : Constrained
+        With all its rows.
+    left_out : names of rows
+    at : where, in words: the parameters at which this is so
+
+    Raises
+    ------
+    ModelError
+        Rows that are not met, or would be held by nothing if the state moves on.
+    """
+    rows = [number for number, name in enumerate(system.names) if name in left_out]
+    there = Rows(system, q, t)
+    violation = system.constraint(q, t)
+    off = [
+        f"{system.names[row]} by {violation[row]:.3g}"
+        for row in rows
+        if row < system.holonomic and not abs(violation[row]) <= there.limits[row]
+    ]
+    if not off:
+        rates, limits = system.velocity(q, v, t), there.rate_limits(np.abs(v))
+        off = [f"{system.names[row]} by {rates[row]:.3g} per s" for row in rows if not abs(rates[row]) <= limits[row]]
+    if off:
+        what = f"rows that were left out, because they follow from others at the default parameters, are off at {at}: "
+        what += "; ".join(off[:LISTED])
+        raise ModelError(Problem("constraints", what, _LEFT_OUT))
+    kept = [row for row in range(len(system.names)) if row not in rows]
+    dependent = redundancy(system, q, t, rows=[*kept, *rows]).dependent
+    if len(dependent) < len(rows):
+        new = [system.names[row] for row in rows if row not in dependent]
+        what = f"rows that were left out, because they follow from others at the default parameters, do not at {at}: "
+        what += ", ".join(new[:LISTED])
+        raise ModelError(Problem("constraints", what, _LEFT_OUT))
+    by = left_over(system, q, rows, t)
+    return [
+        f"{system.names[row]}, left out because it follows from others, is off by {by[row]:.3g} at {at}" for row in by
+    ]
