@@ -27,7 +27,7 @@ from eomgen.simulation.diagnosis import failure
 from eomgen.simulation.doubtful_calls import doubtful_call
 from eomgen.simulation.end_message import message_of
 from eomgen.simulation.energy_balance import FAILED, REPORTED, Balance, energy_balance
-from eomgen.simulation.error_estimate import ErrorEstimation, no_estimate
+from eomgen.simulation.error_estimation import ErrorEstimation, no_estimate
 from eomgen.simulation.events import acting, parameters_over, table_of
 from eomgen.simulation.fast_motions import unresolved_motion
 from eomgen.simulation.growth import at_rest, unstable_growth

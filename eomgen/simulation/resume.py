@@ -20,7 +20,7 @@ from eomgen.progress import Progress, shown
 from eomgen.results.solution import Solution
 from eomgen.simulation.checkpoint import Checkpoint, checkpoint_writer
 from eomgen.simulation.controllers import Controller, Controllers, read_controllers
-from eomgen.simulation.error_estimate import ErrorEstimation
+from eomgen.simulation.error_estimation import ErrorEstimation
 from eomgen.simulation.inputs import Signal
 from eomgen.simulation.outcome import Outcome
 from eomgen.simulation.run import stored_run

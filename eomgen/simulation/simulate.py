@@ -24,7 +24,7 @@ from eomgen.results.solution import Solution
 from eomgen.simulation.automatic_method import method_of
 from eomgen.simulation.checkpoint import CheckpointWriter, checkpoint_writer
 from eomgen.simulation.controllers import Controller, read_controllers
-from eomgen.simulation.error_estimate import ErrorEstimation
+from eomgen.simulation.error_estimation import ErrorEstimation
 from eomgen.simulation.inputs import HeldRows, InputSignals, Signal, check_held, read_signals
 from eomgen.simulation.motions import refuse_as_inputs
 from eomgen.simulation.options import KNOWN_ELSEWHERE

@@ -16,7 +16,7 @@ from scipy.integrate import solve_ivp
 
 import eomgen
 from eomgen.arrays import Array
-from eomgen.simulation.error_estimate import observed_order
+from eomgen.simulation.richardson import observed_order
 from eomgen.simulation.unit_quaternions import largest_stretch
 from tests.models.scenes import absolute, breaking, flyer, pendulum
 

@@ -1,0 +1,260 @@
+"""Error estimate of a run from the same motion in steps twice and four times as long, or at another tolerance.
+
+Where longer steps do not show the method's order, where they do not hold, or where the runs differ by a tenth of the
+motion, powers of the step tell nothing of longer ones, and a run at half the step decides. Where steps end at samples
+and jumps, runs at shorter steps are asked, the first that is another run all over.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from eomgen.arrays import Array
+from eomgen.errors import UsageError
+from eomgen.progress import Progress
+from eomgen.results.error_estimate import NOTICED, ErrorEstimate
+from eomgen.results.events import Events
+from eomgen.simulation.comparison_runs import counted
+from eomgen.simulation.motion_comparisons import (
+    INTERRUPTED,
+    Apart,
+    ComparedMotion,
+    Comparisons,
+    NoEstimateError,
+    planned_steps,
+)
+from eomgen.simulation.motion_size import shares
+from eomgen.simulation.richardson import Pair, estimate, gain_by, gain_of_longer, gain_of_shorter, rounding_floor
+from eomgen.simulation.run import Run
+from eomgen.simulation.stepper import Trajectory
+from eomgen.toolchain.library import Library
+
+#: Part of the motion by which runs at h and 2h may differ before a run at half the step is made as well.
+_DOUBTFUL = 0.1
+#: Steps of a run below which comparison runs in longer steps tell nothing.
+_FEW_STEPS = 16
+#: How far the observed order may be from the method's, unless the error is a negligible part of the motion.
+_OTHER_ORDER, _NEGLIGIBLE = 0.75, 1e-10
+#: Part of the motion that no error reaches but one of a run that explodes.
+_EXPLODED = 10.0
+#: How many times later or earlier an event near the end may come than others do in two runs.
+_LATER = 2.0
+#: How many times smaller the tolerance of a comparison run is; of methods of low order 2 to their order.
+_TOLERANCES = 10.0
+#: How many times as many parts of steps as the run itself a run at shorter steps may take.
+_MOST_PARTS = 16.0
+#: Powers of the smaller tolerance, asked in turn where jumps, samples and rows of inputs bound steps, and the least
+#: tolerance: rounding.
+_SMALLER, _LEAST_TOLERANCE = (1, 4, 8), 1e-14
+#: Steps of the time grid that are shorter than half of any step of a method's own, and how many of them are taken.
+_OWN_STEPS, _MOST_STEPS = 512.0, 1_000_000
+
+
+@dataclass(frozen=True)
+class ErrorEstimation:
+    """Estimation of the discretisation error of runs.
+
+    Parameters
+    ----------
+    progress : called with (steps done, all steps), those of the comparison runs among them
+    """
+
+    progress: Progress | None = None
+
+    def shown(self, run: Run, steps: int) -> Progress | None:
+        """Return what reports the progress of the run itself, so many steps of which are left."""
+        more = planned_steps(run, steps)
+        return counted(self.progress, 0, run.grid.steps + more)
+
+    def of(
+        self,
+        run: Run,
+        library: Library,
+        trajectory: Trajectory,
+        parameters: Array,
+        seconds: float,
+        events: Events | None = None,
+    ) -> ErrorEstimate:
+        """Return the estimate for a run with parameters (np,), or (rows, np), and events, that took so many seconds."""
+        began = time.perf_counter()
+        try:
+            if trajectory.interrupted:
+                raise NoEstimateError("the run was interrupted")
+            if len(trajectory.rows) < 2:
+                raise NoEstimateError("the run made no step")
+            if run.controllers is not None and (names := run.controllers.single):
+                what = f"the function of {names} may keep something, so no second run calls it"
+                raise NoEstimateError(f"{what}; a class, or memory in the scene, can be had anew")
+            runs = Comparisons(run, library, trajectory.rows, parameters, self.progress, events)
+            found = _by_tolerance(runs) if run.method.chooses_steps else _by_steps(runs)
+        except NoEstimateError as reason:
+            return no_estimate(run, str(reason))
+        except UsageError as error:  # a function of the caller that fails where it is asked again
+            return no_estimate(run, str(error.problems[0]))
+        except KeyboardInterrupt:  # what the run came to is kept
+            return no_estimate(run, INTERRUPTED)
+        spent = time.perf_counter() - began
+        return replace(found, seconds=spent, cost=spent / max(seconds, 1e-9))
+
+
+def no_estimate(run: Run, reason: str = "it was switched off") -> ErrorEstimate:
+    """Return what stands in the place of an estimate that there is none of."""
+    model = run.model
+    return ErrorEstimate.missing(reason, model.nq, model.nv, model.nz, len(model.multipliers))
+
+
+def _by_tolerance(runs: Comparisons) -> ErrorEstimate:
+    """Return what a run at a smaller tolerance tells, at a larger one where no smaller one is taken.
+
+    Errors follow tolerances only roughly: where a corner is met, or steps are few, a tenth of the tolerance makes from
+    a hundredth of the error to twice as much. So the better run is asked, though it costs more. Events are looked for
+    on the grid, which is refined for them as well: those that one step passes over are the error then. So are rows of
+    inputs, between which these are curves of low order.
+    """
+    own = runs.run.settings["tolerance"]
+    order = min(float(runs.run.method.order), math.log2(_TOLERANCES))
+    bound = bool(len(runs.parts.ends)) or runs.run.driven is not None
+    multiple = 0.5 if runs.events or runs.run.driven is not None else 1.0
+    tries = [(-order * times, multiple) for times in _SMALLER[: None if bound else 1]]
+    tries = [one for one in tries if one == tries[0] or own * math.pow(2.0, one[0]) >= _LEAST_TOLERANCE]
+    if bound and (shortened := _that_bounds(runs)):
+        tries.append((-order, shortened))
+    tries.append((order, multiple))
+    found = None
+    for power, multiple in tries:
+        tolerance = own * math.pow(2.0, power)
+        found = runs.at(tolerance=tolerance, multiple=multiple)
+        if len(found.rows) > 1 and not found.stopped:
+            apart = runs.apart(runs.own, found)
+            same = float(shares(apart.kinds, runs.size).max(initial=0.0)) < rounding_floor(runs)
+            if bound and same and multiple >= 0.5:
+                continue
+            shorter = f" and {_part(multiple)} the step" if multiple < 1.0 else ""
+            gain = gain_of_shorter(-power) if power < 0.0 else gain_of_longer(power)
+            pair = Pair(apart, partial(_known, gain), f"a run at a tolerance of {tolerance:.2g}{shorter}")
+            return replace(estimate(runs, pair, math.nan), passed_over=_passed_over(runs, found))
+    if found is not None and not found.stopped:
+        where = "where forces jump, states are sampled or rows of inputs end"
+        raise NoEstimateError(f"its steps end {where}, and those of runs at other tolerances are the same ones")
+    reason = f": {found.stopped}" if found is not None and found.stopped else ""
+    raise NoEstimateError(f"runs at other tolerances do not come to the end{reason}")
+
+
+def _that_bounds(runs: Comparisons) -> float:
+    """Return a multiple of the step whose longest own step is shorter than the parts between jumps and samples, or the
+    rows of inputs; 0 where that would be too many steps."""
+    part = runs.step if runs.run.driven else (runs.parts.end - runs.parts.start) / (len(runs.parts.ends) + 1)
+    multiple = min(0.25, part / (_OWN_STEPS * runs.step))
+    return multiple if runs.span.steps / multiple <= _MOST_STEPS else 0.0
+
+
+def _part(multiple: float) -> str:
+    return "half" if multiple == 0.5 else f"1/{1.0 / multiple:.0f} of"
+
+
+def _known(gain: float, order: float) -> Array:
+    return np.full((1, 1), gain)
+
+
+def _by_steps(runs: Comparisons) -> ErrorEstimate:
+    order = float(runs.run.method.order)
+    if not (runs.tell(1.0, 2.0) and runs.tell(2.0, 4.0) and runs.tell(0.5, 1.0)):
+        return _by_shorter_steps(runs, order)
+    twice = runs.at(multiple=2.0)
+    four = None if twice.stopped else runs.at(multiple=4.0)
+    near = runs.apart(runs.own, twice)
+    found = None
+    if len(twice.rows) > 1:
+        far = None if four is None else runs.apart(twice, four)
+        words = "a run at twice the step" if four is None else "runs at 2 and 4 times the step"
+        ratio = runs.ratio(2.0, near.t)
+        found = estimate(runs, Pair(near, gain_by(ratio), words, near, far, _refinement(runs, (1, 2, 4))), order)
+        same = not _passed_over(runs, twice)
+        if four is not None and not four.stopped and same and not _doubtful(runs, found, near):
+            return found
+    half = runs.at(multiple=0.5)
+    if len(half.rows) > 1 and not half.stopped:
+        words = "runs at half and 2 times the step"
+        apart = runs.apart(runs.own, half)
+        pair = Pair(apart, gain_by(runs.ratio(0.5, apart.t)), words, apart, near, _refinement(runs, (0.5, 1, 2)))
+        return replace(estimate(runs, pair, order), passed_over=_passed_over(runs, half))
+    if found is None or not found.relative < _EXPLODED:
+        raise NoEstimateError(f"runs neither at twice nor at half the step hold: {twice.stopped or half.stopped}")
+    return found
+
+
+def _by_shorter_steps(runs: Comparisons, order: float) -> ErrorEstimate:
+    """Return what the first run tells that takes shorter parts of steps all over, and where the error matters the next
+    one as well, which shows the order."""
+    multiple = 0.5
+    while not runs.tell(multiple, 1.0):
+        multiple *= 0.5
+        if runs.parts.count(multiple * runs.step) > _MOST_PARTS * runs.parts.count(runs.step):
+            what = f"runs in shorter steps that differ from it all over take {_MOST_PARTS:.0f} times as many"
+            raise NoEstimateError(f"its steps end where forces jump or states are sampled; {what}")
+    shorter = runs.at(multiple=multiple)
+    if len(shorter.rows) < 2 or shorter.stopped:
+        raise NoEstimateError(f"a run at 1/{1.0 / multiple:.0f} of the step does not hold: {shorter.stopped}")
+    apart = runs.apart(runs.own, shorter)
+    words = f"a run at 1/{1.0 / multiple:.0f} of the step"
+    passed_over = _passed_over(runs, shorter)
+    found = estimate(runs, Pair(apart, gain_by(runs.ratio(multiple, apart.t)), words), order)
+    of_outputs = 0.0 if found.largest_output is None else found.largest_output.share
+    if max(found.relative, of_outputs) > NOTICED and runs.tell(0.5 * multiple, multiple):
+        finest = runs.at(multiple=0.5 * multiple)
+        if len(finest.rows) > 1 and not finest.stopped:
+            near, best = runs.apart(shorter, finest), runs.apart(runs.own, finest)
+            words = f"runs at 1/{1.0 / multiple:.0f} and 1/{2.0 / multiple:.0f} of the step"
+            refinement = _refinement(runs, (0.5 * multiple, multiple, 1.0))
+            pair = Pair(best, gain_by(runs.ratio(0.5 * multiple, best.t)), words, near, apart, refinement)
+            found = estimate(runs, pair, order)
+    return replace(found, passed_over=passed_over)
+
+
+def _refinement(runs: Comparisons, multiples: tuple[float, float, float]) -> float:
+    """Return the ratio of steps by which differences between three runs tell an order: 2 where steps are doubled.
+
+    Where parts of steps grow by other ratios r and s, the differences grow by r^p (s^p - 1) / (r^p - 1).
+    """
+    order = float(runs.run.method.order)
+    end = np.array([runs.parts.end])
+    first, second, third = (float(runs.ratio(multiple, end)[0]) ** order for multiple in multiples)
+    return float(((third - second) / (second - first)) ** (1.0 / order))
+
+
+def _passed_over(runs: Comparisons, other: ComparedMotion) -> str:
+    """Return which event comes in another number in another run, in words; empty where all come equally often.
+
+    Events near the end of the run may be in one of them by their errors, which show in what both runs have, and those
+    that are only counted have no times: one more or less of these is none. A resumed run has events from before.
+    """
+    ours, theirs = runs.own.events, other.events
+    if ours is None or theirs is None or runs.span.rows[0, 0] > runs.run.grid.start:
+        return ""
+    times = {name: (ours[name].t, theirs[name].t) for name in ours.counts}
+    apart = [np.abs(one[: len(two)] - two[: len(one)]).max(initial=0.0) for one, two in times.values()]
+    end = runs.end - max(runs.step, _LATER * max(apart, default=0.0))
+    for name, count in ours.counts.items():
+        one, two = times[name]
+        listed = len(one) == count
+        more = (one if len(one) > len(two) else two)[min(len(one), len(two)) :]
+        if np.any(more < end) if listed else abs(count - theirs.counts[name]) > 1:
+            pair = (len(one), len(two)) if listed else (count, theirs.counts[name])
+            return f"the event {name} comes {pair[0]} times, and {pair[1]} times in shorter steps"
+    return ""
+
+
+def _doubtful(runs: Comparisons, found: ErrorEstimate, near: Apart) -> bool:
+    """Return whether longer steps tell too little, so that a shorter one has to.
+
+    What turns by more than half a turn within a step is met at angles that longer steps pass over in the same way.
+    """
+    if runs.span.steps < _FEW_STEPS or found.t[-1] < runs.end or runs.turn > math.pi:
+        return True
+    other_order = abs(found.order - found.declared_order) > _OTHER_ORDER and found.relative > _NEGLIGIBLE
+    return other_order or float(shares(near.kinds, runs.size).max(initial=0.0)) > _DOUBTFUL

@@ -1,0 +1,165 @@
+"""Comparison runs of one run at other steps or tolerances, and how far their motions are apart."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.arrays import Array
+from eomgen.progress import Progress
+from eomgen.results.events import Events
+from eomgen.simulation.comparison_runs import SAME_TIME, comparison_run, counted, span_of
+from eomgen.simulation.events import acting
+from eomgen.simulation.motion_size import Kinds, MotionSize, differences, motion_size
+from eomgen.simulation.run import Run
+from eomgen.simulation.step_parts import step_parts
+from eomgen.toolchain.library import Library
+
+INTERRUPTED = "the runs that it is made from were interrupted"
+#: Part of a step within which a row is at an event.
+_AT_EVENT = 1e-9
+
+
+class NoEstimateError(Exception):
+    """There is no estimate, and why."""
+
+
+def planned_steps(run: Run, steps: int) -> int:
+    """Return how many steps comparison runs are expected to take."""
+    return steps if run.method.chooses_steps else math.ceil(steps / 2) + math.ceil(steps / 4)
+
+
+class ComparedMotion(NamedTuple):
+    """Rows (n, width) of a run, and the outputs there; why it came no further than its last row; its events, and the
+    times of those that changed the motion, s."""
+
+    rows: Array
+    outputs: Mapping[str, Array]
+    stopped: str = ""
+    events: Events | None = None
+    changes: Array = np.empty(0)
+
+    def at(self, places: NDArray[np.intp]) -> ComparedMotion:
+        return self._replace(rows=self.rows[places], outputs={name: one[places] for name, one in self.outputs.items()})
+
+
+class Apart(NamedTuple):
+    """How two motions differ, by kind, at times (n,) that both have rows at."""
+
+    t: Array
+    kinds: Kinds
+
+
+class Comparisons:
+    """Comparison runs of one run, and how far motions are apart."""
+
+    def __init__(
+        self,
+        run: Run,
+        library: Library,
+        rows: Array,
+        parameters: Array,
+        progress: Progress | None,
+        events: Events | None,
+    ) -> None:
+        self.run, self._library, self._progress = run, library, progress
+        self.events = "events" in library.layout["method"]
+        self.span = span_of(run, rows, parameters)
+        self.own = self._motion(self.span.rows, self.span.parameters, events)
+        self.size: MotionSize = motion_size(run.model, rows, self.own.outputs)
+        begin, end = (float(t) for t in self.span.rows[[0, -1], 0])
+        self.parts = step_parts(library.layout["method"], begin, end, float(run.method.order), self.own.changes)
+        self._steps = run.grid.steps
+        self._all = self._steps + planned_steps(run, self.span.steps)
+
+    @property
+    def end(self) -> float:
+        """The time of the last row, s, less what the times of rows may differ by."""
+        return float(self.own.rows[-1, 0]) - self._same
+
+    @property
+    def turn(self) -> float:
+        """The largest turn within a step of the run, rad."""
+        model = self.run.model
+        columns = [1 + model.nq + k for k, unit in enumerate(model.v_units) if unit == "rad/s"]
+        with np.errstate(all="ignore"):
+            fastest = float(np.max(np.abs(self.own.rows[:, columns]), initial=0.0))
+        return fastest * self.step
+
+    @property
+    def step(self) -> float:
+        """Of the run's time grid, s, or the span that is compared where that is shorter."""
+        return min(self.run.settings["step"], float(self.span.rows[-1, 0] - self.span.rows[0, 0]))
+
+    @property
+    def _same(self) -> float:
+        return SAME_TIME * self.step
+
+    def at(self, *, multiple: float = 1.0, tolerance: float | None = None) -> ComparedMotion:
+        """Return the motion with another step or tolerance. Raises NoEstimateError where the run was interrupted."""
+        before = self._steps
+        self._steps += math.ceil(self.span.steps / multiple)
+        report = counted(self._progress, before, max(self._all, self._steps))
+        found = comparison_run(
+            self.run, self._library, self.span, multiple=multiple, tolerance=tolerance, progress=report
+        )
+        if found.interrupted:
+            raise NoEstimateError(INTERRUPTED)
+        return self._motion(found.rows, found.parameters, found.events)._replace(stopped=found.stopped)
+
+    def tell(self, multiple: float, other: float) -> bool:
+        """Return whether runs at two multiples of the step, the second one the larger, are different runs all over."""
+        return self.parts.tell(multiple * self.step, other * self.step)
+
+    def ratio(self, multiple: float, times: Array) -> Array:
+        """Return by how much the steps of a run at a multiple of the step are longer in effect, up to times (n,) s."""
+        return self.parts.ratio(self.step, multiple * self.step, times)
+
+    def apart(self, first: ComparedMotion, second: ComparedMotion) -> Apart:
+        """Return how two motions differ where both have rows.
+
+        Rows at an event that changes the motion are left out: rounding decides on which side of it they lie.
+        """
+        times = first.rows[:, 0], second.rows[:, 0]
+        after = np.searchsorted(times[1], times[0] - self._same)
+        found = np.flatnonzero(after < len(times[1]))
+        found = found[times[1][after[found]] <= times[0][found] + self._same]
+        for changes in (first.changes, second.changes):
+            found = found[~_near(times[0][found], changes, _AT_EVENT * self.step)]
+        one, other = first.at(found), second.at(after[found])
+        with np.errstate(all="ignore"):
+            kinds = differences(self.run.model, one.rows, other.rows, (one.outputs, other.outputs))
+        for name, values in one.outputs.items():  # where a formula has no value in both, there is no difference
+            undefined = ~(np.isfinite(values) | np.isfinite(other.outputs[name]))
+            kinds[f"output.{name}"][undefined.reshape(kinds[f"output.{name}"].shape)] = 0.0
+        return Apart(times[0][found], kinds)
+
+    def _motion(self, rows: Array, parameters: Array, events: Events | None) -> ComparedMotion:
+        return ComparedMotion(rows, self._outputs(rows, parameters), "", events, acting(events, self._library.layout))
+
+    def _outputs(self, rows: Array, parameters: Array) -> Mapping[str, Array]:
+        model, run = self.run.model, self.run
+        if "outputs" not in model.functions:
+            return {}
+        if not len(rows):  # a run that does not get through its first step
+            return {name: values[:0] for name, values in self.own.outputs.items()}
+        ends = np.cumsum([1, model.nq, model.nv, model.nv, len(model.multipliers)])
+        t, q, v, a, multipliers, z = np.split(rows, ends, axis=1)
+        held = {"multipliers": multipliers} if model.multipliers else {}
+        u = run.signals.rows(t[:, 0]) if run.takes_rows else None
+        with np.errstate(all="ignore"):
+            return model.outputs(q, v, a, t[:, 0], u, z=z, parameters=parameters, **held)
+
+
+def _near(times: Array, others: Array, slack: float) -> NDArray[np.bool_]:
+    """Return which of times (n,) are within a slack of one of others (m,), in order, all in s."""
+    if not len(others):
+        return np.zeros(len(times), dtype=bool)
+    after = np.clip(np.searchsorted(others, times), 1, len(others)) - 1
+    behind = np.minimum(after + 1, len(others) - 1)
+    found: NDArray[np.bool_] = np.minimum(np.abs(times - others[after]), np.abs(times - others[behind])) <= slack
+    return found

@@ -1,0 +1,203 @@
+"""Errors from differences between runs, by Richardson's extrapolation.
+
+Where x_h - x = C h^p + higher powers, x_2h - x_h = (2^p - 1) (x_h - x), and the ratio of x_4h - x_2h to x_2h - x_h
+tells whether p is the method's: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I (1993), II.4.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from eomgen.arrays import Array
+from eomgen.calls import ByName
+from eomgen.results.error_estimate import OWN, ErrorEstimate, Largest
+from eomgen.simulation.comparison_runs import SAME_TIME
+from eomgen.simulation.motion_comparisons import Apart, Comparisons
+from eomgen.simulation.motion_size import Kinds, shares
+
+#: Differences above this part of the motion are too large to follow powers of the step.
+_SATURATED = 0.1
+#: Differences that are rounding, in last places.
+_ROUNDING = 1e3
+#: What errors are a part of where a component hardly moves, and of outputs.
+SMALL, RANGE = "{least}, the least that counts as its motion", "its range"
+NONE = "its motion, which is none"
+FASTEST = "the largest velocity in {unit}"
+OWN_FASTEST, SMALL_RATE = "its largest", "{least}, the least that counts as its rate"
+
+
+class Pair(NamedTuple):
+    """Differences between neighbouring runs, and what they tell of the error of the run.
+
+    Attributes
+    ----------
+    apart : of the run from another one
+    gain : from the order to the error of the run as a part of that, (n, 1)
+    words : which runs these were
+    near, far : differences that tell the order, as |x_2h - x_h| and |x_4h - x_2h|; of tolerances there are none
+    refinement : ratio of the steps of neighbouring ones of these runs
+    """
+
+    apart: Apart
+    gain: Callable[[float], Array]
+    words: str
+    near: Apart | None = None
+    far: Apart | None = None
+    refinement: float = 2.0
+
+
+def gain_by(ratio: Array) -> Callable[[float], Array]:
+    """Return the gain where the steps of the other run are longer by a ratio, (n,), in effect; shorter below 1."""
+    return lambda order: 1.0 / np.abs(np.power(ratio, order) - 1.0)[:, np.newaxis]
+
+
+def gain_of_shorter(order: float) -> float:
+    return 1.0 / (1.0 - math.pow(2.0, -order))
+
+
+def gain_of_longer(order: float) -> float:
+    return 1.0 / (math.pow(2.0, order) - 1.0)
+
+
+def estimate(runs: Comparisons, pair: Pair, declared: float) -> ErrorEstimate:
+    """Return the estimate from differences; ``declared`` is the order of the method, NaN where it chooses its steps."""
+    size = runs.size
+    errors, orders = {}, {}
+    for kind, apart in pair.apart.kinds.items():
+        orders[kind] = math.nan
+        if pair.near is not None and pair.far is not None:
+            with np.errstate(all="ignore"):
+                far, near = ((differ.t, differ.kinds[kind] / size.sizes[kind]) for differ in (pair.far, pair.near))
+            orders[kind] = observed_order(far, near, rounding_floor(runs), pair.refinement)
+        used = declared if math.isnan(orders[kind]) else min(max(orders[kind], 1.0), declared)
+        errors[kind] = apart * pair.gain(used)
+    share = shares(errors, size)
+    row, component = np.unravel_index(int(np.argmax(share)), share.shape) if share.size else (0, 0)
+    times = pair.apart.t
+    largest = None
+    if share.size:
+        error = np.hstack([errors["increment"], errors["z"]])[row, component]
+        found = (size.names[component], float(error), size.units[component], float(times[row]))
+        least = np.concatenate([size.sizes["increment"], size.sizes["z"]])[component]
+        unit = size.units[component] if size.units[component] != "1" else ""
+        measure = OWN if size.own[component] else SMALL.format(least=f"{least:.2g} {unit}".strip())
+        measure = measure if math.isfinite(least) else NONE
+        largest = Largest(*found, float(share[row, component]), measure)
+    outputs = {kind.partition(".")[2]: array for kind, array in errors.items() if kind.startswith("output.")}
+    return ErrorEstimate(
+        available=True,
+        t=times,
+        q_at=errors["q"],
+        increment_at=errors["increment"],
+        v_at=errors["v"],
+        z_at=errors["z"],
+        multipliers_at=errors["multipliers"],
+        outputs_at=ByName(
+            "output",
+            {name: array[:, 0] if runs.own.outputs[name].ndim == 1 else array for name, array in outputs.items()},
+        ),
+        relative_at=share.max(axis=1, initial=0.0),
+        order=orders["increment"],
+        declared_order=declared,
+        relative=largest.share if largest is not None else 0.0,
+        largest=largest,
+        largest_velocity=_largest_velocity(runs, errors["v"], times),
+        largest_output=_largest_output(runs, errors, times),
+        method=f"{pair.words}{_since(runs)}",
+    )
+
+
+def _since(runs: Comparisons) -> str:
+    """Return from where on a resumed run is compared, in words; empty for one that is compared from its start."""
+    first, start = float(runs.span.rows[0, 0]), runs.run.grid.start
+    return f" from t = {first:.6g} s on, where the state is taken for exact" if first > start + 0.5 * runs.step else ""
+
+
+def _largest_velocity(runs: Comparisons, errors: Array, times: Array) -> Largest | None:
+    """Return the largest error of the velocities, (n, nv), as a part of the largest velocity of the same unit, of a
+    beam's elastic coordinate of its own; None where nothing moves.
+
+    A beam is no joint: of what turns and slides as fast as the machine does, its vibrations are a thousandth.
+    """
+    model = runs.run.model
+    velocities = np.abs(runs.span.rows[:, 1 + model.nq : 1 + model.nq + model.nv]).max(axis=0)
+    units = np.array(model.v_units)
+    span = float(runs.span.rows[-1, 0] - runs.span.rows[0, 0])
+    least = runs.size.sizes["increment"] / span  # what moves less rests but for rounding
+    measures = np.maximum(velocities, np.where(np.isfinite(least), least, 0.0))
+    fastest = np.array([measures[units == unit].max() for unit in units])
+    elastic = np.zeros(model.nv, dtype=bool)
+    for factor in model.factors:
+        elastic[factor.v] = factor.name in model.beams
+    fastest[elastic] = measures[elastic]
+    moving = np.flatnonzero(fastest > 0.0)
+    if not errors.size or not len(moving):
+        return None
+    share = np.nan_to_num(errors[:, moving] / fastest[moving], nan=np.inf)
+    row, place = np.unravel_index(int(np.argmax(share)), share.shape)
+    column = int(moving[place])
+    unit, time, error = str(units[column]), float(times[row]), float(errors[row, column])
+    measure = FASTEST.format(unit=unit or "its unit")
+    if elastic[column]:
+        own = velocities[column] >= fastest[column]
+        measure = OWN_FASTEST if own else SMALL_RATE.format(least=f"{fastest[column]:.2g} {unit}")
+    return Largest(model.v_names[column], error, unit, time, float(share[row, place]), measure)
+
+
+def _largest_output(runs: Comparisons, errors: Kinds, times: Array) -> Largest | None:
+    """Return the largest error of the outputs as a part of their ranges; None without any."""
+    units = {item["name"]: item["unit"] for item in runs.run.model.library.layout["outputs"]}
+    found = []
+    for kind, array in errors.items():
+        name = kind.partition(".")[2]
+        if not name or not array.size:
+            continue
+        share = shares(errors, runs.size, (kind,))
+        row, place = np.unravel_index(int(np.argmax(share)), share.shape)
+        label = f"output {name}{f'[{place}]' if array.shape[1] > 1 else ''}"
+        found.append(
+            Largest(label, float(array[row, place]), units[name], float(times[row]), float(share[row, place]), RANGE)
+        )
+    return max(found, key=lambda item: item.share, default=None)
+
+
+def rounding_floor(runs: Comparisons) -> float:
+    """Return the part of the motion that rounding may be."""
+    single = runs.run.model.library.real == "float"
+    return _ROUNDING * float(np.finfo(np.float32 if single else np.float64).eps)
+
+
+def observed_order(far: tuple[Array, Array], near: tuple[Array, Array], floor: float, ratio: float = 2.0) -> float:
+    """Return the order that differences tell; NaN where they are rounding.
+
+    What is held against one another are the largest so far, up to the last row at which both follow powers of the step.
+
+    Parameters
+    ----------
+    far, near : x_4h - x_2h and x_2h - x_h as parts of the motion, (n, size), at times (n,) each in s
+    floor : differences that are rounding
+    ratio : of the steps of neighbouring runs
+    """
+    if not len(far[0]) or not len(near[0]) or not far[1].shape[1]:
+        return math.nan
+    (t, largest), (near_t, near_largest) = ((times, _so_far(array)) for times, array in (far, near))
+    places = np.searchsorted(near_t, t + SAME_TIME * (near_t[-1] - near_t[0]) / len(near_t), side="right") - 1
+    seen = np.flatnonzero(places >= 0)
+    ours, theirs = near_largest[places[seen]], largest[seen]
+    known = np.flatnonzero((ours > floor) & (theirs > floor) & np.isfinite(theirs) & (t[seen] <= near_t[-1]))
+    if not len(known):
+        return math.nan
+    calm = known[theirs[known] < _SATURATED]
+    row = calm[-1] if len(calm) else known[0]
+    return float(np.log2(theirs[row] / ours[row]) / math.log2(ratio))
+
+
+def _so_far(array: Array) -> Array:
+    """Return the largest number of each row and those before it, (n,)."""
+    with np.errstate(all="ignore"):
+        found: Array = np.maximum.accumulate(np.nan_to_num(array, nan=np.inf).max(axis=1))
+    return found
