@@ -14,7 +14,7 @@ from eomgen.compiled.terms import Inputs, Parameters, States
 
 if TYPE_CHECKING:
     from eomgen.analysis.equilibrium import Equilibrium
-    from eomgen.analysis.linearize import EquilibriumState
+    from eomgen.analysis.operating_point import EquilibriumState
     from eomgen.analysis.steady_motion import SteadyMotion
     from eomgen.linear.campbell import Campbell
     from eomgen.linear.linearization import Linearization

@@ -6,6 +6,7 @@ __all__ = [
     "definiteness",
     "equilibrium",
     "linearize",
+    "operating_point",
     "road_excitation",
     "root_locus",
     "steady_motion",

@@ -1,0 +1,182 @@
+"""The state that a linear model is about: the caller's, an equilibrium, a steady motion, or the initial state."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from eomgen.analysis.driven_rest import driven_components, held_base, law_rates
+from eomgen.analysis.equilibrium import Equilibrium, equilibrium
+from eomgen.analysis.equilibrium_warnings import Measures as MeasuresOfScene
+from eomgen.analysis.steady_motion import SteadyMotion, steady_motion
+from eomgen.arrays import Array
+from eomgen.compiled.arguments import check_finite, components
+from eomgen.compiled.initial_state import initial_state
+from eomgen.compiled.terms import Inputs
+from eomgen.errors import ModelError, NumericalError, Problem, UsageError
+
+if TYPE_CHECKING:
+    from eomgen.compiled.model import CompiledModel
+
+#: How far constraints may be off in a state that is given, in their own units.
+MET = 1e-6
+#: What ``model.equilibrium`` or ``model.steady_motion`` found.
+EquilibriumState = Equilibrium | SteadyMotion
+
+
+@dataclass(frozen=True)
+class State:
+    """A state to linearise about; accelerations and multipliers are None where the dynamics give them."""
+
+    what: str
+    q: Array
+    v: Array
+    z: Array
+    a: Array | None = None
+    multipliers: Array | None = None
+
+
+@dataclass(frozen=True)
+class OperatingPoint:
+    """What holds besides the state: time, parameters, inputs, and a base that is not where the scene has it."""
+
+    t: float
+    parameters: Array
+    u: Inputs
+    base: Array | None
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """Keywords of the model's functions."""
+        return {"t": self.t, "parameters": self.parameters, "u": self.u, "base": self.base}
+
+
+def given_state(model: CompiledModel, given: Mapping[str, Any]) -> State:
+    """Return the caller's state, each part as one vector."""
+    sizes = {"q": model.nq, "v": model.nv, "a": model.nv, "multipliers": len(model.multipliers)}
+    parts: dict[str, Array] = {}
+    for name, size in sizes.items():
+        if given.get(name) is None:
+            continue
+        whole = model.evaluator.with_references(name, given[name]) if name == "q" else given[name]
+        parts[name] = components(name, whole, size)
+        if parts[name].ndim != 1:
+            what = f"one state is needed, not a batch of shape {parts[name].shape}"
+            raise UsageError(Problem(name, what, "one call for each state; nothing is compiled again"))
+        check_finite(name, parts[name])
+    parts["q"] = model.evaluator.configuration(parts["q"])
+    z = model.evaluator.internal(given.get("z"))
+    v = parts.get("v", np.zeros(model.nv))
+    return State("given state", parts["q"], v, z, parts.get("a"), parts.get("multipliers"))
+
+
+def check_constraints(model: CompiledModel, state: State, operating_point: OperatingPoint) -> None:
+    """Raise UsageError where a given state does not meet the constraints, or given accelerations break them."""
+    model.check_left_out(state.q, state.v, operating_point.t, operating_point.parameters)
+    if not model.multipliers:
+        return
+    given = operating_point.given
+    at_velocity = next(iter(model.evaluate("constraint_velocity", state.q, state.v, **given).values()))
+    rows = [("rate", model.multipliers, at_velocity)]
+    if model.functions.sizes["holonomic"]:
+        at_position = next(iter(model.evaluate("constraint", state.q, **given).values()))
+        rows.insert(0, ("position", model.multipliers, at_position))
+    if state.a is not None:
+        (B,) = model.evaluate("constraint_jacobian", state.q, **given).values()
+        (g,) = model.evaluate("constraint_bias", state.q, state.v, **given).values()
+        rows.append(("acceleration", model.multipliers, B @ state.a + g))
+    for level, names, values in rows:
+        worst = int(np.argmax(np.abs(values)))
+        if not abs(values[worst]) <= MET:
+            what = (
+                f"the state does not meet the constraints: {names[worst]} is off by {values[worst]:.3g} in its {level}"
+            )
+            hint = (
+                "a without it, for that of the motion"
+                if level == "acceleration"
+                else "q and v of model.consistent(q, v)"
+            )
+            raise UsageError(Problem("linearize", what, hint))
+
+
+def found_state(
+    model: CompiledModel,
+    at: str | None,
+    initial: Mapping[str, Any] | None,
+    operating_point: OperatingPoint,
+    *,
+    any_kind: bool,
+) -> tuple[State, OperatingPoint]:
+    """Return the state that ``at`` specifies; by default an equilibrium, else the initial state."""
+    if at not in (None, "equilibrium", "steady", "initial"):
+        hint = '"equilibrium", "steady", "initial", or what model.equilibrium or model.steady_motion found'
+        raise UsageError(Problem("linearize", f"at = {at!r} is unknown", hint))
+    reason = ""
+    start = initial_state(model, initial, operating_point.parameters)
+    where = (initial, operating_point.parameters, operating_point.t, operating_point.u)
+    driven = bool(np.any(law_rates(model, _of_scene(model, operating_point), start.q)))
+    absolute = driven and bool(model.description.joints)
+    turning = at is None and (absolute or (operating_point.base is None and _base_moves(model, operating_point)))
+    if at == "steady" or turning:
+        try:
+            given = _zero_velocities(model, start.q, operating_point) if turning and not absolute else None
+            return as_found("steady motion", steady_motion(model, given, None, *where), operating_point)
+        except NumericalError:
+            if at == "steady":
+                raise
+    if at in (None, "equilibrium"):
+        try:
+            found = equilibrium(model, *where, any_kind=any_kind)
+            if cautions := found.warnings(any_kind=any_kind):
+                what = f"{model.name}: linear about an equilibrium in doubt: {'; '.join(cautions)}"
+                warnings.warn(what, RuntimeWarning, stacklevel=5)
+            return as_found("equilibrium", found, operating_point)
+        except (NumericalError, ModelError) as error:
+            if at == "equilibrium":
+                raise
+            reason = error.problems[0].what
+    q, v = start.q, start.v
+    if model.multipliers:
+        consistent = model.consistent(q, v, operating_point.t, parameters=operating_point.parameters)
+        q, v = consistent.q, consistent.v
+        if at is None and driven:
+            what = f"linear about the initial state, which does not last: {reason}"
+            warnings.warn(f'{what}; try: at="initial" if it is meant', RuntimeWarning, stacklevel=5)
+    if reason and operating_point.u is not None and not (model.multipliers and driven):
+        what = f"linear about the initial state, with the inputs that are given: {reason}"
+        warnings.warn(f'{what}; try: at="initial" if it is meant', RuntimeWarning, stacklevel=5)
+    return State("initial state", q, v, start.z), operating_point
+
+
+def as_found(what: str, found: EquilibriumState, operating_point: OperatingPoint) -> tuple[State, OperatingPoint]:
+    """Return a state that was found, and the base as it was then; warn where its velocities turn."""
+    if np.any(found.a):
+        how = "its velocities turn in these coordinates, so the linear model holds at this instant only"
+        hint = "a frame on a free joint that does not spin, with spins as joints of their own"
+        warnings.warn(f"linear about a {what}: {how}; try: {hint}", RuntimeWarning, stacklevel=5)
+    state = State(what, found.q, found.v, found.z, found.a, found.multipliers)
+    return state, replace(
+        operating_point, t=found.t, base=found.base if operating_point.base is None else operating_point.base
+    )
+
+
+def _base_moves(model: CompiledModel, operating_point: OperatingPoint) -> bool:
+    return "base" in model.functions and bool(
+        np.any(model.base(operating_point.t, parameters=operating_point.parameters)[7:])
+    )
+
+
+def _of_scene(model: CompiledModel, operating_point: OperatingPoint) -> MeasuresOfScene:
+    """Return the scene at a time and parameters, its base held."""
+    p, t = operating_point.parameters, operating_point.t
+    return MeasuresOfScene(model, p, t, held_base(model, p, t))
+
+
+def _zero_velocities(model: CompiledModel, q: Array, operating_point: OperatingPoint) -> dict[str, float]:
+    """Return velocities of zero against the base, for all components but those that are driven."""
+    driven = driven_components(model, _of_scene(model, operating_point), q)
+    return {name: 0.0 for name in (name.removeprefix("v.") for name in model.v_names) if name not in driven}
