@@ -14,7 +14,8 @@ import eomgen
 from eomgen import ModelError, UsageError
 
 TURNED = [{"axis": [1, 2, 3], "angle": 0.7}]
-LEFT_OUT = "rows that were left out, because they follow from others at the default parameters, "
+OFF = "rows that were left out, because they follow from others at the default parameters, are off at X = 0.3: "
+NEW = "rows that were left out, because they follow from others at the default parameters, do not at X = 0.2: "
 
 
 def four_bar(turned: bool, coordinates: Literal["joint", "absolute"], X: float = 0.0, Y: float = 1.5) -> dict[str, Any]:
@@ -63,7 +64,7 @@ def test_a_shift_along_the_hinges_is_refused_by_scene_and_run(form: Any) -> None
         with pytest.raises(ModelError) as caught:
             call(model(*form), {"X": 0.3})
         said = str(caught.value)
-        assert said.startswith(f"model error: constraints: {LEFT_OUT}are off at X = 0.3: "), said
+        assert said.startswith(f"model error: constraints: {OFF}"), said
         assert "; try: parameters with which the constraints can be met together, or a scene with these values" in said
 
 
@@ -108,6 +109,25 @@ def test_a_constraint_of_which_nothing_is_left() -> None:
     assert hinge.multipliers == () and hinge.simulate(1e-2).success
     with pytest.raises(ModelError, match=r"are off at X = 0\.2: again: origins meet along z by -?0\.2; try"):
         hinge.simulate(1e-2, parameters={"X": 0.2})
+
+
+def test_a_row_that_says_something_at_other_parameters_alone() -> None:
+    """A point on a hinge is where it is; beside the hinge it holds the angle, at which it is met."""
+    place = {"position": ["X", 0, 0]}
+    pin = {"type": "spherical", "first": {**place, "body": "base"}, "second": {**place, "body": "b"}}
+    scene = {
+        "format": 1,
+        "name": "pinned",
+        "parameters": {"X": {"value": 0.0, "tunable": True}},
+        "bodies": {"b": {"mass": 1.0, "inertia": [0.1] * 3}},
+        "joints": {"h": {"type": "revolute", "parent": "base", "child": "b", "axis": [0, 0, 1]}},
+        "constraints": {"pin": pin},
+    }
+    hinge = eomgen.build(scene, profile="quick")
+    assert hinge.multipliers == () and hinge.simulate(1e-2).success
+    with pytest.raises(ModelError) as caught:
+        hinge.simulate(1e-2, parameters={"X": 0.2})
+    assert str(caught.value).startswith(f"model error: constraints: {NEW}pin: origins meet along y; try: ")
 
 
 def rope(length: float | str, height: float) -> dict[str, Any]:
