@@ -234,7 +234,7 @@ ORDER: dict[str, tuple[str, ...]] = {
     "studies.ladders": (
         "runs",
         "subject verdicts",
-        "references structure table",
+        "references register structure",
         "plots",
         "result",
         "study",

@@ -35,8 +35,8 @@ VERBS: dict[str, tuple[str, str]] = {
     "tradeoff": ("Measure speed against accuracy: methods, formulations, steps.", "eomgen.cli.tradeoff"),
     "tune": ("Find the cheapest settings that meet a demand on the error.", "eomgen.cli.tune"),
     "extremes": ("Map what holds, is said and fails under extreme conditions.", "eomgen.cli.extremes"),
-    "schema": ("Print the JSON Schema of scene files.", "eomgen.cli.machine"),
-    "doctor": ("Examine the machine: compiler, headers, cache, packages.", "eomgen.cli.machine"),
+    "schema": ("Print the JSON Schema of scene files.", "eomgen.cli.schema"),
+    "doctor": ("Examine the machine: compiler, headers, cache, packages.", "eomgen.cli.doctor"),
 }
 
 

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from typing import Any
 
 from eomgen.integrators.families.family import Field, Status
-from eomgen.system.events import EventRow, Mode
+from eomgen.system.events import LEAST_INTERVAL, EventRow, Mode
 
 #: Events that a call of ``run`` keeps for its caller; it ends behind the step in which half of them are used.
 LOG = 64
@@ -15,8 +15,6 @@ LOG = 64
 MOST = LOG // 2
 #: Shortest part of a step that is stepped, as a share of it; shorter ones are two terms of a Taylor series.
 SHORTEST = 1e-8
-#: Least time between two events of a kind, as a share of a step, where the scene gives none.
-LEAST_INTERVAL = 1e-9
 
 STOPPED = Status(
     20, "EVENT_STOP", "an event of the scene has ended the run", "an action other than stop, or a later end"

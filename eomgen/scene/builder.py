@@ -11,7 +11,7 @@ from eomgen.calls import checked_calls, unknown_attribute
 from eomgen.errors import Problem
 from eomgen.scene.builder_methods import Rotations, Value, enters
 from eomgen.scene.load import from_data
-from eomgen.scene.scene import Scene
+from eomgen.scene.scene import GRAVITY, Scene
 from eomgen.text import key_of
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ class SceneBuilder:
         name: str,
         *,
         description: str = "",
-        gravity: Sequence[Value] = (0.0, 0.0, -9.81),
+        gravity: Sequence[Value] = GRAVITY,
         terms: Sequence[str] = (),
         coordinates: str = "joint",
         task_frames: Sequence[str] = (),

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, TypeVar
 
 from eomgen.calls import checked_calls, not_assigned_to, unknown_attribute
 from eomgen.formula.curves import AnyCurve
-from eomgen.formula.nodes import ZERO_VECTOR, Formula, Number
+from eomgen.formula.nodes import ZERO_VECTOR, Number, Vector
 from eomgen.scene.bodies.model import Base, Body
 from eomgen.scene.control.model import Controller, Reference, StateFeedback
 from eomgen.scene.digest import digest_of
@@ -37,6 +37,8 @@ if TYPE_CHECKING:  # a Scene needs none of what reads files
     from eomgen.scene.forces.torsion_springs import TorsionSpring
     from eomgen.scene.forces.tyres import Tyre
 
+#: In world axes, m/s^2, where a scene says nothing.
+GRAVITY = (0.0, 0.0, -9.81)
 #: Fields that no equation follows from.
 _SAID = frozenset({"source", "notes", "metadata", "description"})
 
@@ -92,7 +94,7 @@ class Scene:
     name: str
     bodies: tuple[Body, ...]
     joints: tuple[Joint, ...]
-    gravity: tuple[Formula, Formula, Formula] = (Number(0.0), Number(0.0), Number(-9.81))
+    gravity: Vector = (Number(GRAVITY[0]), Number(GRAVITY[1]), Number(GRAVITY[2]))
     description: str = ""
     parameters: tuple[Parameter, ...] = ()
     curves: tuple[AnyCurve, ...] = ()

@@ -19,7 +19,7 @@ from eomgen.lie import product
 from eomgen.simulation.angle_range import HINT, REASON, large_angles, large_joint_angles
 from eomgen.simulation.constraint_violation import FAILED, Violation
 from eomgen.simulation.energy_balance import Balance
-from eomgen.simulation.growth import Growth
+from eomgen.simulation.instability import Growth
 from eomgen.system.description import Description
 from eomgen.system.terms import TERMS
 

@@ -14,7 +14,7 @@ from eomgen.results.events import Events
 from eomgen.simulation.diagnosis import advice, fast_joint, first_non_finite, instability
 from eomgen.simulation.events import ending, parameters_with, without_value
 from eomgen.simulation.failed_controller import failed_controller
-from eomgen.simulation.growth import own_growth, unstable_growth
+from eomgen.simulation.instability import own_growth, unstable_growth
 from eomgen.simulation.run import Run
 from eomgen.simulation.singular_positions import singular_ahead, way_past
 from eomgen.simulation.states import states_of

@@ -30,8 +30,8 @@ from eomgen.simulation.energy_balance import FAILED, REPORTED, Balance, energy_b
 from eomgen.simulation.error_estimation import ErrorEstimation, no_estimate
 from eomgen.simulation.events import acting, parameters_over, table_of
 from eomgen.simulation.fast_motions import unresolved_motion
-from eomgen.simulation.growth import at_rest, unstable_growth
 from eomgen.simulation.impact_starts import impacts_at_start
+from eomgen.simulation.instability import at_rest, unstable_growth
 from eomgen.simulation.momentum import momentum_drift
 from eomgen.simulation.run import Run
 from eomgen.simulation.run_metadata import run_metadata

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from eomgen.studies.ladders.register import LADDERS
 from eomgen.studies.ladders.result import Extremes
 from eomgen.studies.ladders.study import extremes
-from eomgen.studies.ladders.table import LADDERS
 from eomgen.studies.ladders.verdicts import VERDICTS, Cell
 from eomgen.studies.tuning.real_time import RealTime
 from eomgen.studies.tuning.result import Tuned

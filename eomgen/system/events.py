@@ -8,6 +8,9 @@ from typing import Literal
 Direction = Literal["rising", "falling", "both"]
 Action = Literal["count", "record", "stop", "reset", "impact", "switch"]
 
+#: Least time between two events of a kind, as a share of a step, where the scene gives none.
+LEAST_INTERVAL = 1e-9
+
 
 @dataclass(frozen=True)
 class Assignment:

@@ -21,6 +21,7 @@ from eomgen.cli.tables import print_table
 from eomgen.scene.load import from_data
 from eomgen.scene.scaling import GRAVITY, LENGTH, MASS, ORIGIN, STIFFNESS, TIME, with_factors
 from eomgen.studies.ladders.references import difference, reference
+from eomgen.studies.ladders.register import LADDERS
 from eomgen.studies.ladders.runs import (
     CRASH,
     HANG,
@@ -35,7 +36,6 @@ from eomgen.studies.ladders.runs import (
     simulated,
 )
 from eomgen.studies.ladders.subject import Subject
-from eomgen.studies.ladders.table import LADDERS
 from eomgen.studies.ladders.verdicts import VERDICTS, verdict
 
 PENDULUM: dict[str, Any] = {

@@ -16,8 +16,8 @@ import pytest
 import eomgen
 from eomgen.cli import main
 from eomgen.studies.work_precision import study as work_precision
-from eomgen.studies.work_precision.axes import candidates
-from eomgen.studies.work_precision.configuration import AXES, Configuration
+from eomgen.studies.work_precision.axes import AXES, candidates
+from eomgen.studies.work_precision.configuration import Configuration
 from eomgen.studies.work_precision.formulations import formulations
 from eomgen.studies.work_precision.observation import ErrorSize, errors, observed
 from eomgen.studies.work_precision.reference import Reference

@@ -34,11 +34,11 @@ from eomgen.scene.forces.element import Site
 from eomgen.scene.forces.register import ALL_BOUNDS, ELEMENTS
 from eomgen.scene.formula.scope import PARAMETERS, Names, Offered
 from eomgen.scene.joint_types import JOINTS
-from eomgen.scene.joints.constraints import check_closings, read_constraint
+from eomgen.scene.joints.constraint_reading import check_closings, read_constraint
 from eomgen.scene.joints.frames import check_two_bodies
 from eomgen.scene.joints.mimics import check_mimics
 from eomgen.scene.joints.moved_inertia import check_motion
-from eomgen.scene.joints.reactions import read_reaction
+from eomgen.scene.joints.reaction_reading import read_reaction
 from eomgen.scene.joints.reading import read_joint
 from eomgen.scene.joints.tree import Link, ordered
 from eomgen.scene.joints.unresisted import unresisted_motions

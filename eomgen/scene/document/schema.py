@@ -20,9 +20,10 @@ from eomgen.scene.events.schema import Event, Mode
 from eomgen.scene.forces.register import ELEMENTS
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.joints.schema import Constraint, Joint, Reaction
-from eomgen.scene.reading.key_metadata import Table, key, optional
+from eomgen.scene.reading.key_metadata import Table, key, optional, shown_power
 from eomgen.scene.reading.kinds import Description, Finite, Triple, Value
 from eomgen.scene.reading.rotation_schema import Rotations
+from eomgen.scene.scene import GRAVITY
 from eomgen.scene.signals.schema import Curve, Input, Output, Parameter, State
 from eomgen.scene.sources.register import BUILT_IN, all_options
 from eomgen.scene.sources.source import Option, Source
@@ -97,7 +98,7 @@ class Simulation(Table):
     """The defaults of ``simulate``."""
 
     method: str = key("see below", Defaults.method, kind="name")
-    step: Finite = key("fixed step", Defaults.step, unit="s", shown_default="`1e-3`")
+    step: Finite = key("fixed step", Defaults.step, unit="s", shown_default=f"`{shown_power(Defaults.step)}`")
     duration: Finite = key("of the run", Defaults.duration, unit="s")
     rho_inf: Finite = key(
         "numerical damping of generalized-alpha at high frequencies; 1 has none", Defaults.rho_inf, kind="0 to 1"
@@ -138,7 +139,7 @@ class Document(Table, BaseModel):  # the linter knows the children of BaseModel 
     format: Literal[1] = key("version of this format", kind="1")
     name: str = key("name of the scene and prefix of its C functions", kind="name")
     description: Description = key("one line for tables and plots", "")
-    gravity: Triple = key("in world axes", (0.0, 0.0, -9.81), unit="m/s^2", names=PARAMETERS)
+    gravity: Triple = key("in world axes", GRAVITY, unit="m/s^2", names=PARAMETERS)
     coordinates: Literal["joint", "absolute"] = key("see [absolute coordinates](#absolute-coordinates)", "joint")
     terms: Annotated[tuple[Literal[tuple(TERMS)], ...], Field(strict=False)] = key(  # type: ignore[valid-type]
         "functions wanted; empty means all that the scene can use, see [terms](#terms)", (), kind="list of names"

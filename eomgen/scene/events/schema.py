@@ -8,8 +8,9 @@ from typing import Literal
 from pydantic import model_validator
 
 from eomgen.scene.formula.scope import EVERYTHING
-from eomgen.scene.reading.key_metadata import ANY_UNIT, Table, key, of_fixed_parameters, optional
+from eomgen.scene.reading.key_metadata import ANY_UNIT, Table, key, of_fixed_parameters, optional, shown_power
 from eomgen.scene.reading.kinds import Description, Finite, Value
+from eomgen.system.events import LEAST_INTERVAL
 
 
 class Event(Table):
@@ -31,7 +32,9 @@ class Event(Table):
     mode: str | None = optional("of `switch`", refers="modes")
     to: Value | None = optional("of `switch`: the new value of the mode", names=EVERYTHING)
     least_interval: Value | None = of_fixed_parameters(
-        "an event that comes again sooner ends the run", unit="s", shown_default="1e-9 of the step"
+        "an event that comes again sooner ends the run",
+        unit="s",
+        shown_default=f"{shown_power(LEAST_INTERVAL)} of the step",
     )
     description: Description = key("for tables", "")
 

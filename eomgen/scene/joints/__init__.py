@@ -3,13 +3,13 @@
 __all__ = ["constraint_model", "model", "reaction_model", "unresisted"]
 #: Open to the other parts of ``scene`` as well.
 WITHIN = [
-    "constraints",
+    "constraint_reading",
     "displacement",
     "frame_schema",
     "frames",
     "mimics",
     "moved_inertia",
-    "reactions",
+    "reaction_reading",
     "reading",
     "schema",
     "tree",

@@ -11,7 +11,7 @@ from eomgen.scene.geometry.rotations import frame_about, quaternion_of, rows
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints import schema as written
 from eomgen.scene.joints.drives import driven_start, read_drives
-from eomgen.scene.joints.limits import read_friction, read_stops
+from eomgen.scene.joints.limits_and_friction import read_friction, read_stops
 from eomgen.scene.joints.model import Coefficients, Joint, Mimic
 from eomgen.scene.reading.orientation import read_orientation
 from eomgen.scene.reading.values import Values

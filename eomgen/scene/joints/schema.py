@@ -17,13 +17,13 @@ from eomgen.scene.joint_types import (
 from eomgen.scene.joints import constraint_model
 from eomgen.scene.joints.frame_schema import Frame
 from eomgen.scene.joints.model import ONSETS
-from eomgen.scene.reading.key_metadata import Table, key, of_fixed_parameters, of_parameters, optional
+from eomgen.scene.reading.key_metadata import Table, key, of_fixed_parameters, of_parameters, optional, shown_power
 from eomgen.scene.reading.kinds import Bounds, Matrix, Triple, Value, Values
 from eomgen.scene.reading.rotation_schema import Rotations
 
 _OF_RANGE = "value or list of values of parameters, rad or m"
 _LIMITED = by_coordinate("rad", "m")
-_ONSETS = ", ".join(f"{onset:.0e} {unit}".replace("e-0", "e-") for unit, onset in ONSETS.items())
+_ONSETS = ", ".join(f"{shown_power(onset)} {unit}" for unit, onset in ONSETS.items())
 _RATE, _EFFORT = by_coordinate("rad/s", "m/s"), by_coordinate("N m", "N")
 
 

@@ -99,6 +99,11 @@ def of_fixed_parameters(description: str, **meaning: Any) -> Any:
     return optional(description, names=FIXED_PARAMETERS, **meaning)
 
 
+def shown_power(value: float) -> str:
+    """Return a small number as the reference page shows it: ``1e-3``."""
+    return f"{value:.0e}".replace("e-0", "e-")
+
+
 def meaning_of(field: FieldInfo) -> Meaning:
     """Return what is known of a field of a table."""
     return next((entry for entry in field.metadata if isinstance(entry, Meaning)), Meaning())

@@ -2,4 +2,4 @@
 
 __all__ = []
 #: Open to the other parts of ``studies``.
-WITHIN = ["result", "study", "table", "verdicts"]
+WITHIN = ["result", "study", "register", "verdicts"]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from eomgen.errors import FileError, Problem
-from eomgen.studies.ladders.table import BY_NAME
+from eomgen.studies.ladders.register import BY_NAME
 from eomgen.studies.ladders.verdicts import Cell, counts
 
 #: Colour and sign of each verdict: green to yellow is right or nearly, blue is said, red is what must not be.

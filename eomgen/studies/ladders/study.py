@@ -15,11 +15,11 @@ from eomgen.errors import FileError, Problem, UsageError
 from eomgen.files import make_folder
 from eomgen.integrators.methods import AUTO, canonical_name
 from eomgen.studies.ladders.references import Reference, difference, reference
+from eomgen.studies.ladders.register import BY_NAME, EQUATIONS, LADDERS, SAME, Ladder, methods_of
 from eomgen.studies.ladders.result import Extremes
 from eomgen.studies.ladders.runs import REACHED, Conditions, Ended, Request, Runner, compile_stepper, simulated
 from eomgen.studies.ladders.structure import Structure
 from eomgen.studies.ladders.subject import FACTORS, OWN, SINGLE, Subject
-from eomgen.studies.ladders.table import BY_NAME, EQUATIONS, LADDERS, SAME, Ladder, methods_of
 from eomgen.studies.ladders.verdicts import FAILS, Cell, verdict
 from eomgen.study_defaults import EXTREMES_BUDGET, EXTREMES_LIMIT
 from eomgen.text import nearest, shown

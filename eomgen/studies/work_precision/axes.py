@@ -1,4 +1,4 @@
-"""Axes of a scene: the configurations that it can have, cut to what makes a difference to it."""
+"""The axes of a study, and the configurations that a scene has along them, cut to what makes a difference to it."""
 
 from __future__ import annotations
 
@@ -11,10 +11,23 @@ from eomgen.integrators.families.family import Family, MethodName
 from eomgen.integrators.families.register import BUILT_IN, families_of_others, row_of
 from eomgen.integrators.methods import check_needs, method_named
 from eomgen.model import Model
-from eomgen.studies.work_precision.configuration import AXES, NAMED, Configuration
+from eomgen.studies.work_precision.configuration import Configuration
 from eomgen.system.system import Facts
 from eomgen.text import nearest, shown
 
+#: The axes of a study, and what varies along each.
+AXES: Mapping[str, str] = {
+    "formulation": "coordinates: joint coordinates, absolute ones on SE(3) and on R^3 x SO(3)",
+    "method": "the method, its form for constraints and its variant",
+    "parameters": "parameters of the method, as rho_inf",
+    "resolution": "step, or tolerance of methods that choose their steps",
+    "policy": "settings of Newton's iteration",
+    "arithmetic": "double and float",
+    "profile": "profile of the compiler",
+    "fidelity": "modes of beams, their order, stiffening, rigid beams; errors are against the scene described",
+}
+#: Axes that vary only where they are named.
+NAMED = ("fidelity",)
 #: The parameter by which methods choose their steps.
 TOLERANCE = "tolerance"
 #: Its values that are compared where the method names none.

@@ -1,4 +1,4 @@
-"""Configurations of runs, and the axes along which a study varies them."""
+"""Configurations of runs: all that decides speed and error, but the step or tolerance."""
 
 from __future__ import annotations
 
@@ -8,20 +8,6 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from eomgen.toolchain.profiles import STANDARD_PROFILE
-
-#: The axes of a study, and what varies along each.
-AXES: Mapping[str, str] = {
-    "formulation": "coordinates: joint coordinates, absolute ones on SE(3) and on R^3 x SO(3)",
-    "method": "the method, its form for constraints and its variant",
-    "parameters": "parameters of the method, as rho_inf",
-    "resolution": "step, or tolerance of methods that choose their steps",
-    "policy": "settings of Newton's iteration",
-    "arithmetic": "double and float",
-    "profile": "profile of the compiler",
-    "fidelity": "modes of beams, their order, stiffening, rigid beams; errors are against the scene described",
-}
-#: Axes that vary only where they are named.
-NAMED = ("fidelity",)
 
 
 @dataclass(frozen=True)

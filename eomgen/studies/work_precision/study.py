@@ -101,7 +101,7 @@ def tradeoff(
     measure : str
         Of the error over time: ``largest``, ``rms`` or ``final``.
     axes : sequence of str
-        What is varied, see ``configuration.AXES``; all by default, but absolute coordinates of a scene whose joint
+        What is varied, see ``axes.AXES``; all by default, but absolute coordinates of a scene whose joint
         coordinates have no constraints, which are studied where ``formulation`` is named.
     methods : sequence of str
         All that make a difference to the scene by default.

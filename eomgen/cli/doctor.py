@@ -1,4 +1,4 @@
-"""``eomgen schema`` and ``eomgen doctor``: the JSON Schema of scene files, and checks of the build requirements."""
+"""``eomgen doctor``: checks of the build requirements."""
 
 from __future__ import annotations
 
@@ -10,15 +10,6 @@ from eomgen.cli.options import debug_option, json_option
 from eomgen.cli.printing import print_json, say
 from eomgen.cli.tables import print_table
 from eomgen.errors import ToolchainError
-
-
-@click.command()
-@debug_option
-def schema() -> None:
-    """Print the JSON Schema of scene files, for editors and checkers."""
-    from eomgen.scene.document.json_schema import json_schema  # noqa: PLC0415  # pydantic comes with it
-
-    click.echo(json_schema(), nl=False)
 
 
 @click.command()

@@ -1,4 +1,4 @@
-"""Reading of joint stops and dry friction."""
+"""Reading of joint limits (compliant stops) and dry friction."""
 
 from __future__ import annotations
 
