@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 _KERNELS: Mapping[GroupFunction, Callable[[Group], kernels.Kernel]] = {
     "update": kernels.update,
     "tangent": kernels.tangent,
+    "cotangent": kernels.cotangent,
     "bracket": kernels.bracket,
     "transport": kernels.transport,
 }

@@ -1,4 +1,4 @@
-"""Lie group functions called in a time step (update, tangent, bracket, transport), as tapes and as printable
+"""Lie group functions called in a time step (update, tangent, cotangent, bracket, transport), as tapes and as printable
 statements."""
 
 from __future__ import annotations
@@ -96,6 +96,17 @@ def tangent(group: Group) -> Kernel:
 
     equation = "out = blocks of T(theta): exp(theta)^-1 d exp(theta) = (T(theta) d theta)~"
     return _kernel("tangent", group, equation, (("theta", group.v_size),), blocks)
+
+
+def cotangent(group: Group) -> Kernel:
+    """Return out = T(theta)^-T x, which takes a momentum from where exp(theta) begins or ends to its mean velocity."""
+
+    def product(algebra: TapeAlgebra, theta: Sequence[Value], x: Sequence[Value]) -> list[Value]:
+        rows = group.tangent_inverse(algebra, theta)
+        return [dot([row[k] for row in rows], x) for k in range(group.v_size)]
+
+    inputs = (("theta", group.v_size), ("x", group.v_size))
+    return _kernel("cotangent", group, "out = T(theta)^-T x", inputs, product)
 
 
 def bracket(group: Group) -> Kernel:

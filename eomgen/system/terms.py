@@ -259,6 +259,13 @@ _PLAIN = (
         of_motion=True,
         observed=True,
     ),
+    Term(
+        "momenta",
+        _STATE,
+        "generalized momenta p = dT/dv, and dT/dq + Q (left-trivialised), which with brackets and constraint forces is"
+        " what changes them",
+        on_request=True,
+    ),
 )
 
 #: Matrices of the closed form: what they are, and how many derivatives less than their own order they need of v.

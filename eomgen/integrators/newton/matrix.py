@@ -16,8 +16,9 @@ With m = b*, c = h g*, k = h^2, b = g*, z = h, d = h dzdot/dy this is the deriva
 beside B^T is left out:
 eta is O(h^2), so that it costs no iteration, and it would couple bodies that share no joint. With m = b = 1, c = k = z
 = 0 and T = 1 the same entries hold [M B^T; B 0], which gives consistent accelerations and multipliers. Index 3 has no
-eta, and of w the velocity-level rows only. Scaling by powers of the step: Arnold and Hante 2017; Bottasso, Dopico and
-Trainelli 2008.
+eta, and of w the velocity-level rows only. Where forces of constraints act at the start of a step and Phi holds at its
+end, B of the rows of Phi is another one than that of the columns of lam (``with_end_jacobian``). Scaling by powers of
+the step: Arnold and Hante 2017; Bottasso, Dopico and Trainelli 2008.
 """
 
 from __future__ import annotations
@@ -140,6 +141,14 @@ def packed(patterns: Mapping[str, Sequence[MatrixIndex]]) -> Packing:
     return Packing("iteration", nonzeros, blocks, start)
 
 
+def with_end_jacobian(packing: Packing) -> Packing:
+    """Return the packing with B at the end of a step behind the other numbers, for the rows of Phi."""
+    first = packing.blocks.get("B", (0, 0))[0]
+    moved = {index: packing.size + number - first for index, number in packing.nonzeros["B"].items()}
+    blocks = {**packing.blocks, "B_end": (packing.size, len(moved))}
+    return Packing(packing.function, {**packing.nonzeros, "B_end": moved}, blocks, packing.size + len(moved))
+
+
 def dense(nonzero: Mapping[str, Sequence[MatrixIndex]], nv: int) -> Packing:
     """Return the packing of the function ``partials``; the matrices named are among its outputs."""
     nonzeros: dict[str, dict[MatrixIndex, int]] = {name: {} for name in _MATRICES}
@@ -188,7 +197,9 @@ def iteration_terms(unknowns: Unknowns, factors: Sequence[Factor], packing: Pack
     """Return the terms of the matrix above."""
     terms = Terms()
     columns = _tangent_rows(factors, terms, packing)
-    moved = {name: _moved(packing.nonzeros[name], columns, terms, packing.size) for name in ("K", "B", "Z", "Fq")}
+    of_positions = packing.nonzeros.get("B_end", packing.nonzeros["B"])
+    sources = {**{name: packing.nonzeros[name] for name in ("K", "Z", "Fq")}, "B": of_positions}
+    moved = {name: _moved(sources[name], columns, terms, packing.size) for name in ("K", "B", "Z", "Fq")}
     weight = {name: number for number, name in enumerate(WEIGHTS)}
     nv = unknowns.v
 

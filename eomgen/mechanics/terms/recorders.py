@@ -16,6 +16,7 @@ from eomgen.mechanics.terms.linearization import (
     linearization,
     output_partials,
 )
+from eomgen.mechanics.terms.momenta import momenta
 from eomgen.mechanics.terms.samples import samples
 from eomgen.system.system import Block
 
@@ -56,4 +57,5 @@ RECORDERS: Mapping[str, Callable[[Derivation], list[Block]]] = {
     "output_partials": output_partials,
     "joint_velocities": joint_velocity_partials,
     "energy": Derivation.energy,
+    "momenta": momenta,
 }
