@@ -205,6 +205,8 @@ def _facts(derivation: Derivation, made: Mapping[str, Function]) -> Facts:
         smooth=not any(_non_smooth(tape, node) for node in tape.live(loads)),
         moving_base=derivation.scene.base is not None,
         constraints=derivation.constraints is not None,
+        velocity_constraints=derivation.constraints is not None
+        and len(derivation.constraints.rows.all) > len(derivation.constraints.rows.holonomic),
         internal_states=bool(derivation.scene.states),
         conservative="energy" in made and all(tape.value(ref) == 0.0 for ref in made["energy"].outputs[0].refs[2:]),
     )

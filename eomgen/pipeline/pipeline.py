@@ -401,10 +401,14 @@ def _program(
 
     described = front_end.describe(document)
     chosen = _method(described, method, for_runs=for_runs)
-    system = derive(front_end.prepared(document, _reproducible), selection.terms)
+    prepared = front_end.prepared(document, _reproducible)
+    system = derive(prepared, selection.terms)
     called = chosen.calls(system).union(
         chosen.terms(bool(system.multipliers), bool(system.states), "mass" in system.functions)
     )
+    lacking = [name for name in TERMS if name in called - set(system.functions) and TERMS[name].on_request]
+    if lacking and selection.terms is None:
+        system = derive(prepared, [*(name for name in system.functions if name in TERMS), *lacking])
     functions = selection.functions(list(system.functions), called, implicit=chosen.implicit)
     if not target.steppers:
         return to_program(system, None, functions, names=target.names), f"{target.language} has functions only"

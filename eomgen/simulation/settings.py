@@ -20,6 +20,7 @@ from eomgen.integrators.stepper_layout import checked_setting, default_settings
 from eomgen.simulation.angle_range import check_angles
 from eomgen.simulation.inputs import CheckedSignal, check_reach, jumps_known
 from eomgen.simulation.time_grid import TimeGrid, check_jumps
+from eomgen.system.terms import TERMS
 from eomgen.toolchain.library import Library
 
 T = TypeVar("T")
@@ -87,10 +88,11 @@ def stepper_library(model: CompiledModel, name: str, method: Method) -> Library:
     missing = [term for term in needed if term not in model.functions]
     if "iteration" in model.functions and "partials" in missing:
         missing.remove("partials")
-    if missing and not layout["facts"]["constraints"]:
-        what = f"{name} needs the terms {', '.join(missing)}, which this model was built without"
+    withheld = [term for term in missing if not TERMS[term].on_request]
+    if withheld and not layout["facts"]["constraints"]:
+        what = f"{name} needs the terms {', '.join(withheld)}, which this model was built without"
         raise UsageError(
-            Problem("simulate", what, f"eomgen.build(scene, terms=[..., {', '.join(map(repr, missing))}])")
+            Problem("simulate", what, f"eomgen.build(scene, terms=[..., {', '.join(map(repr, withheld))}])")
         )
     library = model.library if own and not missing else model.stepper(name)
     if not library.layout["method"]:

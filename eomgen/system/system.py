@@ -122,7 +122,7 @@ class Facts:
     """What methods may rely on; checked before any C exists.
 
     ``conservative``: the term ``energy`` is there, and shows no power in any state, so that the total energy is
-    constant.
+    constant. ``velocity_constraints``: of the constraints some restrict velocities alone.
     """
 
     constant_mass: bool
@@ -132,6 +132,7 @@ class Facts:
     constraints: bool = False
     internal_states: bool = False
     conservative: bool = False
+    velocity_constraints: bool = False
 
 
 @dataclass(frozen=True)

@@ -56,7 +56,7 @@ int main(int argc, char **argv)
 """
 
 
-@pytest.mark.parametrize("method", ["generalized_alpha", "rk4", "taylor", "hermite", "rosenbrock"])
+@pytest.mark.parametrize("method", ["generalized_alpha", "rk4", "taylor", "hermite", "rosenbrock", "rattlie"])
 def test_a_program_goes_on_where_another_stopped(method: str, tmp_path: Path) -> None:
     scene = cart()
     eomgen.generate(scene, tmp_path / "c", method=method)

@@ -21,9 +21,25 @@ from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]
 
-TREE_METHODS = ("generalized_alpha", "rk4", "rk45", "taylor", "hermite", "rosenbrock", "lsrt2", "corrected_predictor")
-OF_ORDER_2 = ("generalized_alpha", "rosenbrock", "lsrt2", "corrected_predictor")
-LOOP_METHODS = ("generalized_alpha", "generalized_alpha_f1", "generalized_alpha_index3", "rk4_partitioned")
+TREE_METHODS = (
+    "generalized_alpha",
+    "rk4",
+    "rk45",
+    "taylor",
+    "hermite",
+    "rosenbrock",
+    "lsrt2",
+    "corrected_predictor",
+    "rattlie",
+)
+OF_ORDER_2 = ("generalized_alpha", "rosenbrock", "lsrt2", "corrected_predictor", "rattlie")
+LOOP_METHODS = (
+    "generalized_alpha",
+    "generalized_alpha_f1",
+    "generalized_alpha_index3",
+    "rk4_partitioned",
+    "rattlie",
+)
 
 #: 2000 samples of a random force, the mass ten times as large from the thousandth on; prints the largest errors of q
 #: and v.

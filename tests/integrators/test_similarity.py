@@ -35,6 +35,7 @@ METHODS: Mapping[str, tuple[str, Mapping[str, Any], Sequence[str]]] = {
     "rosenbrock": ("rosenbrock", {}, ("tree", "flight")),
     "lsrt2": ("lsrt2", {}, ("tree", "servo")),
     "corrected_predictor": ("corrected_predictor", {}, ("tree", "servo")),
+    "rattlie": ("rattlie", {}, ("tree", "flight", "slider_crank", "rods_r3xso3")),
     "rk4_partitioned": ("rk4_partitioned", {}, tuple(BOUND)),
 }
 CASES = [(name, scene) for name, (_, _, scenes) in METHODS.items() for scene in scenes]

@@ -55,7 +55,18 @@ def ball() -> Model:
 
 
 @pytest.mark.parametrize(
-    "method", ["rk4", "rk45", "taylor", "generalized_alpha", "hermite", "rosenbrock", "lsrt2", "corrected_predictor"]
+    "method",
+    [
+        "rk4",
+        "rk45",
+        "taylor",
+        "generalized_alpha",
+        "hermite",
+        "rosenbrock",
+        "lsrt2",
+        "corrected_predictor",
+        "rattlie",
+    ],
 )
 def test_a_bouncing_ball_follows_its_closed_form(method: str) -> None:
     solution = ball().simulate(method=method)

@@ -49,6 +49,22 @@ UNCONSTRAINED_CONDITIONALLY_STABLE = Need(
     "beta",
 )
 
+#: Of variational methods: discrete Lagrangians know positions at both ends of a step.
+POSITIONS_ALONE = Need(
+    "velocity_constraints",
+    False,
+    "its step holds positions on the constraints, and rolling, skates and other constraints of velocities alone have"
+    " no positions to hold",
+    "generalized_alpha, which keeps them",
+)
+WITHOUT_STATES = Need(
+    "internal_states",
+    False,
+    "its step follows from a Lagrangian of positions, which says nothing of equations of first order, samples or"
+    " delays",
+    "generalized_alpha, which steps them with the motion",
+)
+
 
 def constrained(otherwise: str) -> Need:
     """Return the need of a method that eliminates constraints; ``otherwise`` does its work where there are none."""

@@ -19,6 +19,7 @@ from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
 from eomgen.integrators.families.hermite import Hermite
 from eomgen.integrators.families.partitioned import PartitionedRungeKutta
 from eomgen.integrators.families.partitioned_pair import PartitionedDormandPrince
+from eomgen.integrators.families.rattlie import Rattlie
 from eomgen.integrators.families.rosenbrock import Rosenbrock
 from eomgen.integrators.families.runge_kutta import RungeKuttaMuntheKaas
 from eomgen.integrators.families.taylor import Taylor
@@ -36,6 +37,7 @@ BUILT_IN: tuple[type[Family], ...] = (
     Hermite,
     Rosenbrock,
     CorrectedPredictor,
+    Rattlie,
     Taylor,
 )
 

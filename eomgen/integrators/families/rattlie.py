@@ -1,0 +1,182 @@
+"""RATTLie: a variational integrator on Lie groups whose multipliers jump from step to step.
+
+With q' = q o exp(h w), the mean velocity w of a step, and the discrete Lagrangian h/2 (T(q, w, t) + T(q', w, t')) less
+the trapezoidal rule of the potential, momenta p = dT/dv meet the constraints' rates at both ends of every step:
+
+    T^-T(-h w) (p(q, w) + p(q', w))/2 = p(q, v) + h/2 (dT/dq + Q)(q, w) - h/2 B(q)^T lam^+,   Phi(q') = 0
+    p(q', v') = T^-T(h w) (p(q, w) + p(q', w))/2 + h/2 (dT/dq + Q)(q', w) - h/2 B(q')^T lam^-,   B(q') v' + Phi_t = 0
+
+Where M is constant this is RATTLie of Hante and Arnold (2021). Where it varies, as in joint coordinates, dT/dq is taken
+at both ends with w, and so are forces that depend on velocities: the map stays its own adjoint, so of order 2; it
+stays variational where there is a potential, so it keeps momentum maps, and energies do not drift.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from eomgen.integrators.families.family import (
+    BAD_ARGUMENT,
+    KINEMATIC,
+    NOT_CONSISTENT,
+    NOT_FINITE,
+    SINGULAR_ADVICE,
+    SMALLER_STEP,
+    Bound,
+    DenseOutput,
+    Family,
+    Field,
+    GroupFunction,
+    MethodName,
+    Setting,
+    Sizes,
+    Status,
+    rotation_too_large,
+    velocities,
+)
+from eomgen.integrators.families.generalized_alpha import indices_in_q
+from eomgen.integrators.families.needs import POSITIONS_ALONE, WITHOUT_STATES
+
+if TYPE_CHECKING:
+    from eomgen.integrators.newton.sample_matrices import Samples
+    from eomgen.system.system import System
+
+#: Newton's stopping test on the increment of the mean velocity, by kinetic energy; what it leaves is smaller by its
+#: contraction, h^2 omega^2/12 or so, because momentum maps are kept as well as steps are solved.
+RELATIVE_TOLERANCE, SINGLE_RELATIVE_TOLERANCE = 1e-12, 1e-5
+MAX_ITERATIONS = 50
+_SIDES = "of rows: 0: of the accelerations; 1: before the row; 2: after it; 3: their mean; 2 and 3 look a step ahead"
+_FIXED = ("it keeps momenta and energies because its steps are all of one size", "generalized_alpha, or rk45")
+
+
+@dataclass(frozen=True)
+class Rattlie(Family):
+    """The variational integrator with one-sided multipliers."""
+
+    order = 2
+    source = "Hante and Arnold 2021; Hante, Tumiotto and Arnold 2022"
+    needs = (POSITIONS_ALONE, WITHOUT_STATES)
+    family = "rattlie"
+    dense_output: ClassVar[DenseOutput] = "hermite_3"
+    implicit = True
+    holds_constraints = True
+    state_is_all = True
+    renewal = "evaluates accelerations and multipliers anew, by which it predicts"
+    projection = "the nearest change in the metric of M"
+
+    @classmethod
+    def names(cls) -> tuple[MethodName, ...]:
+        return (MethodName("rattlie", cls, idle=("rho_inf",), ladders=("all",), fixed_steps=_FIXED),)
+
+    @classmethod
+    def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:
+        if constrained:
+            return ("mass", "momenta", "residual", *KINEMATIC, "jacobian_values", "iteration")
+        return ("momenta", "residual", "partials")
+
+    def calls(self, system: System) -> set[str]:
+        matrix = "iteration" if "iteration" in system.functions else "partials"
+        own = {"momenta", "residual", matrix}
+        if not len(system.multipliers):
+            return own
+        return own | {"constraint", "constraint_velocity", "constraint_bias", "constraint_size", "jacobian_values"}
+
+    def title(self, constrained: bool) -> str:
+        multipliers = ", multipliers at both sides of every step" if constrained else ""
+        return f"RATTLie, a variational integrator on Lie groups{multipliers}"
+
+    @property
+    def group_functions(self) -> tuple[GroupFunction, ...]:
+        return ("update", "tangent", "cotangent")
+
+    @property
+    def more_stable(self) -> str:
+        return "generalized_alpha, which is stable at any step"
+
+    def state(self, sizes: Sizes) -> tuple[Field, ...]:
+        unit = Field("unit", "what a kinetic energy of 1/2 makes of each unknown alone", sizes.v + sizes.lam)
+        if not sizes.lam:
+            return (unit,)
+        return (
+            unit,
+            Field("lam_before", "multipliers at the end of the last step", sizes.lam),
+            Field("lam_after", "those at its start, from that side", sizes.lam),
+            Field("lam_mean", "their mean with those before it, at its start; of order 2", sizes.lam),
+            Field("last_step", "its length, 0 when there was none"),
+            Field("side", "which multipliers rows have, as in the settings", 0, "long"),
+        )
+
+    def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
+        increment = "of the Newton increment of the mean velocity over a step, by kinetic energy"
+        return (
+            Setting("rtol", RELATIVE_TOLERANCE, increment, single=SINGLE_RELATIVE_TOLERANCE),
+            Setting("max_iterations", MAX_ITERATIONS, "of a step", (1, 2**31 - 1)),
+            *((Setting("multipliers", 0, _SIDES, (0, 3)),) if sizes.lam else ()),
+        )
+
+    def bounds(self, sizes: Sizes) -> tuple[Bound, ...]:
+        return (
+            Bound("step", "finite"),
+            Bound("step", ">", 0.0),
+            Bound("rtol", ">", 0.0),
+            Bound("rtol", "finite"),
+            Bound("max_iterations", ">", 0),
+        )
+
+    def statistics(self, sizes: Sizes) -> tuple[Field, ...]:
+        if not sizes.lam:
+            return ()
+        return (
+            Field("max_constraint", "largest |Phi| of all states that steps ended in"),
+            Field("max_constraint_velocity", "largest |w| of these"),
+            Field("max_jump", "largest jump of a multiplier from one step to the next; it is O(step)"),
+        )
+
+    def statuses(self, constrained: bool, angles: bool) -> tuple[Status, ...]:
+        repeated = ": constraints that repeat each other, or a part without mass" if constrained else ""
+        return (
+            Status(1, "NOT_CONVERGED", "the Newton iteration of a step did not converge", SMALLER_STEP),
+            Status(2, "SINGULAR", f"the mass matrix, or that of a step, is singular{repeated}", SINGULAR_ADVICE),
+            NOT_FINITE,
+            BAD_ARGUMENT,
+            rotation_too_large(angles),
+            *((NOT_CONSISTENT,) if constrained else ()),
+        )
+
+    def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
+        from eomgen.integrators.newton.matrix import Unknowns  # noqa: PLC0415
+        from eomgen.integrators.newton.sample_matrices import samples_of  # noqa: PLC0415
+        from eomgen.integrators.newton.solver import make_solver, solver_data  # noqa: PLC0415
+
+        nv, nl = velocities(system.factors), len(system.multipliers)
+        owners = system.inner_owners
+        unknowns = Unknowns(nv, nl, system.holonomic, False, len(owners))
+        known = _without_stiffness(samples if samples is not None else samples_of(system))
+        weights = (1.0, 0.5 * step, 0.0, 1.0, 1.0, 1.0, 1.0)
+        solver = make_solver(unknowns, system.factors, known, weights, step, owners)
+        data = solver_data(solver, system.factors, plain=True)
+        return {
+            "unknowns": unknowns.data,
+            "solver": data,
+            "rights": unknowns.matrix_size,
+            "angular": [int(turns) for turns in system.angular] or [0] * nv,
+            "places": indices_in_q(system.factors, nv),
+            "hooks": {"row": "multipliers_of_row"} if nl else {},
+            "input_times": [0.0, 1.0],
+        }
+
+
+def _without_stiffness(samples: Samples) -> Samples:
+    """Return samples with B at both ends of a step, and without K: forces are those of the ends, and what momenta
+    change with positions is O(step^2)."""
+    from eomgen.integrators.newton.matrix import with_end_jacobian  # noqa: PLC0415
+
+    packing = with_end_jacobian(samples.packing)
+    start, count = samples.packing.blocks.get("B", (0, 0))
+    numbers = np.hstack([samples.numbers, samples.numbers[:, start : start + count]])
+    nonzeros = {**packing.nonzeros, "K": {}, "Z": {}}
+    return replace(samples, packing=replace(packing, nonzeros=nonzeros), numbers=numbers)
