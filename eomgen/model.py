@@ -83,6 +83,8 @@ class Model(CompiledModel):
               steps are its own and ``step`` the spacing of the time grid on which it gives states.
             - For real time, of order 2, with one factorization a step and no iteration: ``rosenbrock`` and ``lsrt2``;
               ``corrected_predictor`` where forces are measured.
+            - For real time, of order 2, with one factorization a step and no iteration: ``rosenbrock`` and ``lsrt2``.
+            - For long conservative motions, of order 2, on trees and constraints: ``rattlie``, which is variational.
         rho_inf : float
             Spectral radius of generalized-alpha at infinite frequency, 0 to 1; of ``hht`` 1/2 to 1, of ``wbz`` 0 to 1.
         alpha : float
@@ -116,7 +118,8 @@ class Model(CompiledModel):
         settings : mapping
             The stepper's own, by name. Of generalized-alpha: ``rtol`` and ``atol`` of its Newton iteration,
             ``max_iterations``, ``max_halvings`` of a step that fails, ``reuse`` of its matrix (0 or 1), and
-            ``perturb`` of a start in index 3 (0 or 1). Of ``rosenbrock``: ``damped_start`` (0 or 1).
+            ``perturb`` of a start in index 3 (0 or 1). Of ``rosenbrock``: ``damped_start`` (0 or 1). Of ``rattlie``:
+            ``rtol``, ``max_iterations``, and which ``multipliers`` rows have (0 to 3).
         progress : callable or True
             Called with (steps done, all steps) some ten times a second; the steps of the error estimate are counted
             too. True shows a bar, in notebooks and on terminals.
