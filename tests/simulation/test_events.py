@@ -55,6 +55,7 @@ def ball() -> Model:
 
 
 @pytest.mark.parametrize(
+@pytest.mark.parametrize(
     "method",
     [
         "rk4",
@@ -67,6 +68,7 @@ def ball() -> Model:
         "corrected_predictor",
         "rattlie",
     ],
+)
 )
 def test_a_bouncing_ball_follows_its_closed_form(method: str) -> None:
     solution = ball().simulate(method=method)
