@@ -421,3 +421,9 @@ def test_a_step_that_turns_a_body_too_far_is_said() -> None:
     end = top("SE3").simulate(1.0, 0.1, method="rattlie", error_estimate=False)
     assert not end.success
     assert "turns by more than 0.9 of a full turn within one step" in end.message
+
+
+def test_an_iteration_that_is_not_let_converge_is_said() -> None:
+    end = four_bar().simulate(0.1, 1e-2, method="rattlie", settings={"max_iterations": 1}, error_estimate=False)
+    assert not end.success
+    assert "the Newton iteration of a step did not converge" in end.message
