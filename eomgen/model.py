@@ -83,7 +83,6 @@ class Model(CompiledModel):
               steps are its own and ``step`` the spacing of the time grid on which it gives states.
             - For real time, of order 2, with one factorization a step and no iteration: ``rosenbrock`` and ``lsrt2``;
               ``corrected_predictor`` where forces are measured.
-            - For real time, of order 2, with one factorization a step and no iteration: ``rosenbrock`` and ``lsrt2``.
             - For long conservative motions, of order 2, on trees and constraints: ``rattlie``, which is variational.
         rho_inf : float
             Spectral radius of generalized-alpha at infinite frequency, 0 to 1; of ``hht`` 1/2 to 1, of ``wbz`` 0 to 1.

@@ -55,7 +55,6 @@ def ball() -> Model:
 
 
 @pytest.mark.parametrize(
-@pytest.mark.parametrize(
     "method",
     [
         "rk4",
@@ -68,7 +67,6 @@ def ball() -> Model:
         "corrected_predictor",
         "rattlie",
     ],
-)
 )
 def test_a_bouncing_ball_follows_its_closed_form(method: str) -> None:
     solution = ball().simulate(method=method)
