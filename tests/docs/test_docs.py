@@ -242,6 +242,14 @@ def test_every_public_name_is_on_the_python_page() -> None:
         assert f"| `{error.__name__}` | {error.exit_code} |" in page
 
 
+def test_files_to_change_are_there() -> None:
+    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    section = page.partition("## Where a change goes\n")[2].partition("\n## ")[0]
+    files = [name for name in re.findall(r"`([\w/]+\.py)`", section) if "/" in name]
+    assert len(files) > 20
+    assert [name for name in files if not (Path(eomgen.__file__).parent / name).is_file()] == []
+
+
 @pytest.mark.parametrize("page", PAGES)
 def test_links_lead_somewhere(page: str) -> None:
     folder = ROOT if page == "README.md" else ROOT / "docs"
