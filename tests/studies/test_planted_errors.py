@@ -123,6 +123,7 @@ PLANTED = [
     *_of("rod", "centroidal_momentum", "A", "centroidal_momentum.A, linear"),
     *_of("drone", "centroidal_momentum_rate", "A_dot"),
     *_of("drone", "centroidal_drift", "drift"),
+    *_of("drone", "momenta", "momentum momentum_rate"),
 ]
 #: What is done to the largest entry of an output.
 CHANGES: tuple[Callable[[Array], Array], ...] = (

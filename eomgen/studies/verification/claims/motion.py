@@ -42,6 +42,8 @@ def motion_claims(space: Space, engine: Engine) -> list[Claim]:
         claims.append(_there_and_back(space))
     if {"energy", "coupling", "force", "residual", "inverse_dynamics"} <= there:
         claims.append(_balance(engine))
+    if {"momenta", "force", "energy"} <= there:
+        claims += [_momentum(space), _momentum_rate(space)]
     if "base" in there:
         claims.append(_base())
     return claims
@@ -316,6 +318,49 @@ def _balance(engine: Engine) -> Claim:
         combine=lambda engine, state, G: np.sum(G, axis=-2, keepdims=True),
         size=size,
         rows=("T + V",),
+        functions=("energy",),
+    )
+
+
+def _kinetic(engine: Engine, state: Blocks) -> Array:
+    return engine("energy", state)["energy"][..., :1]
+
+
+def _momentum(space: Space) -> Claim:
+    along = space.along["v"]
+    return Claim(
+        "momenta.momentum",
+        "dT / dv",
+        FAMILY,
+        lambda engine, state: (engine("momenta", state)["momentum"] @ along.matrix)[..., np.newaxis, :],
+        source=_kinetic,
+        directions=lambda _: {"v": along.matrix.T},
+        rows=("T",),
+        columns=along.names,
+        functions=("energy",),
+    )
+
+
+def _momentum_rate(space: Space) -> Claim:
+    along = space.along["q"]
+
+    def value(engine: Engine, state: Blocks) -> Array:
+        of_kinetic = engine("momenta", state)["momentum_rate"] - engine("force", state)["Q"]
+        return np.asarray((of_kinetic @ along.matrix)[..., np.newaxis, :])
+
+    def size(engine: Engine, state: Blocks) -> Array:
+        return _largest([engine("momenta", state)["momentum_rate"], engine("force", state)["Q"]])
+
+    return Claim(
+        "momenta.momentum_rate",
+        "dT / dq + Q",
+        FAMILY,
+        value,
+        source=_kinetic,
+        directions=lambda _: {"q": along.matrix.T},
+        size=size,
+        rows=("T",),
+        columns=along.names,
         functions=("energy",),
     )
 
