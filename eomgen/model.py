@@ -84,6 +84,9 @@ class Model(CompiledModel):
             - For real time, of order 2, with one factorization a step and no iteration: ``rosenbrock`` and ``lsrt2``;
               ``corrected_predictor`` where forces are measured.
             - For long conservative motions, of order 2, on trees and constraints: ``rattlie``, which is variational.
+            - For stiff motions at high accuracy, with one factorization a step and no iteration, time-discontinuous
+              Galerkin methods in passes: ``tdg1`` and ``tdg1_star`` of order 3, ``tdg2s`` of order 4, ``tdg2`` of order
+              5, ``tdg3`` of order 7.
         rho_inf : float
             Spectral radius of generalized-alpha at infinite frequency, 0 to 1; of ``hht`` 1/2 to 1, of ``wbz`` 0 to 1.
         alpha : float

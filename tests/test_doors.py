@@ -269,6 +269,7 @@ LATE: dict[str, dict[str, str]] = {
     "integrators.families.generalized_alpha": {"integrators.newton": "pivots are chosen when code is made"},
     "integrators.families.corrected_predictor": {"integrators.newton": "pivots are chosen when code is made"},
     "integrators.families.rattlie": {"integrators.newton": "pivots are chosen when code is made"},
+    "integrators.families.discontinuous_galerkin": {"integrators.newton": "pivots are chosen when code is made"},
     "integrators.families.rosenbrock": {
         "integrators.newton": "pivots are chosen when code is made",
         "integrators.step_work": "operations are counted on request",

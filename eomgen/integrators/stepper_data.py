@@ -25,6 +25,7 @@ _KERNELS: Mapping[GroupFunction, Callable[[Group], kernels.Kernel]] = {
     "cotangent": kernels.cotangent,
     "bracket": kernels.bracket,
     "transport": kernels.transport,
+    "rate": kernels.rate,
 }
 #: Structs within the state of all steppers.
 _GROUPS = {

@@ -1,5 +1,5 @@
-"""Lie group functions called in a time step (update, tangent, cotangent, bracket, transport), as tapes and as printable
-statements."""
+"""Lie group functions called in a time step (update, tangent, cotangent, bracket, transport, rate), as tapes and as
+printable statements."""
 
 from __future__ import annotations
 
@@ -125,6 +125,16 @@ def transport(group: Group) -> Kernel:
         return [dot(row, x) for row in group.adjoint(group.inverse(g))]
 
     return _kernel("transport", group, "out = Ad(g)^-1 x", (("g", group.q_size), ("x", group.v_size)), product)
+
+
+def rate(group: Group) -> Kernel:
+    """Return out = T(theta)^-1 v, the rate of canonical coordinates theta that move with velocity v."""
+
+    def product(algebra: TapeAlgebra, theta: Sequence[Value], v: Sequence[Value]) -> list[Value]:
+        return [dot(row, v) for row in group.tangent_inverse(algebra, theta)]
+
+    inputs = (("theta", group.v_size), ("v", group.v_size))
+    return _kernel("rate", group, "out = T(theta)^-1 v, for rotation angles below 2 pi", inputs, product)
 
 
 def _kernel(

@@ -66,6 +66,7 @@ def ball() -> Model:
         "lsrt2",
         "corrected_predictor",
         "rattlie",
+        "tdg3",
     ],
 )
 def test_a_bouncing_ball_follows_its_closed_form(method: str) -> None:

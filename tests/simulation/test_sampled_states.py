@@ -76,6 +76,7 @@ METHODS = (
     "rosenbrock",
     "lsrt2",
     "corrected_predictor",
+    "tdg2",
 )
 
 

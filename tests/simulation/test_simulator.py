@@ -56,6 +56,7 @@ FREE = (
     "rosenbrock",
     "lsrt2",
     "corrected_predictor",
+    "tdg2",
 )
 HELD_BY_CONSTRAINTS = (
     "generalized_alpha",

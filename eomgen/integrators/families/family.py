@@ -27,7 +27,7 @@ InputDemand = Literal["sampled", "held", "series"]
 #: none.
 DenseOutput = Literal["hermite_5", "hermite_3", "steps", "none"]
 #: Functions on the Lie groups of the configuration that a stepper may call.
-GroupFunction = Literal["update", "tangent", "cotangent", "bracket", "transport"]
+GroupFunction = Literal["update", "tangent", "cotangent", "bracket", "transport", "rate"]
 
 #: What a scene has, by which methods differ: rows of constraints, or coordinates that are rotations.
 SceneFact = Literal["constraints", "rotations"]

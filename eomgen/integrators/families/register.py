@@ -13,6 +13,7 @@ from eomgen.errors import Problem, UsageError
 from eomgen.extensions import broken, extensions, loaded
 from eomgen.integrators.families.adaptive_generalized_alpha import AdaptiveGeneralizedAlpha
 from eomgen.integrators.families.corrected_predictor import CorrectedPredictor
+from eomgen.integrators.families.discontinuous_galerkin import DiscontinuousGalerkin
 from eomgen.integrators.families.dormand_prince import DormandPrince
 from eomgen.integrators.families.family import Family, MethodName
 from eomgen.integrators.families.generalized_alpha import GeneralizedAlpha
@@ -38,6 +39,7 @@ BUILT_IN: tuple[type[Family], ...] = (
     Rosenbrock,
     CorrectedPredictor,
     Rattlie,
+    DiscontinuousGalerkin,
     Taylor,
 )
 

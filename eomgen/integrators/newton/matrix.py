@@ -193,10 +193,12 @@ class Terms:
         return sum(len(row) for row in self.moved) + sum(len(terms) for terms in self.linear.values()) + 2 * products
 
 
-def iteration_terms(unknowns: Unknowns, factors: Sequence[Factor], packing: Packing) -> Terms:
-    """Return the terms of the matrix above."""
+def iteration_terms(
+    unknowns: Unknowns, factors: Sequence[Factor], packing: Packing, *, every_tangent: bool = False
+) -> Terms:
+    """Return the terms of the matrix above; ``every_tangent``: with the blocks of T that it does not need, too."""
     terms = Terms()
-    columns = _tangent_rows(factors, terms, packing)
+    columns = _tangent_rows(factors, terms, packing, every_tangent)
     of_positions = packing.nonzeros.get("B_end", packing.nonzeros["B"])
     sources = {**{name: packing.nonzeros[name] for name in ("K", "Z", "Fq")}, "B": of_positions}
     moved = {name: _moved(sources[name], columns, terms, packing.size) for name in ("K", "B", "Z", "Fq")}
@@ -252,13 +254,15 @@ def iteration_terms(unknowns: Unknowns, factors: Sequence[Factor], packing: Pack
     return terms
 
 
-def _tangent_rows(factors: Sequence[Factor], terms: Terms, packing: Packing) -> dict[int, list[tuple[int, int]]]:
+def _tangent_rows(
+    factors: Sequence[Factor], terms: Terms, packing: Packing, every: bool
+) -> dict[int, list[tuple[int, int]]]:
     """Return for each velocity component the nonzeros of its row of T: (column, number); nothing where T is 1."""
     needed = {column for name in ("K", "B", "Z", "Fq") for _, column in packing.nonzeros[name]}
     rows: dict[int, list[tuple[int, int]]] = {}
     for number, factor in enumerate(factors):
         at, start = factor.v_start, terms.tangent_size
-        if factor.group == "R" or not needed & set(range(at, at + factor.v_size)):
+        if factor.group == "R" or not (every or needed & set(range(at, at + factor.v_size))):
             continue
         terms.tangents.append((number, start))
         terms.tangent_size += 18 if factor.group == "SE3" else 9

@@ -78,13 +78,16 @@ def make_solver(
     owners: Sequence[int] = (),
     *,
     at_start: bool = False,
+    turned: bool = False,
 ) -> Solver:
     """Choose the pivots by samples of the matrix with the given weights (see ``newton.matrix.WEIGHTS``).
 
-    They must serve for consistent accelerations too. ``at_start``: increments are linearised about none, so T is 1;
-    accelerations are not asked for, so M may be singular; inner unknowns have right sides.
+    They must serve for consistent accelerations too. ``at_start``: increments are linearised about none, so T is 1, or
+    where they are ``turned``, T(step v) of all rotations; accelerations are not asked for, so M may be singular; inner
+    unknowns have right sides.
     """
-    terms = iteration_terms(unknowns, () if at_start else factors, samples.packing)
+    moving = factors if turned or not at_start else ()
+    terms = iteration_terms(unknowns, moving, samples.packing, every_tangent=turned)
     B = _weighed_jacobian(unknowns, samples)
     of_step, of_inertia = (
         evaluate_terms(

@@ -1,0 +1,222 @@
+"""Time-discontinuous Galerkin steps in passes: orders 3 to 7, one factorization a step and no Newton iteration.
+
+A polynomial of degree p on each step, discontinuous at its start, is found in a fixed number of passes after Thompson
+and Kunthong (2006). With y' = F(y, t) for y = (theta, v, z), theta canonical coordinates about the start of the step
+(q = q_n o exp(theta), theta' = T(theta)^-1 v), values Y_i at the nodes of Radau, and J = dF/dy at the start,
+
+    G_i = y_n + h sum_j Q_ij F(Y_j, t_j) - Y_i,   g = V^-1 G,   Y' = Y + V d
+    (I - gamma h J) d_j = g_j - gamma h J d_{j-1},   j = 0..p
+
+where Q = V P V^-1 in the first pass, which makes it a stiffly accurate SDIRK method linearised at the start and keeps
+positions exact that stiff forces drive, and Radau's A in later ones, whose limit is the parent method. Laguerre's
+polynomials (columns of V) make P bidiagonal with the one eigenvalue gamma; see ``galerkin_operators``.
+
+In forces, with a residual r = M a - f, the accelerations a = A^-1 (v - v_n)/h of the polynomial in later passes, and
+M_n of the start:
+
+    M_n F_v = -r(a = 0) in the first pass,   M_n a - r(a) in later ones,
+    (M + gamma h C + (gamma h)^2 K) d_v = b - gamma h K b_theta,   d_theta = b_theta + gamma h d_v
+
+so M may be singular where the matrix is not. Where M depends on q, M_n a - r is off by (M_n - M_i) M_i^-1 r: one
+correction of a by the factors of the step makes r small to one more power of h, and all orders are kept. On rotations
+d theta'/d theta is -ad(v_n)/2; 1 - gamma h of it is T(gamma h v_n)^-1 up to what J leaves out anyway, so K and d_theta
+have T(gamma h v_n) in front of theta. Without it the stages, of order 2 at p = 1, would leave the method at order 2.
+
+Five passes at p = 3 give order 7 to linear equations and 6 to others: the first pass, linear about the start, leaves
+h^3, and each later one takes off one power of h. Six give order 7 to all, and are A-stable too.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from eomgen.integrators.families.family import (
+    BAD_ARGUMENT,
+    EXCHANGES,
+    NOT_FINITE,
+    SINGULAR_ADVICE,
+    Bound,
+    DenseOutput,
+    Family,
+    Field,
+    GroupFunction,
+    MethodName,
+    Sizes,
+    Status,
+    hold,
+    rotation_too_large,
+    velocities,
+)
+from eomgen.integrators.families.galerkin_operators import (
+    Operators,
+    laguerre,
+    operators,
+    product,
+    root,
+    stability_series,
+)
+from eomgen.integrators.families.needs import UNCONSTRAINED_ROSENBROCK
+from eomgen.integrators.families.rosenbrock import products
+
+if TYPE_CHECKING:
+    from eomgen.system.system import System
+
+#: Rounding of what is held of the coefficients.
+_EXACT = Fraction(1, 10**60)
+
+
+@dataclass(frozen=True)
+class DiscontinuousGalerkin(Family):
+    """A time-discontinuous Galerkin method in passes.
+
+    Attributes
+    ----------
+    degree : int
+        Of the polynomials.
+    gamma : Fraction
+        The one eigenvalue of the operator of the first pass, in shares of a step.
+    passes : int
+    """
+
+    degree: int
+    gamma: Fraction
+    passes: int
+    order: int
+    source = "Thompson and Kunthong 2006; Burrage 1978; Butcher 1979"
+    needs = (UNCONSTRAINED_ROSENBROCK,)
+    family = "discontinuous_galerkin"
+    dense_output: ClassVar[DenseOutput] = "hermite_5"
+    implicit = True
+    state_is_all = True
+    renewal = "needs nothing, because it begins with the forces of its own time"
+
+    def __post_init__(self) -> None:
+        found, one = self.operators, Fraction(1)
+        nodes, weights = found.nodes, found.integration[-1]
+        for k in range(2 * len(nodes) - 1):
+            moment = sum((weight * node**k for weight, node in zip(weights, nodes, strict=True)), Fraction(0))
+            hold(f"quadrature: sum b c^{k} = 1/{k + 1}", abs(moment - one / (k + 1)) < _EXACT)
+        shifted = product(product(found.modes, found.first), found.values)
+        apart = product(product(found.modes, found.integration), found.values)
+        for i in range(len(nodes)):
+            for j in range(len(nodes)):
+                wanted = self.gamma * ((i == j) - (i == j + 1))
+                hold("one eigenvalue: P = gamma (1 - N)", abs(shifted[i][j] - wanted) < _EXACT)
+                hold("P is Radau's operator below degree p", j == self.degree or abs(apart[i][j] - wanted) < _EXACT)
+        series = stability_series(found, self.gamma, self.passes, self.order)
+        for k, coefficient in enumerate(series):
+            hold(f"order {k}: 1/{k}! of the exponential", abs(coefficient - one / math.factorial(k)) < _EXACT)
+
+    @cached_property
+    def operators(self) -> Operators:
+        """Nodes and matrices."""
+        return operators(self.degree, self.gamma)
+
+    @classmethod
+    def names(cls) -> tuple[MethodName, ...]:
+        return tuple(
+            MethodName(name, make, idle=("rho_inf",), ladders=("all",), studied=name in _STUDIED)
+            for name, make in _METHODS.items()
+        )
+
+    @classmethod
+    def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:
+        return ("forward_dynamics", *(("equations", "iteration") if internal else ("residual", "partials")))
+
+    def calls(self, system: System) -> set[str]:
+        matrix = "iteration" if "iteration" in system.functions else "partials"
+        return {"equations" if system.facts.internal_states else "residual", matrix}
+
+    def title(self, constrained: bool) -> str:
+        what = f"degree {self.degree}, {self.passes} passes, order {self.order}"
+        return f"time-discontinuous Galerkin method in passes on Lie groups, {what}"
+
+    @property
+    def group_functions(self) -> tuple[GroupFunction, ...]:
+        return ("update", "tangent", "rate")
+
+    @property
+    def more_stable(self) -> str:
+        return "tdg1, which damps what its steps cannot follow most"
+
+    def state(self, sizes: Sizes) -> tuple[Field, ...]:
+        return (Field("unit", "1/root of M_ii at the start, in which pivots are compared", sizes.v + sizes.z),)
+
+    def bounds(self, sizes: Sizes) -> tuple[Bound, ...]:
+        return (Bound("step", "finite"), Bound("step", ">", 0.0))
+
+    def statistics(self, sizes: Sizes) -> tuple[Field, ...]:
+        return (EXCHANGES,)
+
+    def statuses(self, constrained: bool, angles: bool) -> tuple[Status, ...]:
+        singular = Status(2, "SINGULAR", "the matrix of a step is singular", SINGULAR_ADVICE)
+        return (singular, NOT_FINITE, BAD_ARGUMENT, rotation_too_large(angles))
+
+    def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
+        from eomgen.integrators.newton.matrix import Unknowns  # noqa: PLC0415
+        from eomgen.integrators.newton.sample_matrices import samples_of  # noqa: PLC0415
+        from eomgen.integrators.newton.solver import make_solver, solver_data  # noqa: PLC0415
+
+        owners = system.inner_owners
+        unknowns = Unknowns(velocities(system.factors), 0, 0, False, len(owners), len(system.initial_z))
+        known = samples if samples is not None else samples_of(system)
+        gain = float(self.gamma) * step
+        weights = (1.0, gain, gain * gain, 1.0, 1.0, 1.0, gain)
+        solver = make_solver(unknowns, system.factors, known, weights, gain, owners, at_start=True, turned=True)
+        found = self.operators
+        return {
+            "hooks": {"row": "accelerations_of_row"},
+            "stages": self.degree + 1,
+            "passes": self.passes,
+            "gamma": float(self.gamma),
+            "nodes": [float(node) for node in found.nodes],
+            "first": _numbers(product(found.modes, found.first)),
+            "later": _numbers(product(found.modes, found.integration)),
+            "modes": _numbers(found.modes),
+            "at_nodes": _numbers(found.values),
+            "derivative": _numbers(found.derivative),
+            "refined": not system.facts.constant_mass,
+            "unknowns": unknowns.data,
+            "solver": solver_data(solver, system.factors, plain=True),
+            "products": products(unknowns, known.packing),
+            "rights": unknowns.matrix_size,
+            "input_times": [0.0, *(float(node) for node in found.nodes)],
+        }
+
+
+def _numbers(matrix: list[list[Fraction]]) -> list[list[float]]:
+    return [[float(x) for x in row] for row in matrix]
+
+
+def _square_root(x: Fraction) -> Fraction:
+    return root(lambda y: y * y - x, Fraction(0), max(x, Fraction(1)))
+
+
+def _tdg1() -> DiscontinuousGalerkin:
+    return DiscontinuousGalerkin(1, 1 - _square_root(Fraction(1, 2)), 2, 3)
+
+
+def _tdg1_star() -> DiscontinuousGalerkin:
+    return DiscontinuousGalerkin(1, _square_root(Fraction(1, 6)), 3, 3)
+
+
+def _tdg2() -> DiscontinuousGalerkin:
+    return DiscontinuousGalerkin(2, Fraction(1, 4), 4, 5)
+
+
+def _tdg2s() -> DiscontinuousGalerkin:
+    gamma = root(lambda x: laguerre(3, 1 / x)[3], Fraction(2, 5), Fraction(1, 2))
+    return DiscontinuousGalerkin(2, gamma, 2, 4)
+
+
+def _tdg3() -> DiscontinuousGalerkin:
+    return DiscontinuousGalerkin(3, Fraction(33, 200), 6, 7)
+
+
+_METHODS = {"tdg1": _tdg1, "tdg1_star": _tdg1_star, "tdg2": _tdg2, "tdg2s": _tdg2s, "tdg3": _tdg3}
+_STUDIED = ("tdg1", "tdg2", "tdg3")

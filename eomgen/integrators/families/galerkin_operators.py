@@ -1,0 +1,138 @@
+"""Nodes and matrices of time-discontinuous Galerkin steps, in exact arithmetic with rounded roots.
+
+On a step of length 1 a motion is a polynomial of degree p through the p + 1 nodes of Radau's quadrature on the right;
+``integration`` is the parent's operator, that of Radau IIA. In Laguerre's polynomials L_j(s/gamma) the operator
+
+    P = gamma (1 - N),   N e_j = e_{j+1},   N e_p = 0,
+
+integrates those of degree below p exactly and has one eigenvalue, gamma. It differs from the parent's in what it does
+to L_p alone: Burrage, BIT 18 (1978) 22; Butcher, BIT 19 (1979) 425.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import pairwise
+
+Matrix = list[list[Fraction]]
+#: Binary places of roots.
+_PLACES = 256
+
+
+@dataclass(frozen=True)
+class Operators:
+    """Nodes and matrices; a matrix acts on values at the nodes, ``modes`` makes coefficients of L_j(s/gamma) of them.
+
+    Attributes
+    ----------
+    nodes : the last one is 1
+    integration : A, of Radau IIA
+    first : V P V^-1, that of the first pass
+    values, modes : V_ij = L_j(c_i/gamma), and its inverse
+    derivative : A^-1, of polynomials of degree p + 1 that vanish at 0
+    """
+
+    nodes: Sequence[Fraction]
+    integration: Matrix
+    first: Matrix
+    values: Matrix
+    modes: Matrix
+    derivative: Matrix
+
+
+def operators(degree: int, gamma: Fraction) -> Operators:
+    """Return the matrices for polynomials of a degree from 1 on."""
+    nodes = right_radau_nodes(degree + 1)
+    size = len(nodes)
+    powers = [[node**k for k in range(size)] for node in nodes]
+    integrals = [[node ** (k + 1) / (k + 1) for k in range(size)] for node in nodes]
+    integration = product(integrals, inverse(powers))
+    values = [laguerre(degree, node / gamma) for node in nodes]
+    modes = inverse(values)
+    shifted = [[gamma * (row[j] - (row[j + 1] if j < degree else 0)) for j in range(size)] for row in values]
+    return Operators(nodes, integration, product(shifted, modes), values, modes, inverse(integration))
+
+
+def right_radau_nodes(size: int) -> tuple[Fraction, ...]:
+    """Return the zeros of P_s - P_{s-1} on (0, 1], Legendre's polynomials shifted there; the last one is 1."""
+
+    def difference(x: Fraction) -> Fraction:
+        before, now = Fraction(1), 2 * x - 1
+        for k in range(1, size):
+            before, now = now, ((2 * k + 1) * (2 * x - 1) * now - k * before) / (k + 1)
+        return now - before
+
+    places = [Fraction(k, 64 * size * size) for k in range(64 * size * size)]
+    found = [root(difference, low, high) for low, high in pairwise(places) if difference(low) * difference(high) < 0]
+    return (*found, Fraction(1))
+
+
+def laguerre(degree: int, x: Fraction) -> list[Fraction]:
+    """Return L_0(x) to L_degree(x)."""
+    found = [Fraction(1), 1 - x]
+    for k in range(1, degree):
+        found.append(((2 * k + 1 - x) * found[k] - k * found[k - 1]) / (k + 1))
+    return found[: degree + 1]
+
+
+def root(function: Callable[[Fraction], Fraction], low: Fraction, high: Fraction) -> Fraction:
+    """Return the zero between two places where the function has two signs, to 256 binary places."""
+    rising = function(high) > 0
+    below, above = math.floor(low * 2**_PLACES), math.ceil(high * 2**_PLACES)
+    while above - below > 1:
+        middle = (below + above) // 2
+        if (function(Fraction(middle, 2**_PLACES)) > 0) is rising:
+            above = middle
+        else:
+            below = middle
+    return Fraction(below, 2**_PLACES)
+
+
+def stability_series(found: Operators, gamma: Fraction, passes: int, order: int) -> list[Fraction]:
+    """Return the coefficients of z^0 to z^order of what the passes make of 1 with y' = z y in a step of length 1."""
+    size = len(found.nodes)
+    values = [[Fraction(1)] + [Fraction(0)] * order for _ in range(size)]
+    for number in range(passes):
+        matrix = found.first if number == 0 else found.integration
+        defect = [
+            [
+                (Fraction(1) if k == 0 else sum((matrix[i][j] * values[j][k - 1] for j in range(size)), Fraction(0)))
+                - values[i][k]
+                for k in range(order + 1)
+            ]
+            for i in range(size)
+        ]
+        right = product(found.modes, defect)
+        change: Matrix = []
+        for j in range(size):
+            row: list[Fraction] = []
+            for k in range(order + 1):  # (1 - gamma z) d_j = g_j - gamma z d_{j-1}
+                inner = (row[k - 1] if k else Fraction(0)) - (change[j - 1][k - 1] if k and j else Fraction(0))
+                row.append(right[j][k] + gamma * inner)
+            change.append(row)
+        moved = product(found.values, change)
+        values = [[values[i][k] + moved[i][k] for k in range(order + 1)] for i in range(size)]
+    return values[-1]
+
+
+def product(left: Sequence[Sequence[Fraction]], right: Sequence[Sequence[Fraction]]) -> Matrix:
+    """Return the product of two matrices."""
+    columns = list(zip(*right, strict=True))
+    return [[sum((x * y for x, y in zip(row, column, strict=True)), Fraction(0)) for column in columns] for row in left]
+
+
+def inverse(matrix: Sequence[Sequence[Fraction]]) -> Matrix:
+    """Return the inverse of a regular matrix."""
+    size = len(matrix)
+    rows = [[*row, *(Fraction(int(i == j)) for j in range(size))] for i, row in enumerate(matrix)]
+    for k in range(size):
+        pivot = next(i for i in range(k, size) if rows[i][k])
+        rows[k], rows[pivot] = rows[pivot], rows[k]
+        rows[k] = [x / rows[k][k] for x in rows[k]]
+        for i in range(size):
+            if i != k and rows[i][k]:
+                rows[i] = [x - rows[i][k] * y for x, y in zip(rows[i], rows[k], strict=True)]
+    return [row[size:] for row in rows]

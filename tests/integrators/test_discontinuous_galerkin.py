@@ -1,0 +1,385 @@
+"""Time-discontinuous Galerkin steps in passes: published coefficients and digits, orders on every group, stiff forces,
+massless coordinates, and what a wrong first pass or one pass less would do."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from mpmath import mp
+from numpy.typing import NDArray
+
+import eomgen
+from eomgen.errors import EomgenError
+from eomgen.integrators.methods import method_named
+from eomgen.lie.product import Factor
+from tests.codegen.test_stand_alone import compiled, run
+from tests.integrators.galerkin_in_numpy import ORDERS, SCHEMES, stepped
+from tests.integrators.stepper_models import Model as WrittenModel
+from tests.integrators.stepper_models import build
+from tests.integrators.test_taylor import SCENES, error, model, reference
+from tests.models.cache import shared_cache
+from tests.models.shear_frame import RESPONSE, SCALE, shear_frame
+from tests.oracles.stepper import Equations
+
+__all__ = ["shared_cache"]
+
+Array = NDArray[np.float64]
+METHODS = tuple(ORDERS)
+#: By how much a slope may miss its order.
+MISS = {3: 0.2, 4: 0.2, 5: 0.4, 7: 0.4}
+
+
+def slopes(counts: tuple[int, ...], errors: list[float]) -> Array:
+    return np.asarray(np.log(np.array(errors[:-1]) / errors[1:]) / np.log(np.array(counts[1:]) / counts[:-1]))
+
+
+@pytest.mark.parametrize(
+    ("name", "nodes", "defect", "ends"),
+    [
+        ("tdg1", (1 / 3, 1), (-2 / 3, -0.2761423749153967), (1, -2.414213562373095)),
+        ("tdg1_star", (1 / 3, 1), (-0.36700683814454793, 0.36700683814454793), (1, -1.4494897427831781)),
+        ("tdg2", ((4 - 6**0.5) / 10, (4 + 6**0.5) / 10, 1), (-1 / 15, -3 / 5, 3 / 5), (1, -3, 1)),
+        (
+            "tdg3",
+            (0.088587959512703947, 0.40946686444073471, 0.78765946176084706, 1),
+            (-0.14999557707630168, -0.13527906640854299, -0.85766758494031221, 0.5367965367965368),
+            (1, -5.0606060606060606, 7.2442607897153352, 0.81263507434306332),
+        ),
+    ],
+)
+def test_coefficients_are_the_published_ones(name: str, nodes: Any, defect: Any, ends: Any) -> None:
+    """Nodes, r of T = P - gamma r e_p^T, and L_j(1/gamma); matrices against those of NumPy's polynomials."""
+    method, oracle = method_named(name), SCHEMES[name]
+    found = method.operators  # type: ignore[attr-defined]
+    assert (method.degree, float(method.gamma), method.passes) == pytest.approx(  # type: ignore[attr-defined]
+        (oracle.degree, oracle.gamma, oracle.passes), rel=1e-15
+    )
+    np.testing.assert_allclose(np.array(found.nodes, float), nodes, rtol=1e-15)
+    np.testing.assert_allclose(np.array(found.values[-1], float), ends, rtol=1e-14)
+    np.testing.assert_allclose(oracle.defect, defect, rtol=0, atol=1e-13)
+    for ours, theirs in ((found.integration, oracle.integration), (found.first, oracle.first)):
+        np.testing.assert_allclose(np.array(ours, float), theirs, rtol=0, atol=1e-13)
+
+
+def tumbler_scene() -> eomgen.Scene:
+    """Return a body on R^3 x SO(3) that turns about all axes, on a spring."""
+    builder = eomgen.SceneBuilder("tumbler", coordinates="absolute")
+    builder.body("body", 2.0, inertia=[0.3, 0.4, 0.5], group="R3xSO3")
+    builder.joint("root", "free", "base", "body", initial={"velocity": [2.0, -1.0, 3.0, 0.3, 0.1, 0.5]})
+    builder.point("hook", "base", [0, 0, 1.0]).point("eye", "body", [0.2, 0.1, 0.3])
+    return builder.spring("cord", "hook", "eye", stiffness=40.0, damping=1.0, length=0.2).build()
+
+
+@cache
+def made(name: str) -> eomgen.Model:
+    return eomgen.build(tumbler_scene()) if name == "tumbler" else model(name)
+
+
+@cache
+def exact(name: str) -> tuple[Array, Array, Array]:
+    if name != "tumbler":
+        return reference(name, 0.8)
+    end = made(name).simulate(0.8, 0.1, method="rk45", tolerance=1e-13)
+    return end.q[-1], end.v[-1], np.zeros(0)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("name", [*SCENES, "tumbler"])
+def test_order_on_every_group(name: str, method: str) -> None:
+    """A pendulum on a moving base, a body in flight with a ball joint and a slider, a cart with internal states under
+    functions of time, and a body on R^3 x SO(3)."""
+    counts = {3: (64, 128, 256), 4: (64, 128, 256), 5: (24, 36, 54), 7: (8, 12, 18)}[ORDERS[method]]
+    runs = [made(name).simulate(0.8, 0.8 / count, method=method, error_estimate=False) for count in counts]
+    found = slopes(counts, [error(made(name), end, exact(name)) for end in runs])
+    wanted = ORDERS[method]
+    assert found[-1] > wanted - MISS[wanted]
+    if (name, method) != ("flyer", "tdg2"):  # whose errors change sign here
+        assert found[-1] < wanted + MISS[wanted] + 0.2
+
+
+def test_five_passes_would_leave_order_6() -> None:
+    """Local errors of y' = y^2 in 60 digits: the first pass is linear about the start and leaves h^3, and each later
+    one takes off one power."""
+
+    def left(passes: int, h: Any) -> Any:
+        method = method_named("tdg3")
+        found, gamma = method.operators, mp.mpf(33) / 200  # type: ignore[attr-defined]
+        A, first, values, modes = (
+            mp.matrix([[mp.mpf(x.numerator) / x.denominator for x in row] for row in matrix])
+            for matrix in (found.integration, found.first, found.values, found.modes)
+        )
+        Y = mp.ones(4, 1)
+        for number in range(passes):
+            rates = mp.matrix([y * y for y in Y])
+            right = modes * (mp.ones(4, 1) + h * (A if number else first) * rates - Y)
+            change, whole = mp.zeros(4, 1), right[0]
+            for j in range(4):
+                whole = right[j] - (change[j - 1] - whole) if j else whole
+                change[j] = whole / (1 - 2 * gamma * h)
+            Y = Y + values * change
+        return abs(Y[3] - 1 / (1 - h))
+
+    with mp.workdps(60):
+        for passes, power in ((5, 7), (6, 8)):
+            errors = [left(passes, mp.mpf(2) ** -k) for k in (8, 9)]
+            assert float(mp.log(errors[0] / errors[1], 2)) == pytest.approx(power, abs=0.1)
+
+
+def duffing() -> eomgen.Scene:
+    builder = eomgen.SceneBuilder("duffing", gravity=[0, 0, 0]).body("mass", 1.0)
+    builder.joint("x", "prismatic", "base", "mass", axis=[1, 0, 0], damping=0.2, initial={"position": 1.0})
+    return builder.effort("force", "x", "cos(1.3 * t) - q.x - 2 * q.x * q.x * q.x").build()
+
+
+@pytest.mark.parametrize(
+    ("method", "largest"), [("tdg1", 1.2e-4), ("tdg1_star", 1.8e-4), ("tdg2", 4e-8), ("tdg3", 6e-11)]
+)
+def test_a_strongly_nonlinear_oscillator(method: str, largest: float) -> None:
+    """q'' + 0.2 q' + q + 2 q^3 = cos 1.3 t: order, and the largest error at T/160 that a prototype allows."""
+    made, counts = eomgen.build(duffing()), (80, 160, 320)
+    best = made.simulate(10.0, 0.1, method="taylor", tolerance=1e-15)
+    wanted = np.concatenate([best.q[-1], best.v[-1]])
+    np.testing.assert_allclose(wanted, [1.01141459, -0.51687463], atol=5e-9)
+    errors = []
+    for count in counts:
+        end = made.simulate(10.0, 10.0 / count, method=method, error_estimate=False)
+        errors.append(float(np.abs(np.concatenate([end.q[-1], end.v[-1]]) - wanted).max()))
+    assert errors[1] < largest
+    order = ORDERS[method]
+    assert slopes(counts, errors)[0 if order == 7 else -1] == pytest.approx(order, abs={3: 0.1, 5: 0.15, 7: 0.4}[order])
+
+
+@cache
+def frame() -> eomgen.Model:
+    return eomgen.build(shear_frame())
+
+
+#: Errors of the same formulas in a prototype with forward dynamics at all nodes; two digits. Its tdg3 had five passes.
+PROTOTYPE = {"tdg1": (4.9e-3, 6.3e-4, 7.9e-5, 9.8e-6), "tdg2": (5.8e-6, 1.2e-7, 2.7e-9, 6.6e-11)}
+
+
+@pytest.mark.parametrize("method", PROTOTYPE)
+def test_digits_of_the_shear_frame_with_a_pendulum(method: str) -> None:
+    errors = []
+    for step in (0.04, 0.02, 0.01, 0.005):
+        end = frame().simulate(10.0, step, method=method, record_every=100_000, error_estimate=False)
+        errors.append(float(np.abs((np.concatenate([end.q[-1], end.v[-1]]) - RESPONSE) / SCALE).max()))
+    np.testing.assert_allclose(errors, PROTOTYPE[method], rtol=0.05)
+
+
+def oscillator(frequency: float, damping: float) -> eomgen.Scene:
+    builder = eomgen.SceneBuilder("oscillator", gravity=[0, 0, 0]).body("mass", 1.0)
+    stiffness = {"stiffness": frequency**2, "damping": 2.0 * damping * frequency}
+    return builder.joint("rail", "prismatic", "base", "mass", axis=[1, 0, 0], **stiffness).build()
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.3, 1e3])
+@pytest.mark.parametrize("method", METHODS)
+def test_steps_of_an_oscillator_are_those_of_the_formulas(method: str, damping: float) -> None:
+    made, one = eomgen.build(oscillator(1.0, damping)), np.eye(2)
+    A = np.array([[0.0, 1.0], [-1.0, -2.0 * damping]])
+    for step in (1e-3, 0.1, 1.0, 30.0, 1e6):
+        found = np.empty((2, 2))
+        for column, (q, v) in enumerate(one):
+            end = made.simulate(step, step, method=method, initial={"q": [q], "v": [v]}, error_estimate=False)
+            found[:, column] = end.q[-1, 0], end.v[-1, 0]
+        wanted = np.array(
+            [stepped(SCHEMES[method], lambda t, y: A @ y, lambda t, y: A, 0.0, start, step) for start in one]
+        ).T
+        np.testing.assert_allclose(found, wanted, rtol=1e-7, atol=1e-9)
+        assert np.abs(np.linalg.eigvals(found)).max() <= 1.0 + 1e-9
+
+
+def stiffly_forced(damping: float) -> tuple[float, float, Any]:
+    """Return omega^2, 2 zeta omega, and the force under which q = sin t."""
+    square, rate = 1e12, 2.0 * damping * 1e6
+    return square, rate, lambda t: (square - 1.0) * np.sin(t) + rate * np.cos(t)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_stiff_forces_of_a_known_motion(method: str) -> None:
+    """q'' + omega^2 q with the force of q = sin t, omega = 1e6, h = 0.1."""
+    scene = (
+        eomgen.SceneBuilder("forced", gravity=[0, 0, 0]).body("mass", 1.0)
+        .joint("rail", "prismatic", "base", "mass", axis=[1, 0, 0], stiffness=1e12, initial={"velocity": 1.0})
+        .effort("known", "rail", "(1e12 - 1) * sin(t)").build()
+    )  # fmt: skip  # a chain of calls
+    end = eomgen.build(scene).simulate(2.0, 0.1, method=method, error_estimate=False)
+    assert np.abs(end.q[:, 0] - np.sin(end.t)).max() < 1e-10
+    largest = {"tdg1": 5e-2, "tdg1_star": 2e-3, "tdg2": 2e-5, "tdg2s": 2e-3, "tdg3": 1e-5}[method]
+    assert np.abs(end.v[:, 0] - np.cos(end.t)).max() < largest
+
+
+@pytest.mark.parametrize("damping", [0.0, 1.0])
+@pytest.mark.parametrize("method", ["tdg1", "tdg2", "tdg2s", "tdg3"])
+def test_the_parents_operator_in_the_first_pass_would_lose_stiff_forces(method: str, damping: float) -> None:
+    """Why P comes first; of tdg1_star, whose passes settle what is stiff at once, positions are kept by either."""
+    square, rate, force = stiffly_forced(damping)
+    A = np.array([[0.0, 1.0], [-square, -rate]])
+    errors = []
+    for parent_first in (False, True):
+        y, worst = np.array([0.0, 1.0]), 0.0
+        for k in range(20):
+            y = stepped(
+                SCHEMES[method], lambda t, x: A @ x + np.array([0.0, force(t)]), lambda t, x: A, 0.1 * k, y, 0.1,
+                parent_first=parent_first,
+            )  # fmt: skip  # a row of arguments
+            worst = max(worst, abs(y[0] - np.sin(0.1 * (k + 1))))
+        errors.append(worst)
+    assert errors[0] < (1e-10 if damping == 0.0 else 1e-7)
+    assert errors[1] > 1e3 * errors[0]
+
+
+class Massless(WrittenModel):
+    """One mass and a massless coordinate between two springs; the mass may change with its place."""
+
+    varying = False
+
+    @property
+    def facts(self) -> Any:
+        return SimpleNamespace(**{**vars(super().facts), "constant_mass": not self.varying})
+
+
+def massless(varying: bool) -> WrittenModel:
+    """Return M = diag(1, 0), or diag(1 + q_1^2/2, 0), K = [[200, -100], [-100, 100]], F = (0, sin t)."""
+    inertia = "K(1.0) + K(0.5) * q[0] * q[0]" if varying else "K(1.0)"
+    text = f"""
+void {"varying" if varying else "massless"}_residual(real t, const real *q, const real *v, const real *a, real *r)
+{{
+    r[0] = ({inertia}) * a[0] + {"K(0.5) * q[0] * v[0] * v[0]" if varying else "K(0.0) * v[0]"}
+        + K(200.0) * q[0] - K(100.0) * q[1];
+    r[1] = K(100.0) * (q[1] - q[0]) - EG_SIN(t);
+}}
+void {"varying" if varying else "massless"}_partials(const real *q, const real *v, const real *a, real *dq, real *dv,
+    real *M)
+{{
+    int i;
+    for (i = 0; i < 4; ++i) dq[i] = dv[i] = M[i] = K(0.0);
+    dq[0] = K(200.0) + {"q[0] * a[0] + K(0.5) * v[0] * v[0]" if varying else "K(0.0) * (a[0] + v[0])"};
+    dq[1] = dq[2] = K(-100.0); dq[3] = K(100.0);
+    dv[0] = {"q[0] * v[0]" if varying else "K(0.0)"};
+    M[0] = {inertia if varying else "K(1.0) + K(0.0) * q[0]"};
+}}
+"""
+    factors = [Factor("R", "mass", 0, 1, 0, 1), Factor("R", "massless", 1, 1, 1, 1)]
+    nothing = Equations(
+        factors,
+        lambda t, q, v: np.zeros(2),
+        lambda t, q, v, a: np.zeros(2),
+        lambda t, q, v, a: (
+            np.array([[200.0, -100.0], [-100.0, 100.0]]), np.array([[0.1, 0.0], [0.0, 0.0]]), np.diag([1.0, 0.0])
+        ),
+    )  # fmt: skip  # a row of matrices
+    functions = {
+        "residual": (("t", "q", "v", "a"), ("r",)),
+        "partials": (("q", "v", "a"), ("K", "C", "M")),
+    }
+    made = Massless("varying" if varying else "massless", factors, functions, text, nothing, np.zeros(2), np.zeros(2))
+    made.varying = varying
+    return made
+
+
+@pytest.mark.parametrize("varying", [False, True], ids=["constant", "varying"])
+@pytest.mark.parametrize("method", METHODS)
+def test_a_massless_coordinate_keeps_the_order(method: str, varying: bool, tmp_path: Path) -> None:
+    """Index 1: from a start that misses the balance of the massless coordinate, too, steps meet it at their ends."""
+    stepper = build(tmp_path / method, massless(varying), method_named(method))
+    counts = {3: (80, 160, 320), 4: (80, 160, 320), 5: (40, 80, 160), 7: (16, 24, 36)}[ORDERS[method]]
+
+    def end(count: int) -> tuple[Array, Array]:
+        stepper.workspace[:] = 0.0
+        assert stepper.initialize([0.0, 0.5], [0.0, 0.1], step=2.0 / count).status == 0
+        outcome = stepper.run(count)
+        assert outcome.status == 0
+        return outcome.rows[-1, 1:5], np.abs(
+            100.0 * (outcome.rows[:, 2] - outcome.rows[:, 1]) - np.sin(outcome.rows[:, 0])
+        )
+
+    best = end(2560 if ORDERS[method] < 5 else 640)[0]
+    if not varying:  # q_1'' + 100 q_1 = sin t, from rest
+        assert best[0] == pytest.approx((np.sin(2.0) - np.sin(20.0) / 10.0) / 99.0, abs=1e-8)
+    found = [end(count) for count in counts]
+    assert max(float(missed.max()) for _, missed in found) < 1e-13
+    order = slopes(counts, [float(np.abs(state[[0, 2]] - best[[0, 2]]).max()) for state, _ in found])
+    assert order[-1] > ORDERS[method] - MISS[ORDERS[method]]
+
+
+def test_order_on_a_long_chain() -> None:
+    """40 links, whose recursion's steps are unknowns with right sides of their own."""
+    builder, last = eomgen.SceneBuilder("long_chain"), "base"
+    for number in range(40):
+        link, place = f"link{number}", [0, 0, -0.1 if number else 0]
+        axis = [0, 1, 0] if number % 2 else [1, 0, 0]
+        builder.body(link, 1.0, center_of_mass=[0, 0, -0.05], inertia=[0.01, 0.01, 0.001])
+        hinge = {"axis": axis, "position": place, "damping": 0.1, "initial": {"position": 0.02}}
+        builder.joint(f"hinge{number}", "revolute", last, link, **hinge)
+        last = link
+    made, counts = eomgen.build(builder.build(), profile="quick", method="tdg2"), (8, 16, 32)
+    best = made.simulate(0.05, 5e-5, method="rk4", record_every=1000, error_estimate=False)
+    errors = [
+        float(np.abs(made.simulate(0.05, 0.05 / count, error_estimate=False).q[-1] - best.q[-1]).max())
+        for count in counts
+    ]
+    assert slopes(counts, errors)[-1] == pytest.approx(5.0, abs=0.4)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_every_step_is_the_same_operations(method: str) -> None:
+    """One factorization; forces at all nodes in each pass, twice behind the first where the mass matrix varies."""
+    end, scheme = frame().simulate(2.0, 0.01, method=method, error_estimate=False), SCHEMES[method]
+    forces = (scheme.degree + 1) * (2 * scheme.passes - 1)
+    assert {name: end.stats[name] for name in ("steps", "factorizations", "evaluations", "newton_iterations")} == {
+        "steps": 200,
+        "factorizations": 200,
+        "evaluations": 200 * forces,
+        "newton_iterations": 0,
+    }
+
+
+@pytest.mark.parametrize("method", ["tdg1", "tdg3"])
+def test_rows_hold_the_accelerations_of_their_states(method: str) -> None:
+    made = frame()
+    end = made.simulate(1.0, 0.01, method=method, record_every=25)
+    for row in range(len(end.t)):
+        wanted = made.forward_dynamics(end.q[row], end.v[row], t=end.t[row])
+        np.testing.assert_allclose(end.a[row], wanted, rtol=1e-10, atol=1e-10)
+
+
+@pytest.mark.parametrize("method", ["tdg1", "tdg3"])
+def test_a_checkpoint_goes_on_with_the_same_bits(method: str, tmp_path: Path) -> None:
+    made, file = model("controlled"), tmp_path / "run.ckpt"
+    one = made.simulate(0.6, 1e-2, method=method)
+    first = made.simulate(0.3, 1e-2, method=method, checkpoint=file)
+    whole = first.followed_by(made.resume(file, 0.6))
+    assert all(np.array_equal(getattr(whole, name), getattr(one, name)) for name in ("q", "v", "a", "z"))
+
+
+def test_its_c_stands_alone_and_gives_the_same_rows(tmp_path: Path) -> None:
+    eomgen.generate(shear_frame(), tmp_path / "c", method="tdg2")
+    text = run(compiled(tmp_path / "c"), "2", "0.01", "1").stdout
+    rows = np.array([[float(x) for x in line.split(",")] for line in text.splitlines()[1:]])
+    end = eomgen.build(shear_frame(), method="tdg2", profile="reproducible").simulate(2.0, 0.01, method="tdg2")
+    assert np.array_equal(rows[:, 1:13], np.hstack([end.q, end.v, end.a]))
+
+
+def test_loops_are_refused_with_what_to_take() -> None:
+    with pytest.raises(EomgenError) as caught:
+        eomgen.build("examples/four_bar/scene.toml", profile="quick").simulate(0.1, 1e-3, method="tdg2")
+    text = str(caught.value)
+    assert "tdg2 cannot run on this scene" in text
+    assert "forces of constraints are not known at its start" in text
+    assert "try: generalized_alpha" in text
+
+
+def test_a_step_within_which_a_body_turns_all_around_stops_the_run() -> None:
+    builder = eomgen.SceneBuilder("top", gravity=[0, 0, 0]).body("top", 1.0, inertia=[1.0, 1.0, 1.5])
+    scene = builder.joint("pivot", "spherical", "base", "top", initial={"velocity": [0.1, 0.0, 30.0]}).build()
+    end = eomgen.build(scene).simulate(1.0, 0.2, method="tdg2", error_estimate=False)
+    assert not end.success
+    assert "a body turns by more than 0.9 of a full turn within one step" in end.message
+    assert "try: a step smaller than 0.2 s" in end.message
