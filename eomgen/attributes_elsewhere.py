@@ -30,6 +30,10 @@ ATTRIBUTES: Mapping[str, Mapping[str, str]] = {
         **dict.fromkeys(("joints", "joint_names", "dofs", "coordinates"), "q_names, which names each coordinate"),
         **dict.fromkeys(("links", "link_names", "body_names"), "bodies"),
         "frame_names": "frames",
+        **dict.fromkeys(
+            ("nle", "nonlinear_effects", "qfrc_bias"), "coupling(q, v) - force(q, v), since forces hold gravity"
+        ),
+        **dict.fromkeys(("gravity", "g", "generalized_gravity"), "force(q, v), which holds gravity; at rest v = 0"),
         **dict.fromkeys(("eigenvalues", "modes", "poles", "frequencies"), "linearize().modes()"),
         **dict.fromkeys(("A", "B", "state_space", "ss"), "linearize().state_space()"),
         **dict.fromkeys(("plot", "animate"), "simulate(...).plot() or .animate(path)"),
@@ -41,6 +45,7 @@ ATTRIBUTES: Mapping[str, Mapping[str, str]] = {
         **dict.fromkeys(("time", "times", "ts", "tout", "T"), "t"),
         **dict.fromkeys(("qdd", "qddot", "vdot", "ddq"), "a"),
         **dict.fromkeys(("u", "input", "controls"), "inputs"),
+        **dict.fromkeys(("parameters", "params", "parameter_values"), 'metadata["parameters"]'),
         **dict.fromkeys(("lam", "lambda_", "reactions", "forces"), "multipliers, or outputs that name a reaction"),
         **dict.fromkeys(("to_csv", "csv", "write", "export"), _CSV),
         **dict.fromkeys(("df", "dataframe", "to_df", "to_dataframe"), "to_pandas()"),
@@ -56,6 +61,7 @@ ATTRIBUTES: Mapping[str, Mapping[str, str]] = {
         **dict.fromkeys(("set_q", "set_qpos", "set_positions"), 'set_state({"q": q, "v": v})'),
         **dict.fromkeys(("time", "now"), "t"),
         **dict.fromkeys(("x", "y"), "q, v and z"),
+        **dict.fromkeys(("u", "input", "controls", "ctrl"), "inputs"),
         **dict.fromkeys(("qdd", "qddot", "vdot", "qacc"), "a"),
         **dict.fromkeys(("result", "results", "history", "trajectory"), "record() at each row, then solution()"),
     },

@@ -93,11 +93,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         click.echo(error.format_message(), err=True)
         return error.exit_code
     except click.UsageError as error:
-        from eomgen.cli.mistakes import of_usage  # noqa: PLC0415  # for a mistake only
+        from eomgen.cli.mistakes import of_usage, what_of_usage  # noqa: PLC0415  # for a mistake only
 
         path = error.ctx.command_path if error.ctx is not None else "eomgen"
-        text = error.format_message().rstrip(".")
-        click.echo(UsageError(Problem(path, text[:1].lower() + text[1:], of_usage(error, path))).report(), err=True)
+        text = what_of_usage(error)
+        click.echo(
+            UsageError(Problem(path, text[:1].lower() + text[1:], of_usage(error, path, words))).report(), err=True
+        )
         return error.exit_code
     except (click.Abort, KeyboardInterrupt):
         click.echo("interrupted", err=True)

@@ -31,10 +31,21 @@ def animate(scene: str, path: str, **options: Any) -> int:
 
     target = check_name(Path(path))
     make_folder(target.parent)
+    _check_scene(Path(scene))
     solution = _stored(scene) if scene.endswith(".npz") else run(read_scene(scene, options), options)[1]
     written = solution.animate(target)
     say(f"{solution.message}\nwritten to {written}, {written.stat().st_size / 1e6:.2g} MB: open it in a browser")
     return outcome_code(solution)
+
+
+def _check_scene(path: Path) -> None:
+    """Raise UsageError for a table or a folder of a run, beside which its solution lies."""
+    folder = path if path.is_dir() else path.parent if path.suffix == ".csv" else None
+    if folder is not None:
+        what = "this is a folder" if folder == path else "a table does not hold what is drawn"
+        kept = folder / "solution.npz"
+        hint = f"{kept}" if kept.is_file() else "the scene, or the solution.npz of eomgen simulate"
+        raise UsageError(Problem(str(path), f"{what}, and a scene or a stored solution is needed", hint))
 
 
 def _stored(path: str) -> Solution:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+import difflib
+import re
+from collections.abc import Collection, Mapping, Sequence
 
 import click
 
@@ -17,7 +19,7 @@ _VERBS: Mapping[str, str] = {
     **dict.fromkeys(("view", "movie", "visualize", "animation"), "animate"),
     **dict.fromkeys(("statics", "static", "rest", "trim"), "equilibrium"),
     **dict.fromkeys(("verify", "test"), "check"),
-    "help": "eomgen --help",
+    "help": "eomgen --help, or eomgen VERB --help",
     "version": "eomgen --version",
 }
 #: What others call an option.
@@ -32,6 +34,18 @@ _OPTIONS: Mapping[str, str] = {
     **dict.fromkeys(("--tol", "--rtol", "--atol", "--eps"), "--tolerance"),
     **dict.fromkeys(("--quiet", "--silent"), "2> /dev/null, since only results go to stdout"),
 }
+#: What a word for one of several is called elsewhere.
+_CHOICES: Mapping[str, str] = {
+    **dict.fromkeys(("floating", "float", "freeflyer", "free_flyer", "6dof"), "free"),
+    **dict.fromkeys(("base", "world", "ground"), "fixed"),
+    **dict.fromkeys(("release", "o3", "native"), "fast"),
+    **dict.fromkeys(("debug", "o0"), "quick"),
+    **dict.fromkeys(("rest", "static", "steady"), "equilibrium"),
+    **dict.fromkeys(("maximal", "cartesian", "redundant"), "absolute"),
+    **dict.fromkeys(("minimal", "relative", "reduced"), "joint"),
+}
+_EXTRA = re.compile(r"unexpected extra arguments? \((.+)\)")
+_GIVEN = re.compile(r": '([^']*)' is ")
 #: What a missing argument or option is given as.
 _EXAMPLES: Mapping[str, str] = {
     "scene": "the path of a .toml or .urdf file",
@@ -46,15 +60,70 @@ def of_verb(word: str, verbs: Collection[str]) -> str:
     return _VERBS.get(word.lower()) or nearest(word, list(verbs))
 
 
-def of_usage(error: click.UsageError, path: str) -> str:
-    """Return what to try after an error in the arguments of a verb; ``path`` is the command as it was called."""
+def what_of_usage(error: click.UsageError) -> str:
+    """Return what is wrong in the arguments of a verb, without click's own hints."""
+    if isinstance(error, click.NoSuchOption):
+        return f"no such option {shown(error.option_name)}"
+    return error.format_message().rstrip(".")
+
+
+def of_usage(error: click.UsageError, path: str, words: Sequence[str]) -> str:
+    """Return what to try after an error in the arguments of a verb.
+
+    Parameters
+    ----------
+    path : the command as it was called: ``eomgen simulate``
+    words : the command line behind ``eomgen``
+    """
     listing = f"{path} --help"
     if isinstance(error, click.NoSuchOption):
-        other = _OPTIONS.get(error.option_name, "")
+        other = _OPTIONS.get(error.option_name, "") or "".join((error.possibilities or ())[:1])
         return f"{other}; {listing} lists all" if other else listing
     if isinstance(error, click.MissingParameter) and error.param is not None:
         example = _EXAMPLES.get(error.param.name or "", "")
         return f"{example}; {listing} lists all" if example else listing
-    if "unexpected extra argument" in error.format_message():
-        return f"--set name=value without blanks, and one scene; {listing} lists all"
+    if isinstance(error, click.BadParameter) and error.param is not None:
+        example = _of_value(error.param, error.format_message())
+        return f"{example}; {listing} lists all" if example else listing
+    if extra := _EXTRA.search(error.format_message()):
+        return f"{_of_extra(extra[1].split()[0], error, path, words)}; {listing} lists all"
     return listing
+
+
+def _of_value(param: click.Parameter, message: str) -> str:
+    """Return what an option may have in place of a value that it cannot have; empty where there is no example."""
+    option = param.opts[0]
+    given = (_GIVEN.search(message) or ("", ""))[1]
+    if isinstance(param.type, click.Choice):
+        choices = [str(choice) for choice in param.type.choices]
+        meant = _CHOICES.get(given.lower(), "")
+        close = [meant] if meant in choices else difflib.get_close_matches(given.lower(), choices, n=1)
+        return f"{option} {close[0]}" if close else ""
+    if param.type is click.INT:
+        counted = " in steps, not in s" if param.name == "record_every" else ""
+        return f"a whole number{counted}, {option} 10"
+    if param.type is click.FLOAT:
+        try:
+            share = float(given.removesuffix("%").replace(",", "."))
+        except ValueError:
+            return ""
+        return f"{option} {share / 100.0 if given.endswith('%') else share:g}"
+    return ""
+
+
+def _of_extra(word: str, error: click.UsageError, path: str, words: Sequence[str]) -> str:
+    """Return what to try in place of a word that stands where no argument does."""
+    taken = [param for param in error.ctx.command.params if isinstance(param, click.Argument)] if error.ctx else []
+    if not taken:
+        return f"{path} alone: it takes no scene"
+    place = words.index(word) if word in words else 0
+    before = next((k for k in range(place - 1, -1, -1) if words[k].startswith("--")), None)
+    option = "" if before is None else words[before]
+    if option == "--terms":
+        names = [name for item in words[before or 0 :][1 : place - (before or 0) + 1] for name in item.split(",")]
+        return f"--terms {','.join(names)}, with commas"
+    if option == "--json" and place == (before or 0) + 1:
+        return f"--json > {word}"
+    if word.endswith((".toml", ".urdf")):
+        return "one scene, and a command for each other one"
+    return "--set name=value without blanks, and one scene"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -19,6 +20,9 @@ if TYPE_CHECKING:
     from eomgen.system.signals import Input, Parameter, State
 
 Command = TypeVar("Command", bound=Callable[..., Any])
+#: A further name and value behind a comma; a call in place of a number.
+_ASSIGNED = re.compile(r",\s*[A-Za-z_][\w.]*\s*=")
+_FORMULA = re.compile(r"[a-z]\w*\(")
 
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
 input_option = click.option(
@@ -172,12 +176,19 @@ def assignments(option: str, texts: Sequence[str]) -> dict[str, float | str]:
     values: dict[str, float | str] = {}
     for text in texts:
         name, equals, number = text.partition("=")
+        if _ASSIGNED.search(number):
+            every = " ".join(f"{option} {part.strip()}" for part in text.split(","))
+            raise UsageError(Problem(f"{option} {text}", "this option takes one name and one value", every))
         if not equals or not name.strip():
             raise UsageError(Problem(f"{option} {text}", "a name and a number are needed", f"{option} length=0.5"))
         try:
             values[name.strip()] = float(number)
         except ValueError:
             if not is_quantity(number):
+                if option == "--input" and _FORMULA.search(number):
+                    what = f"{shown(number.strip())} is a formula, and this option takes a number"
+                    hint = f"[inputs] {name.strip()} = {{ formula = {shown(number.strip())} }} in the scene"
+                    raise UsageError(Problem(f"{option} {text}", what, hint.replace("'", '"'))) from None
                 what = f"{number.strip()!r} is not a number"
                 raise UsageError(Problem(f"{option} {text}", what, f"{option} {name.strip()}=0.5")) from None
             values[name.strip()] = number

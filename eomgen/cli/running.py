@@ -6,11 +6,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from eomgen.cli import INTERRUPTED
+from eomgen.cli.assigned import check_assigned, starts_of
 from eomgen.cli.options import assignments, in_units
 from eomgen.cli.printing import building
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.progress import terminal_bar
-from eomgen.scene.sources.register import all_options
+from eomgen.scene.sources.register import all_options, source_of
+from eomgen.scene.sources.urdf.source import URDF
 
 if TYPE_CHECKING:
     from eomgen.model import Model
@@ -35,9 +37,10 @@ def read_scene(path: str, options: dict[str, Any]) -> Scene:
     changes, signals = assignments("--set", options["parameters"]), assignments("--input", options["inputs"])
     starts = assignments("--initial", options["initial"])
     scene = pipeline.load(path, **{name: options.pop(name) for name in _OF_SCENES})
+    check_assigned(scene, changes, signals, robot=source_of(Path(path)) is URDF)
     options["parameters"] = in_units("--set", changes, scene.parameters)
     options["inputs"] = in_units("--input", signals, scene.inputs)
-    options["initial"] = in_units("--initial", starts, scene.states) or None
+    options["initial"] = starts_of(in_units("--initial", starts, scene.states), scene) or None
     return scene
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
+from eomgen.calls import checked_call
 from eomgen.compiled.arguments import check_name, check_place, components
 from eomgen.compiled.coordinates import quaternion_product, rotated
 from eomgen.compiled.terms import Evaluated, Extensible, Parameters
@@ -71,6 +72,7 @@ def twist(
     return np.concatenate([omega @ back, velocity @ back], axis=-1)
 
 
+@checked_call("point(body, r, q): r is a place in the body's axes, [0, 0, 0] for its origin")
 def point(
     model: Extensible,
     body: str,
@@ -123,6 +125,7 @@ def body_jacobian(model: Extensible, body: str, q: ArrayLike, *, parameters: Par
     return np.swapaxes(np.concatenate([angular @ back, linear @ back], axis=-1), -1, -2)
 
 
+@checked_call("point_jacobian(body, r, q): r is a place in the body's axes, [0, 0, 0] for its origin")
 def point_jacobian(
     model: Extensible,
     body: str,

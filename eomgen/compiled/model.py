@@ -298,6 +298,9 @@ class CompiledModel:
         Quaternions are brought to unit length before the dynamics are evaluated; their rates keep the length that they
         have.
         """
+        if np.ndim(y) == 0 and np.ndim(t) > 0:
+            hint = "rhs(t, y), as solve_ivp calls it; for odeint tfirst=True"
+            raise UsageError(Problem("rhs", "the time comes first, and the state behind it", hint))
         y = components("y", y, self.nq + self.nv + self.nz)
         q, v, z = np.split(y, [self.nq, self.nq + self.nv], axis=-1)
         turned = with_unit_quaternions(self.factors, q)

@@ -24,6 +24,12 @@ from eomgen.errors import Problem, UsageError
 from eomgen.html import page, paragraph
 from eomgen.linear.state_space import StateSpace
 
+
+def _with_article(kind: type) -> str:
+    """Return a class by its name, with its article."""
+    return f"{'an' if kind.__name__[0] in 'AEIOUaeiou' else 'a'} {kind.__name__}"
+
+
 Complex = NDArray[np.complex128]
 
 
@@ -37,13 +43,19 @@ class OutputFeedback:
     Raises
     ------
     UsageError
-        Regulator and observer of different models.
+        Other objects than a regulator and an observer, in this order; a regulator and an observer of different models.
     """
 
     regulator: Regulator
     observer: Observer
 
     def __post_init__(self) -> None:
+        for name, kind in (("first", Regulator), ("second", Observer)):
+            given = self.regulator if kind is Regulator else self.observer
+            if not isinstance(given, kind):
+                what = f"{_with_article(kind)} comes {name}, not {_with_article(type(given))}"
+                hint = "OutputFeedback(regulator, observer), that of lqr or place and that of kalman or place_observer"
+                raise UsageError(Problem("OutputFeedback", what, hint))
         first, second = self.regulator.space, self.observer.space
         same = (first.states, first.inputs, first.sample) == (second.states, second.inputs, second.sample)
         if not same or not (np.array_equal(first.A, second.A) and np.array_equal(first.B, second.B)):

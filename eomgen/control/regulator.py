@@ -212,6 +212,15 @@ def place(
 
 def placed_gains(B: Array, wanted: Complex, dynamics: Dynamics, check: Check) -> Array:
     """Return G (m, n) with which A - B G has the eigenvalues wanted; ``check`` refuses what B does not reach."""
+    unstable = wanted.real > 0.0 if dynamics.sample is None else np.abs(wanted) > 1.0
+    if np.any(unstable):
+        growing = ", ".join(
+            f"{pole:.6g}" for pole in (wanted[unstable] if np.any(wanted.imag) else wanted.real[unstable])
+        )
+        where = "with positive real parts" if dynamics.sample is None else "z = e^(s T) outside the unit circle"
+        what = f"poles {where} are asked for, {growing}: what has them grows"
+        hint = "negative real parts" if dynamics.sample is None else "negative real parts of s"
+        warnings.warn(f"place: {what}; try: {hint}", RuntimeWarning, stacklevel=4)
     A, (n, m) = dynamics.A, B.shape
     if wanted.shape != (n,):
         what = f"{wanted.size} poles are given, and the model has {n} eigenvalues"

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from eomgen.files.archives import read_arrays, write_arrays
 from eomgen.files.csv_tables import write_table
+from eomgen.files.nearby import nearby
 from eomgen.files.writing import check_writable, make_folder, write_bytes, write_text
 
 __all__ = [
     "check_writable",
     "make_folder",
+    "nearby",
     "read_arrays",
     "write_arrays",
     "write_bytes",

@@ -14,6 +14,7 @@ import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.errors import FileError, Problem
+from eomgen.files.nearby import nearby
 from eomgen.files.writing import write_file
 
 _METADATA = "metadata"
@@ -41,7 +42,7 @@ def read_arrays(
         if not isinstance(metadata, dict):
             raise ValueError("its metadata are no mapping")
     except OSError as error:
-        raise FileError(Problem(str(path), f"cannot be read: {error.strerror or error}", "another path")) from None
+        raise FileError(Problem(str(path), f"cannot be read: {error.strerror or error}", nearby(path))) from None
     except KeyError as error:
         raise FileError(
             Problem(str(path), f"this is not a {kind} written by eomgen: {error.args[0]} is missing")

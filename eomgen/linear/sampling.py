@@ -9,6 +9,7 @@ for and has not yet come into effect is state (K. J. Åström and B. Wittenmark,
 from __future__ import annotations
 
 import math
+import warnings
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,6 +22,8 @@ from eomgen.units.labels import in_label
 
 #: A delay this close to whole samples, as a share of one, is of whole samples.
 _WHOLE = 1e-9
+#: So many s between two samples, given as a number, are more likely so many samples a second.
+RARE = 10.0
 #: Inputs that wait for their effect, at most.
 _WAITING = 1000
 
@@ -87,6 +90,11 @@ def sampled_with_cost(space: StateSpace, sample: float | str, delay: float | str
         raise UsageError(Problem("sample", what, "the model in continuous time"))
     if not period > 0.0:
         raise UsageError(Problem("sample", f"the time between two samples is {period:.6g} s", "a time above zero"))
+    if not isinstance(sample, str) and period >= RARE:
+        hint = f'sample="{1.0 / period:.6g} s" for {period:.6g} a second, or "{period:.6g} s" if it is meant'
+        warnings.warn(
+            f"sample: the time between two samples is {period:.6g} s; try: {hint}", RuntimeWarning, stacklevel=5
+        )
     if not 0.0 <= late <= _WAITING * period:
         what = f"the delay is {late:.6g} s, and a sample lasts {period:.6g} s"
         raise UsageError(Problem("delay", what, f"a delay from zero to {_WAITING} samples"))

@@ -21,7 +21,7 @@ from eomgen.pipeline.front_end import Document, FrontEnd
 from eomgen.pipeline.scenes import SCENES
 from eomgen.scene.load import from_data
 from eomgen.scene.scene import Scene
-from eomgen.scene.sources.register import checked_options
+from eomgen.scene.sources.register import all_options, checked_options
 from eomgen.system.selection import Selection
 from eomgen.system.terms import TERMS, nearest_term
 from eomgen.text import shown
@@ -168,6 +168,8 @@ def generate(
     coordinates="eomgen.build(eomgen.load(path, coordinates=...))",
     task_frames="eomgen.build(eomgen.load(path, task_frames=...))",
     strict="eomgen.build(eomgen.load(path, strict=...))",
+    parameters="tunable = true in the scene, and eomgen.build(scene).simulate(parameters=...)",
+    **{name: f"eomgen.build(eomgen.load(path, {name}=...))" for name in all_options()},
     **dict.fromkeys(("optimize", "optimise", "optimization", "flags"), "profile"),
     **{name: f"eomgen.build(scene).simulate({name}=...)" for name in ("step", "tolerance", "t_end", "dt", "inputs")},
 )

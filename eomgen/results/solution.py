@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
-from eomgen.calls import ByName, checked_calls, unknown_attribute
+from eomgen.calls import ByName, UnknownAttribute, checked_calls, unknown_attribute
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.state import State
 from eomgen.errors import EomgenError, Problem, UsageError
@@ -28,6 +28,7 @@ from eomgen.results.scenery import PosesAndScenery
 from eomgen.results.solution_files import read_all, write_all, write_columns
 from eomgen.results.spectrum import psd
 from eomgen.spectra import PowerSpectrum
+from eomgen.text import shown
 
 if TYPE_CHECKING:
     import pandas
@@ -120,7 +121,7 @@ class Solution:
         def __getattr__(self, name: str) -> object:
             known = vars(self)
             if name not in _LATER or "_evaluated" not in known:
-                raise unknown_attribute(self, name)
+                raise self._unknown(name)
             value = getattr(known["_evaluated"], name)
             known[name] = ByName(_LATER[name], value) if _LATER[name] else value
             if known.keys() >= _LATER.keys():
@@ -128,7 +129,16 @@ class Solution:
             return known[name]
 
     def __dir__(self) -> list[str]:
-        return [*super().__dir__(), *_LATER]
+        return list(dict.fromkeys([*super().__dir__(), *_LATER]))
+
+    def _unknown(self, name: str) -> AttributeError:
+        """Return the error for an attribute that a solution does not have, with the output of this name."""
+        there = not name.startswith("_") and vars(self).keys() & {"metadata", "_evaluated"}
+        named: Mapping[str, Any] = self.metadata if there else {}
+        if name in named.get("outputs", ()):
+            hint = f'["{name}"] in place of .{name}'
+            return UnknownAttribute(Problem("", f"a Solution has no {shown(name)}", hint))
+        return unknown_attribute(self, name)
 
     def __repr__(self) -> str:
         return f"<Solution of {self.metadata.get('scene', 'a scene')}: {len(self.t)} rows; {self.message}>"

@@ -51,7 +51,7 @@ def load(
     UsageError
         If the kind of file is not known, or an option does not fit it.
     """
-    path = Path(path)
+    path = _expanded(path)
     if coordinates not in (None, "joint", "absolute"):
         raise UsageError(f"coordinates are {shown(coordinates)}", "joint or absolute")
     read = _read(path, strict=strict, **options)
@@ -63,7 +63,20 @@ def data_of(path: str | Path, *, strict: bool = False, **options: Any) -> dict[s
 
     Raises FileError, DescriptionError or UsageError, as ``load``.
     """
-    return dict(_read(Path(path), strict=strict, **options).data)
+    return dict(_read(_expanded(path), strict=strict, **options).data)
+
+
+def _expanded(path: str | Path) -> Path:
+    """Return a path with ``~`` in words. Raises UsageError for a text that is no path."""
+    if "\n" in str(path):
+        ending = ".urdf" if str(path).lstrip().startswith("<") else ".toml"
+        what = f"the path of a file is needed, and {shown(str(path))} is a text of several lines"
+        hint = f"the path of a {ending} file that holds the text"
+        raise UsageError(Problem("path", what, hint + ("" if ending == ".urdf" else ", or load(tomllib.loads(text))")))
+    try:
+        return Path(path).expanduser()
+    except RuntimeError:  # there is no home: the file is looked for as it is written
+        return Path(path)
 
 
 def _read(path: Path, *, strict: bool, **options: Any) -> Read:

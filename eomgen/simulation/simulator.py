@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
-from eomgen.calls import ByName, UnknownAttribute, checked_calls, unknown_attribute
+from eomgen.calls import ByName, UnknownAttribute, checked_call, checked_calls, unknown_attribute
 from eomgen.compiled.arguments import check_finite, check_name, number_of, numbers
 from eomgen.compiled.initial_state import InitialState
 from eomgen.errors import EomgenError, ModelError, NumericalError, Problem, UsageError
@@ -61,7 +61,15 @@ def _no_assignment(name: str) -> UnknownAttribute:
     return UnknownAttribute(Problem("", f"{name} of a Simulator is read, and not assigned to", hint))
 
 
-@checked_calls("model.start(...), which makes one", inputs="u", steps="n", t_end="t")
+@checked_calls(
+    "model.start(...), which makes one",
+    inputs="u",
+    steps="n",
+    t_end="t",
+    **dict.fromkeys(
+        ("dt", "step", "h", "step_size", "timestep"), "model.start(step=...), which sets the size of steps"
+    ),
+)
 class Simulator:
     """A motion that is stepped by its caller: ``run = model.start(...)``, then ``run.step(u)`` as often as wanted.
 
@@ -205,6 +213,7 @@ class Simulator:
                 if not self._stopped:
                     self._memory[self._places["t"]] = grid.end
 
+    @checked_call('set_parameter("load", 0.5), or set_parameters({"load": 0.5}) for several')
     def set_parameter(self, name: str, value: float) -> None:
         """Change a tunable parameter from now on; a mode of the scene's events by its name, too.
 

@@ -42,6 +42,10 @@ def source_of(path: Path) -> Source | None:
 def readable(path: Path, kinds: str = " or ") -> str:
     """Return what to try in place of a file that no source reads."""
     ending = path.suffix.lower()
+    if ending == ".npz":
+        return f"eomgen.Solution.load({shown(path.name)}), if it is a solution; eomgen animate shows it, too"
+    if not ending and (endings := [end for source in sources() for end in source.endings if _is_file(path, end)]):
+        return " or ".join(str(path.with_name(path.name + end)) for end in endings)
     hints = (source.elsewhere[ending] for source in sources() if ending in source.elsewhere)
     return next(hints, kinds.join(source.article for source in sources()))
 
@@ -89,6 +93,13 @@ def checked_options(source: Source | None, given: Mapping[str, Any]) -> dict[str
             what = f"True or False is needed, not {type(given[name]).__name__}"
             raise UsageError(Problem(name, what, f"{name}=True, for all joints" if given[name] else f"{name}=False"))
     return {name: value for name, value in given.items() if name in own}
+
+
+def _is_file(path: Path, ending: str) -> bool:
+    try:
+        return path.with_name(path.name + ending).is_file()
+    except (OSError, ValueError):  # names that are none, such as the empty one
+        return False
 
 
 def _differs(value: object, default: object) -> bool:

@@ -7,11 +7,21 @@ from pathlib import Path
 from eomgen.errors import DescriptionError, FileError, Problem
 
 LARGEST_FILE = 10_000_000
+_PACKAGE = "package://"
 
 
 def shown_file(path: Path) -> str:
     """Return a file's name for messages, escaped where it could upset a terminal."""
     return path.name if path.name.isascii() and path.name.isprintable() else ascii(path.name)
+
+
+def _in_place_of(path: Path) -> str:
+    """Return what to try where a file cannot be read."""
+    from eomgen.files import nearby  # noqa: PLC0415  # for a mistake only
+
+    if path.parts[:1] == ("package:",):
+        return f"a path of the file system: no ROS is asked where {_PACKAGE}{'/'.join(path.parts[1:2])} is"
+    return nearby(path)
 
 
 def read_text(path: Path) -> str:
@@ -26,7 +36,7 @@ def read_text(path: Path) -> str:
             data = stream.read(LARGEST_FILE + 1)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-        raise FileError(Problem(ascii(str(path)), f"cannot be read: {reason}", "another path")) from None
+        raise FileError(Problem(ascii(str(path)), f"cannot be read: {reason}", _in_place_of(path))) from None
     if len(data) > LARGEST_FILE:
         raise FileError(
             Problem(

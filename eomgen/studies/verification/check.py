@@ -27,7 +27,7 @@ from eomgen.studies.verification.report import CheckReport
 from eomgen.studies.verification.states import States, draw
 from eomgen.studies.verification.verdict import judged
 from eomgen.study_defaults import CHECK_SEED, CHECK_STATES
-from eomgen.system.terms import TERMS
+from eomgen.system.terms import TERMS, meant_term
 from eomgen.text import nearest, shown
 from eomgen.toolchain.profiles import STANDARD_PROFILE
 
@@ -150,6 +150,10 @@ def _chosen(claims: Sequence[Claim], only: Sequence[str]) -> list[Claim]:
         if not any(claim.name.startswith(name) for claim in claims):
             known = [*(claim.name for claim in claims), *(term.name for term in _CHECKED)]
             raise UsageError(
-                Problem("only", f"no closed form of this scene is called {shown(name)}", nearest(name, known))
+                Problem(
+                    "only",
+                    f"no closed form of this scene is called {shown(name)}",
+                    meant if (meant := meant_term(name)) in known else nearest(name, known),
+                )
             )
     return [claim for claim in claims if not only or any(claim.name.startswith(name) for name in only)]

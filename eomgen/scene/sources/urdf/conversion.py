@@ -73,7 +73,11 @@ def urdf_data(
     by_written = {robot.original.get(name, name): name for name in robot.joints}
     for name in lock:
         if name not in by_written:
-            raise OptionError("lock", f"{file} has no joint {shown(name)} to lock", nearest(name, by_written))
+            several = [part.strip() for part in name.split(",")]
+            hint = nearest(name, by_written)
+            if len(several) > 1 and all(part in by_written for part in several):
+                hint = f"one name for each: lock={several!r}, or --lock {' --lock '.join(several)}"
+            raise OptionError("lock", f"{file} has no joint {shown(name)} to lock", hint)
     locked = {by_written[name] for name in lock}
     links = {robot.original.get(name, name): name for name in robot.links}
     tunable = (tunable,) if isinstance(tunable, str) else tunable
