@@ -304,6 +304,7 @@ LATE: dict[str, dict[str, str]] = {
         "scene.document": "pydantic is slow to import, and the cached path of a made Scene needs none",
         "scene.includes": "most scenes include nothing",
     },
+    "scene.sources.text": {"files": "for a mistake only"},
     "scene.sources.urdf.source": {"scene.sources.urdf.conversion": "most scenes are no URDF"},
     "studies.ladders.result": {"studies.ladders.plots": "matplotlib; a map is used without it"},
     "studies.work_precision.result": {"studies.work_precision.plots": "matplotlib; a study is used without it"},

@@ -12,7 +12,6 @@ from eomgen.cli.printing import building
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.progress import terminal_bar
 from eomgen.scene.sources.register import all_options, source_of
-from eomgen.scene.sources.urdf.source import URDF
 
 if TYPE_CHECKING:
     from eomgen.model import Model
@@ -37,7 +36,8 @@ def read_scene(path: str, options: dict[str, Any]) -> Scene:
     changes, signals = assignments("--set", options["parameters"]), assignments("--input", options["inputs"])
     starts = assignments("--initial", options["initial"])
     scene = pipeline.load(path, **{name: options.pop(name) for name in _OF_SCENES})
-    check_assigned(scene, changes, signals, robot=source_of(Path(path)) is URDF)
+    robot = source_of(Path(path)) is all_options()["actuated"][0]
+    check_assigned(scene, changes, signals, robot=robot)
     options["parameters"] = in_units("--set", changes, scene.parameters)
     options["inputs"] = in_units("--input", signals, scene.inputs)
     options["initial"] = starts_of(in_units("--initial", starts, scene.states), scene) or None
