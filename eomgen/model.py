@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from eomgen.linear.root_locus import RootLocus
     from eomgen.results.solution import Solution
     from eomgen.simulation.motions import Target
-    from eomgen.simulation.options import MethodOptions, ResumeOptions, RunOptions
+    from eomgen.simulation.option_types import MethodOptions, ResumeOptions, RunOptions
     from eomgen.simulation.simulator import Simulator
     from eomgen.spectra import Road, RoadExcitation
 
@@ -41,7 +41,7 @@ class Model(CompiledModel):
 
     def __setattr__(self, name: str, value: object) -> None:
         if "initial_z" in vars(self) and not (name.startswith("_") or name in vars(self) or hasattr(type(self), name)):
-            from eomgen.simulation.options import RunOptions  # noqa: PLC0415  # for a mistake only
+            from eomgen.simulation.option_types import RunOptions  # noqa: PLC0415  # for a mistake only
 
             raise none_to_set(self, name, ("t_end", "step", *RunOptions.__annotations__), self.parameters)
         super().__setattr__(name, value)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,19 +17,13 @@ from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.terms import Inputs, Parameters
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.lie.product import difference
-from eomgen.solvers.damped_motion import follow_damped_motion
-from eomgen.solvers.equilibrium_search import SOFT, Point, Search, Statics, examine, onto_constraints
-from eomgen.solvers.newton_path import follow_newton
+from eomgen.solvers.equilibrium_search import nearest_rest
+from eomgen.solvers.statics import SOFT, Point, Search, Statics, examine, onto_constraints
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
 _ELSEWHERE = "it is not where a damped motion"
-#: By how much internal states follow a damped motion more slowly, where it does not settle with those that follow at
-#: once.
-_SLOWER = (1.0, 100.0)
-#: Measures where a damped motion lingers from which Newton's path is followed, too.
-_LINGERING = 4
 #: Components of a direction below this part of the largest are left out when it is named.
 _NAMED = 0.05
 
@@ -161,11 +154,7 @@ def equilibrium(
         raise ModelError(Problem("equilibrium", what, "masses and inertias that bodies can have")) from None
     if not first.finite:
         raise _not_finite(model, first)
-    damped = _by_damped_motion(statics, start.q, start.z)
-    others = [] if damped.balanced and not any_kind else _by_newton(statics, start.z, damped)
-    chosen = min(
-        (search for search in (damped, *others) if search.balanced), key=partial(_distance, statics), default=None
-    )
+    damped, chosen = nearest_rest(statics, start.q, start.z, any_kind=any_kind)
     if chosen is None:
         raise _failure(model, statics, damped)
     if np.any(driven):
@@ -173,42 +162,6 @@ def equilibrium(
     deviations = model.check_left_out(chosen.point.q, driven, time, p)
     notes = [*deviations, *_elsewhere(model, statics, chosen, damped), *equilibrium_notes(measures, chosen.path, u)]
     return _result(model, statics, chosen, driven, measures, notes)
-
-
-def _by_damped_motion(statics: Statics, q: Array, z: Array) -> Search:
-    """Return the equilibrium that a damped motion reaches; if internal states prevent it, with slower internal
-    states."""
-    search = Search(examine(statics, q, z), False, 0)
-    for slower in _SLOWER if len(z) else (1.0,):
-        try:
-            search = follow_damped_motion(statics, q, z, slower)
-        except np.linalg.LinAlgError:
-            continue
-        if search.balanced:
-            break
-    return search
-
-
-def _by_newton(statics: Statics, z: Array, damped: Search) -> list[Search]:
-    """Return where Newton's path leads from the start, and from where the motion lingers on the way to rest."""
-    path = [*damped.path, damped.point.q]
-    forces = [examine(statics, q, z).force for q in path] if not len(z) else []
-    slow = [k for k in range(1, len(forces) - 1) if forces[k - 1] > forces[k] < forces[k + 1]]
-    searches = []
-    for k in (0, *slow[:_LINGERING]):
-        try:
-            search = follow_newton(statics, path[k], z)
-        except np.linalg.LinAlgError:
-            continue
-        searches.append(replace(search, path=[*path[:k], *search.path]))
-    return searches
-
-
-def _distance(statics: Statics, search: Search) -> float:
-    """Return the kinetic distance between start and rest, in m kg^(1/2)."""
-    start = search.path[0]
-    way = difference(statics.factors, start, search.point.q)
-    return float(np.sqrt(way @ statics.mass(start) @ way))
 
 
 def _elsewhere(model: CompiledModel, statics: Statics, chosen: Search, damped: Search) -> list[str]:

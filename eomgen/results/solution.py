@@ -17,11 +17,11 @@ from eomgen.compiled.arguments import number_of
 from eomgen.compiled.state import State
 from eomgen.errors import EomgenError, Problem, UsageError
 from eomgen.results.columns import column_named, columns_of, units_of
-from eomgen.results.containers import to_pandas, to_xarray, write_matlab
 from eomgen.results.dense_output import Between, Rows, largest_errors, state_at
 from eomgen.results.display import html
 from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.events import Events
+from eomgen.results.other_formats import to_pandas, to_xarray, write_matlab
 from eomgen.results.plots import plot
 from eomgen.results.recorded import EvaluatedLater
 from eomgen.results.scenery import PosesAndScenery

@@ -27,7 +27,7 @@ from eomgen.simulation.controllers import Controller, read_controllers
 from eomgen.simulation.error_estimation import ErrorEstimation
 from eomgen.simulation.inputs import HeldRows, InputSignals, Signal, check_held, read_signals
 from eomgen.simulation.motions import refuse_as_inputs
-from eomgen.simulation.options import KNOWN_ELSEWHERE
+from eomgen.simulation.option_types import KNOWN_ELSEWHERE
 from eomgen.simulation.outcome import Beginning, Outcome
 from eomgen.simulation.run import (
     Run,

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from eomgen.arrays import Array
-from eomgen.solvers.equilibrium_search import (
+from eomgen.solvers.statics import (
     SOFT,
     Point,
     Search,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from eomgen.arrays import Array
-from eomgen.solvers.equilibrium_search import (
+from eomgen.solvers.statics import (
     Point,
     Search,
     Statics,

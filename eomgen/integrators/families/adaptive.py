@@ -15,7 +15,8 @@ from eomgen.integrators.families.family import Field, Setting, Sizes, Status
 
 #: Tolerances between which steps are chosen by them.
 SMALLEST_TOLERANCE, LARGEST_TOLERANCE = 1e-14, 0.1
-#: The part of the step that an error estimate allows which is taken: rejections cost a whole step.
+#: The part of the step that an error estimate allows which is taken: rejections cost a whole step. All families that
+#: choose their steps share it and what follows; one of them has its own by what its ``data`` puts in their place.
 SAFETY = 0.9
 #: Changes of a step at most, from one to the next and after a rejection.
 MOST_GROWTH, MOST_REDUCTION = 4.0, 0.1

@@ -1,4 +1,4 @@
-"""A solution in the containers of others: pandas, xarray, MATLAB."""
+"""A solution in formats of others: tables of pandas, data sets of xarray, files of MATLAB."""
 
 from __future__ import annotations
 

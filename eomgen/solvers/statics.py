@@ -1,0 +1,343 @@
+"""Statics on a product of Lie groups: balanced forces, satisfied constraints, constant internal states.
+
+In coordinates scaled by the roots of the inertias and reduced to what the constraints leave free, stiffnesses are
+squared angular frequencies and unbalanced forces are accelerations. Here is what is known at a configuration, and when
+that is rest; ``damped_motion`` (where a heavily damped motion comes to) and ``newton_path`` (where Newton's path leads,
+stable or not) go there, and ``equilibrium_search`` decides between them.
+
+No number here has a unit of its own: lengths are measured by the scene's, forces by its weight and by the largest met
+on the way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.arrays import Array
+from eomgen.lie.product import Factor, update
+
+#: Largest turn of a step, rad.
+LARGEST_TURN = 0.5
+#: Unbalanced forces and rates below this part of the largest are none; round-off of stiff systems is allowed on top.
+BALANCED = 1e-11
+#: Violations of constraints below this part of what moving by the scene's length would make of them are none.
+MET = 1e-10
+#: Eigenvalues of the stiffness below this part of the largest are zero: nothing opposes their directions.
+SOFT = 1e-11
+#: Corrections after which Newton's steps do no better, and the part of the scene's length that they may move.
+_POLISHES, _POLISH = 5, 1e-3
+_EPSILON = float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True)
+class Statics:
+    """A system at rest at fixed time, inputs and parameters, as callables.
+
+    Attributes
+    ----------
+    factors : of the configuration
+    turning : (nv,) which components of v are angular
+    holonomic : number of constraint rows at position level, the first ones
+    mass(q), jacobian(q), constraint(q) : M, B (rows, nv), Phi (holonomic,)
+    residual(q, lam, z) : r = -Q + B^T lam
+    stiffness(q, lam, z) : left-trivialised derivative of r by q
+    rates(q, z) : zdot
+    couplings(q, z) : derivatives of r by z, of zdot by q, and of zdot by z
+    followed(q) : q with what it counts over turns brought to where its poses are
+    length : m, what coordinates in m are measured by: the scene's largest
+    gravity : m/s^2
+    total : kg, the scene's mass
+    """
+
+    factors: Sequence[Factor]
+    turning: NDArray[np.bool_]
+    holonomic: int
+    mass: Callable[[Array], Array]
+    jacobian: Callable[[Array], Array]
+    constraint: Callable[[Array], Array]
+    residual: Callable[[Array, Array, Array], Array]
+    stiffness: Callable[[Array, Array, Array], Array]
+    rates: Callable[[Array, Array], Array]
+    couplings: Callable[[Array, Array], tuple[Array, Array, Array]]
+    followed: Callable[[Array], Array]
+    length: float = 1.0
+    gravity: float = 0.0
+    total: float = 0.0
+
+    @property
+    def weight(self) -> float:
+        """The largest that gravity can be along a direction of unit kinetic energy, N / kg^(1/2)."""
+        return self.gravity * float(np.sqrt(max(self.total, 0.0)))
+
+    @property
+    def sizes(self) -> Array:
+        """(nv,) what the components of a displacement are measured by: 1 rad, or the scene's length."""
+        return np.where(self.turning, 1.0, self.length)
+
+
+@dataclass(frozen=True)
+class Point:
+    """What is known where the system rests.
+
+    Attributes
+    ----------
+    q, z, lam : configuration, internal states, multipliers of least size
+    residual : (nv,) r with the multipliers; what is left of it only the constraints' own directions carry
+    basis : (nv, free) velocities that the constraints leave free, of unit kinetic energy each
+    dual : (free, nv) what gives a velocity's components along the basis
+    imbalance : (free,) forces along the basis
+    stiffness : (free, free) along the basis: squared angular frequencies
+    violation : (holonomic,) of the constraints
+    correction : (nv,) increment that removes it to first order
+    rates : (nz,) of the internal states
+    couplings : of the basis and of the internal states
+    noise : of the imbalance, its root sum of squares: what rounding the terms makes of forces that cancel
+    rate_noise, row_sizes : (nz,) the same of the rates, and (holonomic,) what the rows of constraints are measured by
+    """
+
+    q: Array
+    z: Array
+    lam: Array
+    residual: Array
+    basis: Array
+    dual: Array
+    imbalance: Array
+    stiffness: Array
+    violation: Array
+    correction: Array
+    rates: Array
+    couplings: tuple[Array, Array, Array]
+    noise: float
+    rate_noise: Array
+    row_sizes: Array
+
+    @property
+    def acceleration(self) -> Array:
+        """(nv,) with which the system would start to move."""
+        result: Array = -self.basis @ self.imbalance
+        return result
+
+    @property
+    def force(self) -> float:
+        """What is unbalanced, in N / kg^(1/2): the root of the sum of squares along the basis."""
+        return float(np.linalg.norm(self.imbalance))
+
+    @property
+    def finite(self) -> bool:
+        return all(bool(np.all(np.isfinite(part))) for part in (self.residual, self.stiffness, self.rates))
+
+    @property
+    def symmetric(self) -> Array:
+        result: Array = 0.5 * (self.stiffness + self.stiffness.T)
+        return result
+
+    @property
+    def largest_stiffness(self) -> float:
+        return float(np.max(np.abs(self.stiffness), initial=0.0))
+
+    @property
+    def met(self) -> bool:
+        """Whether the constraints hold."""
+        return bool(np.all(np.abs(self.violation) <= MET * self.row_sizes))
+
+    @property
+    def pushes(self) -> Array:
+        """(nz,) how far internal states push along the basis at the largest stiffness; 0 where they do not push."""
+        stiffness = self.largest_stiffness
+        result: Array = (
+            np.linalg.norm(self.couplings[0], axis=0) / stiffness if stiffness > 0.0 else np.zeros(len(self.z))
+        )
+        return result
+
+    @property
+    def scale(self) -> Array:
+        """(free + nz,) what makes changes along the basis and of z comparable, as far as these push."""
+        pushes = self.pushes
+        return np.concatenate([np.ones(len(self.imbalance)), np.where(pushes > 0.0, pushes, 1.0)])
+
+    def weighed(self, change: Array) -> float:
+        """Return the size of changes along the basis and of z: these by how far they push."""
+        free = len(self.imbalance)
+        return float(np.hypot(np.linalg.norm(change[:free]), np.linalg.norm(self.pushes * change[free:])))
+
+
+@dataclass
+class Largest:
+    """The largest forces and rates of a search, by which what is left of them is judged."""
+
+    force: float
+    rates: Array
+
+    def include(self, point: Point) -> None:
+        self.force = max(self.force, point.force)
+        self.rates = np.maximum(self.rates, np.abs(point.rates))
+
+    def balanced(self, point: Point) -> bool:
+        """Return whether nothing is left but round-off."""
+        return bool(
+            point.force <= BALANCED * self.force + point.noise
+            and np.all(np.abs(point.rates) <= BALANCED * self.rates + point.rate_noise)
+            and point.met
+        )
+
+
+@dataclass(frozen=True)
+class Search:
+    """Where a search ended, whether that is balanced, how many steps it took, and configurations on the way."""
+
+    point: Point
+    balanced: bool
+    steps: int
+    path: Sequence[Array] = ()
+
+
+class Trail:
+    """The way of a search from a start to where forces balance.
+
+    Attributes
+    ----------
+    point : where the search is
+    steps : how many it has taken
+    """
+
+    def __init__(self, statics: Statics, q: Array, z: Array) -> None:
+        """Start at q and z, brought onto the constraints. Raises numpy.linalg.LinAlgError where M is not positive
+        definite."""
+        self.point = onto_constraints(statics, examine(statics, q, z))
+        self.steps = 0
+        self._statics, self._path = statics, [self.point.q]
+        self._largest = Largest(statics.weight, np.abs(self.point.rates))
+
+    def arrived(self) -> bool:
+        """Return whether forces balance here, judged by the largest on the way."""
+        self._largest.include(self.point)
+        return self._largest.balanced(self.point)
+
+    def step(self, point: Point) -> None:
+        """Go on to a point."""
+        self.move(point)
+        self.steps += 1
+
+    def move(self, point: Point) -> None:
+        """Put the search at a point, which is no step of its own."""
+        self.point = point
+        self._path.append(point.q)
+
+    def end(self, *, balanced: bool | None = None) -> Search:
+        """Return the search as it ends: by default, balanced where Newton's last steps make it so."""
+        last = self.point if balanced is False else polished(self._statics, self.point)
+        return Search(last, self._largest.balanced(last) if balanced is None else balanced, self.steps, self._path)
+
+
+def examine(statics: Statics, q: Array, z: Array) -> Point:
+    """Return forces and stiffness at rest at q, z. Raises numpy.linalg.LinAlgError if M is not positive definite."""
+    q = statics.followed(q)
+    M, B0, sizes = statics.mass(q), statics.jacobian(q), statics.sizes
+    L = np.linalg.cholesky(M)
+    inverse: Array = np.linalg.inv(L)
+    B = B0 @ inverse.T
+    violation = statics.constraint(q)
+    r0 = statics.residual(q, np.zeros(len(B)), z)
+    free, spread = np.eye(len(L)), np.zeros((len(L), 0))
+    lam = np.zeros(len(B))
+    if len(B):
+        U, sigma, Vt = np.linalg.svd(B)
+        rank = int(np.sum(sigma > 1e-10 * np.max(sigma, initial=0.0)))
+        free, spread = Vt[rank:].T, (Vt[:rank].T / sigma[:rank]) @ U[:, :rank].T
+        lam = -spread.T @ (inverse @ r0)
+    residual = r0 + B0.T @ lam
+    basis = inverse.T @ free
+    K = statics.stiffness(q, lam, z)
+    by_z, rate_q, rate_z = statics.couplings(q, z)
+    aimed = np.zeros(len(B))
+    aimed[: statics.holonomic] = -violation
+    few = 64.0 * _EPSILON
+    row_sizes = np.abs(B0[: statics.holonomic]) @ sizes
+    return Point(
+        q,
+        z,
+        lam,
+        residual,
+        basis,
+        basis.T @ M,
+        basis.T @ residual,
+        basis.T @ K @ basis,
+        violation,
+        inverse.T @ (spread @ aimed),
+        statics.rates(q, z),
+        (basis.T @ by_z, rate_q @ basis, rate_z),
+        few * float(np.linalg.norm(np.abs(inverse) @ (np.abs(K) @ sizes + np.abs(by_z) @ np.abs(z)))),
+        few * (np.abs(rate_q) @ sizes + np.abs(rate_z) @ np.abs(z)),
+        np.where(row_sizes > 0.0, row_sizes, statics.length),
+    )
+
+
+def newton_step(point: Point, right: Array) -> Array:
+    """Return the least changes along the basis and of z that remove imbalance and rates (``right``) to first order."""
+    by_z, rate_q, rate_z = point.couplings
+    matrix = np.block([[point.stiffness, by_z], [-rate_q, -rate_z]]) / point.scale
+    size: Array = np.max(np.abs(matrix), axis=1, initial=0.0)
+    rows: Array = np.where(size > 0.0, size, 1.0)
+    return np.asarray(np.linalg.lstsq(matrix / rows[:, np.newaxis], right / rows, rcond=SOFT)[0]) / point.scale
+
+
+def unbalanced(point: Point) -> Array:
+    """Return what Newton's step has to remove: minus the imbalance, and the rates."""
+    return np.concatenate([-point.imbalance, point.rates])
+
+
+def share_of_turn(statics: Statics, point: Point, change: Array) -> float:
+    """Return the part of a change after which something has turned by a step's largest turn; 1 without."""
+    increment = point.basis @ change[: len(point.imbalance)]
+    turn = float(np.max(np.abs(increment[statics.turning]), initial=0.0))
+    return min(1.0, LARGEST_TURN / turn) if turn > 0.0 else 1.0
+
+
+def moved(statics: Statics, point: Point, change: Array) -> Point | None:
+    """Return the point after changes along the basis and of z, on the constraints; None where it has no numbers."""
+    free = len(point.imbalance)
+    increment = point.basis @ change[:free] + point.correction
+    if not np.all(np.isfinite(increment)):
+        return None
+    with np.errstate(all="ignore"):
+        try:
+            reached = examine(statics, update(statics.factors, point.q, increment), point.z + change[free:])
+            reached = onto_constraints(statics, reached)
+        except np.linalg.LinAlgError:
+            return None
+    return reached if reached.finite else None
+
+
+def onto_constraints(statics: Statics, point: Point) -> Point:
+    """Return the point brought onto the constraints, as near as a few corrections come."""
+    for _ in range(12):
+        if np.all(np.abs(point.violation) <= 1e-3 * MET * point.row_sizes):
+            break
+        nearer = examine(statics, update(statics.factors, point.q, point.correction), point.z)
+        if not nearer.finite or np.max(np.abs(nearer.violation)) >= np.max(np.abs(point.violation)):
+            break
+        point = nearer
+    return point
+
+
+def polished(statics: Statics, point: Point) -> Point:
+    """Return the point after Newton steps for as long as they halve what is left."""
+    left = newton_step(point, unbalanced(point))
+    for _ in range(_POLISHES):
+        if (
+            not np.any(left)
+            or np.max(np.abs(point.basis @ left[: len(point.imbalance)]) / statics.sizes, initial=0.0) > _POLISH
+        ):
+            break
+        nearer = moved(statics, point, left)
+        if nearer is None:
+            break
+        still = newton_step(nearer, unbalanced(nearer))
+        if not point.weighed(still) < 0.5 * point.weighed(left):
+            break
+        point, left = nearer, still
+    return point
