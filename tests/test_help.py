@@ -16,12 +16,12 @@ from eomgen.integrators.families.family import Sizes
 from eomgen.integrators.families.register import row_of
 from eomgen.integrators.methods import METHOD_NAMES, method_named
 from eomgen.scene.sources.register import BUILT_IN
-from eomgen.simulation import options, resume, simulate, start
+from eomgen.simulation import option_types, resume, simulate, start
 
 RUNS = {
-    "simulate": (simulate.simulate, options.RunOptions, {"t_end", "step"}),
-    "start": (start.start, options.MethodOptions, {"initial", "parameters", "method", "step", "motions"}),
-    "resume": (resume.resume, options.ResumeOptions, {"path", "t_end"}),
+    "simulate": (simulate.simulate, option_types.RunOptions, {"t_end", "step"}),
+    "start": (start.start, option_types.MethodOptions, {"initial", "parameters", "method", "step", "motions"}),
+    "resume": (resume.resume, option_types.ResumeOptions, {"path", "t_end"}),
 }
 #: Of a scene with and without constraints and internal states.
 SIZES = (Sizes(3, 3, 0, 0, 0, 0, 0), Sizes(3, 3, 1, 1, 1, 3, 3))
