@@ -3,9 +3,7 @@
 __all__ = [
     "consistency",
     "constraint_rows",
-    "damped_motion",
     "equilibrium_search",
-    "newton_path",
     "redundancy",
     "statics",
 ]
