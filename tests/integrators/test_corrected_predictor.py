@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 from functools import cache
 from pathlib import Path
 
@@ -15,6 +14,7 @@ from eomgen.errors import EomgenError
 from tests.codegen.test_stand_alone import compiled, run
 from tests.integrators.test_rosenbrock import oscillator, slopes
 from tests.integrators.test_taylor import SCENES, error, model, pushed, reference
+from tests.models.c_programs import printed, program
 from tests.models.cache import shared_cache
 from tests.models.shear_frame import RESPONSE, SCALE, shear_frame
 
@@ -135,34 +135,22 @@ def rig(tmp_path_factory: pytest.TempPathFactory) -> Path:
     builder = eomgen.SceneBuilder("rig", gravity=[0, 0, 0]).parameter("share", 1.0, tunable=True).input("answer")
     builder.body("mass", 1.0)
     builder.joint("rail", "prismatic", "base", "mass", axis=[1, 0, 0], stiffness="share", initial={"position": 1.0})
-    eomgen.generate(builder.effort("measured", "rail", "answer").build(), folder, method=METHOD)
-    (folder / "main.c").write_text(RIG, encoding="utf-8")
-    strict = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror"]
-    sources = sorted(str(file) for file in folder.glob("*.c"))
-    subprocess.run(["cc", *strict, *sources, "-o", str(folder / "rig"), "-lm"], check=True)
-    return folder / "rig"
-
-
-def answered(program: Path, step: float, steps: int, share: float) -> Array:
-    ran = subprocess.run(
-        [str(program), repr(step), str(steps), repr(share)], check=True, capture_output=True, text=True
-    )
-    return np.array([[float(x) for x in line.split()] for line in ran.stdout.splitlines()])
+    return program(folder, builder.effort("measured", "rail", "answer").build(), METHOD, RIG)
 
 
 @pytest.mark.parametrize("share", [1.0, 0.75, 0.0])
 def test_forces_measured_at_the_prediction_keep_the_order(rig: Path, share: float) -> None:
     errors = []
     for count in (100, 200, 400):
-        t, q, v = answered(rig, 5.0 / count, count, share)[-1]
+        t, q, v = printed(rig, 5.0 / count, count, share)[-1]
         errors.append(float(np.hypot(q - np.cos(t), v + np.sin(t))))
     assert slopes(errors) == pytest.approx(2.0, abs=0.1)
 
 
 def test_a_rig_stays_calm_at_every_step_with_two_thirds_of_its_stiffness_in_the_matrix(rig: Path) -> None:
     """h omega = 100; the exact bound is in test_stability_certificates.py."""
-    assert np.abs(answered(rig, 100.0, 2000, 0.69)[:, 1]).max() < 20.0
-    assert np.abs(answered(rig, 100.0, 2000, 0.64)[:, 1]).max() > 1e6
+    assert np.abs(printed(rig, 100.0, 2000, 0.69)[:, 1]).max() < 20.0
+    assert np.abs(printed(rig, 100.0, 2000, 0.64)[:, 1]).max() > 1e6
 
 
 def test_order_across_a_known_jump() -> None:

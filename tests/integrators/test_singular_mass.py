@@ -1,0 +1,108 @@
+"""Coordinates without inertia: scenes refuse them by name, and the C of the Rosenbrock methods steps them (index 1)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import eomgen
+from tests.models.c_programs import printed, program
+from tests.models.cache import shared_cache
+
+__all__ = ["shared_cache"]
+
+Array = NDArray[np.float64]
+STIFFNESS, END = 100.0, 3.0
+
+
+def scene(light: float | str) -> eomgen.Scene:
+    """Return two masses in a row on springs, the second pulled by sin t."""
+    builder = eomgen.SceneBuilder("pair", gravity=[0, 0, 0]).parameter("light", 1.0, tunable=True)
+    builder.body("first", 1.0).body("second", light)
+    builder.joint("x1", "prismatic", "base", "first", axis=[1, 0, 0], stiffness=STIFFNESS)
+    builder.joint("x2", "prismatic", "base", "second", axis=[1, 0, 0])
+    builder.effort("pull", "x2", f"sin(t) - {STIFFNESS} * (q.x2 - q.x1)")
+    return builder.effort("back", "x1", f"{STIFFNESS} * (q.x2 - q.x1)").build()
+
+
+def exact(t: Array) -> Array:
+    """Return x1 for a second mass of nothing: x1'' + 100 x1 = sin t."""
+    return np.asarray((np.sin(t) - np.sin(10.0 * t) / 10.0) / 99.0)
+
+
+def missed(rows: Array) -> float:
+    """Return the largest force that the massless coordinate is left with."""
+    return float(np.abs(STIFFNESS * (rows[:, 2] - rows[:, 1]) - np.sin(rows[:, 0])).max())
+
+
+MAIN = r"""
+#include <stdio.h>
+#include <stdlib.h>
+#define EOMGEN_SHORT_NAMES
+#include "pair.h"
+static pair_workspace work;
+int main(int argc, char **argv)
+{
+    const double steps = atof(argv[1]), off = atof(argv[2]);
+    pair_parameters p;
+    pair_settings settings;
+    pair_state state;
+    double k;
+    pair_default_parameters(&p);
+    p.p_light = 0.0;
+    pair_default_settings(&settings);
+    settings.step = 3.0 / steps;
+    DAMPED
+    pair_default_state(&state);
+    state.q[1] = off;
+    if (argc != 4 || pair_initialize(&p, &settings, &state, &work, NULL) != PAIR_OK)
+        return 1;
+    for (k = 0; k < steps; k += 1.0) {
+        if (pair_step(&p, &settings, &state, &work, NULL) != PAIR_OK)
+            return 2;
+        printf("%.17g %.17g %.17g\n", state.t, state.q[0], state.q[1]);
+    }
+    return 0;
+}
+"""
+
+
+@pytest.fixture(scope="module", params=["rosenbrock", "lsrt2"])
+def stepper(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
+    damped = "settings.damped_start = atoi(argv[3]);" if request.param == "rosenbrock" else ""
+    main = MAIN.replace("DAMPED", damped)
+    return request.param, program(tmp_path_factory.mktemp("pair"), scene("light"), request.param, main)
+
+
+def test_order_2_and_the_algebraic_equation_where_mass_is_nothing(stepper: tuple[str, Path]) -> None:
+    method, made = stepper
+    errors = []
+    for count in (200, 400, 800):
+        rows = printed(made, float(count), 0.0, 0)
+        errors.append(float(np.abs(rows[:, 1] - exact(rows[:, 0])).max()))
+        assert method == "lsrt2" or missed(rows) < 1e-13
+    assert np.log2(np.array(errors[:-1]) / errors[1:]) == pytest.approx(2.0, abs=0.05)
+
+
+def test_a_start_that_meets_no_equation_is_forgotten_by_a_damped_one_only(stepper: tuple[str, Path]) -> None:
+    method, made = stepper
+    kept, damped = (missed(printed(made, 400.0, 0.5, on)[-1:]) for on in (0, 1))
+    if method == "lsrt2":
+        assert kept < 0.05
+    else:
+        assert kept == pytest.approx(50.0, rel=0.02) and damped < 1e-13
+
+
+@pytest.mark.parametrize("method", ["rosenbrock", "lsrt2", "corrected_predictor"])
+def test_scenes_refuse_massless_coordinates_by_name(method: str) -> None:
+    said = "the joint x2 cannot be moved by a force: it carries neither mass nor inertia"
+    with pytest.raises(eomgen.DescriptionError) as caught:
+        scene(0.0)
+    assert said in str(caught.value) and "try: mass or inertia for the body second" in str(caught.value)
+    made = eomgen.build(scene("light"), method=method, profile="quick")
+    with pytest.raises(eomgen.UsageError) as refused:
+        made.simulate(1.0, 0.01, method=method, parameters={"light": 0.0})
+    assert said in str(refused.value) and "at light = 0; try: mass or inertia for the body second" in str(refused.value)
