@@ -42,6 +42,7 @@ from eomgen.integrators.families.family import (
     Status,
     velocities,
 )
+from eomgen.integrators.families.growth import GROWTH_STATUS, STOP_AT_GROWTH, UNFOLLOWED_GROWTH
 from eomgen.integrators.families.needs import UNCONSTRAINED_ROSENBROCK
 from eomgen.integrators.families.rosenbrock import FIXED_STEPS, products
 
@@ -84,20 +85,22 @@ class CorrectedPredictor(Family):
 
     def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
         meaning = "steps between two matrices; 0: that of the first step serves for all of its length"
-        return (Setting("matrix_every", 1, meaning, (0, 1_000_000_000)),)
+        return (Setting("matrix_every", 1, meaning, (0, 1_000_000_000)), STOP_AT_GROWTH)
 
     def bounds(self, sizes: Sizes) -> tuple[Bound, ...]:
         return (Bound("step", "finite"), Bound("step", ">", 0.0), Bound("matrix_every", ">=", 0))
 
     def statistics(self, sizes: Sizes) -> tuple[Field, ...]:
-        return (EXCHANGES,)
+        return (EXCHANGES, UNFOLLOWED_GROWTH)
 
     def statuses(self, constrained: bool, angles: bool) -> tuple[Status, ...]:
-        return (Status(2, "SINGULAR", "the matrix of a step is singular", SINGULAR_ADVICE), NOT_FINITE, BAD_ARGUMENT)
+        singular = Status(2, "SINGULAR", "the matrix of a step is singular", SINGULAR_ADVICE)
+        return (singular, NOT_FINITE, BAD_ARGUMENT, GROWTH_STATUS)
 
     def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
         from eomgen.integrators.newton.matrix import Unknowns  # noqa: PLC0415
         from eomgen.integrators.newton.sample_matrices import samples_of  # noqa: PLC0415
+        from eomgen.integrators.newton.signs import pivot_signs  # noqa: PLC0415
         from eomgen.integrators.newton.solver import make_solver, solver_data  # noqa: PLC0415
 
         owners, half = system.inner_owners, step / 2
@@ -109,6 +112,7 @@ class CorrectedPredictor(Family):
             "hooks": {"row": "accelerations_of_row"},
             "unknowns": unknowns.data,
             "solver": solver_data(solver, system.factors, plain=True),
+            "pivots": pivot_signs(solver, known, half),
             "products": products(unknowns, known.packing),
             "rights": unknowns.matrix_size,
             "input_times": [0.0, 1.0],

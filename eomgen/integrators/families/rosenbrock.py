@@ -43,6 +43,7 @@ from eomgen.integrators.families.family import (
     hold,
     velocities,
 )
+from eomgen.integrators.families.growth import GROWTH_STATUS, STOP_AT_GROWTH, UNFOLLOWED_GROWTH
 from eomgen.integrators.families.needs import UNCONSTRAINED_ROSENBROCK
 
 if TYPE_CHECKING:
@@ -122,22 +123,24 @@ class Rosenbrock(Family):
 
     def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
         if self.stages == 2:
-            return ()
+            return (STOP_AT_GROWTH,)
         meaning = "1: the first step, and those behind jumps, are two of implicit Euler, which damps what starts excite"
-        return (Setting("damped_start", 0, meaning, (0, 1)),)
+        return (Setting("damped_start", 0, meaning, (0, 1)), STOP_AT_GROWTH)
 
     def bounds(self, sizes: Sizes) -> tuple[Bound, ...]:
         return (Bound("step", "finite"), Bound("step", ">", 0.0))
 
     def statistics(self, sizes: Sizes) -> tuple[Field, ...]:
-        return (EXCHANGES,)
+        return (EXCHANGES, UNFOLLOWED_GROWTH)
 
     def statuses(self, constrained: bool, angles: bool) -> tuple[Status, ...]:
-        return (Status(2, "SINGULAR", "the matrix of a step is singular", SINGULAR_ADVICE), NOT_FINITE, BAD_ARGUMENT)
+        singular = Status(2, "SINGULAR", "the matrix of a step is singular", SINGULAR_ADVICE)
+        return (singular, NOT_FINITE, BAD_ARGUMENT, GROWTH_STATUS)
 
     def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
         from eomgen.integrators.newton.matrix import Unknowns  # noqa: PLC0415
         from eomgen.integrators.newton.sample_matrices import samples_of  # noqa: PLC0415
+        from eomgen.integrators.newton.signs import pivot_signs  # noqa: PLC0415
         from eomgen.integrators.newton.solver import make_solver, solver_data  # noqa: PLC0415
 
         owners = system.inner_owners
@@ -152,6 +155,7 @@ class Rosenbrock(Family):
             "gamma": self.gamma,
             "unknowns": unknowns.data,
             "solver": solver_data(solver, system.factors, plain=True),
+            "pivots": pivot_signs(solver, known, gain),
             "products": products(unknowns, known.packing),
             "rights": unknowns.matrix_size,
             "input_times": [0.0, 1.0] if self.stages == 1 else [0.0, 0.5, 1.0],

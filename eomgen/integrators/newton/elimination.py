@@ -83,6 +83,7 @@ def eliminate(
     stages: Sequence[tuple[Sequence[int], Sequence[int]]] | None = None,
     *,
     constrained: bool = False,
+    diagonal_first: bool = False,
 ) -> Elimination:
     """Choose the pivots.
 
@@ -93,13 +94,14 @@ def eliminate(
     stages : sequence of (rows, columns), optional
         Where to look for pivots, one after the other; what finds none waits for the next stage.
     constrained : whether rows of constraints are among them, for messages.
+    diagonal_first : whether of pivots that fill in alike those on the diagonal are taken, whose signs are the inertia.
 
     Raises
     ------
     ModelError
         When some sample is singular.
     """
-    state = _Active(size, samples)
+    state = _Active(size, samples, diagonal_first)
     rows: list[int] = []
     columns: list[int] = []
     left: dict[int, list[int]] = {row: [] for row in range(size)}
@@ -148,10 +150,15 @@ def eliminate(
     return Elimination(tuple(rows), tuple(columns), lower, upper, operations, tuple(starts))
 
 
+#: Cost, whether another place is preferred, the size with a minus, row and column.
+_Candidate = tuple[float, bool, float, int, int]
+
+
 class _Active:
     """Remaining submatrix: rows of scaled samples, and the rows of each column."""
 
-    def __init__(self, size: int, samples: Mapping[tuple[int, int], Array]) -> None:
+    def __init__(self, size: int, samples: Mapping[tuple[int, int], Array], diagonal_first: bool) -> None:
+        self.diagonal_first = diagonal_first
         self.rows: list[dict[int, Array]] = [{} for _ in range(size)]
         self.columns: list[set[int]] = [set() for _ in range(size)]
         for (row, column), values in _equilibrated(size, samples).items():
@@ -169,7 +176,7 @@ class _Active:
     def pivot(self, thresholds: Sequence[float]) -> tuple[int, int] | None:
         """Return the best pivot in the stage, None where none is large enough in its column."""
         rows, columns = self.rows_of_stage, self.columns_of_stage
-        best: tuple[float, float, int, int] | None = None
+        best: _Candidate | None = None
         for row in sorted(rows, key=lambda k: (len(self.rows[k]), k))[:_SEARCHED]:
             for column in self.rows[row]:
                 if column in columns:
@@ -185,7 +192,7 @@ class _Active:
                 for column in self.rows[row]:
                     if column in columns:
                         best = self._better(best, row, column, threshold)
-        return None if best is None else (best[2], best[3])
+        return None if best is None else best[3:]
 
     def serves(self, row: int, column: int, threshold: float) -> bool:
         """Return whether an entry is large enough in its column, in every sample."""
@@ -205,13 +212,11 @@ class _Active:
             return 0.0
         return float(np.min(own / largest))
 
-    def _better(
-        self, best: tuple[float, float, int, int] | None, row: int, column: int, threshold: float
-    ) -> tuple[float, float, int, int] | None:
+    def _better(self, best: _Candidate | None, row: int, column: int, threshold: float) -> _Candidate | None:
         cost = float((len(self.rows[row]) - 1) * (len(self.columns[column]) - 1))
         if (best is not None and cost > best[0]) or not (size := self._size(row, column, threshold)):
             return best
-        candidate = (cost, -size, row, column)
+        candidate = (cost, self.diagonal_first and row != column, -size, row, column)
         return candidate if best is None or candidate < best else best
 
     def eliminate(self, row: int, column: int) -> tuple[list[int], list[int]]:

@@ -84,7 +84,7 @@ def make_solver(
 
     They must serve for consistent accelerations too. ``at_start``: increments are linearised about none, so T is 1, or
     where they are ``turned``, T(step v) of all rotations; accelerations are not asked for, so M may be singular; inner
-    unknowns have right sides.
+    unknowns have right sides; pivots are on the diagonal where that costs nothing.
     """
     moving = factors if turned or not at_start else ()
     terms = iteration_terms(unknowns, moving, samples.packing, every_tangent=turned)
@@ -98,7 +98,14 @@ def make_solver(
     values = of_step if at_start else {index: np.concatenate([of_step[index], of_inertia[index]]) for index in of_step}
     packing = samples.packing
     order = stages_of_tree(unknowns, factors, owners, packing) if unknowns.inner else stages(unknowns, factors, packing)
-    elimination = _pivots(unknowns, values, order, len(samples.numbers), constrained="B" in packing.blocks)
+    elimination = _pivots(
+        unknowns,
+        values,
+        order,
+        len(samples.numbers),
+        constrained="B" in packing.blocks,
+        diagonal_first=at_start,
+    )
     fronts = make_fronts(elimination, list(values), unknowns.matrix_size if at_start else unknowns.size)
     repeated = elimination.operations > UNROLLED or len(fronts.kind_of) >= REPETITIONS * len(fronts.kinds)
     if fronts.operations <= min(FRONTS_UNROLLED, elimination.operations / 2) and repeated:
@@ -115,6 +122,7 @@ def _pivots(
     count: int,
     *,
     constrained: bool,
+    diagonal_first: bool,
 ) -> Elimination:
     """Choose pivots that serve at all samples, or where only the scene's own state is singular, at all others.
 
@@ -123,13 +131,14 @@ def _pivots(
     other stay refused.
     """
     try:
-        return eliminate(unknowns.matrix_size, values, order, constrained=constrained)
+        return eliminate(unknowns.matrix_size, values, order, constrained=constrained, diagonal_first=diagonal_first)
     except ModelError:
         if constrained or count < 2:
             raise
         others = np.arange(2 * count) % count > 0
         try:
-            return eliminate(unknowns.matrix_size, {index: part[others] for index, part in values.items()}, order)
+            kept = {index: part[others] for index, part in values.items()}
+            return eliminate(unknowns.matrix_size, kept, order, diagonal_first=diagonal_first)
         except ModelError:
             pass
         raise  # of the scene's state, which the message names

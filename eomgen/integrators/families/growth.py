@@ -1,0 +1,22 @@
+"""The guard of steps of one factorization against growth that they cannot follow: rows of families that have it.
+
+``newton/growth.c.jinja`` looks at the pivots (``newton.signs``); a step calls ``_note_growth`` behind a factorization,
+with ``stop_at_growth`` in its workspace.
+"""
+
+from __future__ import annotations
+
+from eomgen.integrators.families.family import SMALLER_STEP, Field, Setting, Status
+
+STOP_AT_GROWTH = Setting(
+    "stop_at_growth", 1, "0: growth that a step cannot follow is only counted; 1: it ends the run", (0, 1)
+)
+UNFOLLOWED_GROWTH = Field(
+    "unfollowed_growth", "matrices with something that grows so fast that the step would damp it", kind="long"
+)
+GROWTH_STATUS = Status(
+    10,
+    "UNFOLLOWED_GROWTH",
+    "something grows by itself so fast that a step would damp it, as behind a force that pushes away",
+    f"{SMALLER_STEP}, or stop_at_growth = 0 where the growth does not matter",
+)

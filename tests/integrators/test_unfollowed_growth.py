@@ -1,0 +1,106 @@
+"""Growth beyond the pole of a step is reported, mode by mode, by the inertia of the matrix of the step."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.integrators.newton.signs import _parity, _pivots
+from tests.models.cache import shared_cache
+
+__all__ = ["shared_cache"]
+
+#: gamma of each method: what grows with a rate above 1/(gamma h) is lost.
+GAMMA = {"rosenbrock": 0.5, "lsrt2": 1.0 - np.sqrt(0.5), "corrected_predictor": 0.5}
+COUNTED: dict[str, Any] = {"settings": {"stop_at_growth": 0}, "error_estimate": False}
+
+
+@cache
+def row_of_masses(rates: tuple[float, ...]) -> eomgen.Model:
+    """Return coupled masses with q'' = A q, of which the squares of ``rates`` are the eigenvalues, signs kept."""
+    values = np.sign(rates) * np.square(rates)
+    basis, _ = np.linalg.qr(np.random.default_rng(len(rates)).normal(size=(len(rates), len(rates))))
+    A = basis @ np.diag(values) @ basis.T
+    builder = eomgen.SceneBuilder("row", gravity=[0, 0, 0])
+    for k in range(len(rates)):
+        builder.body(f"m{k}", 1.0)
+        builder.joint(f"x{k}", "prismatic", "base", f"m{k}", axis=[1, 0, 0], initial={"position": 0.1})
+        force = " + ".join(f"({float(a)!r}) * q.x{j}" for j, a in enumerate(A[k]))
+        builder.effort(f"f{k}", f"x{k}", force)
+    return eomgen.build(builder.build(), profile="quick")
+
+
+@pytest.mark.parametrize("method", GAMMA)
+@pytest.mark.parametrize(
+    "rates",
+    [(-3.0, -2.0, -1.0), (10.0, -3.0, -2.0), (10.0, 11.0, -3.0, 1.0), (9.0, 10.0, 11.0, -30.0), (9.0, 9.5, 10.0, 11.0)],
+)
+def test_any_number_of_growing_modes_is_noticed_from_the_pole_on(rates: tuple[float, ...], method: str) -> None:
+    made = row_of_masses(rates)
+    growing = [rate for rate in rates if rate > 5.0]
+    for part in (0.95, 1.05):
+        for rate in growing[:1] or [10.0]:
+            step = part / (GAMMA[method] * max(growing or [rate]))
+            run = made.simulate(4 * step, step, method=method, **COUNTED)
+            assert run.stats["unfollowed_growth"] == (4 if growing and part > 1.0 else 0)
+
+
+@pytest.mark.parametrize("method", GAMMA)
+def test_a_run_ends_where_growth_is_lost_and_says_what_to_do(method: str) -> None:
+    run = row_of_masses((10.0, -3.0, -2.0)).simulate(2.0, 0.5, method=method, error_estimate=False)
+    assert not run.success and len(run.t) == 1
+    assert "something grows by itself so fast that a step would damp it" in run.message
+    assert "try: a step smaller than 0.5 s, or stop_at_growth = 0" in run.message
+
+
+@pytest.mark.parametrize("method", GAMMA)
+def test_what_would_be_lost_without_it(method: str) -> None:
+    """x = h lambda = 10: true growth by e^10 a step, of which next to nothing is left."""
+    made = row_of_masses((10.0,))
+    run = made.simulate(4.0, 1.0, method=method, initial={"q": [1.0], "v": [10.0]}, **COUNTED)
+    assert abs(run.q[-1, 0]) < 1e-3 * np.exp(40.0) and run.stats["unfollowed_growth"] == 4
+
+
+@pytest.mark.parametrize(("rate", "noticed"), [(-300.0, 0), (7.0, 0), (9.0, 20)])
+def test_internal_states_that_grow_are_noticed_and_those_that_decay_are_not(rate: float, noticed: int) -> None:
+    builder = eomgen.SceneBuilder("slow", gravity=[0, 0, 0]).body("mass", 1.0)
+    builder.joint("rail", "prismatic", "base", "mass", axis=[1, 0, 0], stiffness=4.0)
+    scene = builder.state("w", f"({rate!r}) * w", initial=1e-9).effort("push", "rail", "0.1 * w").build()
+    run = eomgen.build(scene, profile="quick").simulate(5.0, 0.25, method="rosenbrock", **COUNTED)
+    assert run.stats["unfollowed_growth"] == noticed
+
+
+@pytest.mark.parametrize(
+    ("method", "step"), [("rosenbrock", 0.18), ("rosenbrock", 0.5), ("lsrt2", 0.3), ("lsrt2", 0.5)]
+)
+def test_a_chain_that_stands_on_end(method: str, step: float) -> None:
+    """Three equal rods upright; how fast they fall is the general eigenvalue problem of the model."""
+    builder, last = eomgen.SceneBuilder("upright", gravity=[0, 0, 9.81]), "base"
+    for number in range(3):
+        builder.body(f"rod{number}", 1.0, center_of_mass=[0, 0, -0.5], inertia=[0.083, 0.083, 0.001])
+        place = [0, 0, -1.0 if number else 0.0]
+        builder.joint(f"hinge{number}", "revolute", last, f"rod{number}", axis=[0, 1, 0], position=place)
+        last = f"rod{number}"
+    made = eomgen.build(builder.build(), profile="quick")
+    rest = np.zeros(3)
+    K, _, M = made.partials(rest, rest, rest)
+    fastest = float(np.sqrt(np.max(np.linalg.eigvals(np.linalg.solve(M, -K)).real)))
+    run = made.simulate(step, step, method=method, **COUNTED)
+    assert run.stats["unfollowed_growth"] == (GAMMA[method] * step * fastest > 1.0) == (step > 0.4)
+
+
+def test_signs_of_pivots_are_those_of_dense_elimination(rng: np.random.Generator) -> None:
+    for size in (1, 4, 7):
+        A = rng.normal(size=(size, size))
+        rows, columns = (tuple(int(k) for k in rng.permutation(size)) for _ in range(2))
+        pivots = _pivots({index: float(value) for index, value in np.ndenumerate(A)}, rows, columns)
+        turned = A[np.ix_(rows, columns)]
+        minors = [1.0, *(np.linalg.det(turned[:k, :k]) for k in range(1, size + 1))]
+        np.testing.assert_allclose(pivots, np.array(minors[1:]) / minors[:-1], rtol=1e-8)
+        sign = np.linalg.det(np.eye(size)[list(rows)]) * np.linalg.det(np.eye(size)[list(columns)])
+        assert _parity(rows) * _parity(columns) == round(sign)
+        assert np.sign(np.prod(pivots)) * round(sign) == np.sign(np.linalg.det(A))
