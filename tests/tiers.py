@@ -409,6 +409,10 @@ SLOW: dict[str, tuple[str, ...]] = {
     "integrators/test_taylor.py::test_pendulum_against_elliptic_functions": (),
     "integrators/test_taylor.py::test_pulses_a_fifth_of_a_row_wide": ("0.02-0.8-1e-12",),
     "integrators/test_taylor.py::test_steps_end_at_known_corners": ("jump",),
+    "integrators/test_unfollowed_growth.py::test_any_number_of_growing_modes_is_noticed_from_the_pole_on": (
+        "rates2-rosenbrock",
+    ),
+    "integrators/test_unfollowed_growth.py::test_what_elastic_coordinates_do_far_from_the_motion_is_no_growth": (),
     "linear/test_absolute_bodies.py::test_any_tree_about_any_motion": ("5",),
     "linear/test_against_pinocchio.py::test_state_matrix": ("panda",),
     "linear/test_campbell.py::test_a_jeffcott_rotor_on_unequal_bearings_is_critical_at_both_frequencies": (),

@@ -93,6 +93,12 @@ def test_a_chain_that_stands_on_end(method: str, step: float) -> None:
     assert run.stats["unfollowed_growth"] == (GAMMA[method] * step * fastest > 1.0) == (step > 0.4)
 
 
+def test_what_elastic_coordinates_do_far_from_the_motion_is_no_growth() -> None:
+    """Random states at which pivots are chosen have an inertia matrix that is not definite, states of the motion do."""
+    run = eomgen.build("examples/elastic_pendulum/scene.toml", profile="quick").simulate(0.1, 1e-3, method="rosenbrock")
+    assert run.success and run.stats["unfollowed_growth"] == 0
+
+
 def test_signs_of_pivots_are_those_of_dense_elimination(rng: np.random.Generator) -> None:
     for size in (1, 4, 7):
         A = rng.normal(size=(size, size))

@@ -3,7 +3,9 @@
 The matrix I - gamma h J has a real eigenvalue 1 - gamma h lambda for each real lambda of J. Where something grows with
 lambda > 1/(gamma h), it is negative, and the step turns and shrinks what grows: a wrong answer without a sign of it in
 q and v. By the inertia of M + gain C + gain^2 K (Sylvester; Parlett, The Symmetric Eigenvalue Problem, 1998, section
-3.3) each such mode turns the sign of one pivot, where pivots are on the diagonal; of others their product counts.
+3.3) each such mode turns the sign of one pivot, where pivots are on the diagonal; of others their product counts. M is
+positive definite, and equations of internal states are taken with a minus, so signs without growth are known
+beforehand; with inner unknowns they are those of the initial state in a much smaller step.
 """
 
 from __future__ import annotations
@@ -31,24 +33,33 @@ def pivot_signs(solver: Solver, samples: Samples, gain: float) -> dict[str, Any]
         product; ``signs`` of the pivots in their order, 1 where the product counts; ``product`` of these signs;
         ``whole``, the sign of the determinant.
     """
-    small = _SMALL * gain
-    weights = (1.0, small, small * small, 1.0, 1.0, 1.0, small)
-    count, size = len(samples.numbers), solver.unknowns.matrix_size
-    none = np.zeros((count, 0))
-    entries = evaluate_terms(solver.terms, samples.numbers, none, none, weights)
-    elimination = solver.elimination
+    unknowns, elimination = solver.unknowns, solver.elimination
+    size = unknowns.matrix_size
     rows, columns = (elimination.rows, elimination.columns) if elimination else (tuple(range(size)),) * 2
-    found = np.sign(
-        [_pivots({index: float(values[k]) for index, values in entries.items()}, rows, columns) for k in range(count)]
-    )
-    each = rows == columns and not solver.unknowns.inner
-    product = 1 if np.sum(np.prod(found, axis=1)) >= 0.0 else -1
+    turned = _parity(rows) * _parity(columns)
+    each = rows == columns and not unknowns.inner
+    if unknowns.inner:
+        product = -1 if np.sum(_small_pivots(solver, samples, gain) < 0.0) % 2 else 1
+    else:
+        product = turned * (-1) ** unknowns.z
+    of_states = range(unknowns.first_z, unknowns.size)
     return {
         "each": each,
-        "signs": [-1 if total < 0.0 else 1 for total in np.sum(found, axis=0)] if each else [1] * size,
+        "signs": [-1 if each and column in of_states else 1 for column in columns],
         "product": product,
-        "whole": product * _parity(rows) * _parity(columns),
+        "whole": product * turned,
     }
+
+
+def _small_pivots(solver: Solver, samples: Samples, gain: float) -> Array:
+    """Return the pivots at the initial state in a much smaller step."""
+    assert solver.elimination is not None  # a matrix with inner unknowns is never dense
+    small = _SMALL * gain
+    weights = (1.0, small, small * small, 1.0, 1.0, 1.0, small)
+    none = np.zeros((1, 0))
+    entries = evaluate_terms(solver.terms, samples.numbers[:1], none, none, weights)
+    first = {index: float(values[0]) for index, values in entries.items()}
+    return _pivots(first, solver.elimination.rows, solver.elimination.columns)
 
 
 def _pivots(entries: dict[MatrixIndex, float], rows: tuple[int, ...], columns: tuple[int, ...]) -> Array:
