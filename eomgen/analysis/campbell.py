@@ -21,6 +21,8 @@ from eomgen.text import nearest, shown
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
+#: Excitations per turn whose crossings are looked for, where none are given.
+ORDERS = (1.0,)
 _SPEED = "rad/s"
 
 
@@ -55,7 +57,7 @@ def campbell_over(
     units = {item.name: item.unit for item in model.description.parameters}
     unit = units.get(speed, "") if is_parameter else _SPEED if speed in turning else "m/s"
     if orders is None:
-        orders = (1.0,) if unit == _SPEED else ()
+        orders = ORDERS if unit == _SPEED else ()
     bad = [order for order in orders if not order > 0.0]
     if bad:
         raise UsageError(Problem("orders", f"an order is {bad[0]:.6g}", "positive numbers such as (1, 2)"))

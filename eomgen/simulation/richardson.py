@@ -2,6 +2,7 @@
 
 Where x_h - x = C h^p + higher powers, x_2h - x_h = (2^p - 1) (x_h - x), and the ratio of x_4h - x_2h to x_2h - x_h
 tells whether p is the method's: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I (1993), II.4.
+Which runs are compared, and when there is no estimate, ``error_estimation`` decides.
 """
 
 from __future__ import annotations
