@@ -1,7 +1,8 @@
 """Front ends: interface to what derives a System and a Description from documents of one class.
 
 Nothing behind a front end knows its documents. Mechanics is one, for Scenes; other distributions name theirs as entry
-points of the group ``eomgen.front_ends``.
+points of the group ``eomgen.front_ends``. A document may also say itself who derives its equations: its attribute
+``front_end`` is a ``FrontEnd`` then, and nothing has to be installed.
 """
 
 from __future__ import annotations

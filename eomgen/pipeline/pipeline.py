@@ -309,6 +309,8 @@ def _reproducible(document: Document, terms: Sequence[str]) -> Model:
 def as_document(described: Described) -> tuple[Document, FrontEnd]:
     """Return a scene or another front end's document as it is, or a scene read from a path or made of nested data."""
     if not isinstance(described, Scene | str | os.PathLike | Mapping):
+        if isinstance(own := getattr(described, "front_end", None), FrontEnd):
+            return described, own
         for row in (loaded(entry, FrontEnd) for entry in extensions("eomgen.front_ends")):
             if isinstance(described, row.document):
                 return described, row

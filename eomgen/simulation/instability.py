@@ -42,6 +42,8 @@ _BEHIND = (3.0, 1e2, 1e4, 1e8, 1e16, 1e32)
 #: Differences of logarithms, in parts of that of the growth, within which two sizes are equal, and beyond which they
 #: are not.
 _EQUAL, _UNEQUAL = 0.1, 0.5
+#: Logarithm of the least growth within the window that is taken again: what grew before or after it says nothing.
+_RISEN = 1.0
 _LARGEST = 1e300
 
 
@@ -201,6 +203,7 @@ def _by_method(
     moved = _moved(run, window, _ROUNDING)[components]
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         growth = np.log(np.minimum(large / small, _LARGEST))
+        moved &= growth > _RISEN
         for parts in finer:
             coarser, again = found, _again(run, library, window[0], steps, parts)
             found = np.full(len(components), math.inf) if again is None else _sizes(run, again[-tail:])[0][components]

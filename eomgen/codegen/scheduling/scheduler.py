@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 from eomgen.codegen.program import Expression, Part, Statement
-from eomgen.codegen.scheduling.iterations import READ, Unmatched, copies, loop_iteration, runs
+from eomgen.codegen.scheduling.iterations import READ, Unmatched, copies, loop_iteration, rule, runs
 from eomgen.codegen.scheduling.plan import Plan
 from eomgen.codegen.scheduling.rerolling import RerolledLoop, find_loops, is_circular, operands
 from eomgen.symbolic.map import Map
@@ -119,11 +119,30 @@ class Writer:
         self.open.statements.append(Statement(kind, data))
 
     def _store(self, node: int) -> None:
-        for number, component, sign in self.plan.stores.get(node, ()):
+        """Store a value where it is an output, by a loop where it is the same output many times."""
+        stores = self.plan.stores.get(node, ())
+        if len(stores) >= REPEATED_FROM:
+            stores = self._store_repeated(node, stores)
+        for number, component, sign in stores:
             self.open.outputs.add(number)
             self._emit("out", number, component, self._leaf(sign * node))
 
+    def _store_repeated(self, node: int, stores: Sequence[tuple[int, int, int]]) -> list[tuple[int, int, int]]:
+        """Store a value by one loop for each output and sign that has it many times; return what is left."""
+        groups: dict[tuple[int, int], list[int]] = {}
+        for number, component, sign in stores:
+            groups.setdefault((number, sign), []).append(component)
+        many = {key: components for key, components in groups.items() if len(components) >= REPEATED_FROM}
+        stored = Statement("out", (0, 0, ("in", READ, 0)))
+        for (number, sign), components in many.items():
+            self.open.outputs.add(number)
+            read = (self._leaf(sign * node),)
+            self._emit("repeat", len(components), (stored,), read, (("row", number, *rule(components)),))
+        return [(number, component, sign) for number, component, sign in stores if (number, sign) not in many]
 
+
+#: One value that is the same output so many times is stored by a loop.
+REPEATED_FROM = 64
 #: Values stored in one loop, where a function has loops, from this many on.
 COPIED_FROM = 8
 

@@ -24,12 +24,13 @@ the step: Arnold and Hante 2017; Bottasso, Dopico and Trainelli 2008.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from eomgen.arrays import Array
+from eomgen.lie import product
 from eomgen.lie.product import Factor
 
 MatrixIndex = tuple[int, int]
@@ -310,12 +311,13 @@ def evaluate_terms(
     return entries
 
 
-def tangent_numbers(factors: Sequence[Factor], terms: Terms, T: Array) -> Array:
-    """Return the numbers of T's blocks, (n, tangent size), from whole matrices (n, nv, nv)."""
-    result = np.zeros((len(T), terms.tangent_size))
+def tangent_numbers(factors: Sequence[Factor], terms: Terms, theta: Array) -> Array:
+    """Return the numbers of T's blocks, (n, tangent size), at increments (n, nv)."""
+    result = np.zeros((len(theta), terms.tangent_size))
     for number, start in terms.tangents:
-        at = factors[number].v_start
-        result[:, start : start + 9] = T[:, at : at + 3, at : at + 3].reshape(-1, 9)
-        if factors[number].group == "SE3":
-            result[:, start + 9 : start + 18] = T[:, at + 3 : at + 6, at : at + 3].reshape(-1, 9)
+        factor = factors[number]
+        T = product.tangent((replace(factor, v_start=0),), theta[:, factor.v])
+        result[:, start : start + 9] = T[:, :3, :3].reshape(-1, 9)
+        if factor.group == "SE3":
+            result[:, start + 9 : start + 18] = T[:, 3:, :3].reshape(-1, 9)
     return result

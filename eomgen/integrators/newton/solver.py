@@ -23,7 +23,6 @@ from eomgen.integrators.newton.matrix import (
 )
 from eomgen.integrators.newton.sample_matrices import Samples
 from eomgen.integrators.newton.stages import stages, stages_of_tree
-from eomgen.lie import product
 from eomgen.lie.product import Factor
 
 #: Multiply-subtracts up to which an elimination is written out, statement by statement.
@@ -90,9 +89,7 @@ def make_solver(
     terms = iteration_terms(unknowns, moving, samples.packing, every_tangent=turned)
     B = _weighed_jacobian(unknowns, samples)
     of_step, of_inertia = (
-        evaluate_terms(
-            terms, samples.numbers, tangent_numbers(factors, terms, product.tangent(factors, theta)), B, chosen
-        )
+        evaluate_terms(terms, samples.numbers, tangent_numbers(factors, terms, theta), B, chosen)
         for theta, chosen in ((step * samples.v, weights), (0.0 * samples.v, _INERTIA))
     )
     values = of_step if at_start else {index: np.concatenate([of_step[index], of_inertia[index]]) for index in of_step}

@@ -1,14 +1,17 @@
 """Stages of elimination: body by body, each with the multipliers of the constraints that act on it.
 
 A body here is a factor of the configuration (a rotation and the position behind it are one), with what shares its
-inertia. Of the bodies whose constraint equations they can all take up, the one with the fewest neighbours comes first,
+inertia; where that is many whose inertia matrix is sparse, such as that of finite elements, each is a body of its own.
+Of the bodies whose constraint equations they can all take up, the one with the fewest neighbours comes first,
 so that chains and trees are eliminated from their tips to their roots and the work grows with the number of bodies
 only: minimum degree (Tinney and Walker 1967) on bodies instead of unknowns.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
+from heapq import heapify, heappop, heappush
 
 from eomgen.integrators.newton.matrix import MatrixIndex, Packing, Unknowns
 from eomgen.lie.product import Factor
@@ -17,6 +20,8 @@ Stage = tuple[list[int], list[int]]
 
 #: Internal states that touch no more bodies (of long trees: links) than these are eliminated first.
 _TWO, _ONE = 2, 1
+#: Inertia of so many components or more with so small a share of nonzeros is sparse.
+_MANY, _SPARSE = 20, 0.25
 
 
 def stages_of_tree(
@@ -43,7 +48,7 @@ def stages_of_tree(
 
 def stages(unknowns: Unknowns, factors: Sequence[Factor], packing: Packing) -> list[Stage]:
     """Return rows and columns of the iteration matrix, stage by stage."""
-    body_of = _bodies(unknowns.v, [*_of_one_body(factors), *packing.nonzeros["M"]])
+    body_of = _bodies(unknowns.v, _sharing(unknowns, factors, packing))
     bodies: dict[int, list[int]] = {}
     for component, body in enumerate(body_of):
         bodies.setdefault(body, []).append(component)
@@ -54,7 +59,7 @@ def stages(unknowns: Unknowns, factors: Sequence[Factor], packing: Packing) -> l
         touched[constraint].add(body_of[column])
     neighbours: dict[int, set[int]] = {body: set() for body in bodies}
     groups = [*touched.values()]
-    groups += [{body_of[row], body_of[column]} for name in ("K", "C") for row, column in packing.nonzeros[name]]
+    groups += [{body_of[row], body_of[column]} for name in ("K", "C", "M") for row, column in packing.nonzeros[name]]
     for group in groups:
         for body in group:
             neighbours[body] |= group - {body}
@@ -64,8 +69,17 @@ def stages(unknowns: Unknowns, factors: Sequence[Factor], packing: Packing) -> l
             neighbours[body] |= group - {body}
     result: list[Stage] = [(early, early)] if early else []
     left = set(bodies)
+
+    def rank(body: int) -> tuple[bool, int, int]:
+        return len(held[body]) > len(bodies[body]), len(neighbours[body]), body
+
+    queue = [rank(body) for body in bodies]
+    heapify(queue)
     while left:
-        body = min(left, key=lambda b: (len(held[b]) > len(bodies[b]), len(neighbours[b]), b))
+        first = heappop(queue)
+        body = first[-1]
+        if body not in left or first != rank(body):
+            continue  # it was taken, or stands in the queue with its present rank as well
         left.remove(body)
         rows, columns = list(bodies[body]), list(bodies[body])
         for constraint in sorted(held[body]):
@@ -75,8 +89,22 @@ def stages(unknowns: Unknowns, factors: Sequence[Factor], packing: Packing) -> l
         for other in neighbours[body]:
             neighbours[other] |= neighbours[body] - {other}
             neighbours[other].discard(body)
+        for other in neighbours[body].union(*(touched[constraint] & left for constraint in held[body])):
+            heappush(queue, rank(other))
         result.append((rows, columns))
     return [*result, (late, late)] if late else result
+
+
+def _sharing(unknowns: Unknowns, factors: Sequence[Factor], packing: Packing) -> list[MatrixIndex]:
+    """Return pairs of components of one body."""
+    of_factors = list(_of_one_body(factors))
+    inertia = packing.nonzeros["M"]
+    if unknowns.lam:
+        return [*of_factors, *inertia]
+    body_of = _bodies(unknowns.v, [*of_factors, *inertia])
+    sizes, nonzeros = Counter(body_of), Counter(body_of[row] for row, _ in inertia)
+    sparse = {body for body, size in sizes.items() if size >= _MANY and nonzeros[body] <= _SPARSE * size * size}
+    return [*of_factors, *((row, column) for row, column in inertia if body_of[row] not in sparse)]
 
 
 def _internal_states(

@@ -1,0 +1,193 @@
+"""The bar of examples/scalar_wave: its matrices by hand, its waves against exact ones and published figures, its C."""
+
+from __future__ import annotations
+
+import csv
+import os
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+
+import eomgen
+from eomgen.codegen.convert import to_program
+from eomgen.codegen.targets.c.target import generate_files
+from eomgen.integrators.methods import method_named
+from eomgen.integrators.stepper_data import method_data
+from eomgen.symbolic.evaluate import evaluate
+from tests.models.cache import shared_cache
+from tests.models.scalar_wave import FOLDER, bar
+
+__all__ = ["shared_cache"]
+
+Array = NDArray[np.float64]
+ELEMENTS = 200
+#: Linear solves -> error of the pulse at 1.5 s in the energy norm, by methods written in NumPy.
+TRAPEZOIDAL = {300: 3.86e-1, 600: 1.05e-1, 1200: 2.65e-2, 2400: 6.63e-3, 4800: 1.66e-3}
+HALF_DAMPED = {300: 5.17e-1, 600: 1.55e-1, 1200: 3.96e-2, 2400: 9.94e-3, 4800: 2.49e-3}
+TWO_STAGES = {300: 6.15e-1, 600: 1.98e-1, 1200: 5.12e-2, 2400: 1.29e-2, 4800: 3.22e-3}
+PULSES: dict[tuple[str, int], dict[int, float]] = {
+    ("trapezoidal", 1): TRAPEZOIDAL,
+    ("rosenbrock", 1): TRAPEZOIDAL,
+    ("generalized_alpha", 1): HALF_DAMPED,
+    ("lsrt2", 2): TWO_STAGES,
+}
+#: Method -> overshoot, mean error and total variation of the shock at a step of two elements, as before.
+SHOCKS = {
+    "trapezoidal": (0.3480, 0.1065, 30.54),
+    "rosenbrock": (0.3480, 0.1065, 30.54),
+    "generalized_alpha": (0.2713, 0.0818, 11.48),
+    "lsrt2": (0.2664, 0.0638, 13.01),
+}
+
+
+def matrices(elements: int, mass: str, *, free_end: bool) -> tuple[Array, Array]:
+    """Return M and K of a bar with EA = m = L = 1, element by element."""
+    M, K = np.zeros((2, elements + 1, elements + 1))
+    share = np.array([[2.0, 1.0], [1.0, 2.0]]) / 6.0 if mass == "consistent" else np.eye(2) / 2.0
+    for k in range(elements):
+        place = np.ix_((k, k + 1), (k, k + 1))
+        M[place] += share / elements
+        K[place] += np.array([[1.0, -1.0], [-1.0, 1.0]]) * elements
+    kept = slice(1, elements + free_end)
+    return M[kept, kept], K[kept, kept]
+
+
+def hill(elements: int) -> Array:
+    x = np.arange(1, elements) / elements
+    return np.exp(-((x - 0.4) ** 2) / (2.0 * 0.03**2))
+
+
+def options(method: str) -> dict[str, Any]:
+    return {"method": method, "error_estimate": False, **({"rho_inf": 0.5} if method == "generalized_alpha" else {})}
+
+
+@cache
+def pulse() -> eomgen.Model:
+    return eomgen.build(bar.Bar("pulse", tuple(hill(ELEMENTS).tolist())))
+
+
+@cache
+def shock() -> eomgen.Model:
+    return eomgen.build(bar.Bar("shock", (0.0,) * ELEMENTS, "lumped", free_end=True))
+
+
+@cache
+def exact_end() -> tuple[Array, Array, Array, Array]:
+    """Return M, K, q and v of the pulse at 1.5 s from the modes of its matrices."""
+    M, K = matrices(ELEMENTS, "consistent", free_end=False)
+    squares, modes = eigh(K, M)
+    omega = np.sqrt(squares)
+    start = modes.T @ M @ hill(ELEMENTS)
+    return M, K, modes @ (start * np.cos(1.5 * omega)), modes @ (-omega * start * np.sin(1.5 * omega))
+
+
+@pytest.mark.parametrize("free_end", [False, True])
+@pytest.mark.parametrize("mass", ["consistent", "lumped"])
+def test_its_terms_are_those_of_its_elements(mass: str, free_end: bool, rng: np.random.Generator) -> None:
+    n = 7
+    terms = ["mass", "partials", "iteration", "residual", "forward_dynamics", "energy"]
+    one = bar.Bar("small", (0.0,) * n, mass, free_end)
+    model = eomgen.build(one, terms, profile="quick")
+    EA, m, L, pull = 3.0, 2.0, 1.5, 0.7 if free_end else 0.0
+    values = {"axial_stiffness": EA, "mass_per_length": m, "length": L} | ({"traction": pull} if free_end else {})
+    M, K = matrices(one.elements, mass, free_end=free_end)
+    M, K, load = M * m * L, K * EA / L, np.append(np.zeros(n - 1), pull)
+    q, v, a = rng.normal(size=(3, n))
+    np.testing.assert_allclose(model.mass(q, parameters=values), M, atol=1e-15)
+    for found, matrix in zip(model.partials(q, v, a, parameters=values), (K, np.zeros((n, n)), M), strict=True):
+        np.testing.assert_allclose(found, matrix, atol=1e-13)
+    np.testing.assert_allclose(
+        model.forward_dynamics(q, v, parameters=values), np.linalg.solve(M, load - K @ q), rtol=1e-10
+    )
+    energy = model.energy(q, v, parameters=values)
+    assert energy["kinetic"] == pytest.approx(0.5 * v @ M @ v)
+    assert energy["potential"] == pytest.approx(0.5 * q @ K @ q - load @ q)
+    system = eomgen.derive(one)
+    blocks = {"p": np.array(list(values.values())), "q": q, "v": v, "a": a}
+    residual = evaluate(system.tape, system.functions["residual"].refs, blocks)
+    np.testing.assert_allclose(residual, M @ a + K @ q - load, atol=1e-12)
+    assert {"mass", "partials"}.isdisjoint(system.functions)
+    for name, matrix in (("K", K), ("M", M)):
+        assert sorted(system.patterns[name]) == sorted(zip(*np.nonzero(matrix), strict=True))
+
+
+@pytest.mark.parametrize("key", PULSES, ids=lambda key: key[0])
+def test_a_pulse_has_the_errors_of_methods_written_by_hand(key: tuple[str, int]) -> None:
+    M, K, q, v = exact_end()
+    (method, stages), expected = key, PULSES[key]
+    found = {}
+    for solves in expected:
+        steps = solves // stages
+        run = pulse().simulate(1.5, 1.5 / steps, record_every=steps, **options(method))
+        assert run.success, run.message
+        dq, dv, start = run.q[-1] - q, run.v[-1] - v, hill(ELEMENTS)
+        found[solves] = float(np.sqrt((dq @ K @ dq + dv @ M @ dv) / (start @ K @ start)))
+    assert found == pytest.approx(expected, rel=0.01)
+
+
+def test_a_pulse_in_average_accelerations_meets_its_threshold() -> None:
+    M, K, q, v = exact_end()
+    run = pulse().simulate(1.5, 1.5 / 4800, record_every=4800, **options("trapezoidal"))
+    dq, dv, start = run.q[-1] - q, run.v[-1] - v, hill(ELEMENTS)
+    assert np.sqrt((dq @ K @ dq + dv @ M @ dv) / (start @ K @ start)) < 2.0e-3
+    assert abs(np.ptp(run.energy["total"])) < 1e-8 * run.energy["total"][0]
+
+
+@pytest.mark.parametrize("method", SHOCKS)
+def test_a_shock_overshoots_as_by_methods_written_by_hand(method: str) -> None:
+    run = shock().simulate(8.0, 2.0 / ELEMENTS, **options(method))
+    assert run.success, run.message
+    middle, place = run.v[:, ELEMENTS // 2 - 1], np.mod(run.t, 4.0)
+    exact = np.where((place > 0.5) & (place < 1.5), 1.0, np.where((place > 2.5) & (place < 3.5), -1.0, 0.0))
+    late = middle[run.t >= 4.0 - 1e-9]
+    found = np.abs(middle).max() - 1.0, np.abs(middle - exact).mean(), np.abs(np.diff(late)).sum()
+    assert found == pytest.approx(SHOCKS[method], rel=0.01)
+
+
+@pytest.mark.parametrize(("mass", "method"), [("consistent", "generalized_alpha"), ("lumped", "rosenbrock")])
+def test_the_statements_of_its_c_do_not_grow_with_its_elements(mass: str, method: str) -> None:
+    def statements(elements: int) -> int:
+        system = bar.derive(bar.Bar("bar", (0.0,) * elements, mass, free_end=True), None)
+        files = generate_files(to_program(system, method_data(method_named(method), system, 1e-3)))
+        return sum(text.count(";") for text in files.values())
+
+    assert statements(2000) == statements(1000) < statements(20)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (((0.0, 0.0), "heavy"), "bar.mass: 'heavy' is no mass of an element; try: consistent or lumped"),
+        (((0.0,),), "bar.displacements: 1 nodes that move are too few; try: at least 2"),
+        (((0.0, np.inf),), "bar.displacements: all of them must be finite numbers"),
+    ],
+)
+def test_bars_that_are_none_are_refused(arguments: tuple[Any, ...], message: str) -> None:
+    with pytest.raises(eomgen.DescriptionError) as caught:
+        bar.Bar("bar", *arguments)
+    assert str(caught.value).endswith(message)
+
+
+def test_the_demo_writes_tables_a_figure_and_c(tmp_path: Path) -> None:
+    environment = {**os.environ, "PYTHONPATH": str(FOLDER.parents[1])}
+    demo = [sys.executable, str(FOLDER / "demo.py"), "--out", str(tmp_path)]
+    said = subprocess.run(demo, check=True, capture_output=True, text=True, env=environment, timeout=300).stdout
+    with (tmp_path / "pulse.csv").open(encoding="utf-8", newline="") as stream:
+        (_, *solves), *rows = csv.reader(stream)
+    errors = {method: [float(x) for x in values] for method, *values in rows}
+    assert solves == [f"{number} solves" for number in TRAPEZOIDAL]
+    assert errors["trapezoidal"] == pytest.approx(list(TRAPEZOIDAL.values()), rel=0.01)
+    assert errors["lsrt2"] == pytest.approx(list(TWO_STAGES.values()), rel=0.01)
+    with (tmp_path / "shock.csv").open(encoding="utf-8", newline="") as stream:
+        _, *rows = csv.reader(stream)
+    found = {method: [float(x) for x in values] for method, *values in rows}
+    assert found["generalized_alpha 0.5"] == pytest.approx(SHOCKS["generalized_alpha"], rel=0.01)
+    assert "figure" in said and (tmp_path / "scalar_wave.png").stat().st_size > 20_000
+    assert (tmp_path / "c" / "pulse.h").is_file()
