@@ -57,6 +57,9 @@ METHODS = {
     "generalized_alpha 0.5": Compared("generalized_alpha", 1, "#0072B2", "o", {"rho_inf": 0.5}),
     "rosenbrock": Compared("rosenbrock", 1, "#E69F00", "x"),
     "lsrt2": Compared("lsrt2", 2, "#009E73", "s"),
+    "tdg1": Compared("tdg1", 4, "#56B4E9", "v"),
+    "tdg2": Compared("tdg2", 12, "#D55E00", "D"),
+    "tdg3": Compared("tdg3", 24, "#000000", "^"),
 }
 
 
@@ -135,8 +138,8 @@ def draw(
     x = np.arange(1, ELEMENTS) / ELEMENTS
     end = exact.modes @ (exact.start * np.cos(exact.frequencies * PULSE_END))
     hill.plot(x, end, color="#000000", linewidth=2.2, alpha=0.35, label="exact, of the nodes")
-    for name, run in hills.items():
-        hill.plot(x, run.q[-1], color=METHODS[name].colour, linewidth=1.0, label=name)
+    for name in ("trapezoidal", "tdg1", "tdg3"):
+        hill.plot(x, hills[name].q[-1], color=METHODS[name].colour, linewidth=1.0, label=name)
     hill.set(xlabel="place, m", ylabel="displacement, m", xlim=(0, 1))
     hill.set_title(f"Pulse at {PULSE_END:g} s, {SOLVES[0]} solves", loc="left")
     for name, found in errors.items():
@@ -146,7 +149,7 @@ def draw(
     work.set_title("Pulse, error at the end", loc="left")
     work.set_xticks(SOLVES, [f"{solves}" for solves in SOLVES])
     work.minorticks_off()
-    for axes, names in ((first, ("trapezoidal",)), (second, ("generalized_alpha 0.5", "lsrt2"))):
+    for axes, names in ((first, ("trapezoidal", "tdg3")), (second, ("lsrt2", "tdg1"))):
         t = shocks[names[0]].t
         axes.plot(t, exact_shock(t), color="#000000", linewidth=2.2, alpha=0.35, label="exact")
         for name in names:
@@ -155,7 +158,7 @@ def draw(
         axes.set_title(f"Shock, step of {COURANT:g} elements", loc="left")
     for axes in figure.axes:
         axes.grid(alpha=0.3, linewidth=0.5)
-    hill.legend(frameon=False, loc="lower right")
+    hill.legend(frameon=False, loc="upper center")
     work.legend(frameon=False, loc="lower left")
     for axes in (first, second):
         axes.legend(frameon=False, loc="upper right", ncols=3, columnspacing=1.0, handlelength=1.5)
