@@ -70,6 +70,10 @@ class UnknownAttribute(UsageError, AttributeError):
     """An attribute that an object does not have."""
 
 
+class NotUnpacked(UsageError, TypeError):
+    """A result that is one object, and no sequence."""
+
+
 class NoAssignment(UsageError, FrozenInstanceError):
     """An attribute that is read, and not assigned to."""
 
@@ -101,7 +105,7 @@ class ByName(dict[str, T]):
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
 
 
-class Defaults(ByName[T]):
+class ReadOnly(ByName[T]):
     """Values by name that a caller reads; they are written elsewhere.
 
     Parameters
@@ -110,17 +114,26 @@ class Defaults(ByName[T]):
         How they are changed.
     """
 
+    #: Why they are not written here.
+    why = "these are read, and not assigned to"
+
     def __init__(self, kind: str, values: Mapping[str, T], what_to_try: str) -> None:
         super().__init__(kind, values)
         self.what_to_try = what_to_try
 
     def _refused(self, *_: object, **__: object) -> NoReturn:
-        raise UsageError(Problem(f"{self.kind}s", "these are the defaults, which do not change", self.what_to_try))
+        raise UsageError(Problem(f"{self.kind}s", self.why, self.what_to_try))
 
     __setitem__ = __delitem__ = update = pop = popitem = clear = setdefault = __ior__ = _refused
 
-    def __reduce__(self) -> tuple[type[Defaults[T]], tuple[str, dict[str, T], str]]:
+    def __reduce__(self) -> tuple[type[ReadOnly[T]], tuple[str, dict[str, T], str]]:
         return type(self), (self.kind, dict(self), self.what_to_try)
+
+
+class Defaults(ReadOnly[T]):
+    """Default values by name."""
+
+    why = "these are the defaults, which do not change"
 
 
 def checked_call(what_to_try: str = "", **meant: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
@@ -193,6 +206,13 @@ def none_to_set(owner: object, name: str, arguments: Iterable[str], parameters: 
     elif name in parameters:
         hint = f'simulate(parameters={{"{name}": ...}})'
     return UnknownAttribute(Problem("", f"a {kind} has no {shown(name)} to set", hint))
+
+
+def not_unpacked(owner: object, what_to_try: str) -> NotUnpacked:
+    """Return the error for taking a result apart as a tuple: from its ``__iter__``."""
+    kind = type(owner).__name__
+    article = "an" if kind[0] in "AEIOU" else "a"
+    return NotUnpacked(Problem("", f"{article} {kind} is one object, and not several to be unpacked", what_to_try))
 
 
 def not_assigned_to(what_to_try: str) -> Callable[[C], C]:

@@ -21,6 +21,7 @@ from eomgen.cli.options import (
 from eomgen.cli.printing import building, print_json, say
 from eomgen.cli.running import read_scene
 from eomgen.cli.tables import print_table
+from eomgen.errors import Problem, UsageError
 from eomgen.text import json_text
 
 if TYPE_CHECKING:
@@ -45,6 +46,8 @@ def equilibrium(scene: str, path: str | None, time: float, any_kind: bool, as_js
     """Find where a SCENE comes to rest near its initial state, its base held where it is at a time."""
     from eomgen.pipeline import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
 
+    if path is not None and Path(path).suffix != ".json":
+        raise UsageError(Problem(f"--out {path}", "an equilibrium is written as a .json file", "--out rest.json"))
     described = read_scene(scene, options)
     with building(described.name):
         model = pipeline.build(described, real="double", profile=options.pop("profile"))

@@ -69,7 +69,7 @@ def _write(solution: Solution, folder: Path, plots: bool, times: StepTimes | Non
     from eomgen.files import write_text  # noqa: PLC0415
 
     files = [solution.save(folder / "solution.npz"), solution.save(folder / "solution.csv")]
-    if solution.events is not None:
+    if solution.events.counts:
         files.append(solution.events.write(folder / "events.csv", solution.metadata["names"]))
     if times is not None:
         files.append(times.write(folder / "step_times.csv"))
@@ -110,7 +110,7 @@ def _print(solution: Solution, model: Model, inputs: dict[str, float], times: St
     rows: list[tuple[str, str]] = [("method", method), ("start", solution.metadata["start"])]
     rows += [("", sentence) for sentence in solution.metadata["corrections"] if sentence.startswith("corrected onto ")]
     rows.append(("end", end))
-    if solution.events is not None:
+    if solution.events.counts:
         rows += [(f"event {name}", _times(solution.events, name)) for name in solution.events.counts]
     units = {item.name: item.unit for item in model.scene.parameters} | {
         item.name: item.unit for item in model.scene.inputs

@@ -10,12 +10,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.arrays import Array
-from eomgen.calls import checked_call, checked_calls
+from eomgen.calls import checked_call, checked_calls, not_unpacked
 from eomgen.control.controllability import Dynamics, check_detectable, check_driven, check_observable
 from eomgen.control.cost import Weighted, controlled_by, near, number, row_of
 from eomgen.control.display import deviations_html, eigenvalues_html, gains_html
@@ -48,6 +49,9 @@ class Observer:
     measured: tuple[str, ...]
     gains: Array
     covariance: Array | None = None
+
+    def __iter__(self) -> NoReturn:
+        raise not_unpacked(self, "observer = ..., and observer.gains, observer.covariance, observer.error.eigenvalues")
 
     def __repr__(self) -> str:
         decay = f"the slowest error decays at {self.error.decay:.4g} 1/s"

@@ -12,14 +12,14 @@ import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.signal import place_poles
 
 from eomgen.arrays import Array
-from eomgen.calls import checked_call, checked_calls, unknown_attribute
+from eomgen.calls import checked_call, checked_calls, not_unpacked, unknown_attribute
 from eomgen.control.controllability import Dynamics, check_controllable, check_stabilisable, check_weighted
 from eomgen.control.cost import Weighted, controlled_by, near, quadratic_cost
 from eomgen.control.display import eigenvalues_html, gains_html, margins_html
@@ -60,6 +60,9 @@ class Regulator:
 
         def __getattr__(self, name: str) -> object:
             raise unknown_attribute(self, name)
+
+    def __iter__(self) -> NoReturn:
+        raise not_unpacked(self, "law = ..., and law.gains, law.eigenvalues, law.cost_left")
 
     def __repr__(self) -> str:
         return f"<Regulator{self.space.when}: {_said(self.space)}; {self.closed_loop.stability}>"

@@ -53,12 +53,19 @@ def with_controller(
     Raises
     ------
     UsageError
-        Inputs that are not the scene's own, feedback of what the scene has no name for (shaping filters, coordinates of
-        bodies in absolute coordinates), measured signals that formulas cannot use (accelerations), names that are
-        taken.
+        A model or a Scene in place of the scene's data; inputs that are not the scene's own, feedback of what the scene
+        has no name for (shaping filters, coordinates of bodies in absolute coordinates), measured signals that formulas
+        cannot use (accelerations), names that are taken.
     FileError, DescriptionError
         A scene file that cannot be read.
     """
+    if not isinstance(scene, str | os.PathLike | Mapping):
+        what = f"the path of a scene file, or its nested data, is needed, not {type(scene).__name__}"
+        hint = 'with_controller("scene.toml", law), with the file that the model was built from'
+        raise UsageError(Problem("with_controller", what, hint))
+    if not isinstance(law, Regulator | OutputFeedback):
+        what = f"a Regulator or an OutputFeedback is needed, not {type(law).__name__}"
+        raise UsageError(Problem("with_controller", what, "what lqr, place or output_feedback returns"))
     data = dict(scene) if isinstance(scene, Mapping) else data_of(Path(scene))
     writer = _Writer(data, law.space, prefix)
     added = writer.regulator(law) if isinstance(law, Regulator) else writer.output_feedback(law)

@@ -40,6 +40,8 @@ if TYPE_CHECKING:
 _LOG = logging.getLogger(__name__)
 #: A scene, the path of one, nested data as a scene file holds them, or the document of another front end.
 Described = Scene | str | os.PathLike[str] | Mapping[str, Any] | Document
+#: Endings of files of code, which folders have not.
+_OF_FILES = (".c", ".h", ".toml", ".urdf", ".zip", ".py", ".so", ".m")
 
 
 @checked_call('eomgen.load("scene.toml")')
@@ -149,6 +151,7 @@ def generate(
     from eomgen.codegen.targets.register import target_named  # noqa: PLC0415
 
     chosen = target_named(target)
+    _check_folder(folder)
     document, front_end = as_document(scene)
     program = _program(document, front_end, _selected(terms), method, chosen)[0]
     if program.defaults["start"] == "equilibrium":
@@ -158,6 +161,14 @@ def generate(
     files = chosen.files(program)
     written = write_folder(files, folder)
     return [written / name for name in sorted(files)]
+
+
+def _check_folder(folder: str | Path) -> None:
+    """Raise UsageError where a folder that is to be made has the name of a file of code."""
+    path = Path(folder)
+    if path.suffix.lower() in _OF_FILES and not path.is_dir():
+        what = f"{path.name} is the name of a file, and a folder of several files is written"
+        raise UsageError(Problem(str(folder), what, f"the folder {path.with_suffix('').name}"))
 
 
 @checked_call(

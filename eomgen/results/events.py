@@ -45,7 +45,7 @@ class Events:
     q_before, v_before, z_before : (n, nq), (n, nv), (n, nz); what each found
     q, v, z : what it left
     modes : (n, number of modes); behind it
-    counts : by name, those that are only counted among them
+    counts : by name, those that are only counted among them; empty where the scene has no events
     mode_names : of the columns of ``modes``
     first_modes : before all of them
     """
@@ -126,6 +126,11 @@ class Events:
             name: np.concatenate([getattr(kept, name), getattr(later, name)]) for name in ("t", *BLOCKS)
         }
         return replace(later, names=kept.names + later.names, first_modes=self.first_modes, **joined)
+
+
+_NOTHING: Array = np.empty((0, 0))
+#: Of a scene that has none.
+NO_EVENTS = Events((), np.empty(0), _NOTHING, _NOTHING, _NOTHING, _NOTHING, _NOTHING, _NOTHING, _NOTHING)
 
 
 def events_from(described: Mapping[str, Any], arrays: Mapping[str, Array]) -> Events:

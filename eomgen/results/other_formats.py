@@ -86,7 +86,7 @@ def write_matlab(solution: Recorded, path: Path) -> None:
             "inputs": _struct(solution.inputs),
             "outputs": _struct(solution.outputs),
             "energy": _struct(solution.energy),
-            **({} if solution.events is None else {"events": _events(solution.events)}),
+            **({"events": _events(solution.events)} if solution.events.counts else {}),
             **described,
         },
         oned_as="column",

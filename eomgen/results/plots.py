@@ -258,14 +258,14 @@ def _fill(axes: Sequence[Any], solution: Recorded, panels: Sequence[Sequence[Cur
         figure.align_ylabels([axis for axis in axes if axis.figure is figure])
 
 
-def _marks(events: Events | None) -> str:
+def _marks(events: Events) -> str:
     """Return what the title says of the lines that mark events."""
-    return f"; dotted: {listed(dict.fromkeys(events.names))}" if events is not None and len(_marked(events)) else ""
+    return f"; dotted: {listed(dict.fromkeys(events.names))}" if len(_marked(events)) else ""
 
 
-def _marked(events: Events | None) -> Array:
+def _marked(events: Events) -> Array:
     """Return the times of events that are drawn; none where they are too many to be told apart."""
-    return np.empty(0) if events is None or len(events) > _EVENTS else np.unique(events.t)
+    return np.empty(0) if len(events) > _EVENTS else np.unique(events.t)
 
 
 def _panel(axis: Any, t: Array, panel: Sequence[Curve], *, beside: bool = True) -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from eomgen.arrays import Array
+from eomgen.calls import ByName, UnknownName
 from eomgen.errors import NumericalError, Problem
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula, Symbol
@@ -25,6 +26,25 @@ class PosesAndScenery(NamedTuple):
 
     poses: Mapping[str, Array]
     scenery: Mapping[str, Any]
+
+
+class Poses(ByName[Array]):
+    """Poses of bodies by name, which tell points from bodies.
+
+    Parameters
+    ----------
+    poses, scenery : of ``PosesAndScenery``
+    """
+
+    def __init__(self, poses: Mapping[str, Array], scenery: Mapping[str, Any]) -> None:
+        super().__init__("pose", poses)
+        self.points = [item["name"] for item in scenery.get("points", ())]
+
+    def __missing__(self, name: object) -> Array:
+        if name in self.points:
+            hint = f'outputs["{name}"] of the solution, with {name} = {{ position = "{name}" }} among the outputs'
+            raise UnknownName(Problem("", f"{name} is a point, and poses are of bodies", hint))
+        return super().__missing__(name)
 
 
 #: Rows that are evaluated at once.

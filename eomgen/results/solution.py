@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -20,14 +20,15 @@ from eomgen.results.columns import column_named, columns_of, units_of
 from eomgen.results.dense_output import Between, Rows, largest_errors, state_at
 from eomgen.results.display import html
 from eomgen.results.error_estimate import ErrorEstimate
-from eomgen.results.events import Events
+from eomgen.results.events import NO_EVENTS, Events
 from eomgen.results.other_formats import to_pandas, to_xarray, write_matlab
 from eomgen.results.plots import plot
 from eomgen.results.recorded import EvaluatedLater
-from eomgen.results.scenery import PosesAndScenery
+from eomgen.results.scenery import Poses, PosesAndScenery
 from eomgen.results.solution_files import read_all, write_all, write_columns
 from eomgen.results.spectrum import psd
 from eomgen.spectra import PowerSpectrum
+from eomgen.system.description import component_names
 from eomgen.text import shown
 
 if TYPE_CHECKING:
@@ -45,6 +46,10 @@ _LATER = {
     "metadata": "entry",
     **dict.fromkeys(("message", "success", "error")),
 }
+
+
+#: How much states of two parts of a run may differ where they meet, of their size.
+_SAME = 1e-6
 
 
 class ModelOfRun(Protocol):
@@ -90,7 +95,7 @@ class Solution:
     metadata : scene, version, method, step, parameters, names and units of components
     model : the model with the run's inputs and parameters; None where it is not at hand, see ``Model.attach``
     error : estimated discretisation error of states, multipliers and outputs
-    events : what happened at the roots of the scene's events; None without any
+    events : what happened at the roots of the scene's events; it is empty without any
     """
 
     t: Array
@@ -108,9 +113,11 @@ class Solution:
     metadata: Mapping[str, Any] = field(default_factory=dict)
     model: ModelOfRun | None = None
     error: ErrorEstimate = field(default_factory=lambda: ErrorEstimate.missing("no estimate was made"))
-    events: Events | None = None
+    events: Events = NO_EVENTS
 
     def __post_init__(self) -> None:
+        if self.events is None:  # as of files
+            object.__setattr__(self, "events", NO_EVENTS)
         object.__setattr__(self, "outputs", ByName("output", self.outputs))
         object.__setattr__(self, "energy", ByName("energy", self.energy))
         object.__setattr__(self, "stats", ByName("statistic", self.stats))
@@ -167,6 +174,8 @@ class Solution:
         """
         solution = cls.__new__(cls)
         vars(solution).update(recorded, _evaluated=evaluated)
+        if recorded["events"] is None:
+            vars(solution)["events"] = NO_EVENTS
         if at_once:
             solution._at_once()
         return solution
@@ -202,9 +211,9 @@ class Solution:
         Raises
         ------
         UsageError
-            The file was written without them.
+            The file was written without them; a name that no body has (it is a KeyError, too).
         """
-        return self.poses_and_scenery.poses
+        return Poses(*self.poses_and_scenery)
 
     def animate(self, path: str | Path) -> Path:
         """Write the motion as one self-contained HTML file; see ``results.animation.write_animation``."""
@@ -212,12 +221,12 @@ class Solution:
 
         return write_animation(self, path)
 
-    def plot(self, *names: str, axes: object = None) -> list[Any]:
+    def plot(self, *names: str | Sequence[str], axes: object = None) -> list[Any]:
         """Draw curves over time and return their axes (matplotlib's), one for each panel of like quantities.
 
         Parameters
         ----------
-        names : str
+        names : str, or lists of them
             ``coordinates`` (or ``q``), ``velocities`` (``v``), ``accelerations`` (``a``), ``states`` (``z``),
             ``inputs`` (``u``), ``outputs``, ``energy``; or columns by name: ``"q.hinge"``, ``"tip"``, ``"tip[0]"``,
             ``"total"``. The outputs, or else the coordinates, where none is given.
@@ -229,7 +238,8 @@ class Solution:
         UsageError
             A name that is none of a curve; another number of axes than of panels.
         """
-        return plot(self, names, axes)
+        each = [name for given in names for name in ([given] if isinstance(given, str) else given)]
+        return plot(self, each, axes)
 
     def psd(self, name: str, *, segments: int = 8, start: float | None = None) -> PowerSpectrum:
         """Return the one-sided power spectral density of a column by Welch's method: Hann windows that overlap by half.
@@ -363,6 +373,7 @@ class Solution:
             if not other:
                 what = f"there is a gap between the parts, from {self.t[-1]:.9g} s to {later.t[0]:.9g} s"
             raise UsageError(Problem("followed_by", what, "the solution of the run that wrote the checkpoint"))
+        self._check_end(later)
         step, every = float(later.metadata["step"]), int(later.metadata["record_every"])
         on_grid = round((later.t[0] - float(later.metadata["t_start"])) / step) % every == 0
         head, tail = self.t < later.t[0], slice(0 if on_grid or len(later.t) == 1 else 1, None)
@@ -373,7 +384,7 @@ class Solution:
         wall = float(self.stats.get("wall_time", 0.0)) + float(later.stats.get("wall_time", 0.0))
 
         events, metadata = later.events, later.metadata
-        if events is not None and self.events is not None:
+        if events.counts and self.events.counts:
             events = self.events.followed_by(events, float(later.t[0]))
             metadata = {**metadata, "events": events.described()}
         whole = replace(
@@ -400,6 +411,25 @@ class Solution:
             return whole
         poses = {name: joined(self.poses[name], array) for name, array in seen.poses.items()}
         return whole._with(PosesAndScenery(poses, seen.scenery))
+
+    def _check_end(self, later: Solution) -> None:
+        """Raise UsageError where a part of a run does not go on from this one, though it has its method and
+        settings."""
+        begins = float(later.t[0])
+        if len(self.t) > 1 and begins <= self.t[0]:
+            what = f"the second part begins at t = {begins:.9g} s, where the first one does, and does not go on from it"
+            raise UsageError(Problem("followed_by", what, "first.followed_by(second), second of model.resume"))
+        near = np.flatnonzero(np.abs(self.t - begins) <= 1e-9 * float(later.metadata["step"]))
+        if self.events.counts or not len(near):  # an event may act at that time, or no row was recorded
+            return
+        for name, first, second in (("q", self.q, later.q), ("v", self.v, later.v), ("z", self.z, later.z)):
+            off = np.abs(first[near[-1]] - second[0]) > _SAME * (1.0 + np.abs(second[0]))
+            if np.any(off):
+                names = later.metadata.get("names", {}).get(name) or component_names("", name, len(off))
+                k = int(np.argmax(off))
+                what = f"at t = {begins:.9g} s {names[k]} is {first[near[-1], k]:.6g} in the first part"
+                what += f" and {second[0, k]:.6g} in the second, which does not go on from it"
+                raise UsageError(Problem("followed_by", what, "what model.resume makes of this run's checkpoint"))
 
     def columns(self) -> dict[str, Array]:
         """Return all columns (nt,) by name: ``t``, ``q.hinge``, ``v.ball[2]``, ``input.motor``, ``output.tip[0]``,

@@ -12,7 +12,7 @@ from eomgen.errors import FileError, Problem
 from eomgen.files import read_arrays, write_arrays, write_table
 from eomgen.results.columns import STATES
 from eomgen.results.error_estimate import ErrorEstimate
-from eomgen.results.events import events_from
+from eomgen.results.events import NO_EVENTS, events_from
 from eomgen.results.recorded import Recorded
 from eomgen.results.scenery import PosesAndScenery
 
@@ -30,7 +30,7 @@ class Kept(Recorded, Protocol):
 
 def write_all(solution: Kept, seen: PosesAndScenery | None, path: Path) -> None:
     """Write all of a solution, with its poses where they are known. Raises FileError."""
-    events = {} if solution.events is None else solution.events.arrays()
+    events = solution.events.arrays() if solution.events.counts else {}
     poses = seen.poses if seen else {}
     groups = (solution.inputs, solution.outputs, events, solution.energy, solution.error.arrays(), poses)
     arrays = {name: getattr(solution, name) for name in ("t", *STATES)}
@@ -68,7 +68,7 @@ def read_all(path: Path) -> tuple[dict[str, Any], dict[str, Array], PosesAndScen
     try:
         attributes = {name: metadata.pop(name) for name in _OUTCOME}
         states: dict[str, Any] = {name: plain[name] for name in ("t", *STATES)}
-        events = events_from(metadata["events"], groups["events"]) if "events" in metadata else None
+        events = events_from(metadata["events"], groups["events"]) if "events" in metadata else NO_EVENTS
     except KeyError as error:
         raise FileError(Problem(str(path), f"{no_solution}: {error.args[0]} is missing")) from None
     rows = np.shape(states["t"])

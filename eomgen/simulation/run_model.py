@@ -124,7 +124,7 @@ def attach(model: CompiledModel, solution: Solution, inputs: Mapping[str, Signal
     method = method_named(data["method"], **data["method_parameters"])
     library = stepper_library(model, data["method"], method)
     run = stored_run(model, data, method, library, float(data["t_end"]), _inputs(data["inputs"], inputs or {}))
-    return solution.with_model(run_model(run, library, solution.events))
+    return solution.with_model(run_model(run, library, solution.events if solution.events.counts else None))
 
 
 def _inputs(known: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Signal]:

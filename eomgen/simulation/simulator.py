@@ -7,16 +7,15 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
-from eomgen.calls import ByName, UnknownAttribute, checked_call, checked_calls, unknown_attribute
+from eomgen.calls import ByName, ReadOnly, UnknownAttribute, checked_call, checked_calls, unknown_attribute
 from eomgen.compiled.arguments import check_finite, check_name, number_of, numbers
-from eomgen.compiled.initial_state import InitialState
+from eomgen.compiled.initial_state import InitialState, angles_of_several_turns
 from eomgen.errors import EomgenError, ModelError, NumericalError, Problem, UsageError
 from eomgen.integrators.events import AT_EVENTS, STOPPED
 from eomgen.integrators.families.family import BAD_ARGUMENT
@@ -103,6 +102,7 @@ class Simulator:
         self._cleared, self._ahead, self._stopped = 0, _AHEAD, ""
         self._found: tuple[StepEvent, ...] = ()
         self._begun: InitialState | None = None
+        self._advanced: float | None = None  # to when the last advance went
         self._recorded: list[RecordedRow] = []
         self.notes: tuple[str, ...] = ()
         self._motions = Motions(run.model)
@@ -190,11 +190,24 @@ class Simulator:
         Raises
         ------
         As of ``step``, and UsageError where t is behind.
+
+        Warns
+        -----
+        RuntimeWarning
+            The time that the last call went to: it may have been meant as a time span.
         """
         now, target = self.t, number_of("t", t)
         if target < now:
             what = f"{target:.9g} s lies before the time of the state, {now:.9g} s"
             raise UsageError(Problem("t", what, "a later time, or restore(state) of an earlier one"))
+        if target == now == self._advanced:
+            warnings.warn(
+                f"advance({target:.9g}) takes the time to go to, and the motion is there already: it stays where it "
+                f"is; try: advance(run.t + {target:.9g}) for a time span",
+                RuntimeWarning,
+                stacklevel=3,
+            )
+        self._advanced = target
         grid = time_grid(now, target, self.step_size, self._library.real)
         between = end
         if grid.rest and end is not None and grid.whole:
@@ -271,6 +284,7 @@ class Simulator:
         grid = TimeGrid(time, time, self.step_size, 0, 0.0)
         begun = replace(self._run, parameters=p, grid=grid)
         given, notes, _ = start_of(begun, {**now, **(state or {})}, equilibrium_start=False, changed=True)
+        notes += angles_of_several_turns(self.model, state)
         before = self._stepper.parameters.copy()
         self._stepper.parameters[: len(p)] = p
         try:
@@ -290,6 +304,7 @@ class Simulator:
             self._stepper.restore(*before)
             raise
         self.notes, self._stopped, self._cleared, self._found = tuple(notes), "", 0, ()
+        self._advanced = None
         self._begun = state
 
     def moved_from(self, reached: Mapping[str, Array]) -> None:
@@ -394,7 +409,8 @@ class Simulator:
     @property
     def parameters(self) -> Mapping[str, float]:
         """Tunable parameters as they are now, modes of events among them."""
-        return MappingProxyType(dict(zip(self.model.parameters, self._present().tolist(), strict=True)))
+        now = zip(self.model.parameters, self._present().tolist(), strict=True)
+        return ReadOnly("parameter", dict(now), "set_parameter(name, value), which changes one from now on")
 
     @property
     def events(self) -> tuple[StepEvent, ...]:
@@ -495,7 +511,7 @@ class Simulator:
             self._u[:] = state.u
         self._motions.reached = dict(state.motions)
         self._rule(state.parameters)
-        self._stopped, self._found, self._begun = "", (), state.begun
+        self._stopped, self._found, self._begun, self._advanced = "", (), state.begun, None
 
     def copy(self) -> Simulator:
         """Return a simulator of the same model in the same state, which goes on by itself to the same bits."""

@@ -11,14 +11,14 @@ from eomgen.units.angles import several_turns
 
 
 def angles_of_several_turns(data: Mapping[str, Any]) -> list[str]:
-    """Return a note on each start, limit and rest of joints, and each angle of the base, of more than a turn as a plain
-    number.
+    """Return a note on each start, limit, rest and offset of joints, and each angle of a rotation, of more than a turn
+    as a plain number.
 
     Parameters
     ----------
     data : of a scene that is well formed, as it is written: unit strings are not converted
     """
-    found = [*_of_joints(data), *_of_springs(data), *_of_base(data)]
+    found = [*_of_joints(data), *_of_springs(data), *_of_rotations(data)]
     return list(dict.fromkeys(note for what, angle in found if (note := several_turns(what, angle))))
 
 
@@ -28,6 +28,7 @@ def _of_joints(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
         places = (
             (f"the joint {name} starts at", (joint.get("initial") or {}).get("position")),
             (f"the spring of the joint {name} rests at", joint.get("rest")),
+            (f"the joint {name} is offset from what it follows by", (joint.get("mimic") or {}).get("offset")),
             (f"the joint {name} has its lower limit at", limits.get("lower")),
             (f"the joint {name} has its upper limit at", limits.get("upper")),
         )
@@ -45,7 +46,14 @@ def _of_springs(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
             yield f"the torsion spring {name} rests at", value
 
 
-def _of_base(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
-    for rotation in (data.get("base") or {}).get("rotation") or ():
-        if isinstance(value := rotation.get("angle"), int | float):
-            yield "the base is turned by", value
+def _of_rotations(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
+    turned = [("the base is turned by", data.get("base") or {})]
+    for section, what in (("joints", "joint"), ("frames", "frame")):
+        turned += [(f"the {what} {name} is turned by", entry) for name, entry in data.get(section, {}).items()]
+    for name, constraint in data.get("constraints", {}).items():
+        sides = [constraint.get(side) for side in ("first", "second")]
+        turned += [(f"a frame of the constraint {name} is turned by", side) for side in sides if isinstance(side, dict)]
+    for what, entry in turned:
+        for rotation in entry.get("rotation") or ():
+            if isinstance(value := rotation.get("angle"), int | float):
+                yield what, value

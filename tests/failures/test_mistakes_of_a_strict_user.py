@@ -1,0 +1,149 @@
+"""What a strict user did by mistake and nothing said, or Python alone: calls, solutions and files."""
+
+from __future__ import annotations
+
+import copy
+import functools
+import json
+import pickle
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import eomgen
+from eomgen.cli import main
+from eomgen.control import kalman, lqr
+from tests.failures.failure import SCENE
+from tests.failures.mistakes import arm
+
+
+@functools.cache
+def spring() -> eomgen.Model:
+    builder = eomgen.SceneBuilder("cart").body("m", 2.0)
+    builder.joint("x", "prismatic", "base", "m", axis=[1, 0, 0], stiffness=50, damping=0.5)
+    builder.input("f", unit="N").effort("f", "x", "f").output("place", formula="q.x", unit="m")
+    return eomgen.build(builder.build(), profile="quick")
+
+
+@functools.cache
+def law() -> Any:
+    return lqr(spring().linearize(), {"place": 1.0}, {"f": 0.1})
+
+
+def observer() -> Any:
+    return kalman(spring().linearize(), {"f": 1.0}, {"place": 1e-4})
+
+
+def run(t_end: float = 0.1, **options: Any) -> eomgen.Solution:
+    return arm().simulate(t_end, 1e-3, error_estimate=False, **options)
+
+
+def unpacked(result: Any) -> None:
+    _, _ = result
+
+
+def set_parameter_of(owner: Callable[[], Any]) -> None:
+    owner().parameters["load"] = 2.0
+
+
+CALLS: list[tuple[Callable[[], Any], str]] = [
+    (
+        lambda: eomgen.with_controller(spring(), law()),  # type: ignore[arg-type]
+        "with_controller: the path of a scene file, or its nested data, is needed, not Model; try: with_controller(",
+    ),
+    (
+        lambda: eomgen.with_controller("scene.toml", law().gains),
+        "with_controller: a Regulator or an OutputFeedback is needed, not ndarray; try: what lqr, place",
+    ),
+    (lambda: unpacked(law()), "a Regulator is one object, and not several to be unpacked; try: law = ..., and law.ga"),
+    (lambda: unpacked(observer()), "an Observer is one object, and not several to be unpacked; try: observer = ..."),
+    (lambda: run().poses["tip"], 'tip is a point, and poses are of bodies; try: outputs["tip"] of the solution'),
+    (lambda: run().poses["uper"], "there is no pose 'uper'; try: upper"),
+    (lambda: run().events["bounce"], "events: there is no event 'bounce'; try: a scene with [events]"),
+    (
+        lambda: set_parameter_of(lambda: arm().start(step=1e-3)),
+        "parameters: these are read, and not assigned to; try: set_parameter(name, value)",
+    ),
+    (lambda: set_parameter_of(arm), "parameters: these are the defaults, which do not change; try: simulate("),
+    (
+        lambda: eomgen.generate(arm().scene, "arm.c"),
+        "arm.c: arm.c is the name of a file, and a folder of several files is written; try: the folder arm",
+    ),
+    (
+        lambda: run().followed_by(run(0.2)),
+        "followed_by: the second part begins at t = 0 s, where the first one does, and does not go on from it",
+    ),
+]
+
+
+@pytest.mark.parametrize(("call", "piece"), CALLS, ids=[piece[:40] for _, piece in CALLS])
+def test_each_is_answered_with_what_to_try(call: Callable[[], Any], piece: str) -> None:
+    with pytest.raises(eomgen.EomgenError) as error:
+        call()
+    assert piece in str(error.value)
+
+
+def test_a_part_of_another_motion_does_not_go_on(tmp_path: Path) -> None:
+    checkpoint, other = tmp_path / "a.npz", tmp_path / "b.npz"
+    first = run(0.2, checkpoint=checkpoint, checkpoint_every=100)
+    run(0.2, checkpoint=other, checkpoint_every=100, initial={"shoulder": 0.3})
+    whole = first.followed_by(arm().resume(checkpoint, 0.3))
+    assert whole.t[-1] == pytest.approx(0.3)
+    with pytest.raises(eomgen.UsageError, match=r"at t = 0.2 s q.shoulder is .* first part and .* in the second"):
+        first.followed_by(arm().resume(other, 0.3))
+
+
+def test_curves_are_plotted_by_a_list_of_names() -> None:
+    drawn = run().plot(["q.shoulder", "tip[2]"])
+    assert len(drawn) == len(run().plot("q.shoulder", "tip[2]")) == 2
+
+
+def test_a_run_without_events_has_none_of_them(tmp_path: Path) -> None:
+    solution = run()
+    assert not solution.events and list(solution.events) == [] and solution.events.counts == {}
+    again = eomgen.Solution.load(solution.save(tmp_path / "run.npz"))
+    assert again.events.counts == pickle.loads(pickle.dumps(solution)).events.counts == {}
+    assert "events" not in again.metadata
+
+
+def test_parameters_of_a_simulator_are_those_of_now_and_can_be_copied() -> None:
+    simulator = arm().start(step=1e-3)
+    simulator.set_parameter("load", 1.5)
+    assert simulator.parameters == {"load": 1.5} == copy.deepcopy(simulator.parameters) == dict(simulator.parameters)
+
+
+def test_the_time_that_the_last_advance_went_to_is_no_span() -> None:
+    simulator = arm().start(step=1e-3)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        simulator.advance(0.0)  # where a loop over times begins
+        simulator.advance(0.5)
+    with pytest.warns(RuntimeWarning, match=r"advance\(0.5\) takes the time .* try: advance\(run.t \+ 0.5\)") as told:
+        simulator.advance(0.5)
+    assert told[0].filename == __file__ and simulator.t == 0.5
+
+
+def test_a_state_in_degrees_is_noted() -> None:
+    simulator = arm().start(step=1e-3)
+    simulator.set_state({"shoulder": 30})
+    assert any("the joint shoulder starts at 30 rad, 4.77 turns" in note for note in simulator.notes)
+    simulator.set_state({"shoulder": 0.3})
+    assert not simulator.notes
+
+
+def test_folders_that_are_there_may_have_any_name(tmp_path: Path) -> None:
+    (tmp_path / "arm.c").mkdir()
+    assert eomgen.generate(arm().scene, tmp_path / "arm.c")
+
+
+def test_an_equilibrium_is_written_as_json_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "arm.toml").write_text(SCENE)
+    words = ["equilibrium", str(tmp_path / "arm.toml"), "--out"]
+    assert main([*words, str(tmp_path / "e.csv")]) == eomgen.UsageError.exit_code
+    assert "an equilibrium is written as a .json file; try: --out rest.json" in capsys.readouterr().err
+    assert [file.name for file in tmp_path.iterdir()] == ["arm.toml"]
+    assert main([*words, str(tmp_path / "e.json")]) == 0
+    assert json.loads((tmp_path / "e.json").read_text())["scene"] == "arm"
