@@ -29,6 +29,7 @@ from eomgen.simulation.end_message import message_of
 from eomgen.simulation.energy_balance import FAILED, REPORTED, Balance, energy_balance
 from eomgen.simulation.error_estimation import ErrorEstimation, no_estimate
 from eomgen.simulation.events import acting, parameters_over, table_of
+from eomgen.simulation.fast_laws import fast_laws
 from eomgen.simulation.fast_motions import unresolved_motion
 from eomgen.simulation.impact_starts import impacts_at_start
 from eomgen.simulation.instability import at_rest, unstable_growth
@@ -287,6 +288,16 @@ class Outcome:
         parts = step_parts(method, float(times[0]), float(times[-1]), float(self._run.method.order), self._changes)
         return parts.longest(float(self._run.settings["step"]))
 
+    @property
+    def _fast_laws(self) -> str:
+        """Laws of time that the steps do not resolve."""
+        run, times = self._run, self._states.t
+        if len(times) < 2:  # no step
+            return ""
+        order = float(run.method.order)
+        parts = step_parts(self._stepper.layout["method"], float(times[0]), float(times[-1]), order, self._changes)
+        return fast_laws(run, self._stepper.input_times, parts.ends, self._states, self._present)
+
     @cached_property
     def _warning(self) -> str:
         run, states = self._run, self._states
@@ -333,6 +344,8 @@ class Outcome:
         if success and self.error.passed_over and not self.error.relative > LARGE_ERROR:
             message = f"{message}; {self.error.passed_over}; {_SHORTER.format(step=self._run.settings['step'])}"
         states = self._states
+        if varied := self._fast_laws:
+            message = f"{message}; {varied}"
         if met := passed_springs(run.model, states.t, states.q, run.parameters):
             message = f"{message}; {met}"
         if undefined := undefined_outputs(states.t, self.outputs):

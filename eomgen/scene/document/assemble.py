@@ -100,7 +100,8 @@ def assemble(
         *out_of_scale(
             result["bodies"],
             result["joints"],
-            {point.name: point for point in result["points"]},
+            result["points"],
+            [frame.name for frame in result["frames"]],
             result["elements"],
             assembler.values,
         ),

@@ -1,47 +1,104 @@
-"""Notes on lengths and inertias that are far beyond the size of a scene: in mm, or in kg mm^2, without their unit."""
+"""Notes on lengths and inertias far beyond the size of a scene: in mm, or in kg cm^2, without their unit."""
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from typing import NamedTuple
 
-from eomgen.formula.nodes import Formula
+from eomgen.formula.nodes import Formula, Vector
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.forces.springs import Spring
 from eomgen.scene.forces.tyres import Tyre
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.values import Values
-from eomgen.system.description import Point
+from eomgen.system.description import BASE, WORLD, Point
 from eomgen.text import key_of
 
 #: How many times as large as the scene a length has to be to be doubted.
 _FACTOR = 100.0
+#: The same of a radius of gyration, where enough arms say how large the scene is: kg cm^2 make it ten times as large.
+_OF_GYRATION, _ARMS = 10.0, 3
+#: Arms below this, m, say nothing of the size of a scene.
+_SHORTEST = 1e-3
+
+
+class _Arm(NamedTuple):
+    """A place in a body: its key, what it is, its distance from the body's origin in m, and whether it is carried by
+    what moves."""
+
+    key: str
+    what: str
+    length: float
+    moves: bool
 
 
 def out_of_scale(
     bodies: Iterable[Body],
     joints: Iterable[Joint],
-    points: Mapping[str, Point],
+    points: Iterable[Point],
+    frames: Collection[str],
     elements: Iterable[object],
     values: Values,
 ) -> list[str]:
-    """Return a note on each radius of gyration, length of a spring and radius of a tyre that is a hundred times as
-    large as the longest arm in the scene, at the default parameters; none where no place is apart from another."""
+    """Return a note on each radius of gyration, length of a spring, radius of a tyre and place in a body that is far
+    beyond the other arms in the scene, at the default parameters; none where no place is apart from another.
+
+    ``frames``: names of the points that are origins of frames.
+    """
     bodies, joints, elements = list(bodies), list(joints), list(elements)
-    arms = [body.center_of_mass for body in bodies] + [joint.position for joint in joints]
-    arms += [point.position for point in points.values()]
-    known = [math.hypot(*(values.value(part) for part in arm)) for arm in arms]
-    known += [abs(start) for joint in joints for start in joint.initial_position or ()]
+    arms = [arm for arm in _arms(bodies, joints, points, frames, values) if math.isfinite(arm.length)]
+    far = _far(arms)
+    notes = []
+    if far:
+        rest = max(arm.length for arm in arms if arm not in far)
+        for arm in far:
+            if arm.moves:
+                beside = f"{arm.length:.3g} m from the body's origin, and all else is within {rest:.3g} m"
+                notes.append(f"{arm.key}: {arm.what} is {beside}; numbers without a unit are in m")
+    near = [arm.length for arm in arms if arm not in far]
+    known = [*near, *(abs(start) for joint in joints for start in joint.initial_position or ())]
     known += [body.beam.length for body in bodies if body.beam is not None]
     size = max((length for length in known if math.isfinite(length)), default=0.0)
     if not size > 0.0:
-        return []
-    notes = []
+        return notes
+    well_known = sum(length >= _SHORTEST for length in near) >= _ARMS
     for key, what, length, hint in _lengths(bodies, elements, values):
-        if length >= _FACTOR * size and math.isfinite(length):
+        factor = _OF_GYRATION if well_known and key.endswith(".inertia") else _FACTOR
+        if length >= factor * size and math.isfinite(length):
             beside = f"{length:.3g} m, and the scene is no larger than {size:.3g} m"
             notes.append(f"{key}: {what} is {beside}; numbers without a unit are in {hint}")
     return notes
+
+
+def _arms(
+    bodies: Iterable[Body], joints: Iterable[Joint], points: Iterable[Point], frames: Collection[str], values: Values
+) -> Iterator[_Arm]:
+    def length(position: Vector) -> float:
+        return math.hypot(*(values.value(part) for part in position))
+
+    for body in bodies:
+        key = key_of("beams" if body.beam is not None else "bodies", body.name, "center_of_mass")
+        yield _Arm(key, "the centre of mass", length(body.center_of_mass), body.beam is None)
+    fixed = (BASE, WORLD)
+    for joint in joints:
+        moves = joint.parent not in fixed
+        yield _Arm(key_of("joints", joint.name, "position"), "the joint", length(joint.position), moves)
+    for point in points:
+        key = key_of("frames" if point.name in frames else "points", point.name, "position")
+        yield _Arm(key, "the point", length(point.position), point.body not in fixed)
+
+
+def _far(arms: Sequence[_Arm]) -> list[_Arm]:
+    """Return the few arms that are a hundred times as long as all others, of which there are more than one."""
+    ordered = sorted((arm for arm in arms if arm.length >= _SHORTEST), key=lambda arm: -arm.length)
+    for count, (longer, shorter) in enumerate(itertools.pairwise(ordered), 1):
+        if 2 * count > len(ordered) or len(ordered) - count < 2:
+            break
+        if longer.length >= _FACTOR * shorter.length:
+            return ordered[:count]
+    return []
 
 
 def _lengths(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS, Names, Scop
 from eomgen.scene.formula.tokens import FormulaError
 from eomgen.scene.geometry.rotations import unit_axis
 from eomgen.scene.reading.kinds import Refused
+from eomgen.scene.reading.plain_degrees import plain_degrees
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.requirements import BOUNDS, Row, bound_of
 from eomgen.scene.reading.rotation_schema import Rotation as WrittenRotation
@@ -82,6 +83,7 @@ class Values:
             if not self.mentions_refused(value):
                 self.report.add(key, error.what, error.hint)
             return UNKNOWN
+        self.note(f"{key}: {text}" for text in plain_degrees(formula))
         self.mentioned |= {(symbol.kind, symbol.name) for symbol in symbols(formula)}
         self.mentioned |= {("curve", name) for name in curves(formula)}
         if scope in (PARAMETERS, FIXED_PARAMETERS):
@@ -92,6 +94,10 @@ class Values:
                 return UNKNOWN
         self._require_bound(key, formula, scope)
         return formula
+
+    def note(self, notes: Iterable[str]) -> None:
+        """Keep notes that are not there yet."""
+        self.notes += [note for note in notes if note not in self.notes]
 
     def _require_bound(self, key: str, formula: Formula, scope: Scope) -> None:
         """Ask of a formula of parameters what its key asks of every value; of any other key that it has a value."""

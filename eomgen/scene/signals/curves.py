@@ -18,7 +18,9 @@ from eomgen.scene.reading.values import Values
 from eomgen.scene.signals import schema as written
 from eomgen.scene.signals.random_roads import FARTHEST, FASTEST, Harmonic, road_harmonics
 from eomgen.scene.signals.tables import TableError, read_columns
+from eomgen.scene.signals.titles import unit_of_title
 from eomgen.system.signals import RoadUnderWheel
+from eomgen.text import shown
 from eomgen.units.parser import UnitError, read_unit
 
 #: Points of a spline that lie closer than this, measured by the largest distance, leave its equations without digits.
@@ -144,7 +146,7 @@ class Curves:
         if table is None:
             return None
         try:
-            x, y, lines = read_columns(
+            x, y, lines, titles = read_columns(
                 self.folder / table.file, table.argument, table.value, delimiter=table.delimiter, decimal=table.decimal
             )
         except TableError as error:
@@ -152,9 +154,18 @@ class Curves:
             self.report.add_problem(key, Problem(f"{problem.where} ({key})", problem.what, problem.hint))
             return None
         x, y = x * self.scale(key, table, "argument"), y * self.scale(key, table, "value")
+        self.note_titles(key, table, titles)
         file = Path(table.file).name
         shown = file if file.isascii() and file.isprintable() else ascii(file)
         return (x, y), [f"{shown}:{line} ({key})" for line in lines]
+
+    def note_titles(self, key: str, table: written.TableFile, titles: tuple[str, str]) -> None:
+        """Note columns whose titles name units that nothing converts from."""
+        for column, title in zip(("argument", "value"), titles, strict=True):
+            as_it_is = not getattr(table, f"{column}_unit").strip() and getattr(table, f"{column}_scale") == 1.0
+            if as_it_is and (unit := unit_of_title(title)):
+                what = f"the numbers of the column {shown(title)} are taken in SI, as they are"
+                self.values.note([f'{key}.{column}: {what}; try: {column}_unit = "{unit}"'])
 
     def scale(self, key: str, table: written.TableFile, column: str) -> float:
         """Return the factor on a column: that of its unit, and the one that is given."""

@@ -14,6 +14,7 @@ from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
 from eomgen.scene.signals import schema as written
 from eomgen.scene.signals.curves import Curves
+from eomgen.scene.signals.output_units import doubtful_label, units_of_symbols
 from eomgen.scene.signals.random_roads import Harmonic
 from eomgen.scene.signals.sampling import read_sampled_state
 from eomgen.scene.signals.schema import State as WrittenState
@@ -122,7 +123,10 @@ def read_output(name: str, output: written.Output, values: Values) -> Output:
         else:
             report.check_reference(f"{key}.{kind}", point, values.names.points, "point", values.report)
         formulas = tuple(Symbol(kind, point, index) for index in range(3))
-    unit = output.unit or (_UNITS.get(given[0], "") if len(given) == 1 else "")
+    unit = _UNITS.get(given[0], "") if len(given) == 1 else ""
     if output.energy is not None:
-        unit = output.unit or ("W" if output.energy.endswith("power") else "J")
-    return Output(name, formulas, unit, output.description)
+        unit = "W" if output.energy.endswith("power") else "J"
+    own = unit or units_of_symbols(formulas, values.names.joints)
+    if output.unit and (note := doubtful_label(output.unit, own)):
+        values.note([f"{key}: {note}"])
+    return Output(name, formulas, output.unit or unit, output.description)

@@ -32,8 +32,8 @@ class TableError(Exception):
 
 def read_columns(
     path: Path, first: str | int, second: str | int, *, delimiter: str | None = None, decimal: str = "."
-) -> tuple[Array, Array, Array]:
-    """Return two columns of a CSV file and the line of each row, (n,) each.
+) -> tuple[Array, Array, Array, tuple[str, str]]:
+    """Return two columns of a CSV file, the line of each row, (n,) each, and the titles of both, empty without any.
 
     Parameters
     ----------
@@ -65,7 +65,8 @@ def read_columns(
         what = f"the table has {len(body)} rows, more than {MOST_ROWS}"
         raise TableError(f"{name}:{body[MOST_ROWS][0]}", what, "every tenth row, or the part that is needed")
     x, y = (np.array([_number(row, place, titles, name, decimal) for row in body]) for place in places)
-    return x, y, np.array([line for line, _ in body])
+    of_first, of_second = (titles[place] if titles else "" for place in places)
+    return x, y, np.array([line for line, _ in body]), (of_first, of_second)
 
 
 def _text(path: Path, name: str) -> str:

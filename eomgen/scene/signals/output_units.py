@@ -1,0 +1,54 @@
+"""Units of outputs: what their values are in, and labels that say otherwise."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from eomgen.formula.nodes import Formula, Symbol
+from eomgen.scene.joint_types import JOINTS
+from eomgen.units.parser import Factors, UnitError, read_unit
+from eomgen.units.table import names
+
+_OF_POINTS = {"position": "m", "velocity": "m/s", "acceleration": "m/s^2"}
+_PER_TIME = {"q": "", "v": "/s", "a": "/s^2"}
+
+
+def units_of_symbols(formulas: Sequence[Formula], joints: Mapping[str, str]) -> str:
+    """Return the unit of formulas that are each one coordinate, its rate, or a component of a point's motion, all in
+    the same unit; empty for others.
+
+    ``joints``: types by name.
+    """
+    found = {_of_symbol(formula, joints) if isinstance(formula, Symbol) else "" for formula in formulas}
+    return found.pop() if len(found) == 1 else ""
+
+
+def _of_symbol(symbol: Symbol, joints: Mapping[str, str]) -> str:
+    if symbol.kind in _OF_POINTS:
+        return _OF_POINTS[symbol.kind]
+    kind = JOINTS.get(joints.get(symbol.name, ""))
+    if symbol.kind not in _PER_TIME or kind is None:
+        return ""
+    units = kind.units if kind.q_size == kind.v_size == len(kind.units) else ()
+    return f"{units[symbol.index]}{_PER_TIME[symbol.kind]}" if symbol.index < len(units) else ""
+
+
+def doubtful_label(label: str, unit: str) -> str:
+    """Return a note on the label of an output whose values are in another unit; empty where it is theirs, or means
+    nothing."""
+    factors = _factors(label)
+    if not unit or not factors or factors == _factors(unit):
+        return ""
+    what = f"its unit {label} is a label, and its values are in {unit}"
+    if not all(names()[name].is_coherent for name, _ in factors):
+        return f"{what}: labels convert nothing, a formula does"
+    from eomgen.units.conversion import misplaced  # noqa: PLC0415  # pint comes with it
+
+    return what if misplaced(label, unit) else ""
+
+
+def _factors(label: str) -> Factors:
+    try:
+        return read_unit(label) if label.strip() else ()
+    except UnitError:
+        return ()

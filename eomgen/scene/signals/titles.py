@@ -1,0 +1,36 @@
+"""Units in titles of tables: ``time [ms]``, ``force / kN``, ``time_ms``."""
+
+from __future__ import annotations
+
+import re
+
+from eomgen.units.parser import Factors, UnitError, read_unit
+from eomgen.units.table import names
+
+_IN_BRACKETS = re.compile(r".*[\[(]([^\[\]()]+)[\])]\s*")
+_OVER = re.compile(r"[^/]*\S\s*/\s*([^/\s]+)\s*")
+_LAST_WORD = re.compile(r"\s*(\w*?)[_\s]([A-Za-z]+)\s*")
+#: Last words that are units behind any name, and those that are behind a name of time; others may be parts of names.
+_UNITS = frozenset({"ms", "us", "mm", "cm", "km", "deg", "rpm", "kN", "kPa", "MPa"})
+_OF_TIMES = frozenset({"ms", "us", "ns", "min", "h", "hours", "minutes", "milliseconds"})
+_TIMES = frozenset({"t", "time", "zeit", "temps", "tiempo"})
+
+
+def unit_of_title(title: str) -> str:
+    """Return the unit that a title names, where it is none that numbers of a scene are in; empty where it is, or where
+    there is none."""
+    if marked := _IN_BRACKETS.fullmatch(title) or _OVER.fullmatch(title):
+        unit = marked[1].strip()
+    elif last := _LAST_WORD.fullmatch(title):
+        unit = last[2] if last[2] in (_OF_TIMES if last[1].lower() in _TIMES else _UNITS) else ""
+    else:
+        return ""
+    factors = _factors(unit)
+    return unit if factors and not all(names()[name].is_coherent for name, _ in factors) else ""
+
+
+def _factors(unit: str) -> Factors:
+    try:
+        return read_unit(unit)
+    except UnitError:
+        return ()
