@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import subprocess
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,13 +12,14 @@ from numpy.typing import NDArray
 import eomgen
 
 
-def program(folder: Path, scene: eomgen.Scene, method: str, main: str) -> Path:
-    """Generate the C of a scene, put ``main`` in the place of its own, and compile."""
+def program(folder: Path, scene: eomgen.Scene, method: str, main: str, flags: Sequence[str] = ()) -> Path:
+    """Generate the C of a scene, put ``main`` in the place of its own, and compile, with more flags than the strict
+    ones."""
     eomgen.generate(scene, folder, method=method)
     (folder / "main.c").write_text(main, encoding="utf-8")
     strict = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror"]
     sources = sorted(str(file) for file in folder.glob("*.c"))
-    subprocess.run(["cc", *strict, *sources, "-o", str(folder / "program"), "-lm"], check=True)
+    subprocess.run(["cc", *strict, *flags, *sources, "-o", str(folder / "program"), "-lm"], check=True)
     return folder / "program"
 
 

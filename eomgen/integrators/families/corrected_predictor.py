@@ -44,7 +44,7 @@ from eomgen.integrators.families.family import (
 )
 from eomgen.integrators.families.growth import GROWTH_STATUS, STOP_AT_GROWTH, UNFOLLOWED_GROWTH
 from eomgen.integrators.families.needs import UNCONSTRAINED_ROSENBROCK
-from eomgen.integrators.families.rosenbrock import FIXED_STEPS, products
+from eomgen.integrators.families.rosenbrock import FIXED_STEPS, products, remainders
 
 if TYPE_CHECKING:
     from eomgen.system.system import System
@@ -81,7 +81,8 @@ class CorrectedPredictor(Family):
         return ("update",)
 
     def state(self, sizes: Sizes) -> tuple[Field, ...]:
-        return (Field("unit", "1/root of M_ii at the start, in which pivots are compared", sizes.v + sizes.z),)
+        unit = Field("unit", "1/root of M_ii at the start, in which pivots are compared", sizes.v + sizes.z)
+        return (unit, *remainders(sizes))
 
     def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
         meaning = "steps between two matrices; 0: that of the first step serves for all of its length"

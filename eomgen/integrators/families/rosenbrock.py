@@ -117,9 +117,10 @@ class Rosenbrock(Family):
 
     def state(self, sizes: Sizes) -> tuple[Field, ...]:
         unit = Field("unit", "1/root of M_ii at the start, in which pivots are compared", sizes.v + sizes.z)
+        kept = (unit, *remainders(sizes))
         if self.stages == 2:
-            return (unit,)
-        return (unit, Field("damped", "1: the next step is two of implicit Euler", 0, "long"))
+            return kept
+        return (*kept, Field("damped", "1: the next step is two of implicit Euler", 0, "long"))
 
     def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
         if self.stages == 2:
@@ -195,6 +196,15 @@ class Rosenbrock(Family):
             *groups,
             vectors,
         )
+
+
+def remainders(sizes: Sizes) -> tuple[Field, ...]:
+    """Return what a state keeps for ``common/compensated.c.jinja``."""
+    members = (
+        Field(f"{name}_remainder", f"what sums of {name} have lost", size)
+        for name, size in (("q", sizes.q), ("v", sizes.v), ("z", sizes.z))
+    )
+    return tuple(item for item in members if item.size)
 
 
 def products(unknowns: Unknowns, packing: Packing) -> list[dict[str, Any]]:

@@ -1,0 +1,68 @@
+"""Increments are summed with compensation: many steps do not add up their rounding.
+
+Single precision is the reduced problem: a million steps of 1e-4 add increments that are 1e-4 of numbers with 7 digits,
+as steps of 1e-13 would with 16.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.integrators.test_rosenbrock import oscillator
+from tests.models.c_programs import printed, program
+from tests.models.cache import shared_cache
+
+__all__ = ["shared_cache"]
+
+MAIN = r"""
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#define EOMGEN_SHORT_NAMES
+#include "oscillator.h"
+static oscillator_workspace work;
+int main(int argc, char **argv)
+{
+    const long steps = atol(argv[2]);
+    const int forget = atoi(argv[3]);
+    oscillator_parameters p;
+    oscillator_settings settings;
+    oscillator_state state;
+    long k;
+    oscillator_default_parameters(&p);
+    oscillator_default_settings(&settings);
+    settings.step = (eomgen_real)(atof(argv[1]) / (double)steps);
+    oscillator_default_state(&state);
+    state.q[0] = 1;
+    if (argc != 4 || oscillator_initialize(&p, &settings, &state, &work, NULL) != OSCILLATOR_OK)
+        return 1;
+    for (k = 0; k < steps; ++k) {
+        if (oscillator_step(&p, &settings, &state, &work, NULL) != OSCILLATOR_OK)
+            return 2;
+        if (forget) {
+            memset(state.q_remainder, 0, sizeof state.q_remainder);
+            memset(state.v_remainder, 0, sizeof state.v_remainder);
+        }
+    }
+    printf("%.17g %.17g\n", (double)state.q[0], (double)state.v[0]);
+    return 0;
+}
+"""
+#: The step, 2^-13, is exact in single precision.
+END, STEPS = 128.0, 2**20
+
+
+@pytest.mark.parametrize("method", ["rosenbrock", "lsrt2", "corrected_predictor"])
+def test_a_million_short_steps_do_not_drift(method: str, tmp_path: Path) -> None:
+    made = program(tmp_path, oscillator(1.0, 0.0), method, MAIN, flags=("-DEOMGEN_REAL_FLOAT",))
+    exact = np.array([np.cos(END), -np.sin(END)])
+
+    def error(forget: int) -> float:
+        return float(np.abs(printed(made, END, STEPS, forget)[0] - exact).max())
+
+    kept, forgotten = error(0), error(1)
+    assert kept < 3e-7
+    assert forgotten > 50.0 * kept
