@@ -57,6 +57,12 @@ def test_linear_systems_have_as_many_operations_as_their_c(name: str, method: st
         assert found == operations(text, function), what
 
 
+def test_compensation_adds_three_additions_to_each_sum(tmp_path: Path) -> None:
+    eomgen.generate("examples/double_pendulum_on_shaking_base/scene.toml", tmp_path, method="rosenbrock")
+    (file,) = tmp_path.glob("*_step.c")
+    assert operations(file.read_text(encoding="utf-8"), "compensated") == (4, 0, 0)
+
+
 def method_terms(path: str) -> set[str]:
     facts = derive(load(path), []).facts
     return {"equations", "iteration", "internal_rate"} if facts.internal_states else {"residual", "partials"}

@@ -184,6 +184,7 @@ class Rosenbrock(Family):
             added = (8 if turned else 6) * v + 4 * z + 2
             vectors = Work("vectors and time", 1, False, added, 5 * v + 4 * z + 2 * turned + 4)
             groups = work_of_groups(method, {"update": 2, "bracket": 1})
+        plain = sum(run["size"] for run in method["lie"]["runs"] if run["group"] == "R")
         return (
             Work(forces, twice, of_model=True),
             Work(solver["function"], 1, of_model=True),
@@ -195,6 +196,7 @@ class Rosenbrock(Family):
             replace(substitution, times=self.stages),
             *groups,
             vectors,
+            Work("compensation of sums", 1, False, 3 * (plain + v + z)),
         )
 
 
