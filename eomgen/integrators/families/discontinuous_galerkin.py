@@ -29,7 +29,7 @@ h^3, and each later one takes off one power of h. Six give order 7 to all, and a
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -120,9 +120,12 @@ class DiscontinuousGalerkin(Family):
     @classmethod
     def names(cls) -> tuple[MethodName, ...]:
         return tuple(
-            MethodName(name, make, idle=("rho_inf",), ladders=("all",), studied=name in _STUDIED)
-            for name, make in _METHODS.items()
-        )
+            MethodName(
+                name, row.make, idle=("rho_inf",), studied=row.studied, ladders=("all",) if row.studied else (),
+                by_tolerance=f"{name}_adaptive" if row.estimate else "", fixed_steps=() if row.estimate else _FIXED,
+            )
+            for name, row in METHODS.items()
+        )  # fmt: skip  # a row of arguments
 
     @classmethod
     def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:
@@ -175,11 +178,11 @@ class DiscontinuousGalerkin(Family):
             "passes": self.passes,
             "gamma": float(self.gamma),
             "nodes": [float(node) for node in found.nodes],
-            "first": _numbers(product(found.modes, found.first)),
-            "later": _numbers(product(found.modes, found.integration)),
-            "modes": _numbers(found.modes),
-            "at_nodes": _numbers(found.values),
-            "derivative": _numbers(found.derivative),
+            "first": numbers(product(found.modes, found.first)),
+            "later": numbers(product(found.modes, found.integration)),
+            "modes": numbers(found.modes),
+            "at_nodes": numbers(found.values),
+            "derivative": numbers(found.derivative),
             "refined": not system.facts.constant_mass,
             "unknowns": unknowns.data,
             "solver": solver_data(solver, system.factors, plain=True),
@@ -189,7 +192,8 @@ class DiscontinuousGalerkin(Family):
         }
 
 
-def _numbers(matrix: list[list[Fraction]]) -> list[list[float]]:
+def numbers(matrix: list[list[Fraction]]) -> list[list[float]]:
+    """Return a matrix as JSON."""
     return [[float(x) for x in row] for row in matrix]
 
 
@@ -218,5 +222,27 @@ def _tdg3() -> DiscontinuousGalerkin:
     return DiscontinuousGalerkin(3, Fraction(33, 200), 6, 7)
 
 
-_METHODS = {"tdg1": _tdg1, "tdg1_star": _tdg1_star, "tdg2": _tdg2, "tdg2s": _tdg2s, "tdg3": _tdg3}
-_STUDIED = ("tdg1", "tdg2", "tdg3")
+@dataclass(frozen=True)
+class Row:
+    """A method of the family.
+
+    Attributes
+    ----------
+    make : what makes it
+    studied : whether studies of speed against accuracy take it, and ladders
+    estimate : whether the last pass is an estimate of errors, of one order less
+    """
+
+    make: Callable[[], DiscontinuousGalerkin]
+    studied: bool
+    estimate: bool
+
+
+METHODS: Mapping[str, Row] = {
+    "tdg1": Row(_tdg1, True, True),
+    "tdg1_star": Row(_tdg1_star, False, True),
+    "tdg2": Row(_tdg2, True, True),
+    "tdg2s": Row(_tdg2s, False, False),
+    "tdg3": Row(_tdg3, True, True),
+}
+_FIXED = ("its two passes are of orders 2 and 4, too far apart for an estimate of errors", "tdg2")

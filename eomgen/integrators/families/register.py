@@ -11,6 +11,7 @@ from pathlib import Path
 
 from eomgen.errors import Problem, UsageError
 from eomgen.extensions import broken, extensions, loaded
+from eomgen.integrators.families.adaptive_discontinuous_galerkin import AdaptiveDiscontinuousGalerkin
 from eomgen.integrators.families.adaptive_generalized_alpha import AdaptiveGeneralizedAlpha
 from eomgen.integrators.families.corrected_predictor import CorrectedPredictor
 from eomgen.integrators.families.discontinuous_galerkin import DiscontinuousGalerkin
@@ -40,6 +41,7 @@ BUILT_IN: tuple[type[Family], ...] = (
     CorrectedPredictor,
     Rattlie,
     DiscontinuousGalerkin,
+    AdaptiveDiscontinuousGalerkin,
     Taylor,
 )
 
