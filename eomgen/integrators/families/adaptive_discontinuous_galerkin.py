@@ -1,14 +1,16 @@
 """Time-discontinuous Galerkin in passes, with steps of its own: what the last pass changes is the estimate of errors.
 
 Passes raise the order by one each, so the last but one is a solution of one order less at no cost, with stiff parts
-filtered as the solution is. Between its nodes a step is the polynomial through its start and its nodes, of order
-p + 2, where ends of steps have order 2 p + 1 (Hairer and Wanner, Solving Ordinary Differential Equations II, IV.8, for
-Radau's nodes).
+filtered as the solution is. Between its nodes a step is the polynomial through its start and its nodes, whose error is
+h^(p+2) where ends of steps have order 2 p + 1 (Hairer and Wanner, Solving Ordinary Differential Equations II, IV.8, for
+Radau's nodes). Its derivative misses the equations by a polynomial that vanishes at the nodes, so what it misses at the
+start of the step, where accelerations are known, gives that error. It does not add up, and is held against the size of
+velocities.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
@@ -116,10 +118,22 @@ class AdaptiveDiscontinuousGalerkin(DiscontinuousGalerkin):
             **step_data(self.order - 1),
             "least_growth": LEAST_GROWTH,
             "polynomial": numbers([list(column) for column in zip(*inverse(powers), strict=True)]),
+            "between": float(largest_between(nodes)),
             "angular": [int(turns) for turns in system.angular] or [0] * size,
             "places": indices_in_q(system.factors, size),
             "input_times": [0.0, 0.25, 0.5, 0.75, 1.0],
         }
+
+
+def largest_between(nodes: Sequence[Fraction]) -> Fraction:
+    """Return the largest integral over (0, s) of what vanishes at the nodes and is 1 at 0: it is largest at a node."""
+    coefficients = [Fraction(1)]
+    for node in nodes:  # times 1 - s/node
+        shifted = [Fraction(0), *(-x / node for x in coefficients)]
+        coefficients = [x + y for x, y in zip([*coefficients, Fraction(0)], shifted, strict=True)]
+    return max(
+        abs(sum((x * node ** (k + 1) / (k + 1) for k, x in enumerate(coefficients)), Fraction(0))) for node in nodes
+    )
 
 
 def _made(name: str, tolerance: float = DEFAULT_TOLERANCE) -> AdaptiveDiscontinuousGalerkin:
