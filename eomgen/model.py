@@ -86,7 +86,8 @@ class Model(CompiledModel):
             - For long conservative motions, of order 2, on trees and constraints: ``rattlie``, which is variational.
             - For stiff motions at high accuracy, with one factorization a step and no iteration, time-discontinuous
               Galerkin methods in passes: ``tdg1`` and ``tdg1_star`` of order 3, ``tdg2s`` of order 4, ``tdg2`` of order
-              5, ``tdg3`` of order 7.
+              5, ``tdg3`` of order 7; with steps by a tolerance ``tdg1_adaptive``, ``tdg1_star_adaptive``,
+              ``tdg2_adaptive`` and ``tdg3_adaptive``.
         rho_inf : float
             Spectral radius of generalized-alpha at infinite frequency, 0 to 1; of ``hht`` 1/2 to 1, of ``wbz`` 0 to 1.
         alpha : float
@@ -98,7 +99,7 @@ class Model(CompiledModel):
         tolerance : float
             Of the local error, relative to what the motion moves within a step: ``generalized_alpha``, ``hht``, ``wbz``
             and ``trapezoidal`` then choose their steps between rows that are ``step`` apart, and so does ``rk45``, by
-            1e-8 by default. Of ``taylor``, relative to what lengths and angles move within a step, or to a hundredth of
+            1e-8 by default, and so do the ``tdg`` methods but ``tdg2s``, by 1e-6. Of ``taylor``, relative to what lengths and angles move within a step, or to a hundredth of
             the machine and of 1 rad; of z relative to the largest, or to 1; 1e-12 by default. 0: each step of the time
             grid is one step, of the order that is given.
         initial : mapping
