@@ -99,9 +99,9 @@ class Model(CompiledModel):
         tolerance : float
             Of the local error, relative to what the motion moves within a step: ``generalized_alpha``, ``hht``, ``wbz``
             and ``trapezoidal`` then choose their steps between rows that are ``step`` apart, and so does ``rk45``, by
-            1e-8 by default, and so do the ``tdg`` methods but ``tdg2s``, by 1e-6. Of ``taylor``, relative to what lengths and angles move within a step, or to a hundredth of
-            the machine and of 1 rad; of z relative to the largest, or to 1; 1e-12 by default. 0: each step of the time
-            grid is one step, of the order that is given.
+            1e-8 by default, and so do the ``tdg`` methods but ``tdg2s``, by 1e-6. Of ``taylor``, relative to what
+            lengths and angles move within a step, or to a hundredth of the machine and of 1 rad; of z relative to the
+            largest, or to 1; 1e-12 by default. 0: each step of the time grid is one step, of the order that is given.
         initial : mapping
             ``q`` and ``v`` as arrays, or joints by name: ``{"hinge": 0.3}``, ``{"hinge": {"position": 0.3, "velocity":
             1.0}}``. Internal states: all as ``z`` (an array, or a mapping from names), or by name: ``{"filtered":
