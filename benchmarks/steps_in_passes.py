@@ -1,4 +1,4 @@
-"""Time to a given error of time-discontinuous Galerkin steps, explicit ones and series, on a shear frame with a pendulum.
+"""Time to a given error of steps in passes, explicit steps and series, on a shear frame with a pendulum.
 
     python -m benchmarks.steps_in_passes [--rounds 21] [--quick] [--core N] [--json out.json]
 
