@@ -17,12 +17,13 @@ from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.terms import Inputs, Parameters
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.lie.product import difference
-from eomgen.solvers.equilibrium_search import nearest_rest
+from eomgen.solvers.equilibrium_search import left_at_start, nearest_rest
 from eomgen.solvers.statics import SOFT, Point, Search, Statics, examine, onto_constraints
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
+_TO_STAY = "any_kind=True (--any-kind) finds the nearest of any kind"
 _ELSEWHERE = "it is not where a damped motion"
 #: Components of a direction below this part of the largest are left out when it is named.
 _NAMED = 0.05
@@ -160,7 +161,10 @@ def equilibrium(
     if np.any(driven):
         check_lasting(model, measures, u, chosen.point.q, driven, chosen.point.z)
     deviations = model.check_left_out(chosen.point.q, driven, time, p)
-    notes = [*deviations, *_elsewhere(model, statics, chosen, damped), *equilibrium_notes(measures, chosen.path, u)]
+    notes = [*deviations, *_elsewhere(model, statics, chosen, damped)]
+    if not any_kind and chosen is damped and left_at_start(statics, start.z, damped):
+        notes.append(_left(model, statics, damped))
+    notes += equilibrium_notes(measures, chosen.path, u)
     return _result(model, statics, chosen, driven, measures, notes)
 
 
@@ -179,6 +183,15 @@ def _elsewhere(model: CompiledModel, statics: Statics, chosen: Search, damped: S
     unit = model.v_units[k].removesuffix("/s")
     where = f"{off[k]:.4g} {unit} from here along {model.v_names[k].removeprefix('v.')}"
     return [f"{_ELSEWHERE} from the start settles, which is {where}"]
+
+
+def _left(model: CompiledModel, statics: Statics, damped: Search) -> str:
+    """Return a note on an equilibrium that a damped motion leaves, as that of a pendulum that stands."""
+    off = difference(statics.factors, damped.path[0], damped.point.q)
+    k = int(np.argmax(np.abs(off) / statics.sizes))
+    away = f"{abs(off[k]):.4g} {model.v_units[k].removesuffix('/s')} away along {model.v_names[k].removeprefix('v.')}"
+    where = "at the start, or next to it, is an equilibrium"
+    return f"{where}, which a damped motion leaves for this one, {away}; {_TO_STAY}"
 
 
 def _statics(model: CompiledModel, measures: Measures, q: Array, u: Inputs, v: Array) -> Statics:

@@ -41,6 +41,8 @@ if TYPE_CHECKING:
 
 #: Part of a turn after which a linear model about a motion is looked at again, and by how much it may differ then.
 _LATER, _SAME = 0.11, 1e-6
+#: Largest acceleration of a state that counts as rest, m/s^2 or rad/s^2.
+_RESTS = 1e-3
 #: How blocks of the terms are called in ``Partials``; others have the same name there.
 _IN_PARTIALS = {"M0": "M", "C0": "C", "K0": "K", "B0": "B", "E0": "E", "B": "J"}
 
@@ -81,6 +83,8 @@ def linearize(
     found = about(able, state, operating_point, independent)
     if state.a is not None and np.any(state.v) and not np.any(state.a) and found.sampled is None:
         _warn_of_change(able, state, operating_point, found)
+    if specified and state.a is None and not np.any(state.v):
+        _warn_of_acceleration(able, found)
     return found
 
 
@@ -165,6 +169,18 @@ def _warn_of_change(model: CompiledModel, state: State, operating_point: Operati
             " holds at this instant only; try: a scene that is symmetric about what turns, or simulate"
         )
         warnings.warn(what, RuntimeWarning, stacklevel=5)
+
+
+def _warn_of_acceleration(model: CompiledModel, found: Linearization) -> None:
+    """Warn where a state that is given without velocities does not rest, whose modes may be taken for those of an
+    equilibrium."""
+    a = found.reference.a
+    k = int(np.argmax(np.abs(a))) if len(a) else 0
+    if len(a) and abs(a[k]) > _RESTS:
+        name, unit = model.v_names[k].removeprefix("v."), model.v_units[k].replace("/s", "/s^2")
+        what = f"linear about a state that does not rest: {name} accelerates with {a[k]:.4g} {unit}"
+        hint = 'linearize() for an equilibrium, at="initial", or the a of the state if it is meant'
+        warnings.warn(f"{what}, so modes are those of this instant; try: {hint}", RuntimeWarning, stacklevel=5)
 
 
 def _dynamics(model: CompiledModel, state: State, operating_point: OperatingPoint) -> tuple[Array, Array]:

@@ -5,6 +5,8 @@ With their partials, energies and outputs.
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,6 +17,8 @@ from eomgen.calls import ByName
 from eomgen.compiled.arguments import numbers
 from eomgen.compiled.terms import Evaluated, Inputs, Parameters, States, check_derivatives
 
+#: How far accelerations may be off constraints, of the size of what cancels there.
+_BROKEN = 1e-6
 #: What the function ``energy`` gives, in order: J, J, W, W.
 ENERGIES = ("kinetic", "potential", "power", "base_power")
 
@@ -80,8 +84,38 @@ def inverse_dynamics(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> Array:
-    """Return tau = M a + h + b - Q, (..., nv): what is missing to the motion a."""
-    return model.evaluator.call("inverse_dynamics", q=q, v=v, a=a, t=t, u=u, z=z, parameters=parameters, base=base)[0]
+    """Return tau = M a + h + b - Q, (..., nv): what is missing to the motion a.
+
+    Forces of constraints are no part of it: with closed loops ``actuator_efforts`` shares tau out.
+
+    Warns
+    -----
+    RuntimeWarning
+        Accelerations that the constraints do not allow, in one of the first calls of a model.
+    """
+    tau = model.evaluator.call("inverse_dynamics", q=q, v=v, a=a, t=t, u=u, z=z, parameters=parameters, base=base)[0]
+    if model.evaluator.motions_to_check and np.ndim(tau) == 1:
+        model.evaluator.motions_to_check -= 1
+        _warn_of_broken_loop(model, q, v, a, {"t": t, "parameters": parameters, "base": base})
+    return tau
+
+
+def _warn_of_broken_loop(model: Evaluated, q: ArrayLike, v: ArrayLike, a: ArrayLike, given: Mapping[str, Any]) -> None:
+    """Warn where an acceleration breaks constraints."""
+    if a is None:
+        return
+    call = model.evaluator.call
+    B, g = call("constraint_jacobian", q=q, **given)[0], call("constraint_bias", q=q, v=v, **given)[0]
+    acceleration = model.evaluator.velocity("a", a)
+    off = np.abs(B @ acceleration + g)
+    sizes = np.abs(B) @ np.abs(acceleration) + np.abs(g)
+    broken = off > _BROKEN * np.maximum(sizes, 1.0)
+    if np.any(broken):
+        worst = model.evaluator.multipliers[int(np.argmax(off * broken))]
+        what = f"inverse_dynamics: these accelerations do not meet the constraints ({worst} is off by {off.max():.3g})"
+        why = "and tau holds no forces of constraints"
+        hint = "a of forward_dynamics or of a motion, and actuator_efforts(q, v, a) for efforts in closed loops"
+        warnings.warn(f"{what}, {why}; try: {hint}", RuntimeWarning, stacklevel=3)
 
 
 def bias(
@@ -97,7 +131,8 @@ def bias(
 ) -> Array:
     """Return h + b - Q, (..., nv): inverse dynamics of a = 0, Pinocchio's ``nonLinearEffects`` with all forces."""
     rest = np.zeros(model.evaluator.functions.sizes["v"])
-    return inverse_dynamics(model, q, v, rest, t, u, z=z, parameters=parameters, base=base)
+    call = model.evaluator.call
+    return call("inverse_dynamics", q=q, v=v, a=rest, t=t, u=u, z=z, parameters=parameters, base=base)[0]
 
 
 def forward_dynamics(

@@ -25,6 +25,9 @@ Parameters = Mapping[str, ArrayLike | str] | ArrayLike | None
 Inputs = Mapping[str, ArrayLike] | ArrayLike | None
 States = Mapping[str, ArrayLike] | ArrayLike | None
 
+#: Calls of inverse dynamics whose accelerations are held against the constraints: the first ones, which a person makes.
+_CHECKED = 16
+
 
 class Terms:
     """The terms of a compiled model, and what their arguments and results are: all that functions of a model need."""
@@ -58,6 +61,7 @@ class Terms:
         self._defaults = read_only([item["value"] for item in layout["parameters"]])
         self._requirements = Requirements(description, self.parameter_names)
         self._fixed_values = description.fixed
+        self.motions_to_check = _CHECKED if "constraint_bias" in self.functions else 0
 
     def parameters(self, parameters: Parameters) -> Array:
         """Return tunable parameters as (..., np).

@@ -18,6 +18,9 @@ from eomgen.solvers.statics import Search, Statics, examine
 _SLOWER = (1.0, 100.0)
 #: Measures where a damped motion lingers from which Newton's path is followed, too.
 _LINGERING = 4
+#: Ways of a damped motion, in rad or lengths of the scene, from which on it may have left an equilibrium at its start,
+#: and how much nearer that is than where it settles.
+_LONG, _NEARER = 0.5, 0.05
 
 
 def nearest_rest(statics: Statics, q: Array, z: Array, *, any_kind: bool) -> tuple[Search, Search | None]:
@@ -30,6 +33,19 @@ def nearest_rest(statics: Statics, q: Array, z: Array, *, any_kind: bool) -> tup
     others = [] if damped.balanced and not any_kind else _by_newton(statics, z, damped)
     at_rest = (search for search in (damped, *others) if search.balanced)
     return damped, min(at_rest, key=partial(_distance, statics), default=None)
+
+
+def left_at_start(statics: Statics, z: Array, damped: Search) -> bool:
+    """Return whether an equilibrium is much nearer to the start than the one to which a damped motion came."""
+    start = damped.path[0]
+    off = difference(statics.factors, start, damped.point.q)
+    if not np.any(np.abs(off) > _LONG * statics.sizes):
+        return False
+    try:
+        near = follow_newton(statics, start, z)
+    except np.linalg.LinAlgError:
+        return False
+    return near.balanced and _distance(statics, near) < _NEARER * _distance(statics, damped)
 
 
 def _by_damped_motion(statics: Statics, q: Array, z: Array) -> Search:
