@@ -115,7 +115,7 @@ def _warn_of_broken_loop(model: Evaluated, q: ArrayLike, v: ArrayLike, a: ArrayL
         what = f"inverse_dynamics: these accelerations do not meet the constraints ({worst} is off by {off.max():.3g})"
         why = "and tau holds no forces of constraints"
         hint = "a of forward_dynamics or of a motion, and actuator_efforts(q, v, a) for efforts in closed loops"
-        warnings.warn(f"{what}, {why}; try: {hint}", RuntimeWarning, stacklevel=3)
+        warnings.warn(f"{what}, {why}; try: {hint}", RuntimeWarning, stacklevel=4)
 
 
 def bias(
