@@ -30,9 +30,13 @@ def numbers(name: str, value: ArrayLike) -> Array:
             raise TypeError(f"{array.dtype} is not real numbers")
         return np.ascontiguousarray(array, dtype=np.float64).reshape(array.shape)
     except (TypeError, ValueError) as error:
-        raise UsageError(
-            Problem(name, f"an array of real numbers is needed, not {type(value).__name__}: {error}")
-        ) from None
+        hint = ""
+        if isinstance(value, Mapping):
+            hint = f"a list of numbers, in the order of the model's {name}_names" if name in ("q", "v") else "a list"
+        elif np.iscomplexobj(value):
+            hint = "real numbers; partials(...) has derivatives without steps"
+        what = f"an array of real numbers is needed, not {type(value).__name__}: {error}"
+        raise UsageError(Problem(name, what, hint)) from None
 
 
 def read_only(values: ArrayLike) -> Array:
@@ -73,11 +77,15 @@ def check_quaternions(name: str, q: Array, factors: Sequence[Factor], tolerance:
             found = float(np.ravel(length[wrong])[0])
             where = f"{name}[..., {factor.q_start}:{factor.q_start + 4}]"
             what = f"the quaternion (w, x, y, z) of this joint has length {found:.9g}, not 1"
-            raise UsageError(Problem(where, what, "it divided by its length"))
+            raise UsageError(
+                Problem(
+                    where, what, "it divided by its length" if found else "neutral(), for the joints' places at zero"
+                )
+            )
 
 
 #: Where things are declared that a model has none of.
-_WHERE: Mapping[str, str] = {
+WHERE: Mapping[str, str] = {
     "parameter": "a tunable parameter in the scene",
     "input": "[inputs] in the scene, named by an effort; of a URDF file eomgen.load(path, actuated=True)",
 }
@@ -92,7 +100,7 @@ def check_name(what: str, name: object, known: Sequence[str], fixed: Sequence[st
             Problem("", problem, f"{name} = {{ value = ..., tunable = true }} in the scene's [parameters]")
         )
     if name not in known:
-        hint = nearest(str(name), known) or _WHERE.get(what, "")
+        hint = nearest(str(name), known) or WHERE.get(what, "")
         none = "" if known else f": the scene has no {'tunable ' if what == 'parameter' else ''}{what}s"
         raise UsageError(Problem("", f"there is no {what} {shown(str(name))}{none}", hint))
 
@@ -162,11 +170,13 @@ def number_of(name: str, value: object, kind: str = _SECONDS) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
         several = name == "t_end" and isinstance(value, list | tuple) and len(value) == 2
         hint = "t_start=..., t_end=... for both ends" if several else ""
+        if name == "t_end" and isinstance(value, np.ndarray | list | tuple) and len(value) > 2:
+            hint = "t_end=times[-1], step=times[1] - times[0]: rows are a step apart"
         raise UsageError(Problem(name, f"a {kind} is needed, not {type(value).__name__}", hint))
     try:
         number = float(value)
     except OverflowError:
         number = math.inf
     if not math.isfinite(number):
-        raise UsageError(Problem(name, f"{name} is {number}, not a finite number"))
+        raise UsageError(Problem(name, f"{name} is {number}, not a finite number", f"a finite {kind}"))
     return number

@@ -72,7 +72,12 @@ def check_initial(given: object) -> None:
     """Raise UsageError unless the caller's initial state is a mapping or None."""
     if given is not None and not isinstance(given, Mapping):
         what = f"a mapping is needed, not {type(given).__name__}"
-        raise UsageError(Problem("initial", what, 'dict(q=..., v=...) or {"joint": position}'))
+        hint = 'dict(q=..., v=...) or {"joint": position}'
+        if isinstance(getattr(given, "initial", None), Mapping):
+            hint = "its .initial: initial=found.initial"
+        elif hasattr(given, "t") and hasattr(given, "q") and hasattr(given, "v"):
+            hint = 'its last row: initial={"q": solution.q[-1], "v": solution.v[-1]}'
+        raise UsageError(Problem("initial", what, hint))
 
 
 def angles_of_several_turns(model: CompiledModel, initial: Mapping[str, Any] | None) -> list[str]:
@@ -123,6 +128,8 @@ def _put(target: Array, part: slice, name: str, value: Any, units: Sequence[str]
     size = len(target[part])
     if array.shape != (size,) and not (size == 1 and array.ndim == 0):
         hint = f"a list of {size} numbers, from Python or in the scene" if array.ndim == 0 else ""
+        if array.ndim == 2 and array.shape[1] == size:
+            hint = f"one row of it: {name.rpartition(' ')[2]}[-1] is the last one"
         raise UsageError(Problem(name, f"the shape is {array.shape}, ({size},) is needed", hint or _numbers(size)))
     target[part] = array
 

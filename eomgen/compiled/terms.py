@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
-from eomgen.compiled.arguments import by_name, check_finite, check_quaternions, components, numbers, read_only
+from eomgen.compiled.arguments import WHERE, by_name, check_finite, check_quaternions, components, numbers, read_only
 from eomgen.compiled.constraints import accelerations, blocks_of, solvable
 from eomgen.compiled.coordinates import coordinate_names, coordinate_units
 from eomgen.compiled.functions import Functions
@@ -285,6 +285,9 @@ class Terms:
     def inputs(self, u: Inputs, values: Mapping[str, Array]) -> Array:
         """Return inputs as (..., nu); those that are not given are those of ``formula_inputs``."""
         if u is not None and not isinstance(u, Mapping):
+            if not self.input_names and np.size(u):
+                what = f"{np.size(u)} number{'s' * (np.size(u) != 1)} cannot be inputs: the scene has none"
+                raise UsageError(Problem("u", what, WHERE["input"]))
             return components("u", u, len(self.input_names))
         of_scene = self.formula_inputs(values)
         return of_scene if u is None else by_name("input", u, self.input_names, of_scene)

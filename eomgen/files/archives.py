@@ -45,7 +45,7 @@ def read_arrays(
         raise FileError(Problem(str(path), f"cannot be read: {error.strerror or error}", nearby(path))) from None
     except KeyError as error:
         raise FileError(
-            Problem(str(path), f"this is not a {kind} written by eomgen: {error.args[0]} is missing")
+            Problem(str(path), f"this is not a {kind} written by eomgen: {error.args[0]} is missing", hint)
         ) from None
     # zipfile raises NotImplementedError for a compression or encryption that it does not know, and NumPy reads headers
     # as Python's text: such a file is not ours

@@ -45,6 +45,8 @@ def column_named(solution: Recorded, name: str) -> Array:
     if name not in columns:
         close = difflib.get_close_matches(str(name), [*columns, *solution.outputs], n=3, cutoff=0.5)
         hint = " or ".join(map(repr, close)) or f"one of {', '.join(list(columns)[:8])}, ...: solution.columns()"
+        if isinstance(name, int):
+            hint = "t, q and v by their names: solution.q[0] is the first row, solution.q[:, 0] the first coordinate"
         raise UnknownName(Problem("", f"there is no column {shown(name)}", hint))
     return columns[name]
 

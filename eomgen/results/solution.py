@@ -72,7 +72,11 @@ class ModelOfRun(Protocol):
     def linear(self, state: State) -> Linearization: ...
 
 
-@checked_calls('eomgen.Solution.load("run.npz"), or what model.simulate returns')
+@checked_calls(
+    'eomgen.Solution.load("run.npz"), or what model.simulate returns',
+    **dict.fromkeys(("format", "fmt"), 'save("run.csv"), by the ending of the path (.npz, .csv or .mat)'),
+    **dict.fromkeys(("fps", "frames", "interval", "speed"), "animate(path), whose page has its own control of speed"),
+)
 @dataclass(frozen=True, repr=False, eq=False)
 class Solution:
     """States, outputs and energies at the recorded times.

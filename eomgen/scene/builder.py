@@ -48,7 +48,21 @@ _PACKAGE = __name__.partition(".")[0]
 
 
 @checked_calls(
-    'a name, eomgen.SceneBuilder("pendulum")', com="center_of_mass", mass_center="center_of_mass", origin="position"
+    'a name, eomgen.SceneBuilder("pendulum")',
+    com="center_of_mass",
+    mass_center="center_of_mass",
+    origin="position",
+    k="stiffness",
+    c="damping",
+    l0="length",
+    rest_length="length",
+    free_length="length",
+    kp="proportional",
+    ki="integral",
+    kd="derivative",
+    rpy="rotation",
+    pos="position",
+    q0="initial",
 )
 class SceneBuilder:
     """Collects the entries of a scene; ``build`` checks them all at once.

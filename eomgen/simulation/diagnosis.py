@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 #: Largest turn of a joint within a step that steppers count, rad.
 COUNTED = 0.9 * 2.0 * np.pi
+#: What to try where joints have turned too far for their sines.
+SMALLER_ANGLES = "smaller initial angles and velocities, or a shorter run"
 _ORDER = (
     ("mass", "M (the inertia matrix)"),
     ("coupling", "h (the coupling terms)"),
@@ -83,7 +85,7 @@ def _cause(model: CompiledModel, q: Array, values: Mapping[tuple[str, str, int],
     if taken := large_angles(model.description, values):
         return f", where formulas take {taken}: {REASON}", HINT
     if angles := large_joint_angles(model.q_names, model.q_units, q):
-        return f", where {angles}: {REASON}", "smaller initial angles and velocities, or a shorter run"
+        return f", where {angles}: {REASON}", SMALLER_ANGLES
     return "", ""
 
 

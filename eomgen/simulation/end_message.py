@@ -11,7 +11,7 @@ from eomgen.compiled.model import CompiledModel
 from eomgen.integrators.events import ACCUMULATED, NO_VALUE, STATUSES, STOPPED
 from eomgen.integrators.samples import CONTROLLER_FAILED
 from eomgen.results.events import Events
-from eomgen.simulation.diagnosis import advice, fast_joint, first_non_finite, instability
+from eomgen.simulation.diagnosis import SMALLER_ANGLES, advice, fast_joint, first_non_finite, instability
 from eomgen.simulation.events import ending, parameters_with, without_value
 from eomgen.simulation.failed_controller import failed_controller
 from eomgen.simulation.instability import own_growth, unstable_growth
@@ -19,6 +19,7 @@ from eomgen.simulation.run import Run
 from eomgen.simulation.singular_positions import singular_ahead, way_past
 from eomgen.simulation.states import states_of
 from eomgen.simulation.stepper import Stepper, Trajectory
+from eomgen.simulation.unbounded_growth import unbounded_growth
 
 
 def message_of(run: Run, stepper: Stepper, trajectory: Trajectory, events: Events | None) -> str:
@@ -77,6 +78,9 @@ def message_of(run: Run, stepper: Stepper, trajectory: Trajectory, events: Event
         details = f"; {what}"
     elif cause[0]:
         details, hint = details + cause[0], cause[1]
+        if away := unbounded_growth(run, states_of(trajectory.rows, model)) if hint == SMALLER_ANGLES else "":
+            what, _, hint = away.partition("; try: ")
+            details = f"{details}; {what}"
     elif already:
         hint = "other parameters, formulas or coordinates there: no smaller step helps"
     elif not (found or singular) and (growth := own_growth(run, stepper.library, trajectory.rows)):

@@ -17,6 +17,8 @@ from eomgen.arrays import Array
 #: Share of the energies at work beyond which a run says that its balance is off, and share beyond which a run has
 #: failed that gained them from nothing. Without power, a total energy that grows fiftyfold gains 49 % at least.
 REPORTED, FAILED = 0.01, 0.49
+#: Why the balance is not known where rows do not tell what happens between them.
+APART = "the rows are too far apart to tell the work in between"
 #: Rows that the integral of a power needs.
 _ROWS = 5
 #: Error of an integral over rows, in times what every second row makes of it.
@@ -103,7 +105,7 @@ def energy_balance(
     if swing <= floor:
         return Balance(0.0)
     if (error <= uncertain and uncertain > REPORTED * swing) or (pulse and error > REPORTED * swing):
-        return Balance(None, "the rows are too far apart to tell the work in between")
+        return Balance(None, APART)
     return _shares(change - work, swing)
 
 

@@ -13,7 +13,9 @@ from numpy.typing import ArrayLike
 from eomgen.arrays import Array
 from eomgen.compiled.arguments import check_finite, check_name, measured, numbers
 from eomgen.errors import Problem, UsageError
+from eomgen.text import shown
 from eomgen.toolchain.library import Library
+from eomgen.units.parser import is_quantity
 
 Function = Callable[[float], float]
 Signal = ArrayLike | Function
@@ -175,6 +177,10 @@ def read_signals(
         if callable(signal):
             read[name] = signal
             continue
+        if isinstance(signal, str) and not is_quantity(signal):
+            what = f"{shown(signal)} is neither a number nor a number with a unit"
+            hint = f"a function, lambda t: ..., or [inputs] {name} = {{ formula = ... }} in the scene"
+            raise UsageError(Problem(f"input {name}", what, hint))
         array = numbers(f"input {name}", measured(f"input {name}", signal, [(units or {}).get(name, "")]))
         check_finite(f"input {name}", array)
         if array.ndim == 0:
@@ -182,13 +188,11 @@ def read_signals(
         elif array.shape == (steps + 1,):
             read[name] = array.copy()  # the caller may write to his own before all of the run is evaluated
         else:
-            raise UsageError(
-                Problem(
-                    f"input {name}",
-                    f"the shape is {array.shape}, ({steps + 1},) is needed: one value at every point of the step grid",
-                    "a number, a function of t, or a table of that length",
-                )
-            )
+            what = f"the shape is {array.shape}, ({steps + 1},) is needed: one value at every point of the step grid"
+            hint = "a number, a function of t, or a table of that length"
+            if array.ndim == 2 and 2 in array.shape:
+                hint = "lambda t: np.interp(t, times, values), of the times and the values that it holds"
+            raise UsageError(Problem(f"input {name}", what, hint))
     return read
 
 
@@ -199,9 +203,14 @@ def _called(name: str, signal: Function, times: Array) -> Array:
             given = signal(float(t))
         except Exception as error:
             what = f"the function failed at t = {t:.9g} s: {type(error).__name__}: {error}"
-            hint = "lambda t: ..., as inputs see the time only" if isinstance(error, TypeError) else ""
-            hint += "; feedback is a sampled controller, a formula of the scene, or model.start" if hint else ""
+            hint = "a function that gives a number at every time of the run"
+            if isinstance(error, TypeError):
+                hint = "lambda t: ..., as inputs see the time only"
+                hint += "; feedback is a sampled controller, a formula of the scene, or model.start"
             raise UsageError(Problem(f"input {name}", what, hint)) from error
+        if given is None:
+            what = f"the function gives nothing (None) at t = {t:.9g} s"
+            raise UsageError(Problem(f"input {name}", what, "return in front of what it computes"))
         try:
             values[index] = given
         except (TypeError, ValueError):

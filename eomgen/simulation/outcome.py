@@ -26,7 +26,7 @@ from eomgen.simulation.constraint_violation import Violation, largest_violation
 from eomgen.simulation.diagnosis import failure
 from eomgen.simulation.doubtful_calls import doubtful_call
 from eomgen.simulation.end_message import message_of
-from eomgen.simulation.energy_balance import FAILED, REPORTED, Balance, energy_balance
+from eomgen.simulation.energy_balance import APART, FAILED, REPORTED, Balance, energy_balance
 from eomgen.simulation.error_estimation import ErrorEstimation, no_estimate
 from eomgen.simulation.events import acting, parameters_over, table_of
 from eomgen.simulation.fast_laws import fast_laws
@@ -34,6 +34,7 @@ from eomgen.simulation.fast_motions import unresolved_motion
 from eomgen.simulation.impact_starts import impacts_at_start
 from eomgen.simulation.instability import at_rest, unstable_growth
 from eomgen.simulation.momentum import momentum_drift
+from eomgen.simulation.motion_between_rows import untold_between_rows
 from eomgen.simulation.run import Run
 from eomgen.simulation.run_metadata import run_metadata
 from eomgen.simulation.run_model import run_model
@@ -257,6 +258,8 @@ class Outcome:
             epsilon=float(np.finfo(np.float32 if single else np.float64).eps),
         )
         off = balance.error is not None and balance.error > REPORTED
+        if off and self._rows_are_sparse and untold_between_rows(self._states, self._run.model.factors):
+            return Balance(None, APART)
         return Balance(0.0) if off and self._at_rest else balance
 
     @cached_property

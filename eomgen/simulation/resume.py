@@ -30,7 +30,14 @@ from eomgen.system.selection import Selection
 from eomgen.toolchain.library import Library
 
 
-@checked_call(u="inputs", p="parameters", file="path", tend="t_end", duration="t_end")
+@checked_call(
+    u="inputs",
+    p="parameters",
+    file="path",
+    tend="t_end",
+    duration="t_end",
+    **dict.fromkeys(("step", "dt", "method"), "model.simulate(...), for other steps: a checkpoint keeps its own"),
+)
 def resume(
     model: CompiledModel,
     path: str | os.PathLike[str],

@@ -128,7 +128,8 @@ def starts_at_equilibrium(start: str | None, given: bool, of_scene: str) -> bool
     """
     chosen = start if start is not None else "initial" if given else of_scene
     if chosen not in ("initial", "equilibrium"):
-        raise UsageError(Problem("start", f"a run cannot start at {chosen!r}", "initial or equilibrium"))
+        hint = "initial={...}, for a state" if isinstance(chosen, Mapping) else "initial or equilibrium"
+        raise UsageError(Problem("start", f"a run cannot start at {chosen!r}", hint))
     return chosen == "equilibrium"
 
 

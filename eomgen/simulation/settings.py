@@ -96,7 +96,11 @@ def stepper_library(model: CompiledModel, name: str, method: Method) -> Library:
         )
     library = model.library if own and not missing else model.stepper(name)
     if not library.layout["method"]:
-        raise ModelError(f"{name} cannot run on this scene: {library.layout['stepper_refused']}", method.instead)
+        facts, refusal = layout["facts"], library.layout["stepper_refused"].removeprefix(f"{method.family} ")
+        unmet = [need for need in method.needs if bool(facts.get(need.fact, need.value)) is not need.value]
+        what = refusal if refusal == library.layout["stepper_refused"] else f"it {refusal}"
+        hint = unmet[0].alternative if unmet else method.instead
+        raise ModelError(f"{name} cannot run on this scene: {what}", hint)
     return library
 
 

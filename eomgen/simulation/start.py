@@ -27,6 +27,7 @@ from eomgen.simulation.time_grid import FINEST, TimeGrid
 @checked_call(
     **KNOWN_ELSEWHERE,
     state="initial",
+    **dict.fromkeys(("t_end", "duration", "tf"), "model.start(...).advance(t_end)"),
 )
 def start(
     model: CompiledModel,

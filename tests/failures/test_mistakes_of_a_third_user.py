@@ -14,8 +14,9 @@ import pytest
 import eomgen
 from eomgen.cli import main
 from eomgen.control import OutputFeedback, discretized, kalman, lqr, place
+from eomgen.scene.load import load_urdf
 from tests.failures.failure import SCENE
-from tests.failures.mistakes import arm, slider
+from tests.failures.mistakes import arm, changed, run_of, scene_of, slider
 from tests.failures.test_mistakes_of_a_second_user import refused
 from tests.failures.test_silent_calls import ROBOT
 
@@ -189,3 +190,154 @@ def test_where_joints_start_is_said_by_their_coordinates_too(
     assert first.q[0] == 0.25 and np.isclose(first.v[0, 0], np.pi / 2, rtol=1e-15)
     assert main(["simulate", "s.toml", *RUN.split(), "--t-end", "0.001", "--initial", "q.shoulder=0.25"]) == 0
     assert eomgen.Solution.load(tmp_path / "o" / "solution.npz").q[0] == 0.25
+
+
+def entry(section: str, text: str) -> Callable[[], Any]:
+    return changed("", "", f"\n[{section}]\n{text}\n")
+
+
+def joint(text: str) -> Callable[[], Any]:
+    return changed("axis = [0, 1, 0]", f"axis = [0, 1, 0]\n{text}")
+
+
+def servo(text: str) -> Callable[[], Any]:
+    return entry("controllers.servo", f'type = "pid"\nsignal = "1 - q.shoulder"\ntime_constant = 0.01\n{text}')
+
+
+def robot(old: str, new: str) -> Callable[[], Any]:
+    assert old in ROBOT
+    return lambda: scene_of(ROBOT.replace(old, new, 1), "r.urdf")
+
+
+@pytest.mark.parametrize(
+    ("call", "piece"),
+    [
+        (changed('mass = "1 + load"', "mass = 2 kg"), 'try: mass = "2 kg": a number with a unit is a text'),
+        (changed("value = 0.5,", "value = 0.5 m,"), 'try: value = "0.5 m": a number with a unit is a text'),
+        (changed("tunable = true", "tunable = True"), "try: true and false, in small letters"),
+        (changed("tunable = true", 'tunable = "yes"'), "(parameters.load.tunable): true or false is needed here, not "
+            "'yes'; try: tunable = true"),
+        (changed('"1 + load"', '"2,5"'), "operation or a function (column 1); try: 2.5 with a decimal point"),
+        (changed('"1 + load"', '"2,5 kg"'), "try: \"2.5 kg\""),
+        (changed("[parameters]", '[parameters]\nhalf = "length / 2"'), "a number is needed here, not 'length / 2'; tr"),
+        (changed('"2 * sin(t)"', '"2 * g * sin(t)"'), "unknown name 'g' (column 5); try: 9.81, or a parameter: g = {"),
+        (joint("rotation = [90, 0, 0]"), 'try: rotation = [{ axis = [1, 0, 0], angle = "90 deg" }]'),
+        (joint("rotation = [0, 0, 1.5]"), "try: rotation = [{ axis = [0, 0, 1], angle = 1.5 }]"),
+        (joint("rotation = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]"), "this is a matrix, and a list of turns about axes is "
+            "needed; try: orientation, which is a matrix"),
+        (joint("limits = { lower = -1, upper = 1 }"), "the key stiffness is missing; try: stiffness = 1e5"),
+        (joint("friction = { coulomb = 0.3 }"), "the key velocity is missing; try: velocity = 0.01"),
+        (joint("friction = { mu = 0.3, velocity = 0.01 }"), "'mu' is unknown here; try: coulomb, a force in N or a to"),
+        (joint('mimic = "elbow"'), "a table is needed here, not 'elbow'; try: mimic = { joint = \"elbow\", multiplier"),
+        (joint('drive = "sin(t)"\ninitial = { position = 1 }'), "try: no initial: it starts where its drive is at t ="),
+        (entry("loops.c", 'type = "distance"'), "(loops): the key 'loops' is unknown here; try: constraints"),
+        (entry("links.c", "mass = 1"), "the key 'links' is unknown here; try: bodies"),
+        (servo("kp = 20"), "the key 'kp' is unknown here; try: proportional"),
+        (servo("Ki = 20"), "the key 'Ki' is unknown here; try: integral"),
+        (servo("kd = 20"), "the key 'kd' is unknown here; try: derivative"),
+        (servo('error = "1"'), "the key 'error' is unknown here; try: signal"),
+        (entry("controllers.hold", 'type = "state_feedback"\ncoordinates = ["shoulder"]\nposition_gains = [400]'),
+            "a table is needed here, not a list; try: position_gains = { JOINT = 400 }"),
+        (entry("states.x", 'derivative = "v.shoulder"'), "the key 'derivative' is unknown here; try: rate"),
+        (entry("inputs.u", 'wave = { shape = "square", frequency = 2 }'), "'frequency' is unknown here; try: period ="),
+        (entry("inputs.u", 'wave = { shape = "sine", period = 2 }'), "'sine' is not known here; try: formula = \"sin("),
+        (entry("forces.push", 'body = "tip"\nforce = [1, 0, 0]'), "(forces.push.body): tip is a point of upper, not a"),
+        (entry("springs.s", 'first = "upper"\nsecond = "tip"\nstiffness = 20'), "(springs.s.first): upper is a body,"),
+        (entry("tyres.w", 'center = "upper"\nradius = 0.3\nstiffness = 2e5'), "upper is a body, not a point; try: [po"),
+        (lambda: slider(k=10.0), "there is no argument 'k'; try: stiffness"),
+        (lambda: eomgen.build({"format": 1, "name": "x", "bodies": [{"name": "w", "mass": 1}]}),
+            "(bodies): a table is needed here, not a list; try: [bodies.NAME] and its keys, a table for each"),
+        (robot('xyz="0 0 0.2"', 'xyz="0,0,0.2"'), "3 numbers are needed here, not '0,0,0.2'; try: blanks between the "
+            "numbers: 0 0 0.2"),
+        (robot('<link name="ground"/>', '<link name="ground">'), "mismatched tag (column 3); try: an end for each ele"),
+        (lambda: eomgen.load("r.urdf", fixed_base=False), 'no argument \'fixed_base\'; try: root="fixed", or root="fr'),
+    ],
+)  # fmt: skip  # a table
+def test_what_a_file_was_meant_to_say_is_told(call: Callable[[], Any], piece: str) -> None:
+    text = refused(call)
+    assert piece in text, text
+
+
+@cache
+def free_robot() -> eomgen.Model:
+    inertia = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    text = ROBOT.replace('<link name="ground"/>', f'<link name="ground">{inertia}</link>')
+    return eomgen.build(load_urdf(text, root="free"), profile="quick")
+
+
+@cache
+def robot_without_motors() -> eomgen.Model:
+    return eomgen.build(scene_of(ROBOT, "r.urdf"), profile="quick")
+
+
+def closed_arm() -> eomgen.Scene:
+    """Return the arm with its tip held at a distance from a point of the base."""
+    more = '[points.mount]\nbody = "base"\nposition = [0.5, 0, 0]\n'
+    more += '[constraints.close]\ntype = "distance"\nfirst = "mount"\nsecond = "tip"\nlength = 0.7\n'
+    return scene_of(f"{SCENE}\n{more}")
+
+
+def runs(**options: Any) -> Callable[[], Any]:
+    return lambda: arm().simulate(0.01, 1e-3, **options)
+
+
+TIMES = np.linspace(0.0, 0.01, 5)
+
+
+@pytest.mark.parametrize(
+    ("call", "piece"),
+    [
+        (lambda: robot_without_motors().forward_dynamics([0.1], [0.0], u=[1.0, 2.0]), "u: 2 numbers cannot be inputs:"),
+        (lambda: free_robot().mass(np.zeros(free_robot().nq)), "has length 0, not 1; try: neutral(), for the joints'"),
+        (lambda: arm().simulate(0.01, initial=arm().equilibrium(u={"motor": 0.0})), "not Equilibrium; try: its .initi"),
+        (lambda: arm().simulate(0.01, initial=solution()), 'not Solution; try: its last row: initial={"q": solution.q'),
+        (lambda: arm().simulate(0.01, initial={"q": solution().q}), "(11, 1), (1,) is needed; try: one row of it: q[-"),
+        (runs(inputs={"motor": "2 * sin(t)"}), "'2 * sin(t)' is neither a number nor a number with a unit; try: a "
+            "function, lambda t: ..., or [inputs] motor = { formula = ... } in the scene"),
+        (runs(inputs={"motor": (TIMES, TIMES)}), "(11,) is needed: one value at every point of the step grid; try: la"),
+        (runs(inputs={"motor": np.column_stack([TIMES, TIMES])}), "try: lambda t: np.interp(t, times, values)"),
+        (runs(inputs={"motor": lambda t: None}), "gives nothing (None) at t = 0 s; try: return in front of what it"),
+        (runs(start={"shoulder": 0.3}), "a run cannot start at {'shoulder': 0.3}; try: initial={...}, for a state"),
+        (lambda: arm().simulate(np.linspace(0, 1, 11)), "not ndarray; try: t_end=times[-1], step=times[1] - times[0]"),
+        (lambda: arm().simulate(float("nan"), 1e-3), "t_end is nan, not a finite number; try: a finite number of seco"),
+        (lambda: arm().start(step=1e-3, t_end=1.0), "no argument 't_end'; try: model.start(...).advance(t_end)"),
+        (lambda: arm().resume("a.ckpt", step=1e-2), "no argument 'step'; try: model.simulate(...), for other steps"),
+        (lambda: arm().mass(np.array([0.1 + 1e-20j])), "try: real numbers; partials(...) has derivatives without step"),
+        (lambda: arm().mass({"shoulder": 0.1}), "try: a list of numbers, in the order of the model's q_names"),
+        (lambda: list(solution()), "there is no column 0; try: t, q and v by their names: solution.q[0] is the first"),
+        (lambda: solution().save("a.npz", format="csv"), "no argument 'format'; try: save(\"run.csv\"), by the ending"),
+        (lambda: solution().animate("a.html", fps=30), "no argument 'fps'; try: animate(path), whose page has its own"),
+        (lambda: eomgen.build(closed_arm(), profile="quick").simulate(0.1, 1e-3, method="rk4"),
+            "rk4 cannot run on this scene: it needs a system without constraints: it steps ordinary differential "
+            "equations and would ignore the constraint equations; try: rk4_partitioned, which eliminates constraints"),
+    ],
+)  # fmt: skip  # a table
+def test_what_a_call_was_meant_to_be_is_told(call: Callable[[], Any], piece: str) -> None:
+    text = refused(call)
+    assert piece in text, text
+
+
+def test_an_input_that_raises_within_a_run_says_what_it_must_give() -> None:
+    run = arm().simulate(0.01, 1e-3, inputs={"motor": lambda t: 1.0 / (0.005 - t) if t < 0.004 else 1 / 0})
+    assert "ZeroDivisionError: division by zero; try: a function that gives a number at every time" in run.message
+
+
+def test_a_motion_that_grows_until_its_sines_end_names_the_signs_of_gains() -> None:
+    """q'' = 400 q grows as e^(20 t): 1e10 rad at about t = 1.25 s."""
+    builder = eomgen.SceneBuilder("wrong").body("m", 1.0, center_of_mass=[0, 0, -1], inertia=[0.1, 0.1, 0.1])
+    builder.joint("h", "revolute", "base", "m", axis=[0, 1, 0], initial={"position": 0.5})
+    message = run_of(builder.effort("e", "h", "440 * q.h"), 5.0, 1e-3)()
+    assert "sines and cosines are computed up to 1e+10 rad" in message
+    assert "; the motion grows without end: v.h by a factor of" in message
+    assert message.endswith("try: other signs or sizes of gains, damping and stiffnesses")
+
+
+@pytest.mark.parametrize(("frequency", "known"), [(1000.0, False), (1010.0, False), (10.0, True)])
+def test_rows_that_a_force_outruns_do_not_judge_its_energy(frequency: float, known: bool) -> None:
+    """F/(m w) (1 - cos(w t)) is the velocity: 0.0159 m/s on average at 1 kHz, and 0 at rows that are 1 ms apart."""
+    builder = slider().effort("e", "x", f"100 * sin(2 * pi * {frequency} * t)")
+    run = eomgen.build(builder.build(), profile="quick").simulate(0.2, 1e-3, method="rk45")
+    force = 100.0 / (2.0 * np.pi * frequency)
+    assert np.isclose(run.q[-1, 0], force * 0.2, rtol=1e-5)
+    assert run.success and "out of balance" not in run.message
+    assert ("energy_error" in run.stats) is known

@@ -24,7 +24,7 @@ UNCONSTRAINED = Need(
     "constraints",
     False,
     "it steps ordinary differential equations and would ignore the constraint equations",
-    "generalized_alpha, which keeps constraints, rk4_partitioned, which eliminates them, or a tree of joints",
+    "rk4_partitioned, which eliminates constraints, generalized_alpha, which keeps them, or a tree of joints",
 )
 #: Of methods that expand them in series of time.
 UNCONSTRAINED_SERIES = Need(

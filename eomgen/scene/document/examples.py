@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
-from eomgen.scene.reading.rotation_schema import plain_angles
+from eomgen.scene.reading.rotation_schema import is_matrix, plain_angles
 from eomgen.text import is_legal, shown
 
 #: Examples by key.
@@ -19,6 +20,14 @@ _BY_KEY: Mapping[str, str] = {
     "axis": "axis = [0, 0, 1]",
     "position": "position = [0, 0, 0]",
     "rotation": 'rotation = [{ axis = "z", angle = "30 deg" }]',
+    "orientation": "orientation = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]",
+    "tunable": "tunable = true",
+    "mimic": 'mimic = { joint = "...", multiplier = 1 }',
+    "position_gains": "position_gains = { JOINT = 400 }",
+    "velocity_gains": "velocity_gains = { JOINT = 30 }",
+    "signal_gains": "signal_gains = { SIGNAL = 1 }",
+    "position_weights": "position_weights = { JOINT = 1 }",
+    "velocity_weights": "velocity_weights = { JOINT = 1 }",
     "signals": 'signals = { error = "1 - q.joint" }',
 }
 #: Examples of an entry of a section, behind its name.
@@ -32,6 +41,14 @@ _ENTRIES: Mapping[str, str] = {
     "events": '{ when = "...", action = "..." }',
     "states": '{ rate = "..." }',
 }
+#: Values of keys that have to be there, by table and key.
+_REQUIRED: Mapping[tuple[str, str], str] = {
+    ("", "format"): "1",
+    ("limits", "stiffness"): "1e5",
+    ("friction", "velocity"): "0.01",
+    ("friction", "coulomb"): "0.3",
+    ("wave", "period"): "0.5",
+}
 _AXES = ("[1, 0, 0]", "[0, 1, 0]", "[0, 0, 1]")
 _FILES = (".csv", ".txt", ".dat", ".tsv")
 #: Sections whose ``first`` and ``second`` are names of points.
@@ -44,8 +61,19 @@ def example(location: tuple[str | int, ...], given: object) -> str:
     if last == "gravity" and isinstance(given, int | float) and not isinstance(given, bool):
         return f"gravity = [0, 0, {-abs(given):g}]"
     if last == "rotation" and plain_angles(given):
-        turns = [f"{{ axis = {axis}, angle = {angle:g} }}" for axis, angle in zip(_AXES, given, strict=True) if angle]
+        in_degrees = any(abs(angle) > 2.0 * math.pi for angle in given)
+        angles = [f'"{angle:g} deg"' if in_degrees else f"{angle:g}" for angle in given]
+        every = zip(_AXES, given, angles, strict=True)
+        turns = [f"{{ axis = {axis}, angle = {text} }}" for axis, angle, text in every if angle]
         return f"rotation = [{', '.join(turns)}]" if turns else "no rotation"
+    if last == "rotation" and is_matrix(given):
+        return "orientation, which is a matrix, in place of rotation"
+    if last == "mimic" and isinstance(given, str):
+        return f"mimic = {{ joint = {quoted(given)}, multiplier = 1 }}"
+    if section == "parameters" and isinstance(given, str) and last in ("value", str(location[1])):
+        return f"a number; the formula {quoted(given)} stands where {location[1]} is used"
+    if len(location) == 1 and section in _ENTRIES and isinstance(given, list | tuple):
+        return f"[{section}.NAME] and its keys, a table for each"
     if last in ("table", "file") and is_file(given):
         return f"table = {{ file = {quoted(given)} }}"
     if len(location) == 2 and is_legal(last) and section in _ENTRIES:
@@ -57,6 +85,12 @@ def example(location: tuple[str | int, ...], given: object) -> str:
     if section in _BETWEEN_POINTS and last in ("first", "second"):
         return f'{last} = "NAME", and [points.NAME] with its body and position'
     return _BY_KEY.get(last, "")
+
+
+def required(location: tuple[str | int, ...]) -> str:
+    """Return what to write for a key that is missing."""
+    last, table = str(location[-1]), str(location[-2]) if len(location) > 1 else ""
+    return f"{last} = {_REQUIRED.get((table, last), '...')}"
 
 
 def is_file(given: object) -> bool:

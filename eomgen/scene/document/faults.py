@@ -7,7 +7,7 @@ from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel
 
-from eomgen.scene.document.examples import example
+from eomgen.scene.document.examples import example, required
 from eomgen.scene.document.keys_elsewhere import key_meant
 from eomgen.scene.document.schema import Document
 from eomgen.scene.joint_types import JOINTS_ELSEWHERE
@@ -45,7 +45,7 @@ def explained(
         keys = _keys_at(location[depth:-1], table)
         return f"the key {shown(last)} is unknown here", key_meant(last, keys, given) or nearest(last, keys)
     if kind == "missing":
-        return f"the key {last} is missing", f"{last} = {'1' if last == 'format' else '...'}"
+        return f"the key {last} is missing", required(location)
     if location == ("format",):
         return f"this eomgen reads format 1, not {described(given)}", "format = 1"
     if kind == "literal_error":
@@ -56,10 +56,13 @@ def explained(
         meant = JOINTS_ELSEWHERE.get(str(given).lower(), "")
         if location[0] in ("joints", "constraints") and meant in names:
             return f"{described(given)} is not known here", meant
+        if last == "shape" and given in ("sine", "sin", "cosine", "cos"):
+            return f"{described(given)} is not known here", 'formula = "sin(2 * pi * t / 0.5)" in place of a wave'
         hint = nearest(str(given), names) if len(names) > _LISTED else f"one of {expected}"
         return f"{described(given)} is not known here", hint
     if kind in ("greater_than_equal", "less_than_equal"):
-        return f"{described(given)} is out of range here: it {message.removeprefix('Input ')}", ""
+        bound = f"{message.rpartition(' ')[2]} or {'more' if kind == 'greater_than_equal' else 'less'}"
+        return f"{described(given)} is out of range here: it {message.removeprefix('Input ')}", bound
     if kind == "list" and isinstance(given, str) and given.lstrip("+-") in _AXES:
         sign = "-" if given[0] == "-" else ""
         entries = ", ".join(f"{sign}1" if axis == given[-1] else "0" for axis in _AXES)

@@ -28,6 +28,24 @@ _KEYS: Mapping[str, tuple[str, ...]] = {
     **dict.fromkeys(("period", "ts", "sample_time"), ("sample",)),
     **dict.fromkeys(("condition", "trigger", "guard"), ("when",)),
     **dict.fromkeys(("units",), ("unit",)),
+    **dict.fromkeys(("error", "e", "measurement", "input_signal"), ("signal",)),
+    **dict.fromkeys(("kp", "p", "p_gain", "gain_p"), ("proportional",)),
+    **dict.fromkeys(("ki", "i_gain", "gain_i"), ("integral",)),
+    **dict.fromkeys(("kd", "d_gain", "gain_d"), ("derivative",)),
+    **dict.fromkeys(("tau", "tf", "filter", "filter_time", "time_const"), ("time_constant",)),
+    **dict.fromkeys(("umax", "u_max", "max"), ("maximum", "upper")),
+    **dict.fromkeys(("umin", "u_min", "min"), ("minimum", "lower")),
+    **dict.fromkeys(("mu_s", "stiction"), ("static",)),
+    **dict.fromkeys(("derivative", "ode", "equation", "dot"), ("rate", "formula")),
+    # sections
+    **dict.fromkeys(("loops", "loop", "closures", "equality"), ("constraints",)),
+    **dict.fromkeys(("links", "link", "masses"), ("bodies",)),
+    **dict.fromkeys(("motors", "actuators", "torques"), ("efforts",)),
+    **dict.fromkeys(("sensors", "measurements"), ("outputs",)),
+    **dict.fromkeys(("constants", "params", "variables"), ("parameters",)),
+    **dict.fromkeys(("dampers", "spring_dampers"), ("springs",)),
+    **dict.fromkeys(("markers", "sites"), ("points",)),
+    **dict.fromkeys(("tires", "wheels"), ("tyres",)),
 }
 
 
@@ -35,6 +53,10 @@ def key_meant(name: str, keys: Collection[str], given: object) -> str:
     """Return which key, or keys, are called otherwise elsewhere; empty where none is."""
     if "table" in keys and (name in ("file", "csv", "path", "data", "filename") or is_file(given)):
         return f"table = {{ file = {quoted(given)} }}"
+    if name in ("frequency", "freq", "f") and "period" in keys and isinstance(given, int | float) and given > 0:
+        return f"period = {1.0 / given:.6g}, s"
+    if name in ("mu", "mu_k", "coefficient") and "coulomb" in keys:
+        return "coulomb, a force in N or a torque in N m: no normal force is multiplied by a coefficient"
     if name in ("x", "y", "z") and "position" in keys and isinstance(given, str | int | float):
         entries = ", ".join(quoted(given) if axis == name else "0" for axis in "xyz")
         return f"position = [{entries}]"

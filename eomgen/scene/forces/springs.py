@@ -11,7 +11,6 @@ from eomgen.scene.forces.element import ForceElement, Row, Site
 from eomgen.scene.formula.scope import PARAMETERS, SPRING_FORCE
 from eomgen.scene.reading.key_metadata import Table, key
 from eomgen.scene.reading.kinds import Value
-from eomgen.scene.reading.report import check_reference
 from eomgen.scene.reading.requirements import not_below_zero
 from eomgen.system.description import Line
 from eomgen.text import key_of
@@ -63,7 +62,7 @@ def read_spring(name: str, spring: SpringEntry, site: Site) -> Spring:
     key, values, formula = key_of("springs", name), site.values, site.values.formula
     known = True
     for field, point in (("first", spring.first), ("second", spring.second)):
-        known = check_reference(f"{key}.{field}", point, values.names.points, "point", values.report) and known
+        known = values.point(f"{key}.{field}", point) and known
     if known and spring.first == spring.second:
         values.report.add(f"{key}.second", f"the spring connects the point {spring.first} to itself", "another point")
     fields = ("stiffness", "damping", "length")

@@ -13,7 +13,6 @@ from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS, ROAD
 from eomgen.scene.reading.key_metadata import Table, key, optional
 from eomgen.scene.reading.kinds import Triple, Value
 from eomgen.scene.reading.kinds import Values as ValuesEntry
-from eomgen.scene.reading.report import check_reference
 from eomgen.scene.reading.requirements import above_zero, not_below_zero
 from eomgen.scene.reading.values import Values
 from eomgen.system.description import BASE, WORLD, Wheel
@@ -104,7 +103,7 @@ class Tyre(ForceElement):
 def read_tyre(name: str, entry: TyreEntry, site: Site) -> Tyre:
     """Return a checked tyre; what is wrong with it goes to the report of ``values``."""
     key, values, points, report = key_of("tyres", name), site.values, site.points, site.values.report
-    known = check_reference(f"{key}.center", entry.center, values.names.points, "point", report)
+    known = values.point(f"{key}.center", entry.center)
     if known and entry.center in points and points[entry.center].body in (BASE, WORLD):
         what = f"the point {entry.center} is on the {points[entry.center].body}, where a wheel's force moves nothing"
         report.add(f"{key}.center", what, "a point of the wheel's body")

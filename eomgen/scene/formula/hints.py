@@ -66,6 +66,8 @@ def of_name(name: str, names: Names, scope: Scope, known: Iterable[str]) -> str:
     every = list(known)
     if name.lower() in ("time", "seconds"):
         return "t"
+    if name in ("g", "gravity"):
+        return f'9.81, or a parameter: {name} = {{ value = 9.81, unit = "m/s^2" }}'
     if name in names.points and "position" in scope.kinds:
         return f"position.{name}[0]"
     joined = re.fullmatch(r"([A-Za-z]+)_(\w+)", name)

@@ -95,9 +95,9 @@ class _Reader:
             return self.bare(node)
         if isinstance(node, ast.Attribute | ast.Subscript):
             return self.quantity(node), None
-        raise self.error(
-            node, "this is not a number, a name, an operation or a function", "one expression that gives one number"
-        )
+        comma = re.fullmatch(r"\s*([+-]?\d+),(\d+)\s*([A-Za-z][^,]*)?", self.text.text)
+        hint = f"{comma[1]}.{comma[2]} with a decimal point" if comma else "one expression that gives one number"
+        raise self.error(node, "this is not a number, a name, an operation or a function", hint)
 
     def operation(
         self, node: ast.expr, name: str, parts: list[tuple[Formula, float | None]]

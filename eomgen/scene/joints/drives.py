@@ -113,7 +113,11 @@ def read_drives(key: str, joint: written.Joint, values: Values) -> tuple[Formula
         report.add(place, "a joint that follows another cannot be driven", f"the drive of {joint.mimic.joint}")
     for field in _STARTS:
         if getattr(joint.initial, field) is not None:
-            report.add(f"{key}.initial.{field}", "a driven joint has no initial state of its own", "drive at t = 0")
+            report.add(
+                f"{key}.initial.{field}",
+                "a driven joint has no initial state of its own",
+                "no initial: it starts where its drive is at t = 0",
+            )
     smooth = read_smoothing(key, joint.smooth, "", values)
     places = zip(_places(key, joint.drive), joint.drive, strict=True)
     noted = len(values.notes)

@@ -26,9 +26,16 @@ def plain_angles(value: object) -> TypeGuard[list[float]]:
     return isinstance(value, list | tuple) and len(value) == 3 and all(isinstance(part, int | float) for part in value)
 
 
+def is_matrix(value: object) -> bool:
+    """Tell whether three rows of three numbers stand where rotations are needed."""
+    return isinstance(value, list | tuple) and len(value) == 3 and all(plain_angles(row) for row in value)
+
+
 def _rotations(value: object) -> object:
     if plain_angles(value):
         raise PydanticCustomError("rotations", "angles alone say no axes and no order: a table is needed for each")
+    if is_matrix(value):
+        raise PydanticCustomError("rotations", "this is a matrix, and a list of turns about axes is needed")
     return value
 
 

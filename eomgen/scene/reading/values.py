@@ -17,7 +17,7 @@ from eomgen.scene.formula.tokens import FormulaError
 from eomgen.scene.geometry.rotations import unit_axis
 from eomgen.scene.reading.kinds import Refused
 from eomgen.scene.reading.plain_degrees import plain_degrees
-from eomgen.scene.reading.report import Report
+from eomgen.scene.reading.report import Report, check_reference
 from eomgen.scene.reading.requirements import BOUNDS, Row, bound_of
 from eomgen.scene.reading.rotation_schema import Rotation as WrittenRotation
 from eomgen.scene.reading.rotations import Rotation
@@ -132,6 +132,14 @@ class Values:
         """Tell whether a formula mentions an entry that was left out, whatever its name is made of."""
         refused = known_there(text, self.refused)
         return any(name and re.search(rf"(?<![A-Za-z0-9_]){re.escape(name)}(?![A-Za-z0-9_])", text) for name in refused)
+
+    def point(self, key: str, name: str) -> bool:
+        """Report the name of a point that is not there, or of a body in its place; tell whether it is a point."""
+        if name in self.names.bodies and name not in self.names.points:
+            hint = f'[points.{name}_origin] with body = "{name}", and its name here'
+            self.report.add(key, f"{name} is a body, not a point", hint)
+            return False
+        return check_reference(key, name, self.names.points, "point", self.report)
 
     def vector(self, key: str, value: Sequence[float | str], scope: Scope) -> Vector:
         """Return three formulas."""

@@ -117,11 +117,7 @@ def read_output(name: str, output: written.Output, values: Values) -> Output:
         formulas = tuple(Symbol("reaction", of, REACTION_PARTS[part] + index) for index in range(3))
     else:
         kind, point = given[0], str(getattr(output, given[0]))
-        if point in values.names.bodies and point not in values.names.points:
-            hint = f'[points.{point}_origin] with body = "{point}", and its name here'
-            values.report.add(f"{key}.{kind}", f"{point} is a body, not a point", hint)
-        else:
-            report.check_reference(f"{key}.{kind}", point, values.names.points, "point", values.report)
+        values.point(f"{key}.{kind}", point)
         formulas = tuple(Symbol(kind, point, index) for index in range(3))
     unit = _UNITS.get(given[0], "") if len(given) == 1 else ""
     if output.energy is not None:

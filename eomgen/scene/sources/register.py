@@ -16,6 +16,11 @@ from eomgen.text import nearest, shown
 
 #: The group of entry points under which a distribution gives its sources: objects of the class ``Source``.
 GROUP = "eomgen.sources"
+#: What options are called elsewhere.
+_ELSEWHERE: Mapping[str, str] = {
+    **dict.fromkeys(("fixed_base", "use_fixed_base", "fix_base"), 'root="fixed", or root="free"'),
+    **dict.fromkeys(("free_flyer", "root_joint", "floating_base", "floating"), 'root="free"'),
+}
 BUILT_IN: tuple[Source, ...] = (TOML, URDF)
 
 
@@ -73,7 +78,8 @@ def checked_options(source: Source | None, given: Mapping[str, Any]) -> dict[str
         known = {option.name: (other, option) for other in sources() for option in other.options}
     if unknown := [name for name in given if name not in known]:
         names = ["path", "strict", "coordinates", "task_frames", *known]
-        raise UsageError(Problem("load", f"there is no argument {shown(unknown[0])}", nearest(unknown[0], names)))
+        hint = _ELSEWHERE.get(unknown[0], "") or nearest(unknown[0], names)
+        raise UsageError(Problem("load", f"there is no argument {shown(unknown[0])}", hint))
     own = {option.name: option for option in source.options} if source is not None else {}
     specified = [name for name, value in given.items() if name not in own and _differs(value, known[name][1].default)]
     if specified and source is None:

@@ -127,6 +127,12 @@ _TOML_PLACE = re.compile(r" \(at line (\d+), column (\d+)\)$")
 #: A number with a decimal comma, behind an equals sign.
 _DECIMAL_COMMA = re.compile(r"=\s*([+-]?\d+),(\d+)\s*(?:[,}#]|$)")
 
+#: A number and a unit without quotes.
+_BARE_UNIT = re.compile(
+    r"([A-Za-z0-9_-]{1,64})\s*=\s*([+-]?[0-9.]{1,32}(?:[eE][+-]?[0-9]{1,3})?)"
+    r"\s*([A-Za-z][A-Za-z0-9/^* ]{0,32})\s*(?:[,}#]|$)"
+)
+
 #: The key of a line, and a line whose value is several numbers without brackets around them.
 _KEY = re.compile(r"\s*([A-Za-z0-9_.-]+)\s*=")
 _BARE_LIST = re.compile(
@@ -168,6 +174,10 @@ def _toml_hint(what: str, line: str) -> str:
         return f"a list stands in [ ]: {values[1]} = [{values[2].strip()}]"
     if comma := _DECIMAL_COMMA.search(line):
         return f"{comma[1]}.{comma[2]} with a decimal point"
+    if measured := _BARE_UNIT.search(line):
+        return f'{measured[1]} = "{measured[2]} {measured[3].strip()}": a number with a unit is a text'
+    if re.search(r"=\s*(True|False)\b", line):
+        return "true and false, in small letters"
     return "TOML syntax: key = value, texts in quotes"
 
 

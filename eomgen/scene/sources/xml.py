@@ -176,5 +176,7 @@ def _parsed(text: str, file: str, *, lines_before: int = 0) -> Element:
         parser.Parse(text, True)
     except expat.ExpatError as error:
         what = f"this is not XML: {expat.ErrorString(error.code)} (column {error.offset + 1})"
-        raise refused(error.lineno, what, "") from None
+        unclosed = error.code == expat.errors.codes[expat.errors.XML_ERROR_TAG_MISMATCH]
+        hint = "an end for each element: <link .../>, or <link ...> and </link>" if unclosed else ""
+        raise refused(error.lineno, what, hint) from None
     return roots[0]

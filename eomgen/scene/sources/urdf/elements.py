@@ -273,6 +273,8 @@ class _Reader:
             count = f"{len(default)} numbers are" if len(default) > 1 else "a number is"
             what = f"{attribute}: {count} needed here, not {shown(written)}"
             hint = "numbers alone: the units of URDF are those of SI" if re.search(r"\d\s*[A-Za-z]", written) else ""
+            if "," in written:
+                hint = f"blanks between the numbers: {shown(' '.join(written.replace(',', ' ').split()))[1:-1]}"
             self.report.add_at(element.line, key, what, hint)
             return default
         values = tuple(float(word) for word in words)
