@@ -100,9 +100,13 @@ class ByName(dict[str, T]):
 
         def __getattr__(self, name: str) -> object:
             if name in self:
-                what = f"{self.kind}s are by name, and {name} is none of the attributes"
+                what = f"{_several(self.kind)} are by name, and {name} is none of the attributes"
                 raise UnknownAttribute(Problem("", what, f"[{name!r}] in place of .{name}"))
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+
+
+def _several(kind: str) -> str:
+    return f"{kind[:-1]}ies" if kind.endswith("y") else f"{kind}s"
 
 
 class ReadOnly(ByName[T]):

@@ -180,7 +180,8 @@ def assignments(option: str, texts: Sequence[str]) -> dict[str, float | str]:
             every = " ".join(f"{option} {part.strip()}" for part in text.split(","))
             raise UsageError(Problem(f"{option} {text}", "this option takes one name and one value", every))
         if not equals or not name.strip():
-            raise UsageError(Problem(f"{option} {text}", "a name and a number are needed", f"{option} length=0.5"))
+            example = f"{option} JOINT=0.5" if option == "--initial" else f"{option} length=0.5"
+            raise UsageError(Problem(f"{option} {text}", "a name and a number are needed", example))
         try:
             values[name.strip()] = float(number)
         except ValueError:

@@ -77,11 +77,9 @@ def check_quaternions(name: str, q: Array, factors: Sequence[Factor], tolerance:
             found = float(np.ravel(length[wrong])[0])
             where = f"{name}[..., {factor.q_start}:{factor.q_start + 4}]"
             what = f"the quaternion (w, x, y, z) of this joint has length {found:.9g}, not 1"
-            raise UsageError(
-                Problem(
-                    where, what, "it divided by its length" if found else "neutral(), for the joints' places at zero"
-                )
-            )
+            unit = np.reshape(part, (-1, 4))[int(np.argmax(np.ravel(wrong)))] / (found or 1.0)
+            hint = f"it divided by its length, [{', '.join(f'{number:.9g}' for number in unit)}]"
+            raise UsageError(Problem(where, what, hint if found else "neutral(), for the joints' places at zero"))
 
 
 #: Where things are declared that a model has none of.

@@ -128,6 +128,9 @@ def _put(target: Array, part: slice, name: str, value: Any, units: Sequence[str]
     size = len(target[part])
     if array.shape != (size,) and not (size == 1 and array.ndim == 0):
         hint = f"a list of {size} numbers, from Python or in the scene" if array.ndim == 0 else ""
+        if size == 4 and array.shape == (3,) and name.startswith("initial position"):
+            hint = "a unit quaternion (w, x, y, z), [1, 0, 0, 0] for none; of a rotation by angle about a unit axis n"
+            hint += " [cos(angle / 2), *(sin(angle / 2) * n)]"
         if array.ndim == 2 and array.shape[1] == size:
             hint = f"one row of it: {name.rpartition(' ')[2]}[-1] is the last one"
         raise UsageError(Problem(name, f"the shape is {array.shape}, ({size},) is needed", hint or _numbers(size)))

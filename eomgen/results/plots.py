@@ -128,6 +128,8 @@ def chosen_curves(solution: Recorded, names: Sequence[str], asked_by: str = "plo
                 *dict.fromkeys(curve.output or curve.name for curves in kinds.values() for curve in curves),
             ]
             close = get_close_matches(str(name), known)
+            output = str(name).partition("[")[0]
+            close = [curve.name for curves in kinds.values() for curve in curves if curve.output == output] or close
             what = f"the solution has no curve {shown(name)}"
             raise UsageError(Problem(asked_by, what, " or ".join(close) if close else f"one of {listed(known)}"))
         chosen += found

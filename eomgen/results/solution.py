@@ -318,6 +318,8 @@ class Solution:
         UsageError
             Times outside the solution, or half a turn or more between two rows.
         """
+        if isinstance(t, str):
+            t = number_of("t", t)
         return state_at(self._rows, self.metadata, t, self.model.between if self.model else None)
 
     def outputs_at(self, t: ArrayLike) -> dict[str, Array]:

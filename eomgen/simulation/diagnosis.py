@@ -19,6 +19,7 @@ from eomgen.lie import product
 from eomgen.simulation.angle_range import HINT, REASON, large_angles, large_joint_angles
 from eomgen.simulation.constraint_violation import FAILED, Violation
 from eomgen.simulation.energy_balance import Balance
+from eomgen.simulation.formulas_without_value import OTHER_FORMULA, operations_without_value
 from eomgen.simulation.instability import Growth
 from eomgen.system.description import Description
 from eomgen.system.terms import TERMS
@@ -86,6 +87,8 @@ def _cause(model: CompiledModel, q: Array, values: Mapping[tuple[str, str, int],
         return f", where formulas take {taken}: {REASON}", HINT
     if angles := large_joint_angles(model.q_names, model.q_units, q):
         return f", where {angles}: {REASON}", SMALLER_ANGLES
+    if unknown := operations_without_value(model.description, values):
+        return f", where in a formula {unknown}", OTHER_FORMULA
     return "", ""
 
 

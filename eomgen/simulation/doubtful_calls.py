@@ -9,6 +9,9 @@ from eomgen.compiled.model import CompiledModel
 from eomgen.simulation.time_grid import WHOLE, TimeGrid
 from eomgen.text import listed
 
+#: A step of so many runs is more likely their end.
+_EXCHANGED = 100.0
+
 
 def doubtful_call(model: CompiledModel, grid: TimeGrid, given: Collection[str]) -> list[str]:
     """Return one sentence for each doubt about a run.
@@ -21,7 +24,9 @@ def doubtful_call(model: CompiledModel, grid: TimeGrid, given: Collection[str]) 
     span = grid.end - grid.start
     longest = span * (1.0 + WHOLE)
     if 0.0 < longest < grid.step:
-        notes.append(f"the step, {grid.step:.6g} s, is longer than the run, {span:.6g} s, which is one shorter step")
+        what = f"the step, {grid.step:.6g} s, is longer than the run, {span:.6g} s, which is one shorter step"
+        exchanged = f"; simulate({grid.step:.6g}, {span:.6g}) has the end first, and then the step"
+        notes.append(what + (exchanged if grid.step >= _EXCHANGED * span else ""))
     periods = {
         state.sampling.controller or state.name: state.sampling.period
         for state in description.states

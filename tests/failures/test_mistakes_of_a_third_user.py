@@ -270,6 +270,12 @@ def robot_without_motors() -> eomgen.Model:
     return eomgen.build(scene_of(ROBOT, "r.urdf"), profile="quick")
 
 
+@cache
+def ball() -> eomgen.Model:
+    builder = eomgen.SceneBuilder("ball").body("ball", mass=1.0, inertia=[1, 1, 1])
+    return eomgen.build(builder.joint("h", "spherical", "base", "ball").build(), profile="quick")
+
+
 def closed_arm() -> eomgen.Scene:
     """Return the arm with its tip held at a distance from a point of the base."""
     more = '[points.mount]\nbody = "base"\nposition = [0.5, 0, 0]\n'
@@ -304,6 +310,13 @@ TIMES = np.linspace(0.0, 0.01, 5)
         (lambda: arm().resume("a.ckpt", step=1e-2), "no argument 'step'; try: model.simulate(...), for other steps"),
         (lambda: arm().mass(np.array([0.1 + 1e-20j])), "try: real numbers; partials(...) has derivatives without step"),
         (lambda: arm().mass({"shoulder": 0.1}), "try: a list of numbers, in the order of the model's q_names"),
+        (lambda: arm().simulate(0.01, 1e-3, settings={"max_iter": 50}), "'max_iter'; try: max_iterations"),
+        (lambda: arm().energy([0.1], [0.0]).kinetic, "energies are by name, and kinetic is none of the attributes"),
+        (lambda: solution().plot("tip[3]"), "has no curve 'tip[3]'; try: tip[0] or tip[1] or tip[2]"),
+        (lambda: ball().simulate(0.01, 1e-3, initial={"h": [0.6, 0.0, 0.6, 0.0]}),
+            "has length 0.848528137, not 1; try: it divided by its length, [0.707106781, 0, 0.707106781, 0]"),
+        (lambda: ball().simulate(0.01, 1e-3, initial={"h": [0.1, 0, 0]}),
+            "the shape is (3,), (4,) is needed; try: a unit quaternion (w, x, y, z), [1, 0, 0, 0] for none; of"),
         (lambda: list(solution()), "there is no column 0; try: t, q and v by their names: solution.q[0] is the first"),
         (lambda: solution().save("a.npz", format="csv"), "no argument 'format'; try: save(\"run.csv\"), by the ending"),
         (lambda: solution().animate("a.html", fps=30), "no argument 'fps'; try: animate(path), whose page has its own"),
@@ -341,3 +354,37 @@ def test_rows_that_a_force_outruns_do_not_judge_its_energy(frequency: float, kno
     assert np.isclose(run.q[-1, 0], force * 0.2, rtol=1e-5)
     assert run.success and "out of balance" not in run.message
     assert ("energy_error" in run.stats) is known
+
+
+def test_a_time_within_a_solution_may_have_its_unit() -> None:
+    assert np.array_equal(solution().at("5 ms").q, solution().at(0.005).q)
+
+
+def test_an_end_and_a_step_that_are_exchanged_are_noted() -> None:
+    notes = " ".join(arm().simulate(1e-3, 5.0).metadata["notes"])
+    assert "which is one shorter step; simulate(5, 0.001) has the end first, and then the step" in notes
+    assert "has the end first" not in " ".join(arm().simulate(0.5, 1.0).metadata["notes"])
+
+
+@pytest.mark.parametrize(
+    ("law", "start", "said"),
+    [
+        (
+            "1 / q.x",
+            {"position": 0.0},
+            "where in a formula 1 / 0 has no value at q.x = 0; try: another start, or a formula",
+        ),
+        ("sqrt(q.x)", {"position": 0.1, "velocity": -1.0}, "where in a formula sqrt(-"),
+        ("log(2 * v.x) if t < 1 else 0", {"velocity": 0.0}, "where in a formula log(0) has no value at v.x = 0"),
+        ("(q.x - 1) ** 0.5", {"position": 0.0}, "where in a formula sqrt(-1) has no value at q.x = 0"),
+    ],
+)
+def test_what_has_no_value_in_a_formula_is_named(law: str, start: dict[str, float], said: str) -> None:
+    message = run_of(slider(initial=start).effort("e", "x", law), 1.0, 1e-3)()
+    assert said in message, message
+
+
+def test_a_branch_that_is_not_taken_may_have_no_value() -> None:
+    law = "1 / q.x if q.x > 0.05 else 1e300 * exp(800 - q.x)"
+    message = run_of(slider(initial={"position": 0.0}).effort("e", "x", law), 1.0, 1e-3)()
+    assert "a value became infinite" in message and "has no value" not in message

@@ -55,7 +55,7 @@ def test_a_sampled_loop_that_is_unstable_is_reported() -> None:
 
 def test_negative_damping_is_noted_and_its_growth_reported() -> None:
     scene = slider(stiffness=100, damping=-5, initial={"position": 0.1}).build()
-    note = "joints.x.damping: the damping -5 is negative, and adds energy to every motion"
+    note = "joints.x.damping: the damping -5 is negative, and adds energy to every motion; 5 takes it away"
     assert note in scene.notes
     message = eomgen.build(scene, profile="quick").simulate(10.0, 0.01).message
     assert "the motion grows without end: v.x by a factor of 1.2e+08" in message

@@ -14,11 +14,13 @@ def negative_laws(document: Document) -> list[str]:
     """Return a note on each joint and spring whose damping or stiffness is a number below zero."""
     return [
         *(
-            f"{key}.damping: the damping {value:.6g} is negative, and adds energy to every motion"
+            f"{key}.damping: the damping {value:.6g} is negative, and adds energy to every motion;"
+            f" {-value:.6g} takes it away"
             for key, value in _below_zero(document, "damping")
         ),
         *(
-            f"{key}.stiffness: the stiffness {value:.6g} is negative, and pushes away from where the spring is slack"
+            f"{key}.stiffness: the stiffness {value:.6g} is negative, and pushes away from where the spring is slack;"
+            f" {-value:.6g} pulls back"
             for key, value in _below_zero(document, "stiffness")
         ),
     ]
