@@ -14,6 +14,7 @@ from eomgen.errors import Problem, UsageError
 from eomgen.lie.product import Factor
 from eomgen.text import nearest, shown
 from eomgen.units.labels import in_label
+from eomgen.units.parser import is_quantity
 
 #: How far from one the length of a quaternion may be.
 UNIT_TOLERANCE = 1e-6
@@ -143,14 +144,18 @@ def by_name(
     return result
 
 
-def measured(name: str, value: Any, units: Sequence[str]) -> Any:
+def measured(name: str, value: Any, units: Sequence[str], otherwise: str = "") -> Any:
     """Return what is given for the components of a vector, each text ("30 deg") as the number in its unit.
+
+    ``otherwise`` is what to try in place of a text that is no number, where there is more than numbers.
 
     Raises
     ------
     UsageError
         A text that is not a number with a unit, or of another dimension.
     """
+    if isinstance(value, str) and otherwise and not is_quantity(value):
+        raise UsageError(Problem(name, f"{shown(value)} is neither a number nor a number with a unit", otherwise))
     if isinstance(value, str):
         return in_label(name, value, units[0]) if len(units) == 1 else value
     if isinstance(value, list | tuple) and len(value) == len(units) and any(isinstance(item, str) for item in value):

@@ -55,7 +55,9 @@ def _without_value(formula: Formula, value_of: Callable[[Symbol], float]) -> Ite
                 except ArithmeticError:
                     texts = [f"{number:.6g}" for number in numbers]
                     said = f"{texts[0]} / {texts[1]}" if formula.name == "div" else _SAID[formula.name].format(*texts)
-                    names = dict.fromkeys(_named(part, value_of) for part in _symbols(parts[-1]))
+                    of = parts[-1:] if formula.name == "div" else parts
+                    named = (symbol for part in of for symbol in _symbols(part))
+                    names = dict.fromkeys(_named(symbol, value_of) for symbol in named)
                     yield f"{said} has no value{' at ' if names else ''}{', '.join(list(names)[:3])}"
     except ArithmeticError:  # of something that is not known here
         pass

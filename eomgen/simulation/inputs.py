@@ -13,9 +13,7 @@ from numpy.typing import ArrayLike
 from eomgen.arrays import Array
 from eomgen.compiled.arguments import check_finite, check_name, measured, numbers
 from eomgen.errors import Problem, UsageError
-from eomgen.text import shown
 from eomgen.toolchain.library import Library
-from eomgen.units.parser import is_quantity
 
 Function = Callable[[float], float]
 Signal = ArrayLike | Function
@@ -177,11 +175,8 @@ def read_signals(
         if callable(signal):
             read[name] = signal
             continue
-        if isinstance(signal, str) and not is_quantity(signal):
-            what = f"{shown(signal)} is neither a number nor a number with a unit"
-            hint = f"a function, lambda t: ..., or [inputs] {name} = {{ formula = ... }} in the scene"
-            raise UsageError(Problem(f"input {name}", what, hint))
-        array = numbers(f"input {name}", measured(f"input {name}", signal, [(units or {}).get(name, "")]))
+        law = f"a function, lambda t: ..., or [inputs] {name} = {{ formula = ... }} in the scene"
+        array = numbers(f"input {name}", measured(f"input {name}", signal, [(units or {}).get(name, "")], law))
         check_finite(f"input {name}", array)
         if array.ndim == 0:
             read[name] = float(array)

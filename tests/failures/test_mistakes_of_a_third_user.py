@@ -376,7 +376,7 @@ def test_an_end_and_a_step_that_are_exchanged_are_noted() -> None:
         ),
         ("sqrt(q.x)", {"position": 0.1, "velocity": -1.0}, "where in a formula sqrt(-"),
         ("log(2 * v.x) if t < 1 else 0", {"velocity": 0.0}, "where in a formula log(0) has no value at v.x = 0"),
-        ("(q.x - 1) ** 0.5", {"position": 0.0}, "where in a formula sqrt(-1) has no value at q.x = 0"),
+        ("(q.x - 1) ** 0.5", {"position": 0.0}, "where in a formula (-1) ** (0.5) has no value at q.x = 0"),
     ],
 )
 def test_what_has_no_value_in_a_formula_is_named(law: str, start: dict[str, float], said: str) -> None:
