@@ -188,7 +188,7 @@ def test_needs_are_checked_before_any_code_exists():
         multipliers, holonomic = ("row",), 1
 
     with pytest.raises(
-        ModelError, match=r"runge_kutta needs a system without constraints: .*try: generalized_alpha, which"
+        ModelError, match=r"runge_kutta needs a system without constraints: .*try: rk4_partitioned, which"
     ):
         method_data(RKMK, Constrained())
     calls = "constraint_bias, constraint_size, equations, iteration, jacobian_values"

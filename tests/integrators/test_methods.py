@@ -89,7 +89,9 @@ def facts(**changes):
 def test_needs_are_named_with_an_alternative(method):
     check_needs(method, facts(internal_states=True))
     if method is RUNGE_KUTTA_MUNTHE_KAAS_4:
-        with pytest.raises(ModelError, match=r"needs a system without constraints: .*try: generalized_alpha"):
+        with pytest.raises(
+            ModelError, match=r"needs a system without constraints: .*try: rk4_partitioned, which eliminates"
+        ):
             check_needs(method, facts(constraints=True))
     else:
         check_needs(method, facts(constraints=True))

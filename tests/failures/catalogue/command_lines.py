@@ -121,15 +121,17 @@ FAILURES = [
     Failure(
         "A method that cannot bear constraints",
         4,
-        "model error: rk4 cannot run on this scene: runge_kutta needs a system without constraints: it steps ordinary "
-        "differential equations and would ignore the constraint equations; try: generalized_alpha",
+        "model error: rk4 cannot run on this scene: it needs a system without constraints: it steps ordinary "
+        "differential equations and would ignore the constraint equations; try: rk4_partitioned, which eliminates "
+        "constraints, generalized_alpha, which keeps them, or a tree of joints",
         command="simulate scene.toml --out out --method rk4 --coordinates absolute",
     ),
     Failure(
         "A Taylor series of constrained motion",
         4,
-        "model error: taylor cannot run on this scene: taylor needs a system without constraints: it expands ordinary "
-        "differential equations and would ignore the constraint equations; try: generalized_alpha",
+        "model error: taylor cannot run on this scene: it needs a system without constraints: it expands ordinary "
+        "differential equations and would ignore the constraint equations; try: generalized_alpha, which keeps "
+        "constraints, rk4_partitioned, which eliminates them, or a tree of joints",
         command="simulate scene.toml --out out --method taylor --coordinates absolute",
     ),
     Failure(
