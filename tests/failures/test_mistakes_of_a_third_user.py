@@ -293,7 +293,8 @@ TIMES = np.linspace(0.0, 0.01, 5)
 @pytest.mark.parametrize(
     ("call", "piece"),
     [
-        (lambda: robot_without_motors().forward_dynamics([0.1], [0.0], u=[1.0, 2.0]), "u: 2 numbers cannot be inputs:"),
+        (lambda: robot_without_motors().forward_dynamics([0.1], [0.0], u=[1.0, 2.0]),
+            "u: 2 numbers cannot be inputs: the scene has none; try: [inputs] in the scene, named by an effort"),
         (lambda: free_robot().mass(np.zeros(free_robot().nq)), "has length 0, not 1; try: neutral(), for the joints'"),
         (lambda: arm().simulate(0.01, initial=arm().equilibrium(u={"motor": 0.0})), "not Equilibrium; try: its .initi"),
         (lambda: arm().simulate(0.01, initial=solution()), 'not Solution; try: its last row: initial={"q": solution.q'),
