@@ -1,0 +1,99 @@
+"""Steps of one factorization at the extremes: 18 decades of h omega, exact balances of energy, stiff driven motions."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import eomgen
+from tests.integrators.test_rosenbrock import slopes
+from tests.models.cache import shared_cache
+
+__all__ = ["shared_cache"]
+
+Array = NDArray[np.float64]
+METHODS = ("rosenbrock", "lsrt2", "corrected_predictor")
+
+
+@cache
+def oscillator() -> eomgen.Model:
+    builder = eomgen.SceneBuilder("oscillator", gravity=[0, 0, 0])
+    builder.parameter("k", 1.0, tunable=True).parameter("c", 0.0, tunable=True).body("mass", 1.0)
+    builder.joint("rail", "prismatic", "base", "mass", axis=[1, 0, 0], stiffness="k", damping="c")
+    return eomgen.build(builder.build(), profile="quick")
+
+
+@pytest.mark.parametrize("damping", [0.0, 1.0, 1e3, 1e6])
+@pytest.mark.parametrize("method", METHODS)
+def test_no_step_size_lets_an_oscillator_grow(method: str, damping: float) -> None:
+    """Spectral radii of the compiled step, in the coordinates of the energy: h omega from 1e-6 to 1e12."""
+    made = oscillator()
+    for omega in 10.0 ** np.arange(-6.0, 13.0, 2.0):
+        parameters = {"k": omega**2, "c": 2.0 * damping * omega}
+        step = np.empty((2, 2))
+        for column in (0, 1):
+            start = {"q": [(1.0 - column) / omega], "v": [float(column)]}
+            run = made.simulate(1.0, 1.0, method=method, parameters=parameters, initial=start, error_estimate=False)
+            assert np.isfinite(run.q).all() and np.isfinite(run.v).all()
+            step[:, column] = omega * run.q[-1, 0], run.v[-1, 0]
+        # A triangular matrix up to rounding has eigenvalues that are off by its root.
+        bar = 1e-12 if method == "rosenbrock" else 1e-7
+        assert np.abs(np.linalg.eigvals(step)).max() <= 1.0 + bar, omega
+
+
+SIZE = 8
+
+
+@cache
+def machine() -> tuple[eomgen.Model, Array, Array]:
+    """Return slides on slides with springs and dampers between all of them, and K and C; stiffnesses of 8 decades."""
+    rng = np.random.default_rng(3)
+    basis, _ = np.linalg.qr(rng.normal(size=(SIZE, SIZE)))
+    K = basis @ np.diag(np.geomspace(1e-8, 1.0, SIZE)) @ basis.T
+    some = rng.normal(size=(SIZE, SIZE - 2))
+    C = 0.1 * some @ some.T / SIZE
+    builder, last = eomgen.SceneBuilder("machine", gravity=[0, 0, 0]), "base"
+    for k in range(SIZE):
+        axis = rng.normal(size=3)
+        start = {"position": float(rng.normal()), "velocity": float(rng.normal())}
+        builder.body(f"m{k}", float(rng.uniform(0.5, 2.0)))
+        builder.joint(f"x{k}", "prismatic", last, f"m{k}", axis=list(axis / np.linalg.norm(axis)), initial=start)
+        terms = [f"({float(-K[k, j])!r}) * q.x{j} + ({float(-C[k, j])!r}) * v.x{j}" for j in range(SIZE)]
+        builder.effort(f"f{k}", f"x{k}", " + ".join(terms))
+        last = f"m{k}"
+    return eomgen.build(builder.build(), profile="quick"), K, C
+
+
+@pytest.mark.parametrize(("h_omega", "bar"), [(1e-3, 1e-14), (1.0, 1e-10), (1e3, 1e-9), (1e6, 1e-6)])
+def test_the_balance_of_energy_of_a_linear_step_is_exact(h_omega: float, bar: float) -> None:
+    """E' - E = -h w^T C w with the mean velocity w, for damping that is not proportional; E never grows."""
+    made, K, C = machine()
+    M = np.asarray(made.mass(made.initial_q))
+    fastest = float(np.sqrt(np.max(np.linalg.eigvals(np.linalg.solve(M, K)).real)))
+    step = h_omega / fastest
+    run = made.simulate(200 * step, step, method="rosenbrock", error_estimate=False)
+    energy = 0.5 * (np.einsum("ti,ij,tj->t", run.v, M, run.v) + np.einsum("ti,ij,tj->t", run.q, K, run.q))
+    mean = 0.5 * (run.v[1:] + run.v[:-1])
+    lost = step * np.einsum("ti,ij,tj->t", mean, C, mean)
+    assert np.max(np.abs(np.diff(energy) + lost) / energy[:-1]) <= bar
+    assert np.all(np.diff(energy) <= bar * energy[:-1])
+
+
+@pytest.mark.parametrize(("damping", "bar"), [(0.0, 1e-11), (1.0, 1e-8)])
+def test_a_stiff_driven_motion_is_met_in_positions_and_to_order_2_in_velocities(damping: float, bar: float) -> None:
+    """q'' + 2 zeta omega q' + omega^2 q with the force of q = sin t, omega = 1e6."""
+    c, rail = 2e6 * damping, {"axis": [1, 0, 0], "stiffness": 1e12, "initial": {"velocity": 1.0}}
+    scene = (
+        eomgen.SceneBuilder("forced", gravity=[0, 0, 0]).body("mass", 1.0)
+        .joint("rail", "prismatic", "base", "mass", damping=c, **rail)
+        .effort("known", "rail", f"(1e12 - 1) * sin(t) + {c!r} * cos(t)").build()
+    )  # fmt: skip  # a chain of calls
+    made, errors = eomgen.build(scene, profile="quick"), []
+    for count in (20, 40, 80):
+        end = made.simulate(2.0, 2.0 / count, method="rosenbrock", error_estimate=False)
+        errors.append(float(np.abs(end.v[:, 0] - np.cos(end.t)).max()))
+        assert np.abs(end.q[:, 0] - np.sin(end.t)).max() < bar
+    assert slopes(errors) == pytest.approx(2.0, abs=0.1)
