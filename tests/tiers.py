@@ -424,7 +424,9 @@ SLOW: dict[str, tuple[str, ...]] = {
     "integrators/test_taylor.py::test_pendulum_against_elliptic_functions": (),
     "integrators/test_taylor.py::test_pulses_a_fifth_of_a_row_wide": ("0.02-0.8-1e-12",),
     "integrators/test_taylor.py::test_steps_end_at_known_corners": ("jump",),
-    "integrators/test_rosenbrock_extremes.py::test_a_stiff_driven_motion_is_met_in_positions_and_to_order_2_in_velocities": ("0.0-1e-11",),
+    "integrators/test_rosenbrock_extremes.py::test_a_stiff_driven_motion_is_met_in_positions_and_to_order_2_in_velocities": (
+        "0.0-1e-11",
+    ),
     "integrators/test_rosenbrock_extremes.py::test_no_step_size_lets_an_oscillator_grow": ("rosenbrock-0.0",),
     "integrators/test_unfollowed_growth.py::test_any_number_of_growing_modes_is_noticed_from_the_pole_on": (
         "rates2-rosenbrock",
