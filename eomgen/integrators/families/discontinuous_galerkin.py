@@ -61,7 +61,7 @@ from eomgen.integrators.families.galerkin_operators import (
     stability_series,
 )
 from eomgen.integrators.families.needs import UNCONSTRAINED_ROSENBROCK
-from eomgen.integrators.families.rosenbrock import products
+from eomgen.integrators.families.rosenbrock import products, remainders
 
 if TYPE_CHECKING:
     from eomgen.system.system import System
@@ -148,7 +148,8 @@ class DiscontinuousGalerkin(Family):
         return "tdg1, which damps what its steps cannot follow most"
 
     def state(self, sizes: Sizes) -> tuple[Field, ...]:
-        return (Field("unit", "1/root of M_ii at the start, in which pivots are compared", sizes.v + sizes.z),)
+        unit = Field("unit", "1/root of M_ii at the start, in which pivots are compared", sizes.v + sizes.z)
+        return (unit, *remainders(sizes))
 
     def bounds(self, sizes: Sizes) -> tuple[Bound, ...]:
         return (Bound("step", "finite"), Bound("step", ">", 0.0))
