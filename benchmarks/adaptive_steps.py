@@ -31,8 +31,8 @@ from benchmarks.chains import INERTIA, LENGTH, MASS
 from benchmarks.measure import figure, machine, pin_to_core, table
 from benchmarks.multibody_peers import missing
 from eomgen.integrators.methods import method_named
-from eomgen.simulation.settings import stepper_library, stepper_settings
-from eomgen.simulation.stepper import Stepper
+from eomgen.simulation.stepping.settings import stepper_library, stepper_settings
+from eomgen.simulation.stepping.stepper import Stepper
 
 Array = NDArray[np.float64]
 Found = tuple[Array, Array, int]

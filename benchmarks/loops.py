@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from eomgen.integrators.stepper_layout import default_settings
 from eomgen.model import Model
-from eomgen.simulation.stepper import Stepper
+from eomgen.simulation.stepping.stepper import Stepper
 
 Array = NDArray[np.float64]
 

@@ -31,8 +31,8 @@ from benchmarks.measure import figure, machine, pin_to_core, table
 from eomgen.integrators.methods import method_named
 from eomgen.model import Model
 from eomgen.pipeline.pipeline import derive
-from eomgen.simulation.settings import stepper_settings
-from eomgen.simulation.stepper import Stepper
+from eomgen.simulation.stepping.settings import stepper_settings
+from eomgen.simulation.stepping.stepper import Stepper
 
 Array = NDArray[np.float64]
 TARGETS = (1e-6, 1e-9, 1e-12)

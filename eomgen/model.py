@@ -54,7 +54,7 @@ class Model(CompiledModel):
         What is not given is the scene's; the method is the one that the model was built with. A numerical failure and
         Ctrl-C end the run with the last good state: the Solution then has ``success`` False and a message; nothing is
         raised. So it has where the motion has grown because the method is unstable at this step: see
-        ``simulation.instability``.
+        ``simulation.judgement.instability``.
 
         Parameters
         ----------

@@ -235,6 +235,15 @@ ORDER: dict[str, tuple[str, ...]] = {
         "events methods samples stepper_layout",
         "stepper_data",
     ),
+    "simulation": (
+        "stepping",
+        "accuracy judgement",
+        "automatic_method checkpoint motions option_types run_metadata simulator_state timing",
+        "run_model",
+        "outcome recorded_motion",
+        "resume simulate simulator",
+        "start",
+    ),
     "studies.tuning": (
         "contender demand nearby_conditions scene_text",
         "judge",
@@ -309,12 +318,12 @@ LATE: dict[str, dict[str, str]] = {
     "scene.sources.urdf.source": {"scene.sources.urdf.conversion": "most scenes are no URDF"},
     "studies.ladders.result": {"studies.ladders.plots": "matplotlib; a map is used without it"},
     "studies.work_precision.result": {"studies.work_precision.plots": "matplotlib; a study is used without it"},
-    "simulation.settings": {
+    "simulation.stepping.settings": {
         "formula.jumps": "it evaluates on the tape; most scenes prescribe no motion",
         "formula.steepness": "likewise",
         "formula.undefined_laws": "likewise",
     },
-    "simulation.run": {"analysis.equilibrium": "SciPy; most runs do not start from equilibrium"},
+    "simulation.stepping.run": {"analysis.equilibrium": "SciPy; most runs do not start from equilibrium"},
     "simulation.run_model": {"analysis.linearize": "SciPy; only linear models about motions need it"},
     "system.system": {"symbolic.reading": "SymPy; only for reading a term"},
 }

@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 from eomgen.arrays import Array
 from eomgen.errors import FileError, ModelError, Problem, UsageError
 from eomgen.files import read_arrays, write_arrays
-from eomgen.simulation.inputs import kind_of
-from eomgen.simulation.run import Run
-from eomgen.simulation.settings import count_of
-from eomgen.simulation.stepper import Stepper
+from eomgen.simulation.stepping.inputs import kind_of
+from eomgen.simulation.stepping.run import Run
+from eomgen.simulation.stepping.settings import count_of
+from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.toolchain.library import Library
 from eomgen.version import __version__
 

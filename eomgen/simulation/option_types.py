@@ -8,8 +8,8 @@ from typing import Any, TypedDict
 
 from eomgen.compiled.terms import Parameters
 from eomgen.progress import Progress
-from eomgen.simulation.controllers import Controller
-from eomgen.simulation.inputs import Signal
+from eomgen.simulation.stepping.controllers import Controller
+from eomgen.simulation.stepping.inputs import Signal
 
 #: What others call options of runs, and their names here.
 KNOWN_ELSEWHERE: Mapping[str, str] = {

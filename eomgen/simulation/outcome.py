@@ -21,32 +21,24 @@ from eomgen.compiled.initial_state import InitialState
 from eomgen.integrators.events import STOPPED
 from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.solution import Solution
+from eomgen.simulation.accuracy.error_estimation import ErrorEstimation, no_estimate
 from eomgen.simulation.checkpoint import CheckpointWriter
-from eomgen.simulation.constraint_violation import Violation, largest_violation
-from eomgen.simulation.diagnosis import failure
-from eomgen.simulation.doubtful_calls import doubtful_call
-from eomgen.simulation.end_message import message_of
-from eomgen.simulation.energy_balance import APART, FAILED, REPORTED, Balance, energy_balance
-from eomgen.simulation.error_estimation import ErrorEstimation, no_estimate
-from eomgen.simulation.events import acting, parameters_over, table_of
-from eomgen.simulation.fast_laws import fast_laws
-from eomgen.simulation.fast_motions import unresolved_motion
-from eomgen.simulation.impact_starts import impacts_at_start
-from eomgen.simulation.instability import at_rest, unstable_growth
-from eomgen.simulation.momentum import momentum_drift
-from eomgen.simulation.motion_between_rows import untold_between_rows
-from eomgen.simulation.run import Run
-from eomgen.simulation.run_metadata import run_metadata
-from eomgen.simulation.run_model import run_model
-from eomgen.simulation.settings import followed_laws
-from eomgen.simulation.singular_positions import nearest_singular, not_followed, passages, way_through
-from eomgen.simulation.spring_lengths import passed_springs
-from eomgen.simulation.states import Prescribed, States, evaluated, prescribed, states_of
-from eomgen.simulation.step_parts import step_parts
-from eomgen.simulation.stepper import Stepper, Trajectory
-from eomgen.simulation.unbounded_growth import unbounded_growth
-from eomgen.simulation.unit_quaternions import largest_stretch
-from eomgen.simulation.warnings import (
+from eomgen.simulation.judgement.constraint_violation import Violation, largest_violation
+from eomgen.simulation.judgement.diagnosis import failure
+from eomgen.simulation.judgement.doubtful_calls import doubtful_call
+from eomgen.simulation.judgement.end_message import message_of
+from eomgen.simulation.judgement.energy_balance import APART, FAILED, REPORTED, Balance, energy_balance
+from eomgen.simulation.judgement.fast_laws import fast_laws
+from eomgen.simulation.judgement.fast_motions import unresolved_motion
+from eomgen.simulation.judgement.impact_starts import impacts_at_start
+from eomgen.simulation.judgement.instability import at_rest, unstable_growth
+from eomgen.simulation.judgement.momentum import momentum_drift
+from eomgen.simulation.judgement.motion_between_rows import untold_between_rows
+from eomgen.simulation.judgement.singular_positions import nearest_singular, not_followed, passages, way_through
+from eomgen.simulation.judgement.spring_lengths import passed_springs
+from eomgen.simulation.judgement.unbounded_growth import unbounded_growth
+from eomgen.simulation.judgement.unit_quaternions import largest_stretch
+from eomgen.simulation.judgement.warnings import (
     LARGE_ERROR,
     run_warnings,
     starts_beyond_limits,
@@ -54,6 +46,15 @@ from eomgen.simulation.warnings import (
     unresolved_damping,
     unresolved_states,
 )
+from eomgen.simulation.run_metadata import run_metadata
+from eomgen.simulation.run_model import run_model
+from eomgen.simulation.stepping.chunks import Trajectory
+from eomgen.simulation.stepping.events import acting, parameters_over, table_of
+from eomgen.simulation.stepping.run import Run
+from eomgen.simulation.stepping.settings import followed_laws
+from eomgen.simulation.stepping.states import Prescribed, States, evaluated, prescribed, states_of
+from eomgen.simulation.stepping.step_parts import step_parts
+from eomgen.simulation.stepping.stepper import Stepper
 
 #: What to try where a run passes over events.
 _SHORTER = "try: a step smaller than {step:.3g} s, in each of which events are looked for"

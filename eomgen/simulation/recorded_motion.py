@@ -13,9 +13,9 @@ from eomgen.arrays import Array
 from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.solution import Solution
 from eomgen.simulation.motions import Motions
-from eomgen.simulation.run import Run
 from eomgen.simulation.run_metadata import run_metadata
 from eomgen.simulation.run_model import RunModel
+from eomgen.simulation.stepping.run import Run
 
 
 @dataclass(frozen=True)

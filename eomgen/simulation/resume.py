@@ -18,14 +18,15 @@ from eomgen.errors import Problem, UsageError
 from eomgen.integrators.methods import method_named
 from eomgen.progress import Progress, shown
 from eomgen.results.solution import Solution
+from eomgen.simulation.accuracy.error_estimation import ErrorEstimation
 from eomgen.simulation.checkpoint import Checkpoint, checkpoint_writer
-from eomgen.simulation.controllers import Controller, Controllers, read_controllers
-from eomgen.simulation.error_estimation import ErrorEstimation
-from eomgen.simulation.inputs import Signal
 from eomgen.simulation.outcome import Outcome
-from eomgen.simulation.run import stored_run
-from eomgen.simulation.settings import check_memory, check_span, stepper_library
-from eomgen.simulation.stepper import Stepper, run_chunks
+from eomgen.simulation.stepping.chunks import run_chunks
+from eomgen.simulation.stepping.controllers import Controller, Controllers, read_controllers
+from eomgen.simulation.stepping.inputs import Signal
+from eomgen.simulation.stepping.run import stored_run
+from eomgen.simulation.stepping.settings import check_memory, check_span, stepper_library
+from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.system.selection import Selection
 from eomgen.toolchain.library import Library
 

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.simulation.inputs import kind_of
-from eomgen.simulation.run import Run
+from eomgen.simulation.stepping.inputs import kind_of
+from eomgen.simulation.stepping.run import Run
 
 
 def run_metadata(run: Run) -> dict[str, Any]:

@@ -21,12 +21,12 @@ from eomgen.results.dense_output import Between
 from eomgen.results.events import Events
 from eomgen.results.scenery import PosesAndScenery, poses_and_scenery
 from eomgen.results.solution import Solution
-from eomgen.simulation.events import parameters_over
-from eomgen.simulation.inputs import InputSignals, Signal
 from eomgen.simulation.motions import RecordedMotions
-from eomgen.simulation.run import Run, stored_run
-from eomgen.simulation.settings import stepper_library
-from eomgen.simulation.taylor_output import between_of
+from eomgen.simulation.stepping.events import parameters_over
+from eomgen.simulation.stepping.inputs import InputSignals, Signal
+from eomgen.simulation.stepping.run import Run, stored_run
+from eomgen.simulation.stepping.settings import stepper_library
+from eomgen.simulation.stepping.taylor_output import between_of
 from eomgen.toolchain.library import Library
 
 if TYPE_CHECKING:

@@ -21,25 +21,26 @@ from eomgen.errors import Problem, UsageError
 from eomgen.integrators.families.family import BAD_ARGUMENT
 from eomgen.progress import Progress, shown
 from eomgen.results.solution import Solution
+from eomgen.simulation.accuracy.error_estimation import ErrorEstimation
 from eomgen.simulation.automatic_method import method_of
 from eomgen.simulation.checkpoint import CheckpointWriter, checkpoint_writer
-from eomgen.simulation.controllers import Controller, read_controllers
-from eomgen.simulation.error_estimation import ErrorEstimation
-from eomgen.simulation.inputs import HeldRows, InputSignals, Signal, check_held, read_signals
+from eomgen.simulation.judgement.warnings import overridden_starts
 from eomgen.simulation.motions import refuse_as_inputs
 from eomgen.simulation.option_types import KNOWN_ELSEWHERE
 from eomgen.simulation.outcome import Beginning, Outcome
-from eomgen.simulation.run import (
+from eomgen.simulation.stepping.chunks import Trajectory, run_chunks
+from eomgen.simulation.stepping.controllers import Controller, read_controllers
+from eomgen.simulation.stepping.inputs import HeldRows, InputSignals, Signal, check_held, read_signals
+from eomgen.simulation.stepping.run import (
     Run,
     scene_inputs,
     start_description,
     start_of,
     starts_at_equilibrium,
 )
-from eomgen.simulation.settings import check_memory, chosen_stepper, count_of, positive
-from eomgen.simulation.stepper import Stepper, Trajectory, run_chunks
-from eomgen.simulation.time_grid import time_grid
-from eomgen.simulation.warnings import overridden_starts
+from eomgen.simulation.stepping.settings import check_memory, chosen_stepper, count_of, positive
+from eomgen.simulation.stepping.stepper import Stepper
+from eomgen.simulation.stepping.time_grid import time_grid
 
 _LOG = logging.getLogger(__name__)
 

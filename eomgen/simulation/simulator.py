@@ -21,17 +21,17 @@ from eomgen.integrators.events import AT_EVENTS, STOPPED
 from eomgen.integrators.families.family import BAD_ARGUMENT
 from eomgen.integrators.stepper_layout import INPUT_NOT_FINITE
 from eomgen.results.solution import Solution
-from eomgen.simulation.compiled_steps import CompiledSteps, between
-from eomgen.simulation.events import ending
-from eomgen.simulation.failed_step import failed_step
-from eomgen.simulation.inputs import CheckedSignal, Signal, check_held, read_signals
+from eomgen.simulation.judgement.failed_step import failed_step
 from eomgen.simulation.motions import Motions, Target, read_target, refuse_as_inputs
 from eomgen.simulation.recorded_motion import RecordedRow, recorded_solution
-from eomgen.simulation.run import Run, scene_inputs, start_of
-from eomgen.simulation.settings import check_span, count_of
 from eomgen.simulation.simulator_state import SimulatorState
-from eomgen.simulation.stepper import Stepper
-from eomgen.simulation.time_grid import TimeGrid, time_grid
+from eomgen.simulation.stepping.compiled_steps import CompiledSteps, between
+from eomgen.simulation.stepping.events import ending
+from eomgen.simulation.stepping.inputs import CheckedSignal, Signal, check_held, read_signals
+from eomgen.simulation.stepping.run import Run, scene_inputs, start_of
+from eomgen.simulation.stepping.settings import check_span, count_of
+from eomgen.simulation.stepping.stepper import Stepper
+from eomgen.simulation.stepping.time_grid import TimeGrid, time_grid
 from eomgen.system.events import mode_parameter
 from eomgen.toolchain.library import Library
 

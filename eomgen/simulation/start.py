@@ -14,14 +14,14 @@ from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
 from eomgen.simulation.automatic_method import method_of
-from eomgen.simulation.controllers import Controller, read_controllers
-from eomgen.simulation.inputs import InputSignals, Signal, check_held, read_signals
 from eomgen.simulation.motions import Motions, Target, refuse_as_inputs
 from eomgen.simulation.option_types import KNOWN_ELSEWHERE
-from eomgen.simulation.run import Run, scene_inputs, start_of, starts_at_equilibrium
-from eomgen.simulation.settings import chosen_stepper, positive
 from eomgen.simulation.simulator import Simulator
-from eomgen.simulation.time_grid import FINEST, TimeGrid
+from eomgen.simulation.stepping.controllers import Controller, read_controllers
+from eomgen.simulation.stepping.inputs import InputSignals, Signal, check_held, read_signals
+from eomgen.simulation.stepping.run import Run, scene_inputs, start_of, starts_at_equilibrium
+from eomgen.simulation.stepping.settings import chosen_stepper, positive
+from eomgen.simulation.stepping.time_grid import FINEST, TimeGrid
 
 
 @checked_call(

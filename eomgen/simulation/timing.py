@@ -18,10 +18,10 @@ from eomgen.errors import NumericalError, Problem
 from eomgen.files import write_text
 from eomgen.integrators.methods import Method, method_named
 from eomgen.results.solution import Solution
-from eomgen.simulation.inputs import InputSignals, Signal, jumps_known, read_signals
-from eomgen.simulation.run import scene_inputs
-from eomgen.simulation.settings import stepper_library
-from eomgen.simulation.stepper import Stepper
+from eomgen.simulation.stepping.inputs import InputSignals, Signal, jumps_known, read_signals
+from eomgen.simulation.stepping.run import scene_inputs
+from eomgen.simulation.stepping.settings import stepper_library
+from eomgen.simulation.stepping.stepper import Stepper
 
 #: The part of steps that a late one is later than, and how many steps it takes to tell.
 PART, COUNT = 0.9999, 20_000

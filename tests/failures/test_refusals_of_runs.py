@@ -21,7 +21,7 @@ from eomgen.integrators.methods import method_named
 from eomgen.integrators.stepper_layout import default_settings
 from eomgen.lie.product import Factor
 from eomgen.scene.load import from_data
-from eomgen.simulation.stepper import Stepper
+from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.simulation.timing import Repeated
 from tests.failures.refusals import ROOT, Refusal, refusals_in, refusals_of, runs, texts_of_tests, unread
 from tests.models.scenes import absolute

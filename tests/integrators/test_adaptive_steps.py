@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 import eomgen
 from eomgen.integrators.methods import method_named
 from eomgen.lie import product
-from eomgen.simulation.settings import stepper_library, stepper_settings
-from eomgen.simulation.stepper import Stepper
+from eomgen.simulation.stepping.settings import stepper_library, stepper_settings
+from eomgen.simulation.stepping.stepper import Stepper
 from tests.codegen.test_stand_alone import compiled, run
 from tests.integrators import similar_scenes
 from tests.integrators.test_taylor import SCENES as TREES

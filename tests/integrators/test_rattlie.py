@@ -12,8 +12,8 @@ import pytest
 
 import eomgen
 from eomgen.errors import EomgenError
-from eomgen.simulation.settings import chosen_method, stepper_settings
-from eomgen.simulation.stepper import Stepper
+from eomgen.simulation.stepping.settings import chosen_method, stepper_settings
+from eomgen.simulation.stepping.stepper import Stepper
 from tests.codegen.test_stand_alone import compiled, run
 from tests.integrators import rattlie_oracle as oracle
 from tests.integrators.constrained_models import heavy_top, rolling_disc, shaking_base, top_solution, two_links

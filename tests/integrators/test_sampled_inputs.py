@@ -14,8 +14,8 @@ import eomgen
 from eomgen.integrators.methods import method_named
 from eomgen.integrators.stepper_layout import default_settings
 from eomgen.model import Model
-from eomgen.simulation.settings import stepper_library
-from eomgen.simulation.stepper import Stepper
+from eomgen.simulation.stepping.settings import stepper_library
+from eomgen.simulation.stepping.stepper import Stepper
 from tests.codegen.test_stand_alone import compiled, run
 from tests.models.cache import shared_cache
 

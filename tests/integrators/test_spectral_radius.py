@@ -17,8 +17,8 @@ import eomgen
 from eomgen.integrators.families.register import BUILT_IN
 from eomgen.integrators.methods import method_named
 from eomgen.model import Model
-from eomgen.simulation.settings import chosen_method, stepper_settings
-from eomgen.simulation.stepper import Stepper
+from eomgen.simulation.stepping.settings import chosen_method, stepper_settings
+from eomgen.simulation.stepping.stepper import Stepper
 
 Array = NDArray[np.float64]
 PHASES = (1e-6, 1e-4, 1e-2, 0.1, 0.5, 1.0, 2.0, 3.0, 10.0, 1e2, 1e4, 1e6, 1e8, 1e10, 1e12)

@@ -18,8 +18,8 @@ from eomgen.integrators.stepper_layout import row_layout
 from eomgen.model import Model
 from eomgen.scene.document.schema import Document
 from eomgen.scene.reading.key_metadata import ANY_UNIT, Inner, Table, Units, fields_of
-from eomgen.simulation.settings import chosen_method, stepper_settings
-from eomgen.simulation.stepper import Stepper
+from eomgen.simulation.stepping.settings import chosen_method, stepper_settings
+from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.units.conversion import measure
 from eomgen.units.parser import read_unit
 

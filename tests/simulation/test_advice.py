@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.simulation.energy_balance import Balance, energy_balance
-from eomgen.simulation.warnings import run_warnings
+from eomgen.simulation.judgement.energy_balance import Balance, energy_balance
+from eomgen.simulation.judgement.warnings import run_warnings
 from tests.models.scenes import pendulum
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -14,7 +14,7 @@ import pytest
 
 import eomgen
 from eomgen.compiled.functions import Functions
-from eomgen.simulation.stepper import Stepper
+from eomgen.simulation.stepping.stepper import Stepper
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 #: Attributes of a solution that are evaluated when they are asked for.

@@ -16,8 +16,8 @@ from scipy.integrate import solve_ivp
 
 import eomgen
 from eomgen.arrays import Array
-from eomgen.simulation.richardson import observed_order
-from eomgen.simulation.unit_quaternions import largest_stretch
+from eomgen.simulation.accuracy.richardson import observed_order
+from eomgen.simulation.judgement.unit_quaternions import largest_stretch
 from tests.models.scenes import absolute, breaking, flyer, pendulum
 
 #: An estimate is good within this factor of the true error.

@@ -7,8 +7,8 @@ import re
 import pytest
 
 import eomgen
-from eomgen.simulation import momentum
-from eomgen.simulation.momentum import momentum_drift
+from eomgen.simulation.judgement import momentum
+from eomgen.simulation.judgement.momentum import momentum_drift
 from tests.models.scenes import flyer, pendulum
 
 

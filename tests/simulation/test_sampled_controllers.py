@@ -17,8 +17,8 @@ import pytest
 import eomgen
 from eomgen.integrators.stepper_layout import default_settings
 from eomgen.results.solution import Solution
-from eomgen.simulation.failed_controller import failed_controller
-from eomgen.simulation.stepper import Stepper
+from eomgen.simulation.judgement.failed_controller import failed_controller
+from eomgen.simulation.stepping.stepper import Stepper
 from tests.codegen.test_stand_alone import compiled, run
 from tests.simulation.test_sampled_states import CART, ENCODER
 
@@ -256,8 +256,8 @@ def test_a_scene_without_such_controllers_takes_no_functions() -> None:
 
 
 def test_a_slow_function_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("eomgen.simulation.controllers._SLOW", 0.0)
-    monkeypatch.setattr("eomgen.simulation.controllers._SLOW_SHARE", 0.0)
+    monkeypatch.setattr("eomgen.simulation.stepping.controllers._SLOW", 0.0)
+    monkeypatch.setattr("eomgen.simulation.stepping.controllers._SLOW_SHARE", 0.0)
     found = called().simulate(0.1, 0.01, method="rk4", controllers={"servo": Law()})
     assert "of the time went into the functions of controllers: 10 calls of" in found.message
 

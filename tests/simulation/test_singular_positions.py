@@ -8,7 +8,13 @@ from scipy.integrate import solve_ivp
 
 import eomgen
 from eomgen.integrators.methods import method_named
-from eomgen.simulation.singular_positions import NEARLY, nearest_singular, singular_ahead, way_past, way_through
+from eomgen.simulation.judgement.singular_positions import (
+    NEARLY,
+    nearest_singular,
+    singular_ahead,
+    way_past,
+    way_through,
+)
 from tests.oracles.placed_loops import four_bar, windows
 
 SINGULAR = ", where branches of configurations cross"

@@ -13,7 +13,7 @@ import pytest
 import eomgen
 from eomgen.errors import UsageError
 from eomgen.model import Model
-from eomgen.simulation.time_grid import time_grid
+from eomgen.simulation.stepping.time_grid import time_grid
 
 
 @cache

@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 
 from eomgen.arrays import Array
 from eomgen.errors import UsageError
-from eomgen.simulation.run import Run
-from eomgen.simulation.stepper import WINDOW, Stepper, Trajectory
+from eomgen.simulation.stepping.chunks import WINDOW, Trajectory
+from eomgen.simulation.stepping.run import Run
+from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.toolchain.library import Library
 
 Components = NDArray[np.intp]

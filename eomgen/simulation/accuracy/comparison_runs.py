@@ -12,10 +12,11 @@ from eomgen.errors import UsageError
 from eomgen.integrators.events import STOPPED
 from eomgen.progress import Progress
 from eomgen.results.events import Events
-from eomgen.simulation.events import parameters_over, table_of
-from eomgen.simulation.run import Run
-from eomgen.simulation.stepper import Stepper, run_chunks
-from eomgen.simulation.time_grid import time_grid
+from eomgen.simulation.stepping.chunks import run_chunks
+from eomgen.simulation.stepping.events import parameters_over, table_of
+from eomgen.simulation.stepping.run import Run
+from eomgen.simulation.stepping.stepper import Stepper
+from eomgen.simulation.stepping.time_grid import time_grid
 from eomgen.toolchain.library import Library
 
 #: Rows that are compared at most, the last one aside.

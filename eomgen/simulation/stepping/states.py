@@ -9,7 +9,7 @@ import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.compiled.model import CompiledModel
-from eomgen.simulation.inputs import InputSignals
+from eomgen.simulation.stepping.inputs import InputSignals
 
 #: Rows in one call.
 _BATCH = 8192

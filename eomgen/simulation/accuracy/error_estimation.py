@@ -19,8 +19,8 @@ from eomgen.errors import UsageError
 from eomgen.progress import Progress
 from eomgen.results.error_estimate import NOTICED, ErrorEstimate
 from eomgen.results.events import Events
-from eomgen.simulation.comparison_runs import counted
-from eomgen.simulation.motion_comparisons import (
+from eomgen.simulation.accuracy.comparison_runs import counted
+from eomgen.simulation.accuracy.motion_comparisons import (
     INTERRUPTED,
     Apart,
     ComparedMotion,
@@ -28,10 +28,17 @@ from eomgen.simulation.motion_comparisons import (
     NoEstimateError,
     planned_steps,
 )
-from eomgen.simulation.motion_size import shares
-from eomgen.simulation.richardson import Pair, estimate, gain_by, gain_of_longer, gain_of_shorter, rounding_floor
-from eomgen.simulation.run import Run
-from eomgen.simulation.stepper import Trajectory
+from eomgen.simulation.accuracy.motion_size import shares
+from eomgen.simulation.accuracy.richardson import (
+    Pair,
+    estimate,
+    gain_by,
+    gain_of_longer,
+    gain_of_shorter,
+    rounding_floor,
+)
+from eomgen.simulation.stepping.chunks import Trajectory
+from eomgen.simulation.stepping.run import Run
 from eomgen.toolchain.library import Library
 
 #: Part of the motion by which runs at h and 2h may differ before a run at half the step is made as well.

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from eomgen.simulation.run import Run
-from eomgen.simulation.states import States
+from eomgen.simulation.stepping.run import Run
+from eomgen.simulation.stepping.states import States
 
 #: Factors of growth from quarter to quarter, and from the first to the last one, from which on it is reported.
 _EACH, _OVERALL = 10.0, 1e6

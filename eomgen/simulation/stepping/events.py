@@ -12,12 +12,13 @@ from eomgen.compiled.model import CompiledModel
 from eomgen.integrators.events import ACCUMULATED, AT_EVENTS, NO_VALUE, STOPPED
 from eomgen.lie import product
 from eomgen.results.events import Events
-from eomgen.simulation.event_log import entry_type
-from eomgen.simulation.stepper import Stepper, Trajectory
+from eomgen.simulation.stepping.chunks import Trajectory
+from eomgen.simulation.stepping.event_log import entry_type
+from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.system.events import mode_parameter
 
 if TYPE_CHECKING:
-    from eomgen.simulation.run import Run
+    from eomgen.simulation.stepping.run import Run
 
 #: Places within a step at which formulas are looked at.
 _LOOKS = 65

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from eomgen.arrays import Array
 from eomgen.progress import Progress
 from eomgen.results.events import Events
-from eomgen.simulation.comparison_runs import SAME_TIME, comparison_run, counted, span_of
-from eomgen.simulation.events import acting
-from eomgen.simulation.motion_size import Kinds, MotionSize, differences, motion_size
-from eomgen.simulation.run import Run
-from eomgen.simulation.step_parts import step_parts
+from eomgen.simulation.accuracy.comparison_runs import SAME_TIME, comparison_run, counted, span_of
+from eomgen.simulation.accuracy.motion_size import Kinds, MotionSize, differences, motion_size
+from eomgen.simulation.stepping.events import acting
+from eomgen.simulation.stepping.run import Run
+from eomgen.simulation.stepping.step_parts import step_parts
 from eomgen.toolchain.library import Library
 
 INTERRUPTED = "the runs that it is made from were interrupted"

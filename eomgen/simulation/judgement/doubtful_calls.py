@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from eomgen.compiled.model import CompiledModel
-from eomgen.simulation.time_grid import WHOLE, TimeGrid
+from eomgen.simulation.stepping.time_grid import WHOLE, TimeGrid
 from eomgen.text import listed
 
 #: A step of so many runs is more likely their end.

@@ -16,11 +16,11 @@ from eomgen.arrays import Array
 from eomgen.errors import NumericalError
 from eomgen.results.dense_output import Index, Rows
 from eomgen.results.events import Events
-from eomgen.simulation.controllers import Controllers, called_by
-from eomgen.simulation.events import parameters_over
-from eomgen.simulation.inputs import InputSignals
-from eomgen.simulation.run import Run
-from eomgen.simulation.stepper import Stepper
+from eomgen.simulation.stepping.controllers import Controllers, called_by
+from eomgen.simulation.stepping.events import parameters_over
+from eomgen.simulation.stepping.inputs import InputSignals
+from eomgen.simulation.stepping.run import Run
+from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.toolchain.library import Library
 
 

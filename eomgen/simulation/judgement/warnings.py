@@ -12,8 +12,8 @@ from eomgen.arrays import Array
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula
 from eomgen.results.error_estimate import NOTICED, ErrorEstimate
-from eomgen.simulation.constraint_violation import Violation
-from eomgen.simulation.energy_balance import REPORTED, Balance
+from eomgen.simulation.judgement.constraint_violation import Violation
+from eomgen.simulation.judgement.energy_balance import REPORTED, Balance
 
 if TYPE_CHECKING:
     from eomgen.compiled.initial_state import InitialState

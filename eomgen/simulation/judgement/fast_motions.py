@@ -17,8 +17,8 @@ import numpy as np
 from eomgen.arrays import Array
 from eomgen.errors import EomgenError
 from eomgen.lie import product
-from eomgen.simulation.events import parameters_over, parameters_with
-from eomgen.simulation.run import Run
+from eomgen.simulation.stepping.events import parameters_over, parameters_with
+from eomgen.simulation.stepping.run import Run
 
 if TYPE_CHECKING:
     from eomgen.results.events import Events

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from eomgen.arrays import Array
 from eomgen.errors import UsageError
-from eomgen.simulation.run import Run
-from eomgen.simulation.states import States
+from eomgen.simulation.stepping.run import Run
+from eomgen.simulation.stepping.states import States
 
 #: Steps at most that are looked into.
 _MOST = 200

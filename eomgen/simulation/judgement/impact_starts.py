@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from eomgen.compiled.initial_state import InitialState
-from eomgen.simulation.run import Run
+from eomgen.simulation.stepping.run import Run
 
 #: Part of 1, or of the rate within a step, below which a function is on its root, or does not leave it.
 _ON = 1e-12

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from eomgen.integrators.samples import CONTROLLER_ADVICE, CONTROLLER_FAILED
-from eomgen.simulation.stepper import Stepper
+from eomgen.simulation.stepping.stepper import Stepper
 
 
 class Failure(NamedTuple):

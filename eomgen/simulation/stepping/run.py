@@ -14,9 +14,9 @@ from eomgen.compiled.initial_state import InitialState, initial_state
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.methods import Method
 from eomgen.integrators.stepper_layout import default_settings
-from eomgen.simulation.controllers import Controllers
-from eomgen.simulation.inputs import HeldRows, InputSignals, Signal, jumps_known, read_signals
-from eomgen.simulation.time_grid import TimeGrid, time_grid
+from eomgen.simulation.stepping.controllers import Controllers
+from eomgen.simulation.stepping.inputs import HeldRows, InputSignals, Signal, jumps_known, read_signals
+from eomgen.simulation.stepping.time_grid import TimeGrid, time_grid
 from eomgen.toolchain.library import Library
 
 if TYPE_CHECKING:

@@ -17,9 +17,9 @@ from eomgen.compiled.model import CompiledModel
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.integrators.methods import Method, canonical_name, method_named, method_parameters, terms_of
 from eomgen.integrators.stepper_layout import checked_setting, default_settings
-from eomgen.simulation.angle_range import check_angles
-from eomgen.simulation.inputs import CheckedSignal, check_reach, jumps_known
-from eomgen.simulation.time_grid import TimeGrid, check_jumps
+from eomgen.simulation.stepping.angle_range import check_angles
+from eomgen.simulation.stepping.inputs import CheckedSignal, check_reach, jumps_known
+from eomgen.simulation.stepping.time_grid import TimeGrid, check_jumps
 from eomgen.system.terms import TERMS
 from eomgen.toolchain.library import Library
 

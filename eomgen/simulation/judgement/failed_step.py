@@ -6,10 +6,10 @@ from eomgen.analysis.definiteness import inertia_warning
 from eomgen.arrays import Array
 from eomgen.errors import Problem
 from eomgen.integrators.samples import CONTROLLER_FAILED
-from eomgen.simulation.diagnosis import advice, fast_joint, first_non_finite
-from eomgen.simulation.failed_controller import failed_controller
-from eomgen.simulation.run import Run
-from eomgen.simulation.stepper import Stepper
+from eomgen.simulation.judgement.diagnosis import advice, fast_joint, first_non_finite
+from eomgen.simulation.judgement.failed_controller import failed_controller
+from eomgen.simulation.stepping.run import Run
+from eomgen.simulation.stepping.stepper import Stepper
 
 
 def failed_step(run: Run, stepper: Stepper, state: tuple[float, Array, Array, Array, Array], status: int) -> Problem:

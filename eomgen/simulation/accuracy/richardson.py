@@ -16,9 +16,9 @@ import numpy as np
 from eomgen.arrays import Array
 from eomgen.calls import ByName
 from eomgen.results.error_estimate import OWN, ErrorEstimate, Largest
-from eomgen.simulation.comparison_runs import SAME_TIME
-from eomgen.simulation.motion_comparisons import Apart, Comparisons
-from eomgen.simulation.motion_size import Kinds, shares
+from eomgen.simulation.accuracy.comparison_runs import SAME_TIME
+from eomgen.simulation.accuracy.motion_comparisons import Apart, Comparisons
+from eomgen.simulation.accuracy.motion_size import Kinds, shares
 
 #: Differences above this part of the motion are too large to follow powers of the step.
 _SATURATED = 0.1

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from eomgen.arrays import Array
-from eomgen.simulation.stepper import Stepper
+from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.toolchain.library import Library
 
 #: Steps in one call of compiled code, which hears no Ctrl-C.

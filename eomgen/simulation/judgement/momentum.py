@@ -20,7 +20,7 @@ from eomgen.system.description import BASE
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
-    from eomgen.simulation.inputs import InputSignals
+    from eomgen.simulation.stepping.inputs import InputSignals
 
 #: Drift, as a part of the momenta of the bodies, from which on it is reported.
 REPORTED = 0.05

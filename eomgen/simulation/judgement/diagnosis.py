@@ -16,17 +16,17 @@ from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Symbol
 from eomgen.integrators.methods import Method
 from eomgen.lie import product
-from eomgen.simulation.angle_range import HINT, REASON, large_angles, large_joint_angles
-from eomgen.simulation.constraint_violation import FAILED, Violation
-from eomgen.simulation.energy_balance import Balance
-from eomgen.simulation.formulas_without_value import OTHER_FORMULA, operations_without_value
-from eomgen.simulation.instability import Growth
+from eomgen.simulation.judgement.constraint_violation import FAILED, Violation
+from eomgen.simulation.judgement.energy_balance import Balance
+from eomgen.simulation.judgement.formulas_without_value import OTHER_FORMULA, operations_without_value
+from eomgen.simulation.judgement.instability import Growth
+from eomgen.simulation.stepping.angle_range import HINT, REASON, large_angles, large_joint_angles
 from eomgen.system.description import Description
 from eomgen.system.terms import TERMS
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
-    from eomgen.simulation.inputs import InputSignals
+    from eomgen.simulation.stepping.inputs import InputSignals
 
 #: Largest turn of a joint within a step that steppers count, rad.
 COUNTED = 0.9 * 2.0 * np.pi

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from eomgen.arrays import Array
-from eomgen.simulation.constraint_violation import REPORTED, Violation
+from eomgen.simulation.judgement.constraint_violation import REPORTED, Violation
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel

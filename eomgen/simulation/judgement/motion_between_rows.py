@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from eomgen.lie.product import Factor
-from eomgen.simulation.states import States
+from eomgen.simulation.stepping.states import States
 
 #: Share of the way between rows that velocities at the rows do not tell, in the middle of all intervals.
 _UNTOLD = 0.5

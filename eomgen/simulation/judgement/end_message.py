@@ -11,15 +11,16 @@ from eomgen.compiled.model import CompiledModel
 from eomgen.integrators.events import ACCUMULATED, NO_VALUE, STATUSES, STOPPED
 from eomgen.integrators.samples import CONTROLLER_FAILED
 from eomgen.results.events import Events
-from eomgen.simulation.diagnosis import SMALLER_ANGLES, advice, fast_joint, first_non_finite, instability
-from eomgen.simulation.events import ending, parameters_with, without_value
-from eomgen.simulation.failed_controller import failed_controller
-from eomgen.simulation.instability import own_growth, unstable_growth
-from eomgen.simulation.run import Run
-from eomgen.simulation.singular_positions import singular_ahead, way_past
-from eomgen.simulation.states import states_of
-from eomgen.simulation.stepper import Stepper, Trajectory
-from eomgen.simulation.unbounded_growth import unbounded_growth
+from eomgen.simulation.judgement.diagnosis import SMALLER_ANGLES, advice, fast_joint, first_non_finite, instability
+from eomgen.simulation.judgement.failed_controller import failed_controller
+from eomgen.simulation.judgement.instability import own_growth, unstable_growth
+from eomgen.simulation.judgement.singular_positions import singular_ahead, way_past
+from eomgen.simulation.judgement.unbounded_growth import unbounded_growth
+from eomgen.simulation.stepping.chunks import Trajectory
+from eomgen.simulation.stepping.events import ending, parameters_with, without_value
+from eomgen.simulation.stepping.run import Run
+from eomgen.simulation.stepping.states import states_of
+from eomgen.simulation.stepping.stepper import Stepper
 
 
 def message_of(run: Run, stepper: Stepper, trajectory: Trajectory, events: Events | None) -> str:

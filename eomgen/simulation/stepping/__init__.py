@@ -1,0 +1,18 @@
+"""A run as data, and what takes its steps: settings, inputs, events, the compiled stepper and its loop."""
+
+#: Open to the other parts of ``simulation``.
+WITHIN = [
+    "angle_range",
+    "chunks",
+    "compiled_steps",
+    "controllers",
+    "events",
+    "inputs",
+    "run",
+    "settings",
+    "states",
+    "step_parts",
+    "stepper",
+    "taylor_output",
+    "time_grid",
+]

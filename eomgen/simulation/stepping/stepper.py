@@ -1,0 +1,213 @@
+"""The stepper of a compiled library, with its memory: settings, state and workspace."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.arrays import Array
+from eomgen.integrators.stepper_layout import STEPPER_SIZES, row_layout, state_layout, statistics_kinds
+from eomgen.simulation.stepping.controllers import Controllers
+from eomgen.simulation.stepping.event_log import Log, entry_type
+from eomgen.toolchain.library import Library
+
+
+class StepperPlan:
+    """What all steppers of a library have in common, read from its layout once.
+
+    Attributes
+    ----------
+    sizes : by the names of ``STEPPER_SIZES``
+    places, row_places : slices of the quantities of the flat state and of rows
+    counted : C types of the statistics
+    entry : of the log of events; None without events
+    input_times : times of the rows of inputs of a step, in steps
+    pace : s, what a step took at last; infinite before the first one
+    paced_step, paced_by : of that run, the size of its steps, and its settings as bytes: a tolerance may change the
+        cost of rows much
+    """
+
+    def __init__(self, library: Library) -> None:
+        method: Mapping[str, Any] = library.layout["method"]
+        self.sizes = {name: int(library.lib.eomgen_stepper_size(k)) for k, name in enumerate(STEPPER_SIZES)}
+        self.places, self.row_places, self.counted = state_layout(method), row_layout(method), statistics_kinds(method)
+        self.entry = entry_type(library.layout, library.real) if "events" in method else None
+        self.input_times = np.array(method.get("input_times", [0.0, 1.0]))
+        self.input_times.setflags(write=False)
+        self.nz = int(library.layout["sizes"]["z"])
+        self.pace, self.paced_step, self.paced_by = math.inf, 1.0, b""
+
+
+def plan_of(library: Library) -> StepperPlan:
+    """Return the plan of a library's steppers, made when it is first asked for."""
+    if "stepper" not in library.kept:
+        library.kept["stepper"] = StepperPlan(library)
+    plan: StepperPlan = library.kept["stepper"]
+    return plan
+
+
+class Stepper:
+    """The stepper of a library with its memory: settings, state and workspace.
+
+    Parameters
+    ----------
+    library : Library
+        Built with a method.
+    settings : mapping from name to number
+        In the order of ``integrators.stepper_layout.default_settings``.
+    parameters : (np,) array
+    controllers : Controllers, optional
+        The caller's functions, which samples call.
+    """
+
+    def __init__(
+        self,
+        library: Library,
+        settings: Mapping[str, float],
+        parameters: Array,
+        controllers: Controllers | None = None,
+    ) -> None:
+        ffi, self._lib = library.ffi, library.lib
+        self._ffi = ffi
+        self.library, self.layout = library, library.layout
+        self.plan = plan = plan_of(library)
+        self.sizes, self.places, self.row_places = plan.sizes, plan.places, plan.row_places
+        self.input_times, self._entry = plan.input_times, plan.entry
+        self.controllers = None if controllers is None else controllers.on(library)
+        self.settings = _with_address(list(settings.values()), self.controllers.address if self.controllers else 0)
+        self.step_size = float(settings["step"])
+        self.parameters = np.zeros(len(parameters) + 1)
+        self.parameters[:-1] = parameters
+        self.state = np.zeros(self.sizes["state"])
+        self.workspace = _on_cache_lines(self.sizes["workspace"])
+        memory = self.parameters, self.settings, self.state, self.workspace
+        self._memory = [ffi.from_buffer(library.types[0], part) for part in memory]
+        self._recorded = ffi.new("long *", 0)
+
+    def close(self) -> None:
+        """Give the workspace back; state and statistics stay readable, and no further step can be taken."""
+        self.workspace, self._memory = np.empty(0), []
+
+    @property
+    def modes(self) -> Array | None:
+        """Values of the modes; None before the first step, and where there are none."""
+        known = "mode" in self.places and self.state[self.places["event_known"]][0]
+        return self.state[self.places["mode"]].copy() if known else None
+
+    @property
+    def found(self) -> Log:
+        """The events of the last call of ``run``."""
+        if self._entry is None:
+            return np.empty(0)
+        memory = self.workspace.view(np.uint8)
+        start = self.sizes["found_count"]
+        count = int(memory[start : start + np.dtype("l").itemsize].view("l")[0])
+        start = self.sizes["found"]
+        return memory[start : start + count * self._entry.itemsize].view(self._entry).copy()
+
+    @property
+    def t(self) -> float:
+        return float(self.state[self.places["t"]][0])
+
+    @property
+    def row(self) -> Array:
+        """The current state as a row of the record: t, q, v, vdot, and multipliers and internal states where there are
+        any."""
+        u, table = self.inputs, None
+        if u is not None and not math.isnan(sum(u.tolist())):
+            table = np.empty((self.sizes["rows_per_step"] + 1, len(u)))
+            table[:] = u
+        return self.row_with(table)
+
+    def row_with(self, table: Array | None) -> Array:
+        """Return the row of the current state, at whose time the inputs are the first of ``table``."""
+        record = np.empty((1, self.sizes["row"]))
+        _, rows = self.run(0, 1, table, record)
+        return record[0] if rows else np.concatenate([self.state[self.places[name]] for name in self.row_places])
+
+    @property
+    def inputs(self) -> Array | None:
+        """Inputs (nu,) with which the accelerations of the state were evaluated; None where the stepper does not
+        say."""
+        return self.state[self.places["u"]].copy() if "u" in self.places else None
+
+    @property
+    def statistics(self) -> dict[str, int | float]:
+        """What the stepper counted since it was initialized."""
+        state, places = self.state.tolist(), self.places
+        values = ((name, kind, state[places[name].start]) for name, kind in self.plan.counted.items())
+        return {name: int(value) if kind == "long" else value for name, kind, value in values}
+
+    @property
+    def count(self) -> int:
+        """Steps done since the state was initialized."""
+        return int(self.state[self.places["count"]][0])
+
+    @property
+    def origin(self) -> float:
+        """Time of the initialized state: step k ends at origin + k step."""
+        return float(self.state[self.places["origin"]][0])
+
+    @property
+    def memory(self) -> tuple[Array, NDArray[np.uint8]]:
+        """Copies of the state and of the workspace, all that later steps depend on besides settings and parameters."""
+        return self.state.copy(), self.workspace.view(np.uint8).copy()
+
+    def restore(self, state: Array, workspace: NDArray[np.uint8]) -> None:
+        """Put back what ``memory`` gave."""
+        self.state[:] = state
+        self.workspace.view(np.uint8)[:] = workspace
+
+    def initialize(self, t: float, q: Array, v: Array, u_table: Array | None, z: Array | None = None) -> int:
+        """Start at t, q, v, z; ``u_table`` as in ``run`` for one step. Returns a status, 0 when all is well."""
+        self.state[:] = 0.0
+        for name, value in (("t", t), ("q", q), ("v", v), *((("z", z),) if self.plan.nz else ())):
+            self.state[self.places[name]] = value
+        p, settings, state, workspace = self._memory
+        return int(self._lib.eomgen_initialize(p, settings, self._pointer(u_table), state, workspace))
+
+    def run(self, steps: int, record_every: int, u_table: Array | None, record: Array | None) -> tuple[int, int]:
+        """Take up to ``steps`` steps and fill rows of ``record``, if any; 0: only write the state's row.
+
+        Returns status and rows.
+        """
+        table, rows, recorded = self._pointer(u_table), self._pointer(record), self._recorded
+        status = self._lib.eomgen_run(*self._memory, steps, record_every, table, rows, recorded)
+        if status and self.controllers is not None:
+            self.controllers.raise_failure()
+        return int(status), int(recorded[0])
+
+    def status_text(self, status: int) -> str:
+        return str(self._ffi.string(self._lib.eomgen_status_text(status)).decode())
+
+    def times_of(self, first: int, steps: int, start: float) -> Array:
+        """Return the times of the rows of an input table for ``steps`` steps from step number ``first``."""
+        within = self.input_times[1:]
+        grid = np.arange(first, first + steps)[:, np.newaxis] + within
+        times: Array = start + self.step_size * np.concatenate([[float(first)], grid.ravel()])
+        return times
+
+    def _pointer(self, array: Array | None) -> Any:
+        if array is None:
+            return self._ffi.NULL
+        return self._ffi.from_buffer(self.library.types[0], array)
+
+
+def _with_address(numbers: Sequence[float], address: int) -> Array:
+    """Return numbers behind which an address lies in memory, where compiled code reads it."""
+    room = np.zeros(len(numbers) + 1)
+    room[:-1] = numbers
+    room[-1:].view(np.uint64)[0] = address
+    return room[:-1]
+
+
+def _on_cache_lines(size: int) -> Array:
+    """Return zeros that begin at the start of a cache line, so that no vector of the workspace's first member crosses
+    one."""
+    room = np.zeros(size + 8)
+    first = -room.__array_interface__["data"][0] % 64 // room.itemsize
+    return room[first : first + size]
