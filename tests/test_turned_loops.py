@@ -230,7 +230,7 @@ def test_all_rows_may_follow_from_the_joints() -> None:
 
 # -- the example, turned -----------------------------------------------------------------------------------------------
 
-METHODS = ("generalized_alpha", "generalized_alpha_index3", "rk4_partitioned")
+METHODS = ("generalized_alpha", "generalized_alpha_index3", "rk4_partitioned", "rattlie")
 FAR = (1e4, -1e4, 5e3)
 
 

@@ -284,6 +284,7 @@ def pinned() -> eomgen.Model:
         (ALPHA, (200, 400), 2.0, 0.1),
         ("generalized_alpha_index3", (200, 400), 2.0, 0.1),
         ("rk4_partitioned", (100, 200), 4.0, 0.2),
+        ("rattlie", (200, 400), 2.0, 0.1),
     ],
 )
 def test_orders_with_constraints(

@@ -24,12 +24,13 @@ METHODS = (
     "hht",
     "hht_index3",
     "rk4_partitioned",
+    "rattlie",
 )
 
 
 def motion(method: str, place: float) -> Motion:
     parameters = {"rho_inf": 0.9} if method.startswith("hht") else {}
-    settings = {} if method == "rk4_partitioned" else {"max_halvings": 0.0}
+    settings = {} if method in ("rk4_partitioned", "rattlie") else {"max_halvings": 0.0}
     return similar("four_bar").motion(
         UnitsOf(), method, STEPS["four_bar"], STEPS_OF_RUN, others={"place": place}, settings=settings, **parameters
     )

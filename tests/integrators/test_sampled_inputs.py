@@ -263,7 +263,7 @@ def test_a_loop_keeps_the_order_of_its_method_under_a_sampled_torque(method: str
     assert np.log2(errors[0] / errors[2]) / 2.0 == pytest.approx(order, abs=0.25), errors
 
 
-@pytest.mark.parametrize("method", [name for name in TREE_METHODS if name != "rattlie"])  # it takes no states
+@pytest.mark.parametrize("method", TREE_METHODS)
 def test_inputs_may_jump_beside_forces_that_jump(method: str, rng: np.random.Generator) -> None:
     model, step = model_of("jumps"), 2e-3
     samples = rng.normal(size=(30, 2)) * [20.0, 2.0]

@@ -51,6 +51,7 @@ CASES = [
     (absolute, {"method": "generalized_alpha"}),
     (absolute, {"method": "generalized_alpha_index3"}),
     (absolute, {"method": "rk4_partitioned"}),
+    (absolute, {"method": "rattlie"}),
 ]
 
 

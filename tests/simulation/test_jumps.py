@@ -159,7 +159,7 @@ def test_inputs_that_are_given_too() -> None:
     assert np.max(np.abs(solution.q[:, 0] - free(solution.t))) < 1e-3
 
 
-@pytest.mark.parametrize("method", ["generalized_alpha", "generalized_alpha_index3", "rk4_partitioned"])
+@pytest.mark.parametrize("method", ["generalized_alpha", "generalized_alpha_index3", "rk4_partitioned", "rattlie"])
 def test_constraints_and_multipliers_across_a_jump(method: str) -> None:
     made = builder("absolute").input("push", points=[[0, 0], [LATE, 3]], interpolation="steps")
     made.force("push", "mass", force=["push", 0, "2 * push"])

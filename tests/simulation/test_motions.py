@@ -20,7 +20,7 @@ import eomgen
 
 START = {"x": {"position": 0.2, "velocity": 0.3}, "swing": {"position": 0.3, "velocity": 0.0}}
 LAW = "0.2 + 0.1 * sin(3 * t)"
-METHODS = ("generalized_alpha", "generalized_alpha_index3", "rk4_partitioned")
+METHODS = ("generalized_alpha", "generalized_alpha_index3", "rk4_partitioned", "rattlie")
 
 
 def sine(t: float) -> tuple[float, float, float]:

@@ -77,6 +77,7 @@ METHODS = (
     "lsrt2",
     "corrected_predictor",
     "tdg2",
+    "rattlie",
 )
 
 

@@ -57,6 +57,7 @@ FREE = (
     "lsrt2",
     "corrected_predictor",
     "tdg2",
+    "rattlie",
 )
 HELD_BY_CONSTRAINTS = (
     "generalized_alpha",
@@ -64,6 +65,7 @@ HELD_BY_CONSTRAINTS = (
     "generalized_alpha_f1",
     "generalized_alpha_index3_f2",
     "rk4_partitioned",
+    "rattlie",
 )
 CASES = [*((name, "joint") for name in FREE), *((name, "absolute") for name in HELD_BY_CONSTRAINTS)]
 OF_SERIES = ("taylor", "hermite")

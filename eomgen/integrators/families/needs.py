@@ -57,13 +57,6 @@ POSITIONS_ALONE = Need(
     " no positions to hold",
     "generalized_alpha, which keeps them",
 )
-WITHOUT_STATES = Need(
-    "internal_states",
-    False,
-    "its step follows from a Lagrangian of positions, which says nothing of equations of first order, samples or"
-    " delays",
-    "generalized_alpha, which steps them with the motion",
-)
 
 
 def constrained(otherwise: str) -> Need:

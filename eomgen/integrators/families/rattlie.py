@@ -39,7 +39,7 @@ from eomgen.integrators.families.family import (
     velocities,
 )
 from eomgen.integrators.families.generalized_alpha import indices_in_q
-from eomgen.integrators.families.needs import POSITIONS_ALONE, WITHOUT_STATES
+from eomgen.integrators.families.needs import POSITIONS_ALONE
 
 if TYPE_CHECKING:
     from eomgen.integrators.newton.sample_matrices import Samples
@@ -59,7 +59,7 @@ class Rattlie(Family):
 
     order = 2
     source = "Hante and Arnold 2021; Hante, Tumiotto and Arnold 2022"
-    needs = (POSITIONS_ALONE, WITHOUT_STATES)
+    needs = (POSITIONS_ALONE,)
     family = "rattlie"
     dense_output: ClassVar[DenseOutput] = "hermite_3"
     implicit = True
@@ -76,7 +76,7 @@ class Rattlie(Family):
     def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:
         if constrained:
             return ("mass", "momenta", "residual", *KINEMATIC, "jacobian_values", "iteration")
-        return ("momenta", "residual", "partials")
+        return ("momenta", "residual", "iteration" if internal else "partials")
 
     def calls(self, system: System) -> set[str]:
         matrix = "iteration" if "iteration" in system.functions else "partials"
@@ -155,7 +155,8 @@ class Rattlie(Family):
         nv, nl = velocities(system.factors), len(system.multipliers)
         owners = system.inner_owners
         unknowns = Unknowns(nv, nl, system.holonomic, False, len(owners))
-        known = _without_stiffness(samples if samples is not None else samples_of(system))
+        known = samples if samples is not None else samples_of(system)
+        state_pattern, known = known.packing.nonzeros["Fz"], _of_momenta(known)
         weights = (1.0, 0.5 * step, 0.0, 1.0, 1.0, 1.0, 1.0)
         solver = make_solver(unknowns, system.factors, known, weights, step, owners)
         data = solver_data(solver, system.factors, plain=True)
@@ -163,6 +164,7 @@ class Rattlie(Family):
             "unknowns": unknowns.data,
             "solver": data,
             "rights": unknowns.matrix_size,
+            "state_pattern": [list(index) for index in state_pattern],
             "angular": [int(turns) for turns in system.angular] or [0] * nv,
             "places": indices_in_q(system.factors, nv),
             "hooks": {"row": "multipliers_of_row"} if nl else {},
@@ -170,13 +172,17 @@ class Rattlie(Family):
         }
 
 
-def _without_stiffness(samples: Samples) -> Samples:
-    """Return samples with B at both ends of a step, and without K: forces are those of the ends, and what momenta
-    change with positions is O(step^2)."""
+#: What the matrix of a step leaves out: forces and internal states are those of an end, what momenta change with
+#: positions is O(step^2), and rates of constraints are no equations of it.
+_LEFT_OUT = ("K", "Z", "Rz", "Fq", "Fv", "Fz", "Fx")
+
+
+def _of_momenta(samples: Samples) -> Samples:
+    """Return samples with B at both ends of a step, and without what its matrix leaves out."""
     from eomgen.integrators.newton.matrix import with_end_jacobian  # noqa: PLC0415
 
     packing = with_end_jacobian(samples.packing)
     start, count = samples.packing.blocks.get("B", (0, 0))
     numbers = np.hstack([samples.numbers, samples.numbers[:, start : start + count]])
-    nonzeros = {**packing.nonzeros, "K": {}, "Z": {}}
+    nonzeros = {**packing.nonzeros, **{name: {} for name in _LEFT_OUT}}
     return replace(samples, packing=replace(packing, nonzeros=nonzeros), numbers=numbers)
