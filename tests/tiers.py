@@ -382,6 +382,7 @@ SLOW: dict[str, tuple[str, ...]] = {
     "integrators/test_rattlie.py::test_invariants_of_the_top_over_10_s": (),
     "integrators/test_rattlie.py::test_its_c_stands_alone_and_gives_the_same_rows": (),
     "integrators/test_rattlie.py::test_jumps_of_multipliers_are_of_order_1": (),
+    "integrators/test_rattlie.py::test_light_spins_on_heavy_chains_are_solved_by_differences": (),
     "integrators/test_rattlie.py::test_order_across_a_known_jump": (),
     "integrators/test_rattlie.py::test_order_at_steps_that_vary": (),
     "integrators/test_rattlie.py::test_order_on_a_long_chain": (),

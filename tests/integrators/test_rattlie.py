@@ -420,3 +420,34 @@ def test_an_iteration_that_is_not_let_converge_is_said() -> None:
     end = four_bar().simulate(0.1, 1e-2, method="rattlie", settings={"max_iterations": 1}, error_estimate=False)
     assert not end.success
     assert "the Newton iteration of a step did not converge" in end.message
+
+
+def test_light_spins_on_heavy_chains_are_solved_by_differences() -> None:
+    """Rods on ball joints, 1/10000 as heavy about their own axes as what they carry: what momenta change within a step
+    is no small part of such an inertia."""
+    made = eomgen.build("examples/hanging_chain/scene.toml", profile="quick")
+    exact = made.simulate(0.2, 2.5e-5, method="rk4", record_every=8000, error_estimate=False)
+    errors = []
+    for step in (1e-3, 5e-4, 2.5e-4, 1.25e-4):
+        end = made.simulate(0.2, step, method="rattlie", record_every=10**6, error_estimate=False)
+        assert end.success, end.message
+        errors.append(float(np.abs(end.v[-1] - exact.v[-1]).max()))
+    assert slopes(errors)[-1] == pytest.approx(2.0, abs=0.1)
+
+
+def test_a_machine_at_rest_stays_there() -> None:
+    """Corrections are nothing but rounding then, which no size of the motion tells."""
+    made = eomgen.build("examples/quarter_car_on_bump/scene.toml", profile="quick")
+    end = made.simulate(0.06, 1e-4, method="rattlie", error_estimate=False)
+    assert end.success, end.message
+    assert np.abs(end.q).max() < 1e-12
+
+
+def test_growth_beyond_the_limit_of_a_step_is_said() -> None:
+    scene = (
+        eomgen.SceneBuilder("oscillator", gravity=[0, 0, 0]).body("mass", 1.0)
+        .joint("rail", "prismatic", "base", "mass", axis=[1, 0, 0], stiffness=1.0).build()
+    )  # fmt: skip  # a chain of calls
+    end = eomgen.build(scene).simulate(420.0, 2.1, method="rattlie", initial={"q": [1.0]}, error_estimate=False)
+    assert "the method is unstable at this step" in end.message
+    assert "generalized_alpha, which is stable at any step" in end.message

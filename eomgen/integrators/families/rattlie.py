@@ -38,7 +38,6 @@ from eomgen.integrators.families.family import (
     rotation_too_large,
     velocities,
 )
-from eomgen.integrators.families.generalized_alpha import indices_in_q
 from eomgen.integrators.families.needs import POSITIONS_ALONE
 
 if TYPE_CHECKING:
@@ -165,8 +164,6 @@ class Rattlie(Family):
             "solver": data,
             "rights": unknowns.matrix_size,
             "state_pattern": [list(index) for index in state_pattern],
-            "angular": [int(turns) for turns in system.angular] or [0] * nv,
-            "places": indices_in_q(system.factors, nv),
             "hooks": {"row": "multipliers_of_row"} if nl else {},
             "input_times": [0.0, 1.0],
         }
