@@ -11,6 +11,7 @@ import pytest
 
 from benchmarks import (
     adaptive_steps,
+    equal_elements,
     generation_time,
     measure,
     real_time_steps,
@@ -99,3 +100,10 @@ def test_steps_of_one_factorization_are_compared(tmp_path: Path, capsys: pytest.
     found = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))["errors"]
     assert found["rosenbrock"][2] == pytest.approx(found["trapezoidal"][2], rel=0.05)
     assert found["rk4"][2] < 1e-5
+
+
+def test_bars_of_more_elements_are_built(tmp_path: Path) -> None:
+    assert equal_elements.main(["--quick", "--json", str(tmp_path / "out.json")]) == 0
+    bars = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))["bars"]
+    assert [bar["elements"] for bar in bars] == [3, 6]
+    assert all(bar["runs"][0]["statements"] > 100 for bar in bars)

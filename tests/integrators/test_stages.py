@@ -1,0 +1,63 @@
+"""Stages of elimination: minimum degree on bodies, and bodies of one component where inertia is sparse."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from eomgen.integrators.newton.matrix import Unknowns, packed
+from eomgen.integrators.newton.stages import stages
+from eomgen.lie.product import Factor
+
+Pairs = list[tuple[int, int]]
+
+
+def sliders(count: int) -> list[Factor]:
+    return [Factor("R", f"slider{k}", k, 1, k, 1) for k in range(count)]
+
+
+def stages_of(count: int, stiffness: Pairs, inertia: Pairs) -> list[list[int]]:
+    """Return the rows of each stage."""
+    unknowns = Unknowns(count, 0, 0, False)
+    return [rows for rows, _ in stages(unknowns, sliders(count), packed({"K": stiffness, "M": inertia}))]
+
+
+def banded(count: int, width: int) -> Pairs:
+    return [(row, column) for row in range(count) for column in range(count) if abs(row - column) <= width]
+
+
+def by_minimum_degree(count: int, pairs: Pairs) -> list[int]:
+    """Return the order of elimination, found by looking at all that is left before each one."""
+    joined = np.zeros((count, count), bool)
+    for row, column in pairs:
+        joined[row, column] = joined[column, row] = row != column
+    left, order = set(range(count)), []
+    while left:
+        one = min(left, key=lambda k: (sum(joined[k, other] for other in left), k))
+        left.remove(one)
+        order.append(one)
+        for first in left:
+            for second in left - {first}:
+                joined[first, second] |= joined[one, first] and joined[one, second]
+    return order
+
+
+def test_bodies_of_one_component_come_in_order_of_minimum_degree(rng: np.random.Generator) -> None:
+    for count in (5, 12, 30):
+        pairs = [(int(row), int(column)) for row, column in rng.integers(count, size=(2 * count, 2))]
+        diagonal = [(k, k) for k in range(count)]
+        found = stages_of(count, pairs, diagonal)
+        assert found == [[k] for k in by_minimum_degree(count, pairs)]
+
+
+@pytest.mark.parametrize("count", [20, 200])
+def test_components_of_sparse_inertia_are_bodies_of_their_own(count: int) -> None:
+    assert stages_of(count, banded(count, 1), banded(count, 1)) == [
+        [k] for k in by_minimum_degree(count, banded(count, 1))
+    ]
+    assert len(stages_of(count, [], banded(count, 2))) == count  # coupled by inertia alone
+
+
+def test_components_of_dense_inertia_are_one_body() -> None:
+    assert stages_of(40, banded(40, 1), banded(40, 39)) == [list(range(40))]
+    assert stages_of(5, banded(5, 1), banded(5, 1)) == [list(range(5))]  # few
