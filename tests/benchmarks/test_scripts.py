@@ -19,6 +19,7 @@ from benchmarks import (
     spin_up_beam,
     stepper_overhead,
     stepping,
+    steps_in_passes,
     time_derivatives,
 )
 
@@ -92,6 +93,13 @@ def test_all_contestants_spin_the_beam_up(capsys: pytest.CaptureFixture[str]) ->
     assert list(errors) == names
     assert max(errors.values()) < 1e-7 and errors["eomgen, rk4"] < 1e-12
     assert max(errors["SciPy, DOP853"], errors["SciPy, Radau"]) <= errors["eomgen, generalized_alpha"]
+
+
+def test_steps_in_passes_are_compared(tmp_path: Path) -> None:
+    assert steps_in_passes.main(["--quick", "--json", str(tmp_path / "out.json")]) == 0
+    found = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
+    assert max(item["error"] for item in found.values()) <= 1e-5
+    assert found["stiff, 1e-05, tdg3"]["size"] > 100 * found["stiff, 1e-05, rk4"]["size"]
 
 
 def test_steps_of_one_factorization_are_compared(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
