@@ -49,6 +49,7 @@ SLOW: dict[str, tuple[str, ...]] = {
     "benchmarks/test_scripts.py::test_bars_of_more_elements_are_built": (),
     "benchmarks/test_scripts.py::test_generation_time_measures_every_stage": (),
     "benchmarks/test_scripts.py::test_robot_dynamics_finds_its_own_numbers_right": (),
+    "benchmarks/test_scripts.py::test_steps_in_passes_are_compared": (),
     "benchmarks/test_scripts.py::test_steps_of_one_factorization_are_compared": (),
     "benchmarks/test_scripts.py::test_time_derivatives_meet_the_closed_form": (),
     "browser/test_animation_page.py::test_a_beam_is_drawn_along_its_bent_axis": ("see-through",),
