@@ -197,7 +197,7 @@ def test_the_builder_gives_the_same() -> None:
             "hinge",
             "limits",
             "{ lower = -1 }",
-            "joints.hinge.limits.stiffness): the key stiffness is missing; try: stiffness = ...",
+            "joints.hinge.limits.stiffness): the key stiffness is missing; try: stiffness = 1e5",
         ),
         (
             "hinge",
@@ -248,7 +248,7 @@ def test_the_builder_gives_the_same() -> None:
             "hinge",
             "friction",
             "{ coulomb = 1 }",
-            "joints.hinge.friction.velocity): the key velocity is missing; try: velocity = ...",
+            "joints.hinge.friction.velocity): the key velocity is missing; try: velocity = 0.01",
         ),
         (
             "hinge",

@@ -304,7 +304,7 @@ FAILURES = [
         "An order that is not kept",
         3,
         "description error: scene.toml:36 (beams.blade.order): 3 is out of range here: it should be less than"
-        " or equal to 2",
+        " or equal to 2; try: 2 or less",
         more=_changed(("mass_per_length = 1.2", "mass_per_length = 1.2\norder = 3")),
     ),
     Failure(

@@ -76,7 +76,8 @@ FAILURES = [
     Failure(
         "A word for a number that it is not",
         3,
-        "description error: scene.toml:6 (parameters.load.tunable): true or false is needed here, not 'yes'",
+        "description error: scene.toml:6 (parameters.load.tunable): true or false is needed here, not 'yes'; try: "
+        "tunable = true",
         old="tunable = true",
         new='tunable = "yes"',
     ),

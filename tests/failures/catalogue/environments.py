@@ -50,9 +50,9 @@ FAILURES = [
         6,
         "note: the input motor changes nothing: no formula mentions it\n"
         "stopped at t = 0.5 s, after 500 of 1000 steps: a value became infinite or not a number; the first block that"
-        " is not finite is Q (the generalized force), component v.shoulder at t = 0.501 s; try: a step smaller than"
-        " 0.001 s; then the forces and formulas near that time\nwritten to out: solution.npz, solution.csv,"
-        " summary.json",
+        " is not finite is Q (the generalized force), component v.shoulder at t = 0.501 s, where in a formula"
+        " sqrt(-0.001) has no value at t = 0.501; try: another start, or a formula that has a value there, such as"
+        " max(x, 1e-3) in place of x\nwritten to out: solution.npz, solution.csv, summary.json",
         command="simulate scene.toml --out out --t-end 1 --no-plots",
         old='effort = "motor"',
         new='effort = "sqrt(0.5 - t)"',
@@ -62,8 +62,9 @@ FAILURES = [
         6,
         "note: the input motor changes nothing: no formula mentions it\n"
         "stopped at t = 0 s, after 0 of 1000 steps: a value became infinite or not a number; the first block that is"
-        " not finite is Q (the generalized force), component v.shoulder at t = 0 s; try: other parameters, formulas or"
-        " coordinates there: no smaller step helps\nwritten to out: solution.npz, solution.csv, summary.json",
+        " not finite is Q (the generalized force), component v.shoulder at t = 0 s, where in a formula log(0) has"
+        " no value at load = 1, t = 0; try: another start, or a formula that has a value there, such as max(x, 1e-3) in"
+        " place of x\nwritten to out: solution.npz, solution.csv, summary.json",
         command="simulate scene.toml --out out --t-end 1 --no-plots",
         old='effort = "motor"',
         new='effort = "log(load - 1 - t)"',

@@ -205,7 +205,7 @@ FAILURES = [
         "A stop without stiffness",
         3,
         "description error: scene.toml:21 (joints.shoulder.limits.stiffness): the key stiffness is missing; try: "
-        "stiffness = ...",
+        "stiffness = 1e5",
         old="axis = [0, 1, 0]",
         new="axis = [0, 1, 0]\nlimits = { lower = -1.0, upper = 1.0 }",
     ),
@@ -213,7 +213,7 @@ FAILURES = [
         "Friction without the speed that makes it smooth",
         3,
         "description error: scene.toml:21 (joints.shoulder.friction.velocity): the key velocity is missing; try: "
-        "velocity = ...",
+        "velocity = 0.01",
         old="axis = [0, 1, 0]",
         new="axis = [0, 1, 0]\nfriction = { coulomb = 0.3 }",
     ),

@@ -44,7 +44,8 @@ FAILURES = [
     Failure(
         "XML that is not well formed",
         3,
-        "description error: r.urdf:1: this is not XML: mismatched tag (column 34)",
+        "description error: r.urdf:1: this is not XML: mismatched tag (column 34); try: an end for each element: "
+        "<link .../>, or <link ...> and </link>",
         command="info r.urdf",
         files={"r.urdf": "<robot name='r'><link name='a'></robot>"},
     ),
