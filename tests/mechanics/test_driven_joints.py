@@ -159,7 +159,8 @@ ONE = 'joints.hinge = { type = "revolute", parent = "base", child = "arm", axis 
         (ONE + 'drive = ["t", "t"] }', "the drive of a revolute joint needs one value, not 2"),
         (
             ONE + 'drive = "t", initial = { position = 1 } }',
-            "(joints.hinge.initial.position): a driven joint has no initial state of its own; try: no initial: it starts where its drive is at t = 0",
+            "(joints.hinge.initial.position): a driven joint has no initial state of its own; try: no initial: it "
+            "starts where its drive is at t = 0",
         ),
         (
             'joints.hinge = { type = "spherical", parent = "base", child = "arm", drive = "t" }',

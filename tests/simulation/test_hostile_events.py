@@ -94,7 +94,7 @@ def test_a_force_without_a_value_behind_an_event_names_the_event() -> None:
         not run.success
         and (
             "the first block that is not finite is Q (the generalized force), component v.ball at t = 0.33690856 s,"
-            " behind the event break; try: other parameters, formulas or coordinates there: no smaller step helps"
+            " behind the event break, where in a formula 1 / 0 has no value at mode_gap = 0; try: another start, or"
         )
         in run.message
     )

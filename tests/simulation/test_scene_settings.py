@@ -57,7 +57,7 @@ def test_a_scene_names_its_arithmetic_and_the_call_may_name_another() -> None:
     [
         (
             {"settings": {"rtoll": 1e-3}},
-            "(simulation.settings): generalized_alpha has no setting 'rtoll'; try: one of rtol",
+            "(simulation.settings): generalized_alpha has no setting 'rtoll'; try: rtol",
         ),
         ({"settings": {"rtol": -1.0}}, "(simulation.settings): rtol is negative: -1"),
         ({"settings": {"reuse": 2}}, "(simulation.settings): reuse must be 0 or 1, not 2"),

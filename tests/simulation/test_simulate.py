@@ -151,8 +151,8 @@ def test_a_force_that_is_no_number_ends_the_run_and_is_named() -> None:
     assert not run.success and not run.interrupted
     pattern = (
         r"stopped at t = 0\.\d+ s, after \d+ of 1000 steps: a value became infinite or not a number; "
-        r"the first block that is not finite is Q \(the generalized force\), component v\.\w+ at t = 0\.5\d* s; try: "
-        r"a step smaller than 0\.001 s; then the forces and formulas near that time"
+        r"the first block that is not finite is Q \(the generalized force\), component v\.\w+ at t = 0\.5\d* s, "
+        r"where in a formula sqrt\(-0\.\d+\) has no value at t = 0\.5\d*; try: another start, or a formula that has .*"
     )
     assert re.fullmatch(pattern, run.message), run.message
     assert 0.498 <= run.t[-1] <= 0.5 and np.all(np.isfinite(run.q)) and np.all(np.isfinite(run.v))
@@ -228,7 +228,7 @@ def test_ctrl_c_returns_what_there_is_and_a_second_handler_is_restored() -> None
         ({"method": "rk5"}, "method: there is no method 'rk5'; try: rk4"),
         ({"rho_inf": 1.5}, "rho_inf: rho_inf must lie between 0 and 1, not 1.5"),
         ({"record_every": 0}, "record_every: record_every must be a whole number from 1 on, not 0"),
-        ({"settings": {"rtl": 1e-6}}, "settings: generalized_alpha has no setting 'rtl'; try: one of rtol, atol"),
+        ({"settings": {"rtl": 1e-6}}, "settings: generalized_alpha has no setting 'rtl'; try: rtol"),
         (
             {"settings": {"max_iterations": 1.5}},
             "settings.max_iterations: max_iterations must be a whole number from 1 to 2147483647, not 1.5; try: 16",
