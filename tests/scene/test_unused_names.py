@@ -29,7 +29,7 @@ def unused(**sections: Any) -> set[str]:
     """Return the names that the notes on a scene say nothing mentions."""
     notes = [note for note in from_data({**BASE, **sections}).notes if "no formula mentions" in note]
     words = " ".join(note.partition(" change")[0] for note in notes).replace(",", "").split()
-    return set(words) - {"the", "parameter", "parameters", "input", "inputs", "controller"}
+    return set(words) - {"the", "parameter", "parameters", "input", "inputs", "controller", "curve"}
 
 
 def test_what_is_said() -> None:
@@ -50,7 +50,7 @@ def test_what_is_said() -> None:
         ({"inputs": {"u": {"formula": "a * sin(t)"}}}, {"f", "u"}),
         ({"inputs": {"u": {"points": [[0, "f"], [1, 2]]}}}, {"a", "u"}),
         ({"inputs": {"u": {"road": {"class": "A", "speed": "f"}}}}, {"a", "u"}),
-        ({"curves": {"c": {"wave": {"shape": "square", "period": "f"}}}}, {"a", "u"}),
+        ({"curves": {"c": {"wave": {"shape": "square", "period": "f"}}}}, {"a", "u", "c"}),
         ({"base": {"rotation": [{"axis": [0, 0, 1], "angle": "a * t"}]}}, {"f", "u"}),
         ({"base": {"rotation": [{"axis": ["f", 0, 1], "angle": "t"}]}}, {"a", "u"}),
         ({"gravity": [0, "a", "-f"]}, {"u"}),
