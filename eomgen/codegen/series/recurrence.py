@@ -82,20 +82,22 @@ class Recurrence:
         return splice(self.series.tape, self.source, self._copied(name), {})
 
     def _kinematic_rates(self) -> list[Ref]:
-        """Return dq/dt: v, 1/2 q (0, omega), and R(q) v of poses."""
-        tape, rates = self.source, []
+        """Return dq/dt, by the numbers of q: v, 1/2 q (0, omega), and R(q) v of poses."""
+        tape = self.source
+        rates = [ZERO] * sum(factor.q_size for factor in self.system.factors)
         half = tape.constant(0.5)
         for factor in self.system.factors:
             q = [tape.input("q", factor.q_start + k) for k in range(factor.q_size)]
             v = [tape.input("v", factor.v_start + k) for k in range(factor.v_size)]
             if factor.group == "R":
-                rates += v
+                rates[factor.q] = v
                 continue
             w, x, y, z = q[:4]
             products = ((-x, -y, -z), (w, -z, y), (z, w, -x), (-y, x, w))
-            rates += [tape.mul(half, _sum(tape, row, v[:3])) for row in products]
+            of_pose = [tape.mul(half, _sum(tape, row, v[:3])) for row in products]
             if factor.group == "SE3":
-                rates += [_sum(tape, row, v[3:]) for row in rotation(tape, q[:4])]
+                of_pose += [_sum(tape, row, v[3:]) for row in rotation(tape, q[:4])]
+            rates[factor.q] = of_pose
         return rates
 
 

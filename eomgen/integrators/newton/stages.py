@@ -34,7 +34,9 @@ def stages_of_tree(
     owners : for each inner unknown, a velocity component of its link; links of a joint of several coordinates share a
         factor
     """
-    link_of = [factor.v_start for factor in factors for _ in range(factor.v_size)]
+    link_of = [0] * unknowns.v
+    for factor in factors:
+        link_of[factor.v] = [factor.v_start] * factor.v_size
     inner: dict[int, list[int]] = {}
     for number, owner in enumerate(owners):
         inner.setdefault(link_of[owner], []).append(unknowns.size + number)
