@@ -259,7 +259,8 @@ class Outcome:
             epsilon=float(np.finfo(np.float32 if single else np.float64).eps),
         )
         off = balance.error is not None and balance.error > REPORTED
-        if off and self._rows_are_sparse and untold_between_rows(self._states, self._run.model.factors):
+        working = off and any(np.any(self.energy[name]) for name in ("power", "base_power"))  # else rows tell all of it
+        if working and self._rows_are_sparse and untold_between_rows(self._states, self._run.model.factors):
             return Balance(None, APART)
         return Balance(0.0) if off and self._at_rest else balance
 

@@ -125,7 +125,7 @@ def test_code_does_not_grow_with_the_elements(cache: Path) -> None:
         text = generate_files(to_program(chain_system(count, "loop")))["chain.c"]
         return sum(line.rstrip().endswith(";") for line in text.splitlines() if "q[" not in line or "K(" not in line)
 
-    assert statements(100) == statements(20)
+    assert statements(500) == statements(100) <= statements(20) + 2  # one value in many places is written by a loop
     text = generate_files(to_program(chain_system(100, "loop")))["chain.c"]
     assert text.count("chain_loop1(const real") == 1
     assert "/* springs of the chain: 100 elements. */" in text

@@ -43,7 +43,7 @@ def test_a_single_array_is_no_solution(file: Path) -> None:
 @pytest.mark.parametrize(
     ("arrays", "text"),
     [
-        ({"a": 1}, "metadata is missing"),
+        ({"a": 1}, "metadata is missing; try: a .npz file of Solution.save"),
         ({"metadata": "[1]"}, "its metadata are no mapping; try: a .npz file of Solution.save"),
         ({"metadata": json.dumps(OUTCOME)}, "t is missing"),
         (
