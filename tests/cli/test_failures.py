@@ -141,7 +141,8 @@ def test_numerical(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert (
         "stopped at t = 0." in message
         and "Q (the generalized force)" in message
-        and "; try: a step smaller than" in message
+        and "where in a formula sqrt(-0.001) has no value at t = 0.501; try: another start, or a formula that"
+        in message
     )
     partial = eomgen.Solution.load(out / "solution.npz")
     assert not partial.success and 400 < len(partial.t) <= 501
@@ -205,7 +206,8 @@ def test_a_curve_that_is_left_stops_the_run(law: str, tmp_path: Path, capsys: py
         ["simulate", str(path), "--out", str(tmp_path / "out"), "--t-end", "1", "--no-plots"], capsys
     )
     assert code == 6 and "a value became infinite or not a number; " in message
-    assert message.splitlines()[0].endswith('; try: points that reach further, or outside = "hold" or "periodic"')
+    told = [line for line in message.splitlines() if not line.startswith("note: the curve hump changes nothing")]
+    assert told[0].endswith('; try: points that reach further, or outside = "hold" or "periodic"')
     said = (
         r"Q \(the generalized force\), component v.slide at t = \S+ s, where the curve force has points from -0.1 to"
         r" 0.1 "
