@@ -27,6 +27,7 @@ from eomgen.scene.document.beam_attachments import check_frames, check_not_absol
 from eomgen.scene.document.doubtful_springs import negative_laws, springs_within_bodies
 from eomgen.scene.document.out_of_scale import out_of_scale
 from eomgen.scene.document.plain_angles import angles_of_several_turns
+from eomgen.scene.document.plain_times import doubtful_times
 from eomgen.scene.document.units import in_si
 from eomgen.scene.document.validation import read_document
 from eomgen.scene.events.reading import read_event
@@ -94,7 +95,7 @@ def assemble(
     doubts = [
         *checks.unused_names(document, assembler.values),
         *angles_of_several_turns(part.data),
-        *checks.delays_of_whole_seconds(part.data, document),
+        *doubtful_times(part.data, document),
         *negative_laws(document),
         *springs_within_bodies(document),
         *out_of_scale(
