@@ -247,6 +247,8 @@ def robot(old: str, new: str) -> Callable[[], Any]:
         (lambda: slider(k=10.0), "there is no argument 'k'; try: stiffness"),
         (lambda: eomgen.build({"format": 1, "name": "x", "bodies": [{"name": "w", "mass": 1}]}),
             "(bodies): a table is needed here, not a list; try: [bodies.NAME] and its keys, a table for each"),
+        (lambda: eomgen.build({"format": 1, "name": "x", "parameters": "", "bodies": {"w": {"mass": 1}}}),
+            "(parameters): a table is needed here, not ''; try: [parameters] and a line for each: NAME = 1.0"),
         (robot('xyz="0 0 0.2"', 'xyz="0,0,0.2"'), "3 numbers are needed here, not '0,0,0.2'; try: blanks between the "
             "numbers: 0 0 0.2"),
         (robot('<link name="ground"/>', '<link name="ground">'), "mismatched tag (column 3); try: an end for each ele"),

@@ -70,9 +70,12 @@ def example(location: tuple[str | int, ...], given: object) -> str:
         return "orientation, which is a matrix, in place of rotation"
     if last == "mimic" and isinstance(given, str):
         return f"mimic = {{ joint = {quoted(given)}, multiplier = 1 }}"
-    if section == "parameters" and isinstance(given, str) and last in ("value", str(location[1])):
+    if location == ("parameters",):
+        return "[parameters] and a line for each: NAME = 1.0"
+    of_parameters = section == "parameters" and len(location) > 1
+    if of_parameters and isinstance(given, str) and last in ("value", str(location[1])):
         return f"a number; the formula {quoted(given)} stands where {location[1]} is used"
-    if len(location) == 1 and section in _ENTRIES and isinstance(given, list | tuple):
+    if len(location) == 1 and section in _ENTRIES and not isinstance(given, dict):
         return f"[{section}.NAME] and its keys, a table for each"
     if last in ("table", "file") and is_file(given):
         return f"table = {{ file = {quoted(given)} }}"
