@@ -288,13 +288,9 @@ ORDER: dict[str, tuple[str, ...]] = {
 LATE: dict[str, dict[str, str]] = {
     "eomgen": {"calls": "for a mistake only"},
     "integrators.families.generalized_alpha": {"integrators.newton": "pivots are chosen when code is made"},
-    "integrators.families.corrected_predictor": {"integrators.newton": "pivots are chosen when code is made"},
     "integrators.families.rattlie": {"integrators.newton": "pivots are chosen when code is made"},
-    "integrators.families.discontinuous_galerkin": {"integrators.newton": "pivots are chosen when code is made"},
-    "integrators.families.rosenbrock": {
-        "integrators.newton": "pivots are chosen when code is made",
-        "integrators.step_work": "operations are counted on request",
-    },
+    "integrators.families.one_factorization": {"integrators.newton": "pivots are chosen when code is made"},
+    "integrators.families.rosenbrock": {"integrators.step_work": "operations are counted on request"},
     "cli": {"": "a command imports what it needs when its arguments are known to be fine"},
     "model": {"analysis": "SciPy; a model is used without it", "simulation": "a model is used without it"},
     "pipeline.scenes": {

@@ -27,48 +27,35 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from eomgen.integrators.families.family import (
-    BAD_ARGUMENT,
-    EXCHANGES,
-    NOT_FINITE,
-    SINGULAR_ADVICE,
     Bound,
     DenseOutput,
-    Family,
     Field,
     GroupFunction,
     MethodName,
     Setting,
     Sizes,
     Status,
-    velocities,
 )
 from eomgen.integrators.families.growth import GROWTH_STATUS, STOP_AT_GROWTH, UNFOLLOWED_GROWTH
-from eomgen.integrators.families.needs import UNCONSTRAINED_ROSENBROCK
-from eomgen.integrators.families.rosenbrock import FIXED_STEPS, products, remainders
+from eomgen.integrators.families.one_factorization import FIXED_STEPS, OneFactorization, linear_system
 
 if TYPE_CHECKING:
     from eomgen.system.system import System
 
 
 @dataclass(frozen=True)
-class CorrectedPredictor(Family):
+class CorrectedPredictor(OneFactorization):
     """The predictor with one correction, of order 2 with any matrix."""
 
     order = 2
     source = "Jia, Liu, Li and Liao 2014; Nakashima, Kato and Takaoka 1992"
-    needs = (UNCONSTRAINED_ROSENBROCK,)
     family = "corrected_predictor"
     dense_output: ClassVar[DenseOutput] = "hermite_3"
-    implicit = True
     renewal = "evaluates accelerations anew"
 
     @classmethod
     def names(cls) -> tuple[MethodName, ...]:
         return (MethodName("corrected_predictor", cls, idle=("rho_inf",), studied=False, fixed_steps=FIXED_STEPS),)
-
-    @classmethod
-    def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:
-        return ("forward_dynamics", *(("equations", "iteration") if internal else ("residual", "partials")))
 
     def calls(self, system: System) -> set[str]:
         return {"forward_dynamics", "iteration" if "iteration" in system.functions else "partials"}
@@ -80,41 +67,18 @@ class CorrectedPredictor(Family):
     def group_functions(self) -> tuple[GroupFunction, ...]:
         return ("update",)
 
-    def state(self, sizes: Sizes) -> tuple[Field, ...]:
-        unit = Field("unit", "1/root of M_ii at the start, in which pivots are compared", sizes.v + sizes.z)
-        return (unit, *remainders(sizes))
-
     def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
         meaning = "steps between two matrices; 0: that of the first step serves for all of its length"
         return (Setting("matrix_every", 1, meaning, (0, 1_000_000_000)), STOP_AT_GROWTH)
 
     def bounds(self, sizes: Sizes) -> tuple[Bound, ...]:
-        return (Bound("step", "finite"), Bound("step", ">", 0.0), Bound("matrix_every", ">=", 0))
+        return (*super().bounds(sizes), Bound("matrix_every", ">=", 0))
 
     def statistics(self, sizes: Sizes) -> tuple[Field, ...]:
-        return (EXCHANGES, UNFOLLOWED_GROWTH)
+        return (*super().statistics(sizes), UNFOLLOWED_GROWTH)
 
     def statuses(self, constrained: bool, angles: bool) -> tuple[Status, ...]:
-        singular = Status(2, "SINGULAR", "the matrix of a step is singular", SINGULAR_ADVICE)
-        return (singular, NOT_FINITE, BAD_ARGUMENT, GROWTH_STATUS)
+        return (*super().statuses(constrained, angles), GROWTH_STATUS)
 
     def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
-        from eomgen.integrators.newton.matrix import Unknowns  # noqa: PLC0415
-        from eomgen.integrators.newton.sample_matrices import samples_of  # noqa: PLC0415
-        from eomgen.integrators.newton.signs import pivot_signs  # noqa: PLC0415
-        from eomgen.integrators.newton.solver import make_solver, solver_data  # noqa: PLC0415
-
-        owners, half = system.inner_owners, step / 2
-        unknowns = Unknowns(velocities(system.factors), 0, 0, False, len(owners), len(system.initial_z))
-        known = samples if samples is not None else samples_of(system)
-        weights = (1.0, half, half * half, 1.0, 1.0, 1.0, half)
-        solver = make_solver(unknowns, system.factors, known, weights, step, owners, at_start=True)
-        return {
-            "hooks": {"row": "accelerations_of_row"},
-            "unknowns": unknowns.data,
-            "solver": solver_data(solver, system.factors, plain=True),
-            "pivots": pivot_signs(solver, known, half),
-            "products": products(unknowns, known.packing),
-            "rights": unknowns.matrix_size,
-            "input_times": [0.0, 1.0],
-        }
+        return {**linear_system(system, step / 2, samples, guarded=True), "input_times": [0.0, 1.0]}

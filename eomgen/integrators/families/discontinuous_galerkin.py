@@ -36,21 +36,12 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from eomgen.integrators.families.family import (
-    BAD_ARGUMENT,
-    EXCHANGES,
-    NOT_FINITE,
-    SINGULAR_ADVICE,
-    Bound,
     DenseOutput,
-    Family,
-    Field,
     GroupFunction,
     MethodName,
-    Sizes,
     Status,
     hold,
     rotation_too_large,
-    velocities,
 )
 from eomgen.integrators.families.galerkin_operators import (
     Operators,
@@ -60,8 +51,7 @@ from eomgen.integrators.families.galerkin_operators import (
     root,
     stability_series,
 )
-from eomgen.integrators.families.needs import UNCONSTRAINED_ROSENBROCK
-from eomgen.integrators.families.rosenbrock import products, remainders
+from eomgen.integrators.families.one_factorization import OneFactorization, linear_system
 
 if TYPE_CHECKING:
     from eomgen.system.system import System
@@ -71,7 +61,7 @@ _EXACT = Fraction(1, 10**60)
 
 
 @dataclass(frozen=True)
-class DiscontinuousGalerkin(Family):
+class DiscontinuousGalerkin(OneFactorization):
     """A time-discontinuous Galerkin method in passes.
 
     Attributes
@@ -88,10 +78,8 @@ class DiscontinuousGalerkin(Family):
     passes: int
     order: int
     source = "Thompson and Kunthong 2006; Burrage 1978; Butcher 1979"
-    needs = (UNCONSTRAINED_ROSENBROCK,)
     family = "discontinuous_galerkin"
     dense_output: ClassVar[DenseOutput] = "hermite_5"
-    implicit = True
     state_is_all = True
     renewal = "needs nothing, because it begins with the forces of its own time"
 
@@ -127,14 +115,6 @@ class DiscontinuousGalerkin(Family):
             for name, row in METHODS.items()
         )  # fmt: skip  # a row of arguments
 
-    @classmethod
-    def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:
-        return ("forward_dynamics", *(("equations", "iteration") if internal else ("residual", "partials")))
-
-    def calls(self, system: System) -> set[str]:
-        matrix = "iteration" if "iteration" in system.functions else "partials"
-        return {"equations" if system.facts.internal_states else "residual", matrix}
-
     def title(self, constrained: bool) -> str:
         what = f"degree {self.degree}, {self.passes} passes, order {self.order}"
         return f"time-discontinuous Galerkin method in passes on Lie groups, {what}"
@@ -147,34 +127,13 @@ class DiscontinuousGalerkin(Family):
     def more_stable(self) -> str:
         return "tdg1, which damps what its steps cannot follow most"
 
-    def state(self, sizes: Sizes) -> tuple[Field, ...]:
-        unit = Field("unit", "1/root of M_ii at the start, in which pivots are compared", sizes.v + sizes.z)
-        return (unit, *remainders(sizes))
-
-    def bounds(self, sizes: Sizes) -> tuple[Bound, ...]:
-        return (Bound("step", "finite"), Bound("step", ">", 0.0))
-
-    def statistics(self, sizes: Sizes) -> tuple[Field, ...]:
-        return (EXCHANGES,)
-
     def statuses(self, constrained: bool, angles: bool) -> tuple[Status, ...]:
-        singular = Status(2, "SINGULAR", "the matrix of a step is singular", SINGULAR_ADVICE)
-        return (singular, NOT_FINITE, BAD_ARGUMENT, rotation_too_large(angles))
+        return (*super().statuses(constrained, angles), rotation_too_large(angles))
 
     def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
-        from eomgen.integrators.newton.matrix import Unknowns  # noqa: PLC0415
-        from eomgen.integrators.newton.sample_matrices import samples_of  # noqa: PLC0415
-        from eomgen.integrators.newton.solver import make_solver, solver_data  # noqa: PLC0415
-
-        owners = system.inner_owners
-        unknowns = Unknowns(velocities(system.factors), 0, 0, False, len(owners), len(system.initial_z))
-        known = samples if samples is not None else samples_of(system)
-        gain = float(self.gamma) * step
-        weights = (1.0, gain, gain * gain, 1.0, 1.0, 1.0, gain)
-        solver = make_solver(unknowns, system.factors, known, weights, gain, owners, at_start=True, turned=True)
         found = self.operators
         return {
-            "hooks": {"row": "accelerations_of_row"},
+            **linear_system(system, float(self.gamma) * step, samples, turned=True),
             "stages": self.degree + 1,
             "passes": self.passes,
             "gamma": float(self.gamma),
@@ -185,10 +144,6 @@ class DiscontinuousGalerkin(Family):
             "at_nodes": numbers(found.values),
             "derivative": numbers(found.derivative),
             "refined": not system.facts.constant_mass,
-            "unknowns": unknowns.data,
-            "solver": solver_data(solver, system.factors, plain=True),
-            "products": products(unknowns, known.packing),
-            "rights": unknowns.matrix_size,
             "input_times": [0.0, *(float(node) for node in found.nodes)],
         }
 

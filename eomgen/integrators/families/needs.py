@@ -33,8 +33,8 @@ UNCONSTRAINED_SERIES = Need(
     "it expands ordinary differential equations and would ignore the constraint equations",
     "generalized_alpha, which keeps constraints, rk4_partitioned, which eliminates them, or a tree of joints",
 )
-#: Of Rosenbrock methods.
-UNCONSTRAINED_ROSENBROCK = Need(
+#: Of methods that linearise these equations about the start of a step.
+UNCONSTRAINED_LINEARISED = Need(
     "constraints",
     False,
     "its step solves ordinary differential equations, and forces of constraints are not known at its start",

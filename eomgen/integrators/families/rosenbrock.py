@@ -22,18 +22,12 @@ on k_q = v_n + O(h), whose bracket with v_n is of the order of what is left out 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from eomgen.integrators.families.family import (
-    BAD_ARGUMENT,
-    EXCHANGES,
-    NOT_FINITE,
-    SINGULAR_ADVICE,
-    Bound,
     DenseOutput,
-    Family,
     Field,
     GroupFunction,
     MethodName,
@@ -41,25 +35,17 @@ from eomgen.integrators.families.family import (
     Sizes,
     Status,
     hold,
-    velocities,
 )
 from eomgen.integrators.families.growth import GROWTH_STATUS, STOP_AT_GROWTH, UNFOLLOWED_GROWTH
-from eomgen.integrators.families.needs import UNCONSTRAINED_ROSENBROCK
+from eomgen.integrators.families.one_factorization import FIXED_STEPS, OneFactorization, linear_system
 
 if TYPE_CHECKING:
-    from eomgen.integrators.newton.matrix import Packing, Unknowns
     from eomgen.integrators.step_work import Work
     from eomgen.system.system import System
 
-#: Why steps of one factorization follow no tolerance, and what to take.
-FIXED_STEPS = (
-    "its steps are the same operations every time, without an estimate of errors",
-    "generalized_alpha, or rk45",
-)
-
 
 @dataclass(frozen=True)
-class Rosenbrock(Family):
+class Rosenbrock(OneFactorization):
     """A Rosenbrock method of order 2 with one factorization a step.
 
     Attributes
@@ -74,10 +60,8 @@ class Rosenbrock(Family):
     gamma: float
     source: str
     order = 2
-    needs = (UNCONSTRAINED_ROSENBROCK,)
     family = "rosenbrock"
     dense_output: ClassVar[DenseOutput] = "hermite_3"
-    implicit = True
     state_is_all = True
     renewal = "needs nothing, because it begins with the forces of its own time"
 
@@ -95,14 +79,6 @@ class Rosenbrock(Family):
             MethodName("lsrt2", lambda: LSRT2, idle=("rho_inf",), ladders=("all",), fixed_steps=FIXED_STEPS),
         )
 
-    @classmethod
-    def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:
-        return ("forward_dynamics", *(("equations", "iteration") if internal else ("residual", "partials")))
-
-    def calls(self, system: System) -> set[str]:
-        matrix = "iteration" if "iteration" in system.functions else "partials"
-        return {"equations" if system.facts.internal_states else "residual", matrix}
-
     def title(self, constrained: bool) -> str:
         stages = "one stage, forces of both ends of a step" if self.stages == 1 else "two stages (LSRT2)"
         return f"Rosenbrock's linearly implicit method on Lie groups, {stages}"
@@ -116,8 +92,7 @@ class Rosenbrock(Family):
         return "lsrt2, which damps what its steps cannot follow" if self.stages == 1 else "generalized_alpha"
 
     def state(self, sizes: Sizes) -> tuple[Field, ...]:
-        unit = Field("unit", "1/root of M_ii at the start, in which pivots are compared", sizes.v + sizes.z)
-        kept = (unit, *remainders(sizes))
+        kept = super().state(sizes)
         if self.stages == 2:
             return kept
         return (*kept, Field("damped", "1: the next step is two of implicit Euler", 0, "long"))
@@ -128,37 +103,17 @@ class Rosenbrock(Family):
         meaning = "1: the first step, and those behind jumps, are two of implicit Euler, which damps what starts excite"
         return (Setting("damped_start", 0, meaning, (0, 1)), STOP_AT_GROWTH)
 
-    def bounds(self, sizes: Sizes) -> tuple[Bound, ...]:
-        return (Bound("step", "finite"), Bound("step", ">", 0.0))
-
     def statistics(self, sizes: Sizes) -> tuple[Field, ...]:
-        return (EXCHANGES, UNFOLLOWED_GROWTH)
+        return (*super().statistics(sizes), UNFOLLOWED_GROWTH)
 
     def statuses(self, constrained: bool, angles: bool) -> tuple[Status, ...]:
-        singular = Status(2, "SINGULAR", "the matrix of a step is singular", SINGULAR_ADVICE)
-        return (singular, NOT_FINITE, BAD_ARGUMENT, GROWTH_STATUS)
+        return (*super().statuses(constrained, angles), GROWTH_STATUS)
 
     def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
-        from eomgen.integrators.newton.matrix import Unknowns  # noqa: PLC0415
-        from eomgen.integrators.newton.sample_matrices import samples_of  # noqa: PLC0415
-        from eomgen.integrators.newton.signs import pivot_signs  # noqa: PLC0415
-        from eomgen.integrators.newton.solver import make_solver, solver_data  # noqa: PLC0415
-
-        owners = system.inner_owners
-        unknowns = Unknowns(velocities(system.factors), 0, 0, False, len(owners), len(system.initial_z))
-        known = samples if samples is not None else samples_of(system)
-        gain = self.gamma * step
-        weights = (1.0, gain, gain * gain, 1.0, 1.0, 1.0, gain)
-        solver = make_solver(unknowns, system.factors, known, weights, step, owners, at_start=True)
         return {
-            "hooks": {"row": "accelerations_of_row"},
             "stages": self.stages,
             "gamma": self.gamma,
-            "unknowns": unknowns.data,
-            "solver": solver_data(solver, system.factors, plain=True),
-            "pivots": pivot_signs(solver, known, gain),
-            "products": products(unknowns, known.packing),
-            "rights": unknowns.matrix_size,
+            **linear_system(system, self.gamma * step, samples, guarded=True),
             "input_times": [0.0, 1.0] if self.stages == 1 else [0.0, 0.5, 1.0],
         }
 
@@ -198,31 +153,6 @@ class Rosenbrock(Family):
             vectors,
             Work("compensation of sums", 1, False, 3 * (plain + v + z)),
         )
-
-
-def remainders(sizes: Sizes) -> tuple[Field, ...]:
-    """Return what a state keeps for ``common/compensated.c.jinja``."""
-    members = (
-        Field(f"{name}_remainder", f"what sums of {name} have lost", size)
-        for name, size in (("q", sizes.q), ("v", sizes.v), ("z", sizes.z))
-    )
-    return tuple(item for item in members if item.size)
-
-
-def products(unknowns: Unknowns, packing: Packing) -> list[dict[str, Any]]:
-    """Return for each row of the matrix what it has of M times one vector and of K times another: (number, column)."""
-    by_row: dict[int, dict[str, list[list[int]]]] = {}
-
-    def add(row: int, name: str, terms: Iterable[tuple[int, int]]) -> None:
-        into = by_row.setdefault(row, {"M": [], "K": []})[name]
-        into += [[number, column] for number, column in terms]
-
-    for name in ("M", "K"):
-        for (row, column), number in packing.nonzeros[name].items():
-            add(unknowns.equation(row), name, ((number, column),))
-    for (state, column), number in packing.nonzeros["Fq"].items():
-        add(unknowns.first_z + state, "K", ((number, column),))
-    return [{"row": row, **terms} for row, terms in sorted(by_row.items())]
 
 
 ONE_STAGE = Rosenbrock(1, 0.5, "Jia, Liu, Li and Liao 2014; start: Rannacher 1984")

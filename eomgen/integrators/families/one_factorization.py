@@ -1,0 +1,122 @@
+"""What families have in common whose steps take one factorization: equations linearised about the start of the step.
+
+Their matrix is that of (I - gain J) d = right side in forces, (M + gain C + gain^2 K) d_v, with internal states behind;
+increments are about none, so pivots are chosen ``at_start`` and M may be singular where the matrix is not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from eomgen.integrators.families.family import (
+    BAD_ARGUMENT,
+    EXCHANGES,
+    NOT_FINITE,
+    SINGULAR_ADVICE,
+    Bound,
+    Family,
+    Field,
+    Sizes,
+    Status,
+    velocities,
+)
+from eomgen.integrators.families.needs import UNCONSTRAINED_LINEARISED
+
+if TYPE_CHECKING:
+    from eomgen.integrators.newton.matrix import Packing, Unknowns
+    from eomgen.system.system import System
+
+#: Why steps of one factorization follow no tolerance, and what to take.
+FIXED_STEPS = (
+    "its steps are the same operations every time, without an estimate of errors",
+    "generalized_alpha, or rk45",
+)
+
+
+@dataclass(frozen=True)
+class OneFactorization(Family):
+    """A family whose steps take one factorization, without constraints."""
+
+    needs = (UNCONSTRAINED_LINEARISED,)
+    implicit = True
+
+    @classmethod
+    def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:
+        return ("forward_dynamics", *(("equations", "iteration") if internal else ("residual", "partials")))
+
+    def calls(self, system: System) -> set[str]:
+        matrix = "iteration" if "iteration" in system.functions else "partials"
+        return {"equations" if system.facts.internal_states else "residual", matrix}
+
+    def state(self, sizes: Sizes) -> tuple[Field, ...]:
+        unit = Field("unit", "1/root of M_ii at the start, in which pivots are compared", sizes.v + sizes.z)
+        return (unit, *_remainders(sizes))
+
+    def bounds(self, sizes: Sizes) -> tuple[Bound, ...]:
+        return (Bound("step", "finite"), Bound("step", ">", 0.0))
+
+    def statistics(self, sizes: Sizes) -> tuple[Field, ...]:
+        return (EXCHANGES,)
+
+    def statuses(self, constrained: bool, angles: bool) -> tuple[Status, ...]:
+        singular = Status(2, "SINGULAR", "the matrix of a step is singular", SINGULAR_ADVICE)
+        return (singular, NOT_FINITE, BAD_ARGUMENT)
+
+
+def linear_system(
+    system: System, gain: float, samples: Any, *, guarded: bool = False, turned: bool = False
+) -> dict[str, Any]:
+    """Return the linear system of a step as data of its method.
+
+    Parameters
+    ----------
+    gain : gamma times the step, s
+    samples : of the matrix; None: taken here
+    guarded : whether signs of pivots tell of growth, see ``newton.signs``
+    turned : whether rotations have T(gain v) in front of their increments
+    """
+    from eomgen.integrators.newton.matrix import Unknowns  # noqa: PLC0415
+    from eomgen.integrators.newton.sample_matrices import samples_of  # noqa: PLC0415
+    from eomgen.integrators.newton.signs import pivot_signs  # noqa: PLC0415
+    from eomgen.integrators.newton.solver import make_solver, solver_data  # noqa: PLC0415
+
+    owners = system.inner_owners
+    unknowns = Unknowns(velocities(system.factors), 0, 0, False, len(owners), len(system.initial_z))
+    known = samples if samples is not None else samples_of(system)
+    weights = (1.0, gain, gain * gain, 1.0, 1.0, 1.0, gain)
+    solver = make_solver(unknowns, system.factors, known, weights, gain, owners, at_start=True, turned=turned)
+    return {
+        "hooks": {"row": "accelerations_of_row"},
+        "unknowns": unknowns.data,
+        "solver": solver_data(solver, system.factors, plain=True),
+        **({"pivots": pivot_signs(solver, known, gain)} if guarded else {}),
+        "products": _products(unknowns, known.packing),
+        "rights": unknowns.matrix_size,
+    }
+
+
+def _remainders(sizes: Sizes) -> tuple[Field, ...]:
+    """Return what a state keeps for ``common/compensated.c.jinja``."""
+    members = (
+        Field(f"{name}_remainder", f"what sums of {name} have lost", size)
+        for name, size in (("q", sizes.q), ("v", sizes.v), ("z", sizes.z))
+    )
+    return tuple(item for item in members if item.size)
+
+
+def _products(unknowns: Unknowns, packing: Packing) -> list[dict[str, Any]]:
+    """Return for each row of the matrix what it has of M times one vector and of K times another: (number, column)."""
+    by_row: dict[int, dict[str, list[list[int]]]] = {}
+
+    def add(row: int, name: str, terms: Iterable[tuple[int, int]]) -> None:
+        into = by_row.setdefault(row, {"M": [], "K": []})[name]
+        into += [[number, column] for number, column in terms]
+
+    for name in ("M", "K"):
+        for (row, column), number in packing.nonzeros[name].items():
+            add(unknowns.equation(row), name, ((number, column),))
+    for (state, column), number in packing.nonzeros["Fq"].items():
+        add(unknowns.first_z + state, "K", ((number, column),))
+    return [{"row": row, **terms} for row, terms in sorted(by_row.items())]
