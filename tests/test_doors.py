@@ -319,7 +319,7 @@ LATE: dict[str, dict[str, str]] = {
         "formula.steepness": "likewise",
         "formula.undefined_laws": "likewise",
     },
-    "simulation.stepping.run": {"analysis.equilibrium": "SciPy; most runs do not start from equilibrium"},
+    "simulation.stepping.start_state": {"analysis.equilibrium": "SciPy; most runs do not start from equilibrium"},
     "simulation.run_model": {"analysis.linearize": "SciPy; only linear models about motions need it"},
     "system.system": {"symbolic.reading": "SymPy; only for reading a term"},
 }

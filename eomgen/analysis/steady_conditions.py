@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from eomgen.arrays import Array
-from eomgen.compiled.arguments import check_finite, check_name, components, numbers
 from eomgen.compiled.coordinates import reaches
 from eomgen.compiled.terms import Inputs
-from eomgen.errors import ModelError, Problem, UsageError
+from eomgen.errors import ModelError
 from eomgen.lie.product import update
-from eomgen.text import shown
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
@@ -226,60 +223,3 @@ class Conditions:
             sizes = np.max(np.abs(np.where(np.isfinite(J), J, 0.0)), axis=0, initial=0.0)
             nothing &= finite & (sizes <= _NOTHING * max(float(np.max(sizes, initial=0.0)), 1e-300))
         return nothing
-
-
-def named_values(
-    model: CompiledModel, q: Array, velocities: Mapping[str, float] | None, coordinates: Mapping[str, ArrayLike] | None
-) -> tuple[Array, Mask, Array, Mask]:
-    """Return q with the coordinates given put in, which components are held there, v, and which of its components are
-    given.
-
-    Raises
-    ------
-    UsageError
-        Unknown names, components of a rotation, values that are not finite numbers or not as many as are needed.
-    """
-    q, v = q.copy(), np.zeros(model.nv)
-    held_q, held_v = np.zeros(model.nv, dtype=bool), np.zeros(model.nv, dtype=bool)
-    names = [name.removeprefix("v.") for name in model.v_names]
-    for quantity, given in (("velocities", velocities), ("coordinates", coordinates)):
-        if given is not None and not isinstance(given, Mapping):
-            raise UsageError(
-                Problem(
-                    quantity, f"a mapping is needed, not {type(given).__name__}", f'{quantity}={{"{names[0]}": 2.0}}'
-                )
-            )
-    for name, value in (velocities or {}).items():
-        if str(name).startswith("q."):
-            what = f"{shown(str(name))} is a position, and a velocity is given here"
-            raise UsageError(Problem("velocities", what, f'coordinates={{"{str(name)[2:]}": ...}}'))
-        check_name("component", str(name).removeprefix("v."), names)
-        k = names.index(name.removeprefix("v."))
-        v[k], held_v[k] = _number(f"velocity {name}", value), True
-    joints = {factor.name: factor for factor in model.factors}
-    single = {
-        label: (factor.q_start + k, factor.v_start + k)
-        for factor in model.factors
-        if factor.group == "R"
-        for k, label in enumerate(names[factor.v])
-    }
-    for name, numbers_of in (coordinates or {}).items():
-        if name in single:
-            index, component = single[name]
-            q[index], held_q[component] = _number(f"coordinate {name}", numbers_of), True
-            continue
-        check_name("coordinate or joint", name, [*single, *(joint for joint in joints if joint not in single)])
-        factor = joints[name]
-        q[factor.q] = components(f"coordinates {name}", numbers_of, factor.q_size)
-        held_q[factor.v] = True
-    check_finite("coordinates", q, model.q_names)
-    q = model.evaluator.configuration(q)
-    return q, held_q, v, held_v
-
-
-def _number(name: str, value: ArrayLike) -> float:
-    array = numbers(name, value)
-    if array.ndim:
-        raise UsageError(Problem(name, f"one number is needed, not an array of shape {array.shape}"))
-    check_finite(name, array)
-    return float(array)

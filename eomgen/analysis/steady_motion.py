@@ -25,14 +25,15 @@ from eomgen.analysis.driven_rest import driven_components, held_base, where_driv
 from eomgen.analysis.equilibrium_warnings import Measures
 from eomgen.analysis.off_axis import off_axis_hint
 from eomgen.analysis.sampled import check_continuous
-from eomgen.analysis.steady_conditions import Conditions, named_values
+from eomgen.analysis.steady_arguments import check_drives, named_values
+from eomgen.analysis.steady_conditions import Conditions
 from eomgen.analysis.steady_search import Given, Linear, Search, linear_conditions, motion_at, search
 from eomgen.analysis.symmetries import Fields, KnownSymmetries
 from eomgen.arrays import Array
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.terms import Inputs, Parameters
-from eomgen.errors import ModelError, NumericalError, Problem, UsageError
+from eomgen.errors import ModelError, NumericalError, Problem
 from eomgen.system.terms import PURPOSES
 from eomgen.text import distinct
 
@@ -149,7 +150,7 @@ def motion_along(
         velocities = {**driven, **named}
     first = where_driven(able, measures, start.q) if driven and time else start.q
     q, held_q, v, held_v = named_values(able, first, velocities, coordinates)
-    _check_drives(able, driven, v)
+    check_drives(able, driven, v)
     conditions = _conditions(able, p, time, u, q, np.where(held_v, v, start.v))
     try:
         q = conditions.followed(q)
@@ -182,17 +183,6 @@ def motion_along(
         None,
         np.where(np.abs(state.a) > _STEADY * conditions.pace**2 * conditions.extents, state.a, 0.0),
     )
-
-
-def _check_drives(model: CompiledModel, driven: Mapping[str, float], v: Array) -> None:
-    """Raise UsageError where a velocity that is given, (nv,), is not that of a drive of the same component."""
-    for name, value, unit in zip(model.v_names, v.tolist(), model.v_units, strict=True):
-        rate = driven.get(name.removeprefix("v."), value)
-        if abs(rate - value) > _STEADY * max(abs(rate), abs(value)):
-            found, given = distinct(rate, value)
-            what = f"it is driven at {found} {unit}, and {given} {unit} is given"
-            hint = 'a tunable parameter in the law, drive = "w*t", and the value as that parameter\'s; or no drive'
-            raise UsageError(Problem(f"velocity {name.removeprefix('v.')}", what, hint))
 
 
 def _conditions(model: CompiledModel, p: Array, t: float, u: Inputs, q: Array, v: Array) -> Conditions:

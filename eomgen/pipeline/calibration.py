@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from eomgen.arrays import Array
-from eomgen.control import placement, riccati
+from eomgen.control import placement, second_order_regulator
 from eomgen.control import weights as costs
 from eomgen.control.modal import modal_feedback, modes_of, optimal_modal_gains, placed_modal_gains
 from eomgen.control.plant import Plant
@@ -238,7 +238,7 @@ def _feedback(
     if calibration.method == "lqr":
         start = Weights.of(plant, effort=_each(calibration.effort_weights or (0.0,), plant.m))
         weights = _weights(start, opened, item, calibration, C, D)
-        optimal = riccati.lqr(plant, weights)
+        optimal = second_order_regulator.lqr(plant, weights)
         G = np.hstack([optimal.G_p, optimal.G_v])
         return G, slowest_motion(plant, G)
     if calibration.poles:

@@ -21,7 +21,7 @@ from eomgen.arrays import Array
 from eomgen.errors import FileError, Problem, UsageError
 from eomgen.files import write_text
 from eomgen.resources import template_folder
-from eomgen.results.beam_axes import nearest_station, stations
+from eomgen.results.beam_stations import nearest_station, stations
 from eomgen.results.recorded import Recorded
 from eomgen.results.scenery import PosesAndScenery
 from eomgen.system.description import BASE, WORLD

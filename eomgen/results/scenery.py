@@ -12,7 +12,7 @@ from eomgen.calls import ByName, UnknownName
 from eomgen.errors import NumericalError, Problem
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula, Symbol
-from eomgen.results.beam_axes import axes_of
+from eomgen.results.beam_stations import axes_of
 from eomgen.results.drawn_solids import equivalent_solid
 from eomgen.system.description import BASE, WORLD, Description
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 class PosesAndScenery(NamedTuple):
     """Poses and scenery of a run: pose of each body (nt, 7), and the data of ``scenery.scenery``; with beams, their
-    ``axes`` (``beam_axes.axes_of``)."""
+    ``axes`` (``beam_stations.axes_of``)."""
 
     poses: Mapping[str, Array]
     scenery: Mapping[str, Any]

@@ -31,14 +31,9 @@ from eomgen.simulation.outcome import Beginning, Outcome
 from eomgen.simulation.stepping.chunks import Trajectory, run_chunks
 from eomgen.simulation.stepping.controllers import Controller, read_controllers
 from eomgen.simulation.stepping.inputs import HeldRows, InputSignals, Signal, check_held, read_signals
-from eomgen.simulation.stepping.run import (
-    Run,
-    scene_inputs,
-    start_description,
-    start_of,
-    starts_at_equilibrium,
-)
+from eomgen.simulation.stepping.run import Run, scene_inputs
 from eomgen.simulation.stepping.settings import check_memory, chosen_stepper, count_of, positive
+from eomgen.simulation.stepping.start_state import start_description, start_of, starts_at_equilibrium
 from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.simulation.stepping.time_grid import time_grid
 

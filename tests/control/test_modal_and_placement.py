@@ -9,7 +9,7 @@ import pytest
 from eomgen.control.modal import modal_feedback, modes_of, optimal_modal_gains, placed_modal_gains
 from eomgen.control.placement import place
 from eomgen.control.plant import Plant
-from eomgen.control.riccati import lqr
+from eomgen.control.second_order_regulator import lqr
 from eomgen.control.weights import Weights
 from eomgen.errors import ModelError, UsageError
 from tests.control.plants import quarter_car, random_plant

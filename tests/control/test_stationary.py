@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import quad
 
 from eomgen.control.plant import Plant
-from eomgen.control.riccati import lqr
+from eomgen.control.second_order_regulator import lqr
 from eomgen.control.stationary import road_intensity, stationary
 from eomgen.control.weights import Weights
 from eomgen.errors import ModelError

@@ -17,7 +17,7 @@ from scipy.linalg import expm
 import eomgen
 from eomgen.control.modal import optimal_modal_gains
 from eomgen.control.plant import Plant
-from eomgen.control.riccati import lqr
+from eomgen.control.second_order_regulator import lqr
 from eomgen.control.weights import Weights
 from tests.models.cache import shared_cache
 

@@ -10,6 +10,7 @@ WITHIN = [
     "inputs",
     "run",
     "settings",
+    "start_state",
     "states",
     "step_parts",
     "stepper",

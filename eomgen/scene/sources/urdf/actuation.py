@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from eomgen.formula.words import RESERVED
-from eomgen.scene.sources.urdf.elements import Joint
+from eomgen.scene.sources.urdf.reading import Joint
 from eomgen.scene.sources.urdf.transmissions import Actuation
 
 #: Unit of an effort by the unit of the coordinate.

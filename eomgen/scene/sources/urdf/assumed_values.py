@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from eomgen.scene.sources.urdf.elements import Joint
+from eomgen.scene.sources.urdf.reading import Joint
 
 #: How far a stop gives way to the effort of its joint, by unit of the coordinate.
 GIVE = {"rad": 0.01, "m": 0.001}

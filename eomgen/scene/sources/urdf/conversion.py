@@ -20,7 +20,6 @@ from eomgen.scene.reading.report import Report
 from eomgen.scene.sources.source import OptionError
 from eomgen.scene.sources.urdf.actuation import effort_inputs
 from eomgen.scene.sources.urdf.assumed_values import GIVE, friction_of, stops_of
-from eomgen.scene.sources.urdf.elements import Joint, LoopJoint, Robot, read_robot
 from eomgen.scene.sources.urdf.followers import held_and_following
 from eomgen.scene.sources.urdf.inertias import body_entry, tunable_body
 from eomgen.scene.sources.urdf.notes import (
@@ -31,6 +30,7 @@ from eomgen.scene.sources.urdf.notes import (
     notes_of_sizes,
     notes_of_what_has_no_effect,
 )
+from eomgen.scene.sources.urdf.reading import Joint, LoopJoint, Robot, read_robot
 from eomgen.scene.sources.urdf.transmissions import Transmissions, actuation, read_transmissions
 from eomgen.scene.sources.xml import read_xml
 from eomgen.system.description import BASE, WORLD

@@ -9,7 +9,7 @@ from collections.abc import Collection, Mapping
 
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.reading.report import Report
-from eomgen.scene.sources.urdf.elements import Robot
+from eomgen.scene.sources.urdf.reading import Robot
 from eomgen.text import listed, nearest, shown
 
 

@@ -8,7 +8,7 @@ from collections.abc import Collection, Mapping, Sequence
 import numpy as np
 
 from eomgen.scene.geometry.inertia import impossible
-from eomgen.scene.sources.urdf.elements import NEWEST, WITH_QUATERNIONS, Robot
+from eomgen.scene.sources.urdf.reading import NEWEST, WITH_QUATERNIONS, Robot
 from eomgen.text import listed, shown
 
 _MEANING = {

@@ -18,7 +18,7 @@ from typing import Any
 
 from eomgen.formula.words import RESERVED
 from eomgen.scene.reading.report import Report
-from eomgen.scene.sources.urdf.elements import NUMBER, Robot, legal_name
+from eomgen.scene.sources.urdf.reading import NUMBER, Robot, legal_name
 from eomgen.scene.sources.xml import Element
 from eomgen.text import listed, shown
 

@@ -9,7 +9,7 @@ import pytest
 
 from eomgen.arrays import Array
 from eomgen.control.plant import Plant
-from eomgen.control.riccati import lqr
+from eomgen.control.second_order_regulator import lqr
 from eomgen.control.weights import Weights
 from eomgen.errors import ModelError, UsageError
 from tests.control.plants import RELATIVE, quarter_car, random_plant
