@@ -122,9 +122,9 @@ class Model(CompiledModel):
             The stepper's own, by name. Of generalized-alpha: ``rtol`` and ``atol`` of its Newton iteration,
             ``max_iterations``, ``max_halvings`` of a step that fails, ``reuse`` of its matrix (0 or 1), and
             ``perturb`` of a start in index 3 (0 or 1). Of ``rosenbrock``: ``damped_start`` (0 or 1). Of
-            ``corrected_predictor``: ``matrix_every`` so many steps, 0 for one matrix. Of these and ``lsrt2``:
-            ``stop_at_growth`` (0 or 1) that a step would damp. Of ``rattlie``: ``rtol``, ``max_iterations``, and which
-            ``multipliers`` rows have (0 to 3).
+            ``corrected_predictor``: ``matrix_every`` so many steps, 0 for one matrix. Of these, ``lsrt2`` and
+            ``tdg1`` to ``tdg3``: ``stop_at_growth`` (0 or 1) that a step would damp. Of ``rattlie``: ``rtol``,
+            ``max_iterations``, and which ``multipliers`` rows have (0 to 3).
         progress : callable or True
             Called with (steps done, all steps) some ten times a second; the steps of the error estimate are counted
             too. True shows a bar, in notebooks and on terminals.

@@ -459,11 +459,15 @@ SLOW: dict[str, tuple[str, ...]] = {
     "integrators/test_taylor.py::test_pulses_a_fifth_of_a_row_wide": ("0.02-0.8-1e-12",),
     "integrators/test_taylor.py::test_steps_end_at_known_corners": ("jump",),
     "integrators/test_unfollowed_growth.py::test_a_chain_that_stands_on_end": ("rosenbrock-0.5", "lsrt2-0.5"),
-    "integrators/test_unfollowed_growth.py::test_a_run_ends_where_growth_is_lost_and_says_what_to_do": ("lsrt2",),
+    "integrators/test_unfollowed_growth.py::test_a_run_ends_where_growth_is_lost_and_says_what_to_do": (
+        "lsrt2",
+        "tdg2",
+    ),
     "integrators/test_unfollowed_growth.py::test_any_number_of_growing_modes_is_noticed_from_the_pole_on": (),
     "integrators/test_unfollowed_growth.py::test_internal_states_that_grow_are_noticed_and_those_that_decay_are_not": (
         "7.0-0",
     ),
+    "integrators/test_unfollowed_growth.py::test_steps_of_a_methods_own_become_smaller_where_growth_is_lost": ("tdg2",),
     "integrators/test_unfollowed_growth.py::test_what_elastic_coordinates_do_far_from_the_motion_is_no_growth": (),
     "integrators/test_unfollowed_growth.py::test_what_would_be_lost_without_it": ("lsrt2",),
     "linear/test_absolute_bodies.py::test_any_tree_about_any_motion": ("5",),

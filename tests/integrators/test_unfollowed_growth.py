@@ -15,7 +15,16 @@ from tests.models.cache import shared_cache
 __all__ = ["shared_cache"]
 
 #: gamma of each method: what grows with a rate above 1/(gamma h) is lost.
-GAMMA = {"rosenbrock": 0.5, "lsrt2": 1.0 - np.sqrt(0.5), "corrected_predictor": 0.5}
+GAMMA = {
+    "rosenbrock": 0.5,
+    "lsrt2": 1.0 - np.sqrt(0.5),
+    "corrected_predictor": 0.5,
+    "tdg1": 1.0 - np.sqrt(0.5),
+    "tdg1_star": 1.0 / np.sqrt(6.0),
+    "tdg2": 0.25,
+    "tdg2s": 0.43586652150845900,
+    "tdg3": 0.165,
+}
 COUNTED: dict[str, Any] = {"settings": {"stop_at_growth": 0}, "error_estimate": False}
 
 
@@ -51,18 +60,29 @@ def test_any_number_of_growing_modes_is_noticed_from_the_pole_on(rates: tuple[fl
 
 @pytest.mark.parametrize("method", GAMMA)
 def test_a_run_ends_where_growth_is_lost_and_says_what_to_do(method: str) -> None:
-    run = row_of_masses((10.0, -3.0, -2.0)).simulate(2.0, 0.5, method=method, error_estimate=False)
+    run = row_of_masses((10.0, -3.0, -2.0)).simulate(2.8, 0.7, method=method, error_estimate=False)
     assert not run.success and len(run.t) == 1
     assert "something grows by itself so fast that a step would damp it" in run.message
-    assert "try: a step smaller than 0.5 s, or stop_at_growth = 0" in run.message
+    assert "try: a step smaller than 0.7 s, or stop_at_growth = 0" in run.message
 
 
 @pytest.mark.parametrize("method", GAMMA)
 def test_what_would_be_lost_without_it(method: str) -> None:
-    """x = h lambda = 10: true growth by e^10 a step, of which next to nothing is left."""
+    """x = h lambda = 100: true growth by e^100 a step, of which next to nothing is left."""
     made = row_of_masses((10.0,))
-    run = made.simulate(4.0, 1.0, method=method, initial={"q": [1.0], "v": [10.0]}, **COUNTED)
-    assert abs(run.q[-1, 0]) < 1e-3 * np.exp(40.0) and run.stats["unfollowed_growth"] == 4
+    run = made.simulate(40.0, 10.0, method=method, initial={"q": [1.0], "v": [10.0]}, **COUNTED)
+    assert abs(run.q[-1, 0]) < 1e-3 * np.exp(400.0) and run.stats["unfollowed_growth"] == 4
+
+
+@pytest.mark.parametrize("method", ["tdg1", "tdg2", "tdg3"])
+def test_steps_of_a_methods_own_become_smaller_where_growth_is_lost(method: str) -> None:
+    """What rests on a summit to a part in 1e12 grows by e^10 a second: the first steps see nothing of it, and no step
+    may be beyond the pole. By hand: q = 1e-12 cosh 10 t."""
+    options: dict[str, Any] = {"method": method, "tolerance": 1e-4, "initial": {"q": [1e-12], "v": [0.0]}}
+    made = row_of_masses((10.0,))
+    run = made.simulate(4.0, 4.0, error_estimate=False, **options)
+    assert run.success and run.stats["largest_step"] < 0.1 / GAMMA[method]
+    assert run.q[-1, 0] == pytest.approx(1e-12 * np.cosh(40.0), rel=0.05)
 
 
 @pytest.mark.parametrize(("rate", "noticed"), [(-300.0, 0), (7.0, 0), (9.0, 20)])

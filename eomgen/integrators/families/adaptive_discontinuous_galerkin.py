@@ -30,6 +30,7 @@ from eomgen.integrators.families.discontinuous_galerkin import METHODS, Disconti
 from eomgen.integrators.families.family import Bound, Field, MethodName, Setting, Sizes, Status, velocities
 from eomgen.integrators.families.galerkin_operators import inverse
 from eomgen.integrators.families.generalized_alpha import indices_in_q
+from eomgen.integrators.families.growth import SHRINK_AT_GROWTH
 
 if TYPE_CHECKING:
     from eomgen.system.system import System
@@ -97,7 +98,7 @@ class AdaptiveDiscontinuousGalerkin(DiscontinuousGalerkin):
         return (*super().state(sizes), *step_state(sizes))
 
     def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
-        return (*super().settings(sizes), tolerance_setting(self.tolerance))
+        return (SHRINK_AT_GROWTH, tolerance_setting(self.tolerance))
 
     def bounds(self, sizes: Sizes) -> tuple[Bound, ...]:
         within = (Bound("tolerance", ">", 0.0), Bound("tolerance", "<=", LARGEST_TOLERANCE))

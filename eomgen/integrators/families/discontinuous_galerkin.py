@@ -37,8 +37,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from eomgen.integrators.families.family import (
     DenseOutput,
+    Field,
     GroupFunction,
     MethodName,
+    Setting,
+    Sizes,
     Status,
     hold,
     rotation_too_large,
@@ -51,6 +54,7 @@ from eomgen.integrators.families.galerkin_operators import (
     root,
     stability_series,
 )
+from eomgen.integrators.families.growth import GROWTH_STATUS, STOP_AT_GROWTH, UNFOLLOWED_GROWTH
 from eomgen.integrators.families.one_factorization import OneFactorization, linear_system
 
 if TYPE_CHECKING:
@@ -127,13 +131,19 @@ class DiscontinuousGalerkin(OneFactorization):
     def more_stable(self) -> str:
         return "tdg1, which damps what its steps cannot follow most"
 
+    def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
+        return (STOP_AT_GROWTH,)
+
+    def statistics(self, sizes: Sizes) -> tuple[Field, ...]:
+        return (*super().statistics(sizes), UNFOLLOWED_GROWTH)
+
     def statuses(self, constrained: bool, angles: bool) -> tuple[Status, ...]:
-        return (*super().statuses(constrained, angles), rotation_too_large(angles))
+        return (*super().statuses(constrained, angles), rotation_too_large(angles), GROWTH_STATUS)
 
     def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
         found = self.operators
         return {
-            **linear_system(system, float(self.gamma) * step, samples, turned=True),
+            **linear_system(system, float(self.gamma) * step, samples, guarded=True, turned=True),
             "stages": self.degree + 1,
             "passes": self.passes,
             "gamma": float(self.gamma),

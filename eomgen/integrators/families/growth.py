@@ -1,7 +1,7 @@
 """The guard of steps of one factorization against growth that they cannot follow: rows of families that have it.
 
 ``newton/growth.c.jinja`` looks at the pivots (``newton.signs``); a step calls ``_note_growth`` behind a factorization,
-with ``stop_at_growth`` in its workspace.
+with ``stop_at_growth`` in its workspace. Where a method chooses its steps, such a step is tried again as a smaller one.
 """
 
 from __future__ import annotations
@@ -10,6 +10,9 @@ from eomgen.integrators.families.family import SMALLER_STEP, Field, Setting, Sta
 
 STOP_AT_GROWTH = Setting(
     "stop_at_growth", 1, "0: growth that a step cannot follow is only counted; 1: it ends the run", (0, 1)
+)
+SHRINK_AT_GROWTH = Setting(
+    "stop_at_growth", 1, "0: growth that a step cannot follow is only counted; 1: a smaller step is taken", (0, 1)
 )
 UNFOLLOWED_GROWTH = Field(
     "unfollowed_growth", "matrices with something that grows so fast that the step would damp it", kind="long"
