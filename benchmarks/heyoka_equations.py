@@ -30,15 +30,19 @@ _OPERATIONS: dict[Op, Callable[..., Any]] = {
 
 
 def of_system(system: System) -> Equations:
-    """Return dq/dt and dv/dt of a system of hinges and balls without parameters: forward dynamics, operation by
-    operation."""
+    """Return dq/dt and dv/dt of a system of hinges and balls without parameters: forward dynamics and the motion of
+    the base, operation by operation."""
     q, v = _variables("q", system.nq), _variables("v", system.nv)
     tape, refs = system.tape, system.functions["forward_dynamics"].refs
+    base = system.functions["base"].refs if "base" in system.functions else ()
     known: dict[int, Any] = {}
-    for node in tape.live(refs):
+    for node in [*tape.live(base), *tape.live(refs)]:
         symbol, number = tape.symbol(node), tape.value(node)
-        if symbol is not None:
-            known[node] = {"q": q, "v": v}[symbol.block][symbol.index]
+        if symbol is not None and symbol.block == "base":
+            ref = base[symbol.index]
+            known[node] = known[ref] if ref > 0 else -known[-ref]
+        elif symbol is not None:
+            known[node] = {"q": q, "v": v, "t": [heyoka.time]}[symbol.block][symbol.index]
         elif number is not None:
             known[node] = heyoka.expression(number)
         else:
@@ -98,6 +102,26 @@ def rods(links: int, length: float, mass: float, gravity: float) -> Equations:
         known = [factors[k][i] * found[i] for i in range(k)]
         found.append(right[k] * inverse[k] - heyoka.sum(known) if known else right[k] * inverse[k])
     return list(zip([*angle, *rate], [*rate, *found], strict=True))
+
+
+def shear_frame(ground_stiffness: float) -> Equations:
+    """Return three storeys on shaking ground with a pendulum below the top floor, M solved for the last two
+    coordinates: the equations of ``tests.models.shear_frame``."""
+    (x1, x2, x3, angle), (v1, v2, v3, rate) = _variables("q", 4), _variables("v", 4)
+    stiffness, damping, floor, mass, length, gravity = 2e5, 1e3, 2000.0, 200.0, 0.5, 9.81
+    ground = 2.0 * heyoka.sin(7.0 * heyoka.time)
+    sine, cosine = heyoka.sin(angle), heyoka.cos(angle)
+    second = stiffness * (x2 - x1) + damping * (v2 - v1)
+    third = stiffness * (x3 - x2) + damping * (v3 - v2)
+    a1 = (second - ground_stiffness * x1 - damping * v1) * (1.0 / floor) - ground
+    a2 = (third - second) * (1.0 / floor) - ground
+    top = mass * length * rate * rate * sine - third
+    turn = -2.0 / (mass * length) * rate - gravity * sine
+    # (floor + mass) a3 + mass length cos a4 = top, cos a3 + length a4 = turn, where a3 is absolute
+    a3 = (top - mass * cosine * turn) / (floor + mass - mass * cosine * cosine)
+    a4 = (turn - cosine * a3) * (1.0 / length)
+    q, v = (x1, x2, x3, angle), (v1, v2, v3, rate)
+    return list(zip([*q, *v], [*v, a1, a2, a3 - ground, a4], strict=True))
 
 
 def absolute(state: Array) -> Array:

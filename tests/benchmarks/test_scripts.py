@@ -12,6 +12,7 @@ import pytest
 from benchmarks import (
     adaptive_steps,
     equal_elements,
+    frame_peers,
     generation_time,
     measure,
     real_time_steps,
@@ -22,6 +23,7 @@ from benchmarks import (
     steps_in_passes,
     time_derivatives,
 )
+from tests.models.shear_frame import RESPONSE, SCALE
 
 
 def test_robot_dynamics_finds_its_own_numbers_right(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -99,7 +101,64 @@ def test_steps_in_passes_are_compared(tmp_path: Path) -> None:
     assert steps_in_passes.main(["--quick", "--json", str(tmp_path / "out.json")]) == 0
     found = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
     assert max(item["error"] for item in found.values()) <= 1e-5
-    assert found["stiff, 1e-05, tdg3"]["size"] > 100 * found["stiff, 1e-05, rk4"]["size"]
+    assert found["stiff frame, 1e-05, rk4"]["steps"] > 100 * found["stiff frame, 1e-05, tdg3"]["steps"]
+
+
+START, END, SOFT = np.array([0.0, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 0.0]), 10.0, 2e5
+
+
+def missed(end: np.ndarray | None) -> float:
+    assert end is not None
+    return float(np.abs((end - RESPONSE) / SCALE).max())
+
+
+def test_heyoka_has_the_equations_of_the_frame() -> None:
+    pytest.importorskip("heyoka")
+    runs = [way(1e-12) for way, _ in frame_peers.heyoka_ways(frame_peers.frame_in_heyoka(SOFT), START, END)]
+    assert [run.label.split(", ")[2] for run in runs] == ["forward dynamics"] * 3 + ["by hand"] * 3
+    assert [missed(run.call()) for run in runs] == pytest.approx([0.0] * 6, abs=1e-11)
+
+
+def test_compiled_rates_and_jacobian_serve_scipy_and_cvode() -> None:
+    ffi, library = frame_peers.compiled(SOFT, False)
+
+    def rates(y: np.ndarray) -> np.ndarray:
+        dy = np.empty(8)
+        library.frame_rates(1.3, ffi.from_buffer("double[]", y), ffi.from_buffer("double[]", dy))
+        return dy
+
+    y, columns = SCALE * [0.3, -0.5, 0.8, 1.0, -0.2, 0.7, -0.6, 0.9], np.empty((8, 8))
+    library.frame_jacobian(1.3, ffi.from_buffer("double[]", y), ffi.from_buffer("double[]", columns))
+    differences = [(rates(y + 1e-5 * unit) - rates(y - 1e-5 * unit)) / 2e-5 for unit in np.eye(8)]
+    np.testing.assert_allclose(columns, differences, atol=1e-6)
+    ((radau, _), _) = frame_peers.scipy_ways(SOFT, START, END, "Radau")
+    assert missed(radau(1e-9).call()) < 1e-7
+    pytest.importorskip("sksundae")
+    runs = [way(1e-9) for way, _ in frame_peers.cvode_ways(SOFT, END)]
+    assert max(missed(run.call()) for run in runs) < 1e-4 and missed(runs[4].call()) < 1e-6
+    assert runs[0].steps() > 10 * runs[4].steps() > 1000
+
+
+def test_the_first_tolerance_that_meets_an_error_is_taken() -> None:
+    def run(tolerance: float, error: float | None) -> frame_peers.Run:
+        return frame_peers.Run(f"{tolerance:g}", lambda: None if error is None else np.array([error]), lambda: 1)
+
+    errors = {1.0: 0.5, 0.1: None, 0.01: 0.05, 0.001: 0.06, 0.0001: 0.001}
+    ways = iter([(lambda tolerance: run(tolerance, errors[tolerance]), list(errors))])
+    found = frame_peers.cheapest(ways, lambda end: float(end[0]), [0.1, 0.05, 0.01, 1e-9])
+    assert {error: (best.label, by) for error, (best, by) in found.items()} == {
+        0.1: ("0.01", 0.05),
+        0.05: ("0.01", 0.05),
+        0.01: ("0.0001", 0.001),
+    }
+
+
+def test_the_top_is_held_against_its_reference() -> None:
+    top = steps_in_passes.Top()
+    end = steps_in_passes.end_of(top.run(method="rk4", step=1e-4))
+    assert end is not None and 1e-9 < top.missed(end) < 1e-6
+    other_sign = np.concatenate([-2.0 * end[:4], end[4:]])
+    assert top.missed(other_sign) == pytest.approx(top.missed(end), rel=1e-3)
 
 
 def test_steps_of_one_factorization_are_compared(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
