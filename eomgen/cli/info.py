@@ -181,6 +181,8 @@ def _print(data: dict[str, Any]) -> None:
         parts.append(("all of it", 1, *(step["total"][key] for key in _OPERATIONS)))
         title = f"A step of {step['method']}: {step['total']['flops']} flops, the same every time"
         print_table(title, ("what", "times", "+", "*", "/", "sin, sqrt ..."), parts, numeric=tuple(range(1, 6)))
+        for names in step["joined"]:
+            out.print(f"Eliminated without subtraction: {', '.join(names)}, which relative springs join", markup=False)
     out.print()
     print_table(
         "What simplification saves",

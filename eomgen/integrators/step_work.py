@@ -54,9 +54,33 @@ def work_of_system(solver: Mapping[str, Any], size: int) -> tuple[Work, ...]:
         factors = Work("factors, with pivots by size", 1, False, inner, inner, half)
         return assembly, factors, Work("substitution", 1, False, 2 * half, 2 * half, size)
     data = solver["elimination"]
-    pivots, stored = data["size"], data["factors"] - data["size"]
-    factors = Work("factors, in their order", 1, False, data["operations"], data["operations"] + stored, pivots)
+    pivots, stored = data["size"], data["factors"] - data["size"] - data.get("sums", 0)
+    if "groups" in data:
+        factors = Work("factors, without subtraction", 1, False, *_operations_of_groups(data), pivots)
+    else:
+        factors = Work("factors, in their order", 1, False, data["operations"], data["operations"] + stored, pivots)
     return assembly, factors, Work("substitution", 1, False, stored, stored + pivots)
+
+
+def _operations_of_groups(data: Mapping[str, Any]) -> tuple[int, int]:
+    """Return additions and multiplications of an elimination with sums, from its rows or from its tables."""
+    if "unrolled" in data:
+        rows = data["unrolled"]
+        updates = sum(len(taken["updates"]) for row in rows for taken in row["taken"])
+        sums = sum(len(row.get("within", ())) + sum(len(of) - 1 for _, of in row["others"]) for row in rows)
+        factors = sum(len(row["lower"]) + len(row["upper"]) + ("kept" in row) for row in rows)
+        return updates + sums, updates + factors
+    start, diagonal, column, group = (data[name] for name in ("start", "diagonal", "column", "groups"))
+    additions = multiplications = 0
+    for row in range(data["size"]):
+        right = range(diagonal[row] + 1, start[row + 1])
+        for earlier in column[start[row] : diagonal[row]]:
+            updated = column[diagonal[earlier] + 1 : start[earlier + 1]]
+            additions += len(updated) + sum(group[k] == group[row] for k in updated) + 1
+            multiplications += len(updated) + 2
+        additions += sum(group[column[k]] == group[row] for k in right) if group[row] >= 0 else 0
+        multiplications += len(right) + 1
+    return additions, multiplications
 
 
 def work_of_kernel(kernel: Mapping[str, Any], times: int) -> Work:

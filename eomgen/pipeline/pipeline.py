@@ -424,6 +424,8 @@ def _program(
     lacking = [name for name in TERMS if name in called - set(system.functions) and TERMS[name].on_request]
     if lacking and selection.terms is None:
         system = derive(prepared, [*(name for name in system.functions if name in TERMS), *lacking])
+    if target.steppers:
+        system = chosen.prepared(system)
     functions = selection.functions(list(system.functions), called, implicit=chosen.implicit)
     if not target.steppers:
         return to_program(system, None, functions, names=target.names), f"{target.language} has functions only"

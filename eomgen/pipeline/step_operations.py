@@ -11,12 +11,14 @@ from eomgen.pipeline.pipeline import derive
 
 if TYPE_CHECKING:
     from eomgen.scene.scene import Scene
+    from eomgen.system.system import System
 
 _OPERATIONS = ("additions", "multiplications", "divisions", "functions")
 
 
 def operations_of_step(scene: Scene, name: str) -> dict[str, Any]:
-    """Return what a step of a method does, JSON types: ``parts`` with ``times`` and operations of one time, ``total``.
+    """Return what a step of a method does, JSON types: ``parts`` with ``times`` and operations of one time, ``total``,
+    and ``joined``, groups of coordinates whose equations are eliminated without subtraction.
 
     Parameters
     ----------
@@ -30,7 +32,7 @@ def operations_of_step(scene: Scene, name: str) -> dict[str, Any]:
         There is no such method, or its steps differ.
     """
     method, facts = method_named(name), derive(scene, []).facts
-    system = derive(scene, list(terms_of(name, facts.constraints, facts.internal_states)))
+    system = method.prepared(derive(scene, list(terms_of(name, facts.constraints, facts.internal_states))))
     work = method.work(system, method_data(method, system))
     if not work:
         what = f"steps of {name} differ from each other: iterations or errors decide what they do"
@@ -43,4 +45,11 @@ def operations_of_step(scene: Scene, name: str) -> dict[str, Any]:
         parts.append({"what": part.what, "times": part.times, **each})
         total = {key: total[key] + part.times * each[key] for key in _OPERATIONS}
     flops = total["additions"] + total["multiplications"]
-    return {"method": name, "parts": parts, "total": {**total, "flops": flops}}
+    joined = [[_coordinate(system, component) for component in group] for group in system.relative]
+    return {"method": name, "parts": parts, "total": {**total, "flops": flops}, "joined": joined}
+
+
+def _coordinate(system: System, component: int) -> str:
+    """Return the name of the coordinate whose rate a velocity component is."""
+    factor = next(item for item in system.factors if item.v_start <= component < item.v_start + item.v_size)
+    return factor.name if factor.v_size == 1 else f"{factor.name}[{component - factor.v_start}]"

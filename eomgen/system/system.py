@@ -258,6 +258,9 @@ class System:
         What the scene made necessary, and what it did not.
     base_zeros : tuple of int
         Components of the base struct that are zero at all times by the base's law: no function reads them.
+    relative : tuple of tuples of int
+        Velocity components that relative springs and dampers join, group by group, where a method asked for that; the
+        function ``row_sums`` gives row sums of K and C over them that are not zero, ``patterns`` where they belong.
     order : int
         Highest time derivative that a function gives: how many derivatives of inputs and of the base's acceleration it
         takes.
@@ -304,6 +307,7 @@ class System:
     angles: tuple[str, ...] = ()
     base_zeros: tuple[int, ...] = ()
     frames: tuple[str, ...] = ()
+    relative: tuple[tuple[int, ...], ...] = ()
 
     def __repr__(self) -> str:
         return line(self.name, self._sizes, {name: count.flops for name, count in self.counts.items()})

@@ -37,7 +37,12 @@ from eomgen.integrators.families.family import (
     Status,
 )
 from eomgen.integrators.families.growth import GROWTH_STATUS, STOP_AT_GROWTH, UNFOLLOWED_GROWTH
-from eomgen.integrators.families.one_factorization import FIXED_STEPS, OneFactorization, linear_system
+from eomgen.integrators.families.one_factorization import (
+    FIXED_STEPS,
+    OneFactorization,
+    linear_system,
+    matrix_functions,
+)
 
 if TYPE_CHECKING:
     from eomgen.system.system import System
@@ -58,7 +63,7 @@ class CorrectedPredictor(OneFactorization):
         return (MethodName("corrected_predictor", cls, idle=("rho_inf",), studied=False, fixed_steps=FIXED_STEPS),)
 
     def calls(self, system: System) -> set[str]:
-        return {"forward_dynamics", "iteration" if "iteration" in system.functions else "partials"}
+        return {"forward_dynamics", *matrix_functions(system)}
 
     def title(self, constrained: bool) -> str:
         return "a predictor that is corrected once, on Lie groups"

@@ -207,6 +207,10 @@ class Family(ABC):
         """Return the functions of a system that the stepper requires."""
         return set(self.terms(bool(system.multipliers), system.facts.internal_states, "mass" in system.functions))
 
+    def prepared(self, system: System) -> System:
+        """Return a system with functions of the method's own beside those of its terms."""
+        return system
+
     @abstractmethod
     def title(self, constrained: bool) -> str:
         """Return the description of the method for the head of the C file."""

@@ -6,7 +6,7 @@ increments are about none, so pivots are chosen ``at_start`` and M may be singul
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -47,8 +47,12 @@ class OneFactorization(Family):
         return ("forward_dynamics", *(("equations", "iteration") if internal else ("residual", "partials")))
 
     def calls(self, system: System) -> set[str]:
-        matrix = "iteration" if "iteration" in system.functions else "partials"
-        return {"equations" if system.facts.internal_states else "residual", matrix}
+        return {"equations" if system.facts.internal_states else "residual", *matrix_functions(system)}
+
+    def prepared(self, system: System) -> System:
+        from eomgen.integrators.newton.row_sums import with_row_sums  # noqa: PLC0415
+
+        return with_row_sums(system)
 
     def state(self, sizes: Sizes) -> tuple[Field, ...]:
         unit = Field("unit", "1/root of M_ii at the start, in which pivots are compared", sizes.v + sizes.z)
@@ -63,6 +67,12 @@ class OneFactorization(Family):
     def statuses(self, constrained: bool, angles: bool) -> tuple[Status, ...]:
         singular = Status(2, "SINGULAR", "the matrix of a step is singular", SINGULAR_ADVICE)
         return (singular, NOT_FINITE, BAD_ARGUMENT)
+
+
+def matrix_functions(system: System) -> set[str]:
+    """Return the functions that give the numbers of a step's matrix."""
+    matrix = "iteration" if "iteration" in system.functions else "partials"
+    return {matrix, "row_sums"} & set(system.functions)
 
 
 def linear_system(
@@ -82,17 +92,17 @@ def linear_system(
     from eomgen.integrators.newton.signs import pivot_signs  # noqa: PLC0415
     from eomgen.integrators.newton.solver import make_solver, solver_data  # noqa: PLC0415
 
-    owners = system.inner_owners
+    owners, groups = system.inner_owners, system.relative
     unknowns = Unknowns(velocities(system.factors), 0, 0, False, len(owners), len(system.initial_z))
     known = samples if samples is not None else samples_of(system)
     weights = (1.0, gain, gain * gain, 1.0, 1.0, 1.0, gain)
-    solver = make_solver(unknowns, system.factors, known, weights, gain, owners, at_start=True, turned=turned)
+    solver = make_solver(unknowns, system.factors, known, weights, gain, owners, groups, at_start=True, turned=turned)
     return {
         "hooks": {"row": "accelerations_of_row"},
         "unknowns": unknowns.data,
         "solver": solver_data(solver, system.factors, plain=True),
         **({"pivots": pivot_signs(solver, known, gain)} if guarded else {}),
-        "products": _products(unknowns, known.packing),
+        "products": _products(unknowns, known.packing, groups),
         "rights": unknowns.matrix_size,
     }
 
@@ -106,17 +116,27 @@ def _remainders(sizes: Sizes) -> tuple[Field, ...]:
     return tuple(item for item in members if item.size)
 
 
-def _products(unknowns: Unknowns, packing: Packing) -> list[dict[str, Any]]:
-    """Return for each row of the matrix what it has of M times one vector and of K times another: (number, column)."""
-    by_row: dict[int, dict[str, list[list[int]]]] = {}
+def _products(unknowns: Unknowns, packing: Packing, groups: Sequence[Sequence[int]]) -> list[dict[str, Any]]:
+    """Return for each row of the matrix what it has of M times one vector and of K times another.
 
-    def add(row: int, name: str, terms: Iterable[tuple[int, int]]) -> None:
-        into = by_row.setdefault(row, {"M": [], "K": []})[name]
-        into += [[number, column] for number, column in terms]
+    Terms are (number, column, None), and within a group (number, column, row): of the difference of two components,
+    with the row sum of K in place of its diagonal.
+    """
+    by_row: dict[int, dict[str, list[list[int | None]]]] = {}
+    group_of = {k: number for number, group in enumerate(groups) for k in group}
 
-    for name in ("M", "K"):
-        for (row, column), number in packing.nonzeros[name].items():
-            add(unknowns.equation(row), name, ((number, column),))
+    def add(row: int, name: str, number: int, column: int, other: int | None = None) -> None:
+        by_row.setdefault(row, {"M": [], "K": []})[name].append([number, column, other])
+
+    for (row, column), number in packing.nonzeros["M"].items():
+        add(unknowns.equation(row), "M", number, column)
+    for (row, column), number in packing.nonzeros.get("K_sum", {}).items():
+        add(row, "K", number, column)
+    for (row, column), number in packing.nonzeros["K"].items():
+        if row not in group_of or group_of[row] != group_of.get(column):
+            add(unknowns.equation(row), "K", number, column)
+        elif row != column:
+            add(row, "K", number, column, row)
     for (state, column), number in packing.nonzeros["Fq"].items():
-        add(unknowns.first_z + state, "K", ((number, column),))
+        add(unknowns.first_z + state, "K", number, column)
     return [{"row": row, **terms} for row, terms in sorted(by_row.items())]

@@ -127,7 +127,8 @@ class Rosenbrock(OneFactorization):
         drivers = [name for name in ("inputs", "base") if name in system.functions]
         mass, stiffness = ([len(row[name]) for row in method["products"] if row[name]] for name in ("M", "K"))
         inertia = Work("M a", 1, False, sum(mass), sum(mass))
-        stiff = Work("gain K d", self.stages, False, sum(stiffness), sum(stiffness) + len(stiffness))
+        differences = sum(other is not None for row in method["products"] for _, _, other in row["K"])
+        stiff = Work("gain K d", self.stages, False, sum(stiffness) + differences, sum(stiffness) + len(stiffness))
         assembly, factors, substitution = work_of_system(solver, un["size"])
         v, z = un["v"], un["size"] - un["v"]
         if self.stages == 1:
@@ -143,6 +144,7 @@ class Rosenbrock(OneFactorization):
         return (
             Work(forces, twice, of_model=True),
             Work(solver["function"], 1, of_model=True),
+            *(Work(name, 1, of_model=True) for name in ("row_sums",) if name in system.functions),
             *(Work(name, twice, of_model=True) for name in drivers),
             assembly,
             factors,

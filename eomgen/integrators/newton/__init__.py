@@ -2,4 +2,4 @@
 
 __all__ = ["matrix"]
 #: Open to the other parts of ``integrators`` as well.
-WITHIN = ["sample_matrices", "signs", "solver"]
+WITHIN = ["row_sums", "sample_matrices", "signs", "solver"]

@@ -2,6 +2,14 @@
 
 Threshold Markowitz: of the entries that are large enough in their column in every sample, the one that fills in least.
 Markowitz, Management Science 3 (1957) 255; Duff, Erisman and Reid, Direct Methods for Sparse Matrices (2017).
+
+Rows of ``groups`` hold their sum over the columns of their group in place of the diagonal, which is what the sum leaves
+when the other entries are taken off. With d for the sum, w for entries off the diagonal with a minus, and pivot k,
+
+    p = d_k + sum_j w_kj,   w_ij + w_ik w_kj / p,   d_i + w_ik d_k / p,
+
+so nothing is subtracted where all of these are positive: Grassmann, Taksar and Heyman, Operations Research 33 (1985)
+1107. Pivots of such rows are on the diagonal. Sums over columns of other groups go with other pivots' rows.
 """
 
 from __future__ import annotations
@@ -41,6 +49,8 @@ class Elimination:
     operations : int
         Multiply-subtracts of the factorization.
     stages : positions at which the stages begin, without empty ones.
+    groups : (N,)
+        At each position the number of the group of its unknown, -1 for none.
     """
 
     rows: tuple[int, ...]
@@ -49,6 +59,7 @@ class Elimination:
     upper: tuple[tuple[int, ...], ...]
     operations: int
     stages: tuple[int, ...] = (0,)
+    groups: tuple[int, ...] = ()
 
     @property
     def size(self) -> int:
@@ -82,6 +93,7 @@ def eliminate(
     samples: Mapping[tuple[int, int], Array],
     stages: Sequence[tuple[Sequence[int], Sequence[int]]] | None = None,
     *,
+    groups: Sequence[Sequence[int]] = (),
     constrained: bool = False,
     diagonal_first: bool = False,
 ) -> Elimination:
@@ -93,6 +105,7 @@ def eliminate(
         Every entry that is not zero by structure, at n states of the system.
     stages : sequence of (rows, columns), optional
         Where to look for pivots, one after the other; what finds none waits for the next stage.
+    groups : unknowns whose rows have sums over their group on the diagonal.
     constrained : whether rows of constraints are among them, for messages.
     diagonal_first : whether of pivots that fill in alike those on the diagonal are taken, whose signs are the inertia.
 
@@ -101,7 +114,7 @@ def eliminate(
     ModelError
         When some sample is singular.
     """
-    state = _Active(size, samples, diagonal_first)
+    state = _Active(size, samples, groups, diagonal_first)
     rows: list[int] = []
     columns: list[int] = []
     left: dict[int, list[int]] = {row: [] for row in range(size)}
@@ -147,7 +160,8 @@ def eliminate(
     position_of = {column: position for position, column in enumerate(columns)}
     lower = tuple(tuple(left[row]) for row in rows)
     upper = tuple(tuple(sorted(position_of[column] for column in beside)) for beside in right)
-    return Elimination(tuple(rows), tuple(columns), lower, upper, operations, tuple(starts))
+    of_positions = tuple(state.group[column] for column in columns) if groups else ()
+    return Elimination(tuple(rows), tuple(columns), lower, upper, operations, tuple(starts), of_positions)
 
 
 #: Cost, whether another place is preferred, the size with a minus, row and column.
@@ -157,11 +171,21 @@ _Candidate = tuple[float, bool, float, int, int]
 class _Active:
     """Remaining submatrix: rows of scaled samples, and the rows of each column."""
 
-    def __init__(self, size: int, samples: Mapping[tuple[int, int], Array], diagonal_first: bool) -> None:
-        self.diagonal_first = diagonal_first
+    def __init__(
+        self,
+        size: int,
+        samples: Mapping[tuple[int, int], Array],
+        groups: Sequence[Sequence[int]],
+        diagonal_first: bool,
+    ) -> None:
+        self.diagonal_first, self.grouped = diagonal_first, bool(groups)
+        self.group = [-1] * size
+        for number, group in enumerate(groups):
+            for k in group:
+                self.group[k] = number
         self.rows: list[dict[int, Array]] = [{} for _ in range(size)]
         self.columns: list[set[int]] = [set() for _ in range(size)]
-        for (row, column), values in _equilibrated(size, samples).items():
+        for (row, column), values in _equilibrated(size, samples, groups).items():
             self.rows[row][column] = values
             self.columns[column].add(row)
         self.rows_of_stage: set[int] = set()
@@ -201,6 +225,11 @@ class _Active:
     def _size(self, row: int, column: int, threshold: float) -> float:
         """Return the smallest ratio of an entry to the largest of its column within the stage; 0 where it is no
         pivot."""
+        if self.group[row] >= 0 or self.group[column] >= 0:
+            if row != column:
+                return 0.0
+            pivot = self._pivot_value(row, column)
+            return 1.0 if np.all(np.isfinite(pivot) & (pivot != 0.0)) else 0.0
         near, all_rows = self.rows_of_stage, self.columns[column]
         own = np.abs(self.rows[row][column])
         largest = np.max([np.abs(self.rows[other][column]) for other in all_rows if other in near], axis=0)
@@ -219,10 +248,27 @@ class _Active:
         candidate = (cost, self.diagonal_first and row != column, -size, row, column)
         return candidate if best is None or candidate < best else best
 
+    def _sums(self, row: int) -> dict[int, Array]:
+        """Return the sums of a row over the columns of each group, without the diagonal of its own."""
+        found: dict[int, Array] = {}
+        for column, values in self.rows[row].items():
+            group = self.group[column]
+            if group >= 0 and (column != row or self.group[row] < 0):
+                found[group] = found.get(group, 0.0) + values
+        return found
+
+    def _pivot_value(self, row: int, column: int) -> Array:
+        own = self.rows[row][column]
+        return own - self._sums(row).get(self.group[row], 0.0) if self.group[row] >= 0 else own
+
     def eliminate(self, row: int, column: int) -> tuple[list[int], list[int]]:
         """Eliminate with a pivot; return the rows below it and the columns beside it."""
-        pivot_row = self.rows[row]
-        pivot = pivot_row.pop(column)
+        pivot_row, group = self.rows[row], self.group[row]
+        pivot = self._pivot_value(row, column)
+        sums = self._sums(row) if self.grouped else {}
+        if group >= 0:
+            sums[group] = pivot_row[column]
+        del pivot_row[column]
         beside = sorted(pivot_row)
         self.columns[column].discard(row)
         below = sorted(self.columns[column])
@@ -231,7 +277,11 @@ class _Active:
         for number in below:
             target = self.rows[number]
             factor = target.pop(column) / pivot
+            if self.group[number] in sums:
+                target[number] = target[number] - factor * sums[self.group[number]]
             for other, value in pivot_row.items():
+                if other == number and self.group[number] >= 0:
+                    continue
                 known = target.get(other)
                 target[other] = -factor * value if known is None else known - factor * value
                 self.columns[other].add(number)
@@ -240,8 +290,13 @@ class _Active:
         return below, beside
 
 
-def _equilibrated(size: int, samples: Mapping[tuple[int, int], Array]) -> dict[tuple[int, int], Array]:
-    """Return the entries with rows and columns scaled so that the largest of each is about 1 (Ruiz 2001)."""
+def _equilibrated(
+    size: int, samples: Mapping[tuple[int, int], Array], groups: Sequence[Sequence[int]]
+) -> dict[tuple[int, int], Array]:
+    """Return the entries with rows and columns scaled so that the largest of each is about 1 (Ruiz 2001).
+
+    Columns of a group share their scale, so that sums over them stay sums.
+    """
     indices = np.array(list(samples), dtype=np.intp).reshape(-1, 2)
     values = np.array(list(samples.values()), dtype=float)
     magnitude = np.max(np.abs(values), axis=1)
@@ -252,5 +307,7 @@ def _equilibrated(size: int, samples: Mapping[tuple[int, int], Array]) -> dict[t
             largest = np.zeros(size)
             np.maximum.at(largest, index, scaled)
             scale[:] = scale / np.sqrt(np.where(largest > 0.0, largest, 1.0))
+        for group in groups:
+            column_scale[list(group)] = np.max(column_scale[list(group)])
     values = values * (row_scale[indices[:, 0]] * column_scale[indices[:, 1]])[:, np.newaxis]
     return dict(zip(samples, values, strict=True))

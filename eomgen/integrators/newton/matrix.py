@@ -12,6 +12,8 @@ Internal states z add the unknowns y = (z - z_n)/h and the equations h (f - zdot
     and k Rz in the columns of y and the rows of the residual                 (its counterpart beside B_n^T is left out,
     as below)
 
+Rows of coordinates that relative springs join hold sums over their group where the diagonal was: see ``row_sums``.
+
 With m = b*, c = h g*, k = h^2, b = g*, z = h, d = h dzdot/dy this is the derivative of a step. The entry -h^2 K T B_n^T
 beside B^T is left out:
 eta is O(h^2), so that it costs no iteration, and it would couple bodies that share no joint. With m = b = 1, c = k = z
@@ -38,6 +40,8 @@ MatrixIndex = tuple[int, int]
 #: Weights of the sum of matrices above, by position in the arrays of terms.
 WEIGHTS = ("M", "C", "K", "B", "Z", "one", "zdot")
 _MATRICES = ("K", "C", "M", "B", "Z", "X", "Rz", "Fq", "Fv", "Fz", "Fx")
+#: Row sums of K and C over groups of coordinates, as entries of the diagonal.
+SUMS = {"K": "K_sum", "C": "C_sum"}
 
 
 @dataclass(frozen=True)
@@ -161,6 +165,18 @@ def dense(nonzero: Mapping[str, Sequence[MatrixIndex]], nv: int) -> Packing:
     return Packing("partials", nonzeros, blocks, len(nonzero) * nv * nv)
 
 
+def with_sums(packing: Packing, patterns: Mapping[str, Sequence[MatrixIndex]]) -> Packing:
+    """Return the packing with row sums of K and C behind the other numbers."""
+    nonzeros, blocks, size = dict(packing.nonzeros), dict(packing.blocks), packing.size
+    for name in SUMS.values():
+        pattern = patterns.get(name, ())
+        nonzeros[name] = {index: size + k for k, index in enumerate(pattern)}
+        if pattern:
+            blocks[name] = (size, len(pattern))
+        size += len(pattern)
+    return Packing(packing.function, nonzeros, blocks, size)
+
+
 @dataclass
 class Terms:
     """Terms of each nonzero in the numbers of a packing.
@@ -195,9 +211,17 @@ class Terms:
 
 
 def iteration_terms(
-    unknowns: Unknowns, factors: Sequence[Factor], packing: Packing, *, every_tangent: bool = False
+    unknowns: Unknowns,
+    factors: Sequence[Factor],
+    packing: Packing,
+    groups: Sequence[Sequence[int]] = (),
+    *,
+    every_tangent: bool = False,
 ) -> Terms:
-    """Return the terms of the matrix above; ``every_tangent``: with the blocks of T that it does not need, too."""
+    """Return the terms of the matrix above; ``every_tangent``: with the blocks of T that it does not need, too.
+
+    ``groups``: coordinates over which the diagonal holds row sums instead.
+    """
     terms = Terms()
     columns = _tangent_rows(factors, terms, packing, every_tangent)
     of_positions = packing.nonzeros.get("B_end", packing.nonzeros["B"])
@@ -214,6 +238,13 @@ def iteration_terms(
             add(unknowns.equation(row), column, name, number)
     for (row, column), number in moved["K"].items():
         add(unknowns.equation(row), column, "K", number)
+    for k in (k for group in groups for k in group):
+        sources_of_sum = (("M", "M"), *((name, of) for name, of in SUMS.items()))
+        terms.linear[k, k] = [
+            (weight[name], packing.nonzeros[of][k, k])
+            for name, of in sources_of_sum
+            if (k, k) in packing.nonzeros.get(of, ())
+        ]
     for (row, column), number in packing.nonzeros["X"].items():
         add(unknowns.equation(row), unknowns.size + column, "one", number)
     for (constraint, column), number in packing.nonzeros["B"].items():

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from eomgen.arrays import Array
-from eomgen.integrators.newton.matrix import MatrixIndex, Packing, dense, packed
+from eomgen.integrators.newton.matrix import MatrixIndex, Packing, dense, packed, with_sums
 from eomgen.lie import product
 from eomgen.symbolic.evaluate import evaluate
 
@@ -38,7 +38,13 @@ class Samples:
 
 
 def packing_of(system: Any) -> Packing:
-    """Return the packing of the system's partials: of ``iteration`` where it exists, else of ``partials``."""
+    """Return the packing of the system's partials: of ``iteration`` where it exists, else of ``partials``; with row
+    sums."""
+    packing = _packing_of_partials(system)
+    return with_sums(packing, system.patterns) if "row_sums" in system.functions else packing
+
+
+def _packing_of_partials(system: Any) -> Packing:
     if "iteration" in system.functions:
         return packed(system.patterns)
     nonzero: dict[str, list[MatrixIndex]] = {}
@@ -69,7 +75,8 @@ def samples_of(system: Any) -> Samples:
             "lam": np.zeros((len(q), len(system.multipliers))),
         }
         inputs |= _consistent(system, inputs)
-        blocks = {block.name: block.refs for block in system.functions[packing.function].outputs}
+        evaluated = [system.functions[name] for name in (packing.function, "row_sums") if name in system.functions]
+        blocks = {block.name: block.refs for function in evaluated for block in function.outputs}
         numbers = np.hstack([np.asarray(evaluate(system.tape, blocks[name], inputs), float) for name in packing.blocks])
     good = np.all(np.isfinite(numbers), axis=1)
     good[0] = True

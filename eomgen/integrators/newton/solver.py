@@ -27,6 +27,8 @@ from eomgen.lie.product import Factor
 
 #: Multiply-subtracts up to which an elimination is written out, statement by statement.
 UNROLLED = 4000
+#: Unknowns up to which one with groups is, whose repeated stages do not share code.
+GROUPS_UNROLLED = 64
 #: The same of the pieces of code that fronts share; of a shorter elimination they are used from so many fronts for each
 #: piece on.
 FRONTS_UNROLLED = 12000
@@ -55,7 +57,7 @@ class Solver:
             return "dense"
         if self.fronts is not None:
             return "fronts"
-        return "unrolled" if self.elimination.operations <= UNROLLED else "tables"
+        return "unrolled" if _is_written_out(self.elimination) else "tables"
 
     @property
     def factor_operations(self) -> float:
@@ -68,6 +70,11 @@ class Solver:
         return float(self.unknowns.size**2 if self.elimination is None else self.elimination.solve_operations)
 
 
+def _is_written_out(elimination: Elimination) -> bool:
+    few = not elimination.groups or elimination.size <= GROUPS_UNROLLED
+    return few and elimination.operations <= UNROLLED
+
+
 def make_solver(
     unknowns: Unknowns,
     factors: Sequence[Factor],
@@ -75,6 +82,7 @@ def make_solver(
     weights: Sequence[float],
     step: float,
     owners: Sequence[int] = (),
+    groups: Sequence[Sequence[int]] = (),
     *,
     at_start: bool = False,
     turned: bool = False,
@@ -83,10 +91,11 @@ def make_solver(
 
     They must serve for consistent accelerations too. ``at_start``: increments are linearised about none, so T is 1, or
     where they are ``turned``, T(step v) of all rotations; accelerations are not asked for, so M may be singular; inner
-    unknowns have right sides; pivots are on the diagonal where that costs nothing.
+    unknowns have right sides; pivots are on the diagonal where that costs nothing. ``groups``: see
+    ``newton.elimination``.
     """
     moving = factors if turned or not at_start else ()
-    terms = iteration_terms(unknowns, moving, samples.packing, every_tangent=turned)
+    terms = iteration_terms(unknowns, moving, samples.packing, groups, every_tangent=turned)
     B = _weighed_jacobian(unknowns, samples)
     of_step, of_inertia = (
         evaluate_terms(terms, samples.numbers, tangent_numbers(factors, terms, theta), B, chosen)
@@ -100,9 +109,12 @@ def make_solver(
         values,
         order,
         len(samples.numbers),
+        groups=groups,
         constrained="B" in packing.blocks,
         diagonal_first=at_start,
     )
+    if groups:
+        return Solver(unknowns, samples.packing, terms, elimination)
     fronts = make_fronts(elimination, list(values), unknowns.matrix_size if at_start else unknowns.size)
     repeated = elimination.operations > UNROLLED or len(fronts.kind_of) >= REPETITIONS * len(fronts.kinds)
     if fronts.operations <= min(FRONTS_UNROLLED, elimination.operations / 2) and repeated:
@@ -118,6 +130,7 @@ def _pivots(
     order: Sequence[tuple[Sequence[int], Sequence[int]]],
     count: int,
     *,
+    groups: Sequence[Sequence[int]],
     constrained: bool,
     diagonal_first: bool,
 ) -> Elimination:
@@ -127,15 +140,16 @@ def _pivots(
     ``count`` samples for a step, the scene's state first, and then for accelerations. Constraints that repeat each
     other stay refused.
     """
+    size = unknowns.matrix_size
     try:
-        return eliminate(unknowns.matrix_size, values, order, constrained=constrained, diagonal_first=diagonal_first)
+        return eliminate(size, values, order, groups=groups, constrained=constrained, diagonal_first=diagonal_first)
     except ModelError:
         if constrained or count < 2:
             raise
         others = np.arange(2 * count) % count > 0
         try:
             kept = {index: part[others] for index, part in values.items()}
-            return eliminate(unknowns.matrix_size, kept, order, diagonal_first=diagonal_first)
+            return eliminate(size, kept, order, groups=groups, diagonal_first=diagonal_first)
         except ModelError:
             pass
         raise  # of the scene's state, which the message names
@@ -194,6 +208,7 @@ def solver_data(solver: Solver, factors: Sequence[Factor], *, plain: bool = Fals
         "state_pattern": [list(index) for index in packing.nonzeros["Fz"]],
         "inertia": _inertia_numbers(solver.unknowns, packing),
         "rate_diagonal": [indices.index(index) for index in terms.rate_diagonal],
+        "grouped": _grouped_columns(solver),
         "fallback": solver.elimination is None or solver.unknowns.matrix_size <= DENSE_FALLBACK,
         "B": [list(index) for index in packing.nonzeros["B"]],
         "plain": plain,
@@ -204,6 +219,19 @@ def solver_data(solver: Solver, factors: Sequence[Factor], *, plain: bool = Fals
     elif solver.elimination is not None:
         data["elimination"] = _elimination_data(solver.elimination, indices)
     return data
+
+
+def _grouped_columns(solver: Solver) -> list[list[int]]:
+    """Return (row, column) pairs of entries whose sum is on the diagonal, each behind it."""
+    elimination = solver.elimination
+    if elimination is None or not elimination.groups:
+        return []
+    group = dict(zip(elimination.columns, elimination.groups, strict=True))
+    return [
+        [row, column]
+        for row, column in sorted(solver.terms.entries)
+        if row != column and group[row] == group[column] >= 0
+    ]
 
 
 def _ordered(indices: Iterable[MatrixIndex], elimination: Elimination | None) -> list[MatrixIndex]:
@@ -244,7 +272,11 @@ def _elimination_data(elimination: Elimination, indices: Sequence[MatrixIndex]) 
         "entry_start": entry_start,
         "entry_column": entry_columns,
     }
-    if elimination.operations <= UNROLLED:
+    written_out = _is_written_out(elimination)
+    if elimination.groups:
+        data["groups"] = list(elimination.groups)
+        return data | _elimination_of_groups(elimination, data, slots, written_out=written_out)
+    if written_out:
         data["unrolled"] = [
             {
                 "loads": [
@@ -268,6 +300,71 @@ def _elimination_data(elimination: Elimination, indices: Sequence[MatrixIndex]) 
             for position in range(elimination.size)
         ]
     return data
+
+
+def _elimination_of_groups(
+    elimination: Elimination, data: Mapping[str, Any], slots: Sequence[Mapping[int, int]], *, written_out: bool
+) -> dict[str, Any]:
+    """Return what an elimination with groups has beside: places of sums behind the factors, and its rows.
+
+    A row with a group keeps its own sum, d over the pivot; others, what rows of groups below them ask for. Tables keep
+    sums by position, and add those of other groups where they are asked for.
+    """
+    group, upper, lower = elimination.groups, elimination.upper, elimination.lower
+    asked: list[set[int]] = [set() for _ in group]
+    for position, across in enumerate(lower):
+        for earlier in across:
+            if group[position] >= 0:
+                asked[earlier].add(group[position])
+    end = data["factors"]
+    if not written_out:
+        return {"factors": end + elimination.size, "sums": elimination.size}
+    others = [
+        {
+            number: [column for column in upper[position] if group[column] == number]
+            for number in sorted(asked[position])
+        }
+        for position in range(elimination.size)
+    ]
+    sums: list[dict[int, int]] = []
+    for position, own in enumerate(group):
+        sums.append({})
+        for number in ([own] if own >= 0 else []) + [k for k, found in others[position].items() if k != own and found]:
+            sums[position][number] = end
+            end += 1
+    rows = []
+    for position, own in enumerate(group):
+        at = slots[position]
+        summed = [column for column in at if column != position or own < 0]
+        loads = [[at[column], _entry(position, column, data["entry_start"], data["entry_column"])] for column in summed]
+        if own >= 0:
+            diagonal = _entry(position, position, data["entry_start"], data["entry_column"])
+            loads.append([sums[position][own], diagonal])
+        taken = []
+        for earlier in lower[position]:
+            updates = [[at[k], slots[earlier][k]] for k in upper[earlier] if k != position or own < 0]
+            if own in sums[earlier]:
+                updates.append([sums[position][own], sums[earlier][own]])
+            taken.append({"slot": at[earlier], "pivot": slots[earlier][earlier], "updates": updates})
+        row: dict[str, Any] = {
+            "loads": loads,
+            "taken": taken,
+            "lower": [[at[column], column] for column in lower[position]],
+            "upper": [[at[column], column] for column in upper[position]],
+            "diagonal": at[position],
+            "others": [
+                [slot, [at[column] for column in others[position][number]]]
+                for number, slot in sums[position].items()
+                if number != own
+            ],
+        }
+        if own >= 0:
+            row["sum"] = sums[position][own]
+            row["within"] = [at[column] for column in upper[position] if group[column] == own]
+        if own in asked[position]:
+            row["kept"] = row["sum"]
+        rows.append(row)
+    return {"factors": end, "sums": end - data["factors"], "unrolled": rows}
 
 
 def _fronts_data(fronts: Fronts, elimination: Elimination, size: int, rights: int) -> dict[str, Any]:

@@ -203,7 +203,10 @@ def _elimination(program: StepperProgram) -> dict[str, Any]:
         made = []
         forward, backward = [], []
         for k, row in enumerate(data["unrolled"]):
-            test = is_large(row["diagonal"], units[k], [(slot, units[column]) for slot, column in row["upper"]])
+            if "sum" in row:  # against what it is made of, in the units of its row
+                test = is_large(row["diagonal"], "", [(slot, "") for slot in (row["sum"], *row["within"])])
+            else:
+                test = is_large(row["diagonal"], units[k], [(slot, units[column]) for slot, column in row["upper"]])
             made.append({**row, "row": rows[k], "column": columns[k], "is_large": test})
             right = _right_side(rows[k], un, plain=solver["plain"])
             taken = "".join(f" - F[{slot}] * y{column}" for slot, column in row["lower"])

@@ -1,0 +1,204 @@
+"""Coordinates that relative springs and dampers join, and row sums of K and C that no subtraction has touched.
+
+A spring k (x_1 - x_2) has k [1 -1; -1 1] in K: its rows add up to zero. Where k is so large that k + m is k in doubles,
+assembled diagonals have lost masses and all weaker springs, and no elimination finds them again. Off-diagonal entries
+and row sums hold all of it (Grassmann, Taksar and Heyman, Operations Research 33 (1985) 1107; Alfa, Xue and Ye, Math.
+Comp. 71 (2002) 217: entrywise small errors whatever the condition). Row sums of K over a group of coordinates are
+derivatives of the forces along a common motion of the group, and on the tape the derivative of x_1 - x_2 along that is
+zero, not a difference of numbers.
+
+A group is eligible where M couples its coordinates with none of each other; where each force that depends on several of
+them, or on their rates, is the same when all are moved alike; and where their entries of K and C off the diagonal are
+the same on both sides of it and nowhere positive: springs of negative stiffness are not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from eomgen.integrators.newton.matrix import MatrixIndex
+from eomgen.integrators.newton.sample_matrices import samples_of
+from eomgen.symbolic.calculus.partials import forward_partials
+from eomgen.symbolic.operations import LEAVES, InputSymbol, Op
+from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
+from eomgen.system.system import INPUT_BLOCKS, Block, Function, System
+
+#: The function that gives row sums.
+ROW_SUMS = "row_sums"
+#: Its blocks, and the block of which of them is a derivative along.
+_ALONG = {"K_sum": "q", "C_sum": "v"}
+
+
+def with_row_sums(system: System) -> System:
+    """Return a system with the groups that relative springs join, and the function ``row_sums`` where sums are not
+    zero."""
+    matrix = "iteration" if "iteration" in system.functions else "partials"
+    forces = "equations" if system.facts.internal_states else "residual"
+    if system.multipliers or system.inner_owners or not {matrix, forces} <= set(system.functions):
+        return system
+    entries = _entries(system, system.functions[matrix])
+    coordinates = _coordinates(system)
+    groups = _joined(entries, coordinates)
+    if not groups:
+        return system
+    residual = next(block.refs for block in system.functions[forces].outputs if block.name == "r")
+    with system.tape.block("row sums of stiffness and damping"):
+        groups, sums = _translated(system.tape, residual, groups, coordinates)
+    groups = _resisting(system, groups)
+    if not groups:
+        return system
+    return _completed(system, tuple(groups), sums)
+
+
+def _entries(system: System, function: Function) -> dict[str, dict[MatrixIndex, Ref]]:
+    """Return the references of the nonzeros of K, C and M."""
+    blocks = {block.name: block.refs for block in function.outputs}
+    found: dict[str, dict[MatrixIndex, Ref]] = {}
+    for name in ("K", "C", "M"):
+        refs = blocks.get(name, ())
+        packed = function.name == "iteration"
+        indices = system.patterns.get(name, ()) if packed else [divmod(k, system.nv) for k in range(len(refs))]
+        found[name] = {index: ref for index, ref in zip(indices, refs, strict=True) if abs(ref) != ZERO}
+    return found
+
+
+def _coordinates(system: System) -> dict[int, int]:
+    """Return the number in q of each velocity component that is the rate of one coordinate."""
+    return {
+        factor.v_start + k: factor.q_start + k
+        for factor in system.factors
+        if factor.group == "R"
+        for k in range(factor.v_size)
+    }
+
+
+def _joined(entries: Mapping[str, Mapping[MatrixIndex, Ref]], coordinates: Mapping[int, int]) -> list[list[int]]:
+    """Return the groups that symmetric entries of K and C join, without those that M couples."""
+    first = {k: k for k in coordinates}
+
+    def find(k: int) -> int:
+        while first[k] != k:
+            first[k] = first[first[k]]
+            k = first[k]
+        return k
+
+    for name in ("K", "C"):
+        for (row, column), ref in entries[name].items():
+            if row < column and {row, column} <= coordinates.keys() and entries[name].get((column, row)) == ref:
+                a, b = find(row), find(column)
+                first[max(a, b)] = min(a, b)
+    coupled = {
+        find(row)
+        for row, column in entries["M"]
+        if row != column and {row, column} <= coordinates.keys() and find(row) == find(column)
+    }
+    members: dict[int, list[int]] = {}
+    for k in coordinates:
+        members.setdefault(find(k), []).append(k)
+    return [sorted(group) for root, group in sorted(members.items()) if len(group) > 1 and root not in coupled]
+
+
+def _translated(
+    tape: Tape, residual: Sequence[Ref], groups: Sequence[Sequence[int]], coordinates: Mapping[int, int]
+) -> tuple[list[list[int]], dict[str, dict[int, Ref]]]:
+    """Return the groups whose mutual forces do not see a common motion, and by block the row sums of all rows."""
+    seeds: dict[Ref | InputSymbol, dict[int, Ref]] = {}
+    for number, group in enumerate(groups):
+        for k in group:
+            seeds[InputSymbol("q", coordinates[k])] = {2 * number: ONE}
+            seeds[InputSymbol("v", k)] = {2 * number + 1: ONE}
+    rows = [k for group in groups for k in group]
+    summands = {k: _summands(tape, residual[k]) for k in rows}
+    terms = sorted({abs(ref) for k in rows for ref in summands[k]})
+    along = dict(zip(terms, forward_partials(tape, terms, seeds), strict=True))
+    touched = _touched(tape, terms, {key: group for group in groups for key in group}, coordinates)
+    kept: list[list[int]] = []
+    sums: dict[str, dict[int, Ref]] = {name: {} for name in _ALONG}
+    for number, group in enumerate(groups):
+        members = sum(1 << k for k in group)
+        mutual = {abs(ref) for k in group for ref in summands[k] if (touched[abs(ref)] & members).bit_count() > 1}
+        if any(along[term].get(2 * number + part, ZERO) != ZERO for term in mutual for part in (0, 1)):
+            continue
+        kept.append(list(group))
+        for part, name in enumerate(_ALONG):
+            for k in group:
+                total = ZERO
+                for ref in summands[k]:
+                    tangent = along[abs(ref)].get(2 * number + part, ZERO)
+                    total = tape.add(total, tangent if ref > 0 else tape.mul(-ONE, tangent))
+                sums[name][k] = total
+    return kept, sums
+
+
+def _summands(tape: Tape, ref: Ref) -> list[Ref]:
+    """Return what a reference is the sum of, in their order."""
+    found: list[Ref] = []
+    left = [ref]
+    while left:
+        item = left.pop()
+        op, sign = tape.op[abs(item)], 1 if item > 0 else -1
+        if op in (Op.ADD, Op.SUB):
+            first, second = tape.operands(abs(item))
+            left += [sign * (second if op is Op.ADD else -second), sign * first]
+        elif abs(item) != ZERO:
+            found.append(item)
+    return found
+
+
+def _touched(
+    tape: Tape, terms: Sequence[Ref], members: Mapping[int, Sequence[int]], coordinates: Mapping[int, int]
+) -> dict[int, int]:
+    """Return for each operation the coordinates of groups that it depends on, as a set of bits."""
+    bits = {InputSymbol("q", coordinates[k]): 1 << k for k in members}
+    bits |= {InputSymbol("v", k): 1 << k for k in members}
+    found: dict[int, int] = {}
+    for node in tape.live(terms):
+        own = 0
+        if tape.op[node] is Op.INPUT:
+            own = bits.get(tape.inputs[tape.a[node]], 0)
+        elif tape.op[node] not in LEAVES:
+            for ref in tape.operands(node):
+                own |= found.get(abs(ref), 0)
+        found[node] = own
+    return found
+
+
+def _resisting(system: System, groups: Sequence[Sequence[int]]) -> list[list[int]]:
+    """Return the groups with no positive entry of K and C off the diagonal in any sample, and with some below zero."""
+    samples = samples_of(system)
+    member = {k: number for number, group in enumerate(groups) for k in group}
+    worst, least = np.full(len(groups), -np.inf), np.zeros(len(groups))
+    for name in ("K", "C"):
+        for (row, column), number in samples.packing.nonzeros[name].items():
+            if row != column and row in member and member[row] == member.get(column):
+                values = samples.numbers[:, number]
+                worst[member[row]] = max(worst[member[row]], values.max())
+                least[member[row]] = min(least[member[row]], values.min())
+    return [list(group) for group, large, small in zip(groups, worst, least, strict=True) if large <= 0.0 > small]
+
+
+def _completed(system: System, groups: tuple[Sequence[int], ...], sums: Mapping[str, Mapping[int, Ref]]) -> System:
+    """Return the system with these groups, and the function that gives the sums that are not zero by structure."""
+    blocks, patterns = [], {}
+    for name, along in _ALONG.items():
+        given = {k: sums[name][k] for group in groups for k in group if abs(sums[name][k]) != ZERO}
+        if given:
+            what = f"row sums of {name[0]} over each group, of components {', '.join(map(str, given))} of {along}"
+            blocks.append(Block(name, (len(given),), tuple(given.values()), what))
+            patterns[name] = tuple((k, k) for k in given)
+    functions: dict[str, Any] = dict(system.functions)
+    if blocks:
+        read = {symbol.block for symbol in system.tape.depends_on(ref for block in blocks for ref in block.refs)}
+        inputs = tuple(block for block in INPUT_BLOCKS if block in read)
+        what = "row sums of stiffness and damping over coordinates that relative springs join"
+        functions[ROW_SUMS] = Function(ROW_SUMS, what, inputs, tuple(blocks))
+    return replace(
+        system,
+        functions=functions,
+        patterns={**system.patterns, **patterns},
+        relative=tuple(tuple(group) for group in groups),
+    )
