@@ -94,17 +94,18 @@ def consistent_position(system: Constrained, q: Array, t: float) -> tuple[Array,
     ModelError
         The constraints contradict each other, or the guess is too far away.
     """
-    best = np.inf
+    best = np.full(system.holonomic, np.inf)
     for iteration in range(MAX_ITERATIONS):
         violation, rows = system.constraint(q, t), Rows(system, q, t)
         if not np.all(np.isfinite(violation)):
             break
         summands = np.maximum(rows.size[: system.holonomic], np.finfo(float).tiny)
-        size = float(np.max(np.abs(violation) / summands, initial=0.0)) / EPSILON
-        met = bool(np.all(np.abs(violation) <= rows.limits))
-        if size <= ROUNDING or (met and size >= 0.5 * best):
+        size = np.abs(violation) / summands / EPSILON
+        met = np.abs(violation) <= rows.limits
+        # row by row: summands may cancel to nothing in one of them, which rounding is any part of then
+        if np.all((size <= ROUNDING) | (met & (size >= 0.5 * best))):
             return q, iteration
-        best = min(best, size)
+        best = np.minimum(best, size)
         step = -rows.correction(violation)
         largest = float(np.max(np.abs(step[system.angular]), initial=0.0))
         q = update(system.factors, q, step / max(1.0, largest))

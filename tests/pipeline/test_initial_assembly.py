@@ -10,6 +10,7 @@ from functools import partial
 import numpy as np
 import pytest
 
+import eomgen
 from eomgen.errors import ModelError
 from eomgen.mechanics.derive import derive
 from eomgen.pipeline.initial_assembly import constrained, with_initial_assembly
@@ -120,3 +121,16 @@ def test_a_loop_whose_axes_fit_to_seven_digits_is_the_planar_one(coordinates: st
 def test_an_axis_out_of_the_plane_is_a_contradiction() -> None:
     with pytest.raises(ModelError, match="loop: z stays perpendicular to y"):
         assembled(four_bar(tilt=math.radians(5.0)))
+
+
+@pytest.mark.parametrize("length", [1.323, 1.3, 1.1])
+def test_a_drive_that_begins_at_zero_leaves_the_other_rows_no_less_exact(length: float) -> None:
+    """Its summands are zero there, so that rounding is all of them."""
+    builder = eomgen.SceneBuilder("driven").body("cart", 2.0).body("top", 1.5, inertia=[0.1, 0.14, 0.08])
+    builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0], drive="0.1 * sin(3 * t)")
+    start = {"position": [0.8, 0.36, -0.48, 0.0]}
+    builder.joint("ball", "spherical", "cart", "top", initial=start)
+    ends = {"body": "base", "position": [0.6, 0.5, 0.9]}, {"body": "top", "position": [0.3, 0.0, 0.5]}
+    scene = builder.constraint("rod", "distance", *ends, length=length).build()
+    system = with_initial_assembly(partial(derive, scene))
+    assert np.abs(constrained(system).constraint(np.array(system.initial_q), 0.0)).max() < 1e-14
