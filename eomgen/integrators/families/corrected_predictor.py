@@ -37,6 +37,7 @@ from eomgen.integrators.families.family import (
     Status,
 )
 from eomgen.integrators.families.growth import GROWTH_STATUS, STOP_AT_GROWTH, UNFOLLOWED_GROWTH
+from eomgen.integrators.families.needs import UNCONSTRAINED_LINEARISED
 from eomgen.integrators.families.one_factorization import (
     FIXED_STEPS,
     OneFactorization,
@@ -53,6 +54,7 @@ class CorrectedPredictor(OneFactorization):
     """The predictor with one correction, of order 2 with any matrix."""
 
     order = 2
+    needs = (UNCONSTRAINED_LINEARISED,)
     source = "Jia, Liu, Li and Liao 2014; Nakashima, Kato and Takaoka 1992"
     family = "corrected_predictor"
     dense_output: ClassVar[DenseOutput] = "hermite_3"

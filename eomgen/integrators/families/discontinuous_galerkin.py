@@ -55,6 +55,7 @@ from eomgen.integrators.families.galerkin_operators import (
     stability_series,
 )
 from eomgen.integrators.families.growth import GROWTH_STATUS, STOP_AT_GROWTH, UNFOLLOWED_GROWTH
+from eomgen.integrators.families.needs import UNCONSTRAINED_LINEARISED
 from eomgen.integrators.families.one_factorization import OneFactorization, linear_system
 
 if TYPE_CHECKING:
@@ -81,6 +82,7 @@ class DiscontinuousGalerkin(OneFactorization):
     gamma: Fraction
     passes: int
     order: int
+    needs = (UNCONSTRAINED_LINEARISED,)
     source = "Thompson and Kunthong 2006; Burrage 1978; Butcher 1979"
     family = "discontinuous_galerkin"
     dense_output: ClassVar[DenseOutput] = "hermite_5"

@@ -1,7 +1,8 @@
 """What families have in common whose steps take one factorization: equations linearised about the start of the step.
 
 Their matrix is that of (I - gain J) d = right side in forces, (M + gain C + gain^2 K) d_v, with internal states behind;
-increments are about none, so pivots are chosen ``at_start`` and M may be singular where the matrix is not.
+increments are about none, so pivots are chosen ``at_start`` and M may be singular where the matrix is not. Constraints
+border it by B^T of the start and B of the end of a step.
 """
 
 from __future__ import annotations
@@ -22,7 +23,6 @@ from eomgen.integrators.families.family import (
     Status,
     velocities,
 )
-from eomgen.integrators.families.needs import UNCONSTRAINED_LINEARISED
 
 if TYPE_CHECKING:
     from eomgen.integrators.newton.matrix import Packing, Unknowns
@@ -37,9 +37,8 @@ FIXED_STEPS = (
 
 @dataclass(frozen=True)
 class OneFactorization(Family):
-    """A family whose steps take one factorization, without constraints."""
+    """A family whose steps take one factorization, of equations without constraints where it does not say otherwise."""
 
-    needs = (UNCONSTRAINED_LINEARISED,)
     implicit = True
 
     @classmethod
@@ -88,13 +87,14 @@ def linear_system(
     turned : whether rotations have T(gain v) in front of their increments
     """
     from eomgen.integrators.newton.matrix import Unknowns  # noqa: PLC0415
-    from eomgen.integrators.newton.sample_matrices import samples_of  # noqa: PLC0415
+    from eomgen.integrators.newton.sample_matrices import at_both_ends, samples_of  # noqa: PLC0415
     from eomgen.integrators.newton.signs import pivot_signs  # noqa: PLC0415
     from eomgen.integrators.newton.solver import make_solver, solver_data  # noqa: PLC0415
 
-    owners, groups = system.inner_owners, system.relative
-    unknowns = Unknowns(velocities(system.factors), 0, 0, False, len(owners), len(system.initial_z))
+    owners, groups, rows = system.inner_owners, system.relative, len(system.multipliers)
+    unknowns = Unknowns(velocities(system.factors), rows, rows, False, len(owners), len(system.initial_z))
     known = samples if samples is not None else samples_of(system)
+    known = at_both_ends(known) if rows else known
     weights = (1.0, gain, gain * gain, 1.0, 1.0, 1.0, gain)
     solver = make_solver(unknowns, system.factors, known, weights, gain, owners, groups, at_start=True, turned=turned)
     return {

@@ -17,8 +17,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
-import numpy as np
-
 from eomgen.integrators.families.family import (
     BAD_ARGUMENT,
     KINEMATIC,
@@ -176,10 +174,8 @@ _LEFT_OUT = ("K", "Z", "Rz", "Fq", "Fv", "Fz", "Fx")
 
 def _of_momenta(samples: Samples) -> Samples:
     """Return samples with B at both ends of a step, and without what its matrix leaves out."""
-    from eomgen.integrators.newton.matrix import with_end_jacobian  # noqa: PLC0415
+    from eomgen.integrators.newton.sample_matrices import at_both_ends  # noqa: PLC0415
 
-    packing = with_end_jacobian(samples.packing)
-    start, count = samples.packing.blocks.get("B", (0, 0))
-    numbers = np.hstack([samples.numbers, samples.numbers[:, start : start + count]])
-    nonzeros = {**packing.nonzeros, **{name: {} for name in _LEFT_OUT}}
-    return replace(samples, packing=replace(packing, nonzeros=nonzeros), numbers=numbers)
+    both = at_both_ends(samples)
+    nonzeros = {**both.packing.nonzeros, **{name: {} for name in _LEFT_OUT}}
+    return replace(both, packing=replace(both.packing, nonzeros=nonzeros))

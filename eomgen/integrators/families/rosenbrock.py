@@ -15,8 +15,20 @@ In forces, with a residual r = M a - f and any accelerations a that are O(h) off
 
     (M + gamma h C + (gamma h)^2 K) k_v = M a - r(a) - gamma h K v_n,   k_q = v_n + gamma h k_v
 
-so M may be singular where the matrix is not. On rotations d k_q/d q, half a bracket with v_n, is left out of J: it acts
-on k_q = v_n + O(h), whose bracket with v_n is of the order of what is left out anyway.
+so M may be singular where the matrix is not. With constraints, multipliers lam and accelerations of the step before:
+
+    (M + gamma h C + (gamma h)^2 K) k_v + B_n^T d = M a - r(a, lam) - gamma h K v_n,   lam' = lam + d
+    B^ (v_n + h k_v) + Phi_t^ = 0,   B^, Phi_t^ at q^ = q_n o exp(h (v_n + h a/2)) and t_n + h
+
+where K has what B^T lam changes by with q, and q^ is O(h^3) off the end of the step, as its state is off the
+constraints. The same factors take it there, each of a fixed number of corrections leaving O(h^3) of what there was:
+
+    S d_q + B_n^T mu = 0,  B^ d_q = -Phi(q', t_n + h),       S d_v + B_n^T mu = 0,  B^ d_v = -w(q', v', t_n + h)
+
+Multipliers and accelerations of rows are those of the state, of order 2; those kept are means of a step.
+
+On rotations d k_q/d q, half a bracket with v_n, is left out of J: it acts on k_q = v_n + O(h), whose bracket with v_n
+is of the order of what is left out anyway.
 """
 
 from __future__ import annotations
@@ -27,6 +39,10 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from eomgen.integrators.families.family import (
+    KINEMATIC,
+    NOT_CONSISTENT,
+    SMALLER_STEP,
+    Bound,
     DenseOutput,
     Field,
     GroupFunction,
@@ -35,6 +51,7 @@ from eomgen.integrators.families.family import (
     Sizes,
     Status,
     hold,
+    rotation_too_large,
 )
 from eomgen.integrators.families.growth import GROWTH_STATUS, STOP_AT_GROWTH, UNFOLLOWED_GROWTH
 from eomgen.integrators.families.one_factorization import FIXED_STEPS, OneFactorization, linear_system
@@ -42,6 +59,11 @@ from eomgen.integrators.families.one_factorization import FIXED_STEPS, OneFactor
 if TYPE_CHECKING:
     from eomgen.integrators.step_work import Work
     from eomgen.system.system import System
+
+#: Corrections of positions, and of velocities, in each step.
+CORRECTIONS = 2
+#: What they may leave, in shares of what rows add up: far below the error of such a step.
+DRIFT, SINGLE_DRIFT = 1e-6, 1e-3
 
 
 @dataclass(frozen=True)
@@ -62,7 +84,9 @@ class Rosenbrock(OneFactorization):
     order = 2
     family = "rosenbrock"
     dense_output: ClassVar[DenseOutput] = "hermite_3"
+    holds_constraints = True
     state_is_all = True
+    projection = "the nearest change in the metric of M"
     renewal = "needs nothing, because it begins with the forces of its own time"
 
     def __post_init__(self) -> None:
@@ -79,9 +103,22 @@ class Rosenbrock(OneFactorization):
             MethodName("lsrt2", lambda: LSRT2, idle=("rho_inf",), ladders=("all",), fixed_steps=FIXED_STEPS),
         )
 
+    @classmethod
+    def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:
+        if not constrained:
+            return super().terms(constrained, internal, mass)
+        return ("mass", "residual", *KINEMATIC, "jacobian_values", "iteration")
+
+    def calls(self, system: System) -> set[str]:
+        if not len(system.multipliers):
+            return super().calls(system)
+        kinematic = {"constraint", "constraint_velocity", "constraint_bias", "constraint_size", "jacobian_values"}
+        return {"residual", "iteration", *kinematic}
+
     def title(self, constrained: bool) -> str:
         stages = "one stage, forces of both ends of a step" if self.stages == 1 else "two stages (LSRT2)"
-        return f"Rosenbrock's linearly implicit method on Lie groups, {stages}"
+        held = ", brought onto the constraints by the factors of its step" if constrained else ""
+        return f"Rosenbrock's linearly implicit method on Lie groups, {stages}{held}"
 
     @property
     def group_functions(self) -> tuple[GroupFunction, ...]:
@@ -93,27 +130,49 @@ class Rosenbrock(OneFactorization):
 
     def state(self, sizes: Sizes) -> tuple[Field, ...]:
         kept = super().state(sizes)
+        if sizes.lam:
+            unit = Field("unit", "what a kinetic energy of 1/2 at the start makes of each unknown alone", _size(sizes))
+            row_size = Field("row_size", "what rows of the constraints add up to at the start", sizes.lam)
+            kept = (unit, row_size, *kept[1:])
         if self.stages == 2:
             return kept
         return (*kept, Field("damped", "1: the next step is two of implicit Euler", 0, "long"))
 
     def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
+        drift = "of what rows of constraints add up to, the most that steps may leave of |Phi|, and of step times |w|"
+        left = (STOP_AT_GROWTH, *((Setting("drift", DRIFT, drift, single=SINGLE_DRIFT),) if sizes.lam else ()))
         if self.stages == 2:
-            return (STOP_AT_GROWTH,)
+            return left
         meaning = "1: the first step, and those behind jumps, are two of implicit Euler, which damps what starts excite"
-        return (Setting("damped_start", 0, meaning, (0, 1)), STOP_AT_GROWTH)
+        return (Setting("damped_start", 0, meaning, (0, 1)), *left)
+
+    def bounds(self, sizes: Sizes) -> tuple[Bound, ...]:
+        return (*super().bounds(sizes), *((Bound("drift", "finite"), Bound("drift", ">", 0.0)) if sizes.lam else ()))
 
     def statistics(self, sizes: Sizes) -> tuple[Field, ...]:
-        return (*super().statistics(sizes), UNFOLLOWED_GROWTH)
+        held = (
+            Field("max_constraint", "largest |Phi| of all states that steps ended in"),
+            Field("max_constraint_velocity", "largest |w| of these"),
+        )
+        return (*super().statistics(sizes), UNFOLLOWED_GROWTH, *(held if sizes.lam else ()))
 
     def statuses(self, constrained: bool, angles: bool) -> tuple[Status, ...]:
-        return (*super().statuses(constrained, angles), GROWTH_STATUS)
+        slipped = "the corrections of a step, a fixed number, did not bring it onto the constraints"
+        held = (Status(1, "NOT_CONVERGED", slipped, f"{SMALLER_STEP}, or generalized_alpha"), NOT_CONSISTENT)
+        return (
+            *super().statuses(constrained, angles),
+            GROWTH_STATUS,
+            *(held if constrained else ()),
+            *((rotation_too_large(angles),) if angles else ()),
+        )
 
     def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
         return {
             "stages": self.stages,
             "gamma": self.gamma,
             **linear_system(system, self.gamma * step, samples, guarded=True),
+            "corrections": CORRECTIONS,
+            "positions_held": system.holonomic,
             "input_times": [0.0, 1.0] if self.stages == 1 else [0.0, 0.5, 1.0],
         }
 
@@ -155,6 +214,10 @@ class Rosenbrock(OneFactorization):
             vectors,
             Work("compensation of sums", 1, False, 3 * (plain + v + z)),
         )
+
+
+def _size(sizes: Sizes) -> int:
+    return sizes.v + sizes.lam + sizes.z
 
 
 ONE_STAGE = Rosenbrock(1, 0.5, "Jia, Liu, Li and Liao 2014; start: Rannacher 1984")

@@ -7,13 +7,13 @@ are good.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from eomgen.arrays import Array
-from eomgen.integrators.newton.matrix import MatrixIndex, Packing, dense, packed, with_sums
+from eomgen.integrators.newton.matrix import MatrixIndex, Packing, dense, packed, with_end_jacobian, with_sums
 from eomgen.lie import product
 from eomgen.symbolic.evaluate import evaluate
 
@@ -55,6 +55,13 @@ def _packing_of_partials(system: Any) -> Packing:
     return dense(nonzero, system.nv)
 
 
+def at_both_ends(samples: Samples) -> Samples:
+    """Return samples with B at the end of a step behind their numbers, as ``matrix.with_end_jacobian`` packs it."""
+    start, count = samples.packing.blocks.get("B", (0, 0))
+    numbers = np.hstack([samples.numbers, samples.numbers[:, start : start + count]])
+    return replace(samples, packing=with_end_jacobian(samples.packing), numbers=numbers)
+
+
 def samples_of(system: Any) -> Samples:
     """Evaluate the system's tape at the initial state and at random states; non-finite samples are dropped."""
     packing = packing_of(system)
@@ -94,9 +101,10 @@ def _away(system: Any, inputs: dict[str, Any], turns: Array, spins: Array) -> tu
     """
     q = np.broadcast_to(np.array(system.initial_q, float), (len(turns), system.nq)).copy()
     v = np.array(system.initial_v, float) + spins
-    if not {"equations", "iteration"} <= set(system.functions) or not len(system.multipliers):
+    sources = [name for name in ("equations", "constraint", "iteration") if name in system.functions]
+    refs = {block.name: block.refs for name in sources for block in system.functions[name].outputs}
+    if "iteration" not in sources or len(sources) < 2 or not len(system.multipliers):
         return product.update(system.factors, q, turns), v
-    refs = {block.name: block.refs for name in ("equations", "iteration") for block in system.functions[name].outputs}
     known = dict(inputs) | {"v": np.zeros((len(q), system.nv))}
 
     def jacobians() -> list[Any]:
@@ -148,8 +156,8 @@ def _drivers(system: Any) -> dict[str, Any]:
 def _consistent(system: Any, inputs: dict[str, Any]) -> dict[str, Any]:
     """Return accelerations and multipliers that are consistent with the initial state, for all samples."""
     nl, nv = len(system.multipliers), system.nv
-    needed = {"equations", "constraint_bias", "iteration"}
-    if not nl or nv + nl > _SOLVED or not needed <= set(system.functions):
+    forces = "equations" if "equations" in system.functions else "residual"
+    if not nl or nv + nl > _SOLVED or not {forces, "constraint_bias", "iteration"} <= set(system.functions):
         return {}
     at_start = {name: value[0] if name in ("q", "v", "a", "lam") else value for name, value in inputs.items()}
 
@@ -162,7 +170,7 @@ def _consistent(system: Any, inputs: dict[str, Any]) -> dict[str, Any]:
         A[row, column] = value
     for (row, column), value in zip(system.patterns["B"], values("iteration", "B"), strict=True):
         A[nv + row, column] = A[column, nv + row] = value
-    right = np.concatenate([values("equations", "r"), values("constraint_bias", "g")])
+    right = np.concatenate([values(forces, "r"), values("constraint_bias", "g")])
     solution = np.linalg.lstsq(A, -right, rcond=None)[0]
     count = len(inputs["q"])
     return {"a": _repeated(solution[:nv], count), "lam": _repeated(solution[nv:], count)}

@@ -5,7 +5,9 @@ lambda > 1/(gamma h), it is negative, and the step turns and shrinks what grows:
 q and v. By the inertia of M + gain C + gain^2 K (Sylvester; Parlett, The Symmetric Eigenvalue Problem, 1998, section
 3.3) each such mode turns the sign of one pivot, where pivots are on the diagonal; of others their product counts. M is
 positive definite, and equations of internal states are taken with a minus, so signs without growth are known
-beforehand; with inner unknowns they are those of the initial state in a much smaller step.
+beforehand; with inner unknowns they are those of the initial state in a much smaller step. Rows of constraints, with
+[S B^T; B 0], make as many negative ones beside those that S has where B v = 0 (Haynsworth 1968), somewhere, so that
+only the product tells.
 """
 
 from __future__ import annotations
@@ -37,11 +39,11 @@ def pivot_signs(solver: Solver, samples: Samples, gain: float) -> dict[str, Any]
     size = unknowns.matrix_size
     rows, columns = (elimination.rows, elimination.columns) if elimination else (tuple(range(size)),) * 2
     turned = _parity(rows) * _parity(columns)
-    each = rows == columns and not unknowns.inner
+    each = rows == columns and not unknowns.inner and not unknowns.lam
     if unknowns.inner:
         product = -1 if np.sum(_small_pivots(solver, samples, gain) < 0.0) % 2 else 1
     else:
-        product = turned * (-1) ** unknowns.z
+        product = turned * (-1) ** (unknowns.z + unknowns.lam)
     of_states = range(unknowns.first_z, unknowns.size)
     return {
         "each": each,
