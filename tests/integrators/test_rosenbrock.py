@@ -11,7 +11,6 @@ import pytest
 from numpy.typing import NDArray
 
 import eomgen
-from eomgen.errors import EomgenError
 from tests.codegen.test_stand_alone import compiled, run
 from tests.integrators.test_taylor import SCENES, error, model, pushed, reference
 from tests.models.cache import shared_cache
@@ -222,16 +221,6 @@ def test_its_c_stands_alone_and_gives_the_same_rows(method: str, tmp_path: Path)
     rows = np.array([[float(x) for x in line.split(",")] for line in text.splitlines()[1:]])
     end = eomgen.build(shear_frame(), method=method, profile="reproducible").simulate(2.0, 0.01, method=method)
     assert np.array_equal(rows[:, 1:13], np.hstack([end.q, end.v, end.a]))
-
-
-@pytest.mark.parametrize("method", METHODS)
-def test_loops_are_refused_with_what_to_take(method: str) -> None:
-    with pytest.raises(EomgenError) as caught:
-        eomgen.build("examples/four_bar/scene.toml", profile="quick").simulate(0.1, 1e-3, method=method)
-    text = str(caught.value)
-    assert f"{method} cannot run on this scene" in text
-    assert "forces of constraints are not known at its start" in text
-    assert "try: generalized_alpha" in text
 
 
 def test_growth_at_the_pole_of_the_step_stops_the_run() -> None:

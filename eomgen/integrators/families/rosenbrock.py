@@ -34,7 +34,7 @@ is of the order of what is left out anyway.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -180,40 +180,58 @@ class Rosenbrock(OneFactorization):
         from eomgen.integrators.step_work import Work, work_of_groups, work_of_system  # noqa: PLC0415
 
         un, solver = method["unknowns"], method["solver"]
-        forces = "equations" if un["size"] > un["v"] else "residual"
-        timed = bool({"t", "u", "base"} & set(system.functions[forces].inputs))
+        v, lam, z = un["v"], un["lam"], un["size"] - un["first_z"]
+        forces = ("residual", *(("internal_rate",) if z else ())) if lam else ("equations",) if z else ("residual",)
+        timed = any({"t", "u", "base"} & set(system.functions[name].inputs) for name in forces)
         twice = 2 if timed or self.stages == 2 else 1
+        of_positions, of_velocities = (method["corrections"] * bool(rows) for rows in (method["positions_held"], lam))
+        prepared = self.stages * 2 if lam else twice
         drivers = [name for name in ("inputs", "base") if name in system.functions]
         mass, stiffness = ([len(row[name]) for row in method["products"] if row[name]] for name in ("M", "K"))
         inertia = Work("M a", 1, False, sum(mass), sum(mass))
         differences = sum(other is not None for row in method["products"] for _, _, other in row["K"])
         stiff = Work("gain K d", self.stages, False, sum(stiffness) + differences, sum(stiffness) + len(stiffness))
         assembly, factors, substitution = work_of_system(solver, un["size"])
-        v, z = un["v"], un["size"] - un["v"]
+        updates = self.stages + bool(lam) + of_positions
         if self.stages == 1:
-            mean = un["size"] if timed else 0
+            mean = v + z if timed else 0
             vectors = Work("vectors and time", 1, False, 2 * v + z + mean + 1, 2 * v + 2 * z + mean + 4)
-            groups = work_of_groups(method, {"update": 1})
+            groups = work_of_groups(method, {"update": updates})
         else:
             turned = sum(run["size"] for run in method["lie"]["runs"] if run["group"] != "R")
             added = (8 if turned else 6) * v + 4 * z + 2
             vectors = Work("vectors and time", 1, False, added, 5 * v + 4 * z + 2 * turned + 4)
-            groups = work_of_groups(method, {"update": 2, "bracket": 1})
+            groups = work_of_groups(method, {"update": updates, "bracket": 1})
         plain = sum(run["size"] for run in method["lie"]["runs"] if run["group"] == "R")
         return (
-            Work(forces, twice, of_model=True),
+            *(Work(name, twice, of_model=True) for name in forces),
             Work(solver["function"], 1, of_model=True),
             *(Work(name, 1, of_model=True) for name in ("row_sums",) if name in system.functions),
-            *(Work(name, twice, of_model=True) for name in drivers),
+            *(Work(name, prepared, of_model=True) for name in drivers),
+            *(_work_of_rows(method, of_positions, of_velocities, self.stages) if lam else ()),
             assembly,
             factors,
             inertia,
             stiff,
-            replace(substitution, times=self.stages),
+            replace(substitution, times=self.stages + of_positions + of_velocities),
             *groups,
             vectors,
-            Work("compensation of sums", 1, False, 3 * (plain + v + z)),
+            Work("compensation of sums", 1, False, 3 * (plain * (1 + of_positions) + v * (1 + of_velocities) + z)),
         )
+
+
+def _work_of_rows(method: Mapping[str, Any], of_positions: int, of_velocities: int, stages: int) -> Iterator[Work]:
+    """Yield what constraints ask for beside the linear systems and groups, with so many corrections of a step."""
+    from eomgen.integrators.step_work import Work  # noqa: PLC0415
+
+    v, lam, held = method["unknowns"]["v"], method["unknowns"]["lam"], method["positions_held"]
+    yield Work("jacobian_values", 1, of_model=True)
+    yield Work("constraint_velocity", of_velocities + 2, of_model=True)
+    if held:
+        yield Work("constraint", of_positions + 1, of_model=True)
+    judged = held + lam  # divided by what rows add up to
+    added = v * (1 + of_velocities) + stages * lam + judged
+    yield Work("constraints", 1, False, added, 2 * v + lam, lam + judged)
 
 
 def _size(sizes: Sizes) -> int:
