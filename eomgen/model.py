@@ -81,8 +81,8 @@ class Model(CompiledModel):
               ``rk45_partitioned``.
             - ``hermite``, of order 4 from accelerations and their rates, and ``taylor``, series of any order, whose
               steps are its own and ``step`` the spacing of the time grid on which it gives states.
-            - For real time, of order 2, with one factorization a step and no iteration: ``rosenbrock`` and ``lsrt2``;
-              ``corrected_predictor`` where forces are measured.
+            - For real time, of order 2, with one factorization a step and no iteration, on trees and loops:
+              ``rosenbrock`` and ``lsrt2``; ``corrected_predictor`` where forces are measured.
             - For long conservative motions, of order 2, on trees and constraints: ``rattlie``, which is variational.
             - For stiff motions at high accuracy, with one factorization a step and no iteration, time-discontinuous
               Galerkin methods in passes: ``tdg1`` and ``tdg1_star`` of order 3, ``tdg2s`` of order 4, ``tdg2`` of order
@@ -123,8 +123,9 @@ class Model(CompiledModel):
             ``max_iterations``, ``max_halvings`` of a step that fails, ``reuse`` of its matrix (0 or 1), and
             ``perturb`` of a start in index 3 (0 or 1). Of ``rosenbrock``: ``damped_start`` (0 or 1). Of
             ``corrected_predictor``: ``matrix_every`` so many steps, 0 for one matrix. Of these, ``lsrt2`` and
-            ``tdg1`` to ``tdg3``: ``stop_at_growth`` (0 or 1) that a step would damp. Of ``rattlie``: ``rtol``,
-            ``max_iterations``, and which ``multipliers`` rows have (0 to 3).
+            ``tdg1`` to ``tdg3``: ``stop_at_growth`` (0 or 1) that a step would damp. Of ``rosenbrock`` and ``lsrt2`` on
+            loops: the largest ``drift`` off the constraints, a share. Of ``rattlie``: ``rtol``, ``max_iterations``, and
+            which ``multipliers`` rows have (0 to 3).
         progress : callable or True
             Called with (steps done, all steps) some ten times a second; the steps of the error estimate are counted
             too. True shows a bar, in notebooks and on terminals.

@@ -428,6 +428,10 @@ SLOW: dict[str, tuple[str, ...]] = {
     "integrators/test_rosenbrock.py::test_steps_of_an_oscillator_are_the_stability_function_of_its_matrix": (
         "lsrt2-0.0",
     ),
+    "integrators/test_rosenbrock_loops.py::test_order_in_positions_velocities_and_multipliers": (
+        "four_bar-lsrt2",
+        "spatial_loop-rosenbrock",
+    ),
     "integrators/test_rosenbrock_extremes.py::test_a_stiff_driven_motion_is_met_in_positions_and_to_order_2_in_velocities": (),
     "integrators/test_rosenbrock_extremes.py::test_no_step_size_lets_an_oscillator_grow": (),
     "integrators/test_rosenbrock_extremes.py::test_the_balance_of_energy_of_a_linear_step_is_exact": (

@@ -38,7 +38,7 @@ UNCONSTRAINED_LINEARISED = Need(
     "constraints",
     False,
     "its step solves ordinary differential equations, and forces of constraints are not known at its start",
-    "generalized_alpha, which keeps constraints, rk4_partitioned, whose steps have no tolerance, or a tree of joints",
+    "rosenbrock or lsrt2, which keep constraints with one factorization a step, generalized_alpha, or a tree of joints",
 )
 #: Of Newmark's methods that are stable in small steps only.
 UNCONSTRAINED_CONDITIONALLY_STABLE = Need(
