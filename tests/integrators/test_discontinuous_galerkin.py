@@ -373,7 +373,7 @@ def test_loops_are_refused_with_what_to_take() -> None:
     text = str(caught.value)
     assert "tdg2 cannot run on this scene" in text
     assert "forces of constraints are not known at its start" in text
-    assert "try: generalized_alpha" in text
+    assert "try: rosenbrock or lsrt2" in text
 
 
 def test_a_step_within_which_a_body_turns_all_around_stops_the_run() -> None:
