@@ -104,3 +104,28 @@ def test_order_in_positions_velocities_and_multipliers(name: str, method: str) -
         assert last.stats["max_constraint"] <= 1e-10
     for part, found in errors.items():
         assert slopes(found)[-1] == pytest.approx(2.0, abs=0.1), part
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_what_two_corrections_leave_falls_by_the_ninth_power_of_the_step(method: str) -> None:
+    """From steps whose corrections do not reach rounding to those whose do."""
+    left = []
+    for step in (4e-3, 2e-3):
+        end = model("four_bar").simulate(1.0, step, method=method, error_estimate=False)
+        assert end.success, end.message
+        left.append((end.stats["max_constraint"], end.stats["max_constraint_velocity"]))
+    orders = np.log2(np.array(left[0]) / left[1])
+    assert orders == pytest.approx([9.0, 9.0], abs=1.0)
+    fine = model("four_bar").simulate(1.0, 5e-4, method=method, error_estimate=False)
+    assert fine.stats["max_constraint"] < 1e-15 and fine.stats["max_constraint_velocity"] < 5e-14
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_steps_too_long_for_two_corrections_end_the_run(method: str) -> None:
+    end = model("slider_crank").simulate(0.1, 2e-3, method=method, error_estimate=False)
+    assert not end.success
+    assert "the corrections of a step, a fixed number, did not bring it onto the constraints" in end.message
+    assert "try: a step smaller than 0.002 s" in end.message
+    loose = model("four_bar").simulate(0.1, 4e-3, method=method, error_estimate=False)
+    strict = model("four_bar").simulate(0.1, 4e-3, method=method, error_estimate=False, settings={"drift": 1e-14})
+    assert loose.success and not strict.success
