@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import os
+
+# One process of tests for each core: threads of BLAS between them wait for one another, and take half of the time.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 import zlib
 
 import numpy as np
