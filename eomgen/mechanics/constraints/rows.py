@@ -133,7 +133,9 @@ def _holonomic(quantities: Quantities, item: Constraint, pair: FramePair) -> lis
         return [*meeting[:2], *turned, travel]
     along = [kind.frame_axes[axis] for axis in kind.travels]
     if len(along) > 1:
-        position_rows = [length("origin stays in the plane", dot(gap, z1))]
+        position_rows = [
+            length("origin stays in the plane", dot(gap, first.axis(k))) for k in range(3) if k not in along
+        ]
     elif along and (kind.has("ball") or turns > 1):  # along an axis of the first frame alone
         across = apply(transpose(first.axes), gap)
         position_rows = [

@@ -145,7 +145,7 @@ class Movable:
         about_axis = _dot(axis, _times(about_origin, axis)) + rotors[0]
         none: Flags
         turns, travels = len(self.kind.turned_about), self.kind.travels
-        across = bool(turns and travels) and AXIS not in travels
+        across = bool(turns) and any(axis != AXIS for axis in travels)
         if turns == 1 and not across:
             pitch = numbers[self.pitch] if self.kind.has("screw") else 0.0
             none = about_axis + mass * pitch * pitch <= NO_INERTIA * (
