@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from itertools import chain
+from itertools import chain, pairwise
 
-from eomgen.formula.nodes import Formula, Number
+from eomgen.formula.nodes import ZERO_VECTOR, Formula, Number
 from eomgen.formula.prescribed_motion import Law, constant
 from eomgen.lie.product import Factor
 from eomgen.scene.bodies.beam import Beam
 from eomgen.scene.bodies.model import Body
+from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.joint_types import DRIVE_UNITS
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.report import Report
@@ -166,6 +167,7 @@ def _lengths(scene: Scene) -> Iterator[tuple[Formula, ...]]:
 
 def _drawing(scene: Scene) -> Drawing:
     carried = {joint.child: joint for joint in scene.joints}
+    hinged = [joint for joint in scene.joints if joint.child not in _free_nodes(scene)]
     drawn = [element.drawn() for element in scene.elements]
     return Drawing(
         solids=tuple(_solid(body, carried[body.name]) for body in scene.bodies),
@@ -180,7 +182,7 @@ def _drawing(scene: Scene) -> Drawing:
                 *joint.kind.drawn,
                 tied=joint.kind.group != "SE3",
             )
-            for joint in scene.joints
+            for joint in hinged
         ),
         points=scene.points,
         lines=tuple(item for item in drawn if isinstance(item, Line)),
@@ -192,11 +194,27 @@ def _drawing(scene: Scene) -> Drawing:
                 visible=item.kind.rod,
             )
             for item in scene.constraints
-        ),
+        )
+        + tuple(_elements(scene)),
         wheels=tuple(item for item in drawn if isinstance(item, Wheel)),
     )
 
 
+def _free_nodes(scene: Scene) -> set[str]:
+    """Return the nodes of geometrically exact beams whose joints are not the scene's own."""
+    return {body.name for body in scene.bodies if body.node_of and body.name != body.node_of}
+
+
+def _elements(scene: Scene) -> Iterator[Link]:
+    """Yield the elements of geometrically exact beams as what is drawn between their nodes."""
+    for element in scene.elements:
+        if isinstance(element, CosseratBeam):
+            for first, second in pairwise(element.beam.nodes):
+                yield Link(second, Point("", first, ZERO_VECTOR), Point("", second, ZERO_VECTOR), visible=True)
+
+
 def _solid(body: Body, joint: Joint) -> Solid:
+    if body.node_of:
+        return Solid(body.name, body.mass)
     hub = "center" if joint.kind.group == "SE3" else "origin"
     return Solid(body.name, body.mass, body.center_of_mass, body.inertia, hub)

@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.formula.nodes import Symbol
+from eomgen.lie import numeric
+from eomgen.lie.groups import SE3
 from eomgen.mechanics.constraints.counted_angles import counted_angles
 from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.tree.base import base_law
 from eomgen.scene.bodies.beam import Beam
+from eomgen.scene.bodies.cosserat import Cosserat
+from eomgen.scene.forces.cosserat_beams import CosseratBeam
+from eomgen.scene.geometry.rotations import quaternion_of_matrix
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.evaluate import evaluate
 
@@ -21,7 +27,36 @@ def joint_start(derivation: Derivation) -> tuple[tuple[float, ...], tuple[float,
     starts = {joint.name: (joint.initial_position, joint.initial_velocity) for joint in derivation.scene.joints}
     starts |= {body.name: _deflected(body.beam) for body in derivation.scene.bodies if body.beam is not None}
     ordered = [starts[factor.name] for factor in derivation.tree.factors]
-    return tuple(value for q, _ in ordered for value in q), tuple(value for _, v in ordered for value in v)
+    q, v = (np.array([value for start in ordered for value in start[part]], dtype=float) for part in (0, 1))
+    order = [body.name for body in derivation.scene.bodies]
+    beams = [element.beam for element in derivation.scene.elements if isinstance(element, CosseratBeam)]
+    for beam in sorted(beams, key=lambda beam: order.index(beam.name)):  # one may be carried by another
+        _place_nodes(derivation, beam, q, v)
+    return tuple(q.tolist()), tuple(v.tolist())
+
+
+def _place_nodes(derivation: Derivation, beam: Cosserat, q: NDArray[np.float64], v: NDArray[np.float64]) -> None:
+    """Put the nodes of a beam where its shape at rest has them, moving with the first one as a rigid body does."""
+    kinematics, mount = derivation.kinematics, derivation.tree.mounts[beam.name]
+    R, p = kinematics.pose(mount.link)
+    omega, velocity = kinematics.twist(mount.link)
+    values = [*chain.from_iterable(R), *p, *omega, *velocity, *chain.from_iterable(mount.orientation), *mount.position]
+    inputs = _defaults(derivation.scene) | {"t": np.zeros(1), "q": q, "v": v}
+    if derivation.scene.base is not None:
+        law = base_law(derivation.algebra, derivation.scene.base, derivation.tree.parameters)
+        inputs["base"] = np.array(evaluate(derivation.tape, [value.ref for value in law], inputs))
+    numbers = np.array(evaluate(derivation.tape, [value.ref for value in values], inputs), dtype=float)
+    link, turned, offset = numbers[:9].reshape(3, 3), numbers[18:27].reshape(3, 3), numbers[27:]
+    axes, origin = link @ turned, numbers[9:12] + link @ offset
+    first = np.concatenate([quaternion_of_matrix(axes), origin])
+    twist = np.concatenate([turned.T @ numbers[12:15], turned.T @ (numbers[15:18] + np.cross(numbers[12:15], offset))])
+    element = beam.spacing * np.array([*beam.curvature, 1.0, 0.0, 0.0])
+    factors = {factor.name: factor for factor in derivation.tree.factors}
+    for number, name in enumerate(beam.nodes[1:], 1):
+        from_first = numeric.exp(SE3, number * element)
+        factor = factors[name]
+        q[factor.q] = numeric.compose(SE3, first, from_first)
+        v[factor.v] = numeric.adjoint(SE3, numeric.inverse(SE3, from_first)) @ twist
 
 
 def _deflected(beam: Beam) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -68,7 +103,8 @@ def _defaults(scene: Scene) -> dict[str, NDArray[np.float64]]:
 
 
 def _bodies_at_start(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    bare = replace(scene, constraints=(), states=(), controllers=(), elements=())
+    beams = tuple(element for element in scene.elements if isinstance(element, CosseratBeam))
+    bare = replace(scene, constraints=(), states=(), controllers=(), elements=beams)
     tree = Derivation(replace(bare, coordinates="joint"))
     initial_q, initial_v = joint_start(tree)
     inputs = _defaults(scene) | {

@@ -11,16 +11,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from eomgen.lie import rotations
-from eomgen.lie.algebra import TapeAlgebra
 from eomgen.mechanics.forces.frame_pairs import FramePose, frame_pose
 from eomgen.mechanics.forces.loads import Law, Loads, add_wrench
+from eomgen.mechanics.forces.rotation_vectors import rotation_vector
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.tree.links import WORLD_NAME
 from eomgen.scene.forces.bushings import Bushing
 from eomgen.scene.joints.constraint_model import Frame
-from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import (
-    Algebra,
     Matrix,
     Scalar,
     Vector,
@@ -69,16 +67,6 @@ def add_bushing(loads: Loads, bushing: Bushing, quantities: Quantities) -> None:
         _add_at(loads, quantities, here, second.origin, (moment, force), sign, external=other.body == WORLD_NAME)
     loads.potential = loads.potential + 0.5 * dot(e, elastic) - dot(preload, e)
     loads.power = loads.power - dot(rate, viscous)
-
-
-def rotation_vector(algebra: Algebra, R: Matrix) -> Vector:
-    """Record the logarithm, (3,), rad, of a rotation matrix with an angle below pi."""
-    trace = R[0][0] + R[1][1] + R[2][2]
-    w = 0.5 * algebra.call(Op.SQRT, algebra.call(Op.MAX, trace + 1.0, algebra.scalar(1e-24)))
-    share = algebra.one / (w * 4.0)
-    skewed = (R[2][1] - R[1][2], R[0][2] - R[2][0], R[1][0] - R[0][1])
-    quaternion = [w, *(entry * share for entry in skewed)]
-    return _vector(rotations.logarithm(TapeAlgebra(algebra.tape), quaternion))
 
 
 def _relative_motion(quantities: Quantities, bushing: Bushing, second: FramePose) -> tuple[Vector, Vector]:

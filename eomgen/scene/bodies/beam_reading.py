@@ -5,9 +5,7 @@ Properties along a beam are formulas times polynomials in s = (x - start) / leng
 
 from __future__ import annotations
 
-import functools
 import math
-import operator
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
@@ -17,6 +15,7 @@ import numpy as np
 
 from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Number
 from eomgen.scene.bodies import beam_schema as written
+from eomgen.scene.bodies.arithmetic import product, times, total
 from eomgen.scene.bodies.beam import KINDS, Beam, Deformation, DeformationKind
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.formula.scope import PARAMETERS
@@ -82,27 +81,6 @@ def undeformed(name: str, beam: Beam) -> Body:
     return Body(name, mass, (center, ZERO, ZERO), (polar, across, across, ZERO, ZERO, ZERO), beam)
 
 
-def times(factor: Fraction, formula: Formula) -> Formula:
-    """Return a formula times a number, rounded once."""
-    if isinstance(formula, Number) and math.isfinite(formula.value):
-        return Number(float(factor * Fraction(formula.value)))
-    return formula if factor == 1 else float(factor) * formula
-
-
-def _product(*formulas: Formula) -> Formula:
-    numbers = math.prod(formula.value for formula in formulas if isinstance(formula, Number))
-    rest = [formula for formula in formulas if not isinstance(formula, Number)]
-    if not rest or numbers == 0.0 or not math.isfinite(numbers):
-        return Number(numbers)
-    return times(Fraction(numbers), functools.reduce(operator.mul, rest))
-
-
-def _sum(first: Formula, second: Formula) -> Formula:
-    if isinstance(first, Number) and isinstance(second, Number):
-        return Number(first.value + second.value)
-    return first + second
-
-
 def _moment(profile: Sequence[float], power: int) -> Fraction:
     """Return the integral of a polynomial times a power of s over s = 0 .. 1."""
     terms = (Fraction(entry) / (place + power + 1) for place, entry in enumerate(profile))
@@ -137,12 +115,12 @@ class _Section:
                 self.key, "the key mass_per_length is missing", "mass_per_length = ..., or a section"
             )
             return ZERO
-        return _product(self.density, self.area)
+        return product(self.density, self.area)
 
     def polar_inertia(self) -> Formula:
         if self.entry.polar_inertia is not None:
             return self.values.formula(f"{self.key}.polar_inertia", self.entry.polar_inertia, PARAMETERS)
-        return ZERO if self.moments is None else _product(self.density, _sum(*self.moments))
+        return ZERO if self.moments is None else product(self.density, total(*self.moments))
 
     def stiffness(self, kind: DeformationKind, given: written.Bending | written.Stretch | written.Torsion) -> Formula:
         place = f"{self.key}.{kind}.stiffness"
@@ -155,16 +133,16 @@ class _Section:
             "torsion": "shear_modulus and torsion_constant",
         }
         if section is not None and kind == "stretch":
-            return _product(self.modulus, self.area)
+            return product(self.modulus, self.area)
         if section is not None and kind.startswith("bending") and self.moments is not None:
-            return _product(self.modulus, self.moments[kind == "bending_z"])
+            return product(self.modulus, self.moments[kind == "bending_z"])
         if section is not None and kind == "torsion" and None not in (section.shear_modulus, section.torsion_constant):
             parts = [("shear_modulus", section.shear_modulus), ("torsion_constant", section.torsion_constant)]
             shear, constant = (
                 self.values.formula(f"{self.key}.section.{field}", cast("float | str", value), PARAMETERS)
                 for field, value in parts
             )
-            return _product(shear, constant)
+            return product(shear, constant)
         other = "a section" if section is None else f"{needed[kind]} in the section"
         self.values.report.add(f"{self.key}.{kind}", "the key stiffness is missing", f"stiffness = ..., or {other}")
         return ZERO

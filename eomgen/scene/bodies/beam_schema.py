@@ -1,4 +1,4 @@
-"""Schema of elastic beams: section, material, and requested deformations."""
+"""Schema of elastic beams: section, material, and what their deformation is described by."""
 
 from __future__ import annotations
 
@@ -9,14 +9,16 @@ from pydantic import Field
 from eomgen.scene.bodies import beam
 from eomgen.scene.bodies.beam import Ends, Normalisation, ShapeFunctions
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS
-from eomgen.scene.reading.key_metadata import Table, key, of_parameters, optional
-from eomgen.scene.reading.kinds import Pair, Value, Values
+from eomgen.scene.reading.key_metadata import Table, key, of_fixed_parameters, of_parameters, optional
+from eomgen.scene.reading.kinds import Pair, SixBySix, Triple, Value, Values
 
 MOST_MODES = 100
 MOST_ELEMENTS = 400
 #: Nodal coordinates of one deformation: each is a state of its own, and the time to build goes with their square and
 #: more.
 MOST_NODAL = 60
+#: Elements of a geometrically exact beam: each has six states and as many velocities.
+MOST_EXACT_ELEMENTS = 1024
 _PROFILE = "polynomial in s, 0 to 1 along the beam, that multiplies"
 _COEFFICIENTS = "list of values of fixed parameters, constant first"
 
@@ -36,6 +38,11 @@ class Section(Table):
     shear_modulus: Value | None = of_parameters("for torsion", unit="Pa")
     torsion_constant: Value | None = of_parameters(
         "for torsion; the sum of the second moments only where the section is round", unit="m^4"
+    )
+    shear_factors: Pair | None = optional(
+        "`cosserat`: shear areas along y and z by the area; 5/6 for a rectangle, 0.9 for a circle",
+        names=PARAMETERS,
+        kind="2 values of parameters",
     )
 
 
@@ -128,9 +135,36 @@ class Torsion(Deformation):
     initial: TwistInitial = key("state at the start, in place of rest", TwistInitial(), shown_default="zeros")
 
 
+class SectionStiffness(Table):
+    """Stiffness of the sections of a geometrically exact beam, by what it resists."""
+
+    stretch: Value = key("EA", unit="N", names=PARAMETERS)
+    shear_y: Value = key("shear area along y times shear modulus", unit="N", names=PARAMETERS)
+    shear_z: Value = key("the same along z", unit="N", names=PARAMETERS)
+    torsion: Value = key("GJ", unit="N m^2", names=PARAMETERS)
+    bending_y: Value = key("EI, E ∫ y² dA, which resists deflection along y", unit="N m^2", names=PARAMETERS)
+    bending_z: Value = key("E ∫ z² dA, which resists deflection along z", unit="N m^2", names=PARAMETERS)
+
+
+class SectionDamping(Table):
+    """Section force or moment by rate of strain, of a geometrically exact beam."""
+
+    stretch: Value = key("by rate of elongation", 0.0, unit="N s", names=PARAMETERS)
+    shear_y: Value = key("by rate of shear along y", 0.0, unit="N s", names=PARAMETERS)
+    shear_z: Value = key("by rate of shear along z", 0.0, unit="N s", names=PARAMETERS)
+    torsion: Value = key("by rate of twist", 0.0, unit="N m^2 s", names=PARAMETERS)
+    bending_y: Value = key("by rate of curvature, of deflection along y", 0.0, unit="N m^2 s", names=PARAMETERS)
+    bending_z: Value = key("by rate of curvature, of deflection along z", 0.0, unit="N m^2 s", names=PARAMETERS)
+
+
 class Beam(Table):
     """An elastic beam along the x axis of its frame; a body to all that refers to bodies."""
 
+    model: Literal["euler_bernoulli", "cosserat"] | None = optional(
+        "shape functions for deflections that are small against the length; or geometrically exact, for any deflection,"
+        " with shear and stretch",
+        shown_default="`euler_bernoulli`",
+    )
     length: Value = key("undeformed", unit="m", names=FIXED_PARAMETERS)
     start: Value = key(
         "x of its first end in its frame, which its joint carries", 0.0, unit="m", names=FIXED_PARAMETERS
@@ -154,3 +188,31 @@ class Beam(Table):
     bending_z: Bending | None = optional("deflection along z", kind="table, below")
     stretch: Stretch | None = optional("elongation along x", kind="table, below")
     torsion: Torsion | None = optional("twist about x", kind="table, below")
+    elements: Annotated[int, Field(ge=1, le=MOST_EXACT_ELEMENTS)] | None = optional(
+        "`cosserat`: equal elements along the beam",
+        kind=f"1 to {MOST_EXACT_ELEMENTS}",
+        shown_default="required for `cosserat`",
+    )
+    stiffness: SectionStiffness | None = optional(
+        "`cosserat`: of the sections", kind="table, below", shown_default="of the section"
+    )
+    stiffness_matrix: SixBySix | None = optional(
+        "`cosserat`: symmetric, of all strains together, in place of both: twist, bending about y and z (N m²), stretch,"
+        " shear along y and z (N)",
+        kind="6x6 numbers",
+    )
+    damping: SectionDamping | None = optional("`cosserat`: of the sections", kind="table, below", shown_default="zeros")
+    stiffness_damping: Value | None = of_parameters(
+        "`cosserat`: damping by stiffness, of all strains", unit="s", shown_default="`0`"
+    )
+    rotary_inertia: Triple | None = of_parameters(
+        "`cosserat`: density times second moments of area: polar, ρ ∫ z² dA about y, ρ ∫ y² dA about z",
+        unit="kg m",
+        shown_default="of the section",
+    )
+    curvature: Triple | None = of_fixed_parameters(
+        "`cosserat`: of the beam at rest, in section axes: twist per length about x, then curvature about y and z; an"
+        " arc or a helix",
+        unit="rad/m",
+        shown_default="`[0, 0, 0]`",
+    )

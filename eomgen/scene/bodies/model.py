@@ -22,7 +22,7 @@ class Body:
     """A body. Inertia (xx, yy, zz, xy, xz, yz) about the centre of mass, body axes; products as tensor entries.
 
     ``beam``: how it deforms; then mass, centre of mass and inertia are those of the beam undeformed. None where it is
-    rigid.
+    rigid. ``node_of``: the geometrically exact beam of which it is a node.
     """
 
     name: str
@@ -30,3 +30,4 @@ class Body:
     center_of_mass: Vector
     inertia: tuple[Formula, Formula, Formula, Formula, Formula, Formula]
     beam: Beam | None = None
+    node_of: str = ""

@@ -11,6 +11,7 @@ from typing import Any, Literal
 from eomgen.formula.curves import AnyCurve
 from eomgen.scene import scene
 from eomgen.scene.bodies.beam_reading import read_beam
+from eomgen.scene.bodies.cosserat_reading import check_keys, is_exact, read_cosserat
 from eomgen.scene.bodies.reading import read_base, read_body, read_body_frame, read_point
 from eomgen.scene.control.controllers import (
     check_loops,
@@ -24,6 +25,7 @@ from eomgen.scene.control.sampled import sources_digest
 from eomgen.scene.document import checks
 from eomgen.scene.document import schema as written
 from eomgen.scene.document.beam_attachments import check_frames, check_not_absolute, check_places
+from eomgen.scene.document.beam_nodes import BeamNodes
 from eomgen.scene.document.doubtful_springs import negative_laws, springs_within_bodies
 from eomgen.scene.document.out_of_scale import out_of_scale
 from eomgen.scene.document.plain_angles import angles_of_several_turns
@@ -31,6 +33,7 @@ from eomgen.scene.document.plain_times import doubtful_times
 from eomgen.scene.document.units import in_si
 from eomgen.scene.document.validation import read_document
 from eomgen.scene.events.reading import read_event
+from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.forces.element import Site
 from eomgen.scene.forces.register import ALL_BOUNDS, ELEMENTS
 from eomgen.scene.formula.scope import PARAMETERS, Names, Offered
@@ -225,12 +228,20 @@ class _Assembler:
         """Return the fields of the Scene; they are right only if the report stays empty."""
         document, values = self.document, self.values
         bodies = {name: read_body(name, body, values) for name, body in document.bodies.items()}
-        bodies |= {name: read_beam(name, beam, values) for name, beam in document.beams.items()}
+        for name, beam in document.beams.items():
+            check_keys(name, beam, values)
+        exact = {name: read_cosserat(name, beam, values) for name, beam in document.beams.items() if is_exact(beam)}
+        bodies |= {
+            name: read_beam(name, beam, values) for name, beam in document.beams.items() if not is_exact(beam)
+        }
+        bodies |= {node.name: node for beam in exact.values() for node in beam.bodies()}
+        nodes = BeamNodes(exact, values)
         self.elastic |= {name: body.beam.size for name, body in bodies.items() if body.beam is not None}
-        joints = {name: read_joint(name, joint, values) for name, joint in document.joints.items()}
+        joints = {name: nodes.joint(read_joint(name, joint, values)) for name, joint in document.joints.items()}
+        joints |= nodes.joints()
         links = [Link(joint.name, joint.parent, joint.child) for joint in joints.values()]
         complete = not self.refused["joints"] and not self.broken
-        sections = {name: "bodies" if body.beam is None else "beams" for name, body in bodies.items()}
+        sections = {name: "beams" if name in document.beams else "bodies" for name in bodies}
         order = ordered(links, sections, self.broken, complete, self.report)
         check_mimics(joints, self.refused["joints"], self.report)
         checks.check_inertias(bodies.values(), values)
@@ -243,20 +254,25 @@ class _Assembler:
                     tree, checks.body_inertias(bodies.values(), values), sections, values
                 )
             check_frames(tree, bodies, values)
-        points = {name: read_point(name, point, self.bodies, values) for name, point in document.points.items()}
+        points = {
+            name: nodes.point("points", read_point(name, point, self.bodies, values))
+            for name, point in document.points.items()
+        }
         fixed_frames = {
-            name: read_body_frame(name, frame, self.bodies, values) for name, frame in document.frames.items()
+            name: nodes.point("frames", read_body_frame(name, frame, self.bodies, values))
+            for name, frame in document.frames.items()
         }
         points |= {name: Point(name, frame.body, frame.position) for name, frame in fixed_frames.items()}
         checks.check_task_frames(document, self.refused, self.report)
         constraints = tuple(
-            read_constraint(name, entry, self.bodies, points, values) for name, entry in document.constraints.items()
+            nodes.constraint(read_constraint(name, entry, self.bodies, points, values))
+            for name, entry in document.constraints.items()
         )
         if complete:
             tree = [joints[link.name] for link in order]
             check_closings(constraints, tree, document.beams, self.report)
         if document.coordinates == "absolute":
-            check_not_absolute(document.beams, self.report)
+            check_not_absolute([name for name in document.beams if name not in exact], self.report)
         inputs = []
         for name, entry in document.inputs.items():
             if name in self.motions:
@@ -270,7 +286,9 @@ class _Assembler:
         )
         site = Site(self.bodies, document.beams, points, values)
         elements = {
-            row.section: tuple(row.read(name, entry, site) for name, entry in document.section(row.section).items())
+            row.section: tuple(
+                nodes.element(row.read(name, entry, site)) for name, entry in document.section(row.section).items()
+            )
             for row in ELEMENTS
         }
         check_loops(control.outputs, elements["springs"], values)
@@ -321,7 +339,10 @@ class _Assembler:
             "points": tuple(points.values()),
             "frames": tuple(fixed_frames.values()),
             "task_frames": tuple(dict.fromkeys(document.task_frames)),
-            "elements": tuple(chain.from_iterable(elements.values())),
+            "elements": (
+                *(CosseratBeam(name, beam) for name, beam in exact.items()),
+                *chain.from_iterable(elements.values()),
+            ),
             "outputs": outputs,
             "references": tuple(
                 read_reference(

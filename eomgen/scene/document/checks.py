@@ -188,7 +188,7 @@ def check_inertias(bodies: Iterable[Body], values: Values) -> None:
     """Require of rigid bodies inertias that bodies can have."""
     for body in bodies:
         key = key_of("bodies", body.name)
-        if body.beam is None and not values.report.concerns(key):
+        if body.beam is None and not body.node_of and not values.report.concerns(key):
             hint = f"the values of {body.name} about its centre of mass, in its own axes"
             values.require(f"{key}.inertia", replace(RELATIONS["inertia"], hint=hint), body.inertia)
 

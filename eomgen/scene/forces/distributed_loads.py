@@ -66,6 +66,9 @@ def read_distributed_load(name: str, entry: DistributedLoadEntry, site: Site) ->
         )
         hint = nearest(entry.beam, site.beams) or "a [beams] section; a rigid body takes [forces] at its centre"
         values.report.add(f"{place}.beam", what, hint)
+    elif site.beams[entry.beam].model == "cosserat":
+        what = f"the beam {entry.beam} is of the model cosserat, which distributed loads do not know"
+        values.report.add(f"{place}.beam", what, "[forces] at its nodes")
     elif not values.report.concerns(of_beam := key_of("beams", entry.beam)):
         start = values.constant(f"{of_beam}.start", site.beams[entry.beam].start)
         length = values.constant(f"{of_beam}.length", site.beams[entry.beam].length)

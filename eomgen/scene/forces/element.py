@@ -4,7 +4,7 @@ element."""
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from eomgen.formula.nodes import Formula, Vector
@@ -16,6 +16,9 @@ if TYPE_CHECKING:  # a Scene needs none of what reads files
     from eomgen.scene.reading.key_metadata import Table
     from eomgen.scene.reading.requirements import Bound
     from eomgen.scene.reading.values import Values
+
+#: From the parts of a key, body and position of a place to the body and the position that stand for it.
+Attach = Callable[[tuple[str, ...], str, Vector], tuple[str, Vector]]
 
 
 @dataclass(frozen=True)
@@ -56,6 +59,17 @@ class ForceElement:
         position."""
         for side, frame in zip(("first", "second"), self.frames() or (), strict=False):
             yield (side, "position"), frame.body, frame.position
+
+    def attached(self, at: Attach) -> Self:
+        """Return the element with its places on bodies where ``at`` puts them."""
+        frames = self.frames()
+        if frames is None:
+            return self
+        moved = {}
+        for side, frame in zip(("first", "second"), frames, strict=True):
+            body, position = at((side, "position"), frame.body, frame.position)
+            moved[side] = replace(frame, body=body, position=position)
+        return replace(self, **moved)  # type: ignore[arg-type]  # kinds with frames have these fields
 
     def angles(self) -> tuple[tuple[str, int], ...]:
         """Return the angles, by joint and index, that act on it as numbers, so that whole turns matter."""

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import ClassVar, Literal
+from dataclasses import dataclass, replace
+from typing import ClassVar, Literal, Self
 
 from eomgen.formula.nodes import Formula, Vector
-from eomgen.scene.forces.element import ForceElement, Row, Site
+from eomgen.scene.forces.element import Attach, ForceElement, Row, Site
 from eomgen.scene.formula.scope import LOAD, PARAMETERS
 from eomgen.scene.reading.key_metadata import Table, key
 from eomgen.scene.reading.kinds import Triple
@@ -48,6 +48,10 @@ class Force(ForceElement):
 
     def places(self) -> Iterator[tuple[tuple[str, ...], str, Vector]]:
         yield ("point",), self.body, self.point
+
+    def attached(self, at: Attach) -> Self:
+        body, point = at(("point",), self.body, self.point)
+        return replace(self, body=body, point=point)
 
 
 def read_force(name: str, force: ForceEntry, site: Site) -> Force:

@@ -92,6 +92,7 @@ _LENGTH: Bound = _not_positive, "{0} m is not positive", "a length in m"
 STIFFNESS: Bound = _negative, "the stiffness is negative: {0}", "0 or more"
 DAMPING: Bound = _negative, "the damping is negative: {0}", "0 or more"
 _DEFORMATIONS = ("bending_y", "bending_z", "stretch", "torsion")
+_STRAINS = (*_DEFORMATIONS, "shear_y", "shear_z")
 
 _BOUNDS: Mapping[str, Bound] = {
     "bodies.mass": (_negative, "the mass {0} is negative", "a positive number of kg"),
@@ -118,6 +119,11 @@ _BOUNDS: Mapping[str, Bound] = {
     **{f"beams.{kind}.stiffness": above_zero(f"the stiffness of {kind}") for kind in _DEFORMATIONS},
     **{f"beams.{kind}.stiffness_damping": not_below_zero("the damping of a beam") for kind in _DEFORMATIONS},
     **{f"beams.{kind}.inertia_factor": above_zero("the inertia factor") for kind in _DEFORMATIONS},
+    "beams.section.shear_factors": above_zero("the shear factor of a section"),
+    "beams.rotary_inertia": above_zero("the rotary inertia of a section"),
+    "beams.stiffness_damping": not_below_zero("the damping of a beam"),
+    **{f"beams.stiffness.{kind}": above_zero(f"the stiffness of {kind.replace('_', ' along ')}") for kind in _STRAINS},
+    **{f"beams.damping.{kind}": not_below_zero("the damping of a beam") for kind in _STRAINS},
     "controllers.time_constant": (_not_positive, "the time constant {0} s is not positive", "0.01"),
     "controllers.tracking": (_not_positive, "the tracking time {0} s is not positive", "0.1"),
     "controllers.damping": (_negative, "damping is negative ({0})", "0 or more"),

@@ -1,0 +1,21 @@
+"""Geometrically exact beams as force elements: what holds a chain of equal frames on SE(3) together.
+
+The nodes are bodies of the scene; this is the elasticity between neighbours.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from eomgen.scene.bodies.cosserat import Cosserat
+from eomgen.scene.forces.element import ForceElement
+
+
+@dataclass(frozen=True)
+class CosseratBeam(ForceElement):
+    """Elasticity and damping of a geometrically exact beam."""
+
+    section: ClassVar[str] = "beams"
+
+    beam: Cosserat
