@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,18 +57,20 @@ def operands(tape: Tape, node: int) -> tuple[int, ...]:
 
 
 def find_loops(tape: Tape, live: Sequence[int]) -> list[RerolledLoop]:
-    """Return the loops in a sequence of live tape nodes, in order and disjoint."""
-    fixed = [node for node in live if not is_circular(tape, node)]
-    codes = _codes(tape, fixed)
-    repeats: list[tuple[int, int, int]] = []
-    _search(codes, 0, len(codes), repeats)
+    """Return the loops in a sequence of live tape nodes, in order and disjoint; none goes past where a Map runs."""
     loops = []
-    for start, period, iterations in sorted(repeats):
-        loop = _consistent(
-            tape, [tuple(fixed[start + k * period : start + (k + 1) * period]) for k in range(iterations)]
-        )
-        if loop is not None:
-            loops.append(loop)
+    for is_map, nodes in groupby(live, lambda node: tape.op[node] is Op.MAP):
+        if is_map:
+            continue
+        fixed = [node for node in nodes if not is_circular(tape, node)]
+        repeats: list[tuple[int, int, int]] = []
+        _search(_codes(tape, fixed), 0, len(fixed), repeats)
+        for start, period, iterations in sorted(repeats):
+            loop = _consistent(
+                tape, [tuple(fixed[start + k * period : start + (k + 1) * period]) for k in range(iterations)]
+            )
+            if loop is not None:
+                loops.append(loop)
     return loops
 
 

@@ -486,8 +486,9 @@ def schedule(
 
 def _worthwhile(tape: Tape, live: Sequence[int]) -> list[RerolledLoop]:
     """Return the loops of a long function, or none where they would shorten it too little."""
-    if len(live) <= REROLL_FROM or any(tape.op[node] is _MAP for node in live):
+    written = sum(tape.op[node] is not _MAP for node in live)
+    if written <= REROLL_FROM:
         return []
     loops = find_loops(tape, live)
     saved = sum((len(loop.iterations) - 1) * loop.period for loop in loops)
-    return loops if len(live) - saved <= REROLLED_PART * len(live) else []
+    return loops if written - saved <= REROLLED_PART * written else []

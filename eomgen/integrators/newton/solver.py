@@ -30,7 +30,7 @@ UNROLLED = 4000
 #: Unknowns up to which one with groups is, whose repeated stages do not share code.
 GROUPS_UNROLLED = 64
 #: The same of the pieces of code that fronts share; of a shorter elimination they are used from so many fronts for each
-#: piece on.
+#: piece on, or from two on where it is at least half as long.
 FRONTS_UNROLLED = 12000
 REPETITIONS = 4
 #: Unknowns up to which a breakdown of the chosen pivots is met by a dense factorization that chooses its own.
@@ -116,7 +116,8 @@ def make_solver(
     if groups:
         return Solver(unknowns, samples.packing, terms, elimination)
     fronts = make_fronts(elimination, list(values), unknowns.matrix_size if at_start else unknowns.size)
-    repeated = elimination.operations > UNROLLED or len(fronts.kind_of) >= REPETITIONS * len(fronts.kinds)
+    repetitions = REPETITIONS if elimination.operations <= UNROLLED / 2 else 2
+    repeated = elimination.operations > UNROLLED or len(fronts.kind_of) >= repetitions * len(fronts.kinds)
     if fronts.operations <= min(FRONTS_UNROLLED, elimination.operations / 2) and repeated:
         return Solver(unknowns, samples.packing, terms, elimination, fronts)
     whole = unknowns.size**3 / 3 < _DENSE_ADVANTAGE * elimination.operations

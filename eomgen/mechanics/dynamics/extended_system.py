@@ -17,7 +17,7 @@ from eomgen.mechanics.kinematics.fields import angular_velocities, total_fields
 from eomgen.mechanics.kinematics.points import Kinematics
 from eomgen.mechanics.kinematics.wrenches import Wrench
 from eomgen.mechanics.tree.base import BaseMotion
-from eomgen.mechanics.tree.links import Tree
+from eomgen.mechanics.tree.links import ROOT, Tree
 from eomgen.symbolic.calculus.cuts import cut_partials
 from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.scalar import Scalar
@@ -48,7 +48,10 @@ def extended_partials(
     first = 3 * nv + internal.count
     seeds |= internal.seeds(3 * nv)
     owners: dict[int, int] = {}
+    alone = _alone(tree)
     for link, scalar in _passed_on(tree, kinematics, base, loads, posed=internal.count > 0):
+        if link in alone:
+            continue
         owners.setdefault(abs(scalar.ref), tree.links[link].dofs[0])
     outputs = [value.ref for value in (*residual, *internal.rates())]
     tangents, definitions, used = cut_partials(tape, outputs, seeds, owners, first)
@@ -66,6 +69,12 @@ def extended_partials(
         row = nv + number
         entries["X"][row, number] = tape.sub(entries["X"].get((row, number), tape.constant(0.0)), ONE)
     return entries, tuple(owners[node] for node in used)
+
+
+def _alone(tree: Tree) -> set[int]:
+    """Return the links on the base that carry no others: nothing is passed on to them or from them."""
+    carrying = {link.parent for link in tree.links}
+    return {index for index, link in enumerate(tree.links) if link.parent == ROOT and index not in carrying}
 
 
 def _passed_on(

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from eomgen.symbolic.calculus.partials import Seeds, node_tangent, seeds_by_node
+from eomgen.symbolic.calculus.loops import map_partials
+from eomgen.symbolic.calculus.partials import Seeds, forward_partials, node_tangent, seeds_by_node
 from eomgen.symbolic.calculus.tangents import Tangent, signed_tangent
 from eomgen.symbolic.operations import LEAVES, Op
 from eomgen.symbolic.tape import ONE, Ref, Tape
@@ -31,20 +32,28 @@ def cut_partials(
 
     Notes
     -----
-    With s the cut nodes and s = g(x, s) their definitions, the results are rows of [f_x, f_s] and [g_x, g_s]. Maps are
-    not cut and must not depend on seeds.
+    With s the cut nodes and s = g(x, s) their definitions, the results are rows of [f_x, f_s] and [g_x, g_s]. Results of
+    Maps are not cut.
     """
     wanted = {abs(ref) for ref in cuts}
     seeded = seeds_by_node(tape, seeds)
     tangents: dict[int, Tangent] = {}
     definitions: list[Tangent] = []
     used: list[int] = []
+    maps: dict[int, list[Tangent]] = {}
     for node in tape.live(outputs):
         if node in seeded:
             tangents[node] = seeded[node]
             continue
         op = tape.op[node]
-        if op in LEAVES or op is Op.MAP:
+        if op in LEAVES:
+            continue
+        if op is Op.MAP:
+            number = tape.a[node]
+            if number not in maps:
+                maps[number] = map_partials(tape, number, tangents, forward_partials)
+            if tangent := maps[number][tape.b[node]]:
+                tangents[node] = tangent
             continue
         tangent = node_tangent(tape, node, op, tangents)
         if tangent and node in wanted:

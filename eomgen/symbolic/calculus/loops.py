@@ -7,8 +7,9 @@ What differentiates the kernel is an argument, since a kernel may hold loops its
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import cast
 
 from eomgen.symbolic.calculus.tangents import Tangent, signed_tangent
@@ -28,7 +29,8 @@ def map_partials(
     """Return the tangent of every result of a Map, numbered like its results, from the tangents of nodes.
 
     One loop carries all directions. Only where that would multiply mostly zeros (no carries, and each element reached
-    by few of the directions) the loop gives the local partials of each element instead, which are combined outside.
+    by few of the directions) the loop gives the local partials of each element instead, which are combined outside; or,
+    where fewer directions reach an element than it gathers numbers that they change, its derivatives along those.
     """
     loop = cast("Map", tape.maps[number])
     outer = {symbol: [signed_tangent(tangents, ref) for ref in refs] for symbol, refs in _outer(loop).items()}
@@ -36,6 +38,9 @@ def map_partials(
     reached = sum(len(tangent) for symbol, column in outer.items() if symbol.block == "gather" for tangent in column)
     slots = sum(any(column) for symbol, column in outer.items() if symbol.block == "gather")
     if not loop.initial and 4 * reached < loop.count * slots * len(directions):
+        local = _local_directions(loop, outer)
+        if local is not None and local.count < slots:
+            return _partials_along(tape, loop, outer, local, forward_partials)
         return _combined_partials(tape, loop, outer, forward_partials)
     growth = _Growth(loop)
     seeds: dict[Ref | InputSymbol, dict[int, Ref]] = {}
@@ -164,6 +169,7 @@ class _Growth:
         self.kernel = Tape()
         self.refs = splice(self.kernel, loop.kernel, loop.kernel_refs, {})
         self._shared, self._gather, self._initial = list(loop.shared), list(loop.gather), list(loop.initial)
+        self._slots = {column: slot for slot, column in reversed(list(enumerate(loop.gather)))}
         self._carried: list[tuple[int, int]] = []
 
     def add_input(self, symbol: InputSymbol, label: int, column: Sequence[Ref]) -> Ref:
@@ -178,8 +184,28 @@ class _Growth:
         if symbol.block == "shared":
             self._shared.append(column[0])
             return self.kernel.input("shared", len(self._shared) - 1)
-        self._gather.append(tuple(column))
-        return self.kernel.input("gather", len(self._gather) - 1)
+        sign, slot = next(
+            (
+                (sign, known)
+                for sign in (1, -1)
+                if (known := self._slots.get(tuple(ref if ref == ZERO else sign * ref for ref in column))) is not None
+            ),
+            (1, len(self._gather)),
+        )
+        if slot == len(self._gather):
+            self._slots[tuple(column)] = slot
+            self._gather.append(tuple(column))
+        return sign * self.kernel.input("gather", slot)
+
+    def rows(self, tape: Tape, companions: Sequence[Mapping[int, Ref]]) -> list[list[Tangent]]:
+        """Record the loop that computes companions of its results, and return them for each element."""
+        stacked = tuple(ref for row in companions for ref in row.values())
+        loop = self.loop
+        grown = Map(
+            self.kernel, loop.count, loop.elements, tuple(self._shared), tuple(self._gather),
+            stacked=stacked, label=loop.label,
+        )  # fmt: skip  # in the order of the fields
+        return [_labelled(companions, row) for row in add_map(tape, compact(grown, ())).rows]
 
     def finish(self, tape: Tape, companions: Sequence[Mapping[int, Ref]]) -> list[Tangent]:
         """Record the loop that computes companions of all results; ``companions`` belong to the kernel references."""
@@ -245,6 +271,75 @@ def _combined_partials(
         totals = [_combine(tape, total, partial, here) for total, partial in zip(totals, of_sums, strict=True)]
         rows += [_combine(tape, {}, partial, here) for partial in of_rows]
     return totals + rows
+
+
+@dataclass(frozen=True)
+class _LocalDirections:
+    """Directions that reach each element, numbered alike where they change the same of what it gathers.
+
+    Attributes
+    ----------
+    count : the most numbers that any element has
+    numbers : by element, from its own number to the direction
+    """
+
+    count: int
+    numbers: tuple[Mapping[int, int], ...]
+
+
+def _local_directions(loop: Map, outer: Mapping[InputSymbol, Sequence[Tangent]]) -> _LocalDirections | None:
+    """Return the directions that reach each element; None where what all share changes too."""
+    gathered = [column for symbol, column in outer.items() if symbol.block == "gather"]
+    if any(any(column) for symbol, column in outer.items() if symbol.block != "gather"):
+        return None
+    kinds: dict[tuple[tuple[int, ...], int], int] = {}
+    numbers = []
+    for i in range(loop.count):
+        changed: dict[int, list[int]] = {}
+        for slot, column in enumerate(gathered):
+            for direction in column[i]:
+                changed.setdefault(direction, []).append(slot)
+        alike: Counter[tuple[int, ...]] = Counter()
+        here = {}
+        for direction in sorted(changed):
+            slots = tuple(changed[direction])
+            here[kinds.setdefault((slots, alike[slots]), len(kinds))] = direction
+            alike[slots] += 1
+        numbers.append(here)
+    return _LocalDirections(len(kinds), tuple(numbers))
+
+
+def _partials_along(
+    tape: Tape,
+    loop: Map,
+    outer: Mapping[InputSymbol, Sequence[Tangent]],
+    local: _LocalDirections,
+    forward_partials: ForwardPartials,
+) -> list[Tangent]:
+    """Return the tangents of all results by a loop over the local directions of its elements."""
+    growth = _Growth(loop)
+    seeds: dict[Ref | InputSymbol, dict[int, Ref]] = {}
+    for symbol, column in outer.items():
+        for number in range(local.count):
+            along = [
+                tangent.get(here[number], ZERO) if number in here else ZERO
+                for tangent, here in zip(column, local.numbers, strict=True)
+            ]
+            if any(ref != ZERO for ref in along):
+                seeds.setdefault(symbol, {})[number] = growth.add_input(symbol, number, along)
+    sums, _, stacked = loop.split_kernel(forward_partials(growth.kernel, growth.refs, seeds))
+    rows = growth.rows(tape, [*sums, *stacked])
+    totals: list[Tangent] = [{} for _ in sums]
+    results: list[Tangent] = []
+    for row, here in zip(rows, local.numbers, strict=True):
+        tangents = [{here[number]: ref for number, ref in tangent.items() if number in here} for tangent in row]
+        for total, tangent in zip(totals, tangents, strict=False):
+            for direction, ref in tangent.items():
+                total[direction] = tape.add(total.get(direction, ZERO), ref)
+        results += [
+            {direction: ref for direction, ref in tangent.items() if ref != ZERO} for tangent in tangents[len(sums) :]
+        ]
+    return [{direction: ref for direction, ref in total.items() if ref != ZERO} for total in totals] + results
 
 
 def _combine(tape: Tape, total: Tangent, partials: Mapping[int, Ref], tangents: Sequence[Tangent]) -> Tangent:
