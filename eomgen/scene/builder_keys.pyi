@@ -44,6 +44,7 @@ class BodyKeys(TypedDict, total=False):
     group: str | None
 
 class BeamKeys(TypedDict, total=False):
+    model: str | None
     start: Value | None
     section: Mapping[str, Any] | None
     mass_per_length: Value | None
@@ -56,6 +57,13 @@ class BeamKeys(TypedDict, total=False):
     bending_z: Mapping[str, Any] | None
     stretch: Mapping[str, Any] | None
     torsion: Mapping[str, Any] | None
+    elements: int | None
+    stiffness: Mapping[str, Any] | None
+    stiffness_matrix: Sequence[Sequence[float]] | None
+    damping: Mapping[str, Any] | None
+    stiffness_damping: Value | None
+    rotary_inertia: Sequence[Value] | None
+    curvature: Sequence[Value] | None
 
 class JointKeys(TypedDict, total=False):
     position: Sequence[Value] | None

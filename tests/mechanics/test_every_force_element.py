@@ -14,12 +14,13 @@ import pytest
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.describe import describe
 from eomgen.mechanics.forces.applied import LAWS, OFFERED
+from eomgen.mechanics.forces.applied import STRUCTURE as LAWS_OF_STRUCTURE
 from eomgen.results.scenery import scenery
 from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.document.json_schema import schema
 from eomgen.scene.document.reference import tables
 from eomgen.scene.forces.element import Row
-from eomgen.scene.forces.register import ELEMENTS
+from eomgen.scene.forces.register import ELEMENTS, STRUCTURE
 from eomgen.scene.load import from_data
 from eomgen.scene.scene import Scene
 from tests.oracles.evaluation import tape_evaluator
@@ -53,6 +54,7 @@ def scene_with(row: Row, formula: str = "t") -> Scene:
 def test_every_row_has_a_law_that_gives_what_it_offers() -> None:
     laws = {law.model: set(law.offers) for some in LAWS for law in some}
     assert laws == {row.model: set(row.offers) for row in ELEMENTS}
+    assert tuple(law.model for law in LAWS_OF_STRUCTURE) == STRUCTURE
     assert len(OFFERED) == sum(len(row.offers) for row in ELEMENTS)
 
 

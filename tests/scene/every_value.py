@@ -16,6 +16,7 @@ from eomgen.scene.reading.key_metadata import Table, fields_of
 Path = tuple[str | int, ...]
 
 _AT = {"body": "base", "axis": [0, 0, 1], "x_axis": [1, 0, 0], "position": [0.1, 0.2, 0.3]}
+_STRAINS = ("stretch", "shear_y", "shear_z", "torsion", "bending_y", "bending_z")
 _BEAM = {"modes": 2, "stiffness_damping": 1e-3, "inertia_factor": 1.0}
 
 SCENE: dict[str, Any] = {
@@ -61,8 +62,34 @@ SCENE: dict[str, Any] = {
             "stretch": {**_BEAM, "stiffness": 1e6},
             "torsion": {**_BEAM, "stiffness": 70.0},
         },
+        "rope": {
+            "model": "cosserat",
+            "length": 2.0,
+            "elements": 2,
+            "mass_per_length": 1.0,
+            "rotary_inertia": [0.02, 0.01, 0.01],
+            "stiffness": {kind: 1e3 for kind in _STRAINS},
+            "damping": {kind: 0.1 for kind in _STRAINS},
+            "stiffness_damping": 1e-3,
+        },
+        "hose": {
+            "model": "cosserat",
+            "length": 2.0,
+            "elements": 2,
+            "section": {
+                "elastic_modulus": 2e7,
+                "density": 1500.0,
+                "area": 1e-3,
+                "second_moments": [1e-7, 2e-7],
+                "shear_modulus": 8e6,
+                "torsion_constant": 3e-7,
+                "shear_factors": [0.8, 0.9],
+            },
+        },
     },
     "joints": {
+        "rope_end": {"type": "fixed", "parent": "base", "child": "rope"},
+        "hose_end": {"type": "free", "parent": "base", "child": "hose"},
         "hinge": {
             "type": "revolute",
             "parent": "base",

@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
-from eomgen.mechanics.forces import bushings, distributed_loads, efforts, forces, springs, torsion_springs, tyres
+from eomgen.mechanics.forces import (
+    bushings,
+    cosserat_beams,
+    distributed_loads,
+    efforts,
+    forces,
+    springs,
+    torsion_springs,
+    tyres,
+)
 from eomgen.mechanics.forces.beams import add_structure
-from eomgen.mechanics.forces.cosserat_beams import add_cosserat_beam
 from eomgen.mechanics.forces.joints import add_joint
 from eomgen.mechanics.forces.loads import Law, Loads, no_loads
 from eomgen.mechanics.forces.symbols import Offers, Quantities
 from eomgen.mechanics.tree.links import Tree
-from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.scene import Scene
 
 #: The laws of force elements in the order in which they are recorded, those before and those after the joints' own
@@ -18,6 +25,8 @@ LAWS: tuple[tuple[Law, ...], tuple[Law, ...]] = (
     (springs.LAW, forces.LAW, distributed_loads.LAW),
     (torsion_springs.LAW, bushings.LAW, tyres.LAW, efforts.LAW),
 )
+#: The laws of what entries of other sections bring with them.
+STRUCTURE: tuple[Law, ...] = (cosserat_beams.LAW,)
 OFFERED: Offers = {
     kind: (law.model.section, offer) for laws in LAWS for law in laws for kind, offer in law.offers.items()
 }
@@ -27,10 +36,7 @@ def applied_loads(scene: Scene, tree: Tree, quantities: Quantities) -> Loads:
     """Return all applied loads on the tree, without gravity."""
     loads = no_loads(tree)
     before, after = LAWS
-    for element in scene.elements:
-        if isinstance(element, CosseratBeam):
-            with quantities.algebra.tape.block(f"elements of {element.label}"):
-                add_cosserat_beam(loads, element, quantities)
+    _add_elements(loads, STRUCTURE, scene, quantities)
     _add_elements(loads, before, scene, quantities)
     for joint in scene.joints:
         add_joint(loads, joint, quantities)

@@ -19,7 +19,6 @@ from eomgen.mechanics.tree.links import WORLD_NAME
 from eomgen.scene.forces.bushings import Bushing
 from eomgen.scene.joints.constraint_model import Frame
 from eomgen.symbolic.scalar import (
-    Matrix,
     Scalar,
     Vector,
     apply,

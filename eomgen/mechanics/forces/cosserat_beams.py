@@ -15,7 +15,7 @@ from itertools import chain, pairwise
 from eomgen.lie.algebra import TapeAlgebra
 from eomgen.lie.groups import SE3
 from eomgen.lie.rotations import tangent_inverse
-from eomgen.mechanics.forces.loads import Loads, add_wrench
+from eomgen.mechanics.forces.loads import Law, Loads, add_wrench
 from eomgen.mechanics.forces.rotation_vectors import rotation_vector
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.tree.links import Mount
@@ -226,3 +226,6 @@ def _product(rows: Sequence[Six], values: Six) -> list[Scalar]:
 
 def _vector(values: Six) -> Vector:
     return values[0], values[1], values[2]
+
+
+LAW = Law(CosseratBeam, add_cosserat_beam)

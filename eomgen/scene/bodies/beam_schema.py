@@ -197,7 +197,7 @@ class Beam(Table):
         "`cosserat`: of the sections", kind="table, below", shown_default="of the section"
     )
     stiffness_matrix: SixBySix | None = optional(
-        "`cosserat`: symmetric, of all strains together, in place of both: twist, bending about y and z (N m²), stretch,"
+        "`cosserat`: symmetric, of all strains together, in their place: twist, bending about y and z (N m²), stretch,"
         " shear along y and z (N)",
         kind="6x6 numbers",
     )

@@ -132,7 +132,9 @@ def _stiffness(key: str, entry: written.Beam, values: Values) -> Rows:
         return tuple(tuple(Number(number) for number in row) for row in entry.stiffness_matrix)
     if entry.stiffness is not None:
         place = f"{key}.stiffness"
-        return _diagonal([values.formula(f"{place}.{kind}", getattr(entry.stiffness, kind), PARAMETERS) for kind in STRAINS])
+        return _diagonal(
+            [values.formula(f"{place}.{kind}", getattr(entry.stiffness, kind), PARAMETERS) for kind in STRAINS]
+        )
     if entry.section is None:
         what = "the sections have no stiffness"
         values.report.add(key, what, "stiffness = { stretch = ..., ... }, stiffness_matrix, or a section")
@@ -165,7 +167,10 @@ def _damping(key: str, entry: written.Beam, stiffness: Rows, values: Values) -> 
         return rows
     share = values.formula(f"{key}.stiffness_damping", entry.stiffness_damping, PARAMETERS)
     return tuple(
-        tuple(total(part, product(share, elastic)) if elastic != ZERO else part for part, elastic in zip(*pair, strict=True))
+        tuple(
+            total(part, product(share, elastic)) if elastic != ZERO else part
+            for part, elastic in zip(*pair, strict=True)
+        )
         for pair in zip(rows, stiffness, strict=True)
     )
 
@@ -196,7 +201,9 @@ def _check_matrix(key: str, given: Sequence[Sequence[float]], values: Values) ->
         return
     smallest = float(np.linalg.eigvalsh(matrix / np.outer(scale, scale))[0])
     if smallest <= 1e-12:
-        what = "the matrix is not positive definite, so the section gives way to some strain: scaled to a diagonal of 1,"
+        what = (
+            "the matrix is not positive definite, so the section gives way to some strain: scaled to a diagonal of 1,"
+        )
         values.report.add(key, f"{what} its smallest eigenvalue is {smallest:.6g}", "a positive definite matrix")
 
 
@@ -205,5 +212,6 @@ def _check_fold(key: str, beam: Cosserat, values: Values) -> None:
     turn = beam.spacing * math.hypot(*beam.curvature)
     if turn >= math.pi:
         least = math.floor(turn * beam.elements / math.pi) + 1
-        what = f"each of the {beam.elements} elements turns by {math.degrees(turn):.6g} degrees at rest, and less than 180 can be told"
+        degrees = f"{math.degrees(turn):.6g} degrees"
+        what = f"each of the {beam.elements} elements turns by {degrees} at rest, and only less than 180 can be told"
         values.report.add(f"{key}.curvature", what, f"elements = {4 * least}; {least} is the least")

@@ -231,9 +231,7 @@ class _Assembler:
         for name, beam in document.beams.items():
             check_keys(name, beam, values)
         exact = {name: read_cosserat(name, beam, values) for name, beam in document.beams.items() if is_exact(beam)}
-        bodies |= {
-            name: read_beam(name, beam, values) for name, beam in document.beams.items() if not is_exact(beam)
-        }
+        bodies |= {name: read_beam(name, beam, values) for name, beam in document.beams.items() if not is_exact(beam)}
         bodies |= {node.name: node for beam in exact.values() for node in beam.bodies()}
         nodes = BeamNodes(exact, values)
         self.elastic |= {name: body.beam.size for name, body in bodies.items() if body.beam is not None}

@@ -72,9 +72,13 @@ class BeamNodes:
         beam, report = self.beams.get(body), self.values.report
         if beam is None or report.concerns(key) or report.concerns(key_of("beams", body)):
             return body, position
-        tunable = sorted(symbol.name for symbol in symbols(position[0]) if self.values.names.parameters.get(symbol.name))
+        tunable = sorted(
+            symbol.name for symbol in symbols(position[0]) if self.values.names.parameters.get(symbol.name)
+        )
         if tunable:
-            what = f"x on the beam {body} depends on the tunable parameter {tunable[0]}, and the nodes of a beam are fixed"
+            what = (
+                f"x on the beam {body} depends on the tunable parameter {tunable[0]}, and the nodes of a beam are fixed"
+            )
             report.add(f"{key}[0]", what, f"{tunable[0]} without tunable, or a number")
             return body, position
         x = self.values.value(position[0])
@@ -97,4 +101,3 @@ def _no_node(beam: Cosserat, x: float) -> tuple[str, str]:
     if abs(float(share) * beam.length - x) <= AT_END * beam.length and count <= MOST_EXACT_ELEMENTS:
         return what, f"elements = {count}, which has a node there; or x = {round(x / beam.spacing) * beam.spacing:.6g}"
     return what, f"x = {round(x / beam.spacing) * beam.spacing:.6g}"
-

@@ -32,8 +32,8 @@ def cut_partials(
 
     Notes
     -----
-    With s the cut nodes and s = g(x, s) their definitions, the results are rows of [f_x, f_s] and [g_x, g_s]. Results of
-    Maps are not cut.
+    With s the cut nodes and s = g(x, s) their definitions, the results are rows of [f_x, f_s] and [g_x, g_s]. Results
+    of Maps are not cut.
     """
     wanted = {abs(ref) for ref in cuts}
     seeded = seeds_by_node(tape, seeds)
