@@ -68,8 +68,8 @@ SCENE: dict[str, Any] = {
             "elements": 2,
             "mass_per_length": 1.0,
             "rotary_inertia": [0.02, 0.01, 0.01],
-            "stiffness": {kind: 1e3 for kind in _STRAINS},
-            "damping": {kind: 0.1 for kind in _STRAINS},
+            "stiffness": dict.fromkeys(_STRAINS, 1000.0),
+            "damping": dict.fromkeys(_STRAINS, 0.1),
             "stiffness_damping": 1e-3,
         },
         "hose": {

@@ -2,7 +2,16 @@
 
 from __future__ import annotations
 
-from eomgen.scene.forces import bushings, cosserat_beams, distributed_loads, efforts, forces, springs, torsion_springs, tyres
+from eomgen.scene.forces import (
+    bushings,
+    cosserat_beams,
+    distributed_loads,
+    efforts,
+    forces,
+    springs,
+    torsion_springs,
+    tyres,
+)
 from eomgen.scene.forces.element import ForceElement, Row
 from eomgen.scene.reading.requirements import BOUNDS, bounds
 

@@ -319,6 +319,8 @@ def _values_of(body: Body) -> tuple[Formula, ...]:
 
 
 def _concerned(body: Body, values: Values) -> bool:
+    if body.node_of:
+        return values.report.concerns(key_of("beams", body.node_of))
     return values.report.concerns(key_of("bodies" if body.beam is None else "beams", body.name))
 
 
