@@ -1,9 +1,10 @@
 """Steps of one factorization beside iterated and explicit ones: errors and times on a shear frame with a pendulum.
 
-    python -m benchmarks.real_time_steps [--rounds 41] [--quick] [--core N] [--json out.json]
+    python -m benchmarks.real_time_steps [--rounds 41] [--quick] [--core N] [--json out.json] [--plot late.png]
 
 Errors are those at 10 s against digits by DOP853, relative to the largest magnitude of each coordinate and velocity.
-Times are the processor's for whole runs in one call, methods in turns; late steps are called one by one.
+Times are the processor's for whole runs in one call, methods in turns. Late steps by ``late_steps``, one by one, in a
+real-time thread with its memory locked where the system allows it; the JSON has their histograms, in ns.
 """
 
 from __future__ import annotations
@@ -12,45 +13,74 @@ import argparse
 import json
 import statistics
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 import eomgen
+from benchmarks.late_steps import Lateness, draw, isolation, late_steps
 from benchmarks.measure import machine, pin_to_core, table
 from eomgen.integrators.methods import method_named
-from eomgen.simulation.timing import Repeated, step_times
+from eomgen.simulation.timing import Repeated
 from tests.models.shear_frame import RESPONSE, SCALE, shear_frame
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
-METHODS = ("rosenbrock", "lsrt2", "trapezoidal", "rk4")
+#: Rows of the table, and what they run with.
+METHODS: Mapping[str, Mapping[str, Any]] = {
+    "rosenbrock": {},
+    "lsrt2": {},
+    "corrected_predictor": {},
+    "corrected_predictor, first matrix": {"settings": {"matrix_every": 0}},
+    "trapezoidal": {},
+    "rk4": {},
+}
 STEPS = (0.04, 0.02, 0.01, 0.005, 0.0025)
-#: Scenes whose steps are timed one by one.
-LATE = ("robot_arm", "active_vehicle")
+#: Scenes whose steps are timed one by one, by what methods, step in s and number of steps.
+LATE, LATE_METHODS, LATE_STEP, LATE_STEPS = (
+    ("robot_arm", "active_vehicle"),
+    ("rosenbrock", "generalized_alpha"),
+    1e-3,
+    50_000,
+)
 END, TIMED = 10.0, 0.005
 
 
-def errors(model: eomgen.Model, method: str) -> list[float]:
+def run(model: eomgen.Model, row: str, end: float, step: float) -> eomgen.Solution:
+    method = row.partition(",")[0]
+    return model.simulate(end, step, method=method, record_every=10**9, error_estimate=False, **METHODS[row])
+
+
+def errors(model: eomgen.Model, row: str) -> list[float]:
     """Return the error of each step."""
     found = []
     for step in STEPS:
-        end = model.simulate(END, step, method=method, record_every=100_000, error_estimate=False)
+        end = run(model, row, END, step)
         found.append(float(np.abs((np.concatenate([end.q[-1], end.v[-1]]) - RESPONSE) / SCALE).max()))
     return found
 
 
 def times(model: eomgen.Model, rounds: int) -> dict[str, float]:
-    """Return ns per step of each method, medians over rounds in turns."""
+    """Return ns per step of each row, medians over rounds in turns."""
     runs, steps = {}, round(10 * END / TIMED)
-    for method in METHODS:
-        solution = model.simulate(10 * END, TIMED, method=method, record_every=steps, error_estimate=False)
-        runs[method] = Repeated(model, solution, method_named(method))
-    taken: dict[str, list[float]] = {method: [] for method in METHODS}
+    for row in METHODS:
+        runs[row] = Repeated(model, run(model, row, 10 * END, TIMED), method_named(row.partition(",")[0]))
+    taken: dict[str, list[float]] = {row: [] for row in METHODS}
     for _ in range(rounds):
-        for method, run in runs.items():
-            taken[method].append(1e9 * run.seconds() / steps)
-    return {method: statistics.median(ns) for method, ns in taken.items()}
+        for row, repeated in runs.items():
+            taken[row].append(1e9 * repeated.seconds() / steps)
+    return {row: statistics.median(ns) for row, ns in taken.items()}
+
+
+def late() -> dict[str, Lateness]:
+    """Return how late the steps of each scene and method are."""
+    found = {}
+    for scene in LATE:
+        model = eomgen.build(EXAMPLES / scene / "scene.toml")
+        for method in LATE_METHODS:
+            found[f"{scene}, {method}"] = late_steps(model, method, LATE_STEP, LATE_STEPS)
+    return found
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -60,6 +90,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--quick", action="store_true", help="errors only")
     parser.add_argument("--core", type=int)
     parser.add_argument("--json", type=Path)
+    parser.add_argument("--plot", type=Path, help="draw how late the steps of rosenbrock are")
     options = parser.parse_args(arguments)
     pin_to_core(options.core)
     print(machine())
@@ -68,18 +99,23 @@ def main(arguments: Sequence[str] | None = None) -> int:
     taken = {} if options.quick else times(model, options.rounds)
     rows = [[m, *(f"{e:.1e}" for e in found[m]), f"{taken[m]:.0f}" if taken else ""] for m in METHODS]
     print(table(["method", *(f"{step:g} s" for step in STEPS), "ns per step"], rows))
-    late = {}
-    for scene in () if options.quick else LATE:
-        made = eomgen.build(EXAMPLES / scene / "scene.toml")
-        for method in ("rosenbrock", "generalized_alpha"):
-            solution = made.simulate(1.0, 1e-3, method=method, error_estimate=False)
-            late[f"{scene}, {method}"] = step_times(made, solution, count=100_000).summary()
-    if late:
-        keys = ("median", "late", "longest")
-        rows = [[name, *(f"{1e6 * item[key]:.2f}" for key in keys)] for name, item in late.items()]
-        print(table(["scene and method", "median us", "99.99 % us", "longest us"], rows))
+    timed = {} if options.quick else late()
+    told = {name: lateness.summary() for name, lateness in timed.items()}
+    if timed:
+        print(f"isolation: {isolation()}")
+        keys = ("median", "late", "longest", "late_by_median")
+        rows = [
+            [name, kind, *(f"{item[key]:.2f}" for key in keys)]
+            for name, kinds in told.items()
+            for kind, item in kinds.items()
+        ]
+        print(table(["scene and method", "of", "median us", "99.99 % us", "longest us", "99.99 % by median"], rows))
+    if options.plot and timed:
+        draw({name: lateness for name, lateness in timed.items() if "rosenbrock" in name}, options.plot)
     if options.json:
-        options.json.write_text(json.dumps({"errors": found, "ns": taken, "late": late}, indent=1), encoding="utf-8")
+        histograms = {name: lateness.histograms() for name, lateness in timed.items()}
+        content = {"errors": found, "ns": taken, "late": told, "histograms": histograms}
+        options.json.write_text(json.dumps(content), encoding="utf-8")
     return 0
 
 

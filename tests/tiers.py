@@ -50,6 +50,7 @@ SLOW: dict[str, tuple[str, ...]] = {
     "benchmarks/test_scripts.py::test_compiled_rates_and_jacobian_serve_scipy_and_cvode": (),
     "benchmarks/test_scripts.py::test_generation_time_measures_every_stage": (),
     "benchmarks/test_scripts.py::test_heyoka_has_the_equations_of_the_frame": (),
+    "benchmarks/test_scripts.py::test_late_steps_are_those_of_the_run": (),
     "benchmarks/test_scripts.py::test_robot_dynamics_finds_its_own_numbers_right": (),
     "benchmarks/test_scripts.py::test_steps_in_passes_are_compared": (),
     "benchmarks/test_scripts.py::test_steps_of_one_factorization_are_compared": (),

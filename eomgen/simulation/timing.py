@@ -29,9 +29,16 @@ PART, COUNT = 0.9999, 20_000
 
 @dataclass(frozen=True)
 class StepTimes:
-    """Processor's times of steps, s, one call from Python for each."""
+    """Processor's times of steps, s, one call from Python for each.
+
+    Attributes
+    ----------
+    seconds : (steps,)
+    calls : (steps,), of calls that take no step: what the call, the clock and the machine add
+    """
 
     seconds: Array
+    calls: Array
 
     @property
     def median(self) -> float:
@@ -40,23 +47,32 @@ class StepTimes:
     @property
     def late(self) -> float:
         """What a part ``PART`` of the steps stays below, s."""
-        return float(np.quantile(self.seconds, PART, method="higher"))
+        return _late(self.seconds)
 
     @property
     def longest(self) -> float:
         return float(self.seconds.max())
 
     def summary(self) -> dict[str, float]:
-        return {"steps": len(self.seconds), "median": self.median, "late": self.late, "longest": self.longest}
+        times = {"steps": len(self.seconds), "median": self.median, "late": self.late, "longest": self.longest}
+        return times | {"call_median": float(np.median(self.calls)), "call_late": _late(self.calls)}
 
     def __str__(self) -> str:
-        times = f"median {1e6 * self.median:.3g} us, {100 * PART:g} % below {1e6 * self.late:.3g} us"
-        return f"{times}, longest {1e6 * self.longest:.3g} us, of {len(self.seconds)} steps"
+        times = f"{_quantiles(self.seconds)}, longest {1e6 * self.longest:.3g} us, of {len(self.seconds)} steps"
+        return f"{times}; in it the call itself: {_quantiles(self.calls)}"
 
     def write(self, path: Path) -> Path:
         """Write all times in their order as CSV, in s, and return the path."""
         write_text(path, "\n".join(["seconds", *(f"{x:.9g}" for x in self.seconds)]) + "\n")
         return path
+
+
+def _late(seconds: Array) -> float:
+    return float(np.quantile(seconds, PART, method="higher"))
+
+
+def _quantiles(seconds: Array) -> str:
+    return f"median {1e6 * float(np.median(seconds)):.3g} us, {100 * PART:g} % below {1e6 * _late(seconds):.3g} us"
 
 
 def step_times(
@@ -83,10 +99,12 @@ def step_times(
     method = method_named(described["method"], **described["method_parameters"])
     repeated = Repeated(model, solution, method, inputs)
     runs: list[Array] = []
+    calls: list[Array] = []
     with one_core():
         while sum(len(times) for times in runs) < count:
             runs.append(repeated.seconds_of_steps()[0])
-    return StepTimes(np.concatenate(runs))
+            calls.append(repeated.seconds_of_calls())
+    return StepTimes(np.concatenate(runs), np.concatenate(calls))
 
 
 class Repeated:
@@ -166,6 +184,15 @@ class Repeated:
                 now = int(self._stepper.state[counts][0])
                 most, before = max(most, now - before), now
         return taken, most
+
+    def seconds_of_calls(self) -> Array:
+        """Return the processor's time of as many calls that take no step, s, (steps,)."""
+        taken = np.empty(self.steps)
+        for number in range(self.steps):
+            began = time.thread_time_ns()
+            self._stepper.run(0, 0, None, None)
+            taken[number] = 1e-9 * (time.thread_time_ns() - began)
+        return taken
 
     def _begin(self) -> None:
         t, q, v, z = self._state

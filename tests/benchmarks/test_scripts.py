@@ -9,11 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import eomgen
 from benchmarks import (
     adaptive_steps,
     equal_elements,
     frame_peers,
     generation_time,
+    late_steps,
     measure,
     real_time_steps,
     robot_dynamics,
@@ -23,6 +25,7 @@ from benchmarks import (
     steps_in_passes,
     time_derivatives,
 )
+from eomgen.integrators.methods import method_named
 from tests.models.shear_frame import RESPONSE, SCALE
 
 
@@ -167,6 +170,36 @@ def test_steps_of_one_factorization_are_compared(tmp_path: Path, capsys: pytest.
     found = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))["errors"]
     assert found["rosenbrock"][2] == pytest.approx(found["trapezoidal"][2], rel=0.05)
     assert found["rk4"][2] < 1e-5
+    assert found["corrected_predictor"][2] == pytest.approx(found["trapezoidal"][2], rel=0.05)
+    assert found["corrected_predictor"] != found["corrected_predictor, first matrix"]
+
+
+def test_late_steps_are_those_of_the_run(tmp_path: Path) -> None:
+    model = eomgen.build(real_time_steps.EXAMPLES / "robot_arm" / "scene.toml")
+    solution = model.simulate(0.4, 1e-3, method="rosenbrock", error_estimate=False)
+    repeated = late_steps.LateSteps(model, solution, method_named("rosenbrock"))
+    found = repeated.lateness(3)
+    np.testing.assert_array_equal(repeated.state, np.concatenate([[0.4], solution.q[-1], solution.v[-1]]))
+    assert found.stepped.shape == found.empty.shape == (3, 400 - late_steps.WARMING)
+    assert {name: sum(counts.values()) for name, counts in found.histograms().items()} == {
+        "steps": 900,
+        "empty loops": 900,
+        "each step's median": 300,
+    }
+    late_steps.draw({"arm": found}, tmp_path / "late.png")
+    assert (tmp_path / "late.png").stat().st_size > 5000
+
+
+def test_late_steps_are_told_from_a_late_machine() -> None:
+    stepped, empty = np.full((5, 20_000), 1000.0), np.full((5, 20_000), 1000.0)
+    for repetition in range(5):  # the machine is late somewhere else each time
+        stepped[repetition, 100 * repetition : 100 * repetition + 50] = 9e4
+        empty[repetition, 100 * repetition + 50 : 100 * repetition + 100] = 8e4
+    found = late_steps.Lateness(stepped, empty).summary()
+    assert [round(item["late_by_median"], 3) for item in found.values()] == [90.0, 80.0, 1.0]
+    stepped[:, 777:800] = 1500.0  # the method is late at the same steps in all repetitions
+    found = late_steps.Lateness(stepped, empty).summary()
+    assert found["each step's median"]["late_by_median"] == 1.5
 
 
 def test_bars_of_more_elements_are_built(tmp_path: Path) -> None:

@@ -229,6 +229,8 @@ def test_timing_repeats_the_run_step_by_step(
     assert timing["median"] == pytest.approx(np.median(seconds), rel=1e-6)
     assert timing["late"] == pytest.approx(seconds[int(np.ceil(0.9999 * (len(seconds) - 1)))], rel=1e-6)
     assert 0.0 < timing["median"] <= timing["late"] <= timing["longest"] == pytest.approx(seconds[-1], rel=1e-6)
+    assert 0.0 < timing["call_median"] < timing["median"]
+    assert timing["call_median"] <= timing["call_late"]
 
 
 def test_simulate_prints_json_on_request(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
