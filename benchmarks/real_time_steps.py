@@ -105,11 +105,24 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"isolation: {isolation()}")
         keys = ("median", "late", "longest", "late_by_median")
         rows = [
-            [name, kind, *(f"{item[key]:.2f}" for key in keys)]
+            [name, kind, *(f"{item[key]:.2f}" for key in keys), f"{100 * item['beyond']:.3f}"]
             for name, kinds in told.items()
             for kind, item in kinds.items()
         ]
-        print(table(["scene and method", "of", "median us", "99.99 % us", "longest us", "99.99 % by median"], rows))
+        print(
+            table(
+                [
+                    "scene and method",
+                    "of",
+                    "median us",
+                    "99.99 % us",
+                    "longest us",
+                    "99.99 % by median",
+                    "beyond 1.3, %",
+                ],
+                rows,
+            )
+        )
     if options.plot and timed:
         draw({name: lateness for name, lateness in timed.items() if "rosenbrock" in name}, options.plot)
     if options.json:

@@ -200,6 +200,7 @@ def test_late_steps_are_told_from_a_late_machine() -> None:
     stepped[:, 777:800] = 1500.0  # the method is late at the same steps in all repetitions
     found = late_steps.Lateness(stepped, empty).summary()
     assert found["each step's median"]["late_by_median"] == 1.5
+    assert found["each step's median"]["beyond"] == pytest.approx(23 / 20_000)
 
 
 def test_bars_of_more_elements_are_built(tmp_path: Path) -> None:
