@@ -2,8 +2,8 @@
 
 Any process may be killed at any moment, and any number may build the same thing: an entry is there as a whole or not at
 all. Beside the entries there are ``claims`` (who builds what), ``failed`` (sources of failed builds), ``quarantine``
-(damaged entries) and ``tmp-*`` (builds under way, or left by processes that were killed); all of them are cleared away
-in time.
+(damaged entries) and ``tmp-*`` (builds under way, or left by processes that were killed), all of which are cleared away
+in time, and ``sizes.txt``, by which is known when entries have to go.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import atexit
 import contextlib
 import hashlib
 import json
+import math
 import os
 import shutil
 import tempfile
@@ -26,11 +27,16 @@ from eomgen.toolchain.locks import abandoned, claimed, hold
 
 #: Bytes that the cache may hold; the least recently used entries go first.
 DEFAULT_LIMIT = 2_000_000_000
+#: Part of that to which entries go once there are more bytes, so that not every build after it measures them all.
+KEPT_PART = 7 / 8
 #: Damaged entries, and failed builds, of which the newest are kept for diagnosis.
 KEPT = 8
 #: Age in s after which an unlocked build folder is removed: between making and locking it a process needs a moment.
 ABANDONED_AFTER = 60.0
 _META, _TEMPORARY = "entry.json", "tmp-"
+#: Bytes of all entries when they were last measured, then a line for what each build added: to measure thousands of
+#: folders takes as long as a build.
+_SIZES = "sizes.txt"
 
 
 @dataclass(frozen=True)
@@ -131,6 +137,7 @@ class Cache:
             build(private)
             sums = {file.name: _digest(file) for file in sorted(private.iterdir()) if file.is_file()}
             (private / _META).write_text(json.dumps({"files": sums}, indent=1), encoding="utf-8")
+            added = _size(private)
             entry = self._place(private, key, sums)
         except BaseException as error:
             if private is not None:
@@ -146,7 +153,7 @@ class Cache:
         finally:
             if held is not None:
                 os.close(held)
-        self._evict(keep=key)
+        self._evict(key, added)
         return entry
 
     def _place(self, private: Path, key: str, sums: Mapping[str, str]) -> Entry:
@@ -186,6 +193,7 @@ class Cache:
         entries = self._entries()
         for folder in [*entries, *(self.folder / name for name in ("quarantine", "failed", "claims"))]:
             shutil.rmtree(folder, ignore_errors=True)
+        (self.folder / _SIZES).unlink(missing_ok=True)
         return len(entries)
 
     def size(self) -> int:
@@ -210,19 +218,46 @@ class Cache:
         """Return the folders of entries, least recently used first."""
         return _oldest_first(folder for folder in self.folder.iterdir() if (folder / _META).is_file())
 
-    def _evict(self, keep: str) -> None:
-        """Clear away what was left behind, then the least recently used entries, down to the limit."""
+    def _evict(self, keep: str, added: int) -> None:
+        """Clear away what was left behind, and the least recently used entries once all are larger than the limit."""
         with contextlib.suppress(OSError):
             self._sweep()
+        if self._recorded(added) <= self.limit:
+            return
         entries = self._entries()
         sizes = {folder: _size(folder) for folder in entries}
         total = sum(sizes.values())
+        most = self.limit if total <= self.limit else KEPT_PART * self.limit
         for folder in entries:
-            if total <= self.limit:
+            if total <= most:
                 break
             if folder.name != keep:
                 total -= sizes[folder]
                 shutil.rmtree(folder, ignore_errors=True)
+        self._record(total)
+
+    def _recorded(self, added: int) -> float:
+        """Return the bytes of all entries by the record of sizes, to which what a build added goes; infinite without
+        a record that can be read.
+
+        Entries that other processes remove, or add while sizes are recorded anew, leave it wrong until it is next.
+        """
+        record = self.folder / _SIZES
+        try:
+            sizes = [int(line) for line in record.read_text(encoding="ascii").split()]
+            with record.open("a", encoding="ascii") as file:
+                file.write(f"{added}\n")
+        except (OSError, ValueError):
+            return math.inf
+        return sum(sizes) + added if sizes else math.inf
+
+    def _record(self, total: int) -> None:
+        """Write the record of sizes anew."""
+        with contextlib.suppress(OSError):
+            private = Path(tempfile.mkdtemp(prefix=_TEMPORARY, dir=self.folder))
+            (private / _SIZES).write_text(f"{total}\n", encoding="ascii")
+            (private / _SIZES).replace(self.folder / _SIZES)
+            private.rmdir()
 
     def _sweep(self) -> None:
         for folder in self.folder.glob(f"{_TEMPORARY}*"):

@@ -78,6 +78,42 @@ def test_the_least_recently_used_go_first(tmp_path: Path) -> None:
     assert cache.size() <= 3500
 
 
+def test_builds_measure_what_there_is_only_when_entries_have_to_go(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    measured = []
+    entries = Cache._entries
+    monkeypatch.setattr(Cache, "_entries", lambda self: measured.append(1) or entries(self))
+    cache = Cache(tmp_path, limit=100_000)
+    for number in range(20):
+        cache.put(f"key{number}", fill("x" * 1000))
+    assert len(measured) == 1  # nothing was recorded at first
+    assert sum(map(int, (tmp_path / "sizes.txt").read_text(encoding="ascii").split())) == cache.size()
+    measured.clear()
+    for number in range(20, 120):
+        cache.put(f"key{number}", fill("x" * 1000))
+        assert cache.size() <= 100_000
+    assert 2 <= len(measured) - 100 <= 4  # an eighth of the limit goes each time
+    assert cache.get("key119") is not None
+    assert cache.get("key0") is None
+
+
+@pytest.mark.parametrize("text", ["", "12\nmany\n", "\N{DEGREE SIGN}", None])
+def test_a_record_of_sizes_that_is_damaged_or_wrong_is_made_anew(tmp_path: Path, text: str | None) -> None:
+    cache = Cache(tmp_path, limit=5000)
+    for number in range(4):
+        cache.put(f"key{number}", fill("x" * 1000))
+    record = tmp_path / "sizes.txt"
+    record.unlink()
+    if text is not None:
+        record.write_text(text, encoding="utf-8")
+    for number in range(4, 12):
+        cache.put(f"key{number}", fill("x" * 1000))
+        assert cache.size() <= 5000
+    assert cache.size() >= 2000
+    assert cache.get("key11") is not None
+
+
 def test_an_entry_larger_than_the_limit_still_serves_its_maker(tmp_path: Path) -> None:
     cache = Cache(tmp_path, limit=10)
     assert cache.put("key", fill("x" * 1000)).text("data.txt") == "x" * 1000
@@ -106,7 +142,9 @@ def test_processes_that_race_all_get_a_whole_entry(tmp_path: Path) -> None:
         for _ in range(4)
     ]
     assert [process.communicate()[0] for process in processes] == ["100000 y\n" * 3] * 4
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["k1", "k2", "k3"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["k1", "k2", "k3", "sizes.txt"]
+    sizes = [int(line) for line in (tmp_path / "sizes.txt").read_text(encoding="ascii").split()]
+    assert sum(sizes) >= Cache(tmp_path).size()
 
 
 def test_a_folder_that_cannot_be_written_is_replaced_with_a_warning(tmp_path: Path) -> None:
