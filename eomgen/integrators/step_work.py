@@ -59,7 +59,8 @@ def work_of_system(solver: Mapping[str, Any], size: int) -> tuple[Work, ...]:
         factors = Work("factors, without subtraction", 1, False, *_operations_of_groups(data), pivots)
     else:
         factors = Work("factors, in their order", 1, False, data["operations"], data["operations"] + stored, pivots)
-    return assembly, factors, Work("substitution", 1, False, stored, stored + pivots)
+    sums, products = _operations_of_sources(data)
+    return assembly, factors, Work("substitution", 1, False, stored + sums, stored + pivots + products)
 
 
 def _operations_of_groups(data: Mapping[str, Any]) -> tuple[int, int]:
@@ -80,6 +81,19 @@ def _operations_of_groups(data: Mapping[str, Any]) -> tuple[int, int]:
             multiplications += len(updated) + 2
         additions += sum(group[column[k]] == group[row] for k in right) if group[row] >= 0 else 0
         multiplications += len(right) + 1
+    return additions, multiplications
+
+
+def _operations_of_sources(data: Mapping[str, Any]) -> tuple[int, int]:
+    """Return additions and multiplications that sources on links take beside the substitution."""
+    additions = multiplications = 0
+    for position, row in enumerate(data.get("unrolled", ())):
+        for _, number, earlier in row.get("sources", ()):
+            additions += 2 * len(earlier) - (not number) + 1
+            multiplications += 2 * len(earlier)
+        if "sources" in row and data["groups"][position] >= 0:
+            beside = sum(data["groups"][k] == data["groups"][position] for _, k in row["lower"])
+            additions, multiplications = additions + beside, multiplications + beside
     return additions, multiplications
 
 

@@ -261,6 +261,8 @@ class System:
     relative : tuple of tuples of int
         Velocity components that relative springs and dampers join, group by group, where a method asked for that; the
         function ``row_sums`` gives row sums of K and C over them that are not zero, ``patterns`` where they belong.
+    links : tuple of pairs of ints
+        Of these components, those whose mutual forces the function ``relative_forces`` gives apart from the residual.
     order : int
         Highest time derivative that a function gives: how many derivatives of inputs and of the base's acceleration it
         takes.
@@ -308,6 +310,7 @@ class System:
     base_zeros: tuple[int, ...] = ()
     frames: tuple[str, ...] = ()
     relative: tuple[tuple[int, ...], ...] = ()
+    links: tuple[tuple[int, int], ...] = ()
 
     def __repr__(self) -> str:
         return line(self.name, self._sizes, {name: count.flops for name, count in self.counts.items()})

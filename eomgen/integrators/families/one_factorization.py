@@ -46,7 +46,8 @@ class OneFactorization(Family):
         return ("forward_dynamics", *(("equations", "iteration") if internal else ("residual", "partials")))
 
     def calls(self, system: System) -> set[str]:
-        return {"equations" if system.facts.internal_states else "residual", *matrix_functions(system)}
+        forces = {"equations" if system.facts.internal_states else "residual", "relative_forces"}
+        return (forces & set(system.functions)) | matrix_functions(system)
 
     def prepared(self, system: System) -> System:
         from eomgen.integrators.newton.row_sums import with_row_sums  # noqa: PLC0415
@@ -89,7 +90,7 @@ def linear_system(
     from eomgen.integrators.newton.matrix import Unknowns  # noqa: PLC0415
     from eomgen.integrators.newton.sample_matrices import at_both_ends, samples_of  # noqa: PLC0415
     from eomgen.integrators.newton.signs import pivot_signs  # noqa: PLC0415
-    from eomgen.integrators.newton.solver import make_solver, solver_data  # noqa: PLC0415
+    from eomgen.integrators.newton.solver import make_solver, solver_data, sources_on_links  # noqa: PLC0415
 
     owners, groups, rows = system.inner_owners, system.relative, len(system.multipliers)
     unknowns = Unknowns(velocities(system.factors), rows, rows, False, len(owners), len(system.initial_z))
@@ -97,13 +98,15 @@ def linear_system(
     known = at_both_ends(known) if rows else known
     weights = (1.0, gain, gain * gain, 1.0, 1.0, 1.0, gain)
     solver = make_solver(unknowns, system.factors, known, weights, gain, owners, groups, at_start=True, turned=turned)
+    links = system.links if sources_on_links(solver, system.links) else ()
     return {
         "hooks": {"row": "accelerations_of_row"},
         "unknowns": unknowns.data,
-        "solver": solver_data(solver, system.factors, plain=True),
+        "solver": solver_data(solver, system.factors, links, plain=True),
         **({"pivots": pivot_signs(solver, known, gain)} if guarded else {}),
-        "products": _products(unknowns, known.packing, groups),
-        "rights": unknowns.matrix_size,
+        "products": _products(unknowns, known.packing, groups, links),
+        "rights": unknowns.matrix_size + len(links),
+        "links": [list(pair) for pair in links],
     }
 
 
@@ -116,11 +119,13 @@ def _remainders(sizes: Sizes) -> tuple[Field, ...]:
     return tuple(item for item in members if item.size)
 
 
-def _products(unknowns: Unknowns, packing: Packing, groups: Sequence[Sequence[int]]) -> list[dict[str, Any]]:
-    """Return for each row of the matrix what it has of M times one vector and of K times another.
+def _products(
+    unknowns: Unknowns, packing: Packing, groups: Sequence[Sequence[int]], links: Sequence[tuple[int, int]]
+) -> list[dict[str, Any]]:
+    """Return for each row of the right side what it has of M times one vector and of K times another.
 
     Terms are (number, column, None), and within a group (number, column, row): of the difference of two components,
-    with the row sum of K in place of its diagonal.
+    with the row sum of K in place of its diagonal. Those of links stand once, in the link's own row.
     """
     by_row: dict[int, dict[str, list[list[int | None]]]] = {}
     group_of = {k: number for number, group in enumerate(groups) for k in group}
@@ -135,7 +140,9 @@ def _products(unknowns: Unknowns, packing: Packing, groups: Sequence[Sequence[in
     for (row, column), number in packing.nonzeros["K"].items():
         if row not in group_of or group_of[row] != group_of.get(column):
             add(unknowns.equation(row), "K", number, column)
-        elif row != column:
+        elif (row, column) in links:
+            add(unknowns.matrix_size + links.index((row, column)), "K", number, column, row)
+        elif row != column and (column, row) not in links:
             add(row, "K", number, column, row)
     for (state, column), number in packing.nonzeros["Fq"].items():
         add(unknowns.first_z + state, "K", number, column)

@@ -183,6 +183,7 @@ class Rosenbrock(OneFactorization):
         v, lam, z = un["v"], un["lam"], un["size"] - un["first_z"]
         forces = ("residual", *(("internal_rate",) if z else ())) if lam else ("equations",) if z else ("residual",)
         timed = any({"t", "u", "base"} & set(system.functions[name].inputs) for name in forces)
+        forces = ("relative_forces",) if method["links"] else forces
         twice = 2 if timed or self.stages == 2 else 1
         of_positions, of_velocities = (method["corrections"] * bool(rows) for rows in (method["positions_held"], lam))
         prepared = self.stages * 2 if lam else twice
@@ -194,7 +195,7 @@ class Rosenbrock(OneFactorization):
         assembly, factors, substitution = work_of_system(solver, un["size"])
         updates = self.stages + bool(lam) + of_positions
         if self.stages == 1:
-            mean = v + z if timed else 0
+            mean = v + z + len(method["links"]) if timed else 0
             vectors = Work("vectors and time", 1, False, 2 * v + z + mean + 1, 2 * v + 2 * z + mean + 4)
             groups = work_of_groups(method, {"update": updates})
         else:

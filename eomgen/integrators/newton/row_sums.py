@@ -10,6 +10,10 @@ zero, not a difference of numbers.
 A group is eligible where M couples its coordinates with none of each other; where each force that depends on several of
 them, or on their rates, is the same when all are moved alike; and where their entries of K and C off the diagonal are
 the same on both sides of it and nowhere positive: springs of negative stiffness are not.
+
+Right sides lose as much: a link's force on one row, and its opposite on the other, each take the digits of weaker
+forces there. So what two rows have of each other is given apart from what is left of the residual, link by link, and
+eliminated as a source on its link (see ``solver``), not as two large numbers that nearly cancel.
 """
 
 from __future__ import annotations
@@ -27,8 +31,8 @@ from eomgen.symbolic.operations import LEAVES, InputSymbol, Op
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 from eomgen.system.system import INPUT_BLOCKS, Block, Function, System
 
-#: The function that gives row sums.
-ROW_SUMS = "row_sums"
+#: The functions that give row sums, and the residual with the forces of links apart.
+ROW_SUMS, APART = "row_sums", "relative_forces"
 #: Its blocks, and the block of which of them is a derivative along.
 _ALONG = {"K_sum": "q", "C_sum": "v"}
 
@@ -46,12 +50,19 @@ def with_row_sums(system: System) -> System:
     if not groups:
         return system
     residual = next(block.refs for block in system.functions[forces].outputs if block.name == "r")
+    summands = {k: _summands(system.tape, residual[k]) for group in groups for k in group}
     with system.tape.block("row sums of stiffness and damping"):
-        groups, sums = _translated(system.tape, residual, groups, coordinates)
+        groups, sums, mutual = _translated(system.tape, summands, groups, coordinates)
     groups = _resisting(system, groups)
     if not groups:
         return system
-    return _completed(system, tuple(groups), sums)
+    completed = _completed(system, tuple(groups), sums)
+    links = [_links(entries, summands, group, mutual) for group in groups]
+    if any(pairs is None for pairs in links):
+        return completed
+    by_pair = {pair: terms for pairs in links if pairs is not None for pair, terms in pairs.items()}
+    with system.tape.block("forces apart from those of relative springs and dampers, and these"):
+        return _with_forces_apart(completed, system.functions[forces], summands, by_pair)
 
 
 def _entries(system: System, function: Function) -> dict[str, dict[MatrixIndex, Ref]]:
@@ -103,20 +114,23 @@ def _joined(entries: Mapping[str, Mapping[MatrixIndex, Ref]], coordinates: Mappi
 
 
 def _translated(
-    tape: Tape, residual: Sequence[Ref], groups: Sequence[Sequence[int]], coordinates: Mapping[int, int]
-) -> tuple[list[list[int]], dict[str, dict[int, Ref]]]:
-    """Return the groups whose mutual forces do not see a common motion, and by block the row sums of all rows."""
+    tape: Tape,
+    summands: Mapping[int, Sequence[Ref]],
+    groups: Sequence[Sequence[int]],
+    coordinates: Mapping[int, int],
+) -> tuple[list[list[int]], dict[str, dict[int, Ref]], set[Ref]]:
+    """Return the groups whose mutual forces do not see a common motion, by block the row sums of all rows, and the
+    mutual forces."""
     seeds: dict[Ref | InputSymbol, dict[int, Ref]] = {}
     for number, group in enumerate(groups):
         for k in group:
             seeds[InputSymbol("q", coordinates[k])] = {2 * number: ONE}
             seeds[InputSymbol("v", k)] = {2 * number + 1: ONE}
-    rows = [k for group in groups for k in group]
-    summands = {k: _summands(tape, residual[k]) for k in rows}
-    terms = sorted({abs(ref) for k in rows for ref in summands[k]})
+    terms = sorted({abs(ref) for refs in summands.values() for ref in refs})
     along = dict(zip(terms, forward_partials(tape, terms, seeds), strict=True))
     touched = _touched(tape, terms, {key: group for group in groups for key in group}, coordinates)
     kept: list[list[int]] = []
+    found: set[Ref] = set()
     sums: dict[str, dict[int, Ref]] = {name: {} for name in _ALONG}
     for number, group in enumerate(groups):
         members = sum(1 << k for k in group)
@@ -124,6 +138,7 @@ def _translated(
         if any(along[term].get(2 * number + part, ZERO) != ZERO for term in mutual for part in (0, 1)):
             continue
         kept.append(list(group))
+        found |= mutual
         for part, name in enumerate(_ALONG):
             for k in group:
                 total = ZERO
@@ -131,7 +146,7 @@ def _translated(
                     tangent = along[abs(ref)].get(2 * number + part, ZERO)
                     total = tape.add(total, tangent if ref > 0 else tape.mul(-ONE, tangent))
                 sums[name][k] = total
-    return kept, sums
+    return kept, sums, found
 
 
 def _summands(tape: Tape, ref: Ref) -> list[Ref]:
@@ -202,3 +217,69 @@ def _completed(system: System, groups: tuple[Sequence[int], ...], sums: Mapping[
         patterns={**system.patterns, **patterns},
         relative=tuple(tuple(group) for group in groups),
     )
+
+
+def _links(
+    entries: Mapping[str, Mapping[MatrixIndex, Ref]],
+    summands: Mapping[int, Sequence[Ref]],
+    group: Sequence[int],
+    mutual: set[Ref],
+) -> dict[tuple[int, int], list[Ref]] | None:
+    """Return for each pair of rows that K or C couple what the first has and the second has the opposite of; None where
+    some mutual force is another, or K or C is not symmetric."""
+    members = set(group)
+    inside = {
+        name: {index: ref for index, ref in entries[name].items() if index[0] != index[1] and set(index) <= members}
+        for name in ("K", "C")
+    }
+    for matrix in inside.values():
+        if any(matrix.get((column, row)) != ref for (row, column), ref in matrix.items()):
+            return None
+    links: dict[tuple[int, int], list[Ref]] = {
+        (min(index), max(index)): [] for matrix in inside.values() for index in matrix
+    }
+    owners: dict[Ref, list[tuple[int, Ref]]] = {}
+    for k in group:
+        for ref in summands[k]:
+            if abs(ref) in mutual:
+                owners.setdefault(abs(ref), []).append((k, ref))
+    for places in owners.values():
+        if len(places) != 2 or places[0][1] != -places[1][1] or (places[0][0], places[1][0]) not in links:
+            return None
+        links[places[0][0], places[1][0]].append(places[0][1])
+    return links
+
+
+def _with_forces_apart(
+    system: System,
+    forces: Function,
+    summands: Mapping[int, Sequence[Ref]],
+    links: Mapping[tuple[int, int], Sequence[Ref]],
+) -> System:
+    """Return the system with the function that gives the residual without the forces of links, and these."""
+    tape = system.tape
+    apart = {abs(ref) for terms in links.values() for ref in terms}
+
+    def total(refs: Sequence[Ref]) -> Ref:
+        value = ZERO
+        for ref in refs:
+            value = tape.add(value, ref)
+        return value
+
+    rest = {k: total([ref for ref in refs if abs(ref) not in apart]) for k, refs in summands.items()}
+    mutual = tuple(total(terms) for terms in links.values())
+    blocks = []
+    for block in forces.outputs:
+        if block.name == "r":
+            refs = tuple(rest[k] if any(k in pair for pair in links) else ref for k, ref in enumerate(block.refs))
+            blocks.append(replace(block, refs=refs, description="residual without the forces of links"))
+        else:
+            blocks.append(block)
+    pairs = ", ".join(f"{i} and {j}" for i, j in links)
+    what = f"forces of links, which the residual has besides, with a minus in the second, of rows {pairs}"
+    blocks.append(Block("mutual", (len(mutual),), mutual, what))
+    read = {symbol.block for symbol in tape.depends_on(ref for block in blocks for ref in block.refs)}
+    inputs = tuple(block for block in INPUT_BLOCKS if block in read)
+    text = "the residual, and what relative springs and dampers put between two coordinates apart from it"
+    functions = {**system.functions, APART: Function(APART, text, inputs, tuple(blocks))}
+    return replace(system, functions=functions, links=tuple(links))

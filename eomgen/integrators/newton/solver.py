@@ -174,11 +174,38 @@ def _inertia_numbers(unknowns: Unknowns, packing: Packing) -> list[int]:
     return [] if unknowns.inner else [packing.nonzeros["M"].get((k, k), -1) for k in range(unknowns.v)]
 
 
-def solver_data(solver: Solver, factors: Sequence[Factor], *, plain: bool = False) -> dict[str, Any]:
+def sources_on_links(solver: Solver, links: Sequence[tuple[int, int]]) -> bool:
+    """Return whether right sides can have sources on these pairs of unknowns, apart from those on the unknowns.
+
+    Eliminating k spreads its own source n_k and those on its links, f_kj on k and -f_kj on j, over its neighbours:
+
+        n_j + (w_kj n_k - d_k f_kj)/p,   f_jm + (w_kj f_km - w_km f_kj)/p,   p = d_k + sum_j w_kj,
+
+    star and mesh with sources. However large f is, it comes to n times d/p alone. It is so where w is symmetric, and
+    other unknowns, whose couplings may not be, change no w.
+    """
+    elimination = solver.elimination
+    if not links or elimination is None or solver.kind != "unrolled":
+        return False
+    group, below = elimination.groups, [set[int]() for _ in elimination.groups]
+    for row, across in enumerate(elimination.lower):
+        for column in across:
+            below[column].add(row)
+    return not any(
+        group[row] == group[column] >= 0 and group[pivot] != group[row] and row != column
+        for pivot, rows in enumerate(below)
+        for row in rows
+        for column in elimination.upper[pivot]
+    )
+
+
+def solver_data(
+    solver: Solver, factors: Sequence[Factor], links: Sequence[tuple[int, int]] = (), *, plain: bool = False
+) -> dict[str, Any]:
     """Return JSON types: sizes, terms in the order in which entries are stored, and the elimination.
 
     ``plain``: right sides are taken as they are, those of inner unknowns too; else rows have scales, and inner
-    unknowns no right side.
+    unknowns no right side. ``links``: pairs of unknowns on which right sides have sources, behind the others.
     """
     packing, terms = solver.packing, solver.terms
     indices = _ordered(terms.entries, solver.elimination) if solver.fronts is None else list(solver.fronts.read_order)
@@ -219,6 +246,8 @@ def solver_data(solver: Solver, factors: Sequence[Factor], *, plain: bool = Fals
         data["elimination"] = _fronts_data(solver.fronts, solver.elimination, solver.unknowns.size, rights)
     elif solver.elimination is not None:
         data["elimination"] = _elimination_data(solver.elimination, indices)
+        if links:
+            _add_sources(data["elimination"], links, unknowns=solver.unknowns.size)
     return data
 
 
@@ -366,6 +395,24 @@ def _elimination_of_groups(
             row["kept"] = row["sum"]
         rows.append(row)
     return {"factors": end, "sums": end - data["factors"], "unrolled": rows}
+
+
+def _add_sources(data: dict[str, Any], links: Sequence[tuple[int, int]], *, unknowns: int) -> None:
+    """Add to the rows their ``sources``: the other end of each link, the component of the right side with its sign, 0
+    for none, and the earlier rows that leave something on it."""
+    at = {column: position for position, column in enumerate(data["columns"])}
+    number = {(at[i], at[j]): unknowns + k + 1 for k, (i, j) in enumerate(links)}
+    number |= {(j, i): -k for (i, j), k in number.items()}
+    beside = [
+        [column for _, column in row["upper"] if data["groups"][column] == data["groups"][position] >= 0]
+        for position, row in enumerate(data["unrolled"])
+    ]
+    for position, row in enumerate(data["unrolled"]):
+        earlier = [k for _, k in row["lower"] if data["groups"][k] == data["groups"][position]]
+        row["sources"] = [
+            [column, number.get((position, column), 0), [k for k in earlier if column in beside[k]]]
+            for column in beside[position]
+        ]
 
 
 def _fronts_data(fronts: Fronts, elimination: Elimination, size: int, rights: int) -> dict[str, Any]:

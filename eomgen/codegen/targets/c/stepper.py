@@ -202,6 +202,7 @@ def _elimination(program: StepperProgram) -> dict[str, Any]:
         units = [f" * unit[{column}]" if column < un["size"] else " * K(1.0)" for column in columns]
         made = []
         forward, backward = [], []
+        upper = [{column: slot for slot, column in row["upper"]} for row in data["unrolled"]]
         for k, row in enumerate(data["unrolled"]):
             if "sum" in row:  # against what it is made of, in the units of its row
                 test = is_large(row["diagonal"], "", [(slot, "") for slot in (row["sum"], *row["within"])])
@@ -209,8 +210,11 @@ def _elimination(program: StepperProgram) -> dict[str, Any]:
                 test = is_large(row["diagonal"], units[k], [(slot, units[column]) for slot, column in row["upper"]])
             made.append({**row, "row": rows[k], "column": columns[k], "is_large": test})
             right = _right_side(rows[k], un, plain=solver["plain"])
-            taken = "".join(f" - F[{slot}] * y{column}" for slot, column in row["lower"])
-            forward.append(f"const real y{k} = {right}{taken};")
+            if "sources" in row:
+                forward += _forward_with_sources(k, right, row, data, upper)
+            else:
+                taken = "".join(f" - F[{slot}] * y{column}" for slot, column in row["lower"])
+                forward.append(f"const real y{k} = {right}{taken};")
             taken = "".join(f" - F[{slot}] * x{column}" for slot, column in reversed(row["upper"]))
             backward.append(f"const real x{k} = y{k} * F[{row['diagonal']}]{taken};")
         solution = [(column, f"x{k}") for k, column in reversed(list(enumerate(columns))) if column < un["size"]]
@@ -225,6 +229,27 @@ def _elimination(program: StepperProgram) -> dict[str, Any]:
             steps.append({**step, "is_large": test})
         kinds.append({**kind, "steps": steps})
     return {"kinds": kinds}
+
+
+def _forward_with_sources(
+    k: int, right: str, row: Mapping[str, Any], data: Mapping[str, Any], upper: Sequence[Mapping[int, int]]
+) -> list[str]:
+    """Return the statements of a row: sources f on its links, its own, n, and all of it, y."""
+    lines = []
+    for column, given, earlier in row["sources"]:
+        own = [f"{'-' if given < 0 else ''}r[{abs(given) - 1}]"] if given else []
+        left = [f"(F[{upper[e][column]}] * f{e}_{k} - F[{upper[e][k]}] * f{e}_{column})" for e in earlier]
+        lines.append(f"const real f{k}_{column} = {' + '.join(own + left)};")
+    taken = ""
+    for slot, e in row["lower"]:
+        if data["groups"][e] == data["groups"][k] >= 0:
+            taken += f" - F[{slot}] * n{e} - F[{data['unrolled'][e]['kept']}] * f{e}_{k}"
+        else:
+            taken += f" - F[{slot}] * y{e}"
+    if data["groups"][k] < 0:
+        return [*lines, f"const real y{k} = {right}{taken};"]
+    sources = "".join(f" + f{k}_{column}" for column, _, _ in row["sources"])
+    return [*lines, f"const real n{k} = {right}{taken};", f"const real y{k} = n{k}{sources};"]
 
 
 def _front_place(local: Sequence[int]) -> str:
