@@ -32,13 +32,13 @@ def info(
     """Show degrees of freedom, groups, kept and dropped terms, and exact operation counts of a SCENE."""
     from eomgen.mechanics.savings import savings  # noqa: PLC0415  # SymPy comes with it
     from eomgen.pipeline.pipeline import derive, load  # noqa: PLC0415
+    from eomgen.pipeline.step_operations import joined_coordinates, operations_of_step  # noqa: PLC0415
 
     described_scene = load(scene, **reading)
-    data = described(derive(described_scene, terms))
+    system = derive(described_scene, terms)
+    data = {**described(system), "joined": joined_coordinates(system)}
     data["calibrated"] = [name for item in described_scene.feedback for name in item.calibrated]
     if method is not None:
-        from eomgen.pipeline.step_operations import operations_of_step  # noqa: PLC0415
-
         data["step"] = operations_of_step(described_scene, method)
     data["savings"] = [dataclasses.asdict(saving) for saving in savings(described_scene)]
     if as_json:
@@ -181,8 +181,10 @@ def _print(data: dict[str, Any]) -> None:
         parts.append(("all of it", 1, *(step["total"][key] for key in _OPERATIONS)))
         title = f"A step of {step['method']}: {step['total']['flops']} flops, the same every time"
         print_table(title, ("what", "times", "+", "*", "/", "sin, sqrt ..."), parts, numeric=tuple(range(1, 6)))
-        for names in step["joined"]:
-            out.print(f"Eliminated without subtraction: {', '.join(names)}, which relative springs join", markup=False)
+    for names in data["joined"]:
+        out.print()
+        who = "rosenbrock, lsrt2, corrected_predictor and the tdg methods eliminate them without subtraction"
+        out.print(f"Relative springs join {', '.join(names)}: {who}", markup=False)
     out.print()
     print_table(
         "What simplification saves",

@@ -17,8 +17,7 @@ _OPERATIONS = ("additions", "multiplications", "divisions", "functions")
 
 
 def operations_of_step(scene: Scene, name: str) -> dict[str, Any]:
-    """Return what a step of a method does, JSON types: ``parts`` with ``times`` and operations of one time, ``total``,
-    and ``joined``, groups of coordinates whose equations are eliminated without subtraction.
+    """Return what a step of a method does, JSON types: ``parts`` with ``times`` and operations of one time, ``total``.
 
     Parameters
     ----------
@@ -45,8 +44,15 @@ def operations_of_step(scene: Scene, name: str) -> dict[str, Any]:
         parts.append({"what": part.what, "times": part.times, **each})
         total = {key: total[key] + part.times * each[key] for key in _OPERATIONS}
     flops = total["additions"] + total["multiplications"]
-    joined = [[_coordinate(system, component) for component in group] for group in system.relative]
-    return {"method": name, "parts": parts, "total": {**total, "flops": flops}, "joined": joined}
+    return {"method": name, "parts": parts, "total": {**total, "flops": flops}}
+
+
+def joined_coordinates(system: System) -> list[list[str]]:
+    """Return the groups of coordinates that relative springs and dampers join, whose equations steps of one
+    factorization eliminate without subtraction."""
+    from eomgen.integrators.newton.row_sums import with_row_sums  # noqa: PLC0415
+
+    return [[_coordinate(system, component) for component in group] for group in with_row_sums(system).relative]
 
 
 def _coordinate(system: System, component: int) -> str:

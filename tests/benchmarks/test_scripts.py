@@ -18,6 +18,7 @@ from benchmarks import (
     late_steps,
     measure,
     real_time_steps,
+    relative_springs,
     robot_dynamics,
     spin_up_beam,
     stepper_overhead,
@@ -201,6 +202,14 @@ def test_late_steps_are_told_from_a_late_machine() -> None:
     found = late_steps.Lateness(stepped, empty).summary()
     assert found["each step's median"]["late_by_median"] == 1.5
     assert found["each step's median"]["beyond"] == pytest.approx(23 / 20_000)
+
+
+def test_springs_between_masses_are_compared(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert relative_springs.main(["--quick", "--json", str(tmp_path / "out.json")]) == 0
+    assert "| 1e+30      | 7e+13   | 6.7e-01   |" in capsys.readouterr().out
+    rows = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))["rows"]
+    assert [row["kappa"] for row in rows] == [1.0, 1e12, 1e30]
+    assert max(row["step"] for row in rows) < 1e-15 and max(row["tdg3"] for row in rows) < 1e-13
 
 
 def test_bars_of_more_elements_are_built(tmp_path: Path) -> None:
