@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.methods import method_named, terms_of
+from eomgen.integrators.newton.row_sums import with_row_sums
 from eomgen.integrators.stepper_data import method_data
 from eomgen.pipeline.pipeline import derive
 
@@ -50,8 +51,6 @@ def operations_of_step(scene: Scene, name: str) -> dict[str, Any]:
 def joined_coordinates(system: System) -> list[list[str]]:
     """Return the groups of coordinates that relative springs and dampers join, whose equations steps of one
     factorization eliminate without subtraction."""
-    from eomgen.integrators.newton.row_sums import with_row_sums  # noqa: PLC0415
-
     return [[_coordinate(system, component) for component in group] for group in with_row_sums(system).relative]
 
 

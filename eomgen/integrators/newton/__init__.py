@@ -1,5 +1,5 @@
 """Linear systems of implicit steps: sparse matrices, elimination order, stages and fronts."""
 
-__all__ = ["matrix"]
+__all__ = ["matrix", "row_sums"]
 #: Open to the other parts of ``integrators`` as well.
-WITHIN = ["row_sums", "sample_matrices", "signs", "solver"]
+WITHIN = ["sample_matrices", "signs", "solver"]
