@@ -168,9 +168,12 @@ def test_the_top_is_held_against_its_reference() -> None:
 def test_steps_of_one_factorization_are_compared(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert real_time_steps.main(["--quick", "--json", str(tmp_path / "out.json")]) == 0
     assert "| rosenbrock " in capsys.readouterr().out
-    found = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))["errors"]
+    told = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
+    found, loop = told["errors"], told["four_bar"]["errors"]
     assert found["rosenbrock"][2] == pytest.approx(found["trapezoidal"][2], rel=0.05)
     assert found["rk4"][2] < 1e-5
+    for method in ("rosenbrock", "lsrt2"):
+        assert np.log2(loop[method][-2] / loop[method][-1]) == pytest.approx(2.0, abs=0.1)
     assert found["corrected_predictor"][2] == pytest.approx(found["trapezoidal"][2], rel=0.05)
     assert found["corrected_predictor"] != found["corrected_predictor, first matrix"]
 

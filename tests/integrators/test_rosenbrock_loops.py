@@ -5,15 +5,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 import eomgen
+from tests.codegen.test_stand_alone import compiled, run
 from tests.integrators.constrained_models import heavy_top, rolling_disc, shaking_base, two_links
 from tests.models.cache import shared_cache
 from tests.models.stewart import stewart
+from tests.oracles.placed_loops import parallelogram, windows
+from tests.simulation.test_singular_positions import error as error_of_windows
 
 __all__ = ["shared_cache"]
 
@@ -129,3 +133,144 @@ def test_steps_too_long_for_two_corrections_end_the_run(method: str) -> None:
     loose = model("four_bar").simulate(0.1, 4e-3, method=method, error_estimate=False)
     strict = model("four_bar").simulate(0.1, 4e-3, method=method, error_estimate=False, settings={"drift": 1e-14})
     assert loose.success and not strict.success
+
+
+def stepped(made: eomgen.Model, method: str, step: float, count: int, *, geometric: bool) -> tuple[Array, Array]:
+    """Return (q, v) and |Phi| behind steps on numbers that just add up, from the model's functions in dense NumPy.
+
+    ``geometric``: whether K has what the forces of the constraints change by with positions.
+    """
+    nv, h, gain = made.nv, step, GAMMA[method] * step
+
+    def rows(q: Array) -> Array:
+        return np.asarray(made.evaluate("constraint_jacobian", q)["B"])
+
+    def forces(q: Array, v: Array, lam: Array) -> Array:
+        return np.asarray(-made.evaluate("residual", q, v, np.zeros(nv), multipliers=lam)["r"])
+
+    def solved(S: Array, left: Array, below: Array, force: Array, rates: Array) -> tuple[Array, Array]:
+        bordered = np.block([[S, left.T], [below, np.zeros((len(below), len(below)))]])
+        found = np.linalg.solve(bordered, np.concatenate([force, rates]))
+        return found[:nv], found[nv:]
+
+    q, v = made.initial_q.copy(), made.initial_v.copy()
+    bias = made.evaluate("constraint_bias", q, v)["g"]
+    zero = np.zeros(len(bias))
+    a, lam = solved(made.mass(q), rows(q), rows(q), forces(q, v, zero), -bias)
+    for _ in range(count):
+        K, C, M = made.partials(q, v, a, multipliers=lam if geometric else zero)
+        S, B, ahead = M + gain * C + gain * gain * K, rows(q), rows(q + h * v + h * h / 2 * a)
+        k, change = solved(S, B, ahead, forces(q, v, lam) - gain * K @ v, -ahead @ v / h)
+        lam = lam + change
+        along = v + gain * k
+        if method == "lsrt2":
+            middle, speed = q + h / 2 * along, v + h / 2 * k
+            force = forces(middle, speed, lam) - made.mass(middle) @ k - gain * K @ ((h / 2 - gain) * k)
+            more, change = solved(S, B, ahead, force, zero)
+            k, lam, along = k + more, lam + change, speed + gain * more
+        q, v, a = q + h * along, v + h * k, k
+        for _ in range(2):
+            q = q + solved(S, B, ahead, np.zeros(nv), -made.evaluate("constraint", q)["Phi"])[0]
+        for _ in range(2):
+            v = v + solved(S, B, ahead, np.zeros(nv), -made.evaluate("constraint_velocity", q, v)["w"])[0]
+    return np.concatenate([q, v]), np.abs(made.evaluate("constraint", q)["Phi"])
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_step_is_that_of_the_formula_and_what_the_forces_of_constraints_are_worth_in_it(method: str) -> None:
+    """In dense NumPy the same motion; without the geometric stiffness of the multipliers order 1 with one stage, and
+    still order 2 with two, which keep it with any K."""
+    made, exact, end = model("four_bar"), reference("four_bar"), SCENES["four_bar"][1]
+    wanted = np.concatenate([exact.q[-1], exact.v[-1]])
+    ours = made.simulate(end, end / 100, method=method, error_estimate=False)
+    same, left = stepped(made, method, end / 100, 100, geometric=True)
+    np.testing.assert_allclose(np.concatenate([ours.q[-1], ours.v[-1]]), same, rtol=0, atol=1e-8)
+    assert left.max() < 1e-10
+    found = {}
+    for geometric in (True, False):
+        errors = []
+        for count in (400, 800):
+            got, _ = stepped(made, method, end / count, count, geometric=geometric)
+            errors.append(float(np.abs(got - wanted).max()))
+        found[geometric] = errors
+    assert slopes(found[True])[-1] == pytest.approx(2.0, abs=0.1)
+    assert slopes(found[False])[-1] == pytest.approx(2.0 if method == "lsrt2" else 1.0, abs=0.2)
+    assert method == "lsrt2" or found[False][-1] > 20.0 * found[True][-1]
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_row_is_in_balance(method: str) -> None:
+    """M a + h - Q + B^T lam = 0 and B a + g = 0 at the row's own state, so that reactions are right."""
+    made = model("drive_and_state")
+    end = made.simulate(0.1, 1e-3, method=method, error_estimate=False)
+    row = {"q": end.q[-1], "v": end.v[-1], "a": end.a[-1], "t": end.t[-1]}
+    left = made.evaluate("residual", **row, z=end.z[-1], multipliers=end.multipliers[-1])["r"]
+    assert np.abs(left).max() <= 1e-12 * np.abs(end.multipliers[-1]).max()
+    rates = made.evaluate("constraint_jacobian", end.q[-1], t=end.t[-1])["B"] @ end.a[-1]
+    bias = made.evaluate("constraint_bias", end.q[-1], end.v[-1], t=end.t[-1])["g"]
+    assert np.abs(rates + bias).max() <= 1e-12 * np.abs(bias).max()
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_loops_that_repeat_each_other_are_held_without_the_repetition(method: str) -> None:
+    """A parallelogram in space, of whose five rows three follow from the others, keeps its energy by the step's
+    square."""
+    made = eomgen.build(parallelogram("revolute") | {"outputs": {"energy": {"energy": "total"}}}, profile="quick")
+    assert len(made.multipliers) == 2
+    drift = []
+    for step in (4e-4, 2e-4):
+        end = made.simulate(0.03, step, method=method, error_estimate=False)
+        assert end.success and end.stats["max_constraint"] < 1e-13
+        drift.append(float(np.abs(end.outputs["energy"] - end.outputs["energy"][0]).max()))
+    assert drift[1] < 0.35 * drift[0]
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_two_windows_pass_where_their_bars_lie_on_one_line(method: str) -> None:
+    """Ten times in 10 s, along the motion of the closed form in which they stay parallel."""
+    made = eomgen.build(windows(2), profile="quick")
+    errors = []
+    for step in (5e-3, 2.5e-3):
+        end = made.simulate(10.0, step, method=method, error_estimate=False)
+        assert end.success and end.stats["max_constraint"] < 1e-14
+        errors.append(error_of_windows(end))
+    assert errors[1] < 0.35 * errors[0] < 0.02
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_parallelogram_ends_where_its_branches_cross(method: str) -> None:
+    """The direction that its rows hold turns round within the step, and with it the sign of the determinant of its
+    matrix; where the run goes on all the same, it does so on its branch, and its energy is kept by the step's
+    square."""
+    made = eomgen.build(parallelogram("revolute") | {"outputs": {"energy": {"energy": "total"}}}, profile="quick")
+    end = made.simulate(0.1, 1e-3, method=method)
+    assert not end.success and end.t[-1] == pytest.approx(0.061)
+    assert "or the constraints are singular within the step" in end.message
+    assert "the constraints are nearly singular at t = 0.0615 s, where branches of configurations cross" in end.message
+    assert "try: rk4_partitioned, which passes such positions along the velocity" in end.message
+    drift = []
+    for step in (2e-3, 1e-3):
+        run = made.simulate(1.0, step, method=method, error_estimate=False, settings={"stop_at_growth": 0})
+        assert run.success and run.stats["unfollowed_growth"] == 12
+        assert np.abs(np.sin(run.q[:, 0]) - np.sin(run.q[:, 2])).max() < 1e-11
+        drift.append(float(np.ptp(run.outputs["energy"])))
+    assert drift[1] < 0.3 * drift[0]
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_its_c_stands_alone_and_gives_the_same_rows(method: str, tmp_path: Path) -> None:
+    path = "examples/four_bar/scene.toml"
+    eomgen.generate(path, tmp_path / "c", method=method)
+    text = run(compiled(tmp_path / "c"), "0.2", "0.001", "1").stdout
+    rows = np.array([[float(x) for x in line.split(",")] for line in text.splitlines()[1:]])
+    end = eomgen.build(path, method=method, profile="reproducible").simulate(0.2, 0.001, method=method)
+    assert np.array_equal(rows[:, 1:10], np.hstack([end.q, end.v, end.a]))
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_checkpoint_goes_on_with_the_same_bits(method: str, tmp_path: Path) -> None:
+    made, file = model("drive_and_state"), tmp_path / "run.ckpt"
+    one = made.simulate(0.06, 1e-3, method=method)
+    first = made.simulate(0.03, 1e-3, method=method, checkpoint=file)
+    whole = first.followed_by(made.resume(file, 0.06))
+    assert all(np.array_equal(getattr(whole, name), getattr(one, name)) for name in ("q", "v", "a", "z", "multipliers"))

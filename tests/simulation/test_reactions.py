@@ -32,7 +32,7 @@ def model() -> eomgen.Model:
     return eomgen.build(from_data(data | {"outputs": OUTPUTS}), profile="quick")
 
 
-@pytest.mark.parametrize("method", ["generalized_alpha", "generalized_alpha_index3"])
+@pytest.mark.parametrize("method", ["generalized_alpha", "generalized_alpha_index3", "rosenbrock", "lsrt2"])
 def test_rows_of_a_run_are_in_balance(model: eomgen.Model, method: str) -> None:
     """The whole linkage, and the rocker alone: forces at the ground and at the pin are mass times acceleration."""
     solution = model.simulate(0.1, 1e-4, method=method)

@@ -6,6 +6,8 @@ with ``stop_at_growth`` in its workspace. Where a method chooses its steps, such
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from eomgen.integrators.families.family import SMALLER_STEP, Field, Setting, Status
 
 STOP_AT_GROWTH = Setting(
@@ -22,4 +24,9 @@ GROWTH_STATUS = Status(
     "UNFOLLOWED_GROWTH",
     "something grows by itself so fast that a step would damp it, as behind a force that pushes away",
     f"{SMALLER_STEP}, or stop_at_growth = 0 where the growth does not matter",
+)
+#: The same where constraints border the matrix, whose rows may change a sign too.
+GROWTH_OR_SINGULAR_STATUS = replace(
+    GROWTH_STATUS,
+    text="something grows by itself so fast that a step would damp it, or the constraints are singular within the step",
 )

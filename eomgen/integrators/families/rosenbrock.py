@@ -53,7 +53,12 @@ from eomgen.integrators.families.family import (
     hold,
     rotation_too_large,
 )
-from eomgen.integrators.families.growth import GROWTH_STATUS, STOP_AT_GROWTH, UNFOLLOWED_GROWTH
+from eomgen.integrators.families.growth import (
+    GROWTH_OR_SINGULAR_STATUS,
+    GROWTH_STATUS,
+    STOP_AT_GROWTH,
+    UNFOLLOWED_GROWTH,
+)
 from eomgen.integrators.families.one_factorization import FIXED_STEPS, OneFactorization, linear_system
 
 if TYPE_CHECKING:
@@ -161,8 +166,7 @@ class Rosenbrock(OneFactorization):
         held = (Status(1, "NOT_CONVERGED", slipped, f"{SMALLER_STEP}, or generalized_alpha"), NOT_CONSISTENT)
         return (
             *super().statuses(constrained, angles),
-            GROWTH_STATUS,
-            *(held if constrained else ()),
+            *((GROWTH_OR_SINGULAR_STATUS, *held) if constrained else (GROWTH_STATUS,)),
             *((rotation_too_large(angles),) if angles else ()),
         )
 
