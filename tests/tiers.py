@@ -431,9 +431,21 @@ SLOW: dict[str, tuple[str, ...]] = {
     "integrators/test_rosenbrock.py::test_steps_of_an_oscillator_are_the_stability_function_of_its_matrix": (
         "lsrt2-0.0",
     ),
+    "integrators/test_rosenbrock_loops.py::test_a_checkpoint_goes_on_with_the_same_bits": (),
+    "integrators/test_rosenbrock_loops.py::test_a_loop_that_its_drive_moves_alone_is_exact_to_rounding": (),
+    "integrators/test_rosenbrock_loops.py::test_a_parallelogram_ends_where_its_branches_cross": ("lsrt2",),
+    "integrators/test_rosenbrock_loops.py::test_a_stiff_spring_in_a_loop_neither_grows_nor_stops_the_corrections": (
+        "rosenbrock",
+    ),
+    "integrators/test_rosenbrock_loops.py::test_its_c_stands_alone_and_gives_the_same_rows": (),
+    "integrators/test_rosenbrock_loops.py::test_loops_that_repeat_each_other_are_held_without_the_repetition": (),
     "integrators/test_rosenbrock_loops.py::test_order_in_positions_velocities_and_multipliers": (
         "four_bar-lsrt2",
         "spatial_loop-rosenbrock",
+    ),
+    "integrators/test_rosenbrock_loops.py::test_two_windows_pass_where_their_bars_lie_on_one_line": (),
+    "integrators/test_rosenbrock_loops.py::test_what_two_corrections_leave_falls_by_the_ninth_power_of_the_step": (
+        "lsrt2",
     ),
     "integrators/test_rosenbrock_extremes.py::test_a_stiff_driven_motion_is_met_in_positions_and_to_order_2_in_velocities": (),
     "integrators/test_rosenbrock_extremes.py::test_no_step_size_lets_an_oscillator_grow": (),

@@ -16,7 +16,7 @@ from tests.codegen.test_stand_alone import compiled, run
 from tests.integrators.constrained_models import heavy_top, rolling_disc, shaking_base, two_links
 from tests.models.cache import shared_cache
 from tests.models.stewart import stewart
-from tests.oracles.placed_loops import parallelogram, windows
+from tests.oracles.placed_loops import four_bar, parallelogram, windows
 from tests.simulation.test_singular_positions import error as error_of_windows
 
 __all__ = ["shared_cache"]
@@ -31,9 +31,9 @@ def slopes(errors: list[float]) -> Array:
     return np.asarray(np.log2(np.array(errors[:-1]) / errors[1:]))
 
 
-def five_bar() -> eomgen.Scene:
-    """Return a loop of five bars whose crank is driven, while a filtered signal turns its rocker."""
-    builder = eomgen.SceneBuilder("five_bar")
+def five_bars(scene: str, **laws: str) -> eomgen.SceneBuilder:
+    """Return a loop of five bars, of which some joints follow laws of time."""
+    builder = eomgen.SceneBuilder(scene)
     for name in ("crank", "left", "right", "rocker"):
         builder.body(name, 1.0, center_of_mass=[0.15, 0, 0], inertia=[1e-3, 0.01, 0.01])
     for name, parent, child, place, angle in (
@@ -43,12 +43,24 @@ def five_bar() -> eomgen.Scene:
         ("right_pin", "rocker", "right", 0.3, 1.2),
     ):
         free = {"initial": {"position": angle}, "damping": 0.02}
-        law = {"drive": f"{angle} + 0.4 * sin(5 * t)"} if name == "drive" else free
+        law = {"drive": laws[name]} if name in laws else free
         builder.joint(name, "revolute", parent, child, axis=[0, -1, 0], position=[place, 0, 0], **law)
-    builder.state("push", "20 * (3 * sin(7 * t) - 2 * v.support - push)", initial=0.5)
-    builder.effort("turned", "support", "push - 4 * q.support")
     ends = [{"body": name, "position": [0.3, 0, 0]} for name in ("left", "right")]
-    return builder.constraint("tip", "spherical", ends[0], ends[1]).build()
+    return builder.constraint("tip", "spherical", ends[0], ends[1])
+
+
+def five_bar() -> eomgen.Scene:
+    """Return one whose crank is driven, while a filtered signal turns its rocker."""
+    builder = five_bars("five_bar", drive="1.6 + 0.4 * sin(5 * t)")
+    builder.state("push", "20 * (3 * sin(7 * t) - 2 * v.support - push)", initial=0.5)
+    return builder.effort("turned", "support", "push - 4 * q.support").build()
+
+
+def struck_bars() -> eomgen.Scene:
+    """Return one with an input, an effort that jumps within a step, and a crank that strikes a wall."""
+    builder = five_bars("struck_bars").input("pull", "3 * sin(9 * t)").effort("pulled", "support", "pull")
+    builder.effort("switched", "drive", "2 * sign(t - 0.1037)")
+    return builder.event("wall", "q.drive - 1.75", direction="rising", action="impact", restitution=0.5).build()
 
 
 def spatial_loop() -> eomgen.Scene:
@@ -71,6 +83,7 @@ SCENES: dict[str, tuple[Callable[[], eomgen.Scene | str], float]] = {
     "slider_crank": (lambda: "examples/slider_crank_planar/scene.toml", 0.01),
     "spatial_slider_crank": (lambda: "examples/slider_crank_spatial/scene.toml", 0.02),
     "drive_and_state": (five_bar, 0.4),
+    "jump_and_impact": (struck_bars, 0.4),
     "spatial_loop": (spatial_loop, 0.4),
     "stewart": (stewart, 0.3),
     "top_on_R3xSO3": (lambda: heavy_top("R3xSO3", SLOW), 0.4),
@@ -274,3 +287,33 @@ def test_a_checkpoint_goes_on_with_the_same_bits(method: str, tmp_path: Path) ->
     first = made.simulate(0.03, 1e-3, method=method, checkpoint=file)
     whole = first.followed_by(made.resume(file, 0.06))
     assert all(np.array_equal(getattr(whole, name), getattr(one, name)) for name in ("q", "v", "a", "z", "multipliers"))
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_stiff_spring_in_a_loop_neither_grows_nor_stops_the_corrections(method: str) -> None:
+    """h omega of 1e3 and more: a pin that is nearly rigid, beside the four-bar that it makes."""
+    free = eomgen.build(five_bars("free_bars").build(), profile="quick")
+    rest = float(free.initial_q[1])
+    law = f"-1e10 * (q.left_pin - ({rest!r}))"
+    made = eomgen.build(five_bars("stiff_bars").effort("stiff", "left_pin", law).build(), profile="quick")
+    rigid = eomgen.build(five_bars("rigid_bars", left_pin=repr(rest)).build(), profile="quick")
+    start = {"q": made.initial_q, "v": made.initial_v}
+    wanted = rigid.simulate(0.5, 1e-4, method="rk4_partitioned", initial=start, error_estimate=False)
+    end = made.simulate(0.5, 1e-3, method=method, error_estimate=False)
+    assert end.success and np.abs(end.q[:, 1] - rest).max() < 1e-7
+    assert np.abs(end.q[-1] - wanted.q[-1]).max() < 1e-3
+    assert end.stats["max_constraint"] < 1e-12
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_loop_that_its_drive_moves_alone_is_exact_to_rounding(method: str) -> None:
+    """As many rows as velocities: nothing is left to integrate."""
+    data = four_bar("revolute")
+    del data["joints"]["drive"]["initial"]
+    data["joints"]["drive"]["drive"] = "0.5 + 30 * t"
+    made = eomgen.build(data, profile="quick")
+    assert len(made.multipliers) == made.nv
+    exact = made.simulate(0.2, 1e-4, method="rk4_partitioned", record_every=2000, error_estimate=False)
+    end = made.simulate(0.2, 1e-3, method=method, error_estimate=False)
+    for part, bound in (("q", 1e-13), ("v", 1e-12), ("multipliers", 1e-10)):
+        assert np.abs(getattr(end, part)[-1] - getattr(exact, part)[-1]).max() < bound, part
