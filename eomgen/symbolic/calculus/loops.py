@@ -319,7 +319,8 @@ def _partials_along(
     """Return the tangents of all results by a loop over the local directions of its elements."""
     growth = _Growth(loop)
     seeds: dict[Ref | InputSymbol, dict[int, Ref]] = {}
-    for symbol, column in outer.items():
+    gathered = {symbol: column for symbol, column in outer.items() if symbol.block == "gather"}
+    for symbol, column in gathered.items():
         for number in range(local.count):
             along = [
                 tangent.get(here[number], ZERO) if number in here else ZERO
