@@ -42,6 +42,7 @@ def describe(scene: Scene) -> Description:
         requirements=scene.requirements,
         lengths=tuple(_lengths(scene)),
         gravity=scene.gravity,
+        exact_beams=tuple(item.beam.nodes for item in scene.elements if isinstance(item, CosseratBeam)),
         frames=scene.frames,
         drawing=_drawing(scene),
         simulation=scene.simulation,

@@ -36,6 +36,7 @@ from eomgen.simulation.judgement.momentum import momentum_drift
 from eomgen.simulation.judgement.motion_between_rows import untold_between_rows
 from eomgen.simulation.judgement.singular_positions import nearest_singular, not_followed, passages, way_through
 from eomgen.simulation.judgement.spring_lengths import passed_springs
+from eomgen.simulation.judgement.turned_elements import turned_elements
 from eomgen.simulation.judgement.unbounded_growth import unbounded_growth
 from eomgen.simulation.judgement.unit_quaternions import largest_stretch
 from eomgen.simulation.judgement.warnings import (
@@ -134,7 +135,7 @@ class Outcome:
 
     @cached_property
     def success(self) -> bool:
-        if not self._complete or self._fault:
+        if not self._complete or self._fault or self._turned:
             return False
         sparse = self._rows_are_sparse  # these may miss a pulse of power
         bending = self._bending
@@ -276,6 +277,10 @@ class Outcome:
         return largest_bending(self._run.model, self._states.t, self._states.q)
 
     @cached_property
+    def _turned(self) -> str:
+        return turned_elements(self._run.model, self._states.t, self._states.q, self._run.parameters)
+
+    @cached_property
     def _fault(self) -> str:
         """Why a run that came to its end follows no equations; empty where it may follow them."""
         growth = unstable_growth(self._last_run, self._stepper.library, self._trajectory)
@@ -332,7 +337,7 @@ class Outcome:
             last = f"; the checkpoint {self._writer.path} holds its last state" if self._trajectory.interrupted else ""
             message += self._writer.problem or last
         if not self._complete:
-            return message
+            return f"{message}; {self._turned}" if self._turned else message
         success = True
         if self._fault:
             success, message = False, f"{message}, but {self._fault}"
@@ -342,6 +347,8 @@ class Outcome:
         if self._bending is not None and success:
             success = self._bending.possible
             message = f"{message}{'; ' if success else ', but '}{self._bending}"
+        if self._turned:
+            success, message = False, f"{message}{', but ' if success else '; '}{self._turned}"
         if not self._fault and (growth := unbounded_growth(run, self._states)):
             message = f"{message}; {growth}"
         if success and self.error.unresolved:

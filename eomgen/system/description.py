@@ -255,6 +255,7 @@ class Description:
     requirements : what values must be that tunable parameters decide
     lengths : vectors, m, whose norms tell how large the machine is
     gravity : m/s^2
+    exact_beams : of geometrically exact beams: the bodies that are their nodes, by the order along the beam
     frames : named frames of bodies
     places : where the keys of ``simulation`` are written, for messages: ``file:line`` by ``simulation.method``
     """
@@ -275,6 +276,7 @@ class Description:
     requirements: tuple[Requirement, ...] = ()
     lengths: tuple[tuple[Formula, ...], ...] = ()
     gravity: Vector = ZERO_VECTOR
+    exact_beams: tuple[tuple[str, ...], ...] = ()
     frames: tuple[FixedFrame, ...] = ()
     drawing: Drawing = field(default_factory=Drawing)
     simulation: Simulation = field(default_factory=Simulation)

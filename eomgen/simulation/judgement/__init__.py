@@ -16,6 +16,7 @@ WITHIN = [
     "motion_between_rows",
     "singular_positions",
     "spring_lengths",
+    "turned_elements",
     "unbounded_growth",
     "unit_quaternions",
     "warnings",

@@ -1,0 +1,49 @@
+"""Elements of geometrically exact beams that turn by more than half a turn, where strains change their sign at once."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eomgen.arrays import Array
+
+if TYPE_CHECKING:
+    from eomgen.compiled.model import CompiledModel
+
+#: Rows that are looked at, evenly chosen.
+_ROWS = 2048
+#: Half a turn is passed where the scalar part of the relative quaternion, which is 0 there, changes its sign within
+#: this distance; other changes are those of the sign of a pose, which tell nothing.
+_NEAR = 0.7
+
+
+def turned_elements(model: CompiledModel, t: Array, q: Array, p: Array) -> str:
+    """Return which elements have passed half a turn, and when first; empty where none has.
+
+    Runs of models without ``poses`` are left out.
+
+    Parameters
+    ----------
+    t, q : (rows,) in s, (rows, nq)
+    p : (np,) tunable parameters
+    """
+    beams = model.description.exact_beams
+    if not beams or "poses" not in model.functions or len(t) < 2:
+        return ""
+    t, q = (array[:: -(-len(t) // _ROWS)] for array in (t, q))
+    quaternion = model.evaluate("poses", q, t=t, parameters=p)["pose"][..., :4]
+    quaternion_of = {name: quaternion[:, k] for k, name in enumerate(model.bodies)}
+    for nodes in beams:
+        for number, (first, second) in enumerate(pairwise(nodes), 1):
+            cosine = np.sum(quaternion_of[first] * quaternion_of[second], axis=1)
+            before, after = cosine[:-1], cosine[1:]
+            passed = (before * after < 0.0) & (np.maximum(np.abs(before), np.abs(after)) < _NEAR)
+            if passed.any():
+                when = t[1:][passed][0]
+                what = f"element {number} of the beam {nodes[0]} turns by more than half a turn at t = {when:.6g} s"
+                return (
+                    f"{what}, which strains cannot tell; try: elements = {2 * (len(nodes) - 1)}, which turn less each"
+                )
+    return ""

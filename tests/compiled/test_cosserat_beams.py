@@ -1,0 +1,97 @@
+"""Runs of geometrically exact beams: order in time, free flight, rest of slender beams, elements that turn too far, and
+C that does not grow with the number of elements."""
+
+from __future__ import annotations
+
+import re
+import runpy
+from itertools import pairwise
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.simulation.judgement.turned_elements import turned_elements
+from tests.mechanics.test_cosserat_beams import elastica
+from tests.models.cache import shared_cache
+from tests.models.cosserat import ROLL_UP, beam_scene
+
+__all__ = ["shared_cache"]
+
+spaghetti: Any = SimpleNamespace(
+    **runpy.run_path(str(Path(__file__).parents[2] / "examples" / "flying_spaghetti" / "spaghetti.py"))
+)
+
+
+def test_a_thrown_beam_flies_as_mechanics_says_and_at_second_order() -> None:
+    model = eomgen.build(spaghetti.scene(8), profile="quick")
+    gaps, ends, lost = [], [], []
+    for step in (0.01, 0.005, 0.0025):
+        run = model.simulate(8.0, step, record_every=round(0.05 / step), error_estimate=False)
+        assert run.success, run.message
+        nodes, free = spaghetti.axis_of(run, 8), run.t >= spaghetti.THROWN
+        centre = spaghetti.centre_of_mass(nodes[free])
+        gaps.append(np.abs(centre - spaghetti.in_free_flight(run.t[free])).max())
+        ends.append(nodes[:, -1])
+        lost.append(np.ptp(run.energy["kinetic"][free] + run.energy["potential"][free]))
+    assert np.log2(gaps[0] / gaps[1]) == pytest.approx(2.0, abs=0.2)
+    assert np.log2(gaps[1] / gaps[2]) == pytest.approx(2.0, abs=0.1)
+    apart = [np.abs(one - other).max() for one, other in pairwise(ends)]
+    assert np.log2(apart[0] / apart[1]) == pytest.approx(2.0, abs=0.15)
+    assert lost[2] < 2e-4 * 875.0
+
+
+def test_slender_beams_do_not_lock() -> None:
+    stiffness = ROLL_UP | dict.fromkeys(("stretch", "shear_y", "shear_z"), "1e4 * factor")
+    scene = beam_scene(4, {"force": [0.0, "15 * load", 0.0]}, {"stiffness": stiffness})
+    scene["parameters"]["factor"] = {"value": 1.0, "tunable": True}
+    model = eomgen.build(scene, profile="quick")
+    errors = []
+    for factor in (1.0, 1e4):
+        q = model.equilibrium(parameters={"factor": factor}).q
+        tip = model.evaluate("poses", q)["pose"][model.bodies.index("rope.4"), 4:6]
+        errors.append(np.linalg.norm(tip - elastica(15.0, 500.0, 1e4 * factor, 1e4 * factor)))
+    assert errors[1] == pytest.approx(errors[0], rel=0.01)
+
+
+def test_the_c_of_more_elements_has_no_more_statements(tmp_path: Path) -> None:
+    counts = []
+    for elements in (40, 80):
+        files = eomgen.generate(spaghetti.scene(elements), tmp_path / f"{elements}", method="generalized_alpha")
+        text = "".join(path.read_text(encoding="utf-8") for path in files if path.suffix == ".c")
+        counts.append(len(re.findall(";", text)))
+    assert counts[1] < 1.02 * counts[0]
+
+
+def turned_by(angles: Any) -> str:
+    """Return what is said of a beam of two elements whose last node turns through these angles about z."""
+    half = 0.5 * np.asarray(angles)
+    pose = np.zeros((len(half), 3, 7))
+    pose[:, :, 0] = 1.0
+    pose[:, 2, 0], pose[:, 2, 3] = np.cos(half), np.sin(half)
+    model = SimpleNamespace(
+        description=SimpleNamespace(exact_beams=(("rope", "rope.1", "rope.2"),)),
+        functions={"poses": None},
+        bodies=("rope", "rope.1", "rope.2"),
+        evaluate=lambda *_, **__: {"pose": pose},
+    )
+    t = np.linspace(0.0, 1.0, len(half))
+    return turned_elements(cast("Any", model), t, np.zeros((len(half), 1)), np.zeros(0))
+
+
+def test_an_element_that_turns_by_more_than_half_a_turn_is_named() -> None:
+    assert turned_by(np.linspace(0.0, 3.1, 50)) == ""
+    assert turned_by(np.linspace(0.0, 4.0, 101)) == (
+        "element 2 of the beam rope turns by more than half a turn at t = 0.79 s, which strains cannot tell; try:"
+        " elements = 4, which turn less each"
+    )
+
+
+def test_a_run_in_which_an_element_turns_too_far_has_not_succeeded() -> None:
+    scene = beam_scene(2, {"torque": [0.0, 0.0, "2000 * load"]}, {"stiffness_damping": 0.02})
+    run = eomgen.build(scene, profile="quick").simulate(4.0, 2e-3, error_estimate=False)
+    assert not run.success
+    assert re.search(r"element \d of the beam rope turns by more than half a turn at t = ", run.message)
