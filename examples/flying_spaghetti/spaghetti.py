@@ -115,9 +115,8 @@ def main() -> int:
     free = run.t >= THROWN
     gap = np.abs(centre_of_mass(nodes[free]) - in_free_flight(run.t[free])).max()
     energy = np.sum([run.energy[name][free] for name in ("kinetic", "potential")], axis=0)
-    print(
-        f"centre of mass in free flight: within {gap:.2g} m; energy {energy[0]:.6g} J, then +- {0.5 * np.ptp(energy):.2g} J"
-    )
+    print(f"centre of mass in free flight: within {gap:.2g} m")
+    print(f"energy in free flight: {energy.min():.6g} J to {energy.max():.6g} J")
     draw(nodes, run.t, arguments.picture)
     return 0
 
