@@ -18,6 +18,7 @@ from eomgen.cli import main
 from eomgen.integrators.families.family import Family
 from eomgen.integrators.families.one_factorization import OneFactorization
 from eomgen.integrators.newton import solver
+from eomgen.integrators.newton.row_sums import with_row_sums
 from eomgen.pipeline.pipeline import built_in
 from eomgen.pipeline.step_operations import joined_coordinates
 from tests.models.cache import shared_cache
@@ -113,7 +114,7 @@ def error_of_a_step(made: eomgen.Model, name: str, kappa: float, loads: Sequence
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_matrices_are_solved_to_the_last_digits_at_any_stiffness(name: str) -> None:
     loads = np.random.default_rng(1).normal(size=(3, len(SYSTEMS[name][0])))
-    for kappa in 10.0 ** np.arange(0.0, 31.0, 3.0):
+    for kappa in (0.0, *10.0 ** np.arange(0.0, 31.0, 3.0)):
         for load in loads:
             assert error_of_a_step(model(name), name, float(kappa), list(load)) <= 2e-15, kappa
 
@@ -233,12 +234,13 @@ def joined(scene: eomgen.Scene) -> list[list[str]]:
     return joined_coordinates(eomgen.derive(scene))
 
 
-def pair(**spring: Any) -> eomgen.Scene:
-    """Return two bodies on parallel rails with a spring between points of them."""
+def pair(ground: float = 0.0, **spring: Any) -> eomgen.Scene:
+    """Return two bodies on one rail with a spring between points of them, the first on one to the ground."""
     builder = eomgen.SceneBuilder("pair", gravity=[0, 0, 0])
     for k in range(2):
         builder.body(f"m{k}", 1.0).point(f"p{k}", f"m{k}", [0.0, 0.0, 0.0])
-        builder.joint(f"x{k}", "prismatic", "base", f"m{k}", axis=[1, 0, 0], position=[float(k), 0.0, 0.0])
+        held = {} if k else {"stiffness": ground}
+        builder.joint(f"x{k}", "prismatic", "base", f"m{k}", axis=[1, 0, 0], position=[float(k), 0.0, 0.0], **held)
     return builder.spring("s", "p0", "p1", **spring).build()
 
 
@@ -247,6 +249,24 @@ def test_what_is_joined_is_what_moves_along_together() -> None:
     assert joined(described("two groups")) == [["x0", "x1"], ["x2", "x3"]]
     assert joined(pair(stiffness=1e20, length=1.0)) == [["x0", "x1"]]
     assert joined(pair(damping=1e20)) == [["x0", "x1"]]
+
+
+def test_parallel_springs_are_one_link() -> None:
+    builder = eomgen.SceneBuilder("parallel", gravity=[0, 0, 0])
+    for k in range(2):
+        builder.body(f"m{k}", 1.0).joint(f"x{k}", "prismatic", "base", f"m{k}", axis=[1, 0, 0])
+    for number, size in enumerate((1e20, 3.0)):
+        pull = f"{size!r} * (q.x1 - q.x0) + {number} * (v.x1 - v.x0)"
+        builder.effort(f"a{number}", "x0", pull).effort(f"b{number}", "x1", f"-({pull})")
+    assert with_row_sums(eomgen.derive(builder.build())).links == ((0, 1),)
+
+
+def test_springs_between_points_hold_as_a_rod_does() -> None:
+    """Of 1e24 N/m along the rail: both bodies swing together, at 1/sqrt(2) rad/s."""
+    made = eomgen.build(pair(ground=1.0, stiffness=1e24, length=1.0), method="tdg3", profile="quick")
+    start = {"q": [0.1, 0.1], "v": [0.0, 0.0]}
+    run = made.simulate(10.0, 0.05, method="tdg3", initial=start, error_estimate=False)
+    assert np.abs(run.q - 0.1 * np.cos(run.t / np.sqrt(2.0))[:, np.newaxis]).max() < 1e-12
 
 
 def test_shafts_on_one_axis_are_joined() -> None:

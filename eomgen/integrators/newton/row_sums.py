@@ -13,7 +13,8 @@ the same on both sides of it and nowhere positive: springs of negative stiffness
 
 Right sides lose as much: a link's force on one row, and its opposite on the other, each take the digits of weaker
 forces there. So what two rows have of each other is given apart from what is left of the residual, link by link, and
-eliminated as a source on its link (see ``solver``), not as two large numbers that nearly cancel.
+eliminated as a source on its link (see ``solver``), not as two large numbers that nearly cancel; where the elimination
+is written out, that is.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ import numpy as np
 
 from eomgen.integrators.newton.matrix import MatrixIndex
 from eomgen.integrators.newton.sample_matrices import samples_of
+from eomgen.integrators.newton.solver import GROUPS_UNROLLED
 from eomgen.symbolic.calculus.partials import forward_partials
 from eomgen.symbolic.operations import LEAVES, InputSymbol, Op
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
@@ -57,6 +59,8 @@ def with_row_sums(system: System) -> System:
     if not groups:
         return system
     completed = _completed(system, tuple(groups), sums)
+    if system.nv + system.nz > GROUPS_UNROLLED:
+        return completed
     links = [_links(entries, summands, group, mutual) for group in groups]
     if any(pairs is None for pairs in links):
         return completed
