@@ -238,7 +238,7 @@ def test_the_parents_operator_in_the_first_pass_would_lose_stiff_forces(method: 
 class Massless(WrittenModel):
     """One mass and a massless coordinate between two springs; the mass may change with its place."""
 
-    varying = False
+    varying, relative, links = False, (), ()
 
     @property
     def facts(self) -> Any:
