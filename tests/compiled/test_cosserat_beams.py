@@ -95,3 +95,42 @@ def test_a_run_in_which_an_element_turns_too_far_has_not_succeeded() -> None:
     run = eomgen.build(scene, profile="quick").simulate(4.0, 2e-3, error_estimate=False)
     assert not run.success
     assert re.search(r"element \d of the beam rope turns by more than half a turn at t = ", run.message)
+
+
+def test_branches_on_a_turning_hub_move_alike_in_both_coordinates() -> None:
+    section = {
+        "elastic_modulus": 2e7, "density": 1200.0, "area": 1e-3, "second_moments": [8e-8, 8e-8],
+        "shear_modulus": 8e6, "torsion_constant": 1.6e-7, "shear_factors": [0.9, 0.9],
+    }  # fmt: skip  # a table
+    beam = {"model": "cosserat", "section": section}
+    hinge = {"type": "revolute", "axis": [0, 1, 0]}
+    turned = {"type": "fixed", "rotation": [{"axis": [0, 0, 1], "angle": 1.5}]}
+    scene = {
+        "format": 1,
+        "name": "branches",
+        "bodies": {
+            "hub": {"mass": 2.0, "inertia": [0.1, 0.1, 0.1]},
+            "ball": {"mass": 0.5, "inertia": [0.01, 0.01, 0.02]},
+        },
+        "beams": {
+            "arm": {**beam, "length": 1.0, "elements": 4, "curvature": [0.0, 0.0, 0.5], "stiffness_damping": 1e-3},
+            "branch": {**beam, "length": 0.5, "elements": 2},
+        },
+        "joints": {
+            "pivot": {**hinge, "parent": "base", "child": "hub", "initial": {"velocity": [2.0]}},
+            "root": {**turned, "parent": "hub", "child": "arm", "position": [0.1, 0.0, 0.0]},
+            "fork": {**turned, "parent": "arm", "child": "branch", "position": [0.5, 0.0, 0.0]},
+            "tip": {"type": "spherical", "parent": "arm", "child": "ball", "position": [1.0, 0.0, 0.0]},
+        },
+        "points": {"end": {"body": "branch", "position": [0.5, 0.0, 0.0]}},
+        "outputs": {"end": {"position": "end"}},
+    }  # fmt: skip  # one line for each joint
+    ends = []
+    for coordinates in ("joint", "absolute"):
+        model = eomgen.build(eomgen.load(scene, coordinates=cast("Any", coordinates)), profile="quick")
+        run = model.simulate(0.2, 5e-4, error_estimate=False)
+        assert run.success, run.message
+        assert run.stats["energy_error"] < 1e-5
+        ends.append(run.outputs["end"])
+    assert np.abs(ends[0][-1] - ends[0][0]).max() > 0.1
+    np.testing.assert_allclose(ends[0], ends[1], atol=1e-6)

@@ -65,7 +65,10 @@ Stores = Mapping[int, Sequence[tuple[int, int, int]]]
 
 
 def copies(expressions: Sequence[Expression], output: int, components: Sequence[int]) -> tuple[Any, ...] | None:
-    """Return the data of a loop that copies constants or workspace entries to an output; None for other expressions."""
+    """Return the data of a loop that copies constants, workspace entries or one input block's entries to an output.
+
+    None for other expressions.
+    """
     minus = all(isinstance(item, tuple) and item[0] == "neg" for item in expressions)
     if minus:
         expressions = [cast("tuple[str, Expression]", item)[1] for item in expressions]
@@ -73,6 +76,12 @@ def copies(expressions: Sequence[Expression], output: int, components: Sequence[
         read: Expression = ("numbers", tuple(cast("tuple[str, float]", item)[1] for item in expressions))
     elif all(isinstance(item, tuple) and item[0] == "w" for item in expressions):
         read = ("row", "w", *rule([cast("tuple[str, int]", item)[1] for item in expressions]))
+    elif len({item[:2] if isinstance(item, tuple) else () for item in expressions}) == 1 and expressions[0][0] == "in":  # type: ignore[index]  # of tuples alone
+        read = (
+            "row",
+            cast("tuple[str, str]", expressions[0])[1],
+            *rule([cast("tuple[str, str, int]", item)[2] for item in expressions]),
+        )
     else:
         return None
     read = ("neg", read) if minus else read

@@ -411,9 +411,24 @@ class _Scheduler(LoopWriter):
                 left = (
                     [item for item in left if self.tape.value(item[1]) is None] if self._copy(number, numbers) else left
                 )
-            for component, ref in left:
+            for component, ref in self._without_inputs(number, left):
                 self.open.outputs.add(number)
                 self._emit("out", number, component, self._leaf(ref))
+
+    def _without_inputs(self, number: int, items: list[tuple[int, Ref]]) -> list[tuple[int, Ref]]:
+        """Store entries of inputs that are many in an output by loops; return what is left."""
+        groups: dict[tuple[str, bool], list[tuple[int, Ref]]] = {}
+        for component, ref in items:
+            symbol = self.tape.symbol(ref)
+            if symbol is not None and symbol.block not in ("p", "t", "base"):
+                groups.setdefault((symbol.block, ref < 0), []).append((component, ref))
+        copied = {
+            component
+            for group in groups.values()
+            if len(group) >= REPEATED_FROM and self._copy(number, group)
+            for component, _ in group
+        }
+        return [item for item in items if item[0] not in copied]
 
     def run(self, may_fill: bool) -> Schedule:
         plan = self.plan
