@@ -57,6 +57,8 @@ class Model:
     initial_z: tuple = ()
     patterns: Mapping[str, tuple[tuple[int, int], ...]] = field(default_factory=dict)
     inner_owners: tuple[int, ...] = ()
+    relative: tuple[tuple[int, ...], ...] = ()
+    links: tuple[tuple[int, int], ...] = ()
     angular: tuple[bool, ...] = ()
     angles: tuple[str, ...] = ()
     parameters: tuple[str, ...] = ()
