@@ -130,6 +130,62 @@ def test_five_passes_would_leave_order_6() -> None:
             assert float(mp.log(errors[0] / errors[1], 2)) == pytest.approx(power, abs=0.1)
 
 
+@pytest.mark.parametrize(
+    ("name", "corrected", "power"),
+    [
+        ("tdg1", True, 4), ("tdg1", False, 3), ("tdg1_star", False, 4), ("tdg2", False, 6),
+        ("tdg2s", True, 5), ("tdg2s", False, 4), ("tdg3", False, 8),
+    ],
+)  # fmt: skip  # a table
+def test_which_passes_are_too_few_for_accelerations_as_they_come(name: str, corrected: bool, power: int) -> None:
+    """Local errors of (1 + q^2) v' = -q - q v^2 - v^3/4, q' = v, in 60 digits, with accelerations of the polynomial in
+    the residual, and with these corrected once by the factors of the step."""
+    method = method_named(name)
+    assert method.refined == (name in ("tdg1", "tdg2s"))  # type: ignore[attr-defined]
+    found, size = method.operators, method.degree + 1  # type: ignore[attr-defined]
+
+    def exactly(matrix: Any) -> Any:
+        return mp.matrix([[mp.mpf(x.numerator) / x.denominator for x in row] for row in matrix])
+
+    def missing(q: Any, v: Any, a: Any) -> Any:
+        return (1 + q * q) * a + q + q * v * v + v**3 / 4
+
+    def end(q: Any, v: Any, h: Any) -> Any:
+        A, first, values, modes, derivative = map(
+            exactly, (found.integration, found.first, found.values, found.modes, found.derivative)
+        )
+        gamma = method.gamma  # type: ignore[attr-defined]
+        gain, M = h * mp.mpf(gamma.numerator) / gamma.denominator, 1 + q * q
+        K, C = 1 + v * v - 2 * q * missing(q, v, 0) / M, 2 * q * v + 3 * v * v / 4
+        matrix = M + gain * C + gain * gain * K
+        theta, change = mp.zeros(size, 1), mp.zeros(size, 1)
+        for number in range(method.passes):  # type: ignore[attr-defined]
+            a, forces = derivative * change / h, mp.zeros(size, 1)
+            for i in range(size):
+                r = missing(q + theta[i], v + change[i], a[i])
+                if corrected and number:
+                    forces[i] = -M * r / matrix
+                    r = missing(q + theta[i], v + change[i], a[i] - r / matrix)
+                forces[i] -= r
+            integral = modes * (A if number else first) * h
+            b, g = integral * forces, integral * (change + v * mp.ones(size, 1)) - modes * theta
+            d, along = mp.zeros(size, 1), mp.zeros(size, 1)
+            for j in range(size):
+                if j:
+                    b[j] += b[j - 1] - M * d[j - 1]
+                    g[j] -= gain * d[j - 1]
+                d[j] = (b[j] - gain * K * g[j]) / matrix
+                along[j] = g[j] + gain * d[j]
+            theta, change = theta + values * along, change + values * d
+        return v + change[size - 1]
+
+    with mp.workdps(60):
+        start = [mp.mpf(1), mp.mpf(1) / 2]
+        exact = mp.odefun(lambda _, y: [y[1], -missing(y[0], y[1], 0) / (1 + y[0] * y[0])], 0, start)
+        errors = [abs(end(*start, h) - exact(h)[1]) for h in (mp.mpf(2) ** -7, mp.mpf(2) ** -8)]
+        assert float(mp.log(errors[0] / errors[1], 2)) == pytest.approx(power, abs=0.1)
+
+
 def duffing() -> eomgen.Scene:
     builder = eomgen.SceneBuilder("duffing", gravity=[0, 0, 0]).body("mass", 1.0)
     builder.joint("x", "prismatic", "base", "mass", axis=[1, 0, 0], damping=0.2, initial={"position": 1.0})
@@ -161,6 +217,8 @@ def frame() -> eomgen.Model:
 
 #: Errors of the same formulas in a prototype with forward dynamics at all nodes; two digits. Its tdg3 had five passes.
 PROTOTYPE = {"tdg1": (4.9e-3, 6.3e-4, 7.9e-5, 9.8e-6), "tdg2": (5.8e-6, 1.2e-7, 2.7e-9, 6.6e-11)}
+#: By what part they may differ: tdg2 takes accelerations of its polynomial, whose error is of the same power of h.
+APART = {"tdg1": 0.05, "tdg2": 0.3}
 
 
 @pytest.mark.parametrize("method", PROTOTYPE)
@@ -169,7 +227,7 @@ def test_digits_of_the_shear_frame_with_a_pendulum(method: str) -> None:
     for step in (0.04, 0.02, 0.01, 0.005):
         end = frame().simulate(10.0, step, method=method, record_every=100_000, error_estimate=False)
         errors.append(float(np.abs((np.concatenate([end.q[-1], end.v[-1]]) - RESPONSE) / SCALE).max()))
-    np.testing.assert_allclose(errors, PROTOTYPE[method], rtol=0.05)
+    np.testing.assert_allclose(errors, PROTOTYPE[method], rtol=APART[method])
 
 
 def oscillator(frequency: float, damping: float) -> eomgen.Scene:
@@ -330,9 +388,10 @@ def test_order_on_a_long_chain() -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_every_step_is_the_same_operations(method: str) -> None:
-    """One factorization; forces at all nodes in each pass, twice behind the first where the mass matrix varies."""
+    """One factorization; forces at all nodes in each pass, of few passes twice behind the first, as M varies here."""
     end, scheme = frame().simulate(2.0, 0.01, method=method, error_estimate=False), SCHEMES[method]
-    forces = (scheme.degree + 1) * (2 * scheme.passes - 1)
+    again = scheme.passes - 1 if method in ("tdg1", "tdg2s") else 0
+    forces = (scheme.degree + 1) * (scheme.passes + again)
     assert {name: end.stats[name] for name in ("steps", "factorizations", "evaluations", "newton_iterations")} == {
         "steps": 200,
         "factorizations": 200,

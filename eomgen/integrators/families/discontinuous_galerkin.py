@@ -17,10 +17,15 @@ M_n of the start:
     M_n F_v = -r(a = 0) in the first pass,   M_n a - r(a) in later ones,
     (M + gamma h C + (gamma h)^2 K) d_v = b - gamma h K b_theta,   d_theta = b_theta + gamma h d_v
 
-so M may be singular where the matrix is not. Where M depends on q, M_n a - r is off by (M_n - M_i) M_i^-1 r: one
-correction of a by the factors of the step makes r small to one more power of h, and all orders are kept. On rotations
-d theta'/d theta is -ad(v_n)/2; 1 - gamma h of it is T(gamma h v_n)^-1 up to what J leaves out anyway, so K and d_theta
-have T(gamma h v_n) in front of theta. Without it the stages, of order 2 at p = 1, would leave the method at order 2.
+so M may be singular where the matrix is not. Where M depends on q, M_n a - r is off by (M_n - M_i) M_i^-1 r, which is
+of the power of h that a pass leaves anyway. Where passes are so few that the order rests on more than a power each
+(``refined``), one correction of a by the factors of the step makes r small to one more power of h. Numbers of q have
+theta' = v, which is linear: behind a pass it misses -gamma h r d_p of v alone, where r is what (P - A)/gamma makes of
+L_p, so nothing is summed over nodes for them.
+
+On rotations d theta'/d theta is -ad(v_n)/2; 1 - gamma h of it is T(gamma h v_n)^-1 up to what J leaves out anyway, so
+K and d_theta have T(gamma h v_n) in front of theta. Without it the stages, of order 2 at p = 1, would leave the method
+at order 2.
 
 Five passes at p = 3 give order 7 to linear equations and 6 to others: the first pass, linear about the start, leaves
 h^3, and each later one takes off one power of h. Six give order 7 to all, and are A-stable too.
@@ -111,6 +116,24 @@ class DiscontinuousGalerkin(OneFactorization):
         """Nodes and matrices."""
         return operators(self.degree, self.gamma)
 
+    @property
+    def refined(self) -> bool:
+        """Whether passes are too few for accelerations that are off by what the pass before has left."""
+        return self.order > self.passes + min(self.degree, 2) - 1
+
+    @property
+    def _lag(self) -> list[list[float]]:
+        """By L_0 to L_p: 1, integrated by -P/gamma, and what (P - A)/gamma makes of L_p."""
+        found = self.operators
+        apart = [
+            [x - y for x, y in zip(*rows, strict=True)] for rows in zip(found.first, found.integration, strict=True)
+        ]
+        last = product(product(found.modes, apart), found.values)
+        return [
+            [-1.0, 1.0, *(0.0 for _ in range(self.degree - 1))],
+            [float(row[-1] / self.gamma) for row in last],
+        ]
+
     @classmethod
     def names(cls) -> tuple[MethodName, ...]:
         return tuple(
@@ -155,7 +178,8 @@ class DiscontinuousGalerkin(OneFactorization):
             "modes": numbers(found.modes),
             "at_nodes": numbers(found.values),
             "derivative": numbers(found.derivative),
-            "refined": not system.facts.constant_mass,
+            "lag": self._lag,
+            "refined": self.refined and not system.facts.constant_mass,
             "input_times": [0.0, *(float(node) for node in found.nodes)],
         }
 
