@@ -480,6 +480,11 @@ SLOW: dict[str, tuple[str, ...]] = {
     "integrators/test_step_work.py::test_linear_systems_have_as_many_operations_as_their_c": (
         "free_spinning_body-lsrt2",
     ),
+    "integrators/test_step_work.py::test_steps_execute_what_is_counted": (
+        "shear_frame_with_pendulum-tdg2",
+        "free_spinning_body-tdg1",
+        "pi_servo-corrected_predictor",
+    ),
     "integrators/test_stepper.py::test_order_on_a_body_on_r3xso3": (),
     "integrators/test_stepper.py::test_order_on_a_body_on_se3_with_a_slider": (),
     "integrators/test_stepper.py::test_order_on_a_fast_free_body": ("alpha-0.9",),

@@ -47,6 +47,8 @@ def work_of_system(solver: Mapping[str, Any], size: int) -> tuple[Work, ...]:
     linear = [entry["linear"] for entry in solver["entries"]]
     weighed = sum(weight != one for terms in linear for weight, _ in terms)
     sums = sum(max(len(terms) - 1, 0) for terms in linear) + len(solver["rate_diagonal"])
+    sums += sum(len(row) - 1 for row in solver["moved"])
+    weighed += sum(len(row) for row in solver["moved"])
     assembly = Work("matrix from the partials", 1, additions=sums, multiplications=weighed)
     if "elimination" not in solver:
         half = size * (size - 1) // 2
@@ -95,6 +97,16 @@ def _operations_of_sources(data: Mapping[str, Any]) -> tuple[int, int]:
             beside = sum(data["groups"][k] == data["groups"][position] for _, k in row["lower"])
             additions, multiplications = additions + beside, multiplications + beside
     return additions, multiplications
+
+
+def work_of_products(products: Sequence[Mapping[str, Any]]) -> tuple[Work, Work]:
+    """Return the work of M times a vector and of gain K times another, of ``Program.method["products"]``."""
+    mass, stiffness = ([len(row[name]) for row in products if row[name]] for name in ("M", "K"))
+    differences = sum(other is not None for row in products for _, _, other in row["K"])
+    return (
+        Work("M a", 1, False, sum(mass), sum(mass)),
+        Work("gain K d", 1, False, sum(stiffness) + differences, sum(stiffness) + len(stiffness)),
+    )
 
 
 def work_of_kernel(kernel: Mapping[str, Any], times: int) -> Work:

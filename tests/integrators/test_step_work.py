@@ -13,6 +13,7 @@ from eomgen.cli import main
 from eomgen.integrators.methods import method_named, terms_of
 from eomgen.integrators.stepper_data import method_data
 from eomgen.pipeline.pipeline import derive, load
+from tests.integrators.executed import Executed
 from tests.models.cache import shared_cache
 from tests.models.scenes import PENDULUM_TOML
 
@@ -70,6 +71,42 @@ def test_compensation_adds_three_additions_to_each_sum(tmp_path: Path) -> None:
     assert operations(file.read_text(encoding="utf-8"), "compensated") == (4, 0, 0)
 
 
+#: Tests of states, and what functions of the model, on groups and of inputs do.
+NOT_ENTERED = ("finite", "rotation_too_large", "note_growth", "prepare", "note_conditions")
+#: Tests that end a function early, or begin anew, and hold in a step.
+CHOSEN = (
+    "!work->whole",
+    "!state->damped",
+    "work->factored_step != step || (settings->matrix_every && work->steps_left <= 0)",
+)
+
+
+@pytest.mark.parametrize(
+    "method", ["rosenbrock", "lsrt2", "corrected_predictor", "tdg1", "tdg1_star", "tdg2", "tdg2s", "tdg3"]
+)
+@pytest.mark.parametrize(
+    "name", ["shear_frame_with_pendulum", "free_spinning_body", "pi_servo", "active_vehicle", "robot_arm"]
+)
+def test_steps_execute_what_is_counted(name: str, method: str, tmp_path: Path) -> None:
+    """Every operation of a step, from the text of its C, with loops as often as their bounds say."""
+    path, made = f"examples/{name}/scene.toml", method_named(method)
+    eomgen.generate(path, tmp_path, method=method)
+    (file,) = tmp_path.glob("*_step.c")
+    prefix = file.name.removesuffix("_step.c")
+    system = made.prepared(derive(load(path), list(method_terms(path, method))))
+    data = method_data(made, system)
+    on_groups = {kernel["name"] for kernel in data["lie"]["kernels"]}
+    eliminated = f"{prefix}_eliminate(work->entries, work->unit, work->factors)"
+    text = Executed(file.read_text(encoding="utf-8"), prefix, {*NOT_ENTERED, *on_groups}, (*CHOSEN, eliminated))
+    executed, parts = text.of("take_step"), made.work(system, data)
+    own = [part for part in parts if not part.of_model and part.what not in on_groups]
+    for sign in ("additions", "multiplications", "divisions"):
+        assert executed[sign] == sum(part.times * getattr(part, sign) for part in own), sign
+    for part in parts:
+        if part.what in on_groups or (part.of_model and part.what not in ("inputs", "base")):
+            assert executed[part.what] == part.times, part.what
+
+
 def method_terms(path: str, method: str) -> tuple[str, ...]:
     facts = derive(load(path), []).facts
     return terms_of(method, facts.constraints, facts.internal_states)
@@ -86,5 +123,9 @@ def test_info_counts_a_step(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     assert [part["times"] for part in step["parts"] if part["what"] in ("residual", "partials")] == [2, 1]
     assert main(["info", str(scene), "--method", "lsrt2"]) == 0
     assert "A step of lsrt2:" in capsys.readouterr().out
-    assert main(["info", str(scene), "--method", "generalized_alpha"]) == 2
-    assert "--method: steps of generalized_alpha differ from each other" in capsys.readouterr().err
+    assert main(["info", str(scene), "--method", "tdg3", "--json"]) == 0
+    step = json.loads(capsys.readouterr().out)["step"]
+    assert [part["times"] for part in step["parts"] if part["what"] in ("residual", "partials")] == [6 * 4, 1]
+    for method in ("generalized_alpha", "tdg3_adaptive", "rattlie"):
+        assert main(["info", str(scene), "--method", method]) == 2
+        assert f"--method: steps of {method} differ from each other" in capsys.readouterr().err

@@ -33,6 +33,7 @@ from eomgen.integrators.families.generalized_alpha import indices_in_q
 from eomgen.integrators.families.growth import SHRINK_AT_GROWTH
 
 if TYPE_CHECKING:
+    from eomgen.integrators.step_work import Work
     from eomgen.system.system import System
 
 DEFAULT_TOLERANCE = 1e-6
@@ -124,6 +125,9 @@ class AdaptiveDiscontinuousGalerkin(DiscontinuousGalerkin):
             "places": indices_in_q(system.factors, size),
             "input_times": [0.0, 0.25, 0.5, 0.75, 1.0],
         }
+
+    def work(self, system: System, method: Mapping[str, Any]) -> tuple[Work, ...]:
+        return ()
 
 
 def largest_between(nodes: Sequence[Fraction]) -> Fraction:

@@ -23,7 +23,7 @@ Jia, Liu, Li and Liao (2014).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from eomgen.integrators.families.family import (
@@ -46,6 +46,7 @@ from eomgen.integrators.families.one_factorization import (
 )
 
 if TYPE_CHECKING:
+    from eomgen.integrators.step_work import Work
     from eomgen.system.system import System
 
 
@@ -89,3 +90,34 @@ class CorrectedPredictor(OneFactorization):
 
     def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
         return {**linear_system(system, step / 2, samples, guarded=True), "input_times": [0.0, 1.0]}
+
+    def work(self, system: System, method: Mapping[str, Any]) -> tuple[Work, ...]:
+        """Return all that a step with a matrix of its own does."""
+        from eomgen.integrators.step_work import (  # noqa: PLC0415
+            Work,
+            work_of_groups,
+            work_of_products,
+            work_of_system,
+        )
+
+        un, solver = method["unknowns"], method["solver"]
+        v, z = un["v"], un["size"] - un["first_z"]
+        plain = sum(run["size"] for run in method["lie"]["runs"] if run["group"] == "R")
+        drivers = [name for name in ("inputs", "base") if name in system.functions]
+        assembly, factors, substitution = work_of_system(solver, un["size"])
+        inertia, stiff = work_of_products(method["products"])
+        return (
+            Work("forward_dynamics", 1, of_model=True),
+            *((Work("internal_rate", 1, of_model=True),) if z else ()),
+            Work(solver["function"], 1, of_model=True),
+            *(Work(name, 1, of_model=True) for name in ("row_sums",) if name in system.functions),
+            *(Work(name, 2, of_model=True) for name in drivers),
+            assembly,
+            factors,
+            replace(inertia, times=2),
+            stiff,
+            replace(substitution, times=2),
+            *work_of_groups(method, {"update": 2}),
+            Work("vectors and time", 1, False, 8 * (v + z) + 1, 7 * (v + z) + 4, 1),
+            Work("compensation of sums", 1, False, 4 * (v + z) + 3 * plain),
+        )

@@ -34,8 +34,9 @@ h^3, and each later one takes off one power of h. Six give order 7 to all, and a
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -64,6 +65,7 @@ from eomgen.integrators.families.needs import UNCONSTRAINED_LINEARISED
 from eomgen.integrators.families.one_factorization import OneFactorization, linear_system
 
 if TYPE_CHECKING:
+    from eomgen.integrators.step_work import Work
     from eomgen.system.system import System
 
 #: Rounding of what is held of the coefficients.
@@ -182,6 +184,73 @@ class DiscontinuousGalerkin(OneFactorization):
             "refined": self.refined and not system.facts.constant_mass,
             "input_times": [0.0, *(float(node) for node in found.nodes)],
         }
+
+    def work(self, system: System, method: Mapping[str, Any]) -> tuple[Work, ...]:
+        from eomgen.integrators.step_work import (  # noqa: PLC0415
+            Work,
+            work_of_groups,
+            work_of_products,
+            work_of_system,
+        )
+
+        un, solver, refined = method["unknowns"], method["solver"], bool(method["refined"])
+        v, z = un["v"], un["size"] - un["first_z"]
+        runs = method["lie"]["runs"]
+        plain = sum(run["size"] for run in runs if run["group"] == "R")
+        nodes, later = self.degree + 1, self.passes - 1
+        evaluated, modes = later * nodes, self.passes * nodes
+        equations = "equations" if z else "residual"
+        called = "relative_forces" if method["links"] else equations
+        timed = bool({"t", "u", "base"} & set(system.functions[equations].inputs))
+        drivers = [name for name in ("inputs", "base") if name in system.functions]
+        assembly, factors, substitution = work_of_system(solver, un["size"])
+        inertia, stiff = work_of_products(method["products"])
+        again = evaluated if refined else 0
+        forces = method["rights"] if refined or method["links"] else v
+        rotating = self.passes + later if v > plain else 0
+        sums = Counter({v: 2 * self.passes + rotating})
+        sums[forces] += self.passes
+        sums[z] += self.passes * 2 + later
+        sum_of_node = Work("", 1, False, v * nodes + z, nodes + v * nodes)
+        return (
+            Work(called, (nodes if timed else 1) + evaluated + again, of_model=True),
+            Work(solver["function"], 1, of_model=True),
+            *(Work(name, 1, of_model=True) for name in ("row_sums",) if name in system.functions),
+            *(Work(name, nodes + 1, of_model=True) for name in drivers),
+            assembly,
+            factors,
+            replace(inertia, times=modes + again),
+            replace(stiff, times=modes),
+            replace(substitution, times=modes + again),
+            *(_work_of_turns(solver["tangents"], 2 * modes) if solver["tangents"] else ()),
+            *work_of_groups(method, {"update": evaluated + 1, "rate": evaluated, "tangent": 1}),
+            *(
+                Work(f"sums over nodes, {size} each", times, False, nodes * nodes * size, nodes * nodes * (size + 1))
+                for size, times in sorted(sums.items())
+                if size
+            ),
+            Work("right sides and corrections", self.passes, False, *_of_pass(nodes, plain, v, z, forces)),
+            replace(sum_of_node, what="velocities and accelerations of nodes", times=evaluated,
+                    additions=sum_of_node.additions + 2 * v * refined),
+            Work("accelerations of the end", 1, False, (v + z) * (nodes - 1), nodes + (v + z) * nodes, 1),
+            Work("compensation of sums", 1, False, 4 * (v + z) + 3 * plain),
+            Work("times and gain", 1, False, nodes + 1, nodes + 3 + v - plain, 1),
+        )  # fmt: skip  # a table
+
+
+def _of_pass(nodes: int, plain: int, v: int, z: int, forces: int) -> tuple[int, int]:
+    """Return additions and multiplications of a pass beside its sums, products and substitutions."""
+    added = plain + 2 * (v - plain) + forces + v + 2 * z
+    return nodes * added, nodes * (plain + bool(plain) + v + z)
+
+
+def _work_of_turns(tangents: Sequence[Mapping[str, Any]], times: int) -> tuple[Work]:
+    """Return the work of T times a vector, so many times."""
+    from eomgen.integrators.step_work import Work  # noqa: PLC0415
+
+    poses = sum(tangent["group"] == "se3" for tangent in tangents)
+    additions, multiplications = (6 * len(tangents) + 15 * poses, 9 * len(tangents) + 18 * poses)
+    return (Work("T x", times, False, additions, multiplications),)
 
 
 def numbers(matrix: list[list[Fraction]]) -> list[list[float]]:

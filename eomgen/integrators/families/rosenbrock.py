@@ -181,7 +181,7 @@ class Rosenbrock(OneFactorization):
         }
 
     def work(self, system: System, method: Mapping[str, Any]) -> tuple[Work, ...]:
-        from eomgen.integrators.step_work import Work, work_of_groups, work_of_system  # noqa: PLC0415
+        from eomgen.integrators.step_work import Work, work_of_groups, work_of_products, work_of_system  # noqa: PLC0415
 
         un, solver = method["unknowns"], method["solver"]
         v, lam, z = un["v"], un["lam"], un["size"] - un["first_z"]
@@ -192,10 +192,7 @@ class Rosenbrock(OneFactorization):
         of_positions, of_velocities = (method["corrections"] * bool(rows) for rows in (method["positions_held"], lam))
         prepared = self.stages * 2 if lam else twice
         drivers = [name for name in ("inputs", "base") if name in system.functions]
-        mass, stiffness = ([len(row[name]) for row in method["products"] if row[name]] for name in ("M", "K"))
-        inertia = Work("M a", 1, False, sum(mass), sum(mass))
-        differences = sum(other is not None for row in method["products"] for _, _, other in row["K"])
-        stiff = Work("gain K d", self.stages, False, sum(stiffness) + differences, sum(stiffness) + len(stiffness))
+        inertia, stiff = work_of_products(method["products"])
         assembly, factors, substitution = work_of_system(solver, un["size"])
         updates = self.stages + bool(lam) + of_positions
         if self.stages == 1:
@@ -217,7 +214,7 @@ class Rosenbrock(OneFactorization):
             assembly,
             factors,
             inertia,
-            stiff,
+            replace(stiff, times=self.stages),
             replace(substitution, times=self.stages + of_positions + of_velocities),
             *groups,
             vectors,
