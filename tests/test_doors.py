@@ -291,6 +291,8 @@ LATE: dict[str, dict[str, str]] = {
     "integrators.families.rattlie": {"integrators.newton": "pivots are chosen when code is made"},
     "integrators.families.one_factorization": {"integrators.newton": "pivots are chosen when code is made"},
     "integrators.families.rosenbrock": {"integrators.step_work": "operations are counted on request"},
+    "integrators.families.corrected_predictor": {"integrators.step_work": "operations are counted on request"},
+    "integrators.families.discontinuous_galerkin": {"integrators.step_work": "operations are counted on request"},
     "cli": {"": "a command imports what it needs when its arguments are known to be fine"},
     "model": {"analysis": "SciPy; a model is used without it", "simulation": "a model is used without it"},
     "pipeline.scenes": {
