@@ -4,7 +4,7 @@
     [--json out.json] [--quick]
 
 The bar is that of ``examples/scalar_wave``. Every repeat is a process of its own with an empty cache. Besides seconds:
-statements and kB of the C, and the largest memory of Python.
+statements and kB of the C, the largest memory of Python, and the time of a step.
 """
 
 from __future__ import annotations
@@ -19,11 +19,14 @@ import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from benchmarks.measure import figure, machine, table
 
 ROOT = Path(__file__).resolve().parent.parent
-COLUMNS = ("build", "first steps", "statements", "kB of C", "MB of memory")
+COLUMNS = ("build", "first steps", "statements", "kB of C", "MB of memory", "us per step")
+#: Steps of a run that is timed, and how often it is.
+STEPS, TIMES = 100, 7
 
 
 def cpu_seconds() -> float:
@@ -51,7 +54,18 @@ def measured(elements: int, mass: str, method: str) -> dict[str, float]:
         files = [path for path in eomgen.generate(bar, Path(folder) / "c", method=method) if path.suffix == ".c"]
         texts = [path.read_text(encoding="utf-8") for path in files]
     size = {"statements": sum(text.count(";") for text in texts), "kB of C": sum(map(len, texts)) / 1e3}
-    return {**seconds, **size, "MB of memory": memory}
+    return {**seconds, **size, "MB of memory": memory, "us per step": microseconds_of_a_step(model, method, elements)}
+
+
+def microseconds_of_a_step(model: Any, method: str, elements: int) -> float:
+    """Return the processor's time of a step in one call of many, the median of some."""
+    from eomgen.integrators.methods import method_named  # noqa: PLC0415  # with the other imports of eomgen
+    from eomgen.simulation.timing import Repeated  # noqa: PLC0415
+
+    step = 0.5 / elements
+    solution = model.simulate(STEPS * step, step, method=method, record_every=STEPS, error_estimate=False)
+    repeated = Repeated(model, solution, method_named(method))
+    return 1e6 * statistics.median(repeated.seconds() for _ in range(TIMES)) / STEPS
 
 
 def in_process(elements: int, mass: str, method: str) -> dict[str, float]:
