@@ -75,6 +75,25 @@ def test_the_stiff_storey_follows_its_load_and_the_others_keep_the_order() -> No
     assert abs(stiff[1][0]) < 1e-9
 
 
+def slow_error(method: str, step: float) -> float:
+    """Return the error of all but the stiff storey in the stiff case."""
+    end = ends(frame().simulate(10.0, step, method=method, parameters=STIFF, error_estimate=False))
+    return float(np.abs(np.delete(end - STIFF_AT_10, [0, 4]) / STIFF_SCALE).max())
+
+
+def test_passes_step_over_what_is_stiff_at_high_order() -> None:
+    """h omega = 400; a prototype, whose tdg3 had one pass less, had 1.4e-5 and 1.9e-8."""
+    assert slow_error("tdg2", 0.04) == pytest.approx(1.4e-5, rel=0.1)
+    assert slow_error("tdg3", 0.04) < 5e-8
+
+
+@pytest.mark.parametrize("method", ["rk4", "hermite"])
+def test_explicit_steps_beyond_their_limit_fail(method: str) -> None:
+    """h omega = 3."""
+    run = frame().simulate(1.0, 3e-4, method=method, parameters=STIFF, record_every=100, error_estimate=False)
+    assert not run.success
+
+
 def test_small_explicit_steps_have_the_digits_of_the_stiff_frame() -> None:
     run = frame().simulate(10.0, 2e-5, method="rk4", parameters=STIFF, record_every=500_000, error_estimate=False)
     np.testing.assert_allclose(np.delete(ends(run), [0, 4]), np.delete(STIFF_AT_10, [0, 4]), rtol=0, atol=2e-9)

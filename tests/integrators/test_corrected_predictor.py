@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 import eomgen
 from eomgen.errors import EomgenError
 from tests.codegen.test_stand_alone import compiled, run
-from tests.integrators.test_rosenbrock import oscillator, slopes
+from tests.integrators.test_rosenbrock import error_of_strong, oscillator, slopes
+from tests.integrators.test_rosenbrock import frame as frame_by_parameters
 from tests.integrators.test_taylor import SCENES, error, model, pushed, reference
 from tests.models.c_programs import printed, program
 from tests.models.cache import shared_cache
@@ -50,6 +51,17 @@ def test_digits_of_the_shear_frame_with_a_kept_matrix() -> None:
         end = frame().simulate(10.0, step, method=METHOD, settings={"matrix_every": 0}, error_estimate=False)
         errors.append(float(np.abs((np.concatenate([end.q[-1], end.v[-1]]) - RESPONSE) / SCALE).max()))
     np.testing.assert_allclose(errors, PROTOTYPE, rtol=0.05)
+
+
+def test_order_with_a_kept_matrix_where_the_pendulum_tumbles() -> None:
+    runs = [
+        frame_by_parameters(frequency=4.0).simulate(
+            5.0, 5.0 / count, method=METHOD, settings={"matrix_every": 0}, error_estimate=False
+        )
+        for count in (1000, 2000, 4000)
+    ]
+    errors = [error_of_strong(np.concatenate([run.q[-1], run.v[-1]])) for run in runs]
+    assert slopes(errors).min() >= 1.95
 
 
 @pytest.mark.parametrize("every", [0, 1])

@@ -137,14 +137,14 @@ class Rosenbrock(OneFactorization):
         kept = super().state(sizes)
         if sizes.lam:
             unit = Field("unit", "what a kinetic energy of 1/2 at the start makes of each unknown alone", _size(sizes))
-            row_size = Field("row_size", "what rows of the constraints add up to at the start", sizes.lam)
+            row_size = Field("row_size", "what violations of rows are held against", sizes.lam)
             kept = (unit, row_size, *kept[1:])
         if self.stages == 2:
             return kept
         return (*kept, Field("damped", "1: the next step is two of implicit Euler", 0, "long"))
 
     def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
-        drift = "of what rows of constraints add up to, the most that steps may leave of |Phi|, and of step times |w|"
+        drift = "of what rows add up to or extend over, the most that steps may leave of |Phi|, and of step times |w|"
         left = (STOP_AT_GROWTH, *((Setting("drift", DRIFT, drift, single=SINGLE_DRIFT),) if sizes.lam else ()))
         if self.stages == 2:
             return left
@@ -177,6 +177,7 @@ class Rosenbrock(OneFactorization):
             **linear_system(system, self.gamma * step, samples, guarded=True),
             "corrections": CORRECTIONS,
             "positions_held": system.holonomic,
+            "rows_of_numbers": [int(unit == "1") for unit in system.row_units] or [0] * len(system.multipliers),
             "input_times": [0.0, 1.0] if self.stages == 1 else [0.0, 0.5, 1.0],
         }
 
