@@ -381,6 +381,7 @@ SLOW: dict[str, tuple[str, ...]] = {
     ),
     "integrators/test_implicit_family_of_others.py::test_steps_solve_the_midpoint_equations": (),
     "integrators/test_named_cases.py::test_order_two_on_every_group": ("SE3-wbz-9/25", "R-hht-121/400"),
+    "integrators/test_orders.py::test_every_method_has_its_order_on_every_group": (),
     "integrators/test_own_size.py::test_a_place_far_away_costs_only_the_rounding_of_places": (),
     "integrators/test_own_size.py::test_a_small_machine_moves_as_a_large_one": (),
     "integrators/test_own_size.py::test_forces_that_cancel_at_rest_stop_no_run": ("100000.0-taylor",),
