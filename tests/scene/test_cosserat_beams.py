@@ -131,6 +131,16 @@ REFUSED: list[tuple[str, Any, str]] = [
         "(forces.tip.point[0]): x on the beam rope depends on the tunable parameter load, and the nodes of a beam are fixed; try: load without tunable, or a number",
     ),
     (
+        "outputs.bent",
+        {"formula": "q.rope[0]"},
+        "(outputs.bent.formula[0]): q.rope: a beam of the model cosserat has no elastic coordinates (column 1); try: position.NAME[0], with NAME in [points] at one of its nodes",
+    ),
+    (
+        "outputs.bent",
+        {"formula": "2 * rope"},
+        "(outputs.bent.formula[0]): 'rope' is a beam, not a number (column 5); try: position.NAME[0], with NAME in [points]",
+    ),
+    (
         "distributed_loads.wind",
         {"beam": "rope", "force": [0, 0, 1]},
         "(distributed_loads.wind.beam): the beam rope is of the model cosserat, which distributed loads do not know; try: [forces] at its nodes",

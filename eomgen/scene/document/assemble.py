@@ -193,6 +193,7 @@ class _Assembler:
             controllers=(*outputs_of_controllers(document.controllers), *sorted(refused["controllers"])),
             joints=joint_types,
             beams=self.elastic,
+            exact_beams=tuple(name for name, beam in document.beams.items() if is_exact(beam)),
             constraints=(*document.constraints, *sorted(refused["constraints"])),
             reactions=(*document.reactions, *sorted(refused["reactions"])),
             bodies=tuple(document.bodies),

@@ -16,7 +16,16 @@ from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol
 from eomgen.formula.words import FUNCTIONS
 from eomgen.scene.formula.hints import of_function, of_kind, of_name, of_parts
 from eomgen.scene.formula.scope import DERIVATIVES, ENERGIES, QUANTITIES, REACTION_PARTS, Names, Scope
-from eomgen.scene.formula.tokens import DEGREES, DEPTH, IN_RADIANS, PREFIX, TOO_DEEP, FormulaError, FormulaText
+from eomgen.scene.formula.tokens import (
+    DEGREES,
+    DEPTH,
+    IN_RADIANS,
+    ON_A_POINT,
+    PREFIX,
+    TOO_DEEP,
+    FormulaError,
+    FormulaText,
+)
 from eomgen.scene.joint_types import JOINTS
 from eomgen.text import is_legal, nearest, shown
 
@@ -241,7 +250,8 @@ class _Reader:
             raise self.error(node, f"{shown(name)} is a curve, which needs an argument", f"{name}(t)")
         for what, movable in (("joint", self.names.joints), ("beam", self.names.beams)):
             if name in movable:
-                raise self.error(node, f"{shown(name)} is a {what}, not a number", f"q.{name} or v.{name}")
+                hint = ON_A_POINT if name in self.names.exact_beams else f"q.{name} or v.{name}"
+                raise self.error(node, f"{shown(name)} is a {what}, not a number", hint)
         declared = (self.names.parameters, self.names.inputs, self.names.states, self.names.controllers)
         known = [*(name for names in declared for name in names), *FUNCTIONS, "t", "pi"]
         hint = IN_RADIANS if name in DEGREES else of_name(name, self.names, self.scope, known)
@@ -291,6 +301,9 @@ class _Reader:
                 "joint or beam" if kind in ("q", "v", "a") and self.names.beams else _words(self.names.section_of(kind))
             )
             raise self.error(node, f"{kind}.{name[:64]}: there is no {what} {shown(name)}", nearest(name, known))
+        if kind in ("q", "v", "a") and name in self.names.exact_beams and name not in self.names.joints:
+            what = f"{kind}.{name}: a beam of the model cosserat has no elastic coordinates"
+            raise self.error(node, what, ON_A_POINT)
         if size is None:
             return Symbol(kind, name, index or 0)
         if size == 0:

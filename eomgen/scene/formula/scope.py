@@ -109,6 +109,7 @@ class Names:
     parameters : mapping from name to whether it is tunable.
     joints : mapping from name to joint type; an empty type where it is not known.
     beams : mapping from name to number of elastic coordinates; 0 where it is not known.
+    exact_beams : those of them that are geometrically exact, and have no elastic coordinates.
     reactions : those that an entry of their own places; every joint and constraint has one besides.
     curves : mapping from name to curve.
     motions : the inputs that are motions, and what they are as formulas of time.
@@ -122,6 +123,7 @@ class Names:
     controllers: tuple[str, ...] = ()
     joints: Mapping[str, str] = field(default_factory=dict)
     beams: Mapping[str, int] = field(default_factory=dict)
+    exact_beams: tuple[str, ...] = ()
     constraints: tuple[str, ...] = ()
     reactions: tuple[str, ...] = ()
     bodies: tuple[str, ...] = ()

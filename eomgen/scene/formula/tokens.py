@@ -38,6 +38,8 @@ _SIGNS: Mapping[str, str] = {
 }
 #: Words that users of degrees write, and what to tell them.
 DEGREES = frozenset({"deg", "degs", "degree", "degrees", "radians", "rad", "deg2rad", "rad2deg", "\N{DEGREE SIGN}"})
+#: What formulas have of a geometrically exact beam.
+ON_A_POINT = "position.NAME[0], with NAME in [points] at one of its nodes"
 IN_RADIANS = 'angles are in radians: 45 * pi / 180, or "45 deg" alone'
 TOO_DEEP = f"the formula is nested more than {DEPTH} deep"
 _ALPHABET = "ASCII letters, digits and + - * / ** ( ) [ ] , . < >"

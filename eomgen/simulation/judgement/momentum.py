@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 #: Drift, as a part of the momenta of the bodies, from which on it is reported.
 REPORTED = 0.05
-#: Wrenches below this part of the largest generalized force are rounding.
+#: Wrenches below this part of the largest generalized force are rounding, and so is what they add up to over a run.
 _ROUNDING = 1e-9
 #: Rows that are looked at, spread over all of the run.
 _MOST_ROWS = 50
@@ -63,7 +63,8 @@ def momentum_drift(
         return ""
     every = np.array([_of_root(root, q, v, M, forces) for root in roots])  # momentum, wrench, size of the momentum
     together = every.sum(axis=0)[np.newaxis] if len(roots) > 1 else every[:0]
-    drift = np.array([_drifts(parts, np.abs(forces).max(initial=0.0)) for parts in (*every, *together)]).max(axis=0)
+    rounding = _ROUNDING * np.abs(forces).max(initial=0.0)
+    drift = np.array([_drifts(parts, rounding, t[-1] - t[0]) for parts in (*every, *together)]).max(axis=0)
     worst = int(np.argmax(drift))
     if not drift[worst] > REPORTED:
         return ""
@@ -81,18 +82,22 @@ def _of_root(root: Factor, q: Array, v: Array, M: Array, forces: Array) -> Array
     return np.array([momentum, wrench, size])
 
 
-def _drifts(parts: Array, largest: float) -> Array:
+def _drifts(parts: Array, rounding: float, span: float) -> Array:
     """Return by how much the components of a momentum drift that have to be kept, (6,), as parts of its size.
+
+    A momentum that changes by no more than what rounding of forces adds up to is kept, however small it is.
 
     Parameters
     ----------
     parts : as of ``_of_root``
-    largest : generalized force
+    rounding : generalized forces that count as none
+    span : time between the first and the last row, s
     """
     momentum, wrench, size = parts
-    kept = np.abs(wrench).max(axis=0) <= _ROUNDING * largest
+    change = np.ptp(momentum, axis=0)
     sizes = np.repeat([size[:, :3].max(), size[:, 3:].max()], 3)
-    return np.where(kept & (sizes > 0.0), np.ptp(momentum, axis=0) / np.where(sizes > 0.0, sizes, 1.0), 0.0)
+    told = (np.abs(wrench).max(axis=0) <= rounding) & (change > rounding * span) & (sizes > 0.0)
+    return np.where(told, change / np.where(sizes > 0.0, sizes, 1.0), 0.0)
 
 
 def _floating(model: CompiledModel) -> list[Factor]:
