@@ -336,3 +336,17 @@ def test_a_drive_that_begins_at_zero_ends_no_run(method: str) -> None:
     assert end.success, end.message
     np.testing.assert_allclose(end.q[:, 0], 0.1 * np.sin(3 * end.t), rtol=0, atol=1e-14)
     np.testing.assert_allclose(end.q[:, 1], 0.2 * np.sin(2 * end.t), rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize("law", ["0.1 * sin(20 * t)", "1e-6 * (1 - cos(20 * t))"])
+@pytest.mark.parametrize("method", METHODS)
+def test_a_driven_slide_that_begins_at_zero_needs_no_other_length(method: str, law: str) -> None:
+    """No row of the machine extends over anything, and the law is nothing at the start."""
+    builder = eomgen.SceneBuilder("slide").body("cart", 2.0).body("pole", 1.0, inertia=[0.1, 0.1, 0.1])
+    builder.joint("rail", "prismatic", "base", "cart", axis=[0, 0, 1], drive=law)
+    builder.joint("hinge", "revolute", "cart", "pole", axis=[0, 1, 0], initial={"velocity": 1.0})
+    end = eomgen.build(builder.build(), profile="quick").simulate(0.2, 1e-3, method=method, error_estimate=False)
+    assert end.success, end.message
+    wanted = 0.1 * np.sin(20 * end.t) if "sin" in law else 1e-6 * (1 - np.cos(20 * end.t))
+    np.testing.assert_allclose(end.q[:, 0], wanted, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(end.q[:, 1], end.t, rtol=0, atol=1e-13)
