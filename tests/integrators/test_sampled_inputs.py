@@ -244,8 +244,8 @@ def test_an_arm_keeps_the_order_of_its_method_under_sampled_torques(method: str,
     order = 2 if method in OF_ORDER_2 else 5 if method == "tdg2" else 4
     assert errors[-1] < {2: 1e-4, 4: 1e-7, 5: 1e-10}[order], errors
     if method not in ("taylor", "rk45"):  # exact to its tolerance at every step
-        assert np.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.25), errors
-        assert np.log2(errors[1] / errors[2]) == pytest.approx(order, abs=0.25), errors
+        assert np.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.25 if order < 5 else 0.4), errors
+        assert np.log2(errors[1] / errors[2]) == pytest.approx(order, abs=0.25 if order < 5 else 0.4), errors
 
 
 @pytest.mark.parametrize("method", LOOP_METHODS)

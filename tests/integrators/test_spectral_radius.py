@@ -123,11 +123,16 @@ def amplification(
     return matrix
 
 
+#: Largest h omega on constraints where a double eigenvalue -1 is split by rounding: positions of rosenbrock are right to
+#: the last digit of h v, of which the root, 2e-8, is seen at 1e12.
+BY_ROUNDING = {"rosenbrock": 1e10}
+
+
 @pytest.mark.parametrize(("method", "given"), fixed_steps(constrained=True), ids=named)
 def test_spectral_radius_on_a_constraint_is_at_most_one(method: str, given: Mapping[str, float]) -> None:
     measured, worst = 0, 0.0
     for phase in PHASES:
-        if phase > LIMITS.get(method, np.inf):
+        if phase > (LIMITS | BY_ROUNDING).get(method, np.inf):
             continue
         for step in (1.0, 1e-6):
             matrix = amplification(method, given, step, (phase / step) ** 2, 0.0, constrained=True)
