@@ -31,8 +31,9 @@ def same(one: Cell, other: Cell) -> bool:
     return one.keys() == other.keys() and all(abs(one[group] - other[group]) < 0.1 for group in one)
 
 
-@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind.states or kind.driven], ids=lambda kind: kind.name)
 def test_every_method_has_its_order_on_every_group(kind: Kind) -> None:
+    """Three of the kinds of scenes, which have what the others have; the command measures all."""
     found = cells(kind)
     missed = {
         (name, group): slope

@@ -123,8 +123,8 @@ def amplification(
     return matrix
 
 
-#: Largest h omega on constraints where a double eigenvalue -1 is split by rounding: positions of rosenbrock are right to
-#: the last digit of h v, of which the root, 2e-8, is seen at 1e12.
+#: Largest h omega on constraints where rounding splits a double eigenvalue -1: positions of rosenbrock are right to the
+#: last digit of h v, whose root, 2e-8, is seen at 1e12.
 BY_ROUNDING = {"rosenbrock": 1e10}
 
 

@@ -147,7 +147,7 @@ def test_a_moment_holds_a_beam_in_a_circle(elements: int) -> None:
     assert np.max(np.abs(tape_evaluator(system)("residual", state)["r"])) < 1e-11 * 2.0 * np.pi * 500.0
 
 
-@pytest.mark.parametrize(("elements", "places"), [(3, 10), (4, 1), (8, 1), (16, 1)])
+@pytest.mark.parametrize(("elements", "places"), [(3, 3), (4, 1), (8, 1), (16, 1)])
 def test_a_moment_rolls_a_beam_up_wherever_it_is(elements: int, places: int, rng: np.random.Generator) -> None:
     for turn in Rotation.random(places, random_state=rng):
         axis = turn.apply([0.0, 1.0, 0.0]) * 2.0 * np.pi * 500.0 / 10.0
