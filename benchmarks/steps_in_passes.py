@@ -15,6 +15,7 @@ import argparse
 import json
 import statistics
 import sys
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -41,7 +42,7 @@ SLOW = [1, 2, 3, 5, 6, 7]
 LONG, TURNS_OF_LONG, TURN = 0.2, 3, 5e-3
 
 
-class Problem:
+class Problem(ABC):
     """A motion, and what of its end is looked at.
 
     Attributes
@@ -58,13 +59,13 @@ class Problem:
     errors: tuple[float, ...]
     model: eomgen.Model
 
+    @abstractmethod
     def missed(self, end: Array) -> float:
         """Return the error of q and v at the end."""
-        raise NotImplementedError
 
+    @abstractmethod
     def peers(self) -> dict[str, tuple[str, Callable[[], frame_peers.Ways]]]:
         """Return each peer's package and ways."""
-        raise NotImplementedError
 
     @property
     def start(self) -> Array:
