@@ -78,7 +78,7 @@ Ways = Iterator[tuple[Callable[[float], Run], Sequence[float]]]
 
 def missing(package: str) -> str | None:
     """Return what to install when a package of one of the peers is not there."""
-    module = {"scikit-sundae": "sksundae"}.get(package, package)
+    module = {"scikit-sundae": "sksundae", "pyelastica": "elastica"}.get(package, package)
     found = importlib.util.find_spec(module)
     return None if found else f"the Python package {package} is missing: pip install {package}"
 
