@@ -112,6 +112,7 @@ SLOW: dict[str, tuple[str, ...]] = {
     "compiled/test_beams.py::test_an_elastic_pendulum_keeps_its_energy": (),
     "compiled/test_beams.py::test_static_deflection_of_a_cantilever": ("2.5",),
     "compiled/test_built_method.py::test_a_run_takes_the_method_that_the_model_was_built_with": (),
+    "compiled/test_constrained_beams.py::test_the_thrown_end_is_where_another_implementation_has_it": (),
     "compiled/test_constraints.py::test_a_model_of_few_terms_runs_by_its_own_method_and_by_others": (),
     "compiled/test_constraints.py::test_multipliers_enter_the_residual_by_the_transposed_jacobian": (),
     "compiled/test_constraints.py::test_other_forms_reach_the_same_end": (),

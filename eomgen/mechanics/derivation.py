@@ -10,6 +10,7 @@ from eomgen.errors import ModelError
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.recording import record
+from eomgen.mechanics.constraints.beam_strains import strain_rows
 from eomgen.mechanics.constraints.counted_angles import counted_angles
 from eomgen.mechanics.constraints.joints import AbsoluteQuantities, driven_rows, following_rows, joint_constraint
 from eomgen.mechanics.constraints.rows import ConstraintCalculus, Row, constraint_rows
@@ -97,7 +98,7 @@ class Derivation:
                 as_constraint for joint in self.scene.joints if (as_constraint := joint_constraint(joint)) is not None
             ] + items
         rows = constraint_rows(self.quantities, items)
-        rows.holonomic += driven_rows(self.quantities)
+        rows.holonomic += [*driven_rows(self.quantities), *strain_rows(self.quantities)]
         if isinstance(self.quantities, AbsoluteQuantities):
             rows.holonomic[:0] = following_rows(self.quantities)
         rows = rows.without(self.without_rows)

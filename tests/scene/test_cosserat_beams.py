@@ -133,7 +133,7 @@ REFUSED: list[tuple[str, Any, str]] = [
     (
         "outputs.bent",
         {"formula": "q.rope[0]"},
-        "(outputs.bent.formula[0]): q.rope: a beam of the model cosserat has no elastic coordinates (column 1); try: position.NAME[0], with NAME in [points] at one of its nodes",
+        "(outputs.bent.formula[0]): q.rope: a geometrically exact beam has no elastic coordinates (column 1); try: position.NAME[0], with NAME in [points] at one of its nodes",
     ),
     (
         "outputs.bent",

@@ -10,11 +10,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Literal
+from typing import Literal, Protocol
 
+from eomgen.mechanics.dynamics.separated import generalized
 from eomgen.mechanics.forces.frame_pairs import FramePair, FramePose, frame_pair, magnitude
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.kinematics.directions import configuration_directions, rates_of
+from eomgen.mechanics.kinematics.wrenches import Wrench
 from eomgen.mechanics.tree.base import BaseState
 from eomgen.mechanics.tree.links import Tree
 from eomgen.scene.joints.constraint_model import Constraint
@@ -39,6 +41,8 @@ class Row:
     path_length : m, ``extent`` plus the distance between the bodies: the scale of point masses, which have no extent
     owner, number : whose equation it is, and which of its equations, holonomic ones first: a constraint, or a joint
         with a drive for each coordinate; None for the equation of a joint that follows another
+    group : what gives the forces of its equations together, this one being ``number`` of them; None where they follow
+        from B
     """
 
     name: str
@@ -49,6 +53,22 @@ class Row:
     path_length: Scalar
     owner: Constraint | Joint | None = None
     number: int = 0
+    group: RowGroup | None = None
+
+
+class RowGroup(Protocol):
+    """Equations whose forces are recorded together.
+
+    Attributes
+    ----------
+    count : how many equations there are
+    """
+
+    count: int
+
+    def wrenches(self, multipliers: Sequence[Scalar]) -> list[Wrench | None]:
+        """Return by link what B^T lam consists of, about the link's origin and in its axes."""
+        ...
 
 
 @dataclass
@@ -195,7 +215,7 @@ class ConstraintCalculus:
     """
 
     def __init__(self, tree: Tree, rows: Rows, base: BaseState) -> None:
-        self.algebra = tree.algebra
+        self.tree, self.algebra = tree, tree.algebra
         self.tape: Tape = tree.algebra.tape
         self.nv = tree.nv
         self.rows = rows
@@ -239,13 +259,29 @@ class ConstraintCalculus:
 
     def forces(self) -> list[Scalar]:
         """Return the generalized constraint forces B^T lam, (nv,)."""
-        total = [self.algebra.zero] * self.nv
+        multipliers = [Scalar(self.tape, self.tape.input("lam", number)) for number in range(len(self.rows.all))]
+        total = self._forces_of_groups(multipliers)
         tangents = self.tangents
         with self.tape.block("constraint forces"):
-            for number, tangent in enumerate(tangents):
-                multiplier = Scalar(self.tape, self.tape.input("lam", number))
-                for column in sorted(tangent):
+            for row, tangent, multiplier in zip(self.rows.all, tangents, multipliers, strict=True):
+                for column in sorted(tangent) if row.group is None else ():
                     total[column] = total[column] + Scalar(self.tape, tangent[column]) * multiplier
+        return total
+
+    def _forces_of_groups(self, multipliers: Sequence[Scalar]) -> list[Scalar]:
+        """Return the part of B^T lam, (nv,), of the equations whose forces are recorded together."""
+        zero = self.algebra.zero
+        total = [zero] * self.nv
+        for group in dict.fromkeys(row.group for row in self.rows.all):
+            if group is None:
+                continue
+            of_row = {
+                row.number: value for row, value in zip(self.rows.all, multipliers, strict=True) if row.group is group
+            }
+            wrenches = group.wrenches([of_row.get(number, zero) for number in range(group.count)])
+            loads = [wrench or (self.algebra.zero_vector, self.algebra.zero_vector) for wrench in wrenches]
+            forces = generalized(self.tree, loads, "forces of constraints")
+            total = [x + y for x, y in zip(total, forces, strict=True)]
         return total
 
     def driving_power(self) -> Scalar:

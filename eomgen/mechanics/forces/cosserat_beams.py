@@ -8,7 +8,7 @@ and T^-T(-d) s, with s = C strain + D strain': Sonneville, Cardona and Bruls, Co
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import chain, pairwise
 
@@ -18,6 +18,7 @@ from eomgen.lie.rotations import tangent_inverse
 from eomgen.mechanics.forces.loads import Law, Loads, add_wrench
 from eomgen.mechanics.forces.rotation_vectors import rotation_vector
 from eomgen.mechanics.forces.symbols import Quantities
+from eomgen.mechanics.kinematics.wrenches import Wrench
 from eomgen.mechanics.tree.links import Mount
 from eomgen.scene.bodies.cosserat import Cosserat, Rows
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
@@ -38,12 +39,14 @@ from eomgen.symbolic.scalar import (
 from eomgen.symbolic.tape import Ref, Tape
 
 Six = Sequence[Scalar]
+#: What is asked of an element; further arguments are numbers of its own.
+Results = Callable[..., list[Scalar]]
 _POSE = 12
 _TWIST = 6
 
 
 @dataclass(frozen=True)
-class _Node:
+class Node:
     """Frame of a section: axes by columns, origin, and its twist in its own axes, relative to the base."""
 
     axes: Matrix
@@ -56,13 +59,13 @@ class _Node:
         return [*chain.from_iterable(self.axes), *self.origin, *self.omega, *self.velocity]
 
     @classmethod
-    def of(cls, numbers: Six) -> _Node:
+    def of(cls, numbers: Six) -> Node:
         x, y, z, origin, omega, velocity = ((numbers[k], numbers[k + 1], numbers[k + 2]) for k in range(0, 18, 3))
         return cls((x, y, z), origin, omega, velocity)
 
 
 @dataclass(frozen=True)
-class _Section:
+class Section:
     """Stiffness and damping, (6, 6) each, of the elements of a beam, their length, m, and d_0, (6,)."""
 
     stiffness: Sequence[Six]
@@ -79,10 +82,10 @@ class _Section:
         return self.stiffness, self.damping
 
 
-class _Element:
+class Element:
     """Strain and strain rate of an element between two frames."""
 
-    def __init__(self, algebra: Algebra, section: _Section, first: _Node, second: _Node) -> None:
+    def __init__(self, algebra: Algebra, section: Section, first: Node, second: Node) -> None:
         self.algebra, self.section = algebra, section
         back = transpose(first.axes)
         turn = rotation_vector(algebra, multiply(back, second.axes))
@@ -113,9 +116,12 @@ class _Element:
     def forces(self) -> list[Scalar]:
         """Return the generalized forces on both nodes, (12,), moment before force, in their own axes."""
         elastic, viscous = _product(self.section.stiffness, self.strain), _product(self.section.damping, self.rate)
-        s = [x + y for x, y in zip(elastic, viscous, strict=True)]
+        return self.transmitted([x + y for x, y in zip(elastic, viscous, strict=True)])
+
+    def transmitted(self, section_forces: Six) -> list[Scalar]:
+        """Return the generalized forces on both nodes, (12,), of a section's moment and force, (6,)."""
         on_first, on_second = (
-            _product(list(zip(*tangent, strict=True)), s) for tangent in (self.to_first, self.to_second)
+            _product(list(zip(*tangent, strict=True)), section_forces) for tangent in (self.to_first, self.to_second)
         )
         return [*on_first, *(-x for x in on_second)]
 
@@ -128,30 +134,86 @@ class _Element:
 
 def add_cosserat_beam(loads: Loads, item: CosseratBeam, quantities: Quantities) -> None:
     """Add the wrenches of a beam on its nodes, its potential, J, and the power of its damping, W."""
-    algebra, beam = quantities.algebra, item.beam
-    mounts = [quantities.tree.mounts[name] for name in beam.nodes]
-    nodes = [_node(quantities, mount) for mount in mounts]
-    section = _section(quantities, beam)
-    between = list(pairwise(range(len(nodes))))
-    alone = [pair for pair in between if len(between) == 1 or any(_carried(quantities, mounts[end]) for end in pair)]
-    repeated = [pair for pair in between if pair not in alone]
-    forces: dict[tuple[int, int], Six] = {}
-    for first, second in alone:
-        element = _Element(algebra, section, nodes[first], nodes[second])
-        forces[first, second] = element.forces()
-        potential, power = element.energies()
-        loads.potential, loads.power = loads.potential + potential, loads.power + power
-    if repeated:
-        rows = add_map(algebra.tape, _loop(section, nodes, repeated, f"elements of beam {beam.name}", forces=True)).rows
-        forces |= {pair: [Scalar(algebra.tape, ref) for ref in row] for pair, row in zip(repeated, rows, strict=True)}
-        label = f"energy of the elements of beam {beam.name}"
-        sums = add_map(algebra.tape, _loop(section, nodes, repeated, label, forces=False)).sums
-        potential, power = (Scalar(algebra.tape, ref) for ref in sums)
-        loads.potential, loads.power = loads.potential + potential, loads.power + power
-    for pair, both in forces.items():
-        for node, load in zip(pair, (both[:6], both[6:]), strict=True):
-            if mounts[node].link >= 0:
-                _push(loads, mounts[node], load)
+    beam = item.beam
+    elements = Chain.of(quantities, beam)
+    forces = elements.each(Element.forces, f"elements of beam {beam.name}")
+    potential, power = elements.total(Element.energies, f"energy of the elements of beam {beam.name}")
+    loads.potential, loads.power = loads.potential + potential, loads.power + power
+    elements.push(loads.wrenches, forces)
+
+
+@dataclass(frozen=True)
+class Chain:
+    """The elements of a beam in a tree: those between frames of their own as a loop, others one by one.
+
+    Attributes
+    ----------
+    mounts, nodes : of the nodes, in their order along the beam
+    """
+
+    quantities: Quantities
+    section: Section
+    mounts: Sequence[Mount]
+    nodes: Sequence[Node]
+
+    @classmethod
+    def of(cls, quantities: Quantities, beam: Cosserat) -> Chain:
+        mounts = [quantities.tree.mounts[name] for name in beam.nodes]
+        return cls(quantities, _section(quantities, beam), mounts, [_node(quantities, mount) for mount in mounts])
+
+    @property
+    def pairs(self) -> list[tuple[int, int]]:
+        """The nodes that each element is between."""
+        return list(pairwise(range(len(self.nodes))))
+
+    @property
+    def _alone(self) -> list[tuple[int, int]]:
+        """Elements that are unlike the others."""
+        one = len(self.nodes) == 2
+        return [pair for pair in self.pairs if one or any(_carried(self.quantities, self.mounts[end]) for end in pair)]
+
+    @property
+    def _repeated(self) -> list[tuple[int, int]]:
+        alone = self._alone
+        return [pair for pair in self.pairs if pair not in alone]
+
+    def each(self, results: Results, label: str, more: Sequence[Six] = ()) -> list[list[Scalar]]:
+        """Return what a function of an element gives, element by element.
+
+        Parameters
+        ----------
+        more : further numbers for each element, which ``results`` takes
+        """
+        found: dict[tuple[int, int], list[Scalar]] = {}
+        numbers = dict(zip(self.pairs, more or [()] * len(self.pairs), strict=True))
+        for pair in self._alone:
+            first, second = (self.nodes[end] for end in pair)
+            found[pair] = results(Element(self.quantities.algebra, self.section, first, second), *numbers[pair])
+        if repeated := self._repeated:
+            tape = self.quantities.algebra.tape
+            loop = _loop(self.section, self.nodes, repeated, label, results, [numbers[pair] for pair in repeated])
+            rows = add_map(tape, loop).rows
+            found |= {pair: [Scalar(tape, ref) for ref in row] for pair, row in zip(repeated, rows, strict=True)}
+        return [found[pair] for pair in self.pairs]
+
+    def total(self, results: Results, label: str) -> list[Scalar]:
+        """Return the sums over all elements of what a function of an element gives."""
+        algebra = self.quantities.algebra
+        found = [
+            results(Element(algebra, self.section, self.nodes[first], self.nodes[second]))
+            for first, second in self._alone
+        ]
+        if repeated := self._repeated:
+            loop = _loop(self.section, self.nodes, repeated, label, results, summed=True)
+            found.append([Scalar(algebra.tape, ref) for ref in add_map(algebra.tape, loop).sums])
+        return [sum(parts, algebra.zero) for parts in zip(*found, strict=True)]
+
+    def push(self, wrenches: list[Wrench | None], forces: Sequence[Six]) -> None:
+        """Add generalized forces on both nodes of each element, (12,) each, to wrenches by link."""
+        for pair, both in zip(self.pairs, forces, strict=True):
+            for node, load in zip(pair, (both[:6], both[6:]), strict=True):
+                if self.mounts[node].link >= 0:
+                    _push(wrenches, self.mounts[node], load)
 
 
 def _carried(quantities: Quantities, mount: Mount) -> bool:
@@ -159,11 +221,11 @@ def _carried(quantities: Quantities, mount: Mount) -> bool:
     return mount.link >= 0 and quantities.tree.links[mount.link].kind not in ("free", "ball")
 
 
-def _node(quantities: Quantities, mount: Mount) -> _Node:
+def _node(quantities: Quantities, mount: Mount) -> Node:
     R, p = quantities.kinematics.pose(mount.link)
     omega, velocity = quantities.kinematics.twist(mount.link)
     back = transpose(mount.orientation)
-    return _Node(
+    return Node(
         multiply(R, mount.orientation),
         plus(p, apply(R, mount.position)),
         apply(back, omega),
@@ -171,18 +233,25 @@ def _node(quantities: Quantities, mount: Mount) -> _Node:
     )
 
 
-def _section(quantities: Quantities, beam: Cosserat) -> _Section:
+def _section(quantities: Quantities, beam: Cosserat) -> Section:
     def scalars(rows: Rows) -> list[list[Scalar]]:
         return [[quantities.formula(entry) for entry in row] for row in rows]
 
     rest = [beam.spacing * part for part in (*beam.curvature, 1.0, 0.0, 0.0)]
-    return _Section(scalars(beam.stiffness), scalars(beam.damping), beam.spacing, rest)
+    return Section(scalars(beam.stiffness), scalars(beam.damping), beam.spacing, rest)
 
 
 def _loop(
-    section: _Section, nodes: Sequence[_Node], pairs: Sequence[tuple[int, int]], label: str, *, forces: bool
+    section: Section,
+    nodes: Sequence[Node],
+    pairs: Sequence[tuple[int, int]],
+    label: str,
+    results: Results,
+    more: Sequence[Six] = (),
+    *,
+    summed: bool = False,
 ) -> Map:
-    """Return the loop over elements that gives their forces for each, or the sums of their energies."""
+    """Return the loop over elements that gives results for each, or their sums; ``more``: numbers that they take."""
     kernel = Tape()
     algebra = Algebra(kernel)
     shared: list[Ref] = []
@@ -196,28 +265,30 @@ def _loop(
 
     stiffness, damping = ([[inside(entry) for entry in row] for row in rows] for rows in section.rows)
     size = _POSE + _TWIST if section.damped else _POSE
-    numbers = algebra.block("gather", 2 * size)
+    numbers = algebra.block("gather", 2 * size + (len(more[0]) if more else 0))
     rest = [algebra.zero] * (_POSE + _TWIST - size)
-    first, second = (_Node.of([*half, *rest]) for half in (numbers[:size], numbers[size:]))
-    element = _Element(algebra, _Section(stiffness, damping, section.length, section.rest), first, second)
+    first, second = (Node.of([*half, *rest]) for half in (numbers[:size], numbers[size : 2 * size]))
+    element = Element(algebra, Section(stiffness, damping, section.length, section.rest), first, second)
     gathered = [[number.ref for number in node.numbers[:size]] for node in nodes]
     rows = [[*gathered[first], *gathered[second]] for first, second in pairs]
-    results = tuple(value.ref for value in (element.forces() if forces else element.energies()))
+    if more:
+        rows = [[*row, *(number.ref for number in extra)] for row, extra in zip(rows, more, strict=True)]
+    found = tuple(value.ref for value in results(element, *numbers[2 * size :]))
     return Map(
         kernel,
         len(pairs),
         shared=tuple(shared),
         gather=tuple(zip(*rows, strict=True)),
-        sums=() if forces else results,
-        stacked=results if forces else (),
+        sums=found if summed else (),
+        stacked=() if summed else found,
         label=label,
     )
 
 
-def _push(loads: Loads, mount: Mount, load: Six) -> None:
+def _push(wrenches: list[Wrench | None], mount: Mount, load: Six) -> None:
     """Add a generalized force on a node's frame to the link that the node is on."""
     moment, force = apply(mount.orientation, _vector(load[:3])), apply(mount.orientation, _vector(load[3:]))
-    add_wrench(loads.wrenches, mount.link, (plus(moment, cross(mount.position, force)), force))
+    add_wrench(wrenches, mount.link, (plus(moment, cross(mount.position, force)), force))
 
 
 def _product(rows: Sequence[Six], values: Six) -> list[Scalar]:

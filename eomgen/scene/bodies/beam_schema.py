@@ -138,9 +138,11 @@ class Torsion(Deformation):
 class SectionStiffness(Table):
     """Stiffness of the sections of a geometrically exact beam, by what it resists."""
 
-    stretch: Value = key("EA", unit="N", names=PARAMETERS)
-    shear_y: Value = key("shear area along y times shear modulus", unit="N", names=PARAMETERS)
-    shear_z: Value = key("the same along z", unit="N", names=PARAMETERS)
+    stretch: Value | None = of_parameters("EA", unit="N", shown_default="required, but for `inextensible`")
+    shear_y: Value | None = of_parameters(
+        "shear area along y times shear modulus", unit="N", shown_default="required for `cosserat`"
+    )
+    shear_z: Value | None = of_parameters("the same along z", unit="N", shown_default="required for `cosserat`")
     torsion: Value = key("GJ", unit="N m^2", names=PARAMETERS)
     bending_y: Value = key("EI, E ∫ y² dA, which resists deflection along y", unit="N m^2", names=PARAMETERS)
     bending_z: Value = key("E ∫ z² dA, which resists deflection along z", unit="N m^2", names=PARAMETERS)
@@ -160,9 +162,9 @@ class SectionDamping(Table):
 class Beam(Table):
     """An elastic beam along the x axis of its frame; a body to all that refers to bodies."""
 
-    model: Literal["euler_bernoulli", "cosserat"] | None = optional(
-        "shape functions for deflections that are small against the length; or geometrically exact, for any deflection,"
-        " with shear and stretch",
+    model: Literal["euler_bernoulli", "cosserat", "kirchhoff", "inextensible"] | None = optional(
+        "shape functions for deflections that are small against the length; or geometrically exact, for any deflection:"
+        " with shear and stretch, without shear, without both",
         shown_default="`euler_bernoulli`",
     )
     length: Value = key("undeformed", unit="m", names=FIXED_PARAMETERS)

@@ -5,6 +5,7 @@ The inertia of each element is lumped at its two nodes: Hante, Tumiotto and Arno
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -13,6 +14,15 @@ from eomgen.scene.bodies.arithmetic import times
 from eomgen.scene.bodies.model import Body
 
 Rows = tuple[tuple[Formula, ...], ...]
+
+#: Strains of a section in their order, by what resists them. A deflection along y is a rotation about z.
+STRAINS = ("torsion", "bending_z", "bending_y", "stretch", "shear_y", "shear_z")
+#: Models of geometrically exact beams, each with the strains that it does not have.
+CONSTRAINED: Mapping[str, tuple[str, ...]] = {
+    "cosserat": (),
+    "kirchhoff": ("shear_y", "shear_z"),
+    "inextensible": ("stretch", "shear_y", "shear_z"),
+}
 
 
 @dataclass(frozen=True)
@@ -26,7 +36,8 @@ class Cosserat:
     mass_per_length : kg/m
     rotary_inertia : density times second moments of area, kg m: polar, about y and about z of the sections
     stiffness, damping : rows of 6, rotations first, section axes: GJ, EI about y and z (N m^2), EA and GA along y and
-        z (N) on the diagonal; damping by rates of strain
+        z (N) on the diagonal, 0 for strains that it does not have; damping by rates of strain
+    model : one of ``CONSTRAINED``
     curvature : of the beam at rest, (3,), 1/m, section axes: twist about x, then bending about y and z
     """
 
@@ -37,12 +48,18 @@ class Cosserat:
     rotary_inertia: tuple[Formula, Formula, Formula]
     stiffness: Rows
     damping: Rows
+    model: str = "cosserat"
     curvature: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     @property
     def spacing(self) -> float:
         """Length of an element at rest, m."""
         return self.length / self.elements
+
+    @property
+    def constrained(self) -> tuple[int, ...]:
+        """Which of ``STRAINS`` the beam does not have."""
+        return tuple(number for number, strain in enumerate(STRAINS) if strain in CONSTRAINED[self.model])
 
     @property
     def nodes(self) -> tuple[str, ...]:

@@ -10,13 +10,11 @@ import numpy as np
 from eomgen.formula.nodes import ZERO, Formula, Number
 from eomgen.scene.bodies import beam_schema as written
 from eomgen.scene.bodies.arithmetic import product, total
-from eomgen.scene.bodies.cosserat import Cosserat, Rows
+from eomgen.scene.bodies.cosserat import CONSTRAINED, STRAINS, Cosserat, Rows
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.values import Values
 from eomgen.text import key_of
 
-#: Strains of a section in their order, by what resists them. A deflection along y is a rotation about z.
-STRAINS = ("torsion", "bending_z", "bending_y", "stretch", "shear_y", "shear_z")
 #: Keys that belong to one model alone.
 _OF_DEFLECTIONS = (
     "start", "polar_inertia", "mass_profile", "polar_profile", "order", "stiffening", "bending_y", "bending_z",
@@ -31,21 +29,38 @@ _SECTION_UNKNOWN = (Number(math.nan),) * 6
 
 def is_exact(entry: written.Beam) -> bool:
     """Return whether a beam is geometrically exact."""
-    return entry.model == "cosserat"
+    return entry.model in CONSTRAINED
 
 
 def check_keys(name: str, entry: written.Beam, values: Values) -> None:
     """Report the keys of a beam that belong to another model than its own."""
-    exact = is_exact(entry)
-    other, model = ("euler_bernoulli", "cosserat") if exact else ("cosserat", "euler_bernoulli")
+    exact, model = is_exact(entry), entry.model or "euler_bernoulli"
     for field in _OF_DEFLECTIONS if exact else _OF_EXACT:
         if field in entry.model_fields_set:
             what = f"a beam of the model {model} has no {field}"
-            hint = _COUNTERPARTS.get(field, "without it") if exact else f'model = "{other}"'
+            hint = _COUNTERPARTS.get(field, "without it") if exact else 'model = "cosserat"'
             values.report.add(key_of("beams", name, field), what, hint)
     if not exact and entry.section is not None and entry.section.shear_factors is not None:
         what = "a beam of the model euler_bernoulli does not shear"
         values.report.add(key_of("beams", name, "section", "shear_factors"), what, 'model = "cosserat"')
+    if exact:
+        _check_strains(name, entry, values)
+
+
+def _check_strains(name: str, entry: written.Beam, values: Values) -> None:
+    """Report stiffnesses and damping of strains that a beam does not have."""
+    model = str(entry.model)
+    without = CONSTRAINED[model]
+    factors = entry.section is not None and entry.section.shear_factors is not None and "shear_y" in without
+    given = [("section", "shear_factors")] if factors else []
+    for field in ("stiffness", "damping"):
+        table = getattr(entry, field)
+        given += [(field, strain) for strain in without if table is not None and strain in table.model_fields_set]
+    for parts in given:
+        what = f"a beam of the model {model} does not {'stretch' if parts[1] == 'stretch' else 'shear'}"
+        models = [other for other, strains in CONSTRAINED.items() if parts[1] not in strains and other != model]
+        hint = " or ".join(f'model = "{other}"' for other in (models if parts[1] in STRAINS else ["cosserat"]))
+        values.report.add(key_of("beams", name, *parts), what, f"without it, or {hint}")
 
 
 _COUNTERPARTS: Mapping[str, str] = {
@@ -62,7 +77,7 @@ def read_cosserat(name: str, entry: written.Beam, values: Values) -> Cosserat:
     if not length > 0.0:
         report.add(f"{key}.length", f"the length of a beam is {length:.6g}", "a number above 0")
     if entry.elements is None:
-        report.add(key, "a beam of the model cosserat needs the number of its elements", "elements = 16")
+        report.add(key, f"a beam of the model {entry.model} needs the number of its elements", "elements = 16")
     elements = entry.elements or 1
     mass = _mass_per_length(key, entry, values)
     stiffness = _stiffness(key, entry, values)
@@ -74,6 +89,7 @@ def read_cosserat(name: str, entry: written.Beam, values: Values) -> Cosserat:
         _rotary_inertia(key, entry, values),
         stiffness,
         _damping(key, entry, stiffness, values),
+        str(entry.model),
         _curvature(key, entry, values),
     )
     _check_fold(key, beam, values)
@@ -97,7 +113,7 @@ def _of_section(key: str, section: written.Section, field: str, values: Values) 
     """Return a value of the section; what is not there is reported."""
     given = getattr(section, field)
     if given is None:
-        what = f"the section has no {field}, which a beam of the model cosserat needs"
+        what = f"the section has no {field}, which a geometrically exact beam needs"
         values.report.add(f"{key}.section", what, f"{field} = ..., or stiffness = {{ ... }} without a section")
         return ZERO
     return values.formula(f"{key}.section.{field}", given, PARAMETERS)
@@ -127,17 +143,15 @@ def _stiffness(key: str, entry: written.Beam, values: Values) -> Rows:
     given = [field for field in ("stiffness", "stiffness_matrix") if getattr(entry, field) is not None]
     if len(given) == 2:
         values.report.add(f"{key}.stiffness_matrix", "stiffness and stiffness_matrix are both given", "one of them")
+    free = [strain for strain in STRAINS if strain not in CONSTRAINED[str(entry.model)]]
     if entry.stiffness_matrix is not None:
-        _check_matrix(f"{key}.stiffness_matrix", entry.stiffness_matrix, values)
+        _check_matrix(f"{key}.stiffness_matrix", str(entry.model), entry.stiffness_matrix, values)
         return tuple(tuple(Number(number) for number in row) for row in entry.stiffness_matrix)
     if entry.stiffness is not None:
-        place = f"{key}.stiffness"
-        return _diagonal(
-            [values.formula(f"{place}.{kind}", getattr(entry.stiffness, kind), PARAMETERS) for kind in STRAINS]
-        )
+        return _diagonal(_given(f"{key}.stiffness", entry.stiffness, free, values))
     if entry.section is None:
         what = "the sections have no stiffness"
-        values.report.add(key, what, "stiffness = { stretch = ..., ... }, stiffness_matrix, or a section")
+        values.report.add(key, what, f"stiffness = {{ {free[-1]} = ..., ... }}, stiffness_matrix, or a section")
         return _diagonal(_SECTION_UNKNOWN)
     section = entry.section
     modulus, area, shear, torsion = (
@@ -145,17 +159,30 @@ def _stiffness(key: str, entry: written.Beam, values: Values) -> Rows:
         for field in ("elastic_modulus", "area", "shear_modulus", "torsion_constant")
     )
     across_y, across_z = _pair_of_section(key, section, "second_moments", values)
-    along_y, along_z = _pair_of_section(key, section, "shear_factors", values)
-    return _diagonal(
-        [
-            product(shear, torsion),
-            product(modulus, across_z),
-            product(modulus, across_y),
-            product(modulus, area),
-            product(shear, area, along_y),
-            product(shear, area, along_z),
-        ]
-    )
+    shears = "shear_y" in free
+    along_y, along_z = _pair_of_section(key, section, "shear_factors", values) if shears else (ZERO, ZERO)
+    found = {
+        "torsion": product(shear, torsion),
+        "bending_z": product(modulus, across_z),
+        "bending_y": product(modulus, across_y),
+        "stretch": product(modulus, area),
+        "shear_y": product(shear, area, along_y),
+        "shear_z": product(shear, area, along_z),
+    }
+    return _diagonal([found[strain] if strain in free else ZERO for strain in STRAINS])
+
+
+def _given(key: str, table: written.SectionStiffness, free: Sequence[str], values: Values) -> list[Formula]:
+    """Return the stiffness by each strain, 0 for those that the beam does not have."""
+    for strain in free:
+        if getattr(table, strain) is None:
+            values.report.add(key, f"the key {strain} is missing", f"{strain} = ...")
+    return [
+        values.formula(f"{key}.{strain}", getattr(table, strain), PARAMETERS)
+        if strain in free and getattr(table, strain) is not None
+        else ZERO
+        for strain in STRAINS
+    ]
 
 
 def _damping(key: str, entry: written.Beam, stiffness: Rows, values: Values) -> Rows:
@@ -185,21 +212,28 @@ def _diagonal(entries: Sequence[Formula]) -> Rows:
     return tuple(tuple(entries[row] if row == column else ZERO for column in range(6)) for row in range(6))
 
 
-def _check_matrix(key: str, given: Sequence[Sequence[float]], values: Values) -> None:
-    """Report a stiffness without a potential, and one that does not resist some strain."""
+def _check_matrix(key: str, model: str, given: Sequence[Sequence[float]], values: Values) -> None:
+    """Report a stiffness without a potential, and one that does not resist some strain, or resists one too many."""
     matrix = np.array(given)
     size = float(np.max(np.abs(matrix)))
     for row, column in np.argwhere(np.abs(matrix - matrix.T) > 1e-9 * size).tolist():
         what = f"the matrix is not symmetric, so it has no potential: entry [{row}][{column}] differs from"
         values.report.add(key, f"{what} [{column}][{row}]", "the mean of both")
         return
-    scale = np.sqrt(np.maximum(np.diag(matrix), 0.0))
-    if not np.all(scale > 0.0):
-        place = int(np.argmin(scale))
+    for place in map(STRAINS.index, CONSTRAINED[model]):
+        if matrix[place].any():
+            what = f"a beam of the model {model} has no {STRAINS[place]}, and row [{place}] of the matrix is not 0"
+            values.report.add(key, what, "0 in rows and columns of strains that it does not have")
+            return
+    free = [place for place, strain in enumerate(STRAINS) if strain not in CONSTRAINED[model]]
+    diagonal = np.diag(matrix)
+    if weak := [place for place in free if not diagonal[place] > 0.0]:
+        place = min(weak, key=lambda place: float(diagonal[place]))
         what = f"the section does not resist {STRAINS[place]}: entry [{place}][{place}] is {matrix[place, place]:.6g}"
         values.report.add(key, what, "a positive definite matrix")
         return
-    smallest = float(np.linalg.eigvalsh(matrix / np.outer(scale, scale))[0])
+    scale = np.sqrt(diagonal[free])
+    smallest = float(np.linalg.eigvalsh(matrix[np.ix_(free, free)] / np.outer(scale, scale))[0])
     if smallest <= 1e-12:
         what = (
             "the matrix is not positive definite, so the section gives way to some strain: scaled to a diagonal of 1,"

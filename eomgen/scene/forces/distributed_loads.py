@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 from eomgen.formula.nodes import Formula, Vector
+from eomgen.scene.bodies.cosserat import CONSTRAINED
 from eomgen.scene.forces.element import ForceElement, Row, Site
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, LOAD
 from eomgen.scene.reading.key_metadata import Table, key
@@ -66,8 +67,10 @@ def read_distributed_load(name: str, entry: DistributedLoadEntry, site: Site) ->
         )
         hint = nearest(entry.beam, site.beams) or "a [beams] section; a rigid body takes [forces] at its centre"
         values.report.add(f"{place}.beam", what, hint)
-    elif site.beams[entry.beam].model == "cosserat":
-        what = f"the beam {entry.beam} is of the model cosserat, which distributed loads do not know"
+    elif site.beams[entry.beam].model in CONSTRAINED:
+        what = (
+            f"the beam {entry.beam} is of the model {site.beams[entry.beam].model}, which distributed loads do not know"
+        )
         values.report.add(f"{place}.beam", what, "[forces] at its nodes")
     elif not values.report.concerns(of_beam := key_of("beams", entry.beam)):
         start = values.constant(f"{of_beam}.start", site.beams[entry.beam].start)

@@ -302,7 +302,7 @@ class _Reader:
             )
             raise self.error(node, f"{kind}.{name[:64]}: there is no {what} {shown(name)}", nearest(name, known))
         if kind in ("q", "v", "a") and name in self.names.exact_beams and name not in self.names.joints:
-            what = f"{kind}.{name}: a beam of the model cosserat has no elastic coordinates"
+            what = f"{kind}.{name}: a geometrically exact beam has no elastic coordinates"
             raise self.error(node, what, ON_A_POINT)
         if size is None:
             return Symbol(kind, name, index or 0)

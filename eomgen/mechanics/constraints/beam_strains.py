@@ -1,0 +1,73 @@
+"""Constrained strains of geometrically exact beams, as loops over the elements: equations and what they transmit.
+
+A row is a component of d - d_0 in m, d = log(H_A^-1 H_B), so that its multiplier is the section force there: Hante,
+Tumiotto and Arnold, Multibody Syst. Dyn. 54 (2022) 97, section 3. Forces B^T lam are recorded as those of a section
+that has lam in place of the elasticity, once for all elements, so that their partials are a loop too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from eomgen.mechanics.constraints.rows import Row
+from eomgen.mechanics.forces.cosserat_beams import Chain, Element
+from eomgen.mechanics.forces.frame_pairs import magnitude
+from eomgen.mechanics.forces.symbols import Quantities
+from eomgen.mechanics.kinematics.wrenches import Wrench
+from eomgen.scene.bodies.cosserat import STRAINS, Cosserat
+from eomgen.scene.forces.cosserat_beams import CosseratBeam
+from eomgen.symbolic.scalar import Scalar
+
+
+class ConstrainedStrains:
+    """The equations of one beam, element after element."""
+
+    def __init__(self, quantities: Quantities, beam: Cosserat) -> None:
+        self.beam, self.zero = beam, quantities.algebra.zero
+        self.links, self.count = len(quantities.tree.links), beam.elements * len(beam.constrained)
+        self.elements = Chain.of(quantities, beam)
+
+    def rows(self) -> list[Row]:
+        """Return one equation for each constrained strain of each element."""
+        beam, spacing = self.beam, self.zero + self.beam.spacing
+
+        def gaps(element: Element) -> list[Scalar]:
+            return [beam.spacing * element.strain[strain] for strain in beam.constrained]
+
+        values = self.elements.each(gaps, f"constrained strains of beam {beam.name}")
+        found: list[Row] = []
+        for number, (gap, (first, second)) in enumerate(zip(values, self.elements.pairs, strict=True), 1):
+            places = [magnitude(part) for node in (first, second) for part in self.elements.nodes[node].origin]
+            size = sum(places, spacing)
+            for strain, value in zip(beam.constrained, gap, strict=True):
+                what = STRAINS[strain].replace("_", " along ")
+                name = f"{beam.name}: no {what} of element {number}"
+                found.append(Row(name, value, "m", size, spacing, spacing, group=self, number=len(found)))
+        return found
+
+    def wrenches(self, multipliers: Sequence[Scalar]) -> list[Wrench | None]:
+        """Return by link what B^T lam consists of, about the link's origin and in its axes.
+
+        Parameters
+        ----------
+        multipliers : one for each of ``rows``, N
+        """
+        per_element, beam = len(self.beam.constrained), self.beam
+        by_element = [multipliers[k : k + per_element] for k in range(0, len(multipliers), per_element)]
+
+        def transmitted(element: Element, *forces: Scalar) -> list[Scalar]:
+            section = [element.algebra.zero] * len(STRAINS)
+            for strain, force in zip(beam.constrained, forces, strict=True):
+                section[strain] = -force
+            return element.transmitted(section)
+
+        wrenches: list[Wrench | None] = [None] * self.links
+        label = f"forces of the constrained strains of beam {beam.name}"
+        self.elements.push(wrenches, self.elements.each(transmitted, label, by_element))
+        return wrenches
+
+
+def strain_rows(quantities: Quantities) -> list[Row]:
+    """Return the equations of all beams of the scene."""
+    beams = [element.beam for element in quantities.scene.elements if isinstance(element, CosseratBeam)]
+    return [row for beam in beams if beam.constrained for row in ConstrainedStrains(quantities, beam).rows()]

@@ -1,0 +1,101 @@
+"""Beams without shear or stretch: their rows against SciPy's logarithms, all that follows from them against complex
+steps."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+
+from eomgen.lie import product
+from eomgen.mechanics.derive import derive
+from eomgen.scene.load import from_data
+from eomgen.system.system import System
+from tests.mechanics.test_cosserat_beams import logarithm, states_near
+from tests.models.cosserat import ROLL_UP, beam_scene
+from tests.oracles.evaluation import Array, relative_error, tape_evaluator
+from tests.oracles.states import derivative, jacobian
+
+TERMS = (
+    "residual", "partials", "poses", "energy", "constraint", "constraint_velocity", "constraint_jacobian",
+    "constraint_bias", "velocity_partials",
+)  # fmt: skip  # a table
+WITHOUT = {"kirchhoff": ("shear_y", "shear_z"), "inextensible": ("stretch", "shear_y", "shear_z")}
+PLACES = {"kirchhoff": [4, 5], "inextensible": [3, 4, 5]}
+JOINTS = ["fixed", "free", "revolute"]
+
+
+def constrained_beam(model: str, elements: int, joint: str, **beam: Any) -> System:
+    stiffness = {strain: value for strain, value in ROLL_UP.items() if strain not in WITHOUT[model]}
+    own = {"model": model, "stiffness": stiffness, "curvature": [0.02, -0.1, 0.05], "damping": {"bending_y": 5.0}}
+    scene = beam_scene(elements, {"force": ["30 * load", "-20 * load", "10 * load"]}, {**own, **beam})
+    scene["joints"]["clamp"] |= {"type": joint, **({"axis": [0.0, 0.6, 0.8]} if joint == "revolute" else {})}
+    return derive(from_data(scene), TERMS)
+
+
+def states(system: System, rng: np.random.Generator) -> dict[str, Array]:
+    return states_near(system, rng) | {"lam": 100.0 * rng.normal(size=(6, len(system.multipliers)))}
+
+
+@pytest.mark.parametrize("joint", JOINTS)
+@pytest.mark.parametrize("elements", [1, 3])
+@pytest.mark.parametrize("model", list(WITHOUT))
+def test_rows_are_the_logarithms_of_relative_poses(
+    model: str, elements: int, joint: str, rng: np.random.Generator
+) -> None:
+    system = constrained_beam(model, elements, joint)
+    evaluate, state = tape_evaluator(system), states(system, rng)
+    found, poses = evaluate("constraint", state)["Phi"], evaluate("poses", state)["pose"]
+    at_rest = 10.0 / elements * np.array([0.02, -0.1, 0.05, 1.0, 0.0, 0.0])
+    order = [list(system.bodies).index(name) for name in ("rope", *(f"rope.{k}" for k in range(1, elements + 1)))]
+    for rows, nodes in zip(found, poses[:, order], strict=True):
+        gaps = [(logarithm(*pair) - at_rest)[PLACES[model]] for pair in pairwise(nodes)]
+        np.testing.assert_allclose(rows, np.ravel(gaps), atol=1e-11)
+    assert system.row_units == ("m",) * len(system.multipliers)
+    still = evaluate("constraint", {**state, "q": np.array(system.initial_q)})["Phi"]
+    np.testing.assert_allclose(still, 0.0, atol=1e-14)
+
+
+@pytest.mark.parametrize("joint", JOINTS)
+@pytest.mark.parametrize("model", list(WITHOUT))
+def test_what_follows_from_the_rows_are_their_derivatives(model: str, joint: str, rng: np.random.Generator) -> None:
+    system = constrained_beam(model, 3, joint)
+    evaluate, state = tape_evaluator(system), states(system, rng)
+    B = evaluate("constraint_jacobian", state)["B"]
+    assert relative_error(B, jacobian(evaluate, system.factors, "constraint", "Phi", state, "q"), axes=2) < 1e-13
+    rate = derivative(evaluate, system.factors, "constraint", state, {"q": state["v"]})["Phi"]
+    assert relative_error(evaluate("constraint_velocity", state)["w"], rate) < 1e-12
+    Z = jacobian(evaluate, system.factors, "constraint_velocity", "w", state, "q")
+    assert relative_error(evaluate("velocity_partials", state)["Z"], Z, axes=2) < 1e-12
+    along = derivative(evaluate, system.factors, "constraint_velocity", state, {"q": state["v"]})["w"]
+    assert relative_error(evaluate("constraint_bias", state)["g"], along) < 1e-11
+    loaded, free = (evaluate("residual", {**state, "lam": lam})["r"] for lam in (state["lam"], 0.0 * state["lam"]))
+    assert relative_error(loaded - free, np.einsum("nij,ni->nj", B, state["lam"])) < 1e-12
+
+
+@pytest.mark.parametrize("joint", JOINTS)
+@pytest.mark.parametrize(("model", "elements"), [("kirchhoff", 1), ("kirchhoff", 4), ("inextensible", 3)])
+def test_tangents_with_multipliers_are_exact(model: str, elements: int, joint: str, rng: np.random.Generator) -> None:
+    system = constrained_beam(model, elements, joint)
+    evaluate, state = tape_evaluator(system), states(system, rng)
+    found = evaluate("partials", state)
+    for name, block in (("K", "q"), ("C", "v"), ("M", "a")):
+        expected = jacobian(evaluate, system.factors, "residual", "r", state, block)
+        assert relative_error(found[name], expected, axes=2) < 1e-11, name
+
+
+@pytest.mark.parametrize("model", list(WITHOUT))
+def test_absolute_coordinates_have_the_same_rows(model: str, rng: np.random.Generator) -> None:
+    stiffness = {strain: value for strain, value in ROLL_UP.items() if strain not in WITHOUT[model]}
+    data = beam_scene(3, {"force": [1.0, 0.0, 0.0]}, {"model": model, "stiffness": stiffness}, type="free")
+    system = derive(from_data({**data, "coordinates": "absolute"}), TERMS)
+    evaluate = tape_evaluator(system)
+    theta = 0.3 * rng.normal(size=(4, system.nv))
+    q = product.update(system.factors, np.broadcast_to(system.initial_q, (4, system.nq)), theta)
+    found, poses = evaluate("constraint", {"q": q})["Phi"], evaluate("poses", {"q": q})["pose"]
+    at_rest = 10.0 / 3.0 * np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0])
+    for rows, nodes in zip(found, poses, strict=True):
+        gaps = [(logarithm(*pair) - at_rest)[PLACES[model]] for pair in pairwise(nodes)]
+        np.testing.assert_allclose(rows, np.ravel(gaps), atol=1e-11)
