@@ -26,6 +26,7 @@ from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.kinematics.bodies import accelerations, body_jacobians, poses, twists
 from eomgen.mechanics.kinematics.directions import configuration_directions
 from eomgen.mechanics.kinematics.points import Kinematics
+from eomgen.mechanics.kinematics.wrenches import Wrench
 from eomgen.mechanics.reactions.quantities import Reactions
 from eomgen.mechanics.reactions.transmitted import TransmittedWrenches
 from eomgen.mechanics.tree.absolute import build_absolute_tree
@@ -102,7 +103,7 @@ class Derivation:
         if isinstance(self.quantities, AbsoluteQuantities):
             rows.holonomic[:0] = following_rows(self.quantities)
         rows = rows.without(self.without_rows)
-        return ConstraintCalculus(self.tree, rows, self.prescribed) if rows.all else None
+        return ConstraintCalculus(self.tree, rows, self.prescribed, self._generalized) if rows.all else None
 
     def _energies_without_formulas(self) -> dict[str, Scalar]:
         """Return the energies for formulas of forces and rates: what formulas push has no potential."""
@@ -140,10 +141,13 @@ class Derivation:
 
     def applied(self) -> list[Scalar]:
         """Return the generalized forces of all applied loads, (nv,), without gravity."""
-        zero = (self.algebra.zero_vector, self.algebra.zero_vector)
-        wrenches = [load if load is not None else zero for load in self.loads.wrenches]
-        projected = separated.generalized(self.tree, wrenches, "applied forces")
+        projected = self._generalized(self.loads.wrenches, "applied forces")
         return [x + y for x, y in zip(projected, self.loads.efforts, strict=True)]
+
+    def _generalized(self, wrenches: Sequence[Wrench | None], label: str) -> list[Scalar]:
+        """Return the generalized forces, (nv,), of a wrench for each link."""
+        zero = (self.algebra.zero_vector, self.algebra.zero_vector)
+        return separated.generalized(self.tree, [load if load is not None else zero for load in wrenches], label)
 
     def force(self) -> list[Block]:
         """Return Q, (nv,): gravity and all applied loads; N, or N m of angles."""

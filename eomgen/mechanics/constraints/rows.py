@@ -7,12 +7,11 @@ and drivers included) are derivatives along directions that the configuration, t
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal, Protocol
 
-from eomgen.mechanics.dynamics.separated import generalized
 from eomgen.mechanics.forces.frame_pairs import FramePair, FramePose, frame_pair, magnitude
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.kinematics.directions import configuration_directions, rates_of
@@ -212,10 +211,18 @@ class ConstraintCalculus:
     tree : links in joint or absolute coordinates
     rows : n holonomic, then m velocity equations
     base : the prescribed base
+    generalized : generalized forces, (nv,), of a wrench for each link, None where there is none
     """
 
-    def __init__(self, tree: Tree, rows: Rows, base: BaseState) -> None:
-        self.tree, self.algebra = tree, tree.algebra
+    def __init__(
+        self,
+        tree: Tree,
+        rows: Rows,
+        base: BaseState,
+        generalized: Callable[[Sequence[Wrench | None], str], list[Scalar]],
+    ) -> None:
+        self.algebra = tree.algebra
+        self.generalized = generalized
         self.tape: Tape = tree.algebra.tape
         self.nv = tree.nv
         self.rows = rows
@@ -279,8 +286,7 @@ class ConstraintCalculus:
                 row.number: value for row, value in zip(self.rows.all, multipliers, strict=True) if row.group is group
             }
             wrenches = group.wrenches([of_row.get(number, zero) for number in range(group.count)])
-            loads = [wrench or (self.algebra.zero_vector, self.algebra.zero_vector) for wrench in wrenches]
-            forces = generalized(self.tree, loads, "forces of constraints")
+            forces = self.generalized(wrenches, "forces of constraints")
             total = [x + y for x, y in zip(total, forces, strict=True)]
         return total
 
