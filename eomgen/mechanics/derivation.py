@@ -99,11 +99,11 @@ class Derivation:
                 as_constraint for joint in self.scene.joints if (as_constraint := joint_constraint(joint)) is not None
             ] + items
         rows = constraint_rows(self.quantities, items)
-        rows.holonomic += [*driven_rows(self.quantities), *strain_rows(self.quantities)]
+        rows.holonomic += [*driven_rows(self.quantities), *strain_rows(self.quantities, self._generalized)]
         if isinstance(self.quantities, AbsoluteQuantities):
             rows.holonomic[:0] = following_rows(self.quantities)
         rows = rows.without(self.without_rows)
-        return ConstraintCalculus(self.tree, rows, self.prescribed, self._generalized) if rows.all else None
+        return ConstraintCalculus(self.tree, rows, self.prescribed) if rows.all else None
 
     def _energies_without_formulas(self) -> dict[str, Scalar]:
         """Return the energies for formulas of forces and rates: what formulas push has no potential."""

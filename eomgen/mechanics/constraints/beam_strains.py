@@ -7,7 +7,7 @@ that has lam in place of the elasticity, once for all elements, so that their pa
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from eomgen.mechanics.constraints.rows import Row
 from eomgen.mechanics.forces.cosserat_beams import Chain, Element
@@ -19,11 +19,15 @@ from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.symbolic.scalar import Scalar
 
 
+#: Returns the generalized forces, (nv,), of a wrench for each link, None where there is none; takes a label, too.
+Generalized = Callable[[Sequence[Wrench | None], str], list[Scalar]]
+
+
 class ConstrainedStrains:
     """The equations of one beam, element after element."""
 
-    def __init__(self, quantities: Quantities, beam: Cosserat) -> None:
-        self.beam, self.zero = beam, quantities.algebra.zero
+    def __init__(self, quantities: Quantities, beam: Cosserat, generalized: Generalized) -> None:
+        self.beam, self.zero, self.generalized = beam, quantities.algebra.zero, generalized
         self.links, self.count = len(quantities.tree.links), beam.elements * len(beam.constrained)
         self.elements = Chain.of(quantities, beam)
 
@@ -45,8 +49,8 @@ class ConstrainedStrains:
                 found.append(Row(name, value, "m", size, spacing, spacing, group=self, number=len(found)))
         return found
 
-    def wrenches(self, multipliers: Sequence[Scalar]) -> list[Wrench | None]:
-        """Return by link what B^T lam consists of, about the link's origin and in its axes.
+    def forces(self, multipliers: Sequence[Scalar]) -> list[Scalar]:
+        """Return the beam's part of B^T lam, (nv,).
 
         Parameters
         ----------
@@ -64,10 +68,12 @@ class ConstrainedStrains:
         wrenches: list[Wrench | None] = [None] * self.links
         label = f"forces of the constrained strains of beam {beam.name}"
         self.elements.push(wrenches, self.elements.each(transmitted, label, by_element))
-        return wrenches
+        return self.generalized(wrenches, label)
 
 
-def strain_rows(quantities: Quantities) -> list[Row]:
+def strain_rows(quantities: Quantities, generalized: Generalized) -> list[Row]:
     """Return the equations of all beams of the scene."""
     beams = [element.beam for element in quantities.scene.elements if isinstance(element, CosseratBeam)]
-    return [row for beam in beams if beam.constrained for row in ConstrainedStrains(quantities, beam).rows()]
+    return [
+        row for beam in beams if beam.constrained for row in ConstrainedStrains(quantities, beam, generalized).rows()
+    ]

@@ -7,7 +7,7 @@ and drivers included) are derivatives along directions that the configuration, t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal, Protocol
@@ -15,7 +15,6 @@ from typing import Literal, Protocol
 from eomgen.mechanics.forces.frame_pairs import FramePair, FramePose, frame_pair, magnitude
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.kinematics.directions import configuration_directions, rates_of
-from eomgen.mechanics.kinematics.wrenches import Wrench
 from eomgen.mechanics.tree.base import BaseState
 from eomgen.mechanics.tree.links import Tree
 from eomgen.scene.joints.constraint_model import Constraint
@@ -65,8 +64,8 @@ class RowGroup(Protocol):
 
     count: int
 
-    def wrenches(self, multipliers: Sequence[Scalar]) -> list[Wrench | None]:
-        """Return by link what B^T lam consists of, about the link's origin and in its axes."""
+    def forces(self, multipliers: Sequence[Scalar]) -> list[Scalar]:
+        """Return their part of B^T lam, (nv,)."""
         ...
 
 
@@ -211,18 +210,10 @@ class ConstraintCalculus:
     tree : links in joint or absolute coordinates
     rows : n holonomic, then m velocity equations
     base : the prescribed base
-    generalized : generalized forces, (nv,), of a wrench for each link, None where there is none
     """
 
-    def __init__(
-        self,
-        tree: Tree,
-        rows: Rows,
-        base: BaseState,
-        generalized: Callable[[Sequence[Wrench | None], str], list[Scalar]],
-    ) -> None:
+    def __init__(self, tree: Tree, rows: Rows, base: BaseState) -> None:
         self.algebra = tree.algebra
-        self.generalized = generalized
         self.tape: Tape = tree.algebra.tape
         self.nv = tree.nv
         self.rows = rows
@@ -285,8 +276,7 @@ class ConstraintCalculus:
             of_row = {
                 row.number: value for row, value in zip(self.rows.all, multipliers, strict=True) if row.group is group
             }
-            wrenches = group.wrenches([of_row.get(number, zero) for number in range(group.count)])
-            forces = self.generalized(wrenches, "forces of constraints")
+            forces = group.forces([of_row.get(number, zero) for number in range(group.count)])
             total = [x + y for x, y in zip(total, forces, strict=True)]
         return total
 
