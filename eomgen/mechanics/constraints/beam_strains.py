@@ -18,7 +18,6 @@ from eomgen.scene.bodies.cosserat import STRAINS, Cosserat
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.symbolic.scalar import Scalar
 
-
 #: Returns the generalized forces, (nv,), of a wrench for each link, None where there is none; takes a label, too.
 Generalized = Callable[[Sequence[Wrench | None], str], list[Scalar]]
 
