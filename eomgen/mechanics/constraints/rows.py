@@ -257,9 +257,9 @@ class ConstraintCalculus:
 
     def forces(self) -> list[Scalar]:
         """Return the generalized constraint forces B^T lam, (nv,)."""
+        tangents = self.tangents
         multipliers = [Scalar(self.tape, self.tape.input("lam", number)) for number in range(len(self.rows.all))]
         total = self._forces_of_groups(multipliers)
-        tangents = self.tangents
         with self.tape.block("constraint forces"):
             for row, tangent, multiplier in zip(self.rows.all, tangents, multipliers, strict=True):
                 for column in sorted(tangent) if row.group is None else ():
