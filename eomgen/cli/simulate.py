@@ -41,17 +41,22 @@ def simulate(scene: str, folder: str, plots: bool, timing: bool, as_json: bool, 
     Ctrl-C, and a run that fails, leave the partial result; the exit code is then 130 or 6.
     """
     from eomgen.files import make_folder  # noqa: PLC0415  # imported when the arguments are known to be fine
+    from eomgen.results.largest_section_loads import largest_section_loads  # noqa: PLC0415  # likewise
 
     described = read_scene(scene, options)
     target = make_folder(Path(folder))
     model, solution = run(described, options)
     times = _timed(model, solution, options["inputs"]) if timing and solution.success else None
-    files = _write(solution, target, plots, times)
-    summary = _summary(solution, model, files) | ({} if times is None else {"timing": times.summary()})
+    beams = [nodes[0] for nodes in model.description.exact_beams]
+    files = _write(solution, target, plots, beams, times)
+    loads = largest_section_loads(solution) if beams else {}
+    summary = _summary(solution, model, files) | ({"section_loads": loads} if loads else {})
+    if times is not None:
+        summary["timing"] = times.summary()
     if as_json:
         print_json(summary)
     else:
-        _print(solution, model, options["inputs"], times)
+        _print(solution, model, options["inputs"], times, loads)
     for note in dict.fromkeys(solution.metadata["notes"]):
         if note not in solution.message:
             say(f"note: {note}")
@@ -65,7 +70,7 @@ def _timed(model: Model, solution: Solution, inputs: dict[str, float]) -> StepTi
     return step_times(model, solution, inputs or None)
 
 
-def _write(solution: Solution, folder: Path, plots: bool, times: StepTimes | None) -> list[Path]:
+def _write(solution: Solution, folder: Path, plots: bool, beams: list[str], times: StepTimes | None) -> list[Path]:
     from eomgen.files import write_text  # noqa: PLC0415
 
     files = [solution.save(folder / "solution.npz"), solution.save(folder / "solution.csv")]
@@ -77,6 +82,10 @@ def _write(solution: Solution, folder: Path, plots: bool, times: StepTimes | Non
         from eomgen.results.plots import draw  # noqa: PLC0415  # matplotlib comes with it
 
         files += draw(solution, folder)
+        if beams:
+            from eomgen.results.section_plots import draw_sections  # noqa: PLC0415
+
+            files += draw_sections(solution, beams, folder)
     summary = folder / "summary.json"
     files.append(summary)
     write_text(summary, json_text(_outcome(solution, files)) + "\n")
@@ -100,7 +109,13 @@ def _summary(solution: Solution, model: Model, files: list[Path]) -> dict[str, A
     return {**_outcome(solution, files), "folder": str(files[0].parent), "final": final, "degrees_of_freedom": model.nv}
 
 
-def _print(solution: Solution, model: Model, inputs: dict[str, float], times: StepTimes | None) -> None:
+def _print(
+    solution: Solution,
+    model: Model,
+    inputs: dict[str, float],
+    times: StepTimes | None,
+    loads: dict[str, dict[str, dict[str, float]]],
+) -> None:
     stats = solution.stats
     settings = solution.metadata["settings"]
     method = f"{solution.metadata['method']}, step {settings['step']:.6g} s"
@@ -146,6 +161,11 @@ def _print(solution: Solution, model: Model, inputs: dict[str, float], times: St
         rows.append(("", str(error.largest_output)))
     if error.unresolved:
         rows.append(("not in it", error.unresolved))
+    for beam, largest in loads.items():
+        for quantity, unit in (("moment", "N m"), ("force", "N")):
+            found = largest[quantity]
+            where = f"at x = {found['x']:.4g} m, t = {found['t']:.6g} s"
+            rows.append((f"largest section {quantity} of {beam}", f"{found['size']:.6g} {unit} {where}"))
     rows.append(("energy balance", str(solution.metadata["energy_balance"])))
     for name, unit, value in list(zip(model.q_names, solution.metadata["units"]["q"], solution.q[-1], strict=True))[
         :12

@@ -8,6 +8,7 @@ __all__ = [
     "initial_state",
     "model",
     "prescribed",
+    "section_loads",
     "state",
     "terms",
 ]

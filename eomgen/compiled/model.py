@@ -21,6 +21,7 @@ from eomgen.compiled import (
     equations,
     frames,
     prescribed,
+    section_loads,
     time_derivatives,
 )
 from eomgen.compiled.arguments import components, read_only
@@ -159,6 +160,7 @@ class CompiledModel:
     body_jacobian, point_jacobian = bodies.body_jacobian, bodies.point_jacobian
     jacobian, jacobian_rate, drift = frames.jacobian, frames.jacobian_rate, frames.drift
     operational_inertia = frames.operational_inertia
+    section_loads = section_loads.section_loads
     actuator_efforts = actuators.actuator_efforts
     integrate, difference = configurations.integrate, configurations.difference
     neutral, random = configurations.neutral, configurations.random
@@ -230,6 +232,7 @@ class CompiledModel:
             "outputs": bool(self.library.layout["outputs"]),
             "samples": bool(self.library.layout["sampled"]),
             "moving_base": self.evaluator.moving_base,
+            "exact_beams": bool(self.description.exact_beams),
         }
         return frozenset(name for name, holds in facts.items() if holds)
 

@@ -53,13 +53,14 @@ class Symbol(Node):
     kind : str
         ``time``, ``parameter``, ``input``, ``state``, ``controller``, ``q``, ``v``, ``a``, ``position``, ``velocity``,
         ``acceleration``, ``gravity``, ``tau``, ``length``, ``rate``, ``tension``, ``load``, ``deflection``,
-        ``reaction``, ``drive_effort`` or ``energy``.
+        ``reaction``, ``drive_effort``, ``section_load`` or ``energy``.
     name : str
         Name of the parameter, input, state, controller, joint, point, spring, tyre, constraint or reaction; empty for
         time; ``kinetic``, ``potential``, ``total``, ``base_power`` or ``power`` for energies.
     index : int
         Component in storage order (q of a spherical joint: quaternion; of a free joint: quaternion, position; of a
-        reaction: moment, force); 0 where there is only one.
+        reaction: moment, force; of section_load: a number of an element behind those of the elements before); 0 where
+        there is only one.
     reference: str
         Of ``tau``: the reference motion.
     """

@@ -10,7 +10,7 @@ from eomgen.errors import ModelError
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.recording import record
-from eomgen.mechanics.constraints.beam_strains import strain_rows
+from eomgen.mechanics.constraints.beam_strains import section_multipliers, strain_rows
 from eomgen.mechanics.constraints.counted_angles import counted_angles
 from eomgen.mechanics.constraints.joints import AbsoluteQuantities, driven_rows, following_rows, joint_constraint
 from eomgen.mechanics.constraints.rows import ConstraintCalculus, Row, constraint_rows
@@ -22,6 +22,7 @@ from eomgen.mechanics.dynamics.reference_efforts import ReferenceEfforts
 from eomgen.mechanics.forces.applied import OFFERED, applied_loads
 from eomgen.mechanics.forces.internal_states import InternalStates, state_formulas
 from eomgen.mechanics.forces.loads import Loads
+from eomgen.mechanics.forces.section_loads import SectionLoads
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.kinematics.bodies import accelerations, body_jacobians, poses, twists
 from eomgen.mechanics.kinematics.directions import configuration_directions
@@ -34,6 +35,7 @@ from eomgen.mechanics.tree.base import base_state, resting_base
 from eomgen.mechanics.tree.build import build_tree
 from eomgen.mechanics.tree.grouping import grouped
 from eomgen.mechanics.tree.links import Tree
+from eomgen.scene.bodies.cosserat import Cosserat
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.calculus.partials import forward_partials
 from eomgen.symbolic.operations import InputSymbol, Op
@@ -82,6 +84,8 @@ class Derivation:
         self.quantities: Quantities = made(scene, self.tree, self.kinematics, OFFERED)
         if not self.absolute:
             self.quantities.dynamics = ReferenceEfforts(scene, self.grouped, self.motion, self.quantities)
+        self.section_loads = SectionLoads(scene, self.quantities, self._section_multipliers)
+        self.quantities.section_loads = self.section_loads
         self.constraints = self._constraint_calculus()
         self.quantities.energies = self._energies_without_formulas()
         self.loads: Loads = applied_loads(scene, self.tree, self.quantities)
@@ -104,6 +108,10 @@ class Derivation:
             rows.holonomic[:0] = following_rows(self.quantities)
         rows = rows.without(self.without_rows)
         return ConstraintCalculus(self.tree, rows, self.prescribed) if rows.all else None
+
+    def _section_multipliers(self, beam: Cosserat) -> list[list[Scalar]]:
+        rows = None if self.constraints is None else self.constraints.rows
+        return section_multipliers(self.quantities, rows, beam)
 
     def _energies_without_formulas(self) -> dict[str, Scalar]:
         """Return the energies for formulas of forces and rates: what formulas push has no potential."""

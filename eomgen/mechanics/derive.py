@@ -91,6 +91,7 @@ def _existence_facts(derivation: Derivation) -> set[str]:
         "large": derivation.large,
         "events": bool(scene.events),
         "event_actions": any(event.action in ("reset", "impact", "switch") for event in scene.events),
+        "exact_beams": bool(derivation.section_loads.beams),
         "samples": any(state.sampling is not None for state in scene.states),
         "event_impulse": needs_impulse(derivation),
     }

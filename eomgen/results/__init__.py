@@ -5,8 +5,10 @@ __all__ = [
     "dense_output",
     "error_estimate",
     "events",
+    "largest_section_loads",
     "linear_files",
     "plots",
     "scenery",
+    "section_plots",
     "solution",
 ]

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from eomgen.arrays import Array
 from eomgen.calls import ByName, UnknownAttribute, checked_calls, unknown_attribute
 from eomgen.compiled.arguments import number_of
+from eomgen.compiled.section_loads import SectionLoads
 from eomgen.compiled.state import State
 from eomgen.errors import EomgenError, Problem, UsageError
 from eomgen.results.columns import column_named, columns_of, units_of
@@ -25,6 +26,7 @@ from eomgen.results.other_formats import to_pandas, to_xarray, write_matlab
 from eomgen.results.plots import plot
 from eomgen.results.recorded import EvaluatedLater
 from eomgen.results.scenery import Poses, PosesAndScenery
+from eomgen.results.section_plots import plot_sections
 from eomgen.results.solution_files import read_all, write_all, write_columns
 from eomgen.results.spectrum import psd
 from eomgen.spectra import PowerSpectrum
@@ -70,6 +72,8 @@ class ModelOfRun(Protocol):
     def outputs(self, state: State) -> dict[str, Array]: ...
 
     def linear(self, state: State) -> Linearization: ...
+
+    def section_loads(self, t: Array, q: Array, v: Array, multipliers: Array) -> Mapping[str, SectionLoads]: ...
 
 
 @checked_calls(
@@ -219,6 +223,48 @@ class Solution:
         """
         return Poses(*self.poses_and_scenery)
 
+    @cached_property
+    def section_loads(self) -> Mapping[str, SectionLoads]:
+        """Strains, moments and forces along each geometrically exact beam at all times, by its name; (nt, n, 3) each.
+
+        Evaluated by the compiled model when first asked for, and kept by ``save`` from then on.
+
+        Raises
+        ------
+        UsageError
+            The scene has no geometrically exact beam; the file was written without them.
+        """
+        if self.model is None:
+            what = "it was stored without the loads of sections"
+            hint = "model.attach(solution).section_loads, or solution.section_loads before save"
+            raise UsageError(Problem("solution", what, hint))
+        return self.model.section_loads(self.t, self.q, self.v, self.multipliers)
+
+    def plot_sections(
+        self, beam: str = "", *quantities: str, at: ArrayLike | None = None, axes: object = None
+    ) -> list[Any]:
+        """Draw strains or loads along a geometrically exact beam; return axes of matplotlib, one for each panel.
+
+        Parameters
+        ----------
+        beam : str
+            Its name; may be left out where there is one alone.
+        quantities : str
+            ``moment``, ``force``, ``curvature``, ``strain``; moment and force where none is given.
+        at : times, s
+            Curves along the axis at the rows next to them; without them one map over time and axis for each component
+            that differs from zero.
+        axes : matplotlib Axes, or several
+            Where to draw, one for each panel; a new figure of pyplot where none are given.
+
+        Raises
+        ------
+        UsageError
+            A name that is none of a beam or of a quantity; times outside the solution; another number of axes than of
+            panels.
+        """
+        return plot_sections(self, beam, quantities, at, axes)
+
     def animate(self, path: str | Path) -> Path:
         """Write the motion as one self-contained HTML file; see ``results.animation.write_animation``."""
         from eomgen.results.animation import write_animation  # noqa: PLC0415  # solutions are used without it too
@@ -281,7 +327,7 @@ class Solution:
         """
         path = Path(path)
         if path.suffix == ".npz":
-            write_all(self, self._poses_or_none(), path)
+            write_all(self, self._poses_or_none(), vars(self).get("section_loads", {}), path)
         elif path.suffix == ".csv":
             write_columns(self, path)
         elif path.suffix == ".mat":
@@ -300,9 +346,11 @@ class Solution:
         FileError
             The file cannot be read or is not a solution.
         """
-        attributes, inputs, seen = read_all(Path(path))
+        attributes, inputs, seen, loads = read_all(Path(path))
         solution = cls(**attributes)
         vars(solution)["inputs"] = ByName("input", inputs)
+        if loads:
+            vars(solution)["section_loads"] = ByName("beam", loads)
         return solution if seen is None else solution._with(seen)
 
     def at(self, t: ArrayLike) -> State:

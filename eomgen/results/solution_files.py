@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
 
 from eomgen.arrays import Array
+from eomgen.compiled.section_loads import SectionLoads
 from eomgen.errors import FileError, Problem
 from eomgen.files import read_arrays, write_arrays, write_table
 from eomgen.results.columns import STATES
@@ -18,7 +20,7 @@ from eomgen.results.scenery import PosesAndScenery
 
 _OUTCOME = ("stats", "message", "success", "interrupted")
 #: What has arrays of its own by name.
-_GROUPS = ("inputs", "outputs", "events", "energy", "error", "poses")
+_GROUPS = ("inputs", "outputs", "events", "energy", "error", "poses", "section_loads")
 
 
 class Kept(Recorded, Protocol):
@@ -28,11 +30,12 @@ class Kept(Recorded, Protocol):
     def interrupted(self) -> bool: ...
 
 
-def write_all(solution: Kept, seen: PosesAndScenery | None, path: Path) -> None:
-    """Write all of a solution, with its poses where they are known. Raises FileError."""
+def write_all(solution: Kept, seen: PosesAndScenery | None, loads: Mapping[str, SectionLoads], path: Path) -> None:
+    """Write all of a solution, with its poses and the loads of its sections where they are known. Raises FileError."""
     events = solution.events.arrays() if solution.events.counts else {}
     poses = seen.poses if seen else {}
-    groups = (solution.inputs, solution.outputs, events, solution.energy, solution.error.arrays(), poses)
+    of_sections = {f"{beam}.{name}": array for beam, item in loads.items() for name, array in item.named().items()}
+    groups = (solution.inputs, solution.outputs, events, solution.energy, solution.error.arrays(), poses, of_sections)
     arrays = {name: getattr(solution, name) for name in ("t", *STATES)}
     for group, named in zip(_GROUPS, groups, strict=True):
         arrays |= {f"{group}.{name}": array for name, array in named.items()}
@@ -47,8 +50,10 @@ def write_columns(solution: Recorded, path: Path) -> None:
     write_table(path, list(columns), np.stack(list(columns.values()), axis=1))
 
 
-def read_all(path: Path) -> tuple[dict[str, Any], dict[str, Array], PosesAndScenery | None]:
-    """Return the attributes of a solution, its inputs, and its poses where the file has them.
+def read_all(
+    path: Path,
+) -> tuple[dict[str, Any], dict[str, Array], PosesAndScenery | None, dict[str, SectionLoads]]:
+    """Return the attributes of a solution, its inputs, and its poses and loads of sections where the file has them.
 
     Raises
     ------
@@ -82,4 +87,23 @@ def read_all(path: Path) -> tuple[dict[str, Any], dict[str, Array], PosesAndScen
         attributes["error"] = ErrorEstimate.from_file(groups["error"], summary)
     attributes |= {"outputs": groups["outputs"], "energy": groups["energy"], "metadata": metadata, "events": events}
     seen = None if scenery is None else PosesAndScenery(groups["poses"], scenery)
-    return {**states, **attributes}, groups["inputs"], seen
+    return {**states, **attributes}, groups["inputs"], seen, _loads(groups["section_loads"], rows, path)
+
+
+def _loads(arrays: Mapping[str, Array], rows: tuple[int, ...], path: Path) -> dict[str, SectionLoads]:
+    """Return the loads of the sections of each beam. Raises FileError where they do not fit to the times."""
+    beams: dict[str, dict[str, Array]] = {}
+    for name, array in arrays.items():
+        beam, _, field = name.rpartition(".")
+        beams.setdefault(beam, {})[field] = array
+    found = {}
+    for beam, parts in beams.items():
+        try:
+            found[beam] = SectionLoads(**parts)
+            fits = all(array.shape[:1] == rows for name, array in parts.items() if name != "x")
+        except TypeError:
+            fits = False
+        if not fits:
+            what = f"this is not a solution written by eomgen: the section loads of {beam} do not fit to its times"
+            raise FileError(Problem(str(path), what))
+    return found

@@ -191,6 +191,11 @@ class OutputKeys(TypedDict, total=False):
     formula: Value | Sequence[Value] | None
     reaction_force: str | None
     reaction_moment: str | None
+    section_force: str | None
+    section_moment: str | None
+    section_strain: str | None
+    section_curvature: str | None
+    at: Value | None
     energy: str | None
     unit: str | None
     description: str | None

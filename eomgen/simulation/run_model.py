@@ -14,6 +14,7 @@ import numpy as np
 from eomgen.arrays import Array
 from eomgen.calls import checked_call
 from eomgen.compiled.model import CompiledModel
+from eomgen.compiled.section_loads import SectionLoads, section_loads
 from eomgen.compiled.state import State
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.integrators.methods import method_named
@@ -68,6 +69,10 @@ class RunModel:
         """Return the outputs of a state at times (...), with the inputs of the run at these times."""
         u = None if self.signals is None else self.signals.rows(state.t.ravel()).reshape(*state.t.shape, self.model.nu)
         return self.model.outputs(state.q, state.v, state.a, state.t, u, z=state.z, parameters=self.present(state))
+
+    def section_loads(self, t: Array, q: Array, v: Array, multipliers: Array) -> Mapping[str, SectionLoads]:
+        """Return strains and loads along geometrically exact beams; (nt,), (nt, nq), (nt, nv), (nt, constraints)."""
+        return section_loads(self.model, q, v, t, multipliers=multipliers, parameters=self._present(t))
 
     def present(self, state: State) -> Array:
         """Return the parameters at the times of a state, modes among them."""

@@ -27,7 +27,7 @@ class Term:
     exists : tuple of str
         Facts of a system of which one must hold; a term without any exists in all systems. Facts: ``constraints``,
         ``unconstrained``, ``states``, ``moving_base``, ``outputs``, ``absolute``, ``elastic``, ``rigid``, ``large``,
-        ``events``, ``event_actions``, ``event_impulse``.
+        ``exact_beams``, ``events``, ``event_actions``, ``event_impulse``.
     on_request : bool
         Recorded only when it is asked for by name.
     quadratic : bool
@@ -224,6 +224,14 @@ _PLAIN = (
         on_request=True,
     ),
     Term(
+        "section_loads",
+        ("p", "t", "q", "v", "lam", "base"),
+        "geometrically exact beams: strains, and moments and forces of the sections, of each element",
+        exists=("exact_beams",),
+        of_motion=True,
+        observed=True,
+    ),
+    Term(
         "linearization",
         _ALL,
         "linear model about a state: M0, C0, K0, and the influence of inputs, B0, and of disturbances, E0",
@@ -349,7 +357,7 @@ _LINEAR = (
 )
 #: Terms that are needed for a purpose, as far as they exist.
 PURPOSES: Mapping[str, tuple[str, ...]] = {
-    "run": ("mass", "force", "internal_rate", "poses", "outputs", "energy", *KINEMATIC),
+    "run": ("mass", "force", "internal_rate", "poses", "outputs", "energy", "section_loads", *KINEMATIC),
     "initial_assembly": ("mass", "constraint", "constraint_velocity", "constraint_jacobian", "constraint_size"),
     "equilibrium": ("mass", "residual", "partials", "poses", *KINEMATIC, *_INTERNAL),
     "linearization": (*_LINEAR, "velocity_partials", "acceleration_partials", "joint_velocities", *_INTERNAL),

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import pytest
 
@@ -44,6 +45,11 @@ def scene_with(fact: str) -> Scene:
         case "elastic":
             builder.beam("rod", 1.0, mass_per_length=1.0, bending_y={"modes": 1, "stiffness": 100.0})
             builder.joint("clamp", "fixed", "link", "rod")
+        case "exact_beams":
+            stiffness = dict.fromkeys(("stretch", "shear_y", "shear_z", "torsion", "bending_y", "bending_z"), 100.0)
+            shape: dict[str, Any] = {"length": 1.0, "elements": 3, "mass_per_length": 1.0}
+            builder.beam("rope", model="cosserat", stiffness=stiffness, rotary_inertia=[0.1, 0.1, 0.1], **shape)
+            builder.joint("grip", "fixed", "link", "rope")
         case "events" | "event_actions" | "event_impulse":
             return with_events(builder.build())
     return builder.build()
@@ -85,7 +91,7 @@ def test_what_a_rigid_tree_on_a_base_at_rest_has_no_use_for() -> None:
     of_constraints = {name for name in TERMS if name.startswith("constraint")} | {"equations", "iteration"}
     of_constraints |= {"velocity_partials", "acceleration_partials", "jacobian_values", "joint_velocities"}
     of_others = {"internal_rate", "internal_partials", "outputs", "output_partials", "elastic"}
-    of_others |= {"events", "event_actions", "event_impulse", "samples"}
+    of_others |= {"events", "event_actions", "event_impulse", "samples", "section_loads"}
     of_base = {"base_motion", "base_motion_rates", "base_motion_rates_1"}
     recorded = derive(scene_with("plain"), list(TERMS)).functions
     assert set(TERMS) - set(recorded) == of_constraints | of_others | of_base

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from eomgen.mechanics.constraints.rows import Row
+from eomgen.mechanics.constraints.rows import Row, Rows
 from eomgen.mechanics.forces.cosserat_beams import Chain, Element
 from eomgen.mechanics.forces.frame_pairs import magnitude
 from eomgen.mechanics.forces.symbols import Quantities
@@ -76,3 +76,14 @@ def strain_rows(quantities: Quantities, generalized: Generalized) -> list[Row]:
     return [
         row for beam in beams if beam.constrained for row in ConstrainedStrains(quantities, beam, generalized).rows()
     ]
+
+
+def section_multipliers(quantities: Quantities, rows: Rows | None, beam: Cosserat) -> list[list[Scalar]]:
+    """Return for each element the section forces, N, of the strains that a beam does not have; 0 of rows left out."""
+    count = len(beam.constrained)
+    found = [[quantities.algebra.zero] * count for _ in range(beam.elements)]
+    for place, row in enumerate([] if rows is None else rows.all):
+        if isinstance(row.group, ConstrainedStrains) and row.group.beam is beam:
+            element, strain = divmod(row.number, count)
+            found[element][strain] = quantities.input("lam", place)
+    return found

@@ -2,4 +2,4 @@
 
 __all__ = []
 #: Open to the other parts of ``mechanics`` as well.
-WITHIN = ["applied", "beams", "cosserat_beams", "frame_pairs", "internal_states", "loads", "symbols"]
+WITHIN = ["applied", "beams", "cosserat_beams", "frame_pairs", "internal_states", "loads", "section_loads", "symbols"]

@@ -8,7 +8,7 @@ and T^-T(-d) s, with s = C strain + D strain': Sonneville, Cardona and Bruls, Co
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain, pairwise
 
@@ -124,6 +124,21 @@ class Element:
             _product(list(zip(*tangent, strict=True)), section_forces) for tangent in (self.to_first, self.to_second)
         )
         return [*on_first, *(-x for x in on_second)]
+
+    def sections(self, elsewhere: Mapping[int, Scalar]) -> list[Scalar]:
+        """Return strain, (6,), mean load of the sections, (6,), and that of the first and of the last one, (12,).
+
+        The load is the wrench of the part beyond, moment first, in section axes. As no load acts between the nodes,
+        static equilibrium makes s the mean over the element of what its sections transmit.
+
+        Parameters
+        ----------
+        elsewhere : entries of s that do not follow from strains, by their places
+        """
+        elastic, viscous = _product(self.section.stiffness, self.strain), _product(self.section.damping, self.rate)
+        s = [elsewhere.get(k, x + y) for k, (x, y) in enumerate(zip(elastic, viscous, strict=True))]
+        on_both = self.transmitted(s)
+        return [*self.strain, *s, *on_both[:6], *(-x for x in on_both[6:])]
 
     def energies(self) -> list[Scalar]:
         """Return the potential, J, and the power of damping, W."""

@@ -42,6 +42,7 @@ class Quantities:
         self.energies: dict[str, Scalar] = {}
         self.dynamics: Callable[[Symbol], Scalar] = _no_dynamics
         self.reactions: Callable[[Symbol], Scalar] = _no_reactions
+        self.section_loads: Callable[[Symbol], Scalar] = _no_section_loads
 
     def input(self, block: str, index: int = 0) -> Scalar:
         return Scalar(self.algebra.tape, self.algebra.tape.input(block, index))
@@ -74,6 +75,8 @@ class Quantities:
                 return self.dynamics(symbol)
             case "reaction" | "drive_effort":
                 return self.reactions(symbol)
+            case "section_load":
+                return self.section_loads(symbol)
             case kind if kind in self.offered:
                 section, offer = self.offered[kind]
                 return offer(self, self.elements[section, symbol.name])
@@ -122,6 +125,12 @@ def _no_reactions(symbol: Symbol) -> Scalar:
     """Refuse a reaction in a force, whose accelerations would depend on themselves."""
     what = f"{symbol.kind}.{symbol.name} follows from the accelerations, so no force can depend on it"
     raise ModelError(what, "an output, or an event")
+
+
+def _no_section_loads(symbol: Symbol) -> Scalar:
+    """Refuse section loads where no beams are at hand."""
+    what = f"sections of the beam {symbol.name} are told in outputs and events alone"
+    raise ModelError(what, "an output")
 
 
 def input_signal(quantities: Quantities, item: Input) -> Scalar:

@@ -18,6 +18,7 @@ from eomgen.mechanics.terms.linearization import (
 )
 from eomgen.mechanics.terms.momenta import momenta
 from eomgen.mechanics.terms.samples import samples
+from eomgen.mechanics.terms.section_loads import section_loads
 from eomgen.system.system import Block
 
 RECORDERS: Mapping[str, Callable[[Derivation], list[Block]]] = {
@@ -52,6 +53,7 @@ RECORDERS: Mapping[str, Callable[[Derivation], list[Block]]] = {
     "event_impulse": event_impulse,
     "samples": samples,
     "elastic": Derivation.elastic,
+    "section_loads": section_loads,
     "linearization": linearization,
     "acceleration_partials": acceleration_partials,
     "output_partials": output_partials,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Collection, Mapping, Sequence
+from functools import partial
 from itertools import chain
 from pathlib import Path
 from typing import Any, Literal
@@ -30,6 +31,7 @@ from eomgen.scene.document.doubtful_springs import negative_laws, springs_within
 from eomgen.scene.document.out_of_scale import out_of_scale
 from eomgen.scene.document.plain_angles import angles_of_several_turns
 from eomgen.scene.document.plain_times import doubtful_times
+from eomgen.scene.document.section_outputs import section_formulas
 from eomgen.scene.document.units import in_si
 from eomgen.scene.document.validation import read_document
 from eomgen.scene.events.reading import read_event
@@ -309,7 +311,8 @@ class _Assembler:
             read_event(name, entry, joints, self.names.modes, absolute, values)
             for name, entry in document.events.items()
         )
-        outputs = tuple(read_output(name, output, values) for name, output in document.outputs.items())
+        of_sections = partial(section_formulas, exact, values)
+        outputs = tuple(read_output(name, output, of_sections, values) for name, output in document.outputs.items())
         checks.check_drive_efforts(outputs, events, joints.values(), constraints, self.report)
         checks.check_simulation(document.simulation, self.report)
         simulation = document.simulation

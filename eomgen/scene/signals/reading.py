@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import operator
+from collections.abc import Callable
 
 from eomgen.formula.curves import AnyCurve
 from eomgen.formula.discontinuities import applications
@@ -89,13 +90,21 @@ _UNITS = {
     "acceleration": "m/s^2",
     "reaction_force": "N",
     "reaction_moment": "N m",
+    "section_force": "N",
+    "section_moment": "N m",
+    "section_strain": "1",
+    "section_curvature": "1/m",
 }
 
 
-def read_output(name: str, output: written.Output, values: Values) -> Output:
+#: From the key, the kind and the entry of an output of sections to its components.
+Sections = Callable[[str, str, written.Output], tuple[Formula, ...]]
+
+
+def read_output(name: str, output: written.Output, sections: Sections, values: Values) -> Output:
     """Return an output; where it says no unit, that of its kind."""
     key = key_of("outputs", name)
-    kinds = ("position", "velocity", "acceleration", "reaction_force", "reaction_moment", "formula", "energy")
+    kinds = (*_UNITS, "formula", "energy")
     given = [kind for kind in kinds if getattr(output, kind) is not None]
     formulas: tuple[Formula, ...] = ()
     if len(given) != 1:
@@ -110,6 +119,8 @@ def read_output(name: str, output: written.Output, values: Values) -> Output:
     elif output.energy is not None:
         report.check_reference(f"{key}.energy", output.energy, ENERGIES, "energy", values.report)
         formulas = (Symbol("energy", output.energy),)
+    elif given[0].startswith("section"):
+        formulas = sections(key, given[0], output)
     elif given[0].startswith("reaction"):
         part, of = given[0].removeprefix("reaction_"), str(getattr(output, given[0]))
         if fault := values.names.fault_of_reaction(of):
@@ -119,6 +130,8 @@ def read_output(name: str, output: written.Output, values: Values) -> Output:
         kind, point = given[0], str(getattr(output, given[0]))
         values.point(f"{key}.{kind}", point)
         formulas = tuple(Symbol(kind, point, index) for index in range(3))
+    if output.at is not None and not any(kind.startswith("section") for kind in given):
+        values.report.add(f"{key}.at", "at is a place on a beam, of outputs of its sections", 'section_moment = "NAME"')
     unit = _UNITS.get(given[0], "") if len(given) == 1 else ""
     if output.energy is not None:
         unit = "W" if output.energy.endswith("power") else "J"

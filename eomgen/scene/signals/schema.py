@@ -176,8 +176,26 @@ class Output(Table):
     reaction_moment: str | None = optional(
         "the same of its moment", refers="reactions", kind="reaction, joint or constraint"
     )
+    section_force: str | None = optional(
+        "3 components in the axes of the section: axial force, shear force along y and along z, see"
+        " [section loads](#section-loads)",
+        refers="beams",
+        kind="beam of the model `cosserat`",
+    )
+    section_moment: str | None = optional(
+        "the same of its torque and its bending moments about y and z",
+        refers="beams",
+        kind="beam of the model `cosserat`",
+    )
+    section_strain: str | None = optional(
+        "stretch, shear along y and along z", refers="beams", kind="beam of the model `cosserat`"
+    )
+    section_curvature: str | None = optional(
+        "twist, curvature about y and about z, less those at rest", refers="beams", kind="beam of the model `cosserat`"
+    )
+    at: Value | None = of_fixed_parameters("of these four: x of the section along the beam at rest", unit="m")
     energy: str | None = optional(
         "J, or W for the powers", kind="`kinetic`, `potential`, `total`, `power`, `base_power`"
     )
-    unit: Unit = key("label", "", shown_default="m, m/s, m/s², N, N m, J or W where the kind of output says it")
+    unit: Unit = key("label", "", shown_default="m, m/s, m/s², N, N m, 1/m, J or W where the kind of output says it")
     description: Description = key("title of its panel in the plot, or in the legend where it shares one", "")

@@ -1,0 +1,29 @@
+"""Strains and section loads of geometrically exact beams, of which outputs and figures are made."""
+
+from __future__ import annotations
+
+from eomgen.mechanics.derivation import Derivation
+from eomgen.system.system import Block
+
+
+def section_loads(derivation: Derivation) -> list[Block]:
+    """Return x of the elements' middles at rest, m, their strains, and the loads of their sections.
+
+    A load is what the part beyond exerts on a section: moment, N m, then force, N, in the axes of the section.
+    """
+    beams = derivation.section_loads.beams
+    rows = [row for beam in beams for row in derivation.section_loads.rows(beam.name)]
+    middles = [
+        derivation.algebra.scalar((number + 0.5) * beam.spacing) for beam in beams for number in range(beam.elements)
+    ]
+    count = len(rows)
+    strain = [value for row in rows for value in row[:6]]
+    mean = [value for row in rows for value in row[6:12]]
+    ends = [value for row in rows for value in row[12:]]
+    where = f"of each element of {', '.join(beam.name for beam in beams)}"
+    return [
+        derivation.block("x", (count,), middles, f"place at rest of the middle {where}, m"),
+        derivation.block("strain", (count, 6), strain, f"twist, curvature about y and z, stretch, shear {where}"),
+        derivation.block("load", (count, 6), mean, f"mean moment and force of the sections {where}"),
+        derivation.block("load_at_ends", (count, 2, 6), ends, f"load of the first and the last section {where}"),
+    ]

@@ -1,0 +1,183 @@
+"""Plots of strains and section loads of geometrically exact beams: along the axis at instants, and over time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from eomgen.arrays import Array
+from eomgen.compiled.section_loads import SectionLoads
+from eomgen.errors import Problem, UsageError
+from eomgen.figures import axes_of_caller, new_figure, pyplot_figure, saved
+from eomgen.results.recorded import Recorded
+from eomgen.text import listed, nearest, shown
+
+#: By quantity: its components and its unit.
+_QUANTITIES: Mapping[str, tuple[tuple[str, str, str], str]] = {
+    "moment": (("torque", "bending moment about y", "bending moment about z"), "N m"),
+    "force": (("axial force", "shear force along y", "shear force along z"), "N"),
+    "curvature": (("twist", "curvature about y", "curvature about z"), "1/m"),
+    "strain": (("stretch", "shear along y", "shear along z"), "1"),
+}
+_LOADS = ("moment", "force")
+_COLOURS = ("#0B62C4", "#F08C00", "#1A9850")
+#: Rows of a map over time, and instants of a figure that a run draws into a file.
+_ROWS, _INSTANTS = 400, 6
+#: Components of less than this part of the largest of their quantity are rounding errors, and have no map.
+_NONE = 1e-9
+
+
+class ModelWithSections(Protocol):
+    """The model of a run: see ``Solution.model``."""
+
+    def section_loads(self, t: Array, q: Array, v: Array, multipliers: Array) -> Mapping[str, SectionLoads]: ...
+
+
+class Loaded(Recorded, Protocol):
+    """A ``Solution``: see there."""
+
+    @property
+    def model(self) -> ModelWithSections | None: ...
+
+    @property
+    def section_loads(self) -> Mapping[str, SectionLoads]: ...
+
+
+def plot_sections(
+    solution: Loaded, beam: str = "", quantities: Sequence[str] = (), at: ArrayLike | None = None, axes: object = None
+) -> list[Any]:
+    """Draw strains or loads along a beam; see ``Solution.plot_sections``."""
+    chosen = _chosen(quantities)
+    rows = _rows_at(solution, at) if at is not None else _thinned(solution.t, _ROWS)
+    name, loads = _loads(solution, beam, rows)
+    panels = [(quantity, index) for quantity in chosen for index in _present(loads, quantity)]
+    if axes is None:
+        figure = pyplot_figure((9.0, 0.6 + 2.6 * len(panels)))
+        figure.suptitle(f"{solution.metadata.get('scene', '')}: {name}", fontsize=11)
+        drawn = list(np.atleast_1d(figure.subplots(len(panels), 1, sharex=True)))
+    else:
+        drawn = axes_of_caller("plot_sections", axes, [_QUANTITIES[name][0][index] for name, index in panels])
+    for number, (axis, (quantity, index)) in enumerate(zip(drawn, panels, strict=True)):
+        if at is not None:
+            _along(axis, loads, quantity, index, solution.t[rows], legend=number == 0)
+        else:
+            _over_time(axis, loads, quantity, index, solution.t[rows])
+    drawn[-1].set_xlabel("x at rest, m" if at is not None else "time, s")
+    return drawn
+
+
+def draw_sections(solution: Loaded, beams: Sequence[str], folder: Path) -> list[Path]:
+    """Draw for each beam ``sections_NAME.png``: moments and forces along the axis at instants, and over time.
+
+    Raises
+    ------
+    FileError
+        A figure cannot be written.
+    """
+    files = []
+    for beam in beams:
+        rows = _thinned(solution.t, _ROWS)
+        name, loads = _loads(solution, beam, rows)
+        panels = [(quantity, index) for quantity in _LOADS for index in _present(loads, quantity)]
+        figure = new_figure((15.0, 0.6 + 2.6 * len(panels)))
+        figure.suptitle(f"{solution.metadata.get('scene', '')}: sections of the beam {name}", fontsize=11)
+        axes = figure.subplots(len(panels), 2, sharex="col", squeeze=False)
+        instants = np.unique(np.linspace(0, len(rows) - 1, _INSTANTS).astype(int))
+        for number, ((left, right), (quantity, index)) in enumerate(zip(axes, panels, strict=True)):
+            _along(left, _of_rows(loads, instants), quantity, index, solution.t[rows][instants], legend=number == 0)
+            _over_time(right, loads, quantity, index, solution.t[rows])
+        axes[-1][0].set_xlabel("x at rest, m")
+        axes[-1][1].set_xlabel("time, s")
+        files.append(saved(figure, folder / f"sections_{name}.png", "another folder, or --no-plots"))
+    return files
+
+
+def _chosen(quantities: Sequence[str]) -> Sequence[str]:
+    for quantity in quantities:
+        if quantity not in _QUANTITIES:
+            what = f"sections have no {shown(quantity)}"
+            raise UsageError(Problem("plot_sections", what, nearest(str(quantity), _QUANTITIES)))
+    return quantities or _LOADS
+
+
+def _rows_at(solution: Loaded, at: ArrayLike) -> Array:
+    """Return the rows next to some times."""
+    times = np.atleast_1d(np.asarray(at, dtype=float))
+    t = solution.t
+    outside = times[~((times >= t[0] - 1e-9) & (times <= t[-1] + 1e-9))]
+    if len(outside):
+        what = f"t = {outside[0]:.6g} s is outside the solution, which goes from {t[0]:.6g} s to {t[-1]:.6g} s"
+        raise UsageError(Problem("plot_sections: at", what, "times within it"))
+    return np.array([int(np.argmin(np.abs(t - time))) for time in times])
+
+
+def _thinned(t: Array, count: int) -> Array:
+    return np.unique(np.linspace(0, len(t) - 1, min(len(t), count)).astype(int))
+
+
+def _loads(solution: Loaded, beam: str, rows: Array) -> tuple[str, SectionLoads]:
+    """Return the name of a beam and its loads at some rows, evaluated at these alone where that can be done."""
+    known = vars(solution).get("section_loads")
+    if known is None and solution.model is not None:
+        found = solution.model.section_loads(
+            *(getattr(solution, name)[rows] for name in ("t", "q", "v", "multipliers"))
+        )
+    else:
+        found = {name: _of_rows(loads, rows) for name, loads in solution.section_loads.items()}
+    if not beam and len(found) > 1:
+        what = f"the scene has {len(found)} geometrically exact beams"
+        raise UsageError(Problem("plot_sections", what, f"the name of one: {listed(found)}"))
+    name = beam or next(iter(found))
+    if name not in found:
+        raise UsageError(Problem("plot_sections", f"there is no beam {shown(name)}", nearest(name, found)))
+    return name, found[name]
+
+
+def _of_rows(loads: SectionLoads, rows: Array) -> SectionLoads:
+    return SectionLoads(**{name: part if name == "x" else part[rows] for name, part in loads.named().items()})
+
+
+def _present(loads: SectionLoads, quantity: str) -> list[int]:
+    """Return the components that differ from zero; the first one where none does."""
+    size = np.max(np.abs(getattr(loads, quantity)), axis=(0, 1))
+    return np.flatnonzero(size > _NONE * np.max(size)).tolist() or [0]
+
+
+def _label(quantity: str, index: int) -> str:
+    names, unit = _QUANTITIES[quantity]
+    return names[index] if unit == "1" else f"{names[index]}, {unit}"
+
+
+def _along(axis: Any, loads: SectionLoads, quantity: str, index: int, t: Array, *, legend: bool) -> None:
+    """Draw a component over x: loads from end to end of the elements, strains as they are, constant in each."""
+    from matplotlib import colormaps  # noqa: PLC0415  # slow to import, and only drawing needs it
+
+    nodes = loads.nodes
+    x = np.stack([nodes[:-1], nodes[1:]], axis=1).ravel()
+    colours = colormaps["viridis"](np.linspace(0.0, 0.9, len(t)))
+    for row, (time, colour) in enumerate(zip(t, colours, strict=True)):
+        if quantity in _LOADS:
+            values = getattr(loads, f"{quantity}_at_ends")[row, :, :, index].ravel()
+        else:
+            values = np.repeat(getattr(loads, quantity)[row, :, index], 2)
+        axis.plot(x, values, color=colour, linewidth=1.3, label=f"t = {time:.4g} s")
+    axis.set_ylabel(_label(quantity, index))
+    axis.grid(True, color="#dddddd", linewidth=0.6)
+    axis.margins(x=0.0)
+    axis.ticklabel_format(axis="y", style="sci", scilimits=(-4, 5), useOffset=False)
+    if legend:
+        axis.legend(loc="best", fontsize=8, frameon=False)
+
+
+def _over_time(axis: Any, loads: SectionLoads, quantity: str, index: int, t: Array) -> None:
+    """Draw a component as a map over time and x."""
+    values = getattr(loads, quantity)[..., index]
+    size = float(np.max(np.abs(values))) or 1.0
+    borders = np.concatenate([t[:1], 0.5 * (t[1:] + t[:-1]), t[-1:]])
+    drawn = axis.pcolormesh(borders, loads.nodes, values.T, cmap="RdBu_r", vmin=-size, vmax=size, rasterized=True)
+    axis.set_ylabel("x at rest, m")
+    axis.figure.colorbar(drawn, ax=axis, label=_label(quantity, index), pad=0.01)
