@@ -22,7 +22,8 @@ from eomgen.mechanics.kinematics.wrenches import Wrench
 from eomgen.mechanics.tree.links import Mount
 from eomgen.scene.bodies.cosserat import Cosserat, Rows
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
-from eomgen.symbolic.map import Map, add_map
+from eomgen.symbolic.map import Map, add_map, splice
+from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.scalar import (
     Algebra,
     Matrix,
@@ -289,11 +290,16 @@ def _loop(
     if more:
         rows = [[*row, *(number.ref for number in extra)] for row, extra in zip(rows, more, strict=True)]
     found = tuple(value.ref for value in results(element, *numbers[2 * size :]))
+    # what is gathered and not used (twists, by results of strains alone) would count as an argument of the loop
+    taken = sorted({symbol.index for symbol in kernel.depends_on(found) if symbol.block == "gather"})
+    compact = Tape()
+    bindings = {InputSymbol("gather", slot): compact.input("gather", place) for place, slot in enumerate(taken)}
+    found = tuple(splice(compact, kernel, found, bindings))
     return Map(
-        kernel,
+        compact,
         len(pairs),
         shared=tuple(shared),
-        gather=tuple(zip(*rows, strict=True)),
+        gather=tuple(tuple(row[slot] for row in rows) for slot in taken),
         sums=found if summed else (),
         stacked=() if summed else found,
         label=label,
