@@ -10,15 +10,21 @@ import numpy as np
 
 from eomgen.analysis.driven_rest import check_lasting, check_rates, driven_velocity, drives, held_base
 from eomgen.analysis.equilibrium_warnings import SAME, Measures, equilibrium_notes
+from eomgen.analysis.loaded_statics import loaded_statics
 from eomgen.analysis.sampled import check_continuous
+from eomgen.analysis.soft_modes import soft_modes
+from eomgen.analysis.sparse_partials import SparsePartials, dense, sparse_partials
 from eomgen.arrays import Array
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.terms import Inputs, Parameters
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
-from eomgen.lie.product import difference
+from eomgen.lie.product import difference, update
+from eomgen.solvers.bordered_newton import LoadedStatics, Rest
+from eomgen.solvers.equilibrium_path import PathEndError, StepLimits
 from eomgen.solvers.equilibrium_search import left_at_start, nearest_rest
-from eomgen.solvers.statics import SOFT, Point, Search, Statics, examine, onto_constraints
+from eomgen.solvers.load_steps import by_load_steps
+from eomgen.solvers.statics import SOFT, Largest, Point, Search, Statics, examine, onto_constraints
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
@@ -27,6 +33,10 @@ _TO_STAY = "any_kind=True (--any-kind) finds the nearest of any kind"
 _ELSEWHERE = "it is not where a damped motion"
 #: Components of a direction below this part of the largest are left out when it is named.
 _NAMED = 0.05
+#: Starts that are tried past bifurcations, and how far they are moved: rad, or parts of the scene's length.
+_BRANCHES, _IMPERFECTION = 2, 1e-3
+#: Largest load steps, and those past bifurcations.
+_STEPS, _CLOSE_STEPS = StepLimits(factor=0.5), StepLimits(0.2, 0.02)
 
 
 @dataclass(frozen=True)
@@ -129,8 +139,11 @@ def equilibrium(
         The model was built without the terms that are needed, or arguments cannot be taken.
     """
     check_continuous(model, "equilibrium")
-    needed = {"mass", "residual", "partials"} | ({"constraint_jacobian"} if model.multipliers else set())
-    needed |= {"internal_rate", "internal_partials"} if model.nz else set()
+    needed = {"residual"} | ({"constraint_jacobian"} if model.multipliers else set())
+    if "iteration" in model.functions:  # has the others' nonzeros
+        needed |= {"internal_rate"} if model.nz else set()
+    else:
+        needed |= {"mass", "partials"} | ({"internal_rate", "internal_partials"} if model.nz else set())
     if missing := sorted(name for name in needed if name not in model.functions):
         what = f"the terms {', '.join(missing)} are needed, and the model was built without them"
         raise UsageError(
@@ -155,17 +168,96 @@ def equilibrium(
         raise ModelError(Problem("equilibrium", what, "masses and inertias that bodies can have")) from None
     if not first.finite:
         raise _not_finite(model, first)
-    damped, chosen = nearest_rest(statics, start.q, start.z, any_kind=any_kind)
-    if chosen is None:
-        raise _failure(model, statics, damped)
+    assembled = onto_constraints(statics, first)
+    loaded = loaded_statics(model, measures, assembled.q, u, driven)
+    stepped: Search | str = ""
+    if model.description.exact_beams:
+        stepped = _by_load_steps(loaded, statics, assembled)
+        if isinstance(stepped, Search) and not any_kind:
+            stepped = _settled(loaded, statics, assembled, stepped)
+    if isinstance(stepped, Search):
+        damped, chosen = stepped, stepped
+    else:
+        damped, found = nearest_rest(statics, start.q, start.z, any_kind=any_kind)
+        if found is None:
+            stepped = stepped or _by_load_steps(loaded, statics, assembled)
+            if isinstance(stepped, str):
+                raise _failure(model, statics, damped, stepped)
+            found = stepped
+        chosen = found
     if np.any(driven):
         check_lasting(model, measures, u, chosen.point.q, driven, chosen.point.z)
     deviations = model.check_left_out(chosen.point.q, driven, time, p)
     notes = [*deviations, *_elsewhere(model, statics, chosen, damped)]
-    if not any_kind and chosen is damped and left_at_start(statics, start.z, damped):
+    if not any_kind and chosen is damped and chosen is not stepped and left_at_start(statics, start.z, damped):
         notes.append(_left(model, statics, damped))
     notes += equilibrium_notes(measures, chosen.path, u)
-    return _result(model, statics, chosen, driven, measures, notes)
+    return _result(model, _stiffness(statics, loaded, chosen.point), chosen, driven, measures, notes)
+
+
+def _by_load_steps(loaded: LoadedStatics, statics: Statics, start: Point, limits: StepLimits = _STEPS) -> Search | str:
+    """Return where load steps lead from the start, or how far they lead and why they end."""
+    try:
+        rest, path = by_load_steps(loaded, Rest(start.q, start.lam, start.z, 1.0), limits)
+        search = Search(examine(statics, rest.q, rest.z), True, len(path) - 1, path)
+    except PathEndError as end:
+        part = end.point.rest.s if end.point else 0.0
+        return f"load steps from the start end at {100.0 * part:.3g} % of the loads, for {end.why}"
+    except np.linalg.LinAlgError:
+        return "load steps from the start end where the inertia matrix is not positive definite"
+    largest = Largest(max(statics.weight, start.force), np.abs(start.rates))
+    if not (search.point.finite and largest.balanced(search.point)):
+        return "load steps from the start leave forces unbalanced"
+    return search
+
+
+def _settled(loaded: LoadedStatics, statics: Statics, start: Point, found: Search) -> Search:
+    """Return where load steps lead from a start that is moved a little as an unstable rest would be left.
+
+    So they follow the path of an imperfect structure past a bifurcation; ``found`` itself if it is not unstable, or
+    where that leads to no rest that is stable.
+    """
+    search = found
+    for _ in range(_BRANCHES):
+        stiffness = _stiffness(statics, loaded, search.point)
+        if stiffness.positive or len(start.z) or _skew(search.point):
+            return search
+        shape = stiffness.directions[:, 0]
+        nudge = _IMPERFECTION / float(np.max(np.abs(shape) / statics.sizes)) * shape
+        aside = onto_constraints(statics, examine(statics, update(statics.factors, start.q, nudge), start.z))
+        moved = _by_load_steps(loaded, statics, aside, _CLOSE_STEPS)
+        if isinstance(moved, str):
+            return found
+        search = moved
+    return search if _stiffness(statics, loaded, search.point).positive else found
+
+
+def _skew(point: Point) -> bool:
+    """Return whether forces follow the motion, so that stiffness alone does not decide stability."""
+    return float(np.max(np.abs(point.stiffness - point.stiffness.T), initial=0.0)) > 1e-6 * point.largest_stiffness
+
+
+@dataclass(frozen=True)
+class _Stiffness:
+    """Squared frequencies by stiffness alone, increasing, 0 where nothing pulls back, and their directions (nv, n)."""
+
+    values: Array
+    directions: Array
+    largest: float
+
+    @property
+    def positive(self) -> bool:
+        return bool(np.all(self.values >= 0.0))
+
+
+def _stiffness(statics: Statics, loaded: LoadedStatics, point: Point) -> _Stiffness:
+    values, vectors = np.linalg.eigh(point.symmetric)
+    largest, directions = point.largest_stiffness, point.basis @ vectors
+    soft = np.abs(values) <= max(1e2 * SOFT * largest, _no_stiffness(statics))
+    rest, mass = Rest(point.q, point.lam, point.z, 1.0), statics.mass(point.q)
+    values[soft], directions[:, soft] = soft_modes(loaded, rest, mass, directions[:, soft], largest)
+    order = np.argsort(values, kind="stable")
+    return _Stiffness(values[order], directions[:, order], largest)
 
 
 def _elsewhere(model: CompiledModel, statics: Statics, chosen: Search, damped: Search) -> list[str]:
@@ -205,9 +297,27 @@ def _statics(model: CompiledModel, measures: Measures, q: Array, u: Inputs, v: A
     def value(term: str, q: Array, **more: Any) -> Array:
         return next(iter(model.evaluate(term, q, v, rest, **more, **forces).values()))
 
+    whole = "partials" in model.functions  # else the nonzeros of large scenes are there
+
+    def nonzeros(q: Array, lam: Array, z: Array) -> SparsePartials:
+        return sparse_partials(model, q, v, rest, z, lam, forces)
+
+    def mass(q: Array) -> Array:
+        if "mass" in model.functions:
+            return model.mass(q, parameters=p)
+        return dense(nonzeros(q, np.zeros(rows), np.zeros(model.nz)).M)
+
+    def stiffness(q: Array, lam: Array, z: Array) -> Array:
+        if whole:
+            return model.partials(q, v, rest, z=z, multipliers=lam, **forces)[0]
+        return dense(nonzeros(q, lam, z).K)
+
     def couplings(q: Array, z: Array) -> tuple[Array, Array, Array]:
         if not model.nz:
             return np.zeros((model.nv, 0)), np.zeros((0, model.nv)), np.zeros((0, 0))
+        if not whole:
+            found = nonzeros(q, np.zeros(rows), z)
+            return dense(found.Rz), dense(found.Fq), dense(found.Fz)
         partials = model.internal_partials(q, v, z, **forces)
         return partials.residual_z, partials.rate_q, partials.rate_z
 
@@ -215,11 +325,11 @@ def _statics(model: CompiledModel, measures: Measures, q: Array, u: Inputs, v: A
         factors=model.factors,
         turning=np.array([unit == "rad/s" for unit in model.v_units]),
         holonomic=holonomic,
-        mass=lambda q: model.mass(q, parameters=p),
+        mass=mass,
         jacobian=lambda q: value("constraint_jacobian", q) if rows else np.zeros((0, model.nv)),
         constraint=lambda q: value("constraint", q) if holonomic else np.zeros(0),
         residual=lambda q, lam, z: value("residual", q, z=z, multipliers=lam),
-        stiffness=lambda q, lam, z: model.partials(q, v, rest, z=z, multipliers=lam, **forces)[0],
+        stiffness=stiffness,
         rates=lambda q, z: model.internal_rates(q, v, z, **forces) if model.nz else np.zeros(0),
         couplings=couplings,
         followed=lambda q: model.evaluator.followed(q, measures.t, p, measures.base),
@@ -230,19 +340,20 @@ def _statics(model: CompiledModel, measures: Measures, q: Array, u: Inputs, v: A
 
 
 def _result(
-    model: CompiledModel, statics: Statics, search: Search, v: Array, measures: Measures, notes: Sequence[str]
+    model: CompiledModel,
+    stiffness: _Stiffness,
+    search: Search,
+    v: Array,
+    measures: Measures,
+    notes: Sequence[str],
 ) -> Equilibrium:
-    point = search.point
-    scale = point.largest_stiffness
-    values, vectors = np.linalg.eigh(point.symmetric)
-    soft = np.abs(values) <= max(1e2 * SOFT * scale, _no_stiffness(statics))
-    directions = point.basis @ vectors
+    point, values, directions = search.point, stiffness.values, stiffness.directions
+    soft = stiffness.values == 0.0
     undetermined = _components(model, directions[:, soft])
-    skew = float(np.max(np.abs(point.stiffness - point.stiffness.T), initial=0.0))
     against = int(np.sum(values[~soft] < 0.0))
     stable: bool | None = not against
     # gyroscopic forces may hold what stiffness pushes away, in an even number of directions (Chetaev 1961)
-    if model.nz or skew > 1e-6 * scale or (np.any(v) and against and against % 2 == 0):
+    if model.nz or _skew(point) or (np.any(v) and against and against % 2 == 0):
         stable = None
     frequencies = np.where(soft, 0.0, np.sign(values) * np.sqrt(np.abs(values)))
     acceleration = float(np.max(np.abs(point.acceleration), initial=0.0))
@@ -305,7 +416,7 @@ def _no_stiffness(statics: Statics) -> float:
     return SOFT * statics.gravity / statics.length
 
 
-def _failure(model: CompiledModel, statics: Statics, search: Search) -> NumericalError:
+def _failure(model: CompiledModel, statics: Statics, search: Search, stepped: str) -> NumericalError:
     """Return the error: an unrestrained coordinate, violated constraints, or a search that did not converge."""
     point, steps = search.point, search.steps
     acceleration = point.acceleration
@@ -329,7 +440,7 @@ def _failure(model: CompiledModel, statics: Statics, search: Search) -> Numerica
         return NumericalError(Problem("equilibrium", what, "an initial state nearer to assembly"))
     what = (
         f"no equilibrium was found in {steps} steps: {model.v_names[k]} still accelerates with {acceleration[k]:.4g}"
-        f" {unit}"
+        f" {unit}; {stepped}"
     )
     hint = "an initial state nearer to rest, or any_kind=True (--any-kind) for an unstable one"
     return NumericalError(Problem("equilibrium", what, hint))

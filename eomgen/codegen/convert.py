@@ -17,6 +17,7 @@ from eomgen.errors import ModelError
 from eomgen.integrators.step_splitting import jump_data
 from eomgen.symbolic.map import Map
 from eomgen.symbolic.operations import CurveLike, Op
+from eomgen.system.patterns import packed_places
 from eomgen.system.system import BASE_LAYOUT, BASE_SIZE, INPUT_BLOCKS, OBSERVED, Function, Quantity, System
 from eomgen.version import __version__
 
@@ -125,7 +126,14 @@ def to_program(
         method=data,
         series=series,
         curves=tuple(_curve(curves[key]) for key in curve_numbers),
+        patterns=_patterns(system) if "iteration" in wanted else {},
     )
+
+
+def _patterns(system: System) -> dict[str, str]:
+    """Return where the nonzeros of ``iteration`` belong, as text, by the names of its outputs."""
+    names = {block.name for block in system.functions["iteration"].outputs}
+    return {name: packed_places(pairs) for name, pairs in system.patterns.items() if name in names}
 
 
 def _sources(system: System, prefix: str) -> tuple[SourceFile, ...]:

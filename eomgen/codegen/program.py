@@ -195,6 +195,8 @@ class Program:
         C files that the scene brings along.
     start : str
         What there is to say about the initial state, where it is not simply that of the joints.
+    patterns : mapping from str to str
+        Where the nonzeros that ``iteration`` gives belong, by the names of its outputs; see ``system.patterns``.
     """
 
     prefix: str
@@ -240,6 +242,7 @@ class Program:
     row_units: tuple[str, ...] = ()
     frames: tuple[str, ...] = ()
     sources: tuple[SourceFile, ...] = ()
+    patterns: Mapping[str, str] = field(default_factory=dict)
 
     def function(self, name: str) -> ProgramFunction:
         """Return a function by name. Raises KeyError with the known names."""

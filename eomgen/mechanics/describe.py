@@ -10,13 +10,26 @@ from eomgen.formula.nodes import ZERO_VECTOR, Formula, Number
 from eomgen.formula.prescribed_motion import Law, constant
 from eomgen.lie.product import Factor
 from eomgen.scene.bodies.beam import Beam
+from eomgen.scene.bodies.cosserat import Cosserat
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.joint_types import DRIVE_UNITS
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.report import Report
 from eomgen.scene.scene import Scene
-from eomgen.system.description import Coordinates, Description, Drawing, Hinge, Limit, Line, Link, Point, Solid, Wheel
+from eomgen.system.description import (
+    Coordinates,
+    Description,
+    Drawing,
+    ElementStiffness,
+    Hinge,
+    Limit,
+    Line,
+    Link,
+    Point,
+    Solid,
+    Wheel,
+)
 from eomgen.text import key_of
 
 #: Part of a beam's length (of 1 rad, for torsion) that is a small deformation of its first mode.
@@ -43,11 +56,19 @@ def describe(scene: Scene) -> Description:
         lengths=tuple(_lengths(scene)),
         gravity=scene.gravity,
         exact_beams=tuple(item.beam.nodes for item in scene.elements if isinstance(item, CosseratBeam)),
+        element_stiffness=tuple(
+            _element_stiffness(item.beam) for item in scene.elements if isinstance(item, CosseratBeam)
+        ),
         frames=scene.frames,
         drawing=_drawing(scene),
         simulation=scene.simulation,
         places={key: location for key, location in scene.source.items() if key.startswith("simulation")},
     )
+
+
+def _element_stiffness(beam: Cosserat) -> ElementStiffness:
+    lengths, stiffness = (beam.spacing,) * beam.elements, (beam.stiffness,) * beam.elements
+    return ElementStiffness(beam.nodes, lengths, stiffness)
 
 
 def base_disturbances(scene: Scene) -> tuple[str, ...]:

@@ -1,3 +1,14 @@
 """The contract between front ends and back ends: System, Description, and the register of terms."""
 
-__all__ = ["description", "display", "events", "motions", "samples", "selection", "signals", "system", "terms"]
+__all__ = [
+    "description",
+    "display",
+    "events",
+    "motions",
+    "patterns",
+    "samples",
+    "selection",
+    "signals",
+    "system",
+    "terms",
+]

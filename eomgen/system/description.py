@@ -141,6 +141,22 @@ class FixedFrame(Point):
 
 
 @dataclass(frozen=True)
+class ElementStiffness:
+    """Stiffness of the elements of a geometrically exact beam.
+
+    Attributes
+    ----------
+    nodes : bodies that are the nodes, along the beam; each element joins two neighbours
+    lengths : of the elements at rest, m
+    stiffness : of the sections of each element, rows of 6, rotations first, section axes; formulas of parameters
+    """
+
+    nodes: tuple[str, ...]
+    lengths: tuple[float, ...]
+    stiffness: tuple[tuple[tuple[Formula, ...], ...], ...]
+
+
+@dataclass(frozen=True)
 class Solid:
     """What stands for a body, which the term ``poses`` moves: the homogeneous solid of its mass, centre and inertia.
 
@@ -256,6 +272,7 @@ class Description:
     lengths : vectors, m, whose norms tell how large the machine is
     gravity : m/s^2
     exact_beams : of geometrically exact beams: the bodies that are their nodes, by the order along the beam
+    element_stiffness : of the elements of these beams, beam by beam
     frames : named frames of bodies
     places : where the keys of ``simulation`` are written, for messages: ``file:line`` by ``simulation.method``
     """
@@ -277,6 +294,7 @@ class Description:
     lengths: tuple[tuple[Formula, ...], ...] = ()
     gravity: Vector = ZERO_VECTOR
     exact_beams: tuple[tuple[str, ...], ...] = ()
+    element_stiffness: tuple[ElementStiffness, ...] = ()
     frames: tuple[FixedFrame, ...] = ()
     drawing: Drawing = field(default_factory=Drawing)
     simulation: Simulation = field(default_factory=Simulation)

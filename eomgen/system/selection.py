@@ -41,5 +41,5 @@ class Selection:
         accelerations = "forward_dynamics" if "forward_dynamics" in derived else "residual"
         needed = {*called, *PURPOSES["run"], accelerations, "partials" if implicit else "internal_partials"}
         if self.start == "equilibrium":
-            needed |= set(PURPOSES["equilibrium"])
+            needed |= {*PURPOSES["equilibrium"], *(() if "partials" in derived else ("iteration",))}
         return [name for name in derived if name in needed or name not in TERMS or TERMS[name].of_events]

@@ -1,0 +1,133 @@
+"""Strains of the elements of geometrically exact beams, for Newton steps that extrapolate section forces.
+
+In a step of Newton's method strains change to second order beside their linear change, and a stiff section makes large
+forces of that, which spoil the next tangent. With the section forces of the linear change in the geometric part of the
+tangent instead, slender beams take as many steps as others: D. Magisano, L. Leonetti and G. Garcea, Comput. Methods
+Appl. Mech. Engrg. 313 (2017) 986.
+
+An element between frames A and B has d = log(H_A^-1 H_B), d' = T^-1(d) v_B - T^-1(-d) v_A, and its nodes take D^T s by
+the section forces s, D being the derivative of d along both twists.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.sparse import csc_array, csr_array
+
+from eomgen.arrays import Array
+from eomgen.formula.evaluate import evaluate
+from eomgen.lie import numeric
+from eomgen.lie.groups import SE3
+
+if TYPE_CHECKING:
+    from eomgen.compiled.model import CompiledModel
+
+#: Step of derivatives by complex arguments.
+_STEP = 1e-30
+#: Turn of an element that is too near to half a turn, rad.
+_HALF_TURN = 3.1
+
+
+class ElementStrains:
+    """All elements of a model's geometrically exact beams, at one set of parameters.
+
+    Attributes
+    ----------
+    stiffness : (elements, 6, 6) section forces by change of d: stiffness by length
+    """
+
+    def __init__(self, model: CompiledModel, p: Array, given: dict[str, Any]) -> None:
+        """Read the beams; ``given`` are t, parameters and base, as of ``model.evaluate``."""
+        self._model, self._given = model, given
+        beams = model.description.element_stiffness
+        values = model.description.values(dict(zip(model.parameters, p.tolist(), strict=True)))
+        number = {name: index for index, name in enumerate(model.bodies)}
+        pairs = [pair for beam in beams for pair in pairwise(beam.nodes)]
+        self._first, self._second = (np.array([number[pair[end]] for pair in pairs], int) for end in (0, 1))
+        rows = [
+            [[evaluate(entry, lambda symbol: values[symbol.name]) / length for entry in row] for row in section]
+            for beam in beams
+            for section, length in zip(beam.stiffness, beam.lengths, strict=True)
+        ]
+        self.stiffness = np.array(rows, float).reshape(len(pairs), 6, 6)
+        self._own = {factor.name: factor.v_start for factor in model.factors if factor.group == "SE3"}
+        self._nodes = sorted({*self._first.tolist(), *self._second.tolist()})
+
+    def __len__(self) -> int:
+        return len(self.stiffness)
+
+    def values(self, q: Array) -> Array:
+        """Return d of all elements, (elements, 6), rotations first, rad and m."""
+        pose = self._model.evaluate("poses", q, **self._given)["pose"]
+        relative = numeric.compose(SE3, numeric.inverse(SE3, pose[self._first]), pose[self._second])
+        relative[relative[:, 0] < 0.0, :4] *= -1.0
+        return numeric.log(SE3, relative)
+
+    def derivative(self, q: Array, d: Array) -> csr_array:
+        """Return the derivative of all d by q (left-trivialised), (6 elements, nv)."""
+        return csr_array(self._of_nodes(_along_twists(d)) @ self._twists(q))
+
+    def doubt(self, d: Array) -> str:
+        """Return which element turns by nearly half a turn, beyond which strains tell nothing; empty where none
+        does."""
+        turns = np.linalg.norm(d[:, :3], axis=1)
+        if not np.any(turns > _HALF_TURN):
+            return ""
+        worst = int(np.argmax(turns))
+        first, second = (self._model.bodies[nodes[worst]] for nodes in (self._first, self._second))
+        return f"the element between {first} and {second} turns by half a turn; more elements turn less each"
+
+    def geometric(self, q: Array, d: Array, derivative: csr_array, forces: Array) -> csc_array:
+        """Return what section forces (elements, 6) add to the tangent, (nv, nv).
+
+        ``derivative`` is that of d by q; what carries nodes that are no unknowns of their own is taken as fixed.
+        """
+        changes = []
+        for k in range(6):
+            moved = d.astype(complex)
+            moved[:, k] += 1j * _STEP
+            changes.append(np.einsum("eij,ei->ej", _along_twists(moved), forces).imag / _STEP)
+        return csc_array(self._twists(q).T @ (self._of_nodes(np.stack(changes, axis=1)).T @ derivative))
+
+    def _of_nodes(self, blocks: Array) -> csr_array:
+        """Return blocks (elements, 6, 12) of the elements' two nodes as (6 elements, 6 nodes)."""
+        rows = 6 * np.arange(len(self))[:, np.newaxis, np.newaxis] + np.arange(6)[:, np.newaxis]
+        first, second = (6 * np.searchsorted(self._nodes, nodes) for nodes in (self._first, self._second))
+        columns = np.concatenate([first[:, np.newaxis] + np.arange(6), second[:, np.newaxis] + np.arange(6)], axis=1)
+        rows, columns = np.broadcast_arrays(rows, columns[:, np.newaxis, :])
+        shape = (6 * len(self), 6 * len(self._nodes))
+        return csr_array((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=shape)
+
+    def _twists(self, q: Array) -> csr_array:
+        """Return the body twists of all nodes by v, (6 nodes, nv): their own six components, or those of joints."""
+        rows, columns = [np.zeros(0, int)], [np.zeros(0, int)]
+        entries = [np.zeros(0)]
+        carried = []
+        for place, node in enumerate(self._nodes):
+            start = self._own.get(self._model.bodies[node])
+            if start is None:
+                carried.append((place, node))
+                continue
+            rows.append(6 * place + np.arange(6))
+            columns.append(start + np.arange(6))
+            entries.append(np.ones(6))
+        if carried and self._model.nv:
+            nv = self._model.nv
+            along = self._model.evaluate("twists", q, np.eye(nv), **self._given)["twist"]
+            still = self._model.evaluate("twists", q, np.zeros(nv), **self._given)["twist"]
+            for place, node in carried:
+                column, row = np.nonzero(along[:, node] - still[node])
+                rows.append(6 * place + row)
+                columns.append(column)
+                entries.append((along[:, node] - still[node])[column, row])
+        places = (np.concatenate(rows), np.concatenate(columns))
+        return csr_array((np.concatenate(entries), places), shape=(6 * len(self._nodes), self._model.nv))
+
+
+def _along_twists(d: Array) -> Array:
+    """Return the derivatives of d along the twists of both nodes, (elements, 6, 12)."""
+    tangents = [numeric.tangent_inverse(SE3, sign * d) for sign in (-1.0, 1.0)]
+    return np.concatenate([-tangents[0], tangents[1]], axis=2)

@@ -1,0 +1,50 @@
+"""Stiffnesses far below the largest one, which a whole matrix has lost to rounding: slender beams bend so.
+
+The sparse equations of rest keep them: inverse iteration gives their squared frequencies, and strains tell whether
+anything opposes a direction at all, since energies of strains are sums of squares, which do not cancel.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import block_array
+from scipy.sparse.linalg import splu
+
+from eomgen.arrays import Array
+from eomgen.solvers.bordered_newton import LoadedStatics, Rest
+
+#: Inverse iterations, and the part of the largest squared frequency below which strains oppose nothing.
+_ITERATIONS, _NOTHING = 4, 1e-24
+
+
+def soft_modes(statics: LoadedStatics, rest: Rest, mass: Array, shapes: Array, largest: float) -> tuple[Array, Array]:
+    """Return squared frequencies, (modes,), of directions and the directions, (nv, modes), none opposed as 0.
+
+    Parameters
+    ----------
+    mass : (nv, nv)
+    shapes : (nv, modes) directions that span those of low stiffness, as they are known
+    largest : squared frequency of the stiffest direction
+    """
+    strains = statics.strains(rest.s)
+    if strains is None or not shapes.shape[1]:
+        return np.zeros(shapes.shape[1]), shapes
+    tangents, rows = statics.tangents(rest), len(rest.multipliers)
+    try:
+        factors = splu(block_array([[tangents.K, tangents.B.T], [tangents.B, None]], format="csc"))
+    except RuntimeError:
+        return np.zeros(shapes.shape[1]), shapes
+    values = np.zeros(shapes.shape[1])
+    for _ in range(_ITERATIONS):
+        right = np.concatenate([mass @ shapes, np.zeros((rows, shapes.shape[1]))])
+        found = factors.solve(right)[: len(mass)]
+        if not np.all(np.isfinite(found)):
+            return values, shapes
+        inverse, turn = np.linalg.eigh(0.5 * (shapes.T @ mass @ found + found.T @ mass @ shapes))
+        values = np.divide(1.0, inverse, out=np.zeros_like(inverse), where=inverse != 0.0)
+        shapes = np.linalg.qr(np.linalg.cholesky(mass).T @ found @ turn)[0]
+        shapes = np.linalg.solve(np.linalg.cholesky(mass).T, shapes)
+    d = strains.values(rest.q)
+    change = (strains.derivative(rest.q, d) @ shapes).reshape(*d.shape, -1)
+    energy = np.einsum("eik,eij,ejk->k", change, strains.stiffness, change)
+    return np.where(energy > _NOTHING * largest, values, 0.0), shapes

@@ -1,0 +1,123 @@
+"""Partials of the residual and the constraints as sparse matrices, from the nonzeros that implicit steps take.
+
+Scenes with many velocity components have the term ``iteration``, which gives nonzeros alone; of long trees it keeps
+unknowns s of the recursion, rows g(q, v, a, s) - s = 0, which are eliminated here (Schur complement). Scenes without
+that term are small, and have whole matrices.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.sparse import csc_array
+from scipy.sparse.linalg import splu
+
+from eomgen.arrays import Array
+from eomgen.system.patterns import unpacked_places
+
+if TYPE_CHECKING:
+    from eomgen.compiled.model import CompiledModel
+
+#: Terms of which one gives all partials of the residual.
+OF_RESIDUAL = ("iteration", "partials")
+
+
+@dataclass(frozen=True)
+class SparsePartials:
+    """Partials at one state; names are those of ``linear.partials``.
+
+    Attributes
+    ----------
+    K, C, M : (nv, nv) of the residual in q (left-trivialised), v and a, multipliers held
+    B, Z : (rows, nv) constraint Jacobian, and partials of the rows' rates in q
+    Rz : (nv, nz) of the residual in internal states
+    Fq, Fv, Fz : (nz, nv), (nz, nv), (nz, nz) of the rates of internal states
+    """
+
+    K: csc_array
+    C: csc_array
+    M: csc_array
+    B: csc_array
+    Z: csc_array
+    Rz: csc_array
+    Fq: csc_array
+    Fv: csc_array
+    Fz: csc_array
+
+
+def sparse_partials(
+    model: CompiledModel,
+    q: Array,
+    v: Array,
+    a: Array,
+    z: Array,
+    multipliers: Array,
+    given: Mapping[str, Any],
+) -> SparsePartials:
+    """Return all partials at one state.
+
+    Parameters
+    ----------
+    model : with one of the terms ``OF_RESIDUAL``
+    given : t, parameters, base and u, as of ``model.evaluate``
+    """
+    state: dict[str, Any] = {"q": q, "v": v, "a": a, "z": z, "multipliers": multipliers, **given}
+    nv, nz, rows = model.nv, model.nz, len(model.multipliers)
+    shapes = {
+        **dict.fromkeys("KCM", (nv, nv)),
+        **dict.fromkeys("BZ", (rows, nv)),
+        "Rz": (nv, nz),
+        "Fq": (nz, nv),
+        "Fv": (nz, nv),
+        "Fz": (nz, nz),
+    }
+    if "iteration" in model.functions:
+        found = _of_iteration(model, model.evaluate("iteration", **state), shapes)
+    else:
+        found = {name: csc_array(block) for name, block in _whole(model, state).items()}
+    return SparsePartials(**{name: found.get(name, csc_array(shape)) for name, shape in shapes.items()})
+
+
+def _whole(model: CompiledModel, state: Mapping[str, Any]) -> dict[str, Array]:
+    """Return the blocks of the terms that give whole matrices."""
+    blocks: dict[str, Array] = {}
+    for term in ("partials", "constraint_jacobian", "velocity_partials", "internal_partials"):
+        if term in model.functions:
+            blocks |= model.evaluate(term, **state)
+    return blocks
+
+
+def _of_iteration(
+    model: CompiledModel, values: Mapping[str, Array], shapes: Mapping[str, tuple[int, int]]
+) -> dict[str, csc_array]:
+    """Return the matrices of the term ``iteration``, the unknowns of the recursion eliminated."""
+    nv, nz = model.nv, model.nz
+    places = {name: unpacked_places(text) for name, text in model.library.layout["patterns"].items()}
+    inner = int(places["X"][1].max()) + 1 if "X" in places and places["X"].size else 0
+    found: dict[str, csc_array] = {}
+    for name, entries in values.items():
+        rows, columns = shapes.get(name, (nz if name == "Fx" else nv, inner))
+        whole = (rows + inner if name in ("K", "C", "M", "Rz", "X") else rows, columns)
+        found[name] = csc_array((entries, tuple(places[name])), shape=whole)
+    if not inner:
+        return found
+    X, Fx = found.pop("X"), found.pop("Fx", None)
+    own = splu(csc_array(X[nv:]))
+    for name, of_rates in (("K", "Fq"), ("C", "Fv"), ("M", ""), ("Rz", "Fz")):
+        if name not in found:
+            continue
+        outer = found[name]
+        along = csc_array(own.solve(outer[nv:].toarray()))
+        found[name] = csc_array(outer[:nv] - X[:nv] @ along)
+        if Fx is not None and of_rates:
+            before = found.get(of_rates, csc_array(shapes[of_rates]))
+            found[of_rates] = csc_array(before - Fx @ along)
+    return found
+
+
+def dense(matrix: csc_array) -> Array:
+    """Return a matrix as a whole array."""
+    return np.asarray(matrix.toarray(), dtype=float)

@@ -1,0 +1,249 @@
+"""Newton's method for rest under a load factor: sparse, bordered by an arc-length condition, section forces
+extrapolated.
+
+Unknowns are q (along its group), multipliers, internal states and the load factor s. With the row of a plane across the
+path the matrix is regular at limit points, too: H. B. Keller, in Applications of Bifurcation Theory (1977) 359.
+Strains of stiff elements are extrapolated as in ``Strains``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from scipy.sparse import block_array, coo_array, csc_array, csr_array, diags_array
+from scipy.sparse.linalg import splu
+
+from eomgen.arrays import Array
+from eomgen.lie.product import Factor, update
+
+#: Corrections at most, and the size in rad or lengths of the scene below which one is the last.
+ITERATIONS, _LAST = 12, 1e-8
+#: Corrections below this size that no longer shrink are rounding.
+_ROUNDING = 1e-5
+#: What a singular matrix gets on its diagonal, as a part of its rows.
+_SHIFT = 1e-12
+
+
+class Strains(Protocol):
+    """Strains of elements whose stiffness may be large, by which section forces are extrapolated."""
+
+    @property
+    def stiffness(self) -> Array:
+        """(elements, m, m) section forces by strain."""
+
+    def values(self, q: Array) -> Array:
+        """Return the strains, (elements, m)."""
+
+    def derivative(self, q: Array, d: Array) -> csr_array:
+        """Return their derivative by q, (m elements, nv)."""
+
+    def doubt(self, d: Array) -> str:
+        """Return what makes strains meaningless, as an element that turns by half a turn; empty where nothing does."""
+
+    def geometric(self, q: Array, d: Array, derivative: csr_array, forces: Array) -> csc_array:
+        """Return what section forces (elements, m) add to the stiffness, (nv, nv)."""
+
+
+@dataclass(frozen=True)
+class Rest:
+    """A configuration q, multipliers, internal states z, and the load factor s."""
+
+    q: Array
+    multipliers: Array
+    z: Array
+    s: float
+
+
+@dataclass(frozen=True)
+class Balance:
+    """What is not balanced: residual (nv,), constraints (rows,), rates of internal states (nz,)."""
+
+    residual: Array
+    constraint: Array
+    rates: Array
+
+    @property
+    def joined(self) -> Array:
+        return np.concatenate([self.residual, self.constraint, self.rates])
+
+
+@dataclass(frozen=True)
+class Tangents:
+    """Sparse partials: K (nv, nv), B (rows, nv), Rz (nv, nz), Fq (nz, nv), Fz (nz, nz)."""
+
+    K: csc_array
+    B: csc_array
+    Rz: csc_array
+    Fq: csc_array
+    Fz: csc_array
+
+
+@dataclass(frozen=True)
+class LoadedStatics:
+    """Rest of a scene under a load factor, as callables.
+
+    Attributes
+    ----------
+    factors : of the configuration
+    sizes : (nv,) what components of a displacement are measured by: 1 rad, or the scene's length
+    reach : what the load factor is measured by
+    balance(rest), tangents(rest), by_factor(rest) : what is unbalanced, its partials, its derivative by s
+    followed(q, s) : q with what it counts over turns brought to where its poses are
+    strains(s) : of stiff elements; None where there are none
+    """
+
+    factors: Sequence[Factor]
+    sizes: Array
+    reach: float
+    balance: Callable[[Rest], Balance]
+    tangents: Callable[[Rest], Tangents]
+    by_factor: Callable[[Rest], Balance]
+    followed: Callable[[Array, float], Array]
+    strains: Callable[[float], Strains | None]
+
+
+@dataclass(frozen=True)
+class Direction:
+    """A direction in unknowns and load factor: (nv + rows + nz,) and s; of length 1 in the measure of ``weights``."""
+
+    unknowns: Array
+    s: float
+
+
+@dataclass(frozen=True)
+class Corrected:
+    """Where Newton's corrections end, the displacement from the start, (nv,), and how many they were.
+
+    ``trouble`` says why they do not converge; empty where they do.
+    """
+
+    rest: Rest
+    displacement: Array
+    corrections: int
+    trouble: str = ""
+
+
+def weights(statics: LoadedStatics, rest: Rest) -> Array:
+    """Return what the squares of unknowns are multiplied by in lengths of paths: of multipliers zero."""
+    nv = len(statics.sizes)
+    of_q = 1.0 / (statics.sizes**2 * max(nv, 1))
+    return np.concatenate([of_q, np.zeros(len(rest.multipliers) + len(rest.z))])
+
+
+def direction(statics: LoadedStatics, rest: Rest, before: Direction) -> Direction | None:
+    """Return the direction of the path at rest, turned as ``before``; None where the matrix is singular."""
+    solved = _solved(statics, rest, statics.tangents(rest), before, np.append(np.zeros(len(before.unknowns)), 1.0))
+    if solved is None:
+        return None
+    unknowns, s = solved[:-1], float(solved[-1])
+    length = float(np.sqrt(unknowns @ (weights(statics, rest) * unknowns) + (s / statics.reach) ** 2))
+    return Direction(unknowns / length, s / length) if length > 0.0 and np.isfinite(length) else None
+
+
+def held_factor(statics: LoadedStatics, rest: Rest, sign: float = 1.0) -> Direction:
+    """Return the direction of the load factor alone: corrections across it leave the factor as it is."""
+    return Direction(np.zeros(len(statics.sizes) + len(rest.multipliers) + len(rest.z)), sign * statics.reach)
+
+
+def corrected(
+    statics: LoadedStatics, start: Rest, along: Direction, way: float, plane: Direction | None = None
+) -> Corrected:
+    """Return rest near a step of length ``way`` along a direction, corrected across it, or across another ``plane``."""
+    nv = len(statics.sizes)
+    plane = along if plane is None else plane
+    change = way * along.unknowns
+    strains = statics.strains(start.s)
+    predicted = _extrapolated(strains, start.q, change[:nv])
+    rest, displacement = _moved(statics, start, change, way * along.s), change[:nv].copy()
+    last = np.inf
+    for count in range(1, ITERATIONS + 1):
+        try:
+            tangents, balance = statics.tangents(rest), statics.balance(rest).joined
+        except np.linalg.LinAlgError:
+            return Corrected(rest, displacement, count, "the equations cannot be evaluated there")
+        if not np.all(np.isfinite(balance)):
+            return Corrected(rest, displacement, count, "forces are not finite there")
+        strains = statics.strains(rest.s)
+        if strains is not None:
+            d = strains.values(rest.q)
+            if doubt := strains.doubt(d):
+                return Corrected(rest, displacement, count, doubt)
+            derivative = strains.derivative(rest.q, d)
+            forces = np.einsum("eij,ej->ei", strains.stiffness, predicted - d)
+            added = strains.geometric(rest.q, d, derivative, forces)
+            tangents = Tangents(csc_array(tangents.K + added), tangents.B, tangents.Rz, tangents.Fq, tangents.Fz)
+        solved = _solved(statics, rest, tangents, plane, np.append(-balance, 0.0))
+        if solved is None or not np.all(np.isfinite(solved)):
+            return Corrected(rest, displacement, count, "the tangent stiffness is singular there")
+        step = solved[:nv]
+        if strains is not None:
+            predicted = d + (derivative @ step).reshape(d.shape)
+        size = float(np.max(np.abs(step) / statics.sizes, initial=0.0))
+        if size > 10.0:
+            return Corrected(rest, displacement, count, "corrections grow")
+        rest, displacement = _moved(statics, rest, solved[:-1], float(solved[-1])), displacement + step
+        moved = size + abs(float(solved[-1])) / statics.reach
+        if moved <= _LAST or (moved <= _ROUNDING and count > 2 and moved > 0.3 * last):
+            return Corrected(rest, displacement, count)
+        if count > 5 and moved > 2.0 * last:
+            return Corrected(rest, displacement, count, "corrections grow")
+        last = moved
+    return Corrected(rest, displacement, ITERATIONS, "corrections do not converge")
+
+
+def _extrapolated(strains: Strains | None, q: Array, change: Array) -> Array:
+    if strains is None:
+        return np.zeros((0, 0))
+    d = strains.values(q)
+    extrapolated: Array = d + (strains.derivative(q, d) @ change).reshape(d.shape)
+    return extrapolated
+
+
+def _moved(statics: LoadedStatics, rest: Rest, change: Array, s: float) -> Rest:
+    nv, rows = len(statics.sizes), len(rest.multipliers)
+    factor = rest.s + s
+    q = statics.followed(update(statics.factors, rest.q, change[:nv]), factor)
+    return Rest(q, rest.multipliers + change[nv : nv + rows], rest.z + change[nv + rows :], factor)
+
+
+def _solved(statics: LoadedStatics, rest: Rest, tangents: Tangents, plane: Direction, right: Array) -> Array | None:
+    """Return the solution of the bordered equations; None where they are singular."""
+    by_factor = statics.by_factor(rest).joined
+    row = np.append(weights(statics, rest) * plane.unknowns, plane.s / statics.reach**2)
+    core = block_array(
+        [
+            [tangents.K, tangents.B.T, tangents.Rz],
+            [tangents.B, None, None],
+            [tangents.Fq, None, tangents.Fz],
+        ],
+        format="csc",
+    )
+    matrix = block_array(
+        [[core, coo_array(by_factor[:, np.newaxis])], [coo_array(row[np.newaxis, :-1]), coo_array([[row[-1]]])]],
+        format="csc",
+    )
+    return solve_scaled(matrix, right)
+
+
+def solve_scaled(matrix: csc_array, right: Array) -> Array | None:
+    """Return the solution of sparse equations, rows and columns scaled alike; None where they are singular."""
+    columns = _inverse_roots(abs(matrix).max(axis=0).toarray())
+    rows = _inverse_roots(abs(matrix).max(axis=1).toarray())
+    scaled = csc_array(diags_array(rows) @ matrix @ diags_array(columns))
+    for shift in (0.0, _SHIFT):
+        shifted = csc_array(scaled + shift * diags_array(np.ones(len(rows)))) if shift else scaled
+        try:
+            found: Array = columns * splu(shifted).solve(rows * right)
+        except RuntimeError:  # exactly singular
+            continue
+        if np.all(np.isfinite(found)):
+            return found
+    return None
+
+
+def _inverse_roots(sizes: Array) -> Array:
+    flat = np.asarray(sizes, float).ravel()
+    return 1.0 / np.sqrt(np.where(flat > 0.0, flat, 1.0))

@@ -1,0 +1,167 @@
+"""Equilibria along a load factor: steps of arc length, past limit points, with step control (Keller 1977).
+
+A step goes along the tangent of the path and is corrected across it. It is taken where corrections are few and small
+beside the step, and the path does not turn much meanwhile, so that no step leaps to another path.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from eomgen.arrays import Array
+from eomgen.solvers.bordered_newton import (
+    Corrected,
+    Direction,
+    LoadedStatics,
+    Rest,
+    corrected,
+    direction,
+    held_factor,
+    weights,
+)
+
+#: Corrections that a step is meant to need.
+_FEW = 5
+#: A step's corrections may be as long as this part of it, and directions of neighbouring points have this cosine.
+_SHARE, _COSINE = 0.5, 0.7
+#: The shortest step, as a part of the limits, and the most that steps may grow.
+_SHORTEST, _GROWTH = 1e-7, 2.0
+#: The load factor is at its target within this part of its reach.
+_THERE = 1e-12
+
+
+@dataclass(frozen=True)
+class PathPoint:
+    """A point of a path: rest, the direction in which the path goes on, its length up to here, and corrections."""
+
+    rest: Rest
+    direction: Direction
+    way: float
+    corrections: int
+
+
+@dataclass(frozen=True)
+class StepLimits:
+    """Largest steps: of the components of a displacement, rad or lengths of the scene, and of the load factor."""
+
+    displacement: float = 0.5
+    factor: float = np.inf
+
+
+class PathEndError(Exception):
+    """The path cannot be followed further.
+
+    Attributes
+    ----------
+    why : str
+    point : the last one; None where there is none
+    """
+
+    def __init__(self, why: str, point: PathPoint | None) -> None:
+        super().__init__(why)
+        self.why, self.point = why, point
+
+
+def first_point(statics: LoadedStatics, guess: Rest, sign: float) -> PathPoint:
+    """Return the point of the path near a guess at its load factor, going on to more load, or less (``sign``).
+
+    Raises
+    ------
+    PathEndError
+        There is no rest near by.
+    """
+    held = held_factor(statics, guess, sign)
+    found = corrected(statics, guess, held, 0.0)
+    if found.trouble:
+        raise PathEndError(found.trouble, None)
+    onwards = direction(statics, found.rest, held)
+    if onwards is None:
+        raise PathEndError("the tangent stiffness is singular there", None)
+    return PathPoint(found.rest, onwards, 0.0, found.corrections)
+
+
+def follow(
+    statics: LoadedStatics, start: PathPoint, target: float, limits: StepLimits, step: float = np.inf
+) -> Iterator[PathPoint]:
+    """Yield the points of a path behind ``start`` until the load factor is ``target``, which the last one has.
+
+    Parameters
+    ----------
+    step : of the first, as a part of the limits
+
+    Raises
+    ------
+    PathEndError
+        No step is short enough.
+    """
+    point, part = start, min(1.0, step)
+    while True:
+        longest = _longest(statics, point, limits)
+        last = ""
+        while True:
+            if part < _SHORTEST:
+                raise PathEndError(last, point)
+            way = part * longest
+            reached = _step(statics, point, way, target)
+            if isinstance(reached, PathPoint):
+                break
+            last, part = reached, 0.4 * part
+        yield reached
+        if abs(reached.rest.s - target) <= _THERE * statics.reach:
+            return
+        point = reached
+        part = min(1.0, part * min(_GROWTH, max(0.5, (_FEW / max(reached.corrections, 1)) ** 0.5)))
+
+
+def _longest(statics: LoadedStatics, point: PathPoint, limits: StepLimits) -> float:
+    """Return the length of the largest step from a point."""
+    along = point.direction
+    moves = float(np.max(np.abs(along.unknowns[: len(statics.sizes)]) / statics.sizes, initial=0.0))
+    loads = abs(along.s)
+    return min(
+        limits.displacement / moves if moves > 0.0 else np.inf,
+        limits.factor / loads if loads > 0.0 and np.isfinite(limits.factor) else np.inf,
+        statics.reach / loads if loads > 0.0 else np.inf,
+    )
+
+
+def _step(statics: LoadedStatics, point: PathPoint, way: float, target: float) -> PathPoint | str:
+    """Return the next point after a way, at the target where that comes first; or why there is none."""
+    along, start = point.direction, point.rest
+    left = (target - start.s) / along.s if along.s != 0.0 else np.inf
+    ends = 0.0 < left <= 1.001 * way
+    plane = held_factor(statics, start, np.sign(along.s)) if ends else along
+    found = corrected(statics, start, along, left if ends else way, plane)
+    if found.trouble:
+        return found.trouble
+    rest = Rest(found.rest.q, found.rest.multipliers, found.rest.z, target) if ends else found.rest
+    length = _length(statics, found, start, rest)
+    if _off(statics, found, along, left if ends else way) > _SHARE * length:
+        return "the path turns too sharply"
+    onwards = direction(statics, rest, along)
+    if onwards is None:
+        return "the tangent stiffness is singular there"
+    if _cosine(statics, rest, along, onwards) < _COSINE:
+        return "the path turns too sharply"
+    return PathPoint(rest, onwards, point.way + length, found.corrections)
+
+
+def _length(statics: LoadedStatics, found: Corrected, start: Rest, rest: Rest) -> float:
+    of_q = weights(statics, rest)[: len(statics.sizes)]
+    return float(np.sqrt(found.displacement @ (of_q * found.displacement) + ((rest.s - start.s) / statics.reach) ** 2))
+
+
+def _off(statics: LoadedStatics, found: Corrected, along: Direction, way: float) -> float:
+    """Return the length of all corrections together."""
+    nv = len(statics.sizes)
+    change: Array = found.displacement - way * along.unknowns[:nv]
+    of_q = weights(statics, found.rest)[:nv]
+    return float(np.sqrt(change @ (of_q * change)))
+
+
+def _cosine(statics: LoadedStatics, rest: Rest, one: Direction, other: Direction) -> float:
+    measure = weights(statics, rest)
+    return float(one.unknowns @ (measure * other.unknowns) + one.s * other.s / statics.reach**2)
