@@ -1,0 +1,130 @@
+"""Rest of geometrically exact beams by load steps: any slenderness, large loads, past buckling, any number of
+elements."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+from scipy.special import ellipe, ellipk
+
+import eomgen
+from eomgen.analysis.element_strains import ElementStrains
+from eomgen.analysis.sparse_partials import dense, sparse_partials
+from eomgen.errors import NumericalError
+from eomgen.lie.product import update
+from eomgen.model import Model
+from eomgen.system.patterns import packed_places, unpacked_places
+from tests.mechanics.test_cosserat_beams import elastica
+from tests.models.cosserat import ROLL_UP, beam_scene
+from tests.oracles.evaluation import Array
+
+EI = 500.0
+LENGTH = 10.0
+
+
+def loaded_beam(elements: int, **more: Any) -> Model:
+    """Return a clamped beam with a force and a moment at its end, whose stretch and shear may be stiff."""
+    stiff = ROLL_UP | dict.fromkeys(("stretch", "shear_y", "shear_z"), "1e4 * factor")
+    scene = beam_scene(
+        elements, {"force": ["push", "load", 0.0], "torque": [0.0, "torque", 0.0]}, {"stiffness": stiff, **more}
+    )
+    numbers = {"load": 0.0, "push": 0.0, "torque": 0.0, "factor": 1.0}
+    scene["parameters"] = {name: {"value": value, "tunable": True} for name, value in numbers.items()}
+    return eomgen.build(scene, profile="quick")
+
+
+@pytest.fixture(scope="module")
+def beam() -> Model:
+    return loaded_beam(8)
+
+
+def tip(model: Model, parameters: Mapping[str, float]) -> Array:
+    rest = model.equilibrium(parameters=parameters)
+    pose: Array = model.evaluate("poses", rest.q, parameters=parameters)["pose"][model.bodies.index("rope.8"), 4:]
+    return pose
+
+
+@pytest.mark.parametrize("factor", [1e-2, 1.0, 1e4, 1e10])  # slenderness L sqrt(EA/EI) from 4.5 to 4.5e6
+def test_a_moment_rolls_beams_up_whatever_their_slenderness(beam: Model, factor: float) -> None:
+    parameters = {"torque": 2.0 * np.pi * EI / LENGTH, "factor": factor}
+    rest = beam.equilibrium(parameters=parameters, any_kind=True)
+    pose = beam.evaluate("poses", rest.q, parameters=parameters)["pose"][beam.bodies.index("rope.8")]
+    assert np.linalg.norm(pose[4:]) < 1e-9 * LENGTH
+    np.testing.assert_allclose(pose[:4], [-1.0, 0.0, 0.0, 0.0], atol=1e-9)  # one full turn
+
+
+def test_bending_has_the_same_error_whatever_the_slenderness(beam: Model) -> None:
+    errors = []
+    for factor in (1.0, 1e4, 1e8, 1e10):
+        expected = elastica(15.0, EI, 1e4 * factor, 1e4 * factor)
+        errors.append(np.linalg.norm(tip(beam, {"load": 15.0, "factor": factor})[:2] - expected))
+    np.testing.assert_allclose(errors, errors[0], rtol=0.01)
+
+
+def test_loads_far_beyond_the_bending_stiffness_are_carried(beam: Model) -> None:
+    rest = beam.equilibrium(parameters={"load": 1000.0, "factor": 100.0})
+    assert rest.stable
+    assert not rest.undetermined
+    residual = beam.evaluate("residual", rest.q, rest.v, rest.a, parameters={"load": 1000.0, "factor": 100.0})["r"]
+    assert np.max(np.abs(residual)) < 1e-9 * 1000.0
+
+
+def test_a_column_beyond_its_critical_load_is_found_buckled(beam: Model) -> None:
+    """Euler's elastica: K(k) = L sqrt(P/EI), the tip at L (2 E/K - 1) along and 2 k L/K across."""
+    load = 1.5 * np.pi**2 * EI / (4.0 * LENGTH**2)
+    turned = LENGTH * np.sqrt(load / EI)
+    k = brentq(lambda k: ellipk(k**2) - turned, 1e-3, 1.0 - 1e-12)
+    along, across = LENGTH * (2.0 * ellipe(k**2) / ellipk(k**2) - 1.0), 2.0 * k * LENGTH / ellipk(k**2)
+    parameters = {"push": -load, "factor": 1e4}
+    found = tip(beam, parameters)
+    assert found[0] == pytest.approx(along, abs=0.01 * LENGTH)
+    assert np.hypot(found[1], found[2]) == pytest.approx(across, abs=0.01 * LENGTH)
+    straight = beam.equilibrium(parameters=parameters, any_kind=True)
+    assert straight.stable is False
+
+
+def test_beams_of_many_elements_need_no_terms_by_hand() -> None:
+    model = loaded_beam(16)
+    assert "partials" not in model.functions
+    rest = model.equilibrium(parameters={"load": 15.0})
+    found = model.evaluate("poses", rest.q)["pose"][model.bodies.index("rope.16"), 4:6]
+    coarse = np.linalg.norm(tip(loaded_beam(8), {"load": 15.0})[:2] - elastica(15.0, EI, 1e4, 1e4))
+    assert np.linalg.norm(found - elastica(15.0, EI, 1e4, 1e4)) == pytest.approx(0.25 * coarse, rel=0.05)
+    first = 0.5 * model.equilibrium(parameters={"load": 0.0}).frequencies[0]
+    assert first > 0.0
+
+
+def test_an_element_that_would_turn_by_half_a_turn_ends_load_steps_with_its_name(beam: Model) -> None:
+    with pytest.raises(NumericalError, match=r"load steps from the start end at \S+ % of the loads, for the element"):
+        beam.equilibrium(parameters={"torque": 9.0 * np.pi * EI / LENGTH})
+
+
+def test_section_forces_have_the_geometric_part_of_the_tangent(beam: Model, rng: np.random.Generator) -> None:
+    parameters = beam.parameter_array({"factor": 3.0})
+    given: dict[str, Any] = {"t": 0.0, "parameters": parameters, "base": None}
+    strains = ElementStrains(beam, parameters, given)
+    q = update(beam.factors, beam.initial_q, 0.2 * rng.normal(size=beam.nv))
+    d = strains.values(q)
+    derivative = strains.derivative(q, d)
+    at_rest = strains.values(beam.initial_q)
+    forces = np.einsum("eij,ej->ei", strains.stiffness, d - at_rest)
+    still, nothing = np.zeros(beam.nv), np.zeros(0)
+    np.testing.assert_allclose(
+        derivative.T @ forces.ravel(), beam.evaluate("residual", q, still, still, **given)["r"], atol=1e-9 * 1e4
+    )
+    stiffness = derivative.T @ np.kron(np.eye(8), strains.stiffness[0]) @ derivative
+    whole = stiffness + strains.geometric(q, d, derivative, forces).toarray()
+    expected = dense(sparse_partials(beam, q, still, still, nothing, nothing, given).K)
+    np.testing.assert_allclose(whole, expected, atol=1e-10 * np.abs(expected).max())
+
+
+def test_places_of_nonzeros_survive_as_text(rng: np.random.Generator) -> None:
+    pairs = [(int(row), int(column)) for row, column in rng.integers(0, 10_000, size=(500, 2))]
+    np.testing.assert_array_equal(unpacked_places(packed_places(pairs)).T, pairs)
+    assert unpacked_places(packed_places([])).shape == (2, 0)
+    banded = [(row, column) for row in range(20_000) for column in range(max(0, row - 2), row + 3)]
+    assert len(packed_places(banded)) < 10_000
