@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 
-from eomgen.errors import ToolchainError
+from eomgen.errors import Problem, ToolchainError
 
 
 @dataclass(frozen=True)
@@ -35,12 +36,14 @@ PROFILES = {
     "quick": Profile("quick", ("-O0", "-ffp-contract=off"), False),
 }
 
-#: The profile where a caller says none.
-STANDARD_PROFILE = "fast"
+#: The variable that names the profile where a caller says none, and that profile.
+PROFILE_VARIABLE = "EOMGEN_PROFILE"
+STANDARD_PROFILE = os.environ.get(PROFILE_VARIABLE) or "fast"
 
 
 def profile(name: str) -> Profile:
     """Return a profile by name. Raises ToolchainError with the known names."""
     if name not in PROFILES:
-        raise ToolchainError(f"no build profile {name!r}", f"one of {', '.join(PROFILES)}")
+        where = f"environment variable {PROFILE_VARIABLE}" if name == os.environ.get(PROFILE_VARIABLE) else ""
+        raise ToolchainError(Problem(where, f"no build profile {name!r}", f"one of {', '.join(PROFILES)}"))
     return PROFILES[name]

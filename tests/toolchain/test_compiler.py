@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import shutil
 import stat
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -120,7 +122,7 @@ def test_a_compiler_that_cannot_be_executed_is_reported(tmp_path: Path) -> None:
         compile_library(Compiler((str(file),), file), [source(tmp_path)], tmp_path / "x.so", ())
 
 
-def test_versions_profiles_and_processors() -> None:
+def test_versions_profiles_and_processors(monkeypatch: pytest.MonkeyPatch) -> None:
     compiler = find_compiler()
     assert any(character.isdigit() for character in compiler.version)
     assert "-ffp-contract=off" in profile("reproducible").flags
@@ -128,9 +130,21 @@ def test_versions_profiles_and_processors() -> None:
     assert not any("fast-math" in flag for name in ("fast", "reproducible", "quick") for flag in profile(name).flags)
     with pytest.raises(ToolchainError, match="no build profile 'turbo'; try: one of fast, reproducible, quick"):
         profile("turbo")
+    monkeypatch.setenv("EOMGEN_PROFILE", "turbo")
+    with pytest.raises(ToolchainError, match="environment variable EOMGEN_PROFILE: no build profile 'turbo'; try: one"):
+        profile("turbo")
     assert processor() == processor()
     assert len(processor()) == 16
     assert shutil.which(compiler.command[0]) is not None
+
+
+@pytest.mark.parametrize(("named", "standard"), [(None, "fast"), ("", "fast"), ("reproducible", "reproducible")])
+def test_a_variable_names_the_profile_where_a_caller_says_none(named: str | None, standard: str) -> None:
+    environment = {name: value for name, value in os.environ.items() if name != "EOMGEN_PROFILE"}
+    environment |= {} if named is None else {"EOMGEN_PROFILE": named}
+    said = [sys.executable, "-c", "from eomgen.toolchain.builder import Builder; print(Builder().profile.name)"]
+    ran = subprocess.run(said, env=environment, check=True, capture_output=True, text=True)
+    assert ran.stdout.split() == [standard]
 
 
 def test_what_is_made_for_this_processor_has_no_vectors_of_neighbouring_statements() -> None:

@@ -26,7 +26,7 @@ FAILURES = [
         "toolchain error: no C compiler found: looked for cc, gcc, clang on the path and in CC, and the cache {folder}"
         " has no library of this model with these terms, this method and profile fast for this machine; try: the"
         " package of your system that holds gcc or clang",
-        command="simulate scene.toml --out out --t-end 0.01 --no-plots",
+        command="simulate scene.toml --out out --t-end 0.01 --no-plots --profile fast",
         environment={"CC": None, "PATH": "{folder}", "EOMGEN_CACHE": "{folder}"},
     ),
     Failure(
