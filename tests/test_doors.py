@@ -56,6 +56,7 @@ DOORS: dict[str, set[str]] = {
         "files",
         "formula",
         "html",
+        "lie",
         "road_classes",
         "system",
         "text",

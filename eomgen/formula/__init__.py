@@ -12,6 +12,7 @@ __all__ = [
     "recording",
     "smoothing",
     "steepness",
+    "substitution",
     "undefined_laws",
     "words",
 ]

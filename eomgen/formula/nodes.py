@@ -24,6 +24,9 @@ class Node:
     def __sub__(self, other: Formula | float) -> Formula:
         return _operation("sub", self, other)
 
+    def __rsub__(self, other: float) -> Formula:
+        return _operation("sub", other, self)
+
     def __mul__(self, other: Formula | float) -> Formula:
         return _operation("mul", self, other)
 
@@ -32,6 +35,9 @@ class Node:
 
     def __truediv__(self, other: Formula | float) -> Formula:
         return _operation("div", self, other)
+
+    def __rtruediv__(self, other: float) -> Formula:
+        return _operation("div", other, self)
 
     def __neg__(self) -> Formula:
         return _operation("neg", self)
@@ -51,12 +57,12 @@ class Symbol(Node):
     Attributes
     ----------
     kind : str
-        ``time``, ``parameter``, ``input``, ``state``, ``controller``, ``q``, ``v``, ``a``, ``position``, ``velocity``,
-        ``acceleration``, ``gravity``, ``tau``, ``length``, ``rate``, ``tension``, ``load``, ``deflection``,
-        ``reaction``, ``drive_effort``, ``section_load`` or ``energy``.
+        ``time``, ``place`` (along a beam), ``parameter``, ``input``, ``state``, ``controller``, ``q``, ``v``, ``a``,
+        ``position``, ``velocity``, ``acceleration``, ``gravity``, ``tau``, ``length``, ``rate``, ``tension``,
+        ``load``, ``deflection``, ``reaction``, ``drive_effort``, ``section_load`` or ``energy``.
     name : str
         Name of the parameter, input, state, controller, joint, point, spring, tyre, constraint or reaction; empty for
-        time; ``kinetic``, ``potential``, ``total``, ``base_power`` or ``power`` for energies.
+        time and for a place; ``kinetic``, ``potential``, ``total``, ``base_power`` or ``power`` for energies.
     index : int
         Component in storage order (q of a spherical joint: quaternion; of a free joint: quaternion, position; of a
         reaction: moment, force; of section_load: a number of an element behind those of the elements before); 0 where

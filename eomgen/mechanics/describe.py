@@ -67,8 +67,8 @@ def describe(scene: Scene) -> Description:
 
 
 def _element_stiffness(beam: Cosserat) -> ElementStiffness:
-    lengths, stiffness = (beam.spacing,) * beam.elements, (beam.stiffness,) * beam.elements
-    return ElementStiffness(beam.nodes, lengths, stiffness)
+    lengths = tuple(float(part.length) for part in beam.parts)
+    return ElementStiffness(beam.nodes, lengths, tuple(part.section.stiffness for part in beam.parts))
 
 
 def base_disturbances(scene: Scene) -> tuple[str, ...]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
-from itertools import chain
+from itertools import chain, groupby
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,13 +51,23 @@ def _place_nodes(derivation: Derivation, beam: Cosserat, q: NDArray[np.float64],
     axes, origin = link @ turned, numbers[9:12] + link @ offset
     first = np.concatenate([quaternion_of_matrix(axes), origin])
     twist = np.concatenate([turned.T @ numbers[12:15], turned.T @ (numbers[15:18] + np.cross(numbers[12:15], offset))])
-    element = beam.spacing * np.array([*beam.curvature, 1.0, 0.0, 0.0])
     factors = {factor.name: factor for factor in derivation.tree.factors}
-    for number, name in enumerate(beam.nodes[1:], 1):
-        from_first = numeric.exp(SE3, number * element)
+    for name, from_first in zip(beam.nodes[1:], _from_first(beam), strict=True):
         factor = factors[name]
         q[factor.q] = numeric.compose(SE3, first, from_first)
         v[factor.v] = numeric.adjoint(SE3, numeric.inverse(SE3, from_first)) @ twist
+
+
+def _from_first(beam: Cosserat) -> Iterator[NDArray[np.float64]]:
+    """Yield the pose, (7,), of each node but the first in the frame of the first; along alike elements by one helix."""
+    before = np.array([1.0, *(0.0,) * 6])
+    for twist, alike in groupby(part.twist for part in beam.parts):
+        poses = [
+            numeric.compose(SE3, before, numeric.exp(SE3, number * np.array(twist)))
+            for number, _ in enumerate(alike, 1)
+        ]
+        yield from poses
+        before = poses[-1]
 
 
 def _deflected(beam: Beam) -> tuple[tuple[float, ...], tuple[float, ...]]:

@@ -151,7 +151,7 @@ class SceneBuilder:
         return self._enter("bodies", name, mass=mass, **keys)
 
     @enters("beams")
-    def beam(self, name: str, length: Value, **keys: Unpack[BeamKeys]) -> Self:
+    def beam(self, name: str, length: Value | None = None, **keys: Unpack[BeamKeys]) -> Self:
         """Add an elastic beam along x of its frame, from ``start`` on (m), with mass_per_length (kg/m) or a section.
 
         Each way to deform is a table; those that are not given do not happen. Joints carry a beam as any body.

@@ -58,12 +58,16 @@ class BeamKeys(TypedDict, total=False):
     stretch: Mapping[str, Any] | None
     torsion: Mapping[str, Any] | None
     elements: int | None
+    parts: Sequence[Mapping[str, Any]] | None
     stiffness: Mapping[str, Any] | None
-    stiffness_matrix: Sequence[Sequence[float]] | None
+    stiffness_matrix: Sequence[Sequence[Value]] | None
     damping: Mapping[str, Any] | None
     stiffness_damping: Value | None
     rotary_inertia: Sequence[Value] | None
     curvature: Sequence[Value] | None
+    shape: Mapping[str, Any] | None
+    pretwist: Value | None
+    prestrain: Mapping[str, Any] | None
 
 class JointKeys(TypedDict, total=False):
     position: Sequence[Value] | None

@@ -17,6 +17,20 @@ Path = tuple[str | int, ...]
 
 _AT = {"body": "base", "axis": [0, 0, 1], "x_axis": [1, 0, 0], "position": [0.1, 0.2, 0.3]}
 _STRAINS = ("stretch", "shear_y", "shear_z", "torsion", "bending_y", "bending_z")
+_SECTION = {
+    "elastic_modulus": 2e7,
+    "density": 1500.0,
+    "area": 1e-3,
+    "second_moments": [1e-7, 2e-7],
+    "shear_modulus": 8e6,
+    "torsion_constant": 3e-7,
+    "shear_factors": [0.8, 0.9],
+}
+_MATERIAL = {"elastic_modulus": 2e7, "density": 1500.0, "poisson_ratio": 0.25}
+_RECTANGLE = {**_MATERIAL, "shape": "rectangle", "width": 0.02, "height": 0.01}
+_TUBE = {**_MATERIAL, "shape": "tube", "diameter": 0.02, "thickness": 0.001}
+_LAYERS = [[100.0 if row == column else 1.0 for column in range(6)] for row in range(6)]
+_PART = {"length": 0.5, "elements": 1}
 _BEAM = {"modes": 2, "stiffness_damping": 1e-3, "inertia_factor": 1.0}
 
 SCENE: dict[str, Any] = {
@@ -71,24 +85,38 @@ SCENE: dict[str, Any] = {
             "stiffness": dict.fromkeys(_STRAINS, 1000.0),
             "damping": dict.fromkeys(_STRAINS, 0.1),
             "stiffness_damping": 1e-3,
+            "prestrain": dict.fromkeys(_STRAINS, 0.01),
         },
-        "hose": {
+        "hose": {"model": "cosserat", "length": 2.0, "elements": 2, "section": _SECTION},
+        "strip": {"model": "cosserat", "length": 2.0, "elements": 2, "section": _RECTANGLE},
+        "pipe": {"model": "cosserat", "length": 2.0, "elements": 2, "section": _TUBE},
+        "blade_of_layers": {
             "model": "cosserat",
-            "length": 2.0,
-            "elements": 2,
-            "section": {
-                "elastic_modulus": 2e7,
-                "density": 1500.0,
-                "area": 1e-3,
-                "second_moments": [1e-7, 2e-7],
-                "shear_modulus": 8e6,
-                "torsion_constant": 3e-7,
-                "shear_factors": [0.8, 0.9],
-            },
+            "mass_per_length": 1.0,
+            "rotary_inertia": [0.02, 0.01, 0.01],
+            "stiffness_matrix": _LAYERS,
+            "parts": [
+                {
+                    **_PART,
+                    "mass_per_length": 2.0,
+                    "rotary_inertia": [0.02, 0.01, 0.01],
+                    "stiffness": dict.fromkeys(_STRAINS, 1000.0),
+                    "damping": dict.fromkeys(_STRAINS, 0.1),
+                    "stiffness_damping": 1e-3,
+                    "prestrain": dict.fromkeys(_STRAINS, 0.01),
+                },
+                {**_PART, "stiffness_matrix": _LAYERS},
+                {**_PART, "section": _SECTION},
+                {**_PART, "section": _RECTANGLE},
+                {**_PART, "section": _TUBE},
+            ],
         },
     },
     "joints": {
         "rope_end": {"type": "fixed", "parent": "base", "child": "rope"},
+        "strip_end": {"type": "fixed", "parent": "base", "child": "strip"},
+        "pipe_end": {"type": "fixed", "parent": "base", "child": "pipe"},
+        "layers_end": {"type": "fixed", "parent": "base", "child": "blade_of_layers"},
         "hose_end": {"type": "free", "parent": "base", "child": "hose"},
         "hinge": {
             "type": "revolute",

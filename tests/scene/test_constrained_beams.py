@@ -35,7 +35,7 @@ def scene_of(model: str, **beam: Any) -> dict[str, Any]:
 
 def diagonal_of(data: dict[str, Any]) -> list[float]:
     beam = next(item.beam for item in from_data(data).elements if isinstance(item, CosseratBeam))
-    matrix = np.array([[evaluate(entry, lambda _: 1.0) for entry in row] for row in beam.stiffness])
+    matrix = np.array([[evaluate(entry, lambda _: 1.0) for entry in row] for row in beam.parts[0].section.stiffness])
     assert not np.any(matrix - np.diag(np.diag(matrix)))
     return [float(entry) for entry in np.diag(matrix)]
 

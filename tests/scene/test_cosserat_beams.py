@@ -63,7 +63,7 @@ def test_a_section_gives_stiffness_mass_and_rotary_inertia() -> None:
         "shear_modulus": 80.0, "torsion_constant": 0.4, "shear_factors": [0.8, 0.9],
     }  # fmt: skip  # a table
     data["beams"]["rope"]["stiffness_damping"] = 0.1
-    beam = beam_of(from_data(data))
+    beam = beam_of(from_data(data)).parts[0].section
     stiffness = np.array([numbers(row) for row in beam.stiffness])
     # the rotation about z bends along y
     np.testing.assert_allclose(stiffness, np.diag([32.0, 140.0, 40.0, 100.0, 32.0, 36.0]), rtol=1e-14)

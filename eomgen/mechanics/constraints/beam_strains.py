@@ -26,26 +26,27 @@ class ConstrainedStrains:
     """The equations of one beam, element after element."""
 
     def __init__(self, quantities: Quantities, beam: Cosserat, generalized: Generalized) -> None:
-        self.beam, self.zero, self.generalized = beam, quantities.algebra.zero, generalized
+        self.beam, self.generalized = beam, generalized
         self.links, self.count = len(quantities.tree.links), beam.elements * len(beam.constrained)
         self.elements = Chain.of(quantities, beam)
 
     def rows(self) -> list[Row]:
         """Return one equation for each constrained strain of each element."""
-        beam, spacing = self.beam, self.zero + self.beam.spacing
+        beam = self.beam
 
         def gaps(element: Element) -> list[Scalar]:
-            return [beam.spacing * element.strain[strain] for strain in beam.constrained]
+            return [element.section.length * element.strain[strain] for strain in beam.constrained]
 
         values = self.elements.each(gaps, f"constrained strains of beam {beam.name}")
         found: list[Row] = []
         for number, (gap, (first, second)) in enumerate(zip(values, self.elements.pairs, strict=True), 1):
             places = [magnitude(part) for node in (first, second) for part in self.elements.nodes[node].origin]
-            size = sum(places, spacing)
+            length = self.elements.sections[first].length
+            size = sum(places, length)
             for strain, value in zip(beam.constrained, gap, strict=True):
                 what = STRAINS[strain].replace("_", " along ")
                 name = f"{beam.name}: no {what} of element {number}"
-                found.append(Row(name, value, "m", size, spacing, spacing, group=self, number=len(found)))
+                found.append(Row(name, value, "m", size, length, length, group=self, number=len(found)))
         return found
 
     def forces(self, multipliers: Sequence[Scalar]) -> list[Scalar]:

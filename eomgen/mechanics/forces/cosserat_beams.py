@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain, pairwise
+from typing import TypeVar
 
 from eomgen.lie.algebra import TapeAlgebra
 from eomgen.lie.groups import SE3
@@ -20,10 +21,10 @@ from eomgen.mechanics.forces.rotation_vectors import rotation_vector
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.kinematics.wrenches import Wrench
 from eomgen.mechanics.tree.links import Mount
-from eomgen.scene.bodies.cosserat import Cosserat, Rows
+from eomgen.scene.bodies.cosserat import BeamElement, Cosserat, Rows
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
-from eomgen.symbolic.map import Map, add_map, splice
-from eomgen.symbolic.operations import InputSymbol
+from eomgen.symbolic.calculus.loops import compact
+from eomgen.symbolic.map import Map, add_map
 from eomgen.symbolic.scalar import (
     Algebra,
     Matrix,
@@ -39,6 +40,7 @@ from eomgen.symbolic.scalar import (
 )
 from eomgen.symbolic.tape import Ref, Tape
 
+T = TypeVar("T")
 Six = Sequence[Scalar]
 #: What is asked of an element; further arguments are numbers of its own.
 Results = Callable[..., list[Scalar]]
@@ -67,20 +69,27 @@ class Node:
 
 @dataclass(frozen=True)
 class Section:
-    """Stiffness and damping, (6, 6) each, of the elements of a beam, their length, m, and d_0, (6,)."""
+    """Stiffness and damping, (6, 6) each, of an element, its length, m, 1/length, and d_0, (6,)."""
 
     stiffness: Sequence[Six]
     damping: Sequence[Six]
-    length: float
-    rest: Sequence[float]
+    length: Scalar
+    inverse: Scalar
+    rest: Six
 
     @property
     def damped(self) -> bool:
         return any(not entry.is_zero for row in self.damping for entry in row)
 
     @property
-    def rows(self) -> tuple[Sequence[Six], Sequence[Six]]:
-        return self.stiffness, self.damping
+    def numbers(self) -> list[Scalar]:
+        rows = (*self.stiffness, *self.damping, self.rest)
+        return [*chain.from_iterable(rows), self.length, self.inverse]
+
+    @classmethod
+    def of(cls, numbers: Six) -> Section:
+        rows = [numbers[start : start + 6] for start in range(0, 78, 6)]
+        return cls(rows[:6], rows[6:12], numbers[78], numbers[79], rows[12])
 
 
 class Element:
@@ -99,11 +108,10 @@ class Element:
             ]
             for sign in (1.0, -1.0)
         )
-        inverse = 1.0 / section.length
-        self.strain = [(x - at_rest) * inverse for x, at_rest in zip(d, section.rest, strict=True)]
+        self.strain = [(x - at_rest) * section.inverse for x, at_rest in zip(d, section.rest, strict=True)]
         self.rate = (
             [
-                (x - y) * inverse
+                (x - y) * section.inverse
                 for x, y in zip(
                     _product(self.to_second, [*second.omega, *second.velocity]),
                     _product(self.to_first, [*first.omega, *first.velocity]),
@@ -164,18 +172,19 @@ class Chain:
 
     Attributes
     ----------
-    mounts, nodes : of the nodes, in their order along the beam
+    sections : of the elements, in their order along the beam
+    mounts, nodes : of the nodes
     """
 
     quantities: Quantities
-    section: Section
+    sections: Sequence[Section]
     mounts: Sequence[Mount]
     nodes: Sequence[Node]
 
     @classmethod
     def of(cls, quantities: Quantities, beam: Cosserat) -> Chain:
         mounts = [quantities.tree.mounts[name] for name in beam.nodes]
-        return cls(quantities, _section(quantities, beam), mounts, [_node(quantities, mount) for mount in mounts])
+        return cls(quantities, _sections(quantities, beam), mounts, [_node(quantities, mount) for mount in mounts])
 
     @property
     def pairs(self) -> list[tuple[int, int]]:
@@ -203,11 +212,10 @@ class Chain:
         found: dict[tuple[int, int], list[Scalar]] = {}
         numbers = dict(zip(self.pairs, more or [()] * len(self.pairs), strict=True))
         for pair in self._alone:
-            first, second = (self.nodes[end] for end in pair)
-            found[pair] = results(Element(self.quantities.algebra, self.section, first, second), *numbers[pair])
+            found[pair] = results(self._element(pair), *numbers[pair])
         if repeated := self._repeated:
             tape = self.quantities.algebra.tape
-            loop = _loop(self.section, self.nodes, repeated, label, results, [numbers[pair] for pair in repeated])
+            loop = _loop(self.sections, self.nodes, repeated, label, results, [numbers[pair] for pair in repeated])
             rows = add_map(tape, loop).rows
             found |= {pair: [Scalar(tape, ref) for ref in row] for pair, row in zip(repeated, rows, strict=True)}
         return [found[pair] for pair in self.pairs]
@@ -215,14 +223,15 @@ class Chain:
     def total(self, results: Results, label: str) -> list[Scalar]:
         """Return the sums over all elements of what a function of an element gives."""
         algebra = self.quantities.algebra
-        found = [
-            results(Element(algebra, self.section, self.nodes[first], self.nodes[second]))
-            for first, second in self._alone
-        ]
+        found = [results(self._element(pair)) for pair in self._alone]
         if repeated := self._repeated:
-            loop = _loop(self.section, self.nodes, repeated, label, results, summed=True)
+            loop = _loop(self.sections, self.nodes, repeated, label, results, summed=True)
             found.append([Scalar(algebra.tape, ref) for ref in add_map(algebra.tape, loop).sums])
         return [sum(parts, algebra.zero) for parts in zip(*found, strict=True)]
+
+    def _element(self, pair: tuple[int, int]) -> Element:
+        first, second = pair
+        return Element(self.quantities.algebra, self.sections[first], self.nodes[first], self.nodes[second])
 
     def push(self, wrenches: list[Wrench | None], forces: Sequence[Six]) -> None:
         """Add generalized forces on both nodes of each element, (12,) each, to wrenches by link."""
@@ -249,16 +258,28 @@ def _node(quantities: Quantities, mount: Mount) -> Node:
     )
 
 
-def _section(quantities: Quantities, beam: Cosserat) -> Section:
+def _sections(quantities: Quantities, beam: Cosserat) -> list[Section]:
+    """Return what each element has; alike elements share one."""
+    known: dict[int, Section] = {}
+    for part in beam.parts:
+        if id(part) not in known:
+            known[id(part)] = _section(quantities, part)
+    return [known[id(part)] for part in beam.parts]
+
+
+def _section(quantities: Quantities, part: BeamElement) -> Section:
     def scalars(rows: Rows) -> list[list[Scalar]]:
         return [[quantities.formula(entry) for entry in row] for row in rows]
 
-    rest = [beam.spacing * part for part in (*beam.curvature, 1.0, 0.0, 0.0)]
-    return Section(scalars(beam.stiffness), scalars(beam.damping), beam.spacing, rest)
+    algebra, length = quantities.algebra, float(part.length)
+    strained = [algebra.scalar(length) * quantities.formula(strain) for strain in part.section.prestrain]
+    rest = [algebra.scalar(initial) - strain for initial, strain in zip(part.twist, strained, strict=True)]
+    stiffness, damping = scalars(part.section.stiffness), scalars(part.section.damping)
+    return Section(stiffness, damping, algebra.scalar(length), algebra.scalar(1.0 / length), rest)
 
 
 def _loop(
-    section: Section,
+    sections: Sequence[Section],
     nodes: Sequence[Node],
     pairs: Sequence[tuple[int, int]],
     label: str,
@@ -270,40 +291,57 @@ def _loop(
     """Return the loop over elements that gives results for each, or their sums; ``more``: numbers that they take."""
     kernel = Tape()
     algebra = Algebra(kernel)
-    shared: list[Ref] = []
-
-    def inside(entry: Scalar) -> Scalar:
-        if entry.constant is not None:
-            return algebra.scalar(entry.constant)
-        if entry.ref not in shared:
-            shared.append(entry.ref)
-        return Scalar(kernel, kernel.input("shared", shared.index(entry.ref)))
-
-    stiffness, damping = ([[inside(entry) for entry in row] for row in rows] for rows in section.rows)
-    size = _POSE + _TWIST if section.damped else _POSE
-    numbers = algebra.block("gather", 2 * size + (len(more[0]) if more else 0))
-    rest = [algebra.zero] * (_POSE + _TWIST - size)
-    first, second = (Node.of([*half, *rest]) for half in (numbers[:size], numbers[size : 2 * size]))
-    element = Element(algebra, Section(stiffness, damping, section.length, section.rest), first, second)
+    size = _POSE + _TWIST if any(sections[first].damped for first, _ in pairs) else _POSE
     gathered = [[number.ref for number in node.numbers[:size]] for node in nodes]
     rows = [[*gathered[first], *gathered[second]] for first, second in pairs]
     if more:
         rows = [[*row, *(number.ref for number in extra)] for row, extra in zip(rows, more, strict=True)]
-    found = tuple(value.ref for value in results(element, *numbers[2 * size :]))
-    # what is gathered and not used (twists, by results of strains alone) would count as an argument of the loop
-    taken = sorted({symbol.index for symbol in kernel.depends_on(found) if symbol.block == "gather"})
-    compact = Tape()
-    bindings = {InputSymbol("gather", slot): compact.input("gather", place) for place, slot in enumerate(taken)}
-    found = tuple(splice(compact, kernel, found, bindings))
-    return Map(
-        compact,
+    columns = _Columns(algebra, list(zip(*rows, strict=True)))
+    numbers = algebra.block("gather", len(rows[0]))
+    of_sections = zip(*(sections[first].numbers for first, _ in pairs), strict=True)
+    section = Section.of([columns.number(entries) for entries in of_sections])
+    rest = [algebra.zero] * (_POSE + _TWIST - size)
+    first, second = (Node.of([*half, *rest]) for half in (numbers[:size], numbers[size : 2 * size]))
+    found = tuple(value.ref for value in results(Element(algebra, section, first, second), *numbers[2 * size :]))
+    loop = Map(
+        kernel,
         len(pairs),
-        shared=tuple(shared),
-        gather=tuple(tuple(row[slot] for row in rows) for slot in taken),
+        elements=tuple(columns.elements),
+        shared=tuple(columns.shared),
+        gather=tuple(columns.gather),
         sums=found if summed else (),
         stacked=() if summed else found,
         label=label,
     )
+    # what is gathered and not used (twists, by results of strains alone) would count as an argument of the loop
+    return compact(loop, ())
+
+
+class _Columns:
+    """What a kernel takes of the numbers of its elements: those that vary by element, or what they share."""
+
+    def __init__(self, algebra: Algebra, gather: list[tuple[Ref, ...]]) -> None:
+        self.algebra, self.gather = algebra, gather
+        self.shared: list[Ref] = []
+        self.elements: list[tuple[float, ...]] = []
+
+    def number(self, entries: Sequence[Scalar]) -> Scalar:
+        """Return what stands in the kernel for a number of each element."""
+        refs = tuple(entry.ref for entry in entries)
+        constants = [entry.constant for entry in entries]
+        if len(set(refs)) == 1:
+            constant = constants[0]
+            return self._input("shared", self.shared, refs[0]) if constant is None else self.algebra.scalar(constant)
+        numbers = tuple(constant for constant in constants if constant is not None)
+        if len(numbers) == len(refs):
+            return self._input("element", self.elements, numbers)
+        return self._input("gather", self.gather, refs)
+
+    def _input(self, block: str, known: list[T], entry: T) -> Scalar:
+        if entry not in known:
+            known.append(entry)
+        kernel = self.algebra.tape
+        return Scalar(kernel, kernel.input(block, known.index(entry)))
 
 
 def _push(wrenches: list[Wrench | None], mount: Mount, load: Six) -> None:

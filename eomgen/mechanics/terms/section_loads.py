@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 from eomgen.mechanics.derivation import Derivation
 from eomgen.system.system import Block
 
@@ -13,9 +15,7 @@ def section_loads(derivation: Derivation) -> list[Block]:
     """
     beams = derivation.section_loads.beams
     rows = [row for beam in beams for row in derivation.section_loads.rows(beam.name)]
-    middles = [
-        derivation.algebra.scalar((number + 0.5) * beam.spacing) for beam in beams for number in range(beam.elements)
-    ]
+    middles = [derivation.algebra.scalar(0.5 * (start + end)) for beam in beams for start, end in pairwise(beam.places)]
     count = len(rows)
     strain = [value for row in rows for value in row[:6]]
     mean = [value for row in rows for value in row[6:12]]

@@ -12,8 +12,8 @@ from eomgen.formula.nodes import Formula, Number
 
 def times(factor: Fraction, formula: Formula) -> Formula:
     """Return a formula times a number, rounded once."""
-    if isinstance(formula, Number) and math.isfinite(formula.value):
-        return Number(float(factor * Fraction(formula.value)))
+    if isinstance(formula, Number):
+        return Number(float(factor * Fraction(formula.value))) if math.isfinite(formula.value) else formula
     return formula if factor == 1 else float(factor) * formula
 
 

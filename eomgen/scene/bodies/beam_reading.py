@@ -18,6 +18,7 @@ from eomgen.scene.bodies import beam_schema as written
 from eomgen.scene.bodies.arithmetic import product, times, total
 from eomgen.scene.bodies.beam import KINDS, Beam, Deformation, DeformationKind
 from eomgen.scene.bodies.model import Body
+from eomgen.scene.bodies.section_reading import SectionReader
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.shares import percent_of_critical
@@ -34,7 +35,9 @@ def read_beam(name: str, entry: written.Beam, values: Values) -> Body:
     """Return the body that a beam is; what is wrong with it goes to the report of ``values``."""
     key = key_of("beams", name)
     start = values.constant(f"{key}.start", entry.start)
-    length = values.constant(f"{key}.length", entry.length)
+    if entry.length is None:
+        values.report.add(key, "the key length is missing", "length = 1.0")
+    length = 1.0 if entry.length is None else values.constant(f"{key}.length", entry.length)
     if length <= 0.0:
         values.report.add(f"{key}.length", f"the length of a beam is {length:.6g}", "a number above 0")
     section = _Section(key, entry, values)
@@ -92,57 +95,51 @@ class _Section:
 
     def __init__(self, key: str, entry: written.Beam, values: Values) -> None:
         self.key, self.entry, self.values = key, entry, values
-        self.moments: list[Formula] | None = None
-        section = entry.section
-        if section is None:
-            return
-        place = f"{key}.section"
-        self.modulus = values.formula(f"{place}.elastic_modulus", section.elastic_modulus, PARAMETERS)
-        self.density = values.formula(f"{place}.density", section.density, PARAMETERS)
-        self.area = values.formula(f"{place}.area", section.area, PARAMETERS)
-        if section.second_moments is not None:
-            self.moments = [
-                values.formula(f"{place}.second_moments[{at}]", moment, PARAMETERS)
-                for at, moment in enumerate(section.second_moments)
-            ]
+        self.section = None if entry.section is None else SectionReader(f"{key}.section", entry.section, values)
 
     def mass_per_length(self) -> Formula:
         if self.entry.mass_per_length is not None:
             self.once("mass_per_length")
             return self.values.formula(f"{self.key}.mass_per_length", self.entry.mass_per_length, PARAMETERS)
-        if self.entry.section is None:
+        if self.section is None:
             self.values.report.add(
                 self.key, "the key mass_per_length is missing", "mass_per_length = ..., or a section"
             )
             return ZERO
-        return product(self.density, self.area)
+        if self.section.area is None:
+            if not self.values.report.concerns(self.section.key):
+                self.values.report.add(self.section.key, "the key area is missing", "area = ..., or a shape")
+            return ZERO
+        return product(self.section.density, self.section.area)
 
     def polar_inertia(self) -> Formula:
         if self.entry.polar_inertia is not None:
             return self.values.formula(f"{self.key}.polar_inertia", self.entry.polar_inertia, PARAMETERS)
-        return ZERO if self.moments is None else product(self.density, total(*self.moments))
+        if self.section is None or self.section.second_moments is None:
+            return ZERO
+        return product(self.section.density, total(*self.section.second_moments))
 
     def stiffness(self, kind: DeformationKind, given: written.Bending | written.Stretch | written.Torsion) -> Formula:
         place = f"{self.key}.{kind}.stiffness"
         if given.stiffness is not None:
             return self.values.formula(place, given.stiffness, PARAMETERS)
-        section = self.entry.section
+        section = self.section
         needed = {
+            "stretch": "area",
             "bending_y": "second_moments",
             "bending_z": "second_moments",
             "torsion": "shear_modulus and torsion_constant",
         }
-        if section is not None and kind == "stretch":
-            return product(self.modulus, self.area)
-        if section is not None and kind.startswith("bending") and self.moments is not None:
-            return product(self.modulus, self.moments[kind == "bending_z"])
-        if section is not None and kind == "torsion" and None not in (section.shear_modulus, section.torsion_constant):
-            parts = [("shear_modulus", section.shear_modulus), ("torsion_constant", section.torsion_constant)]
-            shear, constant = (
-                self.values.formula(f"{self.key}.section.{field}", cast("float | str", value), PARAMETERS)
-                for field, value in parts
-            )
-            return product(shear, constant)
+        if section is not None and kind == "stretch" and section.area is not None:
+            return product(section.elastic_modulus, section.area)
+        if section is not None and kind.startswith("bending") and section.second_moments is not None:
+            return product(section.elastic_modulus, section.second_moments[kind == "bending_z"])
+        if section is not None and kind == "torsion":
+            shear, constant = section.shear_modulus, section.torsion_constant
+            if shear is not None and constant is not None:
+                return product(shear, constant)
+        if section is not None and self.values.report.concerns(section.key):
+            return ZERO
         other = "a section" if section is None else f"{needed[kind]} in the section"
         self.values.report.add(f"{self.key}.{kind}", "the key stiffness is missing", f"stiffness = ..., or {other}")
         return ZERO

@@ -10,7 +10,8 @@ from eomgen.scene.bodies import beam
 from eomgen.scene.bodies.beam import Ends, Normalisation, ShapeFunctions
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS
 from eomgen.scene.reading.key_metadata import Table, key, of_fixed_parameters, of_parameters, optional
-from eomgen.scene.reading.kinds import Pair, SixBySix, Triple, Value, Values
+from eomgen.scene.reading.kinds import Pair, SixBySixValues, Triple, Value, Values
+from eomgen.scene.reading.rotation_schema import Rotations
 
 MOST_MODES = 100
 MOST_ELEMENTS = 400
@@ -20,6 +21,7 @@ MOST_NODAL = 60
 #: Elements of a geometrically exact beam: each has six states and as many velocities.
 MOST_EXACT_ELEMENTS = 1024
 _PROFILE = "polynomial in s, 0 to 1 along the beam, that multiplies"
+_OF_MATRIX = {"names": PARAMETERS, "kind": "6x6 values of parameters"}
 _COEFFICIENTS = "list of values of fixed parameters, constant first"
 
 
@@ -28,14 +30,22 @@ class Section(Table):
 
     elastic_modulus: Value = key("Young's modulus", unit="Pa", names=PARAMETERS)
     density: Value = key("of the material", unit="kg/m^3", names=PARAMETERS)
-    area: Value = key("of the section", unit="m^2", names=PARAMETERS)
+    shape: Literal["rectangle", "circle", "tube", "ellipse"] | None = optional(
+        "from which area, second moments, torsion constant and, with `cosserat`, shear factors follow"
+    )
+    width: Value | None = of_parameters("of a rectangle or an ellipse, along y", unit="m")
+    height: Value | None = of_parameters("of a rectangle or an ellipse, along z", unit="m")
+    diameter: Value | None = of_parameters("of a circle, or of a tube outside", unit="m")
+    thickness: Value | None = of_parameters("of a tube's wall", unit="m")
+    area: Value | None = of_parameters("of the section", unit="m^2", shown_default="of the shape")
     second_moments: Pair | None = optional(
         "∫ y² dA, which resists `bending_y`, and ∫ z² dA, which resists `bending_z`",
         unit="m^4",
         names=PARAMETERS,
         kind="2 values of parameters, m⁴",
     )
-    shear_modulus: Value | None = of_parameters("for torsion", unit="Pa")
+    shear_modulus: Value | None = of_parameters("for torsion, and for shear", unit="Pa")
+    poisson_ratio: Value | None = of_parameters("in place of the shear modulus, E/(2 (1 + ratio))")
     torsion_constant: Value | None = of_parameters(
         "for torsion; the sum of the second moments only where the section is round", unit="m^4"
     )
@@ -43,6 +53,7 @@ class Section(Table):
         "`cosserat`: shear areas along y and z by the area; 5/6 for a rectangle, 0.9 for a circle",
         names=PARAMETERS,
         kind="2 values of parameters",
+        shown_default="of the shape",
     )
 
 
@@ -159,6 +170,68 @@ class SectionDamping(Table):
     bending_z: Value = key("by rate of curvature, of deflection along z", 0.0, unit="N m^2 s", names=PARAMETERS)
 
 
+class SectionStrain(Table):
+    """Strains of the sections of a geometrically exact beam, by what resists them."""
+
+    stretch: Value = key("elongation along x", 0.0, names=PARAMETERS)
+    shear_y: Value = key("shear along y", 0.0, names=PARAMETERS)
+    shear_z: Value = key("shear along z", 0.0, names=PARAMETERS)
+    torsion: Value = key("twist per length", 0.0, unit="rad/m", names=PARAMETERS)
+    bending_y: Value = key("curvature about z", 0.0, unit="rad/m", names=PARAMETERS)
+    bending_z: Value = key("curvature about y", 0.0, unit="rad/m", names=PARAMETERS)
+
+
+class BeamPart(Table):
+    """A part of a geometrically exact beam; what it does not say is that of the beam."""
+
+    length: Value = key("undeformed", unit="m", names=FIXED_PARAMETERS)
+    elements: Annotated[int, Field(ge=1, le=MOST_EXACT_ELEMENTS)] = key(
+        "equal elements along the part", kind=f"1 to {MOST_EXACT_ELEMENTS}"
+    )
+    section: Section | None = optional("what it is made of", kind="table, above", shown_default="the beam's")
+    mass_per_length: Value | None = of_parameters("density times area", unit="kg/m", shown_default="the beam's")
+    rotary_inertia: Triple | None = of_parameters(
+        "density times second moments of area: polar, about y, about z", unit="kg m", shown_default="the beam's"
+    )
+    stiffness: SectionStiffness | None = optional("of the sections", kind="table, above", shown_default="the beam's")
+    stiffness_matrix: SixBySixValues | None = optional(
+        "of all strains together", **_OF_MATRIX, shown_default="the beam's"
+    )
+    damping: SectionDamping | None = optional("of the sections", kind="table, above", shown_default="the beam's")
+    stiffness_damping: Value | None = of_parameters("damping by stiffness", unit="s", shown_default="the beam's")
+    curvature: Triple | None = of_fixed_parameters(
+        "in the initial shape, section axes", unit="rad/m", shown_default="the beam's"
+    )
+    prestrain: SectionStrain | None = optional("in the initial shape", kind="table, above", shown_default="the beam's")
+
+
+class ShapeFrame(Table):
+    """A frame of a section on a beam's initial shape."""
+
+    position: Triple = key("of its origin, in the beam's frame", unit="m", names=FIXED_PARAMETERS)
+    rotation: Rotations = key(
+        "its axes in those of the beam's frame; x along the beam",
+        (),
+        kind="list of `axis`, `angle`",
+        shown_default="`[]`",
+    )
+
+
+class BeamShape(Table):
+    """An initial shape by places that a geometrically exact beam goes through."""
+
+    points: tuple[Triple, ...] | None = optional(
+        "places that the axis goes through, in the beam's frame, the first one its origin; it leaves along x",
+        unit="m",
+        names=FIXED_PARAMETERS,
+        kind="list of 3 values of fixed parameters, m",
+        strict=False,
+    )
+    frames: tuple[ShapeFrame, ...] | None = optional(
+        "frames of sections, the first one the beam's frame; helices join them", kind="list of tables", strict=False
+    )
+
+
 class Beam(Table):
     """An elastic beam along the x axis of its frame; a body to all that refers to bodies."""
 
@@ -167,7 +240,9 @@ class Beam(Table):
         " with shear and stretch, without shear, without both",
         shown_default="`euler_bernoulli`",
     )
-    length: Value = key("undeformed", unit="m", names=FIXED_PARAMETERS)
+    length: Value | None = of_fixed_parameters(
+        "undeformed", unit="m", shown_default="required; of `parts` or of `shape` where these are given"
+    )
     start: Value = key(
         "x of its first end in its frame, which its joint carries", 0.0, unit="m", names=FIXED_PARAMETERS
     )
@@ -193,15 +268,21 @@ class Beam(Table):
     elements: Annotated[int, Field(ge=1, le=MOST_EXACT_ELEMENTS)] | None = optional(
         "`cosserat`: equal elements along the beam",
         kind=f"1 to {MOST_EXACT_ELEMENTS}",
-        shown_default="required for `cosserat`",
+        shown_default="required for `cosserat`, but with `parts`",
+    )
+    parts: Annotated[tuple[BeamPart, ...], Field(strict=False)] = key(
+        "`cosserat`: of other sections or elements, one behind the other, in place of `length` and `elements`",
+        (),
+        kind="list of tables, below",
+        shown_default="none",
     )
     stiffness: SectionStiffness | None = optional(
         "`cosserat`: of the sections", kind="table, below", shown_default="of the section"
     )
-    stiffness_matrix: SixBySix | None = optional(
+    stiffness_matrix: SixBySixValues | None = optional(
         "`cosserat`: symmetric, of all strains together, in their place: twist, bending about y and z (N m²), stretch,"
         " shear along y and z (N)",
-        kind="6x6 numbers",
+        **_OF_MATRIX,
     )
     damping: SectionDamping | None = optional("`cosserat`: of the sections", kind="table, below", shown_default="zeros")
     stiffness_damping: Value | None = of_parameters(
@@ -213,8 +294,21 @@ class Beam(Table):
         shown_default="of the section",
     )
     curvature: Triple | None = of_fixed_parameters(
-        "`cosserat`: of the beam at rest, in section axes: twist per length about x, then curvature about y and z; an"
+        "`cosserat`: in the initial shape, in section axes: twist per length about x, then curvature about y and z; an"
         " arc or a helix",
         unit="rad/m",
         shown_default="`[0, 0, 0]`",
+    )
+    shape: BeamShape | None = optional(
+        "`cosserat`: the initial shape, in place of `curvature` and `length`", kind="table, below"
+    )
+    pretwist: Value | None = of_fixed_parameters(
+        "`cosserat`: angle by which sections are turned about the axis of the initial shape, 0 at s = 0",
+        unit="rad",
+        shown_default="`0`",
+    )
+    prestrain: SectionStrain | None = optional(
+        "`cosserat`: strains that the initial shape has; without them it is at rest",
+        kind="table, below",
+        shown_default="zeros",
     )

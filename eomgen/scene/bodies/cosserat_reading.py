@@ -1,17 +1,24 @@
-"""Reading of geometrically exact beams: sections, damping and the shape at rest."""
+"""Reading of geometrically exact beams: their parts, and what the sections of each element have."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-
-import numpy as np
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import accumulate
 
 from eomgen.formula.nodes import ZERO, Formula, Number
 from eomgen.scene.bodies import beam_schema as written
 from eomgen.scene.bodies.arithmetic import product, total
-from eomgen.scene.bodies.cosserat import CONSTRAINED, STRAINS, Cosserat, Rows
+from eomgen.scene.bodies.beam_keys import Keys
+from eomgen.scene.bodies.cosserat import CONSTRAINED, STRAINS, BeamElement, BeamSection, Cosserat, Rows
+from eomgen.scene.bodies.initial_shapes import Shape
+from eomgen.scene.bodies.section_reading import SectionReader
+from eomgen.scene.bodies.section_stiffness import ResistsItsStrains
+from eomgen.scene.bodies.shape_reading import bent_shape, pretwisted, read_shape
 from eomgen.scene.formula.scope import PARAMETERS
+from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values
 from eomgen.text import key_of
 
@@ -21,7 +28,8 @@ _OF_DEFLECTIONS = (
     "stretch", "torsion",
 )  # fmt: skip  # a table
 _OF_EXACT = (
-    "elements", "stiffness", "stiffness_matrix", "damping", "stiffness_damping", "rotary_inertia", "curvature",
+    "elements", "parts", "stiffness", "stiffness_matrix", "damping", "stiffness_damping", "rotary_inertia", "curvature",
+    "shape", "pretwist", "prestrain",
 )  # fmt: skip  # a table
 #: What nothing can be made of goes on with these.
 _SECTION_UNKNOWN = (Number(math.nan),) * 6
@@ -48,18 +56,23 @@ def check_keys(name: str, entry: written.Beam, values: Values) -> None:
 
 
 def _check_strains(name: str, entry: written.Beam, values: Values) -> None:
-    """Report stiffnesses and damping of strains that a beam does not have."""
+    """Report stiffnesses, damping and prestrains of strains that a beam does not have."""
     model = str(entry.model)
     without = CONSTRAINED[model]
-    factors = entry.section is not None and entry.section.shear_factors is not None and "shear_y" in without
-    given = [("section", "shear_factors")] if factors else []
-    for field in ("stiffness", "damping"):
-        table = getattr(entry, field)
-        given += [(field, strain) for strain in without if table is not None and strain in table.model_fields_set]
+    tables: list[tuple[tuple[str | int, ...], written.Beam | written.BeamPart]] = [((), entry)]
+    tables += [(("parts", number), part) for number, part in enumerate(entry.parts)]
+    given: list[tuple[str | int, ...]] = []
+    for before, table in tables:
+        if table.section is not None and table.section.shear_factors is not None and "shear_y" in without:
+            given.append((*before, "section", "shear_factors"))
+        for field in ("stiffness", "damping", "prestrain"):
+            inner = getattr(table, field)
+            given += [(*before, field, strain) for strain in without if inner and strain in inner.model_fields_set]
     for parts in given:
-        what = f"a beam of the model {model} does not {'stretch' if parts[1] == 'stretch' else 'shear'}"
-        models = [other for other, strains in CONSTRAINED.items() if parts[1] not in strains and other != model]
-        hint = " or ".join(f'model = "{other}"' for other in (models if parts[1] in STRAINS else ["cosserat"]))
+        last = str(parts[-1])
+        what = f"a beam of the model {model} does not {'stretch' if last == 'stretch' else 'shear'}"
+        models = [other for other, strains in CONSTRAINED.items() if last not in strains and other != model]
+        hint = " or ".join(f'model = "{other}"' for other in (models if last in STRAINS else ["cosserat"]))
         values.report.add(key_of("beams", name, *parts), what, f"without it, or {hint}")
 
 
@@ -72,95 +85,186 @@ _COUNTERPARTS: Mapping[str, str] = {
 
 def read_cosserat(name: str, entry: written.Beam, values: Values) -> Cosserat:
     """Return a geometrically exact beam; what is wrong with it goes to the report of ``values``."""
-    key, report = key_of("beams", name), values.report
-    length = values.constant(f"{key}.length", entry.length)
+    key = key_of("beams", name)
+    whole = Keys(key, entry)
+    shape = read_shape(whole, values)
+    pieces = _pieces(whole, shape, values)
+    ends = list(accumulate((piece.length for piece in pieces), initial=Fraction(0)))
+    if shape is None:
+        shape = bent_shape([(float(end), piece.keys) for end, piece in zip(ends[1:], pieces, strict=True)], values)
+    shape = pretwisted(whole, shape, values)
+    elements: list[BeamElement] = []
+    most = 0.0
+    for start, piece in zip(ends, pieces, strict=False):
+        width = piece.length / piece.elements
+        middles = [float((start + (number + Fraction(1, 2)) * width) / ends[-1]) for number in range(piece.elements)]
+        for number, section in enumerate(_sections(piece.keys, middles, values)):
+            begin = start + number * width
+            twist, turn = shape.between(begin, begin + width)
+            most = max(most, turn)
+            element = BeamElement(width, section, tuple(twist.tolist()))
+            alike = elements and elements[-1].section is section and elements[-1] == element
+            elements.append(elements[-1] if alike else element)
+    _check_fold(whole, most, len(elements), values)
+    return Cosserat(name, tuple(elements), whole.model)
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """A beam, or a part of it, with equal elements."""
+
+    keys: Keys
+    length: Fraction
+    elements: int
+
+
+def _pieces(whole: Keys, shape: Shape | None, values: Values) -> list[_Piece]:
+    """Return the parts of a beam, one where it has none."""
+    entry, report = whole.entry, values.report
+    if not entry.parts:
+        if entry.elements is None:
+            report.add(
+                whole.key, f"a beam of the model {whole.model} needs the number of its elements", "elements = 16"
+            )
+        return [_Piece(whole, _length(whole, shape, values), entry.elements or 1)]
+    for field in ("length", "elements", "shape"):
+        if getattr(entry, field) is not None:
+            what = f"{field} is given, and parts too, which have their own"
+            hint = "curvature in the parts" if field == "shape" else f"{field} in the parts alone"
+            report.add(f"{whole.key}.{field}", what, hint)
+    count = sum(part.elements for part in entry.parts)
+    if count > written.MOST_EXACT_ELEMENTS:
+        what = f"the parts have {count} elements, and {written.MOST_EXACT_ELEMENTS} are the most of a beam"
+        report.add(f"{whole.key}.parts", what, "fewer elements")
+    pieces = []
+    for number, part in enumerate(entry.parts):
+        keys = Keys(whole.key, entry, f"{whole.key}.parts[{number}]", part)
+        pieces.append(
+            _Piece(keys, _positive(f"{keys.part_key}.length", "a part of a beam", part.length, values), part.elements)
+        )
+    return pieces
+
+
+def _length(whole: Keys, shape: Shape | None, values: Values) -> Fraction:
+    if shape is not None:
+        if whole.entry.length is not None:
+            what = "length is given, and follows from the shape too"
+            values.report.add(f"{whole.key}.length", what, "one of them")
+        return Fraction(shape.length)
+    if whole.entry.length is None:
+        if whole.entry.shape is None:  # one that is wrong is reported
+            values.report.add(whole.key, "the key length is missing", "length = 1.0")
+        return Fraction(1)
+    return _positive(f"{whole.key}.length", "a beam", whole.entry.length, values)
+
+
+def _positive(key: str, what: str, given: float | str, values: Values) -> Fraction:
+    length = values.constant(key, given)
     if not length > 0.0:
-        report.add(f"{key}.length", f"the length of a beam is {length:.6g}", "a number above 0")
-    if entry.elements is None:
-        report.add(key, f"a beam of the model {entry.model} needs the number of its elements", "elements = 16")
-    elements = entry.elements or 1
-    mass = _mass_per_length(key, entry, values)
-    stiffness = _stiffness(key, entry, values)
-    beam = Cosserat(
-        name,
-        length if length > 0.0 else 1.0,
-        elements,
-        mass,
-        _rotary_inertia(key, entry, values),
+        if not math.isnan(length):
+            values.report.add(key, f"the length of {what} is {length:.6g}", "a number above 0")
+        return Fraction(1)
+    return Fraction(length)
+
+
+def _sections(keys: Keys, places: Sequence[float], values: Values) -> list[BeamSection]:
+    """Return the sections at places from 0 to 1 along the beam: one and the same where nothing varies."""
+    found: list[BeamSection] = []
+    varied = True
+    for place in places:
+        if found and (not varied or values.report.concerns(keys.key)):
+            found.append(found[-1])
+            continue
+        there = values.at(place)
+        found.append(_section(keys, there))
+        varied = bool(there.varied)
+    return found
+
+
+def _section(keys: Keys, values: Values) -> BeamSection:
+    reader = SectionReader(keys.of("section"), keys["section"], values) if keys["section"] is not None else None
+    stiffness = _stiffness(keys, reader, values)
+    return BeamSection(
+        _mass_per_length(keys, reader, values),
+        _rotary_inertia(keys, reader, values),
         stiffness,
-        _damping(key, entry, stiffness, values),
-        str(entry.model),
-        _curvature(key, entry, values),
+        _damping(keys, stiffness, values),
+        _prestrain(keys, values),
     )
-    _check_fold(key, beam, values)
-    return beam
 
 
-def _mass_per_length(key: str, entry: written.Beam, values: Values) -> Formula:
-    section = entry.section
-    if entry.mass_per_length is not None:
-        if section is not None:
+def _mass_per_length(keys: Keys, section: SectionReader | None, values: Values) -> Formula:
+    given = keys["mass_per_length"]
+    if given is not None:
+        if section is not None and keys.together("mass_per_length", "section"):
             what = "mass_per_length is given, and follows from the section too"
-            values.report.add(f"{key}.mass_per_length", what, "one of them")
-        return values.formula(f"{key}.mass_per_length", entry.mass_per_length, PARAMETERS)
+            values.report.add(keys.of("mass_per_length"), what, "one of them")
+        return values.formula(keys.of("mass_per_length"), given, PARAMETERS)
     if section is None:
-        values.report.add(key, "the key mass_per_length is missing", "mass_per_length = ..., or a section")
+        values.report.add(keys.key, "the key mass_per_length is missing", "mass_per_length = ..., or a section")
         return ZERO
-    return product(*(_of_section(key, section, field, values) for field in ("density", "area")))
+    return product(section.density, _needed(section, "area", values))
 
 
-def _of_section(key: str, section: written.Section, field: str, values: Values) -> Formula:
-    """Return a value of the section; what is not there is reported."""
-    given = getattr(section, field)
-    if given is None:
+def _needed(section: SectionReader, field: str, values: Values) -> Formula:
+    """Return a value of a section; what is not there is reported."""
+    value: Formula | None = getattr(section, field)
+    return _missing(section, field, values) if value is None else value
+
+
+def _needed_pair(section: SectionReader, field: str, values: Values) -> tuple[Formula, Formula]:
+    pair: tuple[Formula, Formula] | None = getattr(section, field)
+    return (_missing(section, field, values),) * 2 if pair is None else pair
+
+
+def _missing(section: SectionReader, field: str, values: Values) -> Formula:
+    if not values.report.concerns(section.key):
         what = f"the section has no {field}, which a geometrically exact beam needs"
-        values.report.add(f"{key}.section", what, f"{field} = ..., or stiffness = {{ ... }} without a section")
-        return ZERO
-    return values.formula(f"{key}.section.{field}", given, PARAMETERS)
+        other = "poisson_ratio = ..." if field == "shear_modulus" else "stiffness = { ... } without a section"
+        values.report.add(section.key, what, f"{field} = ..., or {other}")
+    return ZERO
 
 
-def _pair_of_section(key: str, section: written.Section, field: str, values: Values) -> list[Formula]:
-    given: Sequence[float | str] | None = getattr(section, field)
-    if given is None:
-        _of_section(key, section, field, values)
-        return [ZERO, ZERO]
-    return [values.formula(f"{key}.section.{field}[{place}]", part, PARAMETERS) for place, part in enumerate(given)]
-
-
-def _rotary_inertia(key: str, entry: written.Beam, values: Values) -> tuple[Formula, Formula, Formula]:
-    if entry.rotary_inertia is not None:
-        return values.vector(f"{key}.rotary_inertia", entry.rotary_inertia, PARAMETERS)
-    if entry.section is None:
+def _rotary_inertia(keys: Keys, section: SectionReader | None, values: Values) -> tuple[Formula, Formula, Formula]:
+    given = keys["rotary_inertia"]
+    if given is not None:
+        entries = values.vector(keys.of("rotary_inertia"), given, PARAMETERS)
+        if not values.report.concerns(keys.of("rotary_inertia")):
+            values.require(keys.of("rotary_inertia"), RELATIONS["rotary inertia"], entries)
+        return entries
+    if section is None:
         what = "the sections have no rotary inertia, without which their rotations have none"
-        values.report.add(key, what, "rotary_inertia = [polar, about y, about z], or a section")
+        values.report.add(keys.key, what, "rotary_inertia = [polar, about y, about z], or a section")
         return ZERO, ZERO, ZERO
-    density = _of_section(key, entry.section, "density", values)
-    across_y, across_z = _pair_of_section(key, entry.section, "second_moments", values)
+    across_y, across_z = _needed_pair(section, "second_moments", values)
+    density = section.density
     return product(density, total(across_y, across_z)), product(density, across_z), product(density, across_y)
 
 
-def _stiffness(key: str, entry: written.Beam, values: Values) -> Rows:
-    given = [field for field in ("stiffness", "stiffness_matrix") if getattr(entry, field) is not None]
-    if len(given) == 2:
-        values.report.add(f"{key}.stiffness_matrix", "stiffness and stiffness_matrix are both given", "one of them")
-    free = [strain for strain in STRAINS if strain not in CONSTRAINED[str(entry.model)]]
-    if entry.stiffness_matrix is not None:
-        _check_matrix(f"{key}.stiffness_matrix", str(entry.model), entry.stiffness_matrix, values)
-        return tuple(tuple(Number(number) for number in row) for row in entry.stiffness_matrix)
-    if entry.stiffness is not None:
-        return _diagonal(_given(f"{key}.stiffness", entry.stiffness, free, values))
-    if entry.section is None:
+def _stiffness(keys: Keys, section: SectionReader | None, values: Values) -> Rows:
+    if keys["stiffness"] is not None and keys["stiffness_matrix"] is not None:
+        what = "stiffness and stiffness_matrix are both given"
+        values.report.add(keys.of("stiffness_matrix"), what, "one of them")
+    free = [strain for strain in STRAINS if strain not in CONSTRAINED[keys.model]]
+    if (given := keys["stiffness_matrix"]) is not None:
+        place = keys.of("stiffness_matrix")
+        matrix = tuple(
+            tuple(values.formula(f"{place}[{row}][{column}]", entry, PARAMETERS) for column, entry in enumerate(line))
+            for row, line in enumerate(given)
+        )
+        if not values.report.concerns(place):
+            values.require(place, ResistsItsStrains(keys.model), [entry for line in matrix for entry in line])
+        return matrix
+    if (by_strain := keys["stiffness"]) is not None:
+        return _diagonal(_given(keys.of("stiffness"), by_strain, free, values))
+    if section is None:
         what = "the sections have no stiffness"
-        values.report.add(key, what, f"stiffness = {{ {free[-1]} = ..., ... }}, stiffness_matrix, or a section")
+        values.report.add(keys.key, what, f"stiffness = {{ {free[-1]} = ..., ... }}, stiffness_matrix, or a section")
         return _diagonal(_SECTION_UNKNOWN)
-    section = entry.section
-    modulus, area, shear, torsion = (
-        _of_section(key, section, field, values)
-        for field in ("elastic_modulus", "area", "shear_modulus", "torsion_constant")
-    )
-    across_y, across_z = _pair_of_section(key, section, "second_moments", values)
-    shears = "shear_y" in free
-    along_y, along_z = _pair_of_section(key, section, "shear_factors", values) if shears else (ZERO, ZERO)
+    area, shear, torsion = (_needed(section, field, values) for field in ("area", "shear_modulus", "torsion_constant"))
+    across_y, across_z = _needed_pair(section, "second_moments", values)
+    along_y, along_z = _needed_pair(section, "shear_factors", values) if "shear_y" in free else (ZERO, ZERO)
+    modulus = section.elastic_modulus
     found = {
         "torsion": product(shear, torsion),
         "bending_z": product(modulus, across_z),
@@ -185,14 +289,11 @@ def _given(key: str, table: written.SectionStiffness, free: Sequence[str], value
     ]
 
 
-def _damping(key: str, entry: written.Beam, stiffness: Rows, values: Values) -> Rows:
-    own: Sequence[Formula] = (ZERO,) * 6
-    if entry.damping is not None:
-        own = [values.formula(f"{key}.damping.{kind}", getattr(entry.damping, kind), PARAMETERS) for kind in STRAINS]
-    rows = _diagonal(own)
-    if entry.stiffness_damping is None:
+def _damping(keys: Keys, stiffness: Rows, values: Values) -> Rows:
+    rows = _diagonal(_by_strain(keys, "damping", values))
+    if keys["stiffness_damping"] is None:
         return rows
-    share = values.formula(f"{key}.stiffness_damping", entry.stiffness_damping, PARAMETERS)
+    share = values.formula(keys.of("stiffness_damping"), keys["stiffness_damping"], PARAMETERS)
     return tuple(
         tuple(
             total(part, product(share, elastic)) if elastic != ZERO else part
@@ -202,50 +303,29 @@ def _damping(key: str, entry: written.Beam, stiffness: Rows, values: Values) -> 
     )
 
 
-def _curvature(key: str, entry: written.Beam, values: Values) -> tuple[float, float, float]:
-    numbers = values.constants(f"{key}.curvature", entry.curvature or (0.0, 0.0, 0.0))
-    x, y, z = numbers if all(map(math.isfinite, numbers)) else (0.0, 0.0, 0.0)
-    return x, y, z
+def _prestrain(keys: Keys, values: Values) -> tuple[Formula, ...]:
+    return tuple(_by_strain(keys, "prestrain", values))
+
+
+def _by_strain(keys: Keys, field: str, values: Values) -> list[Formula]:
+    """Return the entries of a table by the kind of strain, zeros where there is none."""
+    given = keys[field]
+    if given is None:
+        return [ZERO] * 6
+    return [values.formula(f"{keys.of(field)}.{kind}", getattr(given, kind), PARAMETERS) for kind in STRAINS]
 
 
 def _diagonal(entries: Sequence[Formula]) -> Rows:
     return tuple(tuple(entries[row] if row == column else ZERO for column in range(6)) for row in range(6))
 
 
-def _check_matrix(key: str, model: str, given: Sequence[Sequence[float]], values: Values) -> None:
-    """Report a stiffness without a potential, and one that does not resist some strain, or resists one too many."""
-    matrix = np.array(given)
-    size = float(np.max(np.abs(matrix)))
-    for row, column in np.argwhere(np.abs(matrix - matrix.T) > 1e-9 * size).tolist():
-        what = f"the matrix is not symmetric, so it has no potential: entry [{row}][{column}] differs from"
-        values.report.add(key, f"{what} [{column}][{row}]", "the mean of both")
+def _check_fold(whole: Keys, turn: float, elements: int, values: Values) -> None:
+    """Report an initial shape of which an element turns by half a turn or more."""
+    if turn < math.pi or values.report.concerns(whole.key):
         return
-    for place in map(STRAINS.index, CONSTRAINED[model]):
-        if matrix[place].any():
-            what = f"a beam of the model {model} has no {STRAINS[place]}, and row [{place}] of the matrix is not 0"
-            values.report.add(key, what, "0 in rows and columns of strains that it does not have")
-            return
-    free = [place for place, strain in enumerate(STRAINS) if strain not in CONSTRAINED[model]]
-    diagonal = np.diag(matrix)
-    if weak := [place for place in free if not diagonal[place] > 0.0]:
-        place = min(weak, key=lambda place: float(diagonal[place]))
-        what = f"the section does not resist {STRAINS[place]}: entry [{place}][{place}] is {matrix[place, place]:.6g}"
-        values.report.add(key, what, "a positive definite matrix")
-        return
-    scale = np.sqrt(diagonal[free])
-    smallest = float(np.linalg.eigvalsh(matrix[np.ix_(free, free)] / np.outer(scale, scale))[0])
-    if smallest <= 1e-12:
-        what = (
-            "the matrix is not positive definite, so the section gives way to some strain: scaled to a diagonal of 1,"
-        )
-        values.report.add(key, f"{what} its smallest eigenvalue is {smallest:.6g}", "a positive definite matrix")
-
-
-def _check_fold(key: str, beam: Cosserat, values: Values) -> None:
-    """Report a shape at rest of which an element turns by half a turn or more."""
-    turn = beam.spacing * math.hypot(*beam.curvature)
-    if turn >= math.pi:
-        least = math.floor(turn * beam.elements / math.pi) + 1
-        degrees = f"{math.degrees(turn):.6g} degrees"
-        what = f"each of the {beam.elements} elements turns by {degrees} at rest, and only less than 180 can be told"
-        values.report.add(f"{key}.curvature", what, f"elements = {4 * least}; {least} is the least")
+    least = math.floor(turn * elements / math.pi) + 1
+    given = [field for field in ("pretwist", "shape", "curvature", "parts") if getattr(whole.entry, field)]
+    which = "each of" if given == ["curvature"] else "one of"
+    degrees = f"{math.degrees(turn):.6g} degrees"
+    what = f"{which} the {elements} elements turns by {degrees} at rest, and only less than 180 can be told"
+    values.report.add(f"{whole.key}.{given[0]}", what, f"elements = {4 * least}; {least} is the least")

@@ -84,8 +84,8 @@ class BeamNodes:
         x = self.values.value(position[0])
         if math.isnan(x):
             return body, position
-        node = round(min(max(x / beam.spacing, 0.0), float(beam.elements)))
-        if abs(x - node * beam.spacing) > AT_END * beam.length:
+        node = min(range(len(beam.places)), key=lambda number: abs(beam.places[number] - x))
+        if abs(x - beam.places[node]) > AT_END * beam.length:
             report.add(f"{key}[0]", *_no_node(beam, x))
         return beam.nodes[node], (ZERO, *position[1:])
 
@@ -95,9 +95,14 @@ def _no_node(beam: Cosserat, x: float) -> tuple[str, str]:
     if not 0.0 <= x <= beam.length:
         what = f"x = {x:.6g} m is beyond the beam {beam.name}, which goes from 0 m to {beam.length:.6g} m"
         return what, "a place on the beam, or a body fixed to its end"
-    what = f"x = {x:.6g} m on the beam {beam.name} is between its nodes, which are {beam.spacing:.6g} m apart"
+    nearest = min(beam.places, key=lambda place: abs(place - x))
+    widths = [float(part.length) for part in beam.parts]
+    alike = max(widths) - min(widths) <= AT_END * beam.length
+    apart = f", which are {widths[0]:.6g} m apart" if alike else ""
+    what = f"x = {x:.6g} m on the beam {beam.name} is between its nodes{apart}"
     share = Fraction(x / beam.length).limit_denominator(MOST_EXACT_ELEMENTS)
     count = share.denominator * math.ceil(beam.elements / share.denominator)
-    if abs(float(share) * beam.length - x) <= AT_END * beam.length and count <= MOST_EXACT_ELEMENTS:
-        return what, f"elements = {count}, which has a node there; or x = {round(x / beam.spacing) * beam.spacing:.6g}"
-    return what, f"x = {round(x / beam.spacing) * beam.spacing:.6g}"
+    fits = abs(float(share) * beam.length - x) <= AT_END * beam.length and count <= MOST_EXACT_ELEMENTS
+    if alike and fits:
+        return what, f"elements = {count}, which has a node there; or x = {nearest:.6g}"
+    return what, f"x = {nearest:.6g}"

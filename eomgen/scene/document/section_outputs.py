@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections.abc import Mapping
 
 from eomgen.formula.nodes import Formula, Number, Symbol
@@ -41,9 +42,9 @@ def section_formulas(
         what = f"x = {x:.6g} m is not on the beam {name}, which goes from 0 m to {beam.length:.6g} m"
         report.add(f"{key}.at", what, "a place on the beam")
         return ()
-    place = x / beam.spacing
-    element = min(max(math.floor(place + _ROUNDING * beam.elements), 0), beam.elements - 1)
-    share = min(max(place - element, 0.0), 1.0)
+    element = min(bisect_right(beam.places, x + _ROUNDING * beam.length) - 1, beam.elements - 1)
+    start, end = beam.places[element : element + 2]
+    share = min(max((x - start) / (end - start), 0.0), 1.0)
     first, second = (
         [Symbol("section_load", name, element * SECTION_ROW + start + part) for part in range(3)]
         for start in SECTION_PARTS[kind]

@@ -74,7 +74,7 @@ def read_distributed_load(name: str, entry: DistributedLoadEntry, site: Site) ->
         values.report.add(f"{place}.beam", what, "[forces] at its nodes")
     elif not values.report.concerns(of_beam := key_of("beams", entry.beam)):
         start = values.constant(f"{of_beam}.start", site.beams[entry.beam].start)
-        length = values.constant(f"{of_beam}.length", site.beams[entry.beam].length)
+        length = values.constant(f"{of_beam}.length", site.beams[entry.beam].length or 1.0)
     profile = tuple(values.constants(f"{place}.profile", entry.profile))
     if not profile:
         values.report.add(f"{place}.profile", "the list of coefficients is empty", "[1, -0.5]")

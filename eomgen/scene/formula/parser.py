@@ -15,7 +15,7 @@ from eomgen.formula.evaluate import apply
 from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol
 from eomgen.formula.words import FUNCTIONS
 from eomgen.scene.formula.hints import of_function, of_kind, of_name, of_parts
-from eomgen.scene.formula.scope import DERIVATIVES, ENERGIES, QUANTITIES, REACTION_PARTS, Names, Scope
+from eomgen.scene.formula.scope import DERIVATIVES, ENERGIES, PLACE, QUANTITIES, REACTION_PARTS, Names, Scope
 from eomgen.scene.formula.tokens import (
     DEGREES,
     DEPTH,
@@ -231,6 +231,11 @@ class _Reader:
         if name == "t":
             self.allow(node, "time", "time t")
             return Symbol("time"), None
+        if name == PLACE and "place" in self.scope.kinds:
+            if name in self.names.parameters:
+                what = f"{PLACE} is the place along the beam here, and a parameter is called so too"
+                raise self.error(node, what, "another name for the parameter")
+            return Symbol("place"), None
         if name in self.names.parameters:
             if self.names.parameters[name] and "fixed" in self.scope.kinds:
                 what = f"the tunable parameter {shown(name)} cannot be used here"

@@ -65,6 +65,15 @@ _STATE = frozenset(
 )
 FIXED_PARAMETERS = Scope("fixed parameters", frozenset({"fixed"}))
 PARAMETERS = Scope("parameters", frozenset({"parameter"}))
+#: The name of the place along a beam, from 0 to 1.
+PLACE = "s"
+#: Of what may vary along a beam, and would be of parameters, or of fixed ones, elsewhere.
+ALONG_A_BEAM: Mapping[Scope, Scope] = {
+    scope: Scope(
+        f"{scope.description}, {PLACE} from 0 to 1 along the beam, and curves of it", scope.kinds | {"place", "curve"}
+    )
+    for scope in (PARAMETERS, FIXED_PARAMETERS)
+}
 TIME = Scope("time, parameters and curves", frozenset({"parameter", "time", "curve"}))
 #: Of drives and lengths over time.
 MOTION = Scope(
@@ -148,8 +157,9 @@ class Names:
         return None
 
     def section_of(self, kind: str) -> str:
-        """Return the section of the scene whose entries a kind of symbol names; nothing for time and energies."""
+        """Return the section of the scene whose entries a kind of symbol names; nothing for time, places,
+        energies."""
         if kind in self.offered:
             return self.offered[kind].section
         word = QUANTITIES.get(kind, kind)
-        return "" if word in ("time", "energy") else f"{word}s"
+        return "" if word in ("time", "place", "energy") else f"{word}s"

@@ -104,6 +104,10 @@ Row = Annotated[tuple[Finite, Finite, Finite], BeforeValidator(_list_of(3))]
 Matrix = Annotated[tuple[Row, Row, Row], BeforeValidator(_list_of(3))]
 LongRow = Annotated[tuple[Finite, Finite, Finite, Finite, Finite, Finite], BeforeValidator(_list_of(6))]
 SixBySix = Annotated[tuple[LongRow, LongRow, LongRow, LongRow, LongRow, LongRow], BeforeValidator(_list_of(6))]
+SixValues = Annotated[tuple[Value, Value, Value, Value, Value, Value], BeforeValidator(_list_of(6))]
+SixBySixValues = Annotated[
+    tuple[SixValues, SixValues, SixValues, SixValues, SixValues, SixValues], BeforeValidator(_list_of(6))
+]
 
 
 def _inertia(value: object) -> object:

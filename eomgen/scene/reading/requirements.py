@@ -94,6 +94,28 @@ DAMPING: Bound = _negative, "the damping is negative: {0}", "0 or more"
 _DEFORMATIONS = ("bending_y", "bending_z", "stretch", "torsion")
 _STRAINS = (*_DEFORMATIONS, "shear_y", "shear_z")
 
+_OF_SECTIONS: Mapping[str, Bound] = {
+    "section.elastic_modulus": above_zero("the elastic modulus"),
+    "section.density": above_zero("the density"),
+    "section.area": above_zero("the area of a section"),
+    **{f"section.{size}": above_zero(f"the {size} of a section") for size in ("width", "height", "diameter")},
+    "section.thickness": above_zero("the thickness of a wall"),
+    "section.poisson_ratio": (
+        lambda number: np.logical_or(np.less(number, 0.0), np.greater(number, 0.5)),
+        "Poisson's ratio is {0}",
+        "0 to 0.5, or shear_modulus",
+    ),
+    "section.second_moments": above_zero("a second moment of area"),
+    "section.shear_modulus": above_zero("the shear modulus"),
+    "section.torsion_constant": above_zero("the torsion constant"),
+    "mass_per_length": above_zero("the mass per length"),
+    "section.shear_factors": above_zero("the shear factor of a section"),
+    "rotary_inertia": above_zero("the rotary inertia of a section"),
+    "stiffness_damping": not_below_zero("the damping of a beam"),
+    **{f"stiffness.{kind}": above_zero(f"the stiffness of {kind.replace('_', ' along ')}") for kind in _STRAINS},
+    **{f"damping.{kind}": not_below_zero("the damping of a beam") for kind in _STRAINS},
+}
+
 _BOUNDS: Mapping[str, Bound] = {
     "bodies.mass": (_negative, "the mass {0} is negative", "a positive number of kg"),
     "joints.pitch": _PITCH,
@@ -108,22 +130,12 @@ _BOUNDS: Mapping[str, Bound] = {
     "constraints.length": _LENGTH,
     "constraints.radius": _LENGTH,
     "constraints.pitch": _PITCH,
-    "beams.section.elastic_modulus": above_zero("the elastic modulus"),
-    "beams.section.density": above_zero("the density"),
-    "beams.section.area": above_zero("the area of a section"),
-    "beams.section.second_moments": above_zero("a second moment of area"),
-    "beams.section.shear_modulus": above_zero("the shear modulus"),
-    "beams.section.torsion_constant": above_zero("the torsion constant"),
-    "beams.mass_per_length": above_zero("the mass per length"),
+    **{f"beams.{key}": bound for key, bound in _OF_SECTIONS.items()},
+    **{f"beams.parts.{key}": bound for key, bound in _OF_SECTIONS.items()},
     "beams.polar_inertia": not_below_zero("the polar inertia"),
     **{f"beams.{kind}.stiffness": above_zero(f"the stiffness of {kind}") for kind in _DEFORMATIONS},
     **{f"beams.{kind}.stiffness_damping": not_below_zero("the damping of a beam") for kind in _DEFORMATIONS},
     **{f"beams.{kind}.inertia_factor": above_zero("the inertia factor") for kind in _DEFORMATIONS},
-    "beams.section.shear_factors": above_zero("the shear factor of a section"),
-    "beams.rotary_inertia": above_zero("the rotary inertia of a section"),
-    "beams.stiffness_damping": not_below_zero("the damping of a beam"),
-    **{f"beams.stiffness.{kind}": above_zero(f"the stiffness of {kind.replace('_', ' along ')}") for kind in _STRAINS},
-    **{f"beams.damping.{kind}": not_below_zero("the damping of a beam") for kind in _STRAINS},
     "controllers.time_constant": (_not_positive, "the time constant {0} s is not positive", "0.01"),
     "controllers.tracking": (_not_positive, "the tracking time {0} s is not positive", "0.1"),
     "controllers.damping": (_negative, "damping is negative ({0})", "0 or more"),
@@ -161,6 +173,11 @@ UNBOUNDED = frozenset(
         "joints.mimic.offset",
         "constraints.first.position",
         "constraints.second.position",
+        *(
+            f"beams.{part}{key}"
+            for part in ("", "parts.")
+            for key in ("stiffness_matrix", *(f"prestrain.{kind}" for kind in _STRAINS))
+        ),
         "controllers.proportional",
         "controllers.integral",
         "controllers.derivative",
@@ -217,6 +234,19 @@ RELATIONS: Mapping[str, Row] = {
         _not_both_positive,
         "limits need a tracking time where proportional/integral = {0}/{1} is none",
         "tracking = 0.1",
+    ),
+    "wall of a tube": Row(
+        ("beams.section.thickness", "beams.section.diameter"),
+        lambda thickness, diameter: np.greater(np.multiply(2.0, thickness), diameter),
+        "the wall of {0} m is thicker than half of the diameter {1} m",
+        "a thinner wall, or a circle",
+    ),
+    "rotary inertia": Row(
+        ("beams.rotary_inertia",),
+        lambda *entries: not_physical([*entries, 0.0, 0.0, 0.0]),
+        "no section has the rotary inertia {0} about x with {1} about y and {2} about z: one exceeds the sum of the"
+        " others",
+        "[polar, about y, about z], of which the first is the sum of the others",
     ),
     "inertia of torsion": Row(
         ("beams.polar_inertia",),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -10,9 +11,10 @@ import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.formula.evaluate import OTHER_VALUES, curves, evaluate, symbols
-from eomgen.formula.nodes import Formula, Number, Operation, Vector
+from eomgen.formula.nodes import Formula, Number, Operation, Symbol, Vector
+from eomgen.formula.substitution import substituted
 from eomgen.scene.formula.namespaces import known_there, read_included
-from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS, Names, Scope
+from eomgen.scene.formula.scope import ALONG_A_BEAM, FIXED_PARAMETERS, PARAMETERS, Names, Scope
 from eomgen.scene.formula.tokens import FormulaError
 from eomgen.scene.geometry.rotations import unit_axis
 from eomgen.scene.reading.kinds import Refused
@@ -49,6 +51,8 @@ class Values:
     requirements : what was asked of values that tunable parameters decide, in order
     mentioned : what formulas mention (fixed parameters, too), as pairs of kind and name
     notes : what has no effect, or hardly the one that is meant
+    place : along a beam, 0 to 1, at which values are read; None where they cannot vary
+    varied : keys of the values that do vary there
     """
 
     def __init__(
@@ -69,6 +73,14 @@ class Values:
         self.requirements: list[Requirement] = []
         self.mentioned: set[tuple[str, str]] = set()
         self.notes: list[str] = []
+        self.place: float | None = None
+        self.varied: set[str] = set()
+
+    def at(self, place: float) -> Values:
+        """Return a reader at a place along a beam, whose problems, requirements and notes are also this one's."""
+        there = copy.copy(self)
+        there.place, there.varied = place, set()
+        return there
 
     def formula(self, key: str, value: float | str, scope: Scope) -> Formula:
         """Return a formula; ``UNKNOWN`` where it cannot be read. One of parameters meets the bound that its key has."""
@@ -78,7 +90,10 @@ class Values:
             self._require_bound(key, Number(value), scope)
             return Number(value)
         try:
-            formula = read_included(value, self.names, scope)
+            formula = self._here(key, read_included(value, self.names, self._along(scope)))
+        except ArithmeticError as error:
+            self.report.add(key, f"at s = {self.place:.6g}, {error}", OTHER_VALUES)
+            return UNKNOWN
         except FormulaError as error:
             if not self.mentions_refused(value):
                 self.report.add(key, error.what, error.hint)
@@ -94,6 +109,30 @@ class Values:
                 return UNKNOWN
         self._require_bound(key, formula, scope)
         return formula
+
+    def _along(self, scope: Scope) -> Scope:
+        return scope if self.place is None else ALONG_A_BEAM.get(scope, scope)
+
+    def _here(self, key: str, formula: Formula) -> Formula:
+        """Return a formula at the reader's place, with numbers for all that is known of one that varies along a beam.
+
+        Raises
+        ------
+        ArithmeticError
+            Where it has no value.
+        """
+        if self.place is None or not (curves(formula) or any(symbol.kind == "place" for symbol in symbols(formula))):
+            return formula
+        self.varied.add(key)
+        self.mentioned |= {(symbol.kind, symbol.name) for symbol in symbols(formula)}
+        self.mentioned |= {("curve", name) for name in curves(formula)}
+
+        def known(symbol: Symbol) -> float | None:
+            if symbol.kind == "place":
+                return self.place
+            return None if self.names.parameters.get(symbol.name, True) else self.parameters.get(symbol.name)
+
+        return substituted(formula, known)
 
     def note(self, notes: Iterable[str]) -> None:
         """Keep notes that are not there yet."""
@@ -119,7 +158,8 @@ class Values:
             self.report.add(key, f"at the default parameters, {error}", OTHER_VALUES)
             return
         if not any(math.isnan(number) for number in numbers) and rule.broken(numbers):
-            self.report.add(key, *rule.fault(numbers))
+            what, hint = rule.fault(numbers)
+            self.report.add(key, f"at s = {self.place:.6g}, {what}" if key in self.varied else what, hint)
         if any(self._tunable(formula) for formula in formulas):
             self.requirements.append(Requirement(self.report.where(key), tuple(formulas), rule))
 

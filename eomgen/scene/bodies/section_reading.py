@@ -1,0 +1,139 @@
+"""Reading of the sections of beams: what is given of them, and what follows from their shape."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import cached_property
+from typing import cast
+
+from eomgen.formula.nodes import ONE, Formula, Number
+from eomgen.formula.substitution import substituted
+from eomgen.scene.bodies import beam_schema as written
+from eomgen.scene.bodies.section_shapes import SHAPES, ShapeValues
+from eomgen.scene.formula.scope import PARAMETERS
+from eomgen.scene.reading.requirements import RELATIONS
+from eomgen.scene.reading.values import Values
+from eomgen.text import listed
+
+_OF_SHAPES = ("area", "second_moments", "torsion_constant")
+_SIZES = tuple(dict.fromkeys(size for shape in SHAPES.values() for size in shape.sizes))
+
+
+class SectionReader:
+    """What a section has; None for what it has not, and what is wrong with it goes to the report of ``values``."""
+
+    def __init__(self, key: str, section: written.Section, values: Values) -> None:
+        self.key, self.section, self.values = key, section, values
+        self.elastic_modulus = self._formula("elastic_modulus", section.elastic_modulus)
+        self.density = self._formula("density", section.density)
+        self._check_shape()
+
+    @cached_property
+    def area(self) -> Formula | None:
+        if self._shape is not None:
+            return self._shape.area
+        return self._optional("area")
+
+    @cached_property
+    def second_moments(self) -> tuple[Formula, Formula] | None:
+        if self._shape is not None:
+            return self._shape.second_moments
+        return self._pair("second_moments")
+
+    @cached_property
+    def torsion_constant(self) -> Formula | None:
+        if self._shape is not None:
+            return self._shape.torsion_constant
+        return self._optional("torsion_constant")
+
+    @cached_property
+    def shear_factors(self) -> tuple[Formula, Formula] | None:
+        """Return the given ones, else those of the shape."""
+        if self._shape is not None and self.section.shear_factors is None:
+            return self._shape.shear_factors
+        return self._pair("shear_factors")
+
+    @cached_property
+    def shear_modulus(self) -> Formula | None:
+        """By itself, or by Poisson's ratio: G = E/(2 (1 + nu))."""
+        given = self.section.poisson_ratio
+        if self.section.shear_modulus is not None or given is None:
+            return self._optional("shear_modulus")
+        return _folded(self.elastic_modulus / (2.0 * (ONE + self._ratio)))
+
+    @cached_property
+    def _ratio(self) -> Formula:
+        if self.section.poisson_ratio is not None:
+            return self._formula("poisson_ratio", self.section.poisson_ratio)
+        if self.shear_modulus is None:
+            return Number(0.0)
+        return _folded(self.elastic_modulus / (2.0 * self.shear_modulus) - ONE)
+
+    @cached_property
+    def _shape(self) -> ShapeValues | None:
+        if self.section.shape is None:
+            return None
+        shape = SHAPES[self.section.shape]
+        if any(getattr(self.section, size) is None for size in shape.sizes):  # which is reported
+            return None
+        sizes = [self._formula(size, getattr(self.section, size)) for size in shape.sizes]
+        if any(self.values.report.concerns(f"{self.key}.{size}") for size in shape.sizes):
+            return None
+        if self.section.shape == "tube":
+            self.values.require(f"{self.key}.thickness", RELATIONS["wall of a tube"], list(reversed(sizes)))
+        found = shape.law(sizes, self._ratio, self.values.value)
+        return ShapeValues(
+            _folded(found.area),
+            cast("tuple[Formula, Formula]", tuple(map(_folded, found.second_moments))),
+            _folded(found.torsion_constant),
+            cast("tuple[Formula, Formula]", tuple(map(_folded, found.shear_factors))),
+        )
+
+    def _check_shape(self) -> None:
+        """Report keys that the shape of the section does not have, or has by itself, and those that it lacks."""
+        section, report = self.section, self.values.report
+        given = [size for size in _SIZES if getattr(section, size) is not None]
+        if section.shear_modulus is not None and section.poisson_ratio is not None:
+            what = "shear_modulus and poisson_ratio are both given"
+            report.add(f"{self.key}.poisson_ratio", what, "one of them: shear modulus = E/(2 (1 + ratio))")
+        if section.shape is None:
+            if given:
+                shapes = [name for name, shape in SHAPES.items() if given[0] in shape.sizes]
+                what = f"{given[0]} is of a shape, and the section has none"
+                report.add(f"{self.key}.{given[0]}", what, " or ".join(f'shape = "{name}"' for name in shapes))
+            return
+        sizes = SHAPES[section.shape].sizes
+        for size in given:
+            if size not in sizes:
+                what = f"a {section.shape} has no {size}"
+                report.add(f"{self.key}.{size}", what, listed(sizes))
+        for size in sizes:
+            if size not in given:
+                report.add(self.key, f"a {section.shape} needs its {size}", f"{size} = 0.02")
+        for field in _OF_SHAPES:
+            if getattr(section, field) is not None:
+                what = f"{field} is given, and follows from the shape too"
+                report.add(f"{self.key}.{field}", what, f"{field} without shape, or shape without {field}")
+
+    def _formula(self, field: str, value: float | str) -> Formula:
+        return self.values.formula(f"{self.key}.{field}", value, PARAMETERS)
+
+    def _optional(self, field: str) -> Formula | None:
+        given = getattr(self.section, field)
+        return None if given is None else self._formula(field, given)
+
+    def _pair(self, field: str) -> tuple[Formula, Formula] | None:
+        given: Sequence[float | str] | None = getattr(self.section, field)
+        if given is None:
+            return None
+        first, second = (self._formula(f"{field}[{place}]", part) for place, part in enumerate(given))
+        return first, second
+
+
+def _folded(formula: Formula) -> Formula:
+    """Return a formula of numbers as a number, NaN where it has no value."""
+    try:
+        return substituted(formula, lambda _: None)
+    except ArithmeticError:
+        return Number(math.nan)

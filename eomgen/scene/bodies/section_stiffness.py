@@ -1,0 +1,62 @@
+"""What the stiffness of a section must be: symmetric, so that it has a potential, and positive definite."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from eomgen.arrays import Array, Flags, Numbers
+from eomgen.scene.bodies.cosserat import CONSTRAINED, STRAINS
+
+#: Part of the largest entry by which entries across the diagonal may differ: what is written has few digits.
+_ROUNDING = 1e-9
+#: Eigenvalue of a matrix scaled to a diagonal of 1 that is none.
+_NONE = 1e-12
+_DEFINITE = "a positive definite matrix"
+
+
+@dataclass(frozen=True)
+class ResistsItsStrains:
+    """Rule for the 36 entries of the stiffness of a section, row by row, of a beam of a model."""
+
+    stage: ClassVar[int] = 1
+
+    model: str
+
+    def broken(self, numbers: Sequence[Numbers]) -> Flags:
+        matrices = np.stack(np.broadcast_arrays(*numbers), axis=-1).astype(float).reshape(-1, 6, 6)
+        found = np.array([bool(_fault(matrix, self.model)[0]) for matrix in matrices])
+        return found.reshape(np.broadcast_shapes(*map(np.shape, numbers)))
+
+    def fault(self, numbers: Sequence[float]) -> tuple[str, str]:
+        return _fault(np.array(numbers, dtype=float).reshape(6, 6), self.model)
+
+
+def _fault(matrix: Array, model: str) -> tuple[str, str]:
+    """Return what is wrong with a stiffness and what to try, empty where nothing is: one without a potential, or that
+    does not resist some strain, or resists one that the beam does not have."""
+    if not np.all(np.isfinite(matrix)):
+        return "", ""
+    size = float(np.max(np.abs(matrix)))
+    for row, column in np.argwhere(np.abs(matrix - matrix.T) > _ROUNDING * size).tolist():
+        what = f"the matrix is not symmetric, so it has no potential: entry [{row}][{column}] differs from"
+        return f"{what} [{column}][{row}]", "the mean of both"
+    for place in map(STRAINS.index, CONSTRAINED[model]):
+        if matrix[place].any():
+            what = f"a beam of the model {model} has no {STRAINS[place]}, and row [{place}] of the matrix is not 0"
+            return what, "0 in rows and columns of strains that it does not have"
+    free = [place for place, strain in enumerate(STRAINS) if strain not in CONSTRAINED[model]]
+    diagonal = np.diag(matrix)
+    if weak := [place for place in free if not diagonal[place] > 0.0]:
+        place = min(weak, key=lambda place: float(diagonal[place]))
+        entry = f"entry [{place}][{place}] is {matrix[place, place]:.6g}"
+        return f"the section does not resist {STRAINS[place]}: {entry}", _DEFINITE
+    scale = np.sqrt(diagonal[free])
+    smallest = float(np.linalg.eigvalsh(matrix[np.ix_(free, free)] / np.outer(scale, scale))[0])
+    if smallest > _NONE:
+        return "", ""
+    what = "the matrix is not positive definite, so the section gives way to some strain: scaled to a diagonal of 1,"
+    return f"{what} its smallest eigenvalue is {smallest:.6g}", _DEFINITE

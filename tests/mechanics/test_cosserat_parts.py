@@ -1,0 +1,230 @@
+"""Geometrically exact beams whose sections, elements and initial strains differ along the axis, against differential
+equations and closed forms."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import root
+from scipy.spatial.transform import Rotation
+
+from eomgen.mechanics.derive import derive
+from eomgen.scene.load import from_data
+from eomgen.system.system import System
+from tests.mechanics.test_cosserat_beams import TERMS, logarithm, states_near
+from tests.models.cosserat import ROLL_UP, beam_scene, pose_of_last, rest
+from tests.oracles.evaluation import Array, relative_error, tape_evaluator
+from tests.oracles.states import derivative, jacobian, rotation_of
+
+PULL = {"force": ["30 * load", "-20 * load", "10 * load"]}
+NAMES = ("torsion", "bending_z", "bending_y", "stretch", "shear_y", "shear_z")
+LAYERS = np.diag([500.0, 600.0, 700.0, 1e4, 2e4, 3e4])
+LAYERS[0, 4] = LAYERS[4, 0] = 300.0
+#: A beam of two parts with other lengths of elements, the first of which tapers by a tunable parameter.
+PARTS: dict[str, Any] = {
+    "length": None,
+    "elements": None,
+    "pretwist": "0.2 * s",
+    "damping": {name: 2.0 + number for number, name in enumerate(NAMES)},
+    "parts": [
+        {
+            "length": 4.0,
+            "elements": 3,
+            "stiffness": {name: f"{ROLL_UP[name]} * (1 + 0.2 * load - 0.5 * s)" for name in NAMES},
+            "prestrain": {"stretch": 0.01, "bending_y": "0.02 * s"},
+            "curvature": [0.02, "0.1 * s", 0.0],
+        },
+        {"length": 3.0, "elements": 2, "stiffness_matrix": LAYERS.tolist(), "mass_per_length": "2 - s"},
+    ],
+}
+
+
+def beam_of_parts(**changes: Any) -> System:
+    scene = beam_scene(5, PULL, {**PARTS, **changes})
+    scene["beams"]["rope"] = {key: value for key, value in scene["beams"]["rope"].items() if value is not None}
+    scene["forces"]["tip"]["point"] = [7.0, 0.0, 0.0]
+    scene["joints"]["clamp"]["type"] = "free"
+    return derive(from_data(scene), TERMS)
+
+
+def strains_at_start(system: System) -> list[Array]:
+    poses = tape_evaluator(system)("poses", {"q": np.array(system.initial_q)})["pose"]
+    order = [list(system.bodies).index(name) for name in ("rope", *(f"rope.{k}" for k in range(1, 6)))]
+    return [logarithm(*pair) for pair in pairwise(poses[order])]
+
+
+def test_the_potential_is_that_of_the_sections_of_each_element(rng: np.random.Generator) -> None:
+    system = beam_of_parts()
+    evaluate, state = tape_evaluator(system), states_near(system, rng)
+    found, poses = evaluate("energy", state)["energy"][:, 1], evaluate("poses", state)["pose"]
+    order = [list(system.bodies).index(name) for name in ("rope", *(f"rope.{k}" for k in range(1, 6)))]
+    initial = strains_at_start(system)
+    lengths, middles = [4 / 3] * 3 + [1.5] * 2, np.array([2 / 3, 2.0, 10 / 3]) / 7
+    stiffness = [np.diag([ROLL_UP[name] for name in NAMES]) * (1.2 - 0.5 * s) for s in middles] + [LAYERS] * 2
+    prestrain = [np.array([0, 0, 0.02 * s, 0.01, 0, 0]) for s in middles] + [np.zeros(6)] * 2
+    for energy, nodes in zip(found, poses[:, order], strict=True):
+        strains = [
+            (logarithm(*pair) - start) / length + before
+            for pair, start, length, before in zip(pairwise(nodes), initial, lengths, prestrain, strict=True)
+        ]
+        parts = zip(lengths, strains, stiffness, strict=True)
+        assert energy == pytest.approx(sum(0.5 * length * e @ C @ e for length, e, C in parts), rel=1e-11)
+
+
+def test_forces_and_tangents_are_those_of_the_potential(rng: np.random.Generator) -> None:
+    system = beam_of_parts()
+    evaluate, state = tape_evaluator(system), states_near(system, rng)
+    found = evaluate("partials", state)
+    for name, block in (("K", "q"), ("C", "v"), ("M", "a")):
+        expected = jacobian(evaluate, system.factors, "residual", "r", state, block)
+        assert relative_error(found[name], expected, axes=2) < 1e-11, name
+    free = beam_of_parts(damping=None)
+    evaluate, still = tape_evaluator(free), state | {"v": 0.0 * state["v"]}
+    pulled = beam_scene(5, PULL)["forces"]["tip"]["force"]
+    power = derivative(evaluate, free.factors, "energy", still, {"q": state["v"]})["energy"][:, 1]
+    tip = derivative(evaluate, free.factors, "poses", still, {"q": state["v"]})["pose"]
+    last = list(free.bodies).index("rope.5")
+    work = tip[:, last, 4:] @ np.array([30.0, -20.0, 10.0])
+    np.testing.assert_allclose(np.sum(evaluate("force", still)["Q"] * state["v"], axis=-1), work - power, rtol=1e-10)
+    assert len(pulled) == 3
+
+
+def test_masses_of_nodes_are_those_of_the_halves_beside_them() -> None:
+    masses = np.diag(
+        tape_evaluator(beam_of_parts())("partials", states_near(beam_of_parts(), np.random.default_rng(1), 1))["M"][0]
+    )
+    s = np.array([4.75, 6.25]) / 7
+    expected = [2 / 3, 4 / 3, 4 / 3, 2 / 3 + 0.75 * (2 - s[0]), 0.75 * (4 - s.sum()), 0.75 * (2 - s[1])]
+    np.testing.assert_allclose(sorted(masses.reshape(-1, 6)[:, 3]), sorted(expected), rtol=1e-14)
+
+
+def test_a_beam_with_prestrain_comes_to_rest_where_it_has_none() -> None:
+    """A straight beam with a strain of curvature k rests as a circle of curvature -k, and is shorter by its stretch."""
+    scene = beam_scene(
+        4, {}, {"prestrain": {"bending_y": "0.1 * load", "torsion": "0.05 * load", "stretch": "0.02 * load"}}
+    )
+    system = derive(from_data(scene), TERMS)
+    last = pose_of_last(system, rest(system, 8))
+    twist = np.array([-0.05, 0.0, -0.1])
+    turn = Rotation.from_rotvec(10.0 * twist)
+    run = solve_ivp(
+        lambda x, _: Rotation.from_rotvec(x * twist).apply([0.98, 0.0, 0.0]),
+        (0.0, 10.0),
+        np.zeros(3),
+        rtol=1e-12,
+        atol=1e-12,
+    )
+    np.testing.assert_allclose(last[4:], run.y[:, -1], atol=1e-9)
+    assert (turn.inv() * Rotation.from_quat(np.roll(last[:4], -1))).magnitude() < 1e-9
+
+
+def test_a_tapered_beam_converges_with_order_2() -> None:
+    """Reissner's plane equations of a cantilever, the stiffness of which falls to 30 % at its end."""
+
+    def slopes(x: float, y: Array) -> Array:
+        share, angle = 1.0 - 0.7 * x / 10.0, y[2]
+        axial, across = 15.0 * np.sin(angle), 15.0 * np.cos(angle)
+        stretch, shear = 1.0 + axial / (1e4 * share), across / (1e4 * share)
+        ahead = stretch * np.cos(angle) - shear * np.sin(angle)
+        return np.array([ahead, stretch * np.sin(angle) + shear * np.cos(angle), y[3] / (500.0 * share), -15.0 * ahead])
+
+    def end(moment: Array) -> Array:
+        return np.asarray(
+            solve_ivp(
+                slopes, (0.0, 10.0), [0.0, 0.0, 0.0, float(moment[0])], method="DOP853", rtol=1e-12, atol=1e-12
+            ).y[:, -1]
+        )
+
+    expected = end(root(lambda moment: end(moment)[3], [100.0], tol=1e-13).x)[:2]
+    taper = {name: f"{number} * (1 - 0.7 * s)" for name, number in ROLL_UP.items()}
+    errors = []
+    for elements in (4, 8, 16):
+        system = derive(
+            from_data(beam_scene(elements, {"force": [0.0, "15 * load", 0.0]}, {"stiffness": taper})), TERMS
+        )
+        errors.append(np.linalg.norm(pose_of_last(system, rest(system, 8))[4:6] - expected))
+    assert [np.log2(one / other) for one, other in pairwise(errors)] == pytest.approx([2.0, 2.0], abs=0.1)
+
+
+def frame_at_end(curvature: Any, length: float) -> tuple[Array, Array]:
+    """Return axes and place of the last section of a beam of given curvature, by its differential equations."""
+
+    def slopes(x: float, y: Array) -> Array:
+        a, b, c = curvature(x)
+        R = y[3:].reshape(3, 3)
+        return np.concatenate([R[:, 0], (R @ np.array([[0.0, -c, b], [c, 0.0, -a], [-b, a, 0.0]])).ravel()])
+
+    start = np.concatenate([np.zeros(3), np.eye(3).ravel()])
+    last = solve_ivp(slopes, (0.0, length), start, method="DOP853", rtol=1e-12, atol=1e-12).y[:, -1]
+    return last[3:].reshape(3, 3), last[:3]
+
+
+def last_at_start(shape: dict[str, Any]) -> Array:
+    scene = beam_scene(6, {}, shape)
+    scene["beams"]["rope"] = {key: value for key, value in scene["beams"]["rope"].items() if value is not None}
+    del scene["forces"]
+    system = derive(from_data(scene), ("poses",))
+    return pose_of_last(system, np.array(system.initial_q))
+
+
+def test_nodes_lie_on_a_shape_of_varying_curvature() -> None:
+    last = last_at_start({"curvature": ["0.1 * s", "0.3 * (1 - s)", "0.05 + 0.2 * s**2"]})
+    axes, place = frame_at_end(lambda x: (0.01 * x, 0.3 - 0.03 * x, 0.05 + 0.002 * x * x), 10.0)
+    np.testing.assert_allclose(last[4:], place, atol=1e-7)
+    np.testing.assert_allclose(rotation_of(last[:4]), axes, atol=1e-7)
+
+
+def test_pretwist_turns_the_sections_about_the_axis_and_leaves_that_where_it_is() -> None:
+    plain, turned = (
+        last_at_start({"curvature": [0.0, 0.0, 0.1]}),
+        last_at_start({"curvature": [0.0, 0.0, 0.1], "pretwist": "0.7 * s**2"}),
+    )
+    np.testing.assert_allclose(turned[4:], plain[4:], atol=1e-13)
+    expected = rotation_of(plain[:4]) @ Rotation.from_euler("x", 0.7).as_matrix()
+    np.testing.assert_allclose(rotation_of(turned[:4]), expected, atol=1e-13)
+
+
+def test_helices_join_frames() -> None:
+    axes, place = frame_at_end(lambda _: (0.1, 0.0, 0.3), 5.0)
+    turned = Rotation.from_matrix(axes).as_rotvec()
+    frame = {
+        "position": place.tolist(),
+        "rotation": [{"axis": turned.tolist(), "angle": float(np.linalg.norm(turned))}],
+    }
+    last = last_at_start({"length": None, "shape": {"frames": [{"position": [0, 0, 0]}, frame]}})
+    np.testing.assert_allclose(last[4:], place, atol=1e-12)
+    scene = beam_scene(6, {}, {"length": None, "shape": {"frames": [{"position": [0, 0, 0]}, frame]}})
+    del scene["forces"], scene["beams"]["rope"]["length"]
+    system = derive(from_data(scene), ("poses",))
+    poses = tape_evaluator(system)("poses", {"q": np.array(system.initial_q)})["pose"]
+    first = poses[[list(system.bodies).index(name) for name in ("rope", "rope.1")]]
+    np.testing.assert_allclose(logarithm(*first), 5.0 / 6.0 * np.array([0.1, 0.0, 0.3, 1.0, 0.0, 0.0]), atol=1e-12)
+
+
+def test_a_beam_goes_through_points_with_frames_that_turn_as_little_as_can_be() -> None:
+    """Points on a helix: the error of the spline falls with the fourth power of their distance; frames that do not turn
+    about the axis turn against those of the helix by its torsion."""
+    radius, pitch = 2.0, 0.5
+    speed = np.hypot(radius, pitch)
+
+    def helix(u: Array) -> Array:
+        return np.stack([radius * np.cos(u), radius * np.sin(u), pitch * u], axis=-1)
+
+    tangent = np.array([0.0, radius, pitch]) / speed
+    first = np.column_stack([tangent, [-1.0, 0.0, 0.0], np.cross(tangent, [-1.0, 0.0, 0.0])])
+    errors = []
+    for count in (9, 17, 33):
+        points = (helix(np.linspace(0.0, 3.0, count)) - helix(np.array(0.0))) @ first
+        points[0] = 0.0
+        last = last_at_start({"length": None, "shape": {"points": points.tolist()}})
+        np.testing.assert_allclose(last[4:], points[-1], atol=1e-12)
+        end = np.array([-radius * np.sin(3.0), radius * np.cos(3.0), pitch]) / speed
+        normal = np.array([-np.cos(3.0), -np.sin(3.0), 0.0])
+        frenet = first.T @ np.column_stack([end, normal, np.cross(end, normal)])
+        bishop = frenet @ Rotation.from_euler("x", -3.0 * pitch / speed).as_matrix()
+        errors.append(np.abs(rotation_of(last[:4]) - bishop).max())
+    assert errors[0] < 0.05 and errors[2] < 0.1 * errors[0]

@@ -1,0 +1,210 @@
+"""Geometrically exact beams whose sections and initial shapes vary along the axis: what is read, and what is refused."""
+
+# ruff: noqa: E501 (a row of the table is a message, quoted whole)
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from eomgen.errors import DescriptionError
+from eomgen.scene.load import from_data, load
+from tests.models.cosserat import ROLL_UP, beam_scene
+from tests.scene.test_cosserat_beams import beam_of, numbers
+
+PART = {"length": 4.0, "elements": 2}
+FRAME = {"position": [1.0, 0.0, 0.0], "rotation": []}
+
+
+def scene(changes: dict[str, Any], **sections: Any) -> dict[str, Any]:
+    """Return a scene of a beam of 4 elements with other keys, without those that are None, and nothing on it."""
+    data = beam_scene(4, {}, changes) | sections
+    del data["forces"]
+    data["beams"]["rope"] = {key: value for key, value in data["beams"]["rope"].items() if value is not None}
+    return data
+
+
+def test_formulas_of_s_are_taken_in_the_middle_of_each_element() -> None:
+    parts = beam_of(from_data(scene({"mass_per_length": "load * (2 - s)"}))).parts
+    found = [numbers((part.section.mass_per_length,))[0] for part in parts]
+    np.testing.assert_allclose(found, 2.0 - np.array([1, 3, 5, 7]) / 8, rtol=1e-15)
+
+
+def test_curves_give_what_was_measured_along_a_beam() -> None:
+    curves = {"measured": {"points": [[0.0, 1.0], [0.5, 2.0], [1.0, 5.0]], "interpolation": "linear"}}
+    parts = beam_of(from_data(scene({"mass_per_length": "measured(s) + 0 * load"}, curves=curves))).parts
+    found = [numbers((part.section.mass_per_length,))[0] for part in parts]
+    np.testing.assert_allclose(found, [1.25, 1.75, 2.75, 4.25], rtol=1e-15)
+
+
+def test_what_a_part_does_not_say_is_the_beams() -> None:
+    section = {
+        "shape": "circle", "diameter": 0.1, "elastic_modulus": 2e11, "poisson_ratio": 0.3, "density": 1000.0,
+    }  # fmt: skip  # a table
+    parts = [PART, {**PART, "section": section}, {**PART, "stiffness": ROLL_UP | {"torsion": 7.0}, "elements": 1}]
+    beam = beam_of(from_data(scene({"length": None, "elements": None, "parts": parts, "stiffness_damping": 0.5})))
+    assert beam.places == (0.0, 2.0, 4.0, 6.0, 8.0, 12.0)
+    stiffness = [numbers(part.section.stiffness[0])[0] for part in beam.parts]
+    torsion = 2e11 / 2.6 * np.pi * 0.1**4 / 32
+    np.testing.assert_allclose(stiffness, [500.0, 500.0, torsion, torsion, 7.0], rtol=1e-14)
+    np.testing.assert_allclose([numbers(part.section.damping[0])[0] for part in beam.parts], 0.5 * np.array(stiffness))
+    masses = [numbers((part.section.mass_per_length,))[0] for part in beam.parts]
+    np.testing.assert_allclose(masses, [1.0, 1.0, *[250.0 * np.pi * 0.01] * 2, 1.0], rtol=1e-14)
+
+
+def test_alike_elements_are_one() -> None:
+    parts = beam_of(from_data(scene({"curvature": [0.0, 0.1, 0.0]}))).parts
+    assert all(part is parts[0] for part in parts)
+
+
+def test_a_beam_of_points_has_the_length_of_its_curve() -> None:
+    u = np.linspace(0.0, 2.0, 9)
+    points = [[0.0, 0.0, 0.0], *np.column_stack([np.sin(u), 1.0 - np.cos(u), 0.0 * u])[1:].tolist()]
+    assert beam_of(from_data(scene({"length": None, "shape": {"points": points}}))).length == pytest.approx(
+        2.0, abs=2e-4
+    )
+
+
+def test_included_beams_keep_their_parts_shapes_and_formulas_of_s(tmp_path: Path) -> None:
+    (tmp_path / "blade.toml").write_text(
+        """
+format = 1
+name = "blade"
+[parameters]
+root = 3.0
+[curves.measured]
+points = [[0, 1], [1, 2]]
+interpolation = "linear"
+[beams.blade]
+model = "cosserat"
+rotary_inertia = [10, 10, 10]
+stiffness = { stretch = 1e4, shear_y = 1e4, shear_z = 1e4, torsion = 500, bending_y = "500 * root * s", bending_z = 500 }
+mass_per_length = "measured(s)"
+pretwist = "30 deg"
+[[beams.blade.parts]]
+length = "50 cm"
+elements = 1
+[[beams.blade.parts]]
+length = 1.5
+elements = 1
+[joints.clamp]
+type = "fixed"
+parent = "base"
+child = "blade"
+""".replace('pretwist = "30 deg"', 'pretwist = "s * root / 10"'),
+        encoding="utf-8",
+    )
+    main = tmp_path / "main.toml"
+    main.write_text(
+        'format = 1\nname = "rotor"\n[include.one]\nfile = "blade.toml"\nprefix = "one_"\n', encoding="utf-8"
+    )
+    beam = beam_of(load(main))
+    assert beam.name == "one_blade" and beam.places == (0.0, 0.5, 2.0)
+    assert numbers((beam.parts[0].section.mass_per_length, beam.parts[1].section.mass_per_length)) == [1.125, 1.625]
+    assert beam.parts[1].twist[0] == pytest.approx(0.3 * 0.75)
+
+
+REFUSED: list[tuple[dict[str, Any], str]] = [
+    (
+        {"elements": None, "parts": [PART]},
+        "(beams.rope.length): length is given, and parts too, which have their own; try: length in the parts alone",
+    ),
+    (
+        {"length": None, "elements": None, "parts": [{"length": 0.0, "elements": 1}]},
+        "(beams.rope.parts[0].length): the length of a part of a beam is 0; try: a number above 0",
+    ),
+    ({"length": None}, "(beams.rope): the key length is missing; try: length = 1.0"),
+    (
+        {"length": None, "elements": None, "parts": [{"length": 1.0, "elements": 1024}, PART]},
+        "(beams.rope.parts): the parts have 1026 elements, and 1024 are the most of a beam; try: fewer elements",
+    ),
+    (
+        {"mass_per_length": "1 - 2 * s"},
+        "(beams.rope.mass_per_length): at s = 0.625, the mass per length is -0.25; try: a number above 0",
+    ),
+    (
+        {"mass_per_length": "1 / (s - 0.375)"},
+        "(beams.rope.mass_per_length): at s = 0.125, the mass per length is -4; try: a number above 0",
+    ),
+    (
+        {"mass_per_length": "1 / (s - 0.125)"},
+        "(beams.rope.mass_per_length): at s = 0.125, div(1, 0) has no finite value; try: other values of the parameters",
+    ),
+    (
+        {"stiffness": ROLL_UP | {"torsion": "t"}},
+        "(beams.rope.stiffness.torsion): time t cannot be used here (column 1); try: parameters, s from 0 to 1 along the beam, and curves of it only",
+    ),
+    (
+        {"rotary_inertia": [3.0, 1.0, 1.0]},
+        "(beams.rope.rotary_inertia): no section has the rotary inertia 3 about x with 1 about y and 1 about z: one exceeds the sum of the others; try: [polar, about y, about z], of which the first is the sum of the others",
+    ),
+    (
+        {"pretwist": "0.1 + s"},
+        "(beams.rope.pretwist): the pretwist is 0.1 rad at s = 0, where the sections have the axes of the beam's frame; try: the angle from there on, and the rest as rotation of the joint",
+    ),
+    (
+        {"pretwist": "15 * s"},
+        "(beams.rope.pretwist): one of the 4 elements turns by 214.859 degrees at rest, and only less than 180 can be told; try: elements = 20; 5 is the least",
+    ),
+    (
+        {"shape": {"points": [[0, 0, 0], [1, 0, 0]]}},
+        "(beams.rope.length): length is given, and follows from the shape too; try: one of them",
+    ),
+    (
+        {"length": None, "shape": {}},
+        "(beams.rope.shape): the shape has neither points nor frames; try: points = [[0, 0, 0], [1, 0, 0], [2, 1, 0]]",
+    ),
+    (
+        {"length": None, "shape": {"points": [[0, 0, 0]]}},
+        "(beams.rope.shape.points): a shape needs two points at least, not 1; try: [0, 0, 0], and where the beam goes",
+    ),
+    (
+        {"length": None, "shape": {"points": [[0, 0, 0.5], [1, 0, 0]]}},
+        "(beams.rope.shape.points[0]): the first of the points is at [0, 0, 0.5], and the origin of the beam's frame is there; try: [0, 0, 0]; the place of the beam is that of its joint",
+    ),
+    (
+        {"length": None, "shape": {"points": [[0, 0, 0], [1, 0, 0], [1, 0, 0]]}},
+        "(beams.rope.shape.points[2]): two of the points one behind the other are at one place; try: one of them",
+    ),
+    (
+        {"length": None, "shape": {"points": [[0, 0, 0], [-1, 0, 1]]}},
+        "(beams.rope.shape.points[1]): the second point is not ahead of the first one, from where the beam leaves along x; try: axes with x along the beam, and the rotation of its joint",
+    ),
+    (
+        {"length": None, "elements": 1, "shape": {"points": [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]}},
+        "(beams.rope.shape): one of the 1 elements turns by",
+    ),
+    (
+        {"length": None, "shape": {"frames": [{"position": [0, 0, 0], "rotation": [{"axis": [0, 0, 1], "angle": 0.1}]}, FRAME]}},
+        "(beams.rope.shape.frames[0].rotation): the first frame is turned against the beam's, which it is; try: no rotation here, and that of the beam's joint",
+    ),
+    (
+        {"curvature": [0, 0, 0.1], "length": None, "shape": {"points": [[0, 0, 0], [1, 0, 0]]}},
+        "(beams.rope.curvature): curvature and shape are both given; try: one of them",
+    ),
+]  # fmt: skip  # a table
+
+
+@pytest.mark.parametrize(("changes", "message"), REFUSED)
+def test_what_no_beam_can_be_is_refused_with_one_message(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(DescriptionError, match=re.escape(message)) as caught:
+        from_data(scene(changes))
+    assert len(caught.value.problems) == 1, str(caught.value)
+
+
+def test_a_parameter_that_is_called_s_is_refused_where_s_is_the_place() -> None:
+    data = scene({"mass_per_length": "2 * s"}, parameters={"s": {"value": 1.0}})
+    data["joints"] = {"clamp": {"type": "fixed", "parent": "base", "child": "rope"}}
+    message = "s is the place along the beam here, and a parameter is called so too (column 5); try: another name"
+    with pytest.raises(DescriptionError, match=re.escape(message)):
+        from_data(data)
+
+
+def test_s_is_no_name_of_the_other_model() -> None:
+    beam = {"length": 1.0, "mass_per_length": "1 + s", "bending_y": {"modes": 1, "stiffness": 1.0}}
+    with pytest.raises(DescriptionError, match=r"beams\.rod\.mass_per_length\): unknown name 's'"):
+        from_data({"format": 1, "name": "x", "beams": {"rod": beam}, "joints": scene({})["joints"]})
