@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -26,7 +27,7 @@ def digest_of(data: Mapping[str, Any]) -> bytes:
 
 def _parts(value: Any) -> Iterator[bytes]:
     """Yield what tells a value from any other of any class that a Scene is made of."""
-    if value is None or isinstance(value, bool | int | float | complex | str | bytes):
+    if value is None or isinstance(value, bool | int | float | complex | Fraction | str | bytes):
         yield f"{type(value).__name__}:{value!r}".encode()
     elif isinstance(value, np.ndarray):
         yield f"array:{value.dtype.str}{value.shape}".encode()
