@@ -10,12 +10,21 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # what users get by default say so: each example is built as users build it in compiled/test_examples.py.
 os.environ.setdefault("EOMGEN_PROFILE", "quick")
 
+import gc
 import zlib
 
 import numpy as np
 import pytest
 
 from tests.tiers import is_slow, stale_entries
+
+# Equations are millions of small objects without circles: to look for circles among them takes a quarter of the time.
+gc.set_threshold(50_000, 20, 20)
+
+
+def pytest_collection_finish() -> None:
+    """Leave what is imported by now out of all searches for circles."""
+    gc.freeze()
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -5,13 +5,17 @@ Laws are derived with SymPy, once and small; the tape composes them. A kernel ne
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property, reduce
 
 import sympy
 
 from eomgen.symbolic.operations import ELEMENTARY, Op
 from eomgen.symbolic.scalar import Algebra, Scalar
+from eomgen.symbolic.tape import Ref, Tape
+
+_Rule = Callable[[Tape, Mapping[str, Scalar], Sequence[Ref]], Ref]
 
 _FUNCTIONS: dict[type[sympy.Function], Op] = {
     **{getattr(sympy, name): op for op, name in ELEMENTARY.items()},
@@ -41,39 +45,45 @@ class Kernel:
         values : mapping from symbol name to Scalar
             Raises KeyError for a symbol of the kernel that has none.
         """
-        known: dict[sympy.Basic, Scalar] = {}
+        tape, known = algebra.tape, list[Ref]()
+        for rule, operands in self._steps:
+            known.append(rule(tape, values, [known[operand] for operand in operands]))
+        return [Scalar(tape, known[place]) for place in self._places]
+
+    @cached_property
+    def _nodes(self) -> dict[sympy.Basic, int]:
+        """The distinct nodes of the expressions, operands first, and the place of each."""
+        places: dict[sympy.Basic, int] = {}
         for root in self.results:
             for node in sympy.postorder_traversal(root):
-                if node not in known:
-                    known[node] = _translate(algebra, node, known, values)
-        return [known[root] for root in self.results]
+                places.setdefault(node, len(places))
+        return places
+
+    @cached_property
+    def _steps(self) -> list[tuple[_Rule, list[int]]]:
+        """How each node is recorded, and the places of its operands."""
+        places = self._nodes
+        return [(_rule(node), [places[a] for a in node.args] if node.args else []) for node in places]
+
+    @cached_property
+    def _places(self) -> list[int]:
+        """The places of the results."""
+        return [self._nodes[root] for root in self.results]
 
 
-def _translate(
-    algebra: Algebra, node: sympy.Basic, known: Mapping[sympy.Basic, Scalar], values: Mapping[str, Scalar]
-) -> Scalar:
+def _rule(node: sympy.Basic) -> _Rule:
+    """Return what records a node, of a tape, the values of symbols and the references of the node's operands."""
     if isinstance(node, sympy.Symbol):
-        return values[node.name]
+        name = node.name
+        return lambda tape, values, operands: values[name].ref
     if isinstance(node, sympy.Number | sympy.NumberSymbol):
-        return algebra.scalar(float(node))
-    arguments = [known[argument] for argument in node.args]
+        number = float(node)
+        return lambda tape, values, operands: tape.constant(number)
     if isinstance(node, sympy.Add):
-        return _sum(arguments)
+        return lambda tape, values, operands: reduce(tape.add, operands)
     if isinstance(node, sympy.Mul):
-        product = arguments[0]
-        for argument in arguments[1:]:
-            product = product * argument
-        return product
-    if isinstance(node, sympy.Pow):
-        return algebra.call(Op.POW, arguments[0], arguments[1])
-    op = _FUNCTIONS.get(type(node))
+        return lambda tape, values, operands: reduce(tape.mul, operands)
+    op = Op.POW if isinstance(node, sympy.Pow) else _FUNCTIONS.get(type(node))
     if op is None:
         raise TypeError(f"a kernel cannot hold {type(node).__name__}")
-    return algebra.call(op, *arguments)
-
-
-def _sum(terms: Sequence[Scalar]) -> Scalar:
-    total = terms[0]
-    for term in terms[1:]:
-        total = total + term
-    return total
+    return lambda tape, values, operands: tape.call(op, *operands)

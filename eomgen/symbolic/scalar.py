@@ -23,29 +23,30 @@ class Scalar:
         self.tape = tape
         self.ref = ref
 
-    def _of(self, other: Scalar | Number) -> Ref:
-        return other.ref if isinstance(other, Scalar) else self.tape.constant(other)
-
     def __add__(self, other: Scalar | Number) -> Scalar:
-        return Scalar(self.tape, self.tape.add(self.ref, self._of(other)))
+        tape = self.tape
+        return Scalar(tape, tape.add(self.ref, other.ref if isinstance(other, Scalar) else tape.constant(other)))
 
     def __radd__(self, other: Number) -> Scalar:
         return self + other
 
     def __sub__(self, other: Scalar | Number) -> Scalar:
-        return Scalar(self.tape, self.tape.sub(self.ref, self._of(other)))
+        tape = self.tape
+        return Scalar(tape, tape.sub(self.ref, other.ref if isinstance(other, Scalar) else tape.constant(other)))
 
     def __rsub__(self, other: Number) -> Scalar:
         return -self + other
 
     def __mul__(self, other: Scalar | Number) -> Scalar:
-        return Scalar(self.tape, self.tape.mul(self.ref, self._of(other)))
+        tape = self.tape
+        return Scalar(tape, tape.mul(self.ref, other.ref if isinstance(other, Scalar) else tape.constant(other)))
 
     def __rmul__(self, other: Number) -> Scalar:
         return self * other
 
     def __truediv__(self, other: Scalar | Number) -> Scalar:
-        return Scalar(self.tape, self.tape.div(self.ref, self._of(other)))
+        tape = self.tape
+        return Scalar(tape, tape.div(self.ref, other.ref if isinstance(other, Scalar) else tape.constant(other)))
 
     def __neg__(self) -> Scalar:
         return self if self.ref == ZERO else Scalar(self.tape, -self.ref)

@@ -22,6 +22,8 @@ __all__ = ["LEAVES", "ONE", "UNARY", "ZERO", "Counts", "InputSymbol", "Op", "Ref
 Ref = int
 ZERO: Ref = 1
 ONE: Ref = 2
+#: Operations whose first operand alone is a reference.
+_OF_ONE = UNARY | {Op.CURVE}
 
 
 @dataclass
@@ -123,12 +125,9 @@ class Tape:
         return self.add(x, -y) if y != ZERO else x
 
     def mul(self, x: Ref, y: Ref) -> Ref:
-        if x < 0 and y < 0:
-            x, y = -x, -y
-        elif x < 0:
-            return self._negative(self.mul(-x, y))
-        elif y < 0:
-            return self._negative(self.mul(x, -y))
+        if x < 0 or y < 0:
+            product = self.mul(abs(x), abs(y))
+            return -product if (x < 0) != (y < 0) and product != ZERO else product
         if ZERO in (x, y):
             return ZERO
         if x == ONE:
@@ -267,17 +266,28 @@ class Tape:
         """Return the nodes that the outputs need, in evaluation order (ascending)."""
         needed = bytearray(len(self.op))
         gathered_maps: set[int] = set()
-        stack = [abs(ref) for ref in outputs]
-        while stack:
-            node = stack.pop()
-            if not needed[node]:
-                needed[node] = 1
-                if self.op[node] is Op.MAP:  # its results share their operands: following them once keeps this linear
-                    if self.a[node] in gathered_maps:
-                        continue
-                    gathered_maps.add(self.a[node])
-                stack += [abs(ref) for ref in self.operands(node)]
-        return [node for node in range(1, len(self.op)) if needed[node]]
+        for ref in outputs:
+            needed[abs(ref)] = 1
+        op, a, b, c = self.op, self.a, self.b, self.c
+        nodes: list[int] = []
+        node = needed.rfind(1, 1)
+        while node > 0:  # operands are recorded before what uses them
+            nodes.append(node)
+            kind = op[node]
+            if kind is Op.MAP:  # its results share their operands: following them once keeps this linear
+                if a[node] not in gathered_maps:
+                    gathered_maps.add(a[node])
+                    for ref in self.operands(node):
+                        needed[abs(ref)] = 1
+            elif kind not in LEAVES:
+                needed[abs(a[node])] = 1
+                if kind not in _OF_ONE:
+                    needed[abs(b[node])] = 1
+                    if kind is Op.SELECT:
+                        needed[abs(c[node])] = 1
+            node = needed.rfind(1, 1, node)
+        nodes.reverse()
+        return nodes
 
     def depends_on(self, outputs: Iterable[Ref]) -> set[InputSymbol]:
         """Return the input symbols that the outputs depend on by structure."""
@@ -328,8 +338,7 @@ class Tape:
         key = (op, a, b, c)
         node = self._known.get(key)
         if node is None:
-            node = self._append(op, a, b, c)
-            self._known[key] = node
+            node = self._known[key] = self._append(op, a, b, c)
         return node
 
 
