@@ -81,7 +81,8 @@ def test_a_model_tells_loads_of_any_state_and_a_file_keeps_them(tmp_path: Path) 
 
 
 def test_the_shear_of_a_beam_without_shear_is_a_multiplier() -> None:
-    scene = scene_of(force=OUTPUTS["force"])
+    kinds = ("force", "moment", "transmitted_force", "transmitted_moment")
+    scene = scene_of(**{name: OUTPUTS[name] for name in kinds})
     scene["beams"]["rope"] |= {"model": "kirchhoff", "elements": 2}
     scene["beams"]["rope"]["stiffness"] = {
         name: value for name, value in scene["beams"]["rope"]["stiffness"].items() if not name.startswith("shear")
@@ -92,6 +93,9 @@ def test_the_shear_of_a_beam_without_shear_is_a_multiplier() -> None:
     assert np.abs(loads.force[-1, :, 1:]).min() > 0.1
     np.testing.assert_array_equal(loads.force[..., 1:], solution.multipliers.reshape(-1, 2, 2))
     np.testing.assert_array_equal(loads.at(0.0)[1], solution.outputs["force"])
+    for name in ("force", "moment"):
+        transmitted = -solution.outputs[f"transmitted_{name}"]
+        np.testing.assert_allclose(solution.outputs[name], transmitted, atol=1e-9 * np.abs(transmitted).max())
     message = "the forces of strains that a beam does not have are multipliers, and none are given"
     with pytest.raises(UsageError, match=message):
         model.section_loads(solution.q[-1])

@@ -56,18 +56,11 @@ class ConstrainedStrains:
         ----------
         multipliers : one for each of ``rows``, N
         """
-        per_element, beam = len(self.beam.constrained), self.beam
-        by_element = [multipliers[k : k + per_element] for k in range(0, len(multipliers), per_element)]
-
-        def transmitted(element: Element, *forces: Scalar) -> list[Scalar]:
-            section = [element.algebra.zero] * len(STRAINS)
-            for strain, force in zip(beam.constrained, forces, strict=True):
-                section[strain] = -force
-            return element.transmitted(section)
-
+        per_element = len(self.beam.constrained)
+        against = [[-force for force in multipliers[k : k + per_element]] for k in range(0, self.count, per_element)]
         wrenches: list[Wrench | None] = [None] * self.links
-        label = f"forces of the constrained strains of beam {beam.name}"
-        self.elements.push(wrenches, self.elements.each(transmitted, label, by_element))
+        label = f"forces of the constrained strains of beam {self.beam.name}"
+        _push(self.elements, self.beam, against, wrenches, label)
         return self.generalized(wrenches, label)
 
 
@@ -88,3 +81,26 @@ def section_multipliers(quantities: Quantities, rows: Rows | None, beam: Cossera
             element, strain = divmod(row.number, count)
             found[element][strain] = quantities.input("lam", place)
     return found
+
+
+def add_section_forces(quantities: Quantities, rows: Rows | None, wrenches: list[Wrench | None]) -> None:
+    """Add to wrenches by link what strains that beams do not have exert on the nodes."""
+    for item in quantities.scene.elements:
+        if isinstance(item, CosseratBeam) and item.beam.constrained:
+            forces = section_multipliers(quantities, rows, item.beam)
+            label = f"section forces of beam {item.name}"
+            _push(Chain.of(quantities, item.beam), item.beam, forces, wrenches, label)
+
+
+def _push(
+    elements: Chain, beam: Cosserat, forces: Sequence[Sequence[Scalar]], wrenches: list[Wrench | None], label: str
+) -> None:
+    """Add to wrenches by link those of section forces, one for each constrained strain of each element."""
+
+    def transmitted(element: Element, *parts: Scalar) -> list[Scalar]:
+        section = [element.algebra.zero] * len(STRAINS)
+        for strain, part in zip(beam.constrained, parts, strict=True):
+            section[strain] = part
+        return element.transmitted(section)
+
+    elements.push(wrenches, elements.each(transmitted, label, forces))

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from eomgen.errors import ModelError, Problem
+from eomgen.mechanics.constraints.beam_strains import add_section_forces
 from eomgen.mechanics.constraints.rows import Rows
 from eomgen.mechanics.dynamics.separated import carried_loads, net_wrenches
 from eomgen.mechanics.forces.frame_pairs import frame_pair
@@ -121,6 +122,7 @@ class TransmittedWrenches:
     def _net(self) -> list[Wrench]:
         """What each link needs of the joints beyond what else acts on it, about its origin in its axes."""
         forces = list(self.loads.wrenches)
+        add_section_forces(self.quantities, self.rows, forces)
         for item in self.scene.constraints:
             for side in self._pair(item):
                 if side.link >= 0:
