@@ -122,6 +122,15 @@ def test_a_beam_with_prestrain_comes_to_rest_where_it_has_none() -> None:
     assert (turn.inv() * Rotation.from_quat(np.roll(last[:4], -1))).magnitude() < 1e-9
 
 
+def test_a_moment_between_equal_nodes_bends_what_is_before_it_to_a_circle() -> None:
+    scene = beam_scene(4, {"torque": [0.0, 0.0, "150 * load"], "point": [3.7, 0.0, 0.0]})
+    system = derive(from_data(scene), TERMS)
+    angle, radius = 3.7 * 150.0 / 500.0, 500.0 / 150.0
+    along = np.array([np.cos(angle), np.sin(angle), 0.0])
+    place = np.array([radius * np.sin(angle), radius * (1.0 - np.cos(angle)), 0.0])
+    np.testing.assert_allclose(pose_of_last(system, rest(system, 4))[4:], place + 6.3 * along, atol=1e-9)
+
+
 def test_a_tapered_beam_converges_with_order_2() -> None:
     """Reissner's plane equations of a cantilever, the stiffness of which falls to 30 % at its end."""
 

@@ -117,11 +117,6 @@ REFUSED: list[tuple[str, Any, str]] = [
     ("beams.rope.start", 1.0, "(beams.rope.start): a beam of the model cosserat has no start"),
     (
         "forces.tip.point",
-        [4.0, 0.0, 0.0],
-        "(forces.tip.point[0]): x = 4 m on the beam rope is between its nodes, which are 1.25 m apart; try: elements = 10, which has a node there; or x = 3.75",
-    ),
-    (
-        "forces.tip.point",
         [11.0, 0.0, 0.0],
         "(forces.tip.point[0]): x = 11 m is beyond the beam rope, which goes from 0 m to 10 m",
     ),

@@ -6,13 +6,15 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from itertools import accumulate
+from itertools import accumulate, pairwise
 
 from eomgen.formula.nodes import ZERO, Formula, Number
 from eomgen.scene.bodies import beam_schema as written
 from eomgen.scene.bodies.arithmetic import product, total
+from eomgen.scene.bodies.beam import AT_END
 from eomgen.scene.bodies.beam_keys import Keys
 from eomgen.scene.bodies.cosserat import CONSTRAINED, STRAINS, BeamElement, BeamSection, Cosserat, Rows
+from eomgen.scene.bodies.element_lengths import widths_between
 from eomgen.scene.bodies.initial_shapes import Shape
 from eomgen.scene.bodies.section_reading import SectionReader
 from eomgen.scene.bodies.section_stiffness import ResistsItsStrains
@@ -83,12 +85,17 @@ _COUNTERPARTS: Mapping[str, str] = {
 }
 
 
-def read_cosserat(name: str, entry: written.Beam, values: Values) -> Cosserat:
-    """Return a geometrically exact beam; what is wrong with it goes to the report of ``values``."""
+def read_cosserat(name: str, entry: written.Beam, values: Values, stations: Sequence[float] = ()) -> Cosserat:
+    """Return a geometrically exact beam; what is wrong with it goes to the report of ``values``.
+
+    Parameters
+    ----------
+    stations : x of the places where something is attached, m, which are nodes; those beyond the beam are left out
+    """
     key = key_of("beams", name)
     whole = Keys(key, entry)
     shape = read_shape(whole, values)
-    pieces = _pieces(whole, shape, values)
+    pieces = _with_nodes(whole, _pieces(whole, shape, values), stations, values)
     ends = list(accumulate((piece.length for piece in pieces), initial=Fraction(0)))
     if shape is None:
         shape = bent_shape([(float(end), piece.keys) for end, piece in zip(ends[1:], pieces, strict=True)], values)
@@ -96,10 +103,9 @@ def read_cosserat(name: str, entry: written.Beam, values: Values) -> Cosserat:
     elements: list[BeamElement] = []
     most = 0.0
     for start, piece in zip(ends, pieces, strict=False):
-        width = piece.length / piece.elements
-        middles = [float((start + (number + Fraction(1, 2)) * width) / ends[-1]) for number in range(piece.elements)]
-        for number, section in enumerate(_sections(piece.keys, middles, values)):
-            begin = start + number * width
+        nodes = list(accumulate(piece.widths, initial=start))
+        middles = [float((begin + end) / (2 * ends[-1])) for begin, end in pairwise(nodes)]
+        for begin, width, section in zip(nodes, piece.widths, _sections(piece.keys, middles, values), strict=False):
             twist, turn = shape.between(begin, begin + width)
             most = max(most, turn)
             element = BeamElement(width, section, tuple(twist.tolist()))
@@ -111,11 +117,18 @@ def read_cosserat(name: str, entry: written.Beam, values: Values) -> Cosserat:
 
 @dataclass(frozen=True)
 class _Piece:
-    """A beam, or a part of it, with equal elements."""
+    """A beam, or a part of it, and the lengths of its elements, m."""
 
     keys: Keys
-    length: Fraction
-    elements: int
+    widths: tuple[Fraction, ...]
+
+    @property
+    def length(self) -> Fraction:
+        return sum(self.widths, Fraction(0))
+
+
+def _equal(length: Fraction, count: int) -> tuple[Fraction, ...]:
+    return (length / count,) * count
 
 
 def _pieces(whole: Keys, shape: Shape | None, values: Values) -> list[_Piece]:
@@ -126,7 +139,7 @@ def _pieces(whole: Keys, shape: Shape | None, values: Values) -> list[_Piece]:
             report.add(
                 whole.key, f"a beam of the model {whole.model} needs the number of its elements", "elements = 16"
             )
-        return [_Piece(whole, _length(whole, shape, values), entry.elements or 1)]
+        return [_Piece(whole, _equal(_length(whole, shape, values), entry.elements or 1))]
     for field in ("length", "elements", "shape"):
         if getattr(entry, field) is not None:
             what = f"{field} is given, and parts too, which have their own"
@@ -140,9 +153,34 @@ def _pieces(whole: Keys, shape: Shape | None, values: Values) -> list[_Piece]:
     for number, part in enumerate(entry.parts):
         keys = Keys(whole.key, entry, f"{whole.key}.parts[{number}]", part)
         pieces.append(
-            _Piece(keys, _positive(f"{keys.part_key}.length", "a part of a beam", part.length, values), part.elements)
+            _Piece(
+                keys,
+                _equal(_positive(f"{keys.part_key}.length", "a part of a beam", part.length, values), part.elements),
+            )
         )
     return pieces
+
+
+def _with_nodes(whole: Keys, pieces: Sequence[_Piece], stations: Sequence[float], values: Values) -> list[_Piece]:
+    """Return pieces with a node at every station, by as many elements as before where these are enough."""
+    found: list[_Piece] = []
+    start, tolerance = Fraction(0), Fraction(AT_END) * sum((piece.length for piece in pieces), Fraction(0))
+    for piece in pieces:
+        inner: list[Fraction] = []
+        for x in sorted(Fraction(x) - start for x in stations if math.isfinite(x)):
+            if (inner[-1] if inner else 0) + tolerance < x < piece.length - tolerance:
+                inner.append(x)
+        nodes = list(accumulate(piece.widths))
+        if all(min(abs(node - x) for node in nodes) <= tolerance for x in inner):
+            found.append(piece)
+        else:
+            found.append(_Piece(piece.keys, widths_between([Fraction(0), *inner, piece.length], len(piece.widths))))
+        start += piece.length
+    before, after = (sum(len(piece.widths) for piece in some) for some in (pieces, found))
+    if after > before:
+        what = f"{before} elements become {after}, since something is attached at more places than they have nodes"
+        values.note([f"{whole.key}.elements: {what}"])
+    return found
 
 
 def _length(whole: Keys, shape: Shape | None, values: Values) -> Fraction:

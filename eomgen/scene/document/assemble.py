@@ -27,6 +27,7 @@ from eomgen.scene.document import checks
 from eomgen.scene.document import schema as written
 from eomgen.scene.document.beam_attachments import check_frames, check_not_absolute, check_places
 from eomgen.scene.document.beam_nodes import BeamNodes
+from eomgen.scene.document.beam_stations import stations_of
 from eomgen.scene.document.doubtful_springs import negative_laws, springs_within_bodies
 from eomgen.scene.document.out_of_scale import out_of_scale
 from eomgen.scene.document.plain_angles import angles_of_several_turns
@@ -220,12 +221,11 @@ class _Assembler:
         for name, entry in document.curves.items():
             self.curve_table[name] = self.curves.curve(key_of("curves", name), name, entry)
 
-    def reader(self) -> Values:
-        """Return a reader of values that has read nothing yet."""
+    def reader(self, report: Report | None = None) -> Values:
+        """Return a reader of values that has read nothing yet, and reports to the assembler's report or another."""
         defaults = {parameter.name: parameter.value for parameter in self.parameters}
-        return Values(
-            self.names, defaults, self.report, frozenset().union(*self.refused.values()), self.judged, ALL_BOUNDS
-        )
+        refused = frozenset().union(*self.refused.values())
+        return Values(self.names, defaults, report or self.report, refused, self.judged, ALL_BOUNDS)
 
     def fields(self) -> dict[str, Any]:
         """Return the fields of the Scene; they are right only if the report stays empty."""
@@ -233,13 +233,16 @@ class _Assembler:
         bodies = {name: read_body(name, body, values) for name, body in document.bodies.items()}
         for name, beam in document.beams.items():
             check_keys(name, beam, values)
-        exact = {name: read_cosserat(name, beam, values) for name, beam in document.beams.items() if is_exact(beam)}
+        aside = self.reader(Report(self.report.file, self.report.lines))
+        stations = stations_of(document, self.names.exact_beams, self.bodies, aside)
+        exact = {name: read_cosserat(name, document.beams[name], values, places) for name, places in stations.items()}
         bodies |= {name: read_beam(name, beam, values) for name, beam in document.beams.items() if not is_exact(beam)}
         bodies |= {node.name: node for beam in exact.values() for node in beam.bodies()}
         nodes = BeamNodes(exact, values)
         self.elastic |= {name: body.beam.size for name, body in bodies.items() if body.beam is not None}
+        nodes.check_names(document.joints)
         joints = {name: nodes.joint(read_joint(name, joint, values)) for name, joint in document.joints.items()}
-        joints |= nodes.joints()
+        joints = {name: joint for name, joint in joints.items() if joint.child not in nodes.joints()} | nodes.joints()
         links = [Link(joint.name, joint.parent, joint.child) for joint in joints.values()]
         complete = not self.refused["joints"] and not self.broken
         sections = {name: "beams" if name in document.beams else "bodies" for name in bodies}

@@ -90,8 +90,14 @@ class Report:
 def check_reference(key: str, name: str, known: Iterable[str], what: str, report: Report) -> bool:
     """Report a reference to something that is not there; tell whether it is."""
     every = list(known)
-    if name not in every:
-        report.add(
-            key, f"there is no {what} {shown(name)}", nearest(name, every) or f"a [{what.replace(' ', '_')}s] section"
-        )
-    return name in every
+    if name in every:
+        return True
+    whole, _, number = name.rpartition(".")
+    if whole in every and number.isdigit():
+        fault = f"{shown(name)} may be a node of the beam {whole}, and a scene calls nodes by their places"
+        report.add(key, fault, f'"{whole}", and a position on it')
+        return False
+    report.add(
+        key, f"there is no {what} {shown(name)}", nearest(name, every) or f"a [{what.replace(' ', '_')}s] section"
+    )
+    return False
