@@ -50,7 +50,7 @@ def test_slender_beams_do_not_lock() -> None:
     scene["parameters"]["factor"] = {"value": 1.0, "tunable": True}
     model = eomgen.build(scene, profile="quick")
     errors = []
-    for factor in (1.0, 1e4):
+    for factor in (1e2, 1e4):
         q = model.equilibrium(parameters={"factor": factor}).q
         tip = model.evaluate("poses", q)["pose"][model.bodies.index("rope.4"), 4:6]
         errors.append(np.linalg.norm(tip - elastica(15.0, 500.0, 1e4 * factor, 1e4 * factor)))

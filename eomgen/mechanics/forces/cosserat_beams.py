@@ -1,9 +1,10 @@
 """Geometrically exact beams: elements of constant strain between frames on SE(3), as one loop over all of them.
 
 With d = log(H_A^-1 H_B), the strain of an element is (d - d_0)/l, and its potential l/2 strain.C strain, so whatever
-bends an element to a helix is exact, and nothing locks. By d' = T^-1(d) v_B - T^-1(-d) v_A the nodes take -T^-T(d) s
-and T^-T(-d) s, with s = C strain + D strain': Sonneville, Cardona and Bruls, Comput. Methods Appl. Mech. Engrg. 268
-(2014) 451; Hante, Tumiotto and Arnold, Multibody Syst. Dyn. 54 (2022) 97. All of it depends on relative poses alone.
+bends an element to a helix is exact, and nothing locks; C is that of ``element_stiffness``. By
+d' = T^-1(d) v_B - T^-1(-d) v_A the nodes take -T^-T(d) s and T^-T(-d) s, with s = C strain + D strain': Sonneville,
+Cardona and Bruls, Comput. Methods Appl. Mech. Engrg. 268 (2014) 451; Hante, Tumiotto and Arnold, Multibody Syst. Dyn.
+54 (2022) 97. All of it depends on relative poses alone.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from typing import TypeVar
 from eomgen.lie.algebra import TapeAlgebra
 from eomgen.lie.groups import SE3
 from eomgen.lie.rotations import tangent_inverse
+from eomgen.mechanics.forces.element_stiffness import with_linear_moments
 from eomgen.mechanics.forces.loads import Law, Loads, add_wrench
 from eomgen.mechanics.forces.rotation_vectors import rotation_vector
 from eomgen.mechanics.forces.symbols import Quantities
@@ -69,10 +71,12 @@ class Node:
 
 @dataclass(frozen=True)
 class Section:
-    """Stiffness and damping, (6, 6) each, of an element, its length, m, 1/length, and d_0, (6,)."""
+    """Stiffness and damping, (6, 6) each, of an element, strain of its middle section by its own, (6, 6), its length, m,
+    1/length, and d_0, (6,)."""
 
     stiffness: Sequence[Six]
     damping: Sequence[Six]
+    of_section: Sequence[Six]
     length: Scalar
     inverse: Scalar
     rest: Six
@@ -83,13 +87,13 @@ class Section:
 
     @property
     def numbers(self) -> list[Scalar]:
-        rows = (*self.stiffness, *self.damping, self.rest)
+        rows = (*self.stiffness, *self.damping, *self.of_section, self.rest)
         return [*chain.from_iterable(rows), self.length, self.inverse]
 
     @classmethod
     def of(cls, numbers: Six) -> Section:
-        rows = [numbers[start : start + 6] for start in range(0, 78, 6)]
-        return cls(rows[:6], rows[6:12], numbers[78], numbers[79], rows[12])
+        rows = [numbers[start : start + 6] for start in range(0, 114, 6)]
+        return cls(rows[:6], rows[6:12], rows[12:18], numbers[114], numbers[115], rows[18])
 
 
 class Element:
@@ -135,7 +139,7 @@ class Element:
         return [*on_first, *(-x for x in on_second)]
 
     def sections(self, elsewhere: Mapping[int, Scalar]) -> list[Scalar]:
-        """Return strain, (6,), mean load of the sections, (6,), and that of the first and of the last one, (12,).
+        """Return strain, (6,), and load, (6,), of the middle section, and the load of the first and the last one, (12,).
 
         The load is the wrench of the part beyond, moment first, in section axes. As no load acts between the nodes,
         static equilibrium makes s the mean over the element of what its sections transmit.
@@ -147,7 +151,7 @@ class Element:
         elastic, viscous = _product(self.section.stiffness, self.strain), _product(self.section.damping, self.rate)
         s = [elsewhere.get(k, x + y) for k, (x, y) in enumerate(zip(elastic, viscous, strict=True))]
         on_both = self.transmitted(s)
-        return [*self.strain, *s, *on_both[:6], *(-x for x in on_both[6:])]
+        return [*_product(self.section.of_section, self.strain), *s, *on_both[:6], *(-x for x in on_both[6:])]
 
     def energies(self) -> list[Scalar]:
         """Return the potential, J, and the power of damping, W."""
@@ -274,8 +278,10 @@ def _section(quantities: Quantities, part: BeamElement) -> Section:
     algebra, length = quantities.algebra, float(part.length)
     strained = [algebra.scalar(length) * quantities.formula(strain) for strain in part.section.prestrain]
     rest = [algebra.scalar(initial) - strain for initial, strain in zip(part.twist, strained, strict=True)]
-    stiffness, damping = scalars(part.section.stiffness), scalars(part.section.damping)
-    return Section(stiffness, damping, algebra.scalar(length), algebra.scalar(1.0 / length), rest)
+    rows = scalars(part.section.stiffness), scalars(part.section.damping)
+    found = with_linear_moments(algebra, *rows, length, [float(number) / length for number in part.twist])
+    sizes = algebra.scalar(length), algebra.scalar(1.0 / length)
+    return Section(found.stiffness, found.damping, found.of_section, *sizes, rest)
 
 
 def _loop(
