@@ -71,7 +71,7 @@ class Node:
 
 @dataclass(frozen=True)
 class Section:
-    """Stiffness and damping, (6, 6) each, of an element, strain of its middle section by its own, (6, 6), its length, m,
+    """Of an element: stiffness, damping, and strain of its middle section by its own, (6, 6) each; its length, m,
     1/length, and d_0, (6,)."""
 
     stiffness: Sequence[Six]
@@ -139,7 +139,7 @@ class Element:
         return [*on_first, *(-x for x in on_second)]
 
     def sections(self, elsewhere: Mapping[int, Scalar]) -> list[Scalar]:
-        """Return strain, (6,), and load, (6,), of the middle section, and the load of the first and the last one, (12,).
+        """Return strain and load of the middle section, (6,) each, and the loads of the first and the last one, (12,).
 
         The load is the wrench of the part beyond, moment first, in section axes. As no load acts between the nodes,
         static equilibrium makes s the mean over the element of what its sections transmit.

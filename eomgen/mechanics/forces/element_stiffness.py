@@ -1,11 +1,11 @@
 """Stiffness and damping of a beam element whose forces and moments vary along it, from those of its sections.
 
 An element has one strain, and would have one wrench. By equilibrium the wrench is W + s ad^T W at the distance s from
-its middle, ad being that of the initial shape's twist by length. What this adds to the flexibility of the section, S^-1,
-is (l^2/12) ad S^-1 ad^T up to (l kappa)^4: the residual bending flexibility of MacNeal, Comput. Struct. 8 (1978) 175,
-for curved and twisted beams. (The quadratic part of the wrench drops out against that of the logarithm.) With it small
-deflections of straight beams by loads on nodes are exact for any number of elements, and large ones far closer; and
-however much a section resists shear, its elements bend.
+its middle, ad being that of the initial shape's twist by length. What this adds to the flexibility of the section,
+S^-1, is (l^2/12) ad S^-1 ad^T up to (l kappa)^4: the residual bending flexibility of MacNeal, Comput. Struct. 8 (1978)
+175, for curved and twisted beams. (The quadratic part of the wrench drops out against that of the logarithm.) With it
+small deflections of straight beams by loads on nodes are exact for any number of elements, and large ones far closer;
+and however much a section resists shear, its elements bend.
 """
 
 from __future__ import annotations
