@@ -30,11 +30,13 @@ def element_by_flexibility(
     return stiffness, stiffness @ back @ dissipation @ back.T @ stiffness
 
 
-def element_to_second_order(section: Array, length: float, at_rest: Array) -> Array:
-    """Return the stiffness of an element up to the square of its length, (6, 6), by its strain at rest, (6,)."""
-    ad, flexibility = _adjoint(at_rest[:3]), np.linalg.inv(section)
-    stiffness: Array = np.linalg.inv(flexibility + length**2 / 12.0 * ad @ flexibility @ ad.T)
-    return stiffness
+def element_to_second_order(section: Array, damping: Array, length: float, at_rest: Array) -> tuple[Array, Array]:
+    """Return stiffness and damping of an element up to the square of its length, (6, 6) each, by its strain at rest,
+    (6,)."""
+    ad, flexibility, share = _adjoint(at_rest[:3]), np.linalg.inv(section), length**2 / 12.0
+    dissipation = flexibility @ damping @ flexibility
+    stiffness: Array = np.linalg.inv(flexibility + share * ad @ flexibility @ ad.T)
+    return stiffness, stiffness @ (dissipation + share * ad @ dissipation @ ad.T) @ stiffness
 
 
 def _adjoint(curvature: Array) -> Array:
