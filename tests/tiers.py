@@ -728,6 +728,7 @@ SLOW: dict[str, tuple[str, ...]] = {
     "results/test_animation.py::test_solids_have_the_inertia_of_their_body": ("cylinder-moments2",),
     "results/test_animation.py::test_texts_of_the_user_stay_texts": (),
     "results/test_animation.py::test_what_cannot_be_drawn_is_left_out": (),
+    "results/test_beam_curves.py::test_a_page_shows_a_beam_as_one_body": (),
     "results/test_beam_stations.py::test_a_cantilever_is_drawn_along_its_deflection_line": (),
     "results/test_beam_stations.py::test_frames_along_a_beam_are_at_the_points_of_the_model": (
         "pinned",

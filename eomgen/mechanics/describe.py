@@ -236,7 +236,5 @@ def _elements(scene: Scene) -> Iterator[Link]:
 
 
 def _solid(body: Body, joint: Joint) -> Solid:
-    if body.node_of:
-        return Solid(body.name, body.mass)
     hub = "center" if joint.kind.group == "SE3" else "origin"
     return Solid(body.name, body.mass, body.center_of_mass, body.inertia, hub)

@@ -21,6 +21,7 @@ from eomgen.arrays import Array
 from eomgen.errors import FileError, Problem, UsageError
 from eomgen.files import write_text
 from eomgen.resources import template_folder
+from eomgen.results.beam_curves import frames_along, pieces_of
 from eomgen.results.beam_stations import nearest_station, stations
 from eomgen.results.recorded import Recorded
 from eomgen.results.scenery import PosesAndScenery
@@ -99,14 +100,16 @@ def _packed(solution: Animated, poses: Mapping[str, Array], scenery: Mapping[str
     """Return the page's data."""
     carriers = _Carriers(poses, scenery)
     rows, stacked = carriers.moved(solution, poses)
-    order = [body["name"] for body in scenery["bodies"]]
+    bodies = [body for body in scenery["bodies"] if carriers.beam_of.get(body["name"], body["name"]) == body["name"]]
+    order = [body["name"] for body in bodies]
+    numbers = {name: number for number, name in enumerate(order)}
     used = {end for spring in scenery["springs"] for end in (spring["first"], spring["second"])}
 
     points = {
         item["name"]: {
             "name": item["name"],
             **carriers.place(item["body"], item["position"]),
-            "body": order.index(item["body"]) if item["body"] in order else -1,
+            "body": numbers.get(carriers.beam_of.get(item["body"], item["body"]), -1),
             "trace": item["trace"],
             "drawn": item["trace"] or item["name"] in used,
         }
@@ -116,7 +119,8 @@ def _packed(solution: Animated, poses: Mapping[str, Array], scenery: Mapping[str
         last = scenery["bodies"][-1]
         name = f"centre of {last['name']}"
         center = carriers.place(last["name"], last["solid"]["center"])
-        points[name] = {"name": name, **center, "body": len(order) - 1, "trace": True, "drawn": True}
+        number = numbers[carriers.beam_of.get(last["name"], last["name"])]
+        points[name] = {"name": name, **center, "body": number, "trace": True, "drawn": True}
     return {
         "name": str(solution.metadata.get("scene", "scene")),
         "description": scenery["description"],
@@ -127,7 +131,7 @@ def _packed(solution: Animated, poses: Mapping[str, Array], scenery: Mapping[str
         "carriers": carriers.count,
         "times": _base64(solution.t[rows].astype("<f8")),
         "poses": _base64(stacked.astype("<f4")),
-        "bodies": [carriers.body(body) for body in scenery["bodies"]],
+        "bodies": [carriers.body(body) for body in bodies],
         "joints": [
             {**joint, "seat": carriers.place(joint["parent"], joint["position"]), "child": carriers.of(joint["child"])}
             for joint in scenery["joints"]
@@ -139,6 +143,8 @@ def _packed(solution: Animated, poses: Mapping[str, Array], scenery: Mapping[str
         "rods": [
             {"name": rod["name"], "ends": [carriers.place(end["body"], end["position"]) for end in rod["ends"]]}
             for rod in scenery["rods"]
+            if rod["name"] in carriers.exact
+            or rod["name"] not in carriers.beam_of  # elements are drawn with their beam
         ],
         "tyres": [{**tyre, "center": points[tyre["center"]]} for tyre in scenery["tyres"]],
     }
@@ -156,6 +162,13 @@ class _Carriers:
         for name, axis in self.axes.items():
             self.along[name] = list(range(self.count, self.count + len(axis["x"])))
             self.count += len(axis["x"])
+        self.exact = {beam["nodes"][0]: beam for beam in scenery.get("beams", ())}
+        self.beam_of = {node: name for name, beam in self.exact.items() for node in beam["nodes"]}
+        for name, beam in self.exact.items():
+            elements = len(beam["nodes"]) - 1
+            frames = elements * pieces_of(elements) + 1
+            self.along[name] = list(range(self.count, self.count + frames))
+            self.count += frames
 
     def of(self, body: str) -> int:
         """Return the number of a body's frame."""
@@ -171,6 +184,8 @@ class _Carriers:
     def body(self, body: Mapping[str, Any]) -> dict[str, Any]:
         """Return the data of a body; a beam has the frames of its ``axis``, and ``ties`` from there."""
         name, shown = body["name"], {**body, "carrier": self.of(body["name"])}
+        if name in self.exact:
+            return self.exact_beam(shown, self.exact[name])
         if name not in self.axes:
             return shown
         return {
@@ -178,6 +193,22 @@ class _Carriers:
             "links": [],
             "axis": self.along[name],
             "ties": [self.place(name, link) for link in body["links"]],
+        }
+
+    def exact_beam(self, first: Mapping[str, Any], beam: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the data of a geometrically exact beam: frames along it, its outline, and every how many is a node."""
+        pieces = pieces_of(len(beam["nodes"]) - 1)
+        corners = beam["outline"]
+        radius = max(np.hypot(*corner) for corner in corners)
+        solid = {**first["solid"], "kind": "cylinder", "size": [float(radius), 20.0 * float(radius)]}
+        return {
+            **first,
+            "solid": solid,
+            "links": [],
+            "ties": [],
+            "axis": self.along[first["name"]],
+            "outline": corners,
+            "pieces_of_element": pieces,
         }
 
     def moved(self, solution: Animated, poses: Mapping[str, Array]) -> tuple[NDArray[np.intp], Array]:
@@ -188,7 +219,9 @@ class _Carriers:
             rows = rows[_thinned(solution.t[rows], 4 * 7 * self.count)]
         with np.errstate(over="ignore", invalid="ignore"):
             bent = [stations(axis, poses[name][rows], solution.q[rows]) for name, axis in self.axes.items()]
-        whole = np.concatenate([stacked[rows], *bent], axis=1)
+        here = {name: pose[rows] for name, pose in poses.items()}
+        curved = [frames_along(here, beam["nodes"]) for beam in self.exact.values()]
+        whole = np.concatenate([stacked[rows], *bent, *curved], axis=1)
         finite = np.isfinite(whole).all(axis=(1, 2))
         if not finite.any():
             raise ValueError("no pose is finite")

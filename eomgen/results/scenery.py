@@ -12,6 +12,7 @@ from eomgen.calls import ByName, UnknownName
 from eomgen.errors import NumericalError, Problem
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula, Symbol
+from eomgen.results.beam_curves import drawn_beams
 from eomgen.results.beam_stations import axes_of
 from eomgen.results.drawn_solids import equivalent_solid
 from eomgen.system.description import BASE, WORLD, Description
@@ -131,11 +132,16 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
     for name in dict.fromkeys([*shown, *(end for item in drawing.lines for end in (item.first, item.second))]):
         links[points[name]["body"]].append(points[name]["position"])
     bodies = []
+    nodes = []
+    exact = {name for beam in description.exact_beams for name in beam}
     for item in drawing.solids:
         xx, yy, zz, xy, xz, yz = vector(f"bodies.{item.name}.inertia", item.inertia)
+        mass = number(f"bodies.{item.name}.mass", item.mass)
+        if item.name in exact:
+            nodes.append({"name": item.name, "mass": mass, "inertia": [xx, yy, zz]})
         tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         center = np.array(vector(f"bodies.{item.name}.center_of_mass", item.center_of_mass))
-        solid = equivalent_solid(number(f"bodies.{item.name}.mass", item.mass), center, tensor)
+        solid = equivalent_solid(mass, center, tensor)
         hub = center.tolist() if item.hub == "center" else [0.0, 0.0, 0.0]
         positions = [hub, *links[item.name]] if solid["kind"] == "none" else [center.tolist(), *links[item.name]]
         ties = [tie for tie in positions if tie != hub]
@@ -152,7 +158,13 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
         ],
         "rods": rods,
         "tyres": tyres,
+        **({"beams": drawn_beams(description.exact_beams, nodes, _lengths(description))} if nodes else {}),
     }
+
+
+def _lengths(description: Description) -> list[float]:
+    """Return the length of each geometrically exact beam at rest, m."""
+    return [sum(beam.lengths) for beam in description.element_stiffness]
 
 
 def _shown(description: Description) -> list[str]:

@@ -65,10 +65,13 @@ function drawGround(centre) {
   }
 }
 
+/** Colours of x, y and z. */
+const AXES = ["#d8414f", "#2f9e57", "#3b76e0"];
+
 function drawAxes(pose, length, name) {
   const [, , depth] = camera.project(pose.p);
   if (depth < camera.near) return;
-  ["#d8414f", "#2f9e57", "#3b76e0"].forEach((colour, k) => {
+  AXES.forEach((colour, k) => {
     const tip = placed(pose, [0, 1, 2].map((j) => (j === k ? length : 0)));
     const ends = camera.segment(pose.p, tip);
     if (ends) {
@@ -164,6 +167,10 @@ function draw() {
         if (ends) add((ends[0][2] + ends[1][2]) / 2 - small, () => line(ends, css(shaded(body.colour, 0.8), 1), 3.5, seen));
       }
     }
+    if (shown.sections && body.outline) {
+      const length = Math.max(4 * body.solid.size[0], 2 * small);
+      body.axis.filter((_, k) => k % body.pieces_of_element === 0).forEach((carrier) => addSection(add, body, pose(carrier), length));
+    }
     if (shown.names && (body.mesh || body.ball || body.links.length)) {
       const [x, y, depth] = camera.project(middleOf(body, pose));
       if (depth > camera.near) things.push({ depth: 0, paint: () => label(body.name, [x + 6, y - 6]) });
@@ -252,6 +259,20 @@ function addGlass(add, body, world, flat, seen) {
       const front = dot(normal, minus(world[face[0]], camera.eye)) < 0;
       polygon(face.map((k) => flat[k]), css(body.colour, front ? 0.2 * seen : 0), front ? edge : css(body.colour, 0.35 * seen));
     }
+  });
+}
+
+/** The outline of a beam's section, and its axes. */
+function addSection(add, body, pose, length) {
+  const flat = body.outline.map(([y, z]) => camera.project(placed(pose, [0, y, z])));
+  const [, , depth] = camera.project(pose.p);
+  if (flat.some((place) => place[2] < camera.near)) return;
+  add(depth - 2 * small, () => {
+    polygon(flat, css(body.colour, 0.5), css(shaded(body.colour, 0.6), 1));
+    AXES.forEach((colour, k) => {
+      const ends = camera.segment(pose.p, placed(pose, [0, 1, 2].map((j) => (j === k ? length : 0))));
+      if (ends) line(ends, colour, 1.6);
+    });
   });
 }
 

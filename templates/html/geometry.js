@@ -58,10 +58,11 @@ function meshOf(kind, size, center, [x, y, z], sides) {
 /** A circle about the x axis. */
 const sectionOf = (radius, sides) => [...Array(sides).keys()].map((i) => [0, radius * Math.cos((2 * Math.PI * i) / sides), radius * Math.sin((2 * Math.PI * i) / sides)]);
 
-/** Vertices and faces of a tube around frames; each frame has the next `sides` vertices, which are placed by its pose. */
-function tubeOf(frames, radius, sides) {
+/** Vertices and faces of a tube around frames by the places of its section; each frame has the next `sides` vertices, which are placed by its pose. */
+function tubeOf(frames, section) {
+  const sides = section.length;
   const ring = [...Array(sides).keys()];
-  const vertices = [...Array(frames).keys()].flatMap(() => sectionOf(radius, sides));
+  const vertices = [...Array(frames).keys()].flatMap(() => section);
   const walls = [...Array(frames - 1).keys()].flatMap((k) => ring.map((i) => [i, (i + 1) % sides, sides + ((i + 1) % sides), sides + i].map((vertex) => k * sides + vertex)));
   const faces = [...walls, ring.slice().reverse(), ring.map((i) => (frames - 1) * sides + i)];
   return { vertices, faces, smooth: walls.length, sides };

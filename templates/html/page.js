@@ -127,6 +127,7 @@ function fillPage() {
   for (const item of [...scene.springs, ...scene.rods, ...scene.tyres]) entry("others", [swatch("", "stroke"), worded(item.name)]);
   for (const name of ["bodies", "points", "others"]) byId(name).hidden = !byId(name).querySelector("li");
   const options = { names: "names", solids: "solids", glass: "see-through", joints: "joints", ground: "ground and axes", shadows: "shadows", follow: "follow the motion", repeat: "repeat" };
+  if (bodies.some((body) => body.outline)) options.sections = "sections of beams";
   for (const [name, text] of Object.entries(options)) {
     toggle("options", text, shown[name], (on) => {
       shown[name] = on;

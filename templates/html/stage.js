@@ -128,7 +128,8 @@ for (const body of bodies) {
   const { kind, size, center, axes } = body.solid;
   const sides = bodies.length > 60 ? 10 : 28;
   body.mesh = kind === "box" || kind === "cylinder" ? meshOf(kind, size, center, axes, sides) : null;
-  if (body.axis) body.mesh = tubeOf(body.axis.length, size[0], Math.min(sides, size[0] < 0.05 * size[1] ? 14 : 28));
+  if (body.outline) body.mesh = tubeOf(body.axis.length, body.outline.map(([y, z]) => [0, y, z]));
+  else if (body.axis) body.mesh = tubeOf(body.axis.length, sectionOf(size[0], Math.min(sides, size[0] < 0.05 * size[1] ? 14 : 28)));
   body.pieces = body.links.flatMap((link) => {
     const cuts = [...Array(13).keys()].map((k) => between(body.hub, link, k / 12));
     return cuts.slice(1).map((to, k) => ({ carrier: body.carrier, from: cuts[k], to, inside: holds(body.solid, between(cuts[k], to, 0.5)) }));
@@ -169,7 +170,7 @@ const spacing = (() => {
 const hash = new URLSearchParams(location.hash.slice(1));
 const asked = hash.has("t") ? Number(hash.get("t")) : NaN;
 const calm = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
-const shown = { solids: true, glass: true, names: false, joints: true, ground: true, shadows: true, follow: following, repeat: true };
+const shown = { solids: true, glass: true, names: false, sections: hash.has("sections"), joints: true, ground: true, shadows: true, follow: following, repeat: true };
 const state = {
   time: Number.isFinite(asked) ? Math.min(Math.max(asked, start), end) : start,
   playing: !Number.isFinite(asked) && !calm && count > 1,

@@ -1,0 +1,78 @@
+"""Geometrically exact beams in pictures: helices between nodes, outlines of sections, what a page holds of them."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+import eomgen
+from eomgen.results.animation import animation_page
+from eomgen.results.beam_curves import frames_along, outline, pieces_of
+from tests.browser.chromium import Browser, chromium
+from tests.mechanics.test_cosserat_beams import logarithm
+from tests.models.cosserat import beam_scene
+from tests.oracles.states import random_unit_quaternions, rotation_of
+from tests.results.test_animation import data_of
+
+
+def test_frames_between_nodes_are_on_helices(rng: np.random.Generator) -> None:
+    turned, moved = rng.normal(size=(2, 3, 5, 3))
+    poses = {}
+    for number, (rotation, place) in enumerate(zip(0.8 * turned, moved, strict=True)):
+        angle = np.linalg.norm(rotation, axis=1, keepdims=True)
+        quaternion = np.concatenate([np.cos(0.5 * angle), np.sin(0.5 * angle) * rotation / angle], axis=1)
+        sign = random_unit_quaternions(rng, 5)[:, :1]  # both signs are the same rotation
+        poses[f"rope.{number}"] = np.concatenate([np.sign(sign) * quaternion, place], axis=1)
+    found, pieces = frames_along(poses, list(poses)), pieces_of(2)
+    assert found.shape == (5, 2 * pieces + 1, 7)
+    for row in range(5):
+        for number in range(2 * pieces):
+            element, piece = divmod(number, pieces)
+            first, second = (poses[f"rope.{element + end}"][row] for end in (0, 1))
+            screw = piece / pieces * logarithm(first, second)
+            rotation = np.array([[0, -screw[2], screw[1]], [screw[2], 0, -screw[0]], [-screw[1], screw[0], 0]])
+            step = expm(np.block([[rotation, screw[3:, None]], [np.zeros((1, 4))]]))
+            R = rotation_of(first[:4])
+            np.testing.assert_allclose(found[row, number, 4:], first[4:] + R @ step[:3, 3], atol=1e-12)
+            np.testing.assert_allclose(rotation_of(found[row, number, :4]), R @ step[:3, :3], atol=1e-12)
+        np.testing.assert_array_equal(found[row, -1], poses["rope.2"][row])
+
+
+def test_the_outline_is_that_of_the_rotary_inertia() -> None:
+    """Of a node of 3 kg: m h^2/12 of a rectangle, m r^2/4 of a circle."""
+    height, width = 0.2, 0.06
+    inertia = [0.0, 3.0 * width**2 / 12.0, 3.0 * height**2 / 12.0]
+    np.testing.assert_allclose(np.max(outline(3.0, inertia, 10.0), axis=0), [0.5 * height, 0.5 * width], rtol=1e-12)
+    round_one = outline(3.0, [0.0, *[3.0 * 0.1**2 / 4.0] * 2], 10.0)
+    np.testing.assert_allclose(np.hypot(*np.transpose(round_one)), 0.1, rtol=1e-12)
+    for much in (0.0, 1e6):
+        radius = np.hypot(*outline(3.0, [0.0, much, much], 10.0)[0])
+        assert radius == pytest.approx(10.0 / (400.0 if much == 0.0 else 30.0))
+
+
+def run() -> eomgen.Solution:
+    inertia = [0.004 + 0.001, 0.001, 0.004]
+    scene = beam_scene(4, {"force": [0.0, "20 * load", 0.0]}, {"rotary_inertia": inertia, "stiffness_damping": 0.01})
+    scene["points"] = {"middle": {"body": "rope", "position": [5.0, 0.0, 0.0]}}
+    scene["outputs"] = {"middle": {"position": "middle"}}
+    return eomgen.build(scene, profile="quick").simulate(0.5, 0.01, error_estimate=False)
+
+
+def test_a_page_shows_a_beam_as_one_body(tmp_path: Path) -> None:
+    solution = run()
+    data = data_of(animation_page(solution))
+    (body,), (point,) = data["bodies"], data["points"]
+    assert body["name"] == "rope" and data["rods"] == []
+    assert point["body"] == 0 and point["carrier"] == [*solution.poses].index("rope.2")
+    assert len(body["axis"]) == 4 * pieces_of(4) + 1 and body["axis"][0] == 5
+    sides = np.max(body["outline"], axis=0)
+    np.testing.assert_allclose(sides, [math.sqrt(3.0 * 0.004), math.sqrt(3.0 * 0.001)], rtol=1e-12)
+    if command := chromium():
+        page = solution.animate(tmp_path / "rope.html")
+        browser = Browser(command)
+        plain, marked = (browser.picture(page, place) for place in ("t=0.4", "t=0.4&sections"))
+        assert np.count_nonzero(np.any(plain != marked, axis=-1)) > 100
