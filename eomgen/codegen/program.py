@@ -31,11 +31,14 @@ class Statement:
     number, component, step, slot, step, length, sign): equally spaced slots into an output; ``circular`` (slot of the
     first sine, slot of the first cosine, block, index, step, length): sines and cosines of equally spaced inputs into
     the workspace; ``repeat`` (number of iterations, statements, read, given): a loop over k whose statements read
-    components of block ``read`` and fill output 0.
+    components of block ``read`` and fill output 0; with a fifth number, within it a loop over so many j.
 
     ``read`` and ``given`` are expressions of k: ``("row", block, start, step)`` is component start + step k of a block,
     of the workspace ``"w"``, or, by number, of an output, ``("row", block, places)`` component places[k], ``("numbers",
-    values)`` constant values[k]; others do not change.
+    values)`` constant values[k], ``("choice", block, (end, start, step), ...)`` or ``("choice", "numbers", (end,
+    value), ...)`` what the first range with k < end says. Expressions of j and k are ``("cell", block, start, inner,
+    step)``: start + inner j + step k, ``("cell", block, places, step)``: places[j] + step k, and ``("cells", values)``:
+    values[j]. Others do not change.
     """
 
     kind: str
@@ -95,7 +98,9 @@ class ProgramLoop:
     gathered, results : int
         Values it reads from, and leaves in, the workspace.
     lanes : elements taken side by side; sum ``lane`` of each is of every lanes-th element, and these are added last.
-    constants : (columns, count) numbers; ``index`` : (count, slots) places among the gathered values.
+    constants : (columns, count) numbers
+    index : for each slot, where the gathered values of elements are: ranges (end, start, step), start + step element up
+        to an end, or nothing where they are in a column of ``places``, (count, such slots).
     shared, initial : places among the gathered values, of values that all elements share and of the first carries.
     statements : outputs 0, 1 and 2 are the terms of the sums, the next carries and the element's rows; ``reads`` names
         the
@@ -108,7 +113,8 @@ class ProgramLoop:
     gathered: int
     results: int
     constants: tuple[tuple[float, ...], ...]
-    index: tuple[tuple[int, ...], ...]
+    index: tuple[tuple[tuple[int, int, int], ...], ...]
+    places: tuple[tuple[int, ...], ...]
     shared: tuple[int, ...]
     initial: tuple[int, ...]
     sums: int

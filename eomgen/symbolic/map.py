@@ -117,8 +117,9 @@ class Map:
 
     @cached_property
     def gathered(self) -> tuple[Ref, ...]:
-        """Distinct references of the outer tape that the Map reads."""
-        return tuple(dict.fromkeys([*self.shared, *self.initial, *(ref for slot in self.gather for ref in slot)]))
+        """Distinct references of the outer tape that the Map reads, element after element."""
+        elements = zip(*self.gather, strict=True)
+        return tuple(dict.fromkeys([*self.shared, *self.initial, *(ref for element in elements for ref in element)]))
 
     @property
     def size(self) -> int:

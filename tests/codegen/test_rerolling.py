@@ -112,8 +112,8 @@ def test_loops_read_values_of_other_turns_and_inputs_with_their_sign(cache: Path
     program = to_program(system)
     (loop,) = [s for part in program.function("all").parts for s in part.statements if s.kind == "repeat"]
     assert loop.data[0] >= BODIES // 2 - 2  # of two bodies each, whose signs alternate
-    kinds = {expression[1][:2] for expression in loop.data[2] if expression[0] == "neg"}
-    assert kinds == {("row", "w"), ("row", "v")}
+    blocks = {expression[1][1] for expression in loop.data[2] if expression[0] == "neg"}
+    assert blocks == {"w", "v"}
     (found,) = call(compile_program(program, cache), "all", point)
     wanted = evaluate(system.tape, system.functions["all"].refs, point)
     assert np.max(np.abs(found - wanted)) < 1e-13 and np.ptp(wanted[3:]) > 0.1

@@ -12,6 +12,8 @@ import math
 
 from eomgen.codegen.program import ProgramLoop
 from eomgen.codegen.scheduling.scheduler import schedule
+from eomgen.codegen.scheduling.shortened import MOST_RANGES
+from eomgen.codegen.scheduling.stretches import ranges
 from eomgen.symbolic.map import KERNEL_BLOCKS, Map
 
 #: Elements side by side where they depend on nothing but constants and what all share: two vectors of four doubles.
@@ -27,6 +29,8 @@ def _lanes(loop: Map) -> int:
 def program_loop(loop: Map) -> ProgramLoop:
     """Return the Program's loop for a Map."""
     position_of = {ref: position for position, ref in enumerate(loop.gathered)}
+    slots = [ranges([position_of[ref] for ref in slot]) for slot in loop.gather]
+    tabled = [slot for slot, found in zip(loop.gather, slots, strict=True) if len(found) > MOST_RANGES]
     kernel = schedule(loop.kernel, (loop.sums, loop.last, loop.stacked), KERNEL_BLOCKS, part_limit=10**9, fill=False)
     return ProgramLoop(
         label=loop.label,
@@ -35,11 +39,10 @@ def program_loop(loop: Map) -> ProgramLoop:
         gathered=len(loop.gathered),
         results=loop.size,
         constants=loop.elements,
-        index=(
-            tuple(tuple(position_of[slot[element]] for slot in loop.gather) for element in range(loop.count))
-            if loop.gather
-            else ()
-        ),
+        index=tuple(tuple(found) if len(found) <= MOST_RANGES else () for found in slots),
+        places=tuple(tuple(position_of[slot[element]] for slot in tabled) for element in range(loop.count))
+        if tabled
+        else (),
         shared=tuple(position_of[ref] for ref in loop.shared),
         initial=tuple(position_of[ref] for ref in loop.initial),
         sums=len(loop.sums),

@@ -10,6 +10,7 @@ from typing import Any
 from eomgen.codegen.program import Expression, Statement
 from eomgen.codegen.scheduling.iterations import READ, rule
 from eomgen.codegen.scheduling.scheduler import schedule
+from eomgen.codegen.scheduling.shortened import counted
 from eomgen.integrators.newton.matrix import WEIGHTS
 from eomgen.symbolic.tape import ZERO, Ref, Tape
 
@@ -113,7 +114,8 @@ class _Loops:
             total = _sum_of_products(tape, shape[1]) if shape[0] == "moved" else _entry(tape, shape[1], shape[2], read)
             made = schedule(tape, [[total]], (READ,), part_limit=10**9, fill=False, reroll=False)
             target: Expression = ("row", members[0][1][0], *rule([index for _, (_, index) in members]))
-            result.append(Statement("repeat", (len(members), made.parts[0].statements, tuple(read), (target,))))
+            data = counted(len(members), made.parts[0].statements, read, (target,))
+            result += [Statement("repeat", item) for item in data]
         return result
 
 

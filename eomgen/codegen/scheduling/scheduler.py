@@ -14,6 +14,7 @@ from eomgen.codegen.program import Expression, Part, Statement
 from eomgen.codegen.scheduling.iterations import READ, Unmatched, copies, loop_iteration, rule, runs
 from eomgen.codegen.scheduling.plan import Plan
 from eomgen.codegen.scheduling.rerolling import RerolledLoop, find_loops, is_circular, operands
+from eomgen.codegen.scheduling.shortened import counted
 from eomgen.symbolic.map import Map
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.tape import ZERO, Ref, Tape
@@ -118,6 +119,12 @@ class Writer:
                 self.open.statements.append(Statement("label", (self.label,)))
         self.open.statements.append(Statement(kind, data))
 
+    def _emit_loops(
+        self, count: int, statements: Sequence[Statement], read: Sequence[Expression], given: Sequence[Expression]
+    ) -> None:
+        for data in counted(count, statements, read, given):
+            self._emit("repeat", *data)
+
     def _store(self, node: int) -> None:
         """Store a value where it is an output, by a loop where it is the same output many times."""
         stores = self.plan.stores.get(node, ())
@@ -137,12 +144,14 @@ class Writer:
         for (number, sign), components in many.items():
             self.open.outputs.add(number)
             read = (self._leaf(sign * node),)
-            self._emit("repeat", len(components), (stored,), read, (("row", number, *rule(components)),))
+            self._emit_loops(len(components), (stored,), read, (("row", number, *rule(components)),))
         return [(number, component, sign) for number, component, sign in stores if (number, sign) not in many]
 
 
 #: One value that is the same output so many times is stored by a loop.
 REPEATED_FROM = 64
+#: What a Map gathers is copied by a loop for each run of equally spaced places up to this many runs.
+FEW_RUNS = 12
 #: Values stored in one loop, where a function has loops, from this many on.
 COPIED_FROM = 8
 
@@ -208,7 +217,7 @@ class LoopWriter(Writer):
         self.open.outputs |= {item[1] for item in iteration.given if isinstance(item, tuple) and item[1] != "w"}
         self.open.workspace = True
         made = schedule(iteration.kernel, [iteration.results], (READ,), part_limit=10**9, fill=False, reroll=False)
-        self._emit("repeat", len(loop.iterations), made.parts[0].statements, iteration.read, iteration.given)
+        self._emit_loops(len(loop.iterations), made.parts[0].statements, iteration.read, iteration.given)
         self._store_all(iteration.unmatched)
 
     def _store_all(self, stores: Iterable[Unmatched]) -> None:
@@ -231,7 +240,7 @@ class LoopWriter(Writer):
         if data is None:
             return False
         self.open.outputs.add(number)
-        self._emit("repeat", *data)
+        self._emit_loops(*data)
         return True
 
 
@@ -355,25 +364,44 @@ class _Scheduler(LoopWriter):
         return self.plan.maps[self.tape.a[result]][1] + self.tape.b[result]
 
     def _gather(self, refs: Sequence[Ref], slot: int) -> None:
-        """Copy values to consecutive slots, inputs and workspace by runs."""
-        sources: dict[str, list[tuple[int, int]]] = {}
+        """Copy values to consecutive slots, inputs and workspace by loops."""
+        sources: dict[tuple[str, bool], list[tuple[int, int]]] = {}
         for position, ref in enumerate(refs, slot):
             node = abs(ref)
             expression = self._leaf(ref)
             if node in self.waiting:
                 del self.waiting[node]
-            if isinstance(expression, tuple) and expression[0] == "in" and expression[1] not in ("p", "t", "base"):
-                sources.setdefault(expression[1], []).append((position, expression[2]))
-            elif isinstance(expression, tuple) and expression[0] == "w":
-                sources.setdefault("w", []).append((position, expression[1]))
+            place, is_minus = expression, False
+            if isinstance(place, tuple) and place[0] == "neg":
+                place, is_minus = place[1], True
+            if isinstance(place, tuple) and place[0] == "in" and place[1] not in ("p", "t", "base"):
+                sources.setdefault((place[1], is_minus), []).append((position, place[2]))
+            elif isinstance(place, tuple) and place[0] == "w":
+                sources.setdefault(("w", is_minus), []).append((position, place[1]))
             else:
                 self._emit("save", position, expression)
-        for block, places in sources.items():
-            for to, start, to_step, step, length in runs(places):
+        for (block, is_minus), places in sources.items():
+            found = list(runs(places))
+            if len(found) > FEW_RUNS or is_minus:
+                self._copy_to_workspace(block, places, is_minus=is_minus)
+                continue
+            for to, start, to_step, step, length in found:
                 if length == 1:
                     self._emit("save", to, ("w", start) if block == "w" else ("in", block, start))
                 else:
                     self._emit("gather", to, to_step, block, start, step, length)
+
+    def _copy_to_workspace(self, block: str, places: Sequence[tuple[int, int]], *, is_minus: bool) -> None:
+        """Copy values of a block to other places of the workspace, (to, from), by loops where they are many."""
+        if len(places) < COPIED_FROM:
+            for to, start in places:
+                source: Expression = ("w", start) if block == "w" else ("in", block, start)
+                self._emit("save", to, ("neg", source) if is_minus else source)
+            return
+        row = ("row", block, *rule([start for _, start in places]))
+        copied = Statement("out", (0, 0, ("in", READ, 0)))
+        read = ("neg", row) if is_minus else row
+        self._emit_loops(len(places), (copied,), (read,), (("row", "w", *rule([to for to, _ in places])),))
 
     def _spread(self, members: Sequence[int], head: int, width: int) -> None:
         """Store results that are outputs, by runs over the elements."""

@@ -6,6 +6,7 @@ import re
 from collections.abc import Collection, Sequence
 
 from eomgen.codegen.program import Program, ProgramFunction, ProgramLoop
+from eomgen.codegen.targets.c.places import chosen, place
 from eomgen.codegen.targets.target import Names
 from eomgen.errors import ModelError
 from eomgen.system.system import base_component
@@ -257,10 +258,16 @@ class CNames:
     @staticmethod
     def loop_inputs(loop: ProgramLoop) -> dict[str, str | Sequence[str]]:
         """Return the texts of what an element of a loop reads."""
+        column = iter(range(len(loop.index)))
         return {
             "element": f"K(constants[{{}}][element{' + lane' if loop.lanes > 1 else ''}])",
             "shared": [f"g[{index}]" for index in loop.shared],
-            "gather": "g[place[element][{}]]",
+            "gather": [
+                f"g[{chosen([(end, place(start, step, 'element')) for end, start, step in found], 'element')}]"
+                if found
+                else f"g[places[element][{next(column)}]]"
+                for found in loop.index
+            ],
             "carry": "carry[{}]",
         }
 

@@ -10,6 +10,7 @@ from typing import Any, cast
 
 from eomgen.codegen.program import Expression, Statement
 from eomgen.codegen.targets.c.naming import comment
+from eomgen.codegen.targets.c.places import chosen, moved, place
 
 _SUM, _PRODUCT, _PREFIX, _ATOM = 1, 2, 3, 4
 _OPERATORS = {"ADD": (" + ", _SUM), "SUB": (" - ", _SUM), "MUL": (" * ", _PRODUCT), "DIV": (" / ", _PRODUCT)}
@@ -32,6 +33,8 @@ COUNTING = frozenset({"fill", "gather", "spread", "angles", "circular"})
 LANES = 4
 
 
+#: Expressions of the counters of a loop, and what may be around one.
+_COUNTED = frozenset({"row", "numbers", "cell", "cells", "choice", "neg"})
 #: Entries of a table in one line.
 _ROW = 16
 
@@ -40,16 +43,6 @@ def _headline(label: str) -> str:
     """Return the comment above a paragraph of statements."""
     text = comment(label)
     return f"/* {text[:1].upper()}{text[1:]} */"
-
-
-def _place(start: int, step: int, counter: str = "i") -> str:
-    """Return the text of start + step i."""
-    if step == 0:
-        return str(start)
-    term = counter if abs(step) == 1 else f"{abs(step)} * {counter}"
-    if step < 0:
-        return f"{start} - {term}"
-    return f"{start} + {term}" if start else term
 
 
 class Printer:
@@ -140,8 +133,8 @@ class Printer:
                 lines += self._angles(data[0])
             elif kind == "circular":
                 sine, cosine, block, start, step, length = data
-                angle = str(self.inputs[block]).format(_place(start, step))
-                call = f"EG_SINCOS({angle}, &w[{_place(sine, 1)}], &w[{_place(cosine, 1)}]);"
+                angle = str(self.inputs[block]).format(place(start, step))
+                call = f"EG_SINCOS({angle}, &w[{place(sine, 1)}], &w[{place(cosine, 1)}]);"
                 lines += [f"for (i = 0; i < {length}; ++i) {{", f"    {call}", "}"]
             elif kind == "repeat":
                 lines += self._repeat(*data)
@@ -150,7 +143,7 @@ class Printer:
             elif kind == "gather":
                 to, to_step, block, start, step, length = data
                 source = "w[{}]" if block == "w" else self.inputs[block]
-                lines += self._copy(f"w[{_place(to, to_step)}]", str(source).format(_place(start, step)), length)
+                lines += self._copy(f"w[{place(to, to_step)}]", str(source).format(place(start, step)), length)
             elif kind == "spread":
                 lines += self._spread(*data)
             elif kind == "fill":
@@ -171,48 +164,62 @@ class Printer:
         return lines
 
     def _repeat(
-        self, count: int, statements: Sequence[Statement], read: Sequence[Expression], given: Sequence[Expression]
+        self,
+        count: int,
+        statements: Sequence[Statement],
+        read: Sequence[Expression],
+        given: Sequence[Expression],
+        period: int = 1,
     ) -> list[str]:
         """Return a rerolled loop: index tables, then per iteration the loads, the statements and the stores."""
-        names: list[str] = []
         tables: list[str] = []
+        names: list[str] = []
 
-        def table(kind: str, values: Sequence[str]) -> str:
+        def table(kind: str, values: Sequence[str], counter: str = "k") -> str:
             name = f"table{len(names)}"
             names.append(name)
             rows = [", ".join(values[k : k + _ROW]) for k in range(0, len(values), _ROW)]
-            tables.append(f"static const {kind} {name}[{count}] = {{")
+            tables.append(f"static const {kind} {name}[{len(values)}] = {{")
             tables.extend(f"    {row}{',' if row is not rows[-1] else ' };'}" for row in rows)
-            return f"{name}[k]"
+            return f"{name}[{counter}]"
 
-        def place(rule: Sequence[object]) -> str:
-            if len(rule) == 2:
-                start, step = rule
-                return _place(int(str(start)), int(str(step)), "k")
-            return table("int", [str(value) for value in rule[0]])  # type: ignore[attr-defined]  # a tuple of places
+        def at(kind: str, rule: Sequence[Any]) -> str:
+            if kind == "choice":
+                return chosen([(end, place(start, step, "k")) for end, start, step in rule])
+            if kind == "cell":
+                *first, step = rule
+                texts = [] if len(first) == 2 else [str(value) for value in first[0]]
+                return moved(table("int", texts, "j") if texts else place(first[0], first[1], "j"), step)
+            return place(rule[0], rule[1], "k") if len(rule) == 2 else table("int", [str(value) for value in rule[0]])
 
         def text(expression: Expression) -> str:
-            if not isinstance(expression, tuple) or expression[0] not in ("row", "numbers", "neg"):
+            if not isinstance(expression, tuple) or expression[0] not in _COUNTED:
                 return self.expression(expression)
-            if expression[0] == "neg":
-                inner = expression[1]
-                plain = text(inner)
-                return f"-{plain}" if isinstance(inner, tuple) and inner[0] == "row" else self.expression(expression)
-            if expression[0] == "numbers":
-                return f"K({table('double', [number(value) for value in expression[1]])})"
-            source = "w[{}]" if expression[1] == "w" else str(self.inputs[expression[1]])
-            return source.format(place(expression[2:]))
+            kind, *rest = expression
+            if kind == "neg":
+                inner = rest[0]
+                is_counted = isinstance(inner, tuple) and inner[0] in _COUNTED
+                return f"-{text(inner)}" if is_counted else self.expression(expression)
+            if kind in ("numbers", "cells"):
+                return f"K({table('double', [number(value) for value in rest[0]], 'k' if kind == 'numbers' else 'j')})"
+            if kind == "choice" and rest[0] == "numbers":
+                return f"({chosen([(end, f'K({number(value)})') for end, value in rest[1:]])})"
+            source = "w[{}]" if rest[0] == "w" else str(self.inputs[rest[0]])
+            return source.format(at(kind, rest[1:]))
 
         def target(expression: Expression) -> str:
-            _, array, *rule = cast("tuple[Any, ...]", expression)
-            return f"{'w' if array == 'w' else self.outputs[array]}[{place(rule)}]"
+            kind, array, *rule = cast("tuple[Any, ...]", expression)
+            return f"{'w' if array == 'w' else self.outputs[array]}[{at(kind, rule)}]"
 
         loaded = [f"const real r{position} = {text(expression)};" for position, expression in enumerate(read)]
         targets = [[target(item) for item in given]]
         inside = Printer({"read": [f"r{k}" for k in range(len(read))]}, targets, self.prefix, "y", self.constants)
-        body = [*loaded, *inside.lines(statements)]
-        lines = ["{", *(f"    {line}" for line in tables), "    int k;", f"    for (k = 0; k < {count}; ++k) {{"]
-        return [*lines, *(f"        {line}" for line in body), "    }", "}"]
+        body = [f"        {line}" for line in [*loaded, *inside.lines(statements)]]
+        if period > 1:
+            inner_loop = f"        for (j = 0; j < {period}; ++j) {{"
+            body = [inner_loop, *(f"    {line}" for line in body), "        }"]
+        lines = ["{", *(f"    {line}" for line in tables), f"    int {'j, ' if period > 1 else ''}k;"]
+        return [*lines, f"    for (k = 0; k < {count}; ++k) {{", *body, "    }", "}"]
 
     def _target(self, output: int, component: int) -> str:
         target = self.outputs[output]
@@ -228,7 +235,7 @@ class Printer:
         target, minus = self.outputs[output], "-" if sign < 0 else ""
         if not isinstance(target, str):
             return [f"{target[to + k * to_step]} = {minus}w[{start + k * step}];" for k in range(length)]
-        return self._copy(f"{target}[{_place(to, to_step)}]", f"{minus}w[{_place(start, step)}]", length)
+        return self._copy(f"{target}[{place(to, to_step)}]", f"{minus}w[{place(start, step)}]", length)
 
     @staticmethod
     def _copy(target: str, source: str, length: int) -> list[str]:

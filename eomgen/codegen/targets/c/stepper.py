@@ -7,6 +7,7 @@ from typing import Any, Protocol
 
 from eomgen.codegen.program import Expression, ProgramFunction, Statement
 from eomgen.codegen.scheduling.matrix_assembly import assembly
+from eomgen.codegen.targets.c.lookups import Lookup
 from eomgen.codegen.targets.c.printer import BranchingPrinter, Printer, indented, number
 from eomgen.integrators.newton.matrix import WEIGHTS
 
@@ -124,7 +125,8 @@ def _newton(program: StepperProgram) -> dict[str, Any]:
     """
     method, solver, un = program.method, program.method["solver"], program.method["unknowns"]
     constrained, stabilised, holonomic = un["lam"] > 0, un["eta"] > 0, un["holonomic"] > 0
-    functions = program.function_names
+    functions, quaternions = program.function_names, frozenset(method["quaternions"])
+    unit = [int(i in quaternions) for i in range(program.sizes["q"])]
     return {
         "direct": not constrained and "forward_dynamics" in functions,
         "perturbed": holonomic and not stabilised,
@@ -140,8 +142,8 @@ def _newton(program: StepperProgram) -> dict[str, Any]:
         ),
         "nonzeros_of_B": ", ".join(f"{{ {row}, {column} }}" for row, column in solver["B"]),
         "speed_rounding": f"K(4.0) * {program.prefix}_EPSILON * work->speed[0]",
-        "unit_numbers": ", ".join(str(int(i in method["quaternions"])) for i in range(program.sizes["q"])),
-        "spacing": "(unit[i] ? K(1.0) : EG_ABS(q[i]))" if method["quaternions"] else "EG_ABS(q[i])",
+        "unit_numbers": unit,
+        "spacing": f"({Lookup('unit', unit).at()} ? K(1.0) : EG_ABS(q[i]))" if quaternions else "EG_ABS(q[i])",
         **_tolerances(program),
     }
 
@@ -166,7 +168,8 @@ def _tolerances(program: StepperProgram) -> dict[str, str]:
     """Return what velocities and multipliers are measured by: kinetic energy, or where it is unknown the largest of a
     kind."""
     un, scaled = program.method["unknowns"], bool(program.method["solver"]["inertia"])
-    rounding = f"K(4.0) * {program.prefix}_EPSILON * work->speed[{'0' if scaled else 'angular[i]'}]"
+    kind = "0" if scaled else Lookup("angular", program.method["angular"]).at()
+    rounding = f"K(4.0) * {program.prefix}_EPSILON * work->speed[{kind}]"
     with_positions = f"{rounding} + work->position_rounding" if un["holonomic"] else rounding
     if un["holonomic"] and not un["eta"]:
         tolerance = "(least * work->speed[0] + work->position_rounding) * work->unit[i]"
@@ -178,7 +181,7 @@ def _tolerances(program: StepperProgram) -> dict[str, str]:
     if scaled:
         tolerance, rounding = "least * work->speed[0] * work->unit[i]", f"({rounding}) * work->unit[i]"
     else:
-        tolerance = "least * work->speed[angular[i]]"
+        tolerance = f"least * work->speed[{kind}]"
     return {"tolerance": tolerance, "rounding": rounding, "multiplier_rounding": with_positions}
 
 

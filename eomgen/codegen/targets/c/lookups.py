@@ -1,0 +1,133 @@
+"""Tables of integers in C, or where equal parts of a scene make long ones regular, what counts in their place."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from typing import Any
+
+from eomgen.codegen.scheduling.stretches import Stretch, ranges, stretches
+from eomgen.codegen.targets.c.places import chosen, moved, place
+
+#: Tables of fewer entries stay tables.
+_LONG = 72
+#: So many equal items at equally spaced places become a loop.
+_MANY = 8
+#: Periods whose entries have steps of their own are shorter than this.
+_LONGEST_PERIOD = 17
+#: Ranges of one table at most.
+_RANGES = 6
+
+
+class Lookup:
+    """A table of integers.
+
+    Parameters
+    ----------
+    name : of the table in C
+    values : its entries
+    batch : entries in a line of its own at most; 0 for all in one
+    """
+
+    def __init__(self, name: str, values: Sequence[int], batch: int = 0) -> None:
+        self.name, self.values, self.batch = name, tuple(values), batch
+        self.tables: list[tuple[str, tuple[int, ...]]] = []
+        self.found: list[tuple[int, str]] = []
+        if len(self.values) >= _LONG:
+            self._count()
+        if not self.found:
+            self.tables = [(name, self.values)]
+
+    def _count(self) -> None:
+        even = ranges(self.values)
+        if len(even) <= _RANGES:
+            self.found = [(end, place(start, step, "@")) for end, start, step in even]
+            return
+        found = stretches([self.values], [True])
+        if len(found) <= _RANGES and 4 * sum(stretch.period for stretch in found) <= len(self.values):
+            self.found = [(stretch.stop, self._periodic(stretch)) for stretch in found]
+            return
+        size = len(self.values)
+        for period in range(2, _LONGEST_PERIOD):
+            steps = [after - before for before, after in zip(self.values, self.values[period:], strict=False)]
+            if steps == (steps[:period] * (size // period + 1))[: len(steps)]:
+                first, by = f"{self.name}_first", f"{self.name}_step"
+                self.tables = [(first, self.values[:period]), (by, tuple(steps[:period]))]
+                self.found = [(size, f"{first}[@ % {period}] + {by}[@ % {period}] * (@ / {period})")]
+                return
+
+    def _periodic(self, stretch: Stretch) -> str:
+        """Return the text of what a stretch says of @."""
+        at = f"(@ - {stretch.start})" if stretch.start else "@"
+        first = self.values[stretch.start : stretch.start + stretch.period]
+        inner = f"{at} % {stretch.period}" if stretch.count > 1 else at
+        is_even = len(first) > 2 and len({after - before for before, after in pairwise(first)}) == 1
+        if is_even:
+            text = place(first[0], first[1] - first[0], inner)
+        else:
+            name = f"{self.name}{len(self.tables) or ''}"
+            self.tables.append((name, first))
+            text = f"{name}[{inner}]"
+        if stretch.count == 1:
+            return text
+        step = self.values[stretch.start + stretch.period] - first[0]
+        return moved(text, step, f"({at} / {stretch.period})")
+
+    def declaration(self, depth: int = 1, note: str = "") -> str:
+        """Return the lines that declare what ``at`` reads, each ended; a ``note`` says what one table holds."""
+        indent, result = "    " * depth, ""
+        behind = f" /* {note} */" if note else ""
+        for name, values in self.tables:
+            texts = [str(value) for value in values]
+            if not self.batch:
+                result += f"{indent}static const int {name}[{len(texts)}] = {{ {', '.join(texts)} }};{behind}\n"
+                continue
+            result += f"{indent}static const int {name}[{len(texts)}] = {{\n"
+            for k in range(0, len(texts), self.batch):
+                result += f"{indent}    {', '.join(texts[k : k + self.batch])},\n"
+            result += f"{indent}}};\n"
+        return result
+
+    def at(self, index: str = "i") -> str:
+        """Return the text of the entry at an index."""
+        if not self.found:
+            return f"{self.name}[{index}]"
+        if index.isdigit():
+            return str(self.values[int(index)])
+        text = chosen(self.found, "@").replace("@", index)
+        return text if text.isdigit() else f"({text})"
+
+
+def places_of_fronts(fronts: Sequence[Sequence[int]]) -> list[str]:
+    """Return the columns of the table of fronts as texts of i; nothing where they are few or not regular."""
+    columns = [ranges(column) for column in zip(*fronts, strict=True)]
+    if len(fronts) < _LONG // 2 or max(map(len, columns)) > _RANGES:
+        return []
+    return [chosen([(end, place(start, step)) for end, start, step in column], "i") for column in columns]
+
+
+def repeated(items: Sequence[Mapping[str, Any]], kinds: Sequence[str], places: Sequence[str]) -> list[dict[str, Any]]:
+    """Return items with ``count``, many of one kind at equally spaced places as one whose places are texts of k.
+
+    Parameters
+    ----------
+    kinds, places : keys of what has to be equal, and of integers
+    """
+    result: list[dict[str, Any]] = []
+    start = 0
+    while start < len(items):
+        first, end = items[start], start + 1
+        steps = {key: items[end][key] - first[key] for key in places} if end < len(items) else {}
+        while (
+            end < len(items)
+            and all(items[end][key] == first[key] for key in kinds)
+            and all(items[end][key] - items[end - 1][key] == steps[key] for key in places)
+        ):
+            end += 1
+        if end - start >= _MANY:
+            result.append({**first, "count": end - start, **{k: place(first[k], steps[k], "k") for k in places}})
+        else:
+            end = start + 1
+            result.append({**first, "count": 1})
+        start = end
+    return result

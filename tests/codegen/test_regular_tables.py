@@ -1,0 +1,129 @@
+"""Long tables of indices that are regular become loops and counting: the same entries, by running what is written."""
+
+from __future__ import annotations
+
+import random
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from eomgen.codegen.program import Statement
+from eomgen.codegen.scheduling.shortened import counted
+from eomgen.codegen.scheduling.stretches import ranges, stretches
+from eomgen.codegen.targets.c.lookups import Lookup, places_of_fronts, repeated
+from eomgen.codegen.targets.c.printer import Printer
+
+#: Places of six entries in each of 40 elements, where the ends of the chain differ.
+CHAIN = [3, 1, 4, *[10 * k + place for k in range(1, 40) for place in (0, 7, 2, 3, 5, 9)], 900, 17]
+#: Places that follow no rule.
+WILD = random.Random(2).sample(range(10_000), 240)
+COPY = (Statement("out", (0, 0, ("in", "read", 0))),)
+
+
+def written(loops: list[tuple[Any, ...]], size: int, folder: Path) -> list[float]:
+    """Return what loops that copy s, whose entries are their places, to d leave there; -0.5 is nothing."""
+    lines = Printer({"s": "s[{}]"}, ["d"]).lines([Statement("repeat", data) for data in loops])
+    head = "#include <stdio.h>\ntypedef double real;\n#define K(x) (x)\nint main(void)\n{\n"
+    head += f"    static real s[20000], d[{size}];\n    int n;\n    for (n = 0; n < 20000; ++n) s[n] = n;\n"
+    head += f"    for (n = 0; n < {size}; ++n) d[n] = -0.5;\n"
+    return printed(head + "\n".join(lines) + f'\n    for (n = 0; n < {size}; ++n) printf("%.17g\\n", d[n]);', folder)
+
+
+def printed(text: str, folder: Path) -> list[float]:
+    """Return the numbers that a program prints, which is given without its end."""
+    (folder / "program.c").write_text(f"{text}\n    return 0;\n}}\n", encoding="utf-8")
+    command = ["cc", "-std=c99", "-Werror", "-o", str(folder / "program"), str(folder / "program.c")]
+    subprocess.run(command, check=True)
+    found = subprocess.run([str(folder / "program")], check=True, capture_output=True, text=True).stdout
+    return [float(line) for line in found.split()]
+
+
+@pytest.mark.parametrize(
+    "places", [CHAIN, WILD, list(range(5, 300, 3)), [7] * 100], ids=["chain", "wild", "even", "one"]
+)
+@pytest.mark.parametrize("minus", [False, True])
+def test_loops_copy_from_the_same_places(places: list[int], minus: bool, tmp_path: Path) -> None:
+    row: Any = ("row", "s", tuple(places))
+    loops = counted(len(places), COPY, (("neg", row) if minus else row,), (("row", 0, 3, 2),))
+    found = written(loops, 3 + 2 * len(places), tmp_path)
+    assert found[3::2] == [-place if minus else place for place in places]
+    assert set(found[:3] + found[4::2]) == {-0.5}
+
+
+def test_constants_of_elements_are_equal_ones_or_a_table(tmp_path: Path) -> None:
+    values = [0.5, 0.5, *[number for _ in range(30) for number in (1.0, 1.0, 0.25)], 0.5]
+    loops = counted(len(values), COPY, (("numbers", tuple(values)),), (("row", 0, 0, 1),))
+    assert written(loops, len(values), tmp_path) == values
+    assert len(loops) == 3
+
+
+def test_long_loops_choose_between_ranges(tmp_path: Path) -> None:
+    statements = [Statement("let", (k + 1, ("in", "read", 0))) for k in range(9)]
+    whole = (*statements, Statement("out", (0, 0, 9)))
+    places = [40, 11, *range(50, 90, 2), 3]
+    values = [0.5, *[1.0] * 21, 0.5]
+    read = (("row", "s", tuple(places)), ("numbers", tuple(values)))
+    (loop,) = counted(len(places), whole, read, (("row", 0, 0, 1),))
+    assert [expression[0] for expression in loop[2]] == ["choice", "choice"]
+    text = "\n".join(Printer({"s": "s[{}]"}, ["d"]).lines([Statement("repeat", loop)]))
+    assert "r0 = s[k < 2 ? 40 - 29 * k : k < 22 ? 46 + 2 * k : 3];" in text
+    assert "r1 = (k < 1 ? K(0.5) : k < 22 ? K(1.0) : K(0.5));" in text
+
+
+def test_what_is_not_regular_keeps_its_table() -> None:
+    row = ("row", "s", tuple(WILD))
+    assert counted(len(WILD), COPY, (row,), (("row", 0, 0, 1),)) == [(len(WILD), COPY, (row,), (("row", 0, 0, 1),))]
+
+
+def test_stretches_cover_all_rows_once() -> None:
+    found = stretches([CHAIN], [True])
+    assert [stretch.start for stretch in found] == [0, *(stretch.stop for stretch in found[:-1])]
+    assert found[-1].stop == len(CHAIN)
+    assert (6, 39) in [(stretch.period, stretch.count) for stretch in found]
+
+
+def test_ranges_are_the_fewest_from_the_left() -> None:
+    assert ranges([4, 6, 8, 8, 8, 1]) == [(3, 4, 2), (5, 8, 0), (6, 1, 0)]
+
+
+BY_RESIDUE = [place for k in range(40) for place in (-1, -1, -1, 7 * k + 4, 7 * k + 5, 7 * k + 6)]
+
+
+@pytest.mark.parametrize(
+    "values", [CHAIN, WILD, BY_RESIDUE, [1, 1, 1, 0, 0, 0] * 40, list(range(90)), [3] * 80, [1, 2]]
+)
+def test_lookups_give_the_entries_of_the_table(values: list[int], tmp_path: Path) -> None:
+    found = Lookup("entry", values)
+    text = f"#include <stdio.h>\nint main(void)\n{{\n{found.declaration()}    int i;\n"
+    text += f"    for (i = 0; i < {len(values)}; ++i)\n"
+    assert printed(text + f'        printf("%d\\n", {found.at()});', tmp_path) == values
+    assert found.at("1") in ("entry[1]", str(values[1]))
+    entries = sum(len(entries) for _, entries in found.tables)
+    assert entries == len(values) if values in (WILD, [1, 2]) else entries <= 20
+
+
+def test_equal_items_at_equally_spaced_places_are_one() -> None:
+    runs = [{"group": "SE3", "q": 7 * k, "v": 6 * k} for k in range(12)]
+    runs[5] = {**runs[5], "group": "SO3"}
+    found = repeated([*runs, *({**run, "q": run["q"] + 90} for run in runs[6:])], ["group"], ["q", "v"])
+    assert [(run["group"], run["count"], run["q"]) for run in found] == [
+        *(("SE3", 1, 7 * k) for k in range(5)),
+        ("SO3", 1, 35),
+        *(("SE3", 1, 7 * k) for k in range(6, 12)),
+        *(("SE3", 1, 90 + 7 * k) for k in range(6, 12)),
+    ]
+    (one,) = repeated([{"q": 4 + 7 * k, "v": 6 * k} for k in range(20)], [], ["q", "v"])
+    assert (one["count"], one["q"], one["v"]) == (20, "4 + 7 * k", "6 * k")
+
+
+def test_rows_of_fronts_count_where_they_are_regular() -> None:
+    fronts = [[0, 0, 0], *([1, 10 * k, 6 * k] for k in range(1, 50)), [2, 700, 0]]
+    assert places_of_fronts(fronts) == [
+        "i < 2 ? i : i < 50 ? 1 : 2",
+        "i < 50 ? 10 * i : 700",
+        "i < 50 ? 6 * i : 0",
+    ]
+    assert places_of_fronts([[k, place] for k, place in enumerate(WILD)]) == []
+    assert places_of_fronts([[0, k] for k in range(9)]) == []
