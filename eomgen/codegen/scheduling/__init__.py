@@ -2,4 +2,4 @@
 
 __all__ = []
 #: Open to the other parts of ``codegen`` as well.
-WITHIN = ["maps", "matrix_assembly", "scheduler"]
+WITHIN = ["maps", "matrix_assembly", "scheduler", "stretches"]
