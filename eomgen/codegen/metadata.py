@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+from collections.abc import Mapping
 from typing import Any
 
 from eomgen.codegen.program import Program
@@ -18,6 +19,19 @@ LARGEST_ANGLE = 1e10
 
 #: Fields of a Program that only its C is made of.
 _OF_THE_TEXT = ("functions", "loops", "curves", "series", "constants", "base_read", "base_of_step", "sources")
+
+
+def _without_tables(method: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a method without the tables of its linear system, of which sizes and counts are left."""
+
+    def left(data: Mapping[str, Any]) -> dict[str, Any]:
+        return {
+            key: left(value) if isinstance(value, Mapping) else value
+            for key, value in data.items()
+            if not isinstance(value, list | tuple)
+        }
+
+    return {key: left(value) if key == "solver" else value for key, value in method.items()}
 
 
 def interface_layout(program: Program) -> dict[str, Any]:
@@ -34,6 +48,7 @@ def interface_layout(program: Program) -> dict[str, Any]:
     }
     for key in ("parameters", "inputs", "states", "outputs"):
         layout[key] = [dataclasses.asdict(named) for named in layout[key]]
+    layout["method"] = _without_tables(program.method)
     layout["functions"] = [
         {
             "name": function.name,

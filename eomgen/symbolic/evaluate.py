@@ -20,10 +20,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Arithmetic:
-    """Operations of a tape for one kind of number: one function per Op, and the conversion of constants."""
+    """Operations of a tape for one kind of number: one function per Op, and the conversion of constants.
+
+    ``side_by_side``: what makes of equally many numbers for each of some slots one number for each slot, on which all
+    operations act as on its parts, and a function that takes what follows from these apart; without it, elements of a
+    Map are taken one after the other.
+    """
 
     rules: Mapping[Op, Callable[..., Any]]
     constant: Callable[[float], Any]
+    side_by_side: Callable[[Sequence[Sequence[Any]]], tuple[list[Any], Callable[[Any], Sequence[Any]]]] | None = None
 
 
 def run(
@@ -68,6 +74,8 @@ def run(
 
 def _run_map(repetition: Map, value: Callable[[Ref], Any], arithmetic: Arithmetic) -> list[Any]:
     shared = [value(ref) for ref in repetition.shared]
+    if arithmetic.side_by_side is not None and (repetition.elements or repetition.gather) and not repetition.last:
+        return _run_at_once(repetition, shared, value, arithmetic, arithmetic.side_by_side)
     carry = [value(ref) for ref in repetition.initial]
     sums = [arithmetic.constant(0.0) for _ in repetition.sums]
     stacked: list[Any] = []
@@ -83,6 +91,27 @@ def _run_map(repetition: Map, value: Callable[[Ref], Any], arithmetic: Arithmeti
         sums = [total + term for total, term in zip(sums, terms, strict=True)]
         stacked += rows
     return [*sums, *carry, *stacked]
+
+
+def _run_at_once(
+    repetition: Map,
+    shared: Sequence[Any],
+    value: Callable[[Ref], Any],
+    arithmetic: Arithmetic,
+    side_by_side: Callable[[Sequence[Sequence[Any]]], tuple[list[Any], Callable[[Any], Sequence[Any]]]],
+) -> list[Any]:
+    """Return the results of a Map whose elements need no others; sums are added in their order."""
+    constants = [[arithmetic.constant(number) for number in column] for column in repetition.elements]
+    gathered = [[value(ref) for ref in slot] for slot in repetition.gather]
+    together, apart = side_by_side([*constants, *gathered])
+    blocks = {"element": together[: len(constants)], "shared": shared, "gather": together[len(constants) :]}
+    results = [apart(result) for result in run(repetition.kernel, repetition.kernel_refs, _leaves(blocks), arithmetic)]
+    terms, _, rows = repetition.split_kernel(results)
+    sums = [arithmetic.constant(0.0) for _ in repetition.sums]
+    for k, parts in enumerate(terms):
+        for element in range(repetition.count):
+            sums[k] = sums[k] + parts[element]
+    return [*sums, *(row[element] for element in range(repetition.count) for row in rows)]
 
 
 def _leaves(blocks: Mapping[str, Sequence[Any]]) -> Callable[[InputSymbol], Any]:
@@ -123,7 +152,21 @@ def evaluate(tape: Tape, refs: Sequence[Ref], inputs: Mapping[str, ArrayLike]) -
         check_component(symbol, size)
         return np.asarray(arrays[symbol.block][..., symbol.index])
 
-    results = run(tape, refs, leaf, Arithmetic(_NUMPY_RULES, dtype.type))
+    def side_by_side(slots: Sequence[Sequence[Any]]) -> tuple[list[Any], Callable[[Any], Sequence[Any]]]:
+        count = len(slots[0]) if slots else 0
+        together = []
+        for slot in slots:
+            array = np.empty((count, *shape), dtype)
+            for element, number in enumerate(slot):
+                array[element] = number
+            together.append(array)
+
+        def apart(result: Any) -> NDArray[Any]:
+            return np.broadcast_to(result, (count, *shape))
+
+        return together, apart
+
+    results = run(tape, refs, leaf, Arithmetic(_NUMPY_RULES, dtype.type, side_by_side))
     output = np.empty((*shape, len(refs)), dtype)
     for position, result in enumerate(results):
         output[..., position] = result

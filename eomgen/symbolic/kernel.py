@@ -45,10 +45,14 @@ class Kernel:
         values : mapping from symbol name to Scalar
             Raises KeyError for a symbol of the kernel that has none.
         """
-        tape, known = algebra.tape, list[Ref]()
-        for rule, operands in self._steps:
-            known.append(rule(tape, values, [known[operand] for operand in operands]))
-        return [Scalar(tape, known[place]) for place in self._places]
+        tape = algebra.tape
+        instance = (self, *(values[name].ref for name in self._names))
+        if instance not in tape.instances:
+            known: list[Ref] = []
+            for rule, operands in self._steps:
+                known.append(rule(tape, values, [known[operand] for operand in operands]))
+            tape.instances[instance] = tuple(known[place] for place in self._places)
+        return [Scalar(tape, ref) for ref in tape.instances[instance]]
 
     @cached_property
     def _nodes(self) -> dict[sympy.Basic, int]:
@@ -64,6 +68,11 @@ class Kernel:
         """How each node is recorded, and the places of its operands."""
         places = self._nodes
         return [(_rule(node), [places[a] for a in node.args] if node.args else []) for node in places]
+
+    @cached_property
+    def _names(self) -> list[str]:
+        """The names of the symbols."""
+        return [node.name for node in self._nodes if isinstance(node, sympy.Symbol)]
 
     @cached_property
     def _places(self) -> list[int]:

@@ -42,6 +42,8 @@ class Tape:
         Loops over identical elements (see ``map.py``).
     curves : list of (curve, derivative)
         Functions of one number that are tables, and which derivative of them is taken.
+    instances : dict
+        Results of what is recorded again and again from the same references, by what it is and these.
     """
 
     op: list[Op] = field(default_factory=list)
@@ -54,6 +56,7 @@ class Tape:
     names: dict[int, str] = field(default_factory=dict)
     maps: list[object] = field(default_factory=list)
     curves: list[tuple[CurveLike, int]] = field(default_factory=list)
+    instances: dict[tuple[object, ...], tuple[Ref, ...]] = field(default_factory=dict, repr=False)
     _known: dict[tuple[int, ...], int] = field(default_factory=dict, repr=False)
     _constant_ids: dict[float, int] = field(default_factory=dict, repr=False)
     _input_ids: dict[InputSymbol, int] = field(default_factory=dict, repr=False)
