@@ -29,7 +29,7 @@ class Arithmetic:
 
     rules: Mapping[Op, Callable[..., Any]]
     constant: Callable[[float], Any]
-    side_by_side: Callable[[Sequence[Sequence[Any]]], tuple[list[Any], Callable[[Any], Sequence[Any]]]] | None = None
+    side_by_side: Callable[[Sequence[Sequence[Any]]], tuple[list[Any], Callable[[Any], Any]]] | None = None
 
 
 def run(
@@ -98,7 +98,7 @@ def _run_at_once(
     shared: Sequence[Any],
     value: Callable[[Ref], Any],
     arithmetic: Arithmetic,
-    side_by_side: Callable[[Sequence[Sequence[Any]]], tuple[list[Any], Callable[[Any], Sequence[Any]]]],
+    side_by_side: Callable[[Sequence[Sequence[Any]]], tuple[list[Any], Callable[[Any], Any]]],
 ) -> list[Any]:
     """Return the results of a Map whose elements need no others; sums are added in their order."""
     constants = [[arithmetic.constant(number) for number in column] for column in repetition.elements]
@@ -152,7 +152,7 @@ def evaluate(tape: Tape, refs: Sequence[Ref], inputs: Mapping[str, ArrayLike]) -
         check_component(symbol, size)
         return np.asarray(arrays[symbol.block][..., symbol.index])
 
-    def side_by_side(slots: Sequence[Sequence[Any]]) -> tuple[list[Any], Callable[[Any], Sequence[Any]]]:
+    def side_by_side(slots: Sequence[Sequence[Any]]) -> tuple[list[Any], Callable[[Any], Any]]:
         count = len(slots[0]) if slots else 0
         together = []
         for slot in slots:
