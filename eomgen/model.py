@@ -13,7 +13,9 @@ from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Inputs, Parameters, States
 
 if TYPE_CHECKING:
+    from eomgen.analysis.buckling import BucklingLoads
     from eomgen.analysis.equilibrium import Equilibrium
+    from eomgen.analysis.equilibrium_path import EquilibriumPath
     from eomgen.analysis.operating_point import EquilibriumState
     from eomgen.analysis.steady_motion import SteadyMotion
     from eomgen.linear.campbell import Campbell
@@ -200,6 +202,108 @@ class Model(CompiledModel):
         from eomgen.analysis.equilibrium import equilibrium  # noqa: PLC0415
 
         return equilibrium(self, initial, parameters, t, u, any_kind=any_kind)
+
+    def equilibrium_path(
+        self,
+        parameter: str,
+        to: float,
+        start: float = 0.0,
+        *,
+        initial: Mapping[str, Any] | None = None,
+        parameters: Parameters = None,
+        t: float = 0.0,
+        u: Inputs = None,
+        max_step: float = 0.3,
+        max_points: int = 500,
+        stability: bool = True,
+    ) -> EquilibriumPath:
+        """Return equilibria along a parameter: a load path, past limit points, with bifurcations marked.
+
+        The path starts at the equilibrium to which load steps lead from the initial state at ``start``, and is followed
+        by steps of arc length until the parameter is ``to``, however often it turns round on the way (Riks 1972, Keller
+        1977).
+
+        Parameters
+        ----------
+        parameter : str
+            A tunable parameter, an input, or ``t``, the time in formulas: loads and drives are then followed as slowly
+            as rest asks for.
+        to, start : float
+            Its values at the end and at the start, in SI units.
+        initial, parameters, t, u
+            As of ``equilibrium``, for all that is not varied.
+        max_step : float
+            Largest displacement of a step, rad or lengths of the scene.
+        max_points : int
+            Equilibria at most.
+        stability : bool
+            Whether stiffnesses next to zero are looked at, and limit points and bifurcations located.
+
+        Returns
+        -------
+        EquilibriumPath
+            With ``success`` and ``message``: where it ends, and why.
+
+        Raises
+        ------
+        NumericalError
+            There is no equilibrium at ``start``.
+        UsageError
+            There is no such parameter, or terms are missing.
+        """
+        from eomgen.analysis.path_following import equilibrium_path  # noqa: PLC0415
+
+        return equilibrium_path(
+            self,
+            parameter,
+            to,
+            start,
+            initial=initial,
+            parameters=parameters,
+            t=t,
+            u=u,
+            max_step=max_step,
+            max_points=max_points,
+            stability=stability,
+        )
+
+    def buckling_loads(
+        self,
+        parameter: str,
+        at: float = 0.0,
+        count: int = 4,
+        *,
+        initial: Mapping[str, Any] | None = None,
+        parameters: Parameters = None,
+        t: float = 0.0,
+        u: Inputs = None,
+    ) -> BucklingLoads:
+        """Return linear buckling loads: where the stiffness, extrapolated along the path of a preload, is singular.
+
+        They are as good as the structure is straight up to there; ``equilibrium_path`` finds the bifurcations and limit
+        points themselves.
+
+        Parameters
+        ----------
+        parameter : str
+            What loads the scene: a tunable parameter, an input, or ``t``.
+        at : float
+            Its value of the preload, SI.
+        count : int
+            Loads wanted, those nearest to the preload.
+        initial, parameters, t, u
+            As of ``equilibrium``, for all that is not varied.
+
+        Raises
+        ------
+        NumericalError
+            There is no equilibrium under the preload, or its stiffness is singular.
+        UsageError
+            There is no such parameter, or terms are missing.
+        """
+        from eomgen.analysis.buckling import buckling_loads  # noqa: PLC0415
+
+        return buckling_loads(self, parameter, at, count, initial=initial, parameters=parameters, t=t, u=u)
 
     def steady_motion(
         self,

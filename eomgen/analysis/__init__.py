@@ -2,11 +2,14 @@
 
 __all__ = [
     "bending",
+    "buckling",
     "campbell",
     "definiteness",
     "equilibrium",
+    "equilibrium_path",
     "linearize",
     "operating_point",
+    "path_following",
     "road_excitation",
     "root_locus",
     "steady_motion",

@@ -10,7 +10,7 @@ import numpy as np
 
 from eomgen.analysis.driven_rest import check_lasting, check_rates, driven_velocity, drives, held_base
 from eomgen.analysis.equilibrium_warnings import SAME, Measures, equilibrium_notes
-from eomgen.analysis.loaded_statics import loaded_statics
+from eomgen.analysis.loaded_statics import check_partials, loaded_statics
 from eomgen.analysis.sampled import check_continuous
 from eomgen.analysis.soft_modes import soft_modes
 from eomgen.analysis.sparse_partials import SparsePartials, dense, sparse_partials
@@ -18,7 +18,7 @@ from eomgen.arrays import Array
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.terms import Inputs, Parameters
-from eomgen.errors import ModelError, NumericalError, Problem, UsageError
+from eomgen.errors import ModelError, NumericalError, Problem
 from eomgen.lie.product import difference, update
 from eomgen.solvers.bordered_newton import LoadedStatics, Rest
 from eomgen.solvers.equilibrium_path import PathEndError, StepLimits
@@ -139,16 +139,7 @@ def equilibrium(
         The model was built without the terms that are needed, or arguments cannot be taken.
     """
     check_continuous(model, "equilibrium")
-    needed = {"residual"} | ({"constraint_jacobian"} if model.multipliers else set())
-    if "iteration" in model.functions:  # has the others' nonzeros
-        needed |= {"internal_rate"} if model.nz else set()
-    else:
-        needed |= {"mass", "partials"} | ({"internal_rate", "internal_partials"} if model.nz else set())
-    if missing := sorted(name for name in needed if name not in model.functions):
-        what = f"the terms {', '.join(missing)} are needed, and the model was built without them"
-        raise UsageError(
-            Problem("equilibrium", what, f"eomgen.build(scene, terms=[..., {', '.join(map(repr, missing))}])")
-        )
+    check_partials(model, "equilibrium")
     time = number_of("t", t)
     p = model.evaluator.one_set(parameters)
     start = initial_state(model, initial, p)

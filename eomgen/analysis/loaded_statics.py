@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy.sparse import csc_array
 
+from eomgen.analysis.driven_rest import held_base
 from eomgen.analysis.element_strains import ElementStrains
 from eomgen.analysis.equilibrium_warnings import Measures
 from eomgen.analysis.sparse_partials import sparse_partials
 from eomgen.arrays import Array
-from eomgen.compiled.terms import Inputs
+from eomgen.compiled.terms import Inputs, Parameters
+from eomgen.errors import Problem, UsageError
 from eomgen.solvers.bordered_newton import Balance, LoadedStatics, Rest, Tangents
+from eomgen.text import nearest, shown
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
@@ -21,13 +26,61 @@ if TYPE_CHECKING:
 _STEP = 1e-5
 
 
+@dataclass(frozen=True)
+class Varied:
+    """A number that is varied: a tunable parameter, an input, or the time of formulas.
+
+    Attributes
+    ----------
+    name, unit : str
+    parameters, u, t : of all that is not varied
+    """
+
+    model: CompiledModel
+    name: str
+    unit: str
+    parameters: Array
+    u: Inputs
+    t: float
+
+    @classmethod
+    def of(cls, model: CompiledModel, call: str, name: str, parameters: Parameters, t: float, u: Inputs) -> Varied:
+        """Return what is varied by name. Raises UsageError where there is nothing of that name."""
+        p = model.evaluator.one_set(parameters)
+        units = {**model.evaluator.parameter_units, **model.input_units, "t": "s"}
+        if name not in (*model.parameters, *model.inputs, "t"):
+            known = [*model.parameters, *model.inputs, "t"]
+            what = f"there is no tunable parameter or input {shown(name)} to be varied"
+            fixed = name in model.evaluator.fixed_parameters
+            hint = "tunable = true, where the scene gives it" if fixed else nearest(name, known)
+            raise UsageError(Problem(call, what, hint or f"one of {', '.join(known[:12])}"))
+        if name in model.inputs and not (u is None or isinstance(u, Mapping)):
+            raise UsageError(Problem("u", f"{name} is varied, so the other inputs are given by name", "u={...}"))
+        return cls(model, name, units.get(name, ""), p, u, t)
+
+    @property
+    def shown_unit(self) -> str:
+        return f" {self.unit}" if self.unit not in ("", "1") else ""
+
+    def at(self, s: float) -> tuple[Array, float, Inputs]:
+        """Return parameters, time and inputs where the number is s."""
+        if self.name in self.model.parameters:
+            p = self.parameters.copy()
+            p[list(self.model.parameters).index(self.name)] = s
+            return p, self.t, self.u
+        if self.name in self.model.inputs:
+            given = dict(self.u) if isinstance(self.u, Mapping) else {}
+            return self.parameters, self.t, {**given, self.name: s}
+        return self.parameters, s, self.u
+
+
 def loaded_statics(
     model: CompiledModel,
     measures: Measures,
     q: Array,
     u: Inputs,
     v: Array,
-    parameters: Callable[[float], Array] | None = None,
+    varied: Varied | None = None,
     reach: float = 1.0,
 ) -> LoadedStatics:
     """Return the model at rest beside what moves with v, its base held where it is.
@@ -35,16 +88,17 @@ def loaded_statics(
     Parameters
     ----------
     q : configuration whose lengths count among those of the scene
-    parameters : tunable parameters (np,) at a load factor; those of the measures, whatever the factor, if None
+    varied : what the load factor is; all is as the measures and ``u`` have it, whatever the factor, if None
     reach : what the load factor is measured by
     """
     still, holonomic, rows = np.zeros(model.nv), model.functions.sizes["holonomic"], len(model.multipliers)
-    held = measures.p
     strains_at: dict[bytes, ElementStrains] = {}
 
     def given(s: float) -> dict[str, Any]:
-        p = held if parameters is None else parameters(s)
-        return {"t": measures.t, "parameters": p, "base": measures.base, "u": u}
+        if varied is None:
+            return {"t": measures.t, "parameters": measures.p, "base": measures.base, "u": u}
+        p, t, inputs = varied.at(s)
+        return {"t": t, "parameters": p, "base": held_base(model, p, t), "u": inputs}
 
     def balance(rest: Rest) -> Balance:
         where = given(rest.s)
@@ -60,8 +114,14 @@ def loaded_statics(
         found = sparse_partials(model, rest.q, v, still, rest.z, rest.multipliers, given(rest.s))
         return Tangents(found.K, found.B, found.Rz, found.Fq, found.Fz)
 
+    def mass(rest: Rest) -> csc_array:
+        where = given(rest.s)
+        if "mass" in model.functions:
+            return csc_array(model.mass(rest.q, parameters=where["parameters"]))
+        return sparse_partials(model, rest.q, v, still, rest.z, rest.multipliers, where).M
+
     def by_factor(rest: Rest) -> Balance:
-        if parameters is None:
+        if varied is None:
             return Balance(np.zeros(model.nv), np.zeros(rows), np.zeros(model.nz))
         step = _STEP * reach
         more, less = (balance(Rest(rest.q, rest.multipliers, rest.z, rest.s + sign * step)) for sign in (1.0, -1.0))
@@ -73,11 +133,15 @@ def loaded_statics(
             return None
         where = given(s)
         where.pop("u")
-        key = where["parameters"].tobytes()
+        key = where["parameters"].tobytes() + np.float64(where["t"]).tobytes()
         if key not in strains_at:
             strains_at.clear()
             strains_at[key] = ElementStrains(model, where["parameters"], where)
         return strains_at[key]
+
+    def followed(q: Array, s: float) -> Array:
+        where = given(s)
+        return model.evaluator.followed(q, where["t"], where["parameters"], where["base"])
 
     turning = np.array([unit == "rad/s" for unit in model.v_units])
     return LoadedStatics(
@@ -87,6 +151,19 @@ def loaded_statics(
         balance=balance,
         tangents=tangents,
         by_factor=by_factor,
-        followed=lambda q, s: model.evaluator.followed(q, measures.t, given(s)["parameters"], measures.base),
+        followed=followed,
+        mass=mass,
         strains=strains,
     )
+
+
+def check_partials(model: CompiledModel, call: str) -> None:
+    """Raise UsageError where a model was built without the terms that equilibria need."""
+    needed = {"residual"} | ({"constraint_jacobian"} if model.multipliers else set())
+    if "iteration" in model.functions:  # has the others' nonzeros
+        needed |= {"internal_rate"} if model.nz else set()
+    else:
+        needed |= {"mass", "partials"} | ({"internal_rate", "internal_partials"} if model.nz else set())
+    if missing := sorted(name for name in needed if name not in model.functions):
+        what = f"the terms {', '.join(missing)} are needed, and the model was built without them"
+        raise UsageError(Problem(call, what, f"eomgen.build(scene, terms=[..., {', '.join(map(repr, missing))}])"))

@@ -18,6 +18,7 @@ from eomgen.cli.options import (
     set_option,
     time_option,
 )
+from eomgen.cli.paths import PathRequest
 from eomgen.cli.printing import building, print_json, say
 from eomgen.cli.running import read_scene
 from eomgen.cli.tables import print_table
@@ -33,7 +34,15 @@ _SHOWN = 40
 
 @click.command()
 @scene_options
-@click.option("--out", "path", default=None, metavar="FILE.json", help="Write the result to this file, too.")
+@click.option(
+    "--out", "path", default=None, metavar="FILE", help="Write the result to this .json file, a path also as .csv."
+)
+@click.option(
+    "--path", "along", default=None, metavar="NAME=FROM:TO", help="Follow equilibria while a parameter goes to a value."
+)
+@click.option("--over", multiple=True, metavar="COLUMN", help="What a path is drawn over; may be repeated.")
+@click.option("--plot", "figure", default=None, metavar="FILE.png", help="Draw the path.")
+@click.option("--buckling", default=None, metavar="NAME[=AT]", help="Linear buckling loads about a preload.")
 @time_option
 @any_kind_option
 @profile_option
@@ -46,11 +55,16 @@ def equilibrium(scene: str, path: str | None, time: float, any_kind: bool, as_js
     """Find where a SCENE comes to rest near its initial state, its base held where it is at a time."""
     from eomgen.pipeline import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
 
-    if path is not None and Path(path).suffix != ".json":
+    request = PathRequest.read(
+        options.pop("along"), options.pop("over"), options.pop("figure"), options.pop("buckling"), path
+    )
+    if request is None and path is not None and Path(path).suffix != ".json":
         raise UsageError(Problem(f"--out {path}", "an equilibrium is written as a .json file", "--out rest.json"))
     described = read_scene(scene, options)
     with building(described.name):
         model = pipeline.build(described, real="double", profile=options.pop("profile"))
+    if request is not None:
+        return request.answer(model, options["initial"], options["parameters"], time, options["inputs"], as_json)
     result = model.equilibrium(options["initial"], options["parameters"], time, options["inputs"], any_kind=any_kind)
     data = _described(model, result)
     if path is not None:

@@ -2,8 +2,10 @@
 
 __all__ = [
     "bordered_newton",
+    "buckling",
     "consistency",
     "constraint_rows",
+    "critical_points",
     "equilibrium_path",
     "equilibrium_search",
     "load_steps",

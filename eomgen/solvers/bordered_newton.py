@@ -93,6 +93,7 @@ class LoadedStatics:
     balance(rest), tangents(rest), by_factor(rest) : what is unbalanced, its partials, its derivative by s
     followed(q, s) : q with what it counts over turns brought to where its poses are
     strains(s) : of stiff elements; None where there are none
+    mass(rest) : (nv, nv) sparse
     """
 
     factors: Sequence[Factor]
@@ -103,6 +104,7 @@ class LoadedStatics:
     by_factor: Callable[[Rest], Balance]
     followed: Callable[[Array, float], Array]
     strains: Callable[[float], Strains | None]
+    mass: Callable[[Rest], csc_array]
 
 
 @dataclass(frozen=True)

@@ -35,12 +35,21 @@ _THERE = 1e-12
 
 @dataclass(frozen=True)
 class PathPoint:
-    """A point of a path: rest, the direction in which the path goes on, its length up to here, and corrections."""
+    """A point of a path.
+
+    Attributes
+    ----------
+    direction : in which the path goes on
+    way : length of the path up to here
+    corrections : that the point took
+    stride : the step that led here, along the direction of the point before
+    """
 
     rest: Rest
     direction: Direction
     way: float
     corrections: int
+    stride: float
 
 
 @dataclass(frozen=True)
@@ -80,7 +89,7 @@ def first_point(statics: LoadedStatics, guess: Rest, sign: float) -> PathPoint:
     onwards = direction(statics, found.rest, held)
     if onwards is None:
         raise PathEndError("the tangent stiffness is singular there", None)
-    return PathPoint(found.rest, onwards, 0.0, found.corrections)
+    return PathPoint(found.rest, onwards, 0.0, found.corrections, 0.0)
 
 
 def follow(
@@ -105,7 +114,7 @@ def follow(
             if part < _SHORTEST:
                 raise PathEndError(last, point)
             way = part * longest
-            reached = _step(statics, point, way, target)
+            reached = step_to(statics, point, way, target)
             if isinstance(reached, PathPoint):
                 break
             last, part = reached, 0.4 * part
@@ -128,10 +137,10 @@ def _longest(statics: LoadedStatics, point: PathPoint, limits: StepLimits) -> fl
     )
 
 
-def _step(statics: LoadedStatics, point: PathPoint, way: float, target: float) -> PathPoint | str:
+def step_to(statics: LoadedStatics, point: PathPoint, way: float, target: float = np.inf) -> PathPoint | str:
     """Return the next point after a way, at the target where that comes first; or why there is none."""
     along, start = point.direction, point.rest
-    left = (target - start.s) / along.s if along.s != 0.0 else np.inf
+    left = (target - start.s) / along.s if along.s != 0.0 and np.isfinite(target) else np.inf
     ends = 0.0 < left <= 1.001 * way
     plane = held_factor(statics, start, np.sign(along.s)) if ends else along
     found = corrected(statics, start, along, left if ends else way, plane)
@@ -146,7 +155,7 @@ def _step(statics: LoadedStatics, point: PathPoint, way: float, target: float) -
         return "the tangent stiffness is singular there"
     if _cosine(statics, rest, along, onwards) < _COSINE:
         return "the path turns too sharply"
-    return PathPoint(rest, onwards, point.way + length, found.corrections)
+    return PathPoint(rest, onwards, point.way + length, found.corrections, left if ends else way)
 
 
 def _length(statics: LoadedStatics, found: Corrected, start: Rest, rest: Rest) -> float:

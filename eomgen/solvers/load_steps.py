@@ -22,6 +22,8 @@ from eomgen.solvers.equilibrium_path import PathEndError, StepLimits, first_poin
 
 #: Steps at most.
 MAX_STEPS = 2000
+#: Length of a path, its displacements in rad or lengths of the scene as root mean squares, that leads nowhere.
+_FAR = 100.0
 
 
 def by_load_steps(statics: LoadedStatics, start: Rest, limits: StepLimits) -> tuple[Rest, list[Array]]:
@@ -44,6 +46,8 @@ def by_load_steps(statics: LoadedStatics, start: Rest, limits: StepLimits) -> tu
     for reached in follow(held, point, 1.0, limits):
         point = reached
         path.append(point.rest.q)
+        if point.way > _FAR:
+            raise PathEndError("displacements grow without more load: nothing opposes them", point)
         if len(path) > MAX_STEPS:
             raise PathEndError(f"{MAX_STEPS} steps are not enough", point)
     return point.rest, path

@@ -1,0 +1,233 @@
+"""Equilibria along a parameter: values, displacements, stability and critical points, with table, file and figure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.arrays import Array
+from eomgen.errors import Problem, UsageError
+from eomgen.figures import axes_of_caller, new_figure, pyplot_figure, saved
+from eomgen.files.csv_tables import write_table
+from eomgen.files.writing import write_text
+from eomgen.text import json_text, nearest, shown
+
+_GRID: dict[str, Any] = {"color": "#dddddd", "linewidth": 0.6}
+_STABLE, _UNSTABLE, _LIMIT, _BIFURCATION = "#0B62C4", "#F08C00", "#B00020", "#1B7F3B"
+
+
+@dataclass(frozen=True)
+class Critical:
+    """A point where a path loses or regains stability.
+
+    Attributes
+    ----------
+    kind : ``limit point``, where the parameter turns round, or ``bifurcation``, where another path branches off
+    value : of the parameter
+    q : (nq,)
+    mode : (nv,) displacement that nothing opposes there, its largest component 1 rad, or the scene's length
+    columns : of the path, there
+    after : row of the path's arrays behind it
+    components : of the mode, the names of those that take the largest part, largest first
+    """
+
+    kind: str
+    value: float
+    q: Array
+    mode: Array
+    columns: Mapping[str, float]
+    after: int
+    components: tuple[str, ...]
+
+
+@dataclass(frozen=True, repr=False)
+class EquilibriumPath:
+    """Equilibria that are connected with each other, in their order along the path.
+
+    Attributes
+    ----------
+    parameter, unit : name and unit of what is varied
+    values : (n,) of the parameter
+    q, z, multipliers : (n, nq), (n, nz), (n, rows)
+    columns : named numbers along the path, (n,) each: the scene's outputs, and positions of bodies, ``body.x``, in m
+    units : of the columns
+    outputs : names of the columns that are outputs of the scene
+    negative : (n,) number of directions that stiffness does not oppose but drives; -1 where that was not looked at
+    lowest : (n,) the stiffness next to zero along unit kinetic energy, (rad/s)^2; not a number where not looked at
+    critical : limit points and bifurcations, in their order
+    success : whether the path arrives at the value asked for
+    message : where it ends, and why
+    """
+
+    parameter: str
+    unit: str
+    values: Array
+    q: Array
+    z: Array
+    multipliers: Array
+    columns: Mapping[str, Array]
+    units: Mapping[str, str]
+    outputs: tuple[str, ...]
+    negative: NDArray[np.int_]
+    lowest: Array
+    critical: tuple[Critical, ...]
+    success: bool
+    message: str
+    _branch: Callable[[int, float, float], EquilibriumPath] = field(repr=False)
+
+    def __repr__(self) -> str:
+        return f"<EquilibriumPath: {len(self.values)} equilibria; {self.message}>"
+
+    @property
+    def initial(self) -> dict[str, Array]:
+        """The last equilibrium, as ``simulate(initial=...)`` takes it."""
+        still = {"q": self.q[-1]}
+        return still | ({"z": self.z[-1]} if self.z.shape[1] else {})
+
+    def branch(self, number: int, to: float, size: float = 1.0) -> EquilibriumPath:
+        """Return the path that branches off at a critical point.
+
+        Parameters
+        ----------
+        number : of the critical point in ``critical``, from 0
+        to : value of the parameter at which the branch is to end
+        size : of the first step along the mode, times a twentieth of a radian or of the scene's length; its sign is the
+            side
+
+        Raises
+        ------
+        UsageError
+            There is no such critical point.
+        NumericalError
+            No equilibrium is found beside it.
+        """
+        if not -len(self.critical) <= number < len(self.critical):
+            what = f"there is no critical point {number}: the path has {len(self.critical)}"
+            raise UsageError(Problem("branch", what, "a number of EquilibriumPath.critical, from 0"))
+        return self._branch(number % len(self.critical), size, to)
+
+    def column(self, name: str) -> Array:
+        """Return a column by name, (n,). Raises UsageError for one that is not there."""
+        if name == self.parameter:
+            return self.values
+        if name not in self.columns:
+            known = list(self.columns)
+            what = f"the path has no column {shown(name)}"
+            raise UsageError(
+                Problem("equilibrium_path", what, nearest(name, known) or f"one of {', '.join(known[:8])}")
+            )
+        return self.columns[name]
+
+    @property
+    def largest_column(self) -> str:
+        """Name of the output that changes most; where none does, of the position of a body."""
+        changes = {name: float(np.ptp(column)) for name, column in self.columns.items()}
+        outputs = {name: change for name, change in changes.items() if name in self.outputs and change > 0.0}
+        among = outputs or changes
+        return max(among, key=among.__getitem__) if among else self.parameter
+
+    def save(self, path: str | Path) -> Path:
+        """Write the path, as ``.csv`` (the parameter, all columns, q) or as ``.json`` (with critical points).
+
+        Raises
+        ------
+        UsageError
+            Another ending.
+        FileError
+            The file cannot be written.
+        """
+        path = Path(path)
+        if path.suffix == ".csv":
+            names = [self.parameter, "negative_stiffnesses", "lowest_stiffness", *self.columns]
+            columns = [self.values, self.negative.astype(float), self.lowest, *self.columns.values()]
+            write_table(path, names, np.column_stack(columns))
+        elif path.suffix == ".json":
+            write_text(path, json_text(self.to_dict()) + "\n")
+        else:
+            raise UsageError(Problem(str(path), "a path of equilibria is written as .csv or .json", "path.csv"))
+        return path
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return all of it as JSON data."""
+        return {
+            "parameter": self.parameter,
+            "unit": self.unit,
+            "values": self.values.tolist(),
+            "columns": {name: column.tolist() for name, column in self.columns.items()},
+            "units": dict(self.units),
+            "negative_stiffnesses": self.negative.tolist(),
+            "lowest_stiffness": self.lowest.tolist(),
+            "q": self.q.tolist(),
+            "critical": [
+                {
+                    "kind": item.kind,
+                    "value": item.value,
+                    "after": item.after,
+                    "columns": dict(item.columns),
+                    "components": list(item.components),
+                    "q": item.q.tolist(),
+                    "mode": item.mode.tolist(),
+                }
+                for item in self.critical
+            ],
+            "success": self.success,
+            "message": self.message,
+        }
+
+    def plot(self, over: str | Sequence[str] = "", axes: object = None, path: str | Path | None = None) -> list[Any]:
+        """Draw the parameter over columns, and return matplotlib's axes.
+
+        Parameters
+        ----------
+        over : name or names of columns
+            The one that changes most where none is given.
+        axes : matplotlib Axes, one for each column
+            A new figure where none are given.
+        path : file of a figure, .png, .svg or .pdf
+
+        Raises
+        ------
+        UsageError
+            A column that is not there, or another number of axes.
+        """
+        names = [over] if isinstance(over, str) and over else list(over) or [self.largest_column]
+        columns = [self.column(name) for name in names]
+        figure = None
+        if axes is None:
+            size = (5.2 * len(names), 4.2)
+            figure = new_figure(size) if path is not None else pyplot_figure(size)
+            drawn = list(np.atleast_1d(figure.subplots(1, len(names))))
+        else:
+            drawn = axes_of_caller("plot", axes, names)
+        for ax, name, column in zip(drawn, names, columns, strict=True):
+            self._draw(ax, name, column)
+        if path is not None and figure is not None:
+            saved(figure, Path(path))
+        return drawn
+
+    def _draw(self, ax: Any, name: str, column: Array) -> None:
+        told: set[str] = set()
+        unstable = self.negative > 0
+        for row in range(len(column) - 1):
+            word = "unstable" if unstable[row] and unstable[row + 1] else "stable"
+            if np.any(self.negative < 0):
+                word = ""
+            colour, line = (_UNSTABLE, "--") if word == "unstable" else (_STABLE, "-")
+            label = word if word and word not in told else None
+            told.add(word)
+            ax.plot(column[row : row + 2], self.values[row : row + 2], line, color=colour, linewidth=1.6, label=label)
+        for item in self.critical:
+            colour, mark = (_LIMIT, "o") if item.kind == "limit point" else (_BIFURCATION, "D")
+            label = item.kind if item.kind not in told else None
+            told.add(item.kind)
+            ax.plot([item.columns.get(name, item.value)], [item.value], mark, color=colour, markersize=6, label=label)
+        ax.set_xlabel(f"{name}, {self.units[name]}" if self.units.get(name) else name)
+        ax.set_ylabel(f"{self.parameter}, {self.unit}" if self.unit not in ("", "1") else self.parameter)
+        ax.grid(**_GRID)
+        if told - {""}:
+            ax.legend(frameon=False, fontsize=8)

@@ -1,0 +1,252 @@
+"""Equilibria of a compiled model along a parameter, by arc length: load paths, with limit points and bifurcations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from eomgen.analysis.driven_rest import held_base
+from eomgen.analysis.equilibrium_path import Critical, EquilibriumPath
+from eomgen.analysis.equilibrium_warnings import Measures
+from eomgen.analysis.loaded_statics import Varied, check_partials, loaded_statics
+from eomgen.analysis.sampled import check_continuous
+from eomgen.arrays import Array
+from eomgen.compiled.arguments import number_of
+from eomgen.compiled.initial_state import initial_state
+from eomgen.compiled.terms import Inputs, Parameters
+from eomgen.errors import NumericalError, Problem, UsageError
+from eomgen.solvers.bordered_newton import Balance, Direction, LoadedStatics, Rest, corrected, direction, weights
+from eomgen.solvers.critical_points import CriticalPoint, Stiffnesses, critical_point, stiffnesses
+from eomgen.solvers.equilibrium_path import PathEndError, PathPoint, StepLimits, first_point, follow
+from eomgen.solvers.load_steps import by_load_steps
+
+if TYPE_CHECKING:
+    from eomgen.compiled.model import CompiledModel
+
+#: Largest step of the varied number, as a part of its range.
+_PART = 0.1
+#: Sizes, in rad or lengths of the scene, of the first step along a branch, as they are tried.
+_ASIDE = (0.05, 0.1, 0.02, 0.2, 0.005)
+#: Components of a mode that are named at most, and the part of the largest from which they are.
+_NAMED, _TAKES_PART = 6, 0.3
+
+
+def equilibrium_path(
+    model: CompiledModel,
+    parameter: str,
+    to: float,
+    start: float = 0.0,
+    *,
+    initial: Mapping[str, Any] | None = None,
+    parameters: Parameters = None,
+    t: float = 0.0,
+    u: Inputs = None,
+    max_step: float = 0.3,
+    max_points: int = 500,
+    stability: bool = True,
+) -> EquilibriumPath:
+    """Return equilibria connected with that at ``start`` while a parameter goes to a value; see
+    ``Model.equilibrium_path``."""
+    first, last = number_of("start", start), number_of("to", to)
+    if first == last:
+        what = f"{parameter} is to go from {first:.6g} to the same value"
+        raise UsageError(Problem("equilibrium_path", what, "another value of to or start"))
+    if number_of("max_step", max_step) <= 0.0 or max_points < 2:
+        raise UsageError(Problem("equilibrium_path", "max_step is positive and max_points at least 2", "the defaults"))
+    varied, statics, onto = start_of_path(
+        model, "equilibrium_path", parameter, first, last - first, initial, parameters, t, u
+    )
+    limits = StepLimits(max_step, _PART * abs(last - first))
+    return _followed(model, varied, statics, onto, last, limits, max_points, stability=stability)
+
+
+def start_of_path(
+    model: CompiledModel,
+    call: str,
+    parameter: str,
+    value: float,
+    change: float,
+    initial: Mapping[str, Any] | None,
+    parameters: Parameters,
+    t: float,
+    u: Inputs,
+) -> tuple[Varied, LoadedStatics, PathPoint]:
+    """Return what is varied, the equations of rest, and the path's point at a value, going on by ``change``.
+
+    Raises
+    ------
+    NumericalError
+        There is no equilibrium at the value.
+    UsageError
+        There is nothing of that name to be varied, or terms are missing.
+    """
+    check_continuous(model, call)
+    check_partials(model, call)
+    varied = Varied.of(model, call, parameter, parameters, number_of("t", t), u)
+    p, time, _ = varied.at(value)
+    measures = Measures(model, p, time, held_base(model, p, time))
+    begun = initial_state(model, initial, p)
+    statics = loaded_statics(model, measures, begun.q, u, np.zeros(model.nv), varied, abs(change))
+    guess = Rest(begun.q, np.zeros(len(model.multipliers)), begun.z, value)
+    try:
+        rest = _rest_at(statics, guess)
+        return varied, statics, first_point(statics, rest, float(np.sign(change)))
+    except PathEndError as end:
+        what = f"no equilibrium was found at {parameter} = {value:.6g}, where the path is to start: {end.why}"
+        hint = "a start where less is loaded, or the initial state of an equilibrium"
+        raise NumericalError(Problem(call, what, hint)) from None
+
+
+def _rest_at(statics: LoadedStatics, guess: Rest) -> Rest:
+    """Return rest at the start of a path, by load steps from the initial state."""
+    still = Balance(np.zeros(len(statics.sizes)), np.zeros(len(guess.multipliers)), np.zeros(len(guess.z)))
+    value = guess.s
+    fixed = replace(
+        statics,
+        balance=lambda rest: statics.balance(replace(rest, s=value)),
+        tangents=lambda rest: statics.tangents(replace(rest, s=value)),
+        mass=lambda rest: statics.mass(replace(rest, s=value)),
+        by_factor=lambda rest: still,
+        followed=lambda q, s: statics.followed(q, value),
+        strains=lambda s: statics.strains(value),
+    )
+    rest, _ = by_load_steps(fixed, guess, StepLimits(factor=0.5))
+    return replace(rest, s=value)
+
+
+def _followed(
+    model: CompiledModel,
+    varied: Varied,
+    statics: LoadedStatics,
+    start: PathPoint,
+    target: float,
+    limits: StepLimits,
+    max_points: int,
+    *,
+    stability: bool,
+) -> EquilibriumPath:
+    """Return the path from a point to a value of what is varied, as far as it goes."""
+    points, critical = [start], list[tuple[int, CriticalPoint]]()
+    found: list[Stiffnesses] = [stiffnesses(statics, start.rest)] if stability else []
+    message = ""
+    try:
+        for point in follow(statics, start, target, limits, 0.3):
+            if stability:
+                found.append(stiffnesses(statics, point.rest))
+                at = critical_point(statics, (points[-1], point), (found[-2], found[-1]))
+                if at is not None:
+                    critical.append((len(points), at))
+            points.append(point)
+            if len(points) >= max_points and point.rest.s != target:
+                message = f"{max_points} points are not enough; try: max_points={2 * max_points}, or a larger max_step"
+                break
+    except PathEndError as end:
+        message = end.why
+    where = f"{varied.name} = {points[-1].rest.s:.6g}{varied.shown_unit}"
+    told = f"the path ends at {where}, not at {target:.6g}: {message}" if message else f"the path arrives at {where}"
+
+    def branch(number: int, size: float, to: float) -> EquilibriumPath:
+        onto = _aside(statics, critical[number][1], size, limits)
+        return _followed(model, varied, statics, onto, to, limits, max_points, stability=stability)
+
+    rests = [point.rest for point in points]
+    columns, units, outputs = _columns(model, varied, rests)
+    there, _, _ = _columns(model, varied, [item.point.rest for _, item in critical])
+    lowest = [item.values[int(np.argmin(np.abs(item.values)))] if len(item.values) else np.nan for item in found]
+    return EquilibriumPath(
+        varied.name,
+        varied.unit,
+        np.array([rest.s for rest in rests]),
+        np.array([rest.q for rest in rests]),
+        np.array([rest.z for rest in rests]),
+        np.array([rest.multipliers for rest in rests]),
+        columns,
+        units,
+        outputs,
+        np.array([item.negative for item in found]) if stability else np.full(len(rests), -1),
+        np.array(lowest) if stability else np.full(len(rests), np.nan),
+        tuple(
+            Critical(
+                item.kind,
+                item.point.rest.s,
+                item.point.rest.q,
+                item.mode,
+                {name: float(column[number]) for name, column in there.items()},
+                after,
+                components_of(model, statics, item.mode),
+            )
+            for number, (after, item) in enumerate(critical)
+        ),
+        not message,
+        told,
+        branch,
+    )
+
+
+def components_of(model: CompiledModel, statics: LoadedStatics, mode: Array) -> tuple[str, ...]:
+    """Return the names of the components of v that take the largest part in a mode, largest first."""
+    sizes = np.abs(mode / statics.sizes)
+    order = np.argsort(-sizes, kind="stable")[:_NAMED]
+    return tuple(model.v_names[k].removeprefix("v.") for k in order if sizes[k] > _TAKES_PART * np.max(sizes))
+
+
+def _columns(
+    model: CompiledModel, varied: Varied, rests: Sequence[Rest]
+) -> tuple[dict[str, Array], dict[str, str], tuple[str, ...]]:
+    """Return the scene's outputs and the positions of its bodies at rest, (n,) each, their units, and which are
+    outputs."""
+    columns: dict[str, Array] = {}
+    units: dict[str, str] = {}
+    rows: list[dict[str, Array]] = []
+    for rest in rests:
+        p, t, u = varied.at(rest.s)
+        given: dict[str, Any] = {"t": t, "parameters": p, "base": held_base(model, p, t)}
+        row: dict[str, Array] = {}
+        if "outputs" in model.functions:
+            still = np.zeros(model.nv)
+            named = model.outputs(rest.q, still, still, u=u, z=rest.z, multipliers=rest.multipliers, **given)
+            row |= {name: np.atleast_1d(value) for name, value in named.items()}
+        if "poses" in model.functions:
+            row["poses"] = model.evaluate("poses", rest.q, **given)["pose"][:, 4:]
+        rows.append(row)
+    kinds = {str(item["name"]): str(item["unit"]) for item in model.library.layout["outputs"]}
+    for name, unit in kinds.items():
+        stacked = [row[name] for row in rows if name in row]
+        size = len(stacked[0]) if stacked else 0
+        for k in range(size):
+            label = name if size == 1 else f"{name}[{k}]"
+            columns[label], units[label] = np.array([values[k] for values in stacked]), unit
+    outputs = tuple(columns)
+    places = [row["poses"] for row in rows if "poses" in row]
+    for number, body in enumerate(model.bodies if places else ()):
+        for axis, letter in enumerate("xyz"):
+            label = f"{body}.{letter}"
+            columns[label], units[label] = np.array([place[number, axis] for place in places]), "m"
+    return columns, units, outputs
+
+
+def _aside(statics: LoadedStatics, critical: CriticalPoint, size: float, limits: StepLimits) -> PathPoint:
+    """Return a point of the path that branches off at a critical point, on the side of its mode times ``size``."""
+    rest = critical.point.rest
+    unknowns = np.zeros(len(statics.sizes) + len(rest.multipliers) + len(rest.z))
+    unknowns[: len(statics.sizes)] = critical.mode
+    length = float(np.sqrt(unknowns @ (weights(statics, rest) * unknowns)))
+    along = Direction(unknowns / length, 0.0)
+    for part in _ASIDE:
+        way = size * part * length
+        found = corrected(statics, rest, along, way)
+        if found.trouble:
+            continue
+        gone = float(
+            found.displacement @ (weights(statics, rest)[: len(statics.sizes)] * unknowns[: len(statics.sizes)])
+        )
+        onwards = direction(statics, found.rest, along)
+        if onwards is not None and gone * way > 0.25 * way**2 * length:
+            if way < 0.0:
+                onwards = direction(statics, found.rest, Direction(-along.unknowns, 0.0)) or onwards
+            return PathPoint(found.rest, onwards, 0.0, found.corrections, 0.0)
+    what = f"no equilibrium was found beside the {critical.kind}"
+    raise NumericalError(Problem("branch", what, "another size, such as 0.3 or -1"))

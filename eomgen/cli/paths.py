@@ -1,0 +1,151 @@
+"""``eomgen equilibrium --path`` and ``--buckling``: load paths by arc length, and linear buckling loads."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from eomgen.cli.printing import print_json, say
+from eomgen.cli.tables import print_table
+from eomgen.errors import NumericalError, Problem, UsageError
+from eomgen.text import json_text
+
+if TYPE_CHECKING:
+    from eomgen.analysis.buckling import BucklingLoads
+    from eomgen.analysis.equilibrium_path import EquilibriumPath
+    from eomgen.model import Model
+
+_FIGURES = (".png", ".svg", ".pdf")
+
+
+@dataclass(frozen=True)
+class PathRequest:
+    """What ``--path``, ``--over``, ``--plot``, ``--buckling`` and ``--out`` ask for."""
+
+    along: tuple[str, float, float] | None
+    over: tuple[str, ...]
+    figure: str | None
+    buckling: tuple[str, float] | None
+    out: str | None
+
+    @classmethod
+    def read(
+        cls, along: str | None, over: tuple[str, ...], figure: str | None, buckling: str | None, out: str | None
+    ) -> PathRequest | None:
+        """Return the request; None where there is none. Raises UsageError for words that cannot be read."""
+        if along is None:
+            for option, given in (("--over", over), ("--plot", figure)):
+                if given:
+                    raise UsageError(Problem(option, "it belongs to a path", "--path load=0:10"))
+        if along is None and buckling is None:
+            return None
+        if along is not None and buckling is not None:
+            raise UsageError(Problem("--buckling", "it is asked for beside --path", "one of them"))
+        if figure is not None and Path(figure).suffix not in _FIGURES:
+            raise UsageError(Problem(f"--plot {figure}", "a figure is a .png, .svg or .pdf file", "--plot path.png"))
+        endings = (".csv", ".json") if along is not None else (".json",)
+        if out is not None and Path(out).suffix not in endings:
+            what = f"{'a path is' if along is not None else 'buckling loads are'} written as {' or '.join(endings)}"
+            raise UsageError(Problem(f"--out {out}", what, f"--out result{endings[0]}"))
+        return cls(
+            None if along is None else _range(along),
+            over,
+            figure,
+            None if buckling is None else _preload(buckling),
+            out,
+        )
+
+    def answer(
+        self, model: Model, initial: Mapping[str, Any], parameters: Any, time: float, inputs: Any, as_json: bool
+    ) -> int:
+        """Print and write what is asked for. Raises NumericalError where a path does not arrive, when it is
+        written."""
+        given = {"initial": initial or None, "parameters": parameters, "t": time, "u": inputs}
+        if self.buckling is not None:
+            return self._buckling(model.buckling_loads(*self.buckling, **given), model, as_json)
+        if self.along is None:
+            return 0
+        name, start, to = self.along
+        path = model.equilibrium_path(name, to, start, **given)
+        for column in self.over:
+            path.column(column)
+        files = [] if self.out is None else [path.save(self.out)]
+        if self.figure is not None:
+            path.plot(self.over, path=self.figure)
+            files.append(Path(self.figure))
+        if as_json:
+            print_json({"scene": model.name, **path.to_dict()})
+        else:
+            self._table(path, model.name)
+        say(f"{len(path.values)} equilibria; {path.message}{_written(files)}")
+        if not path.success:
+            hint = "what is there, a smaller range, or more elements"
+            raise NumericalError(Problem("equilibrium --path", path.message, hint))
+        return 0
+
+    def _table(self, path: EquilibriumPath, name: str) -> None:
+        shown = self.over or (path.largest_column,)
+        rows = [
+            (item.kind, f"{item.value:.9g}", *(f"{item.columns[column]:.6g}" for column in shown), item.components[0])
+            for item in path.critical
+        ]
+        if rows:
+            heading = ("critical point", path.parameter, *shown, "along")
+            print_table(f"{name}: critical points", heading, rows, numeric=range(1, 2 + len(shown)))
+        ends = [
+            (which, f"{path.values[row]:.9g}", *(f"{path.column(column)[row]:.6g}" for column in shown))
+            for which, row in (("first", 0), ("last", -1))
+        ]
+        print_table(f"{name}: path", ("equilibrium", path.parameter, *shown), ends, numeric=range(1, 2 + len(shown)))
+
+    def _buckling(self, found: BucklingLoads, model: Model, as_json: bool) -> int:
+        data = {
+            "scene": model.name,
+            "parameter": found.parameter,
+            "unit": found.unit,
+            "at": found.at,
+            "values": found.values.tolist(),
+            "modes": [dict(zip(model.v_names, mode, strict=True)) for mode in found.modes.T.tolist()],
+        }
+        if self.out is not None:
+            from eomgen.files import write_text  # noqa: PLC0415  # where a file is written
+
+            write_text(Path(self.out), json_text(data) + "\n")
+        if as_json:
+            print_json(data)
+        else:
+            rows = [
+                (f"{value:.9g}", ", ".join(names[:3]))
+                for value, names in zip(found.values.tolist(), found.components, strict=True)
+            ]
+            heading = (f"{found.parameter}{f', {found.unit}' if found.unit else ''}", "largest displacements")
+            title = f"{model.name}: linear buckling about {found.parameter} = {found.at:.6g}"
+            print_table(title, heading, rows, numeric=(0,))
+        say(f"{len(found.values)} buckling loads{_written([Path(self.out)] if self.out else [])}")
+        return 0
+
+
+def _written(files: list[Path]) -> str:
+    return f"\nwritten to {', '.join(map(str, files))}" if files else ""
+
+
+def _range(text: str) -> tuple[str, float, float]:
+    name, equals, ends = text.partition("=")
+    first, colon, last = ends.partition(":")
+    try:
+        if not (equals and colon and name.strip()):
+            raise ValueError
+        return name.strip(), float(first), float(last)
+    except ValueError:
+        raise UsageError(Problem(f"--path {text}", "a name and two numbers are needed", "--path load=0:10")) from None
+
+
+def _preload(text: str) -> tuple[str, float]:
+    name, equals, value = text.partition("=")
+    try:
+        return name.strip(), float(value) if equals else 0.0
+    except ValueError:
+        hint = f"--buckling {name}=0"
+        raise UsageError(Problem(f"--buckling {text}", f"{value!r} is not a number", hint)) from None

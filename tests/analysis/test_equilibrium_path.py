@@ -1,0 +1,292 @@
+"""Load paths past limit points and bifurcations, and linear buckling loads, against closed forms and published
+numbers."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq, minimize_scalar
+from scipy.special import ellipe, ellipk
+
+import eomgen
+from eomgen.cli import main
+from eomgen.errors import NumericalError, UsageError
+from eomgen.model import Model
+from tests.models.cosserat import ROLL_UP, beam_scene
+from tests.oracles.evaluation import Array
+
+LENGTH = 10.0
+SLENDER = {"stretch": 1e8, "shear_y": 1e8, "shear_z": 1e8}
+
+
+def truss() -> dict[str, Any]:
+    """Return half of von Mises' truss: a bar from a pin to an apex on a slide, 1 m across and 0.2 m below it."""
+    return {
+        "format": 1,
+        "name": "truss",
+        "gravity": [0, 0, 0],
+        "parameters": {"load": {"value": 0.0, "tunable": True}, "fixed": 1.0},
+        "bodies": {"apex": {"mass": 1.0}},
+        "joints": {"slide": {"type": "prismatic", "parent": "base", "child": "apex", "axis": [0, 0, 1]}},
+        "points": {
+            "pin": {"body": "base", "position": [-1.0, 0.0, -0.2]},
+            "top": {"body": "apex", "position": [0.0, 0.0, 0.0]},
+        },
+        "springs": {"bar": {"first": "pin", "second": "top", "stiffness": 1000.0, "length": float(np.hypot(1.0, 0.2))}},
+        "forces": {"push": {"body": "apex", "force": [0.0, 0.0, "-load"]}},
+    }
+
+
+def truss_load(height: float) -> float:
+    """Return the load at which the apex rests at a height above the pin."""
+    return 1000.0 * (np.hypot(1.0, 0.2) / np.hypot(1.0, height) - 1.0) * height
+
+
+@pytest.fixture(scope="module")
+def snap() -> Model:
+    return eomgen.build(truss(), profile="quick")
+
+
+def test_a_truss_snaps_through_at_its_limit_loads(snap: Model) -> None:
+    path = snap.equilibrium_path("load", 20.0)
+    assert path.success
+    heights = 0.2 + path.column("apex.z")
+    np.testing.assert_allclose(path.values, [truss_load(height) for height in heights], atol=1e-9)
+    limit = minimize_scalar(
+        lambda height: -truss_load(height), bounds=(0.0, 0.2), method="bounded", options={"xatol": 1e-12}
+    )
+    assert [item.kind for item in path.critical] == ["limit point", "limit point"]
+    assert [item.value for item in path.critical] == pytest.approx([-limit.fun, limit.fun], rel=1e-10)
+    assert [item.columns["apex.z"] for item in path.critical] == pytest.approx(
+        [limit.x - 0.2, -limit.x - 0.2], abs=1e-6
+    )
+    between = (heights < limit.x) & (heights > -limit.x)
+    np.testing.assert_array_equal(path.negative, between.astype(int))
+
+
+def test_a_path_goes_on_by_time_as_slowly_as_rest_asks(snap: Model) -> None:
+    scene = truss()
+    scene["forces"]["push"]["force"] = [0.0, 0.0, "-2 * t"]
+    found = eomgen.build(scene, profile="quick").equilibrium_path("t", 10.0)
+    expected = snap.equilibrium_path("load", 20.0)
+    assert found.success
+    assert [2.0 * item.value for item in found.critical] == pytest.approx([item.value for item in expected.critical])
+
+
+def test_a_path_that_is_too_long_says_where_it_ends(snap: Model) -> None:
+    path = snap.equilibrium_path("load", 20.0, max_points=6)
+    assert not path.success
+    assert len(path.values) == 6
+    assert path.message.startswith(f"the path ends at load = {path.values[-1]:.6g}, not at 20: 6 points are not enough")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("lod", 1.0), "there is no tunable parameter or input 'lod' to be varied; try: load"),
+        (("fixed", 1.0), "'fixed' to be varied; try: tunable = true, where the scene gives it"),
+        (("load", 0.0), "load is to go from 0 to the same value; try: another value of to or start"),
+    ],
+)
+def test_calls_that_cannot_be_answered(snap: Model, arguments: tuple[str, float], message: str) -> None:
+    with pytest.raises(UsageError) as caught:
+        snap.equilibrium_path(*arguments)
+    assert message in str(caught.value)
+
+
+def test_what_is_not_there_is_named(snap: Model) -> None:
+    path = snap.equilibrium_path("load", 1.0)
+    with pytest.raises(UsageError, match=r"no column 'apex.u'; try: one of apex\.x, apex\.y, apex\.z"):
+        path.column("apex.u")
+    with pytest.raises(UsageError, match="there is no critical point 0: the path has 0"):
+        path.branch(0, 2.0)
+    with pytest.raises(UsageError, match=r"written as \.csv or \.json"):
+        path.save("path.txt")
+
+
+def test_the_command_line_follows_paths(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = "\n".join(_toml(truss()))
+    scene = tmp_path / "truss.toml"
+    scene.write_text(text, encoding="utf-8")
+    table, figure = tmp_path / "path.csv", tmp_path / "path.png"
+    options = ["--path", "load=0:20", "--out", str(table), "--plot", str(figure), "--profile", "quick"]
+    assert main(["equilibrium", str(scene), *options]) == 0
+    shown = capsys.readouterr()
+    assert "limit point" in shown.out + shown.err
+    rows = list(csv.DictReader(table.open(encoding="utf-8")))
+    assert float(rows[-1]["load"]) == 20.0
+    for row in rows:
+        assert float(row["load"]) == pytest.approx(truss_load(0.2 + float(row["apex.z"])), abs=1e-9)
+    assert figure.read_bytes().startswith(b"\x89PNG")
+    assert main(["equilibrium", str(scene), "--buckling", "load", "--json", "--profile", "quick"]) == 0
+    assert json.loads(capsys.readouterr().out)["parameter"] == "load"
+    assert main(["equilibrium", str(scene), "--path", "load=up"]) == 2
+    assert "--path load=up: a name and two numbers are needed; try: --path load=0:10" in capsys.readouterr().err
+
+
+def _toml(data: dict[str, Any], at: str = "") -> list[str]:
+    """Return nested tables as lines of TOML."""
+    plain = [f"{key} = {json.dumps(value)}" for key, value in data.items() if not isinstance(value, dict)]
+    lines = [f"[{at}]", *plain] if at else plain
+    for key, value in data.items():
+        if isinstance(value, dict):
+            lines += _toml(value, f"{at}.{key}" if at else key)
+    return lines
+
+
+def column(elements: int, **joint: Any) -> dict[str, Any]:
+    """Return a column along x that is pushed at its end, EI 500 N m^2 for deflections along z, 800 N m^2 along y."""
+    stiffness = ROLL_UP | SLENDER | {"bending_y": 800.0, "bending_z": 500.0}
+    scene = beam_scene(elements, {"force": ["-load", 0.0, 0.0]}, {"stiffness": stiffness}, **joint)
+    scene["parameters"]["load"]["value"] = 0.0
+    return scene
+
+
+@pytest.fixture(scope="module")
+def euler() -> Model:
+    return eomgen.build(column(8), profile="quick")
+
+
+def test_a_column_bifurcates_at_eulers_loads_and_goes_on_as_the_elastica(euler: Model) -> None:
+    path = euler.equilibrium_path("load", 30.0)
+    expected = [np.pi**2 * EI / (4.0 * LENGTH**2) for EI in (500.0, 800.0)]
+    assert [item.kind for item in path.critical] == ["bifurcation", "bifurcation"]
+    assert [item.value for item in path.critical] == pytest.approx(expected, rel=np.pi**2 / (24.0 * 8.0**2))
+    assert euler.buckling_loads("load", count=2).values == pytest.approx([c.value for c in path.critical], rel=1e-5)
+    linear = euler.buckling_loads("load", at=20.0 - 9.0, count=1).values
+    assert linear == pytest.approx(path.critical[0].value, rel=1e-5)
+    for side in (1.0, -1.0):
+        branch = path.branch(0, 25.0, size=side)
+        assert branch.success
+        assert not branch.negative.any()
+        for load, along, across in zip(
+            branch.values, branch.column("rope.8.x"), branch.column("rope.8.z"), strict=True
+        ):
+            if load > 1.02 * expected[0]:
+                assert [along, abs(across)] == pytest.approx(elastica_of_column(load), abs=0.02 * LENGTH)
+
+
+def elastica_of_column(load: float) -> list[float]:
+    """Return where the tip of a clamped column is, along and across: K(k) = L sqrt(P / EI), Love 1927, section 263."""
+    turned = LENGTH * np.sqrt(load / 500.0)
+    k = brentq(lambda k: ellipk(k**2) - turned, 1e-6, 1.0 - 1e-12)
+    return [LENGTH * (2.0 * ellipe(k**2) / ellipk(k**2) - 1.0), 2.0 * k * LENGTH / ellipk(k**2)]
+
+
+def test_columns_buckle_at_eulers_loads_however_they_are_held() -> None:
+    """Clamped or hinged at the foot, guided at the top; by extrapolation over the number of elements."""
+    feet: list[tuple[float, dict[str, Any]]] = [
+        (2.0457483, {"type": "fixed"}),
+        (1.0, {"type": "revolute", "axis": [0.0, 1.0, 0.0]}),
+    ]
+    for factor, clamp in feet:
+        loads = []
+        for elements in (6, 12):
+            scene = column(elements, **clamp)
+            scene["points"] = {
+                "end": {"body": "rope", "position": [LENGTH, 0.0, 0.0]},
+                "pin": {"body": "shoe", "position": [LENGTH, 0.0, 0.0]},
+            }
+            scene["bodies"] = {"shoe": {"mass": 1.0}}
+            scene["joints"]["slide"] = {"type": "prismatic", "parent": "base", "child": "shoe", "axis": [1, 0, 0]}
+            scene["constraints"] = {"guide": {"type": "spherical", "first": "end", "second": "pin"}}
+            loads.append(eomgen.build(scene, profile="quick").buckling_loads("load", count=1).values[0])
+        extrapolated = (4.0 * loads[1] - loads[0]) / 3.0
+        assert extrapolated == pytest.approx(factor * np.pi**2 * 500.0 / LENGTH**2, rel=2e-3)
+
+
+def test_a_cantilever_buckles_sideways_at_prandtls_load() -> None:
+    """4.013 sqrt(B C) / L^2, B bending about the weak axis, C torsion: Timoshenko and Gere 1961, section 6.3."""
+    loads = []
+    for elements in (6, 12):
+        stiffness = ROLL_UP | SLENDER | {"bending_y": 50.0, "bending_z": 5e7, "torsion": 20.0}
+        scene = beam_scene(elements, {"force": [0.0, 0.0, "-load"]}, {"stiffness": stiffness})
+        scene["parameters"]["load"]["value"] = 0.0
+        loads.append(eomgen.build(scene, profile="quick").buckling_loads("load", count=2).values[0])
+    extrapolated = (4.0 * loads[1] - loads[0]) / 3.0
+    assert extrapolated == pytest.approx(4.0126 * np.sqrt(50.0 * 20.0) / LENGTH**2, rel=1e-3)
+
+
+def follower_tip(load: float, EI: float) -> Array:
+    """Return where the tip of a clamped beam is under a force that stays across its end, by integration from the
+    tip."""
+
+    def slopes(_: float, y: Array) -> Array:
+        return np.array([np.cos(y[2]), np.sin(y[2]), y[3] / EI, -load * np.cos(y[2])])
+
+    # from the tip inwards, in axes of the tip: the arc length runs against the beam
+    run = solve_ivp(slopes, (0.0, LENGTH), [0.0, 0.0, 0.0, 0.0], method="DOP853", rtol=1e-11, atol=1e-11)
+    x, y, angle, _ = run.y[:, -1]
+    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    return np.asarray(turn @ [x, y])
+
+
+def test_a_force_that_follows_the_end_bends_a_beam_round() -> None:
+    ends = []
+    for elements in (8, 16):
+        scene = beam_scene(elements, {"force": [0.0, "load", 0.0], "axes": "body"}, {"stiffness": ROLL_UP | SLENDER})
+        scene["parameters"]["load"]["value"] = 0.0
+        path = eomgen.build(scene, profile="quick").equilibrium_path("load", 60.0)
+        assert path.success
+        ends.append([path.column(f"rope.{elements}.{axis}")[-1] for axis in "xy"])
+    coarse, fine = np.array(ends)
+    np.testing.assert_allclose((4.0 * fine - coarse) / 3.0, follower_tip(60.0, 500.0), atol=0.02 * LENGTH)
+
+
+def frame(elements: int) -> dict[str, Any]:
+    """Return the right-angle frame of Lee, Manuel and Rossow 1968, hinged at both ends; EI = 1.44e7, L = 120."""
+    stiffness = dict.fromkeys(("stretch", "shear_y", "shear_z"), 1e10) | {
+        "torsion": 1e9, "bending_y": 1.44e7, "bending_z": 1e9,
+    }  # fmt: skip  # a table
+    beam = {"model": "cosserat", "mass_per_length": 1.0, "rotary_inertia": [1.0, 1.0, 1.0], "stiffness": stiffness}
+    up = [{"axis": [0, 0, 1], "angle": "pi / 2"}]
+    return {
+        "format": 1,
+        "name": "lee_frame",
+        "gravity": [0, 0, 0],
+        "parameters": {"load": {"value": 0.0, "tunable": True}},
+        "beams": {
+            "column": {**beam, "length": 120.0, "elements": 5 * elements},
+            "left": {**beam, "length": 24.0, "elements": elements},
+            "right": {**beam, "length": 96.0, "elements": 4 * elements},
+        },
+        "joints": {
+            "foot": {"type": "revolute", "parent": "base", "child": "column", "axis": [0, 0, 1], "rotation": up},
+            "corner": {
+                "type": "fixed", "parent": "column", "child": "left", "position": [120.0, 0, 0],
+                "rotation": [{"axis": [0, 0, 1], "angle": "-pi / 2"}],
+            },
+            "along": {"type": "fixed", "parent": "left", "child": "right", "position": [24.0, 0, 0]},
+        },
+        "points": {
+            "end": {"body": "right", "position": [96.0, 0, 0]},
+            "pin": {"body": "base", "position": [120.0, 120.0, 0]},
+        },
+        "constraints": {"hinge": {"type": "spherical", "first": "pin", "second": "end"}},
+        "forces": {"push": {"body": "right", "point": [0, 0, 0], "force": [0, "-load", 0]}},
+    }  # fmt: skip  # a table
+
+
+def test_the_frame_of_lee_snaps_at_its_published_load() -> None:
+    """18.55 EI / L^2 with inextensible legs (Lee, Manuel and Rossow, J. Engrg. Mech. Div. ASCE 94 (1968) 521)."""
+    loads = []
+    for elements in (1, 2):
+        path = eomgen.build(frame(elements), profile="quick").equilibrium_path("load", 30000.0)
+        assert path.success
+        assert [item.kind for item in path.critical] == ["limit point", "limit point"]
+        loads.append(path.critical[0].value)
+    extrapolated = (4.0 * loads[1] - loads[0]) / 3.0
+    assert extrapolated * 120.0**2 / 1.44e7 == pytest.approx(18.55, rel=5e-3)
+
+
+def test_a_start_that_cannot_rest_is_said(snap: Model) -> None:
+    scene = truss()
+    del scene["springs"]
+    with pytest.raises(NumericalError, match=r"no equilibrium was found at load = 1, where the path is to start"):
+        eomgen.build(scene, profile="quick").equilibrium_path("load", 2.0, 1.0)
