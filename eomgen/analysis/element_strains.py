@@ -21,12 +21,15 @@ from eomgen.arrays import Array
 from eomgen.formula.evaluate import evaluate
 from eomgen.lie import numeric
 from eomgen.lie.groups import SE3
+from eomgen.lie.product import update
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
 #: Step of derivatives by complex arguments.
 _STEP = 1e-30
+#: Step of differences of poses, rad or m.
+_SMALL = 1e-6
 #: Turn of an element that is too near to half a turn, rad.
 _HALF_TURN = 3.1
 
@@ -115,16 +118,27 @@ class ElementStrains:
             columns.append(start + np.arange(6))
             entries.append(np.ones(6))
         if carried and self._model.nv:
-            nv = self._model.nv
-            along = self._model.evaluate("twists", q, np.eye(nv), **self._given)["twist"]
-            still = self._model.evaluate("twists", q, np.zeros(nv), **self._given)["twist"]
-            for place, node in carried:
-                column, row = np.nonzero(along[:, node] - still[node])
+            twists = self._twists_of([node for _, node in carried], q)
+            for number, (place, _) in enumerate(carried):
+                column, row = np.nonzero(twists[:, number])
                 rows.append(6 * place + row)
                 columns.append(column)
-                entries.append((along[:, node] - still[node])[column, row])
+                entries.append(twists[column, number, row])
         places = (np.concatenate(rows), np.concatenate(columns))
         return csr_array((np.concatenate(entries), places), shape=(6 * len(self._nodes), self._model.nv))
+
+    def _twists_of(self, nodes: list[int], q: Array) -> Array:
+        """Return the body twists of nodes for each component of v, (nv, nodes, 6); without the term ``twists`` by
+        differences of poses."""
+        nv, along = self._model.nv, np.eye(self._model.nv)
+        if "twists" in self._model.functions:
+            moving = self._model.evaluate("twists", q, along, **self._given)["twist"]
+            still = self._model.evaluate("twists", q, np.zeros(nv), **self._given)["twist"]
+            return np.asarray(moving[:, nodes] - still[nodes])
+        ends = [update(self._model.factors, np.tile(q, (nv, 1)), sign * _SMALL * along) for sign in (-1.0, 1.0)]
+        less, more = (self._model.evaluate("poses", end, **self._given)["pose"][:, nodes] for end in ends)
+        between = numeric.compose(SE3, numeric.inverse(SE3, less), more)
+        return numeric.log(SE3, between) / (2.0 * _SMALL)
 
 
 def _along_twists(d: Array) -> Array:

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from eomgen.arrays import Array
 from eomgen.errors import Problem, UsageError
 from eomgen.figures import axes_of_caller, new_figure, pyplot_figure, saved
-from eomgen.files.csv_tables import write_table
-from eomgen.files.writing import write_text
+from eomgen.files import write_table, write_text
 from eomgen.text import json_text, nearest, shown
 
 _GRID: dict[str, Any] = {"color": "#dddddd", "linewidth": 0.6}

@@ -129,7 +129,7 @@ def loaded_statics(
         return Balance(*((getattr(more, part) - getattr(less, part)) / (2.0 * step) for part in parts))
 
     def strains(s: float) -> ElementStrains | None:
-        if not model.description.element_stiffness:
+        if not model.description.element_stiffness or "poses" not in model.functions:
             return None
         where = given(s)
         where.pop("u")

@@ -128,3 +128,26 @@ def test_places_of_nonzeros_survive_as_text(rng: np.random.Generator) -> None:
     assert unpacked_places(packed_places([])).shape == (2, 0)
     banded = [(row, column) for row in range(20_000) for column in range(max(0, row - 2), row + 3)]
     assert len(packed_places(banded)) < 10_000
+
+
+def test_nodes_that_joints_carry_turn_with_them(rng: np.random.Generator) -> None:
+    scene = beam_scene(3, {}, type="revolute", axis=[0.0, 0.6, 0.8], position=[0.5, 0.0, 0.2])
+    derivatives = []
+    for terms in (["poses", "residual", "twists"], ["poses", "residual"]):
+        model = eomgen.build(scene, terms=terms, profile="quick")
+        strains = ElementStrains(model, model.parameter_array(None), {"t": 0.0, "parameters": None, "base": None})
+        q = update(model.factors, model.initial_q, np.full(model.nv, 0.1))
+        d = strains.values(q)
+        derivatives.append(strains.derivative(q, d).toarray())
+        step = 1e-6 * rng.normal(size=model.nv)
+        ends = [strains.values(update(model.factors, q, sign * step)) for sign in (1.0, -1.0)]
+        np.testing.assert_allclose(2.0 * derivatives[-1] @ step, (ends[0] - ends[1]).ravel(), atol=1e-13)
+    np.testing.assert_allclose(*derivatives, atol=1e-8)
+
+
+def test_linear_models_of_beams_are_about_their_rest() -> None:
+    model = eomgen.build(beam_scene(4, {"force": [0.0, 0.0, "10 * load"]}), profile="quick")
+    linear = model.linearize()
+    rest = model.equilibrium()
+    np.testing.assert_allclose(linear.reference.q, rest.q, atol=1e-9)
+    np.testing.assert_allclose(np.sort(linear.undamped_frequencies), rest.frequencies, rtol=1e-6)
