@@ -51,9 +51,14 @@ class ElementStrains:
         pairs = [pair for beam in beams for pair in pairwise(beam.nodes)]
         self._first, self._second = (np.array([number[pair[end]] for pair in pairs], int) for end in (0, 1))
         rows = [
-            [[evaluate(entry, lambda symbol: values[symbol.name]) / length for entry in row] for row in section]
+            _of_element(
+                np.array([[evaluate(entry, lambda symbol: values[symbol.name]) for entry in row] for row in section]),
+                length,
+                np.array(twist) / length,
+            )
+            / length
             for beam in beams
-            for section, length in zip(beam.stiffness, beam.lengths, strict=True)
+            for section, length, twist in zip(beam.stiffness, beam.lengths, beam.twists, strict=True)
         ]
         self.stiffness = np.array(rows, float).reshape(len(pairs), 6, 6)
         self._own = {factor.name: factor.v_start for factor in model.factors if factor.group == "SE3"}
@@ -139,6 +144,22 @@ class ElementStrains:
         less, more = (self._model.evaluate("poses", end, **self._given)["pose"][:, nodes] for end in ends)
         between = numeric.compose(SE3, numeric.inverse(SE3, less), more)
         return numeric.log(SE3, between) / (2.0 * _SMALL)
+
+
+def _of_element(section: Array, length: float, initial: Array) -> Array:
+    """Return the stiffness of an element, (6, 6), of that of its sections: forces and moments vary along it.
+
+    See ``mechanics.forces.element_stiffness``: the flexibility S^-1 + l^2/12 ad S^-1 ad^T, ad of the initial shape.
+    """
+    free = np.flatnonzero(np.any(section != 0.0, axis=1))
+    places = np.ix_(free, free)
+    flexibility = np.zeros((6, 6))
+    flexibility[places] = np.linalg.inv(section[places])
+    along = numeric.bracket_matrix(SE3, initial)
+    flexibility = flexibility + length**2 / 12.0 * along @ flexibility @ along.T
+    stiffness = np.zeros((6, 6))
+    stiffness[places] = np.linalg.inv(flexibility[places])
+    return stiffness
 
 
 def _along_twists(d: Array) -> Array:

@@ -68,7 +68,8 @@ def describe(scene: Scene) -> Description:
 
 def _element_stiffness(beam: Cosserat) -> ElementStiffness:
     lengths = tuple(float(part.length) for part in beam.parts)
-    return ElementStiffness(beam.nodes, lengths, tuple(part.section.stiffness for part in beam.parts))
+    twists = tuple(part.twist for part in beam.parts)
+    return ElementStiffness(beam.nodes, lengths, tuple(part.section.stiffness for part in beam.parts), twists)
 
 
 def base_disturbances(scene: Scene) -> tuple[str, ...]:

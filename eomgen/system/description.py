@@ -148,12 +148,15 @@ class ElementStiffness:
     ----------
     nodes : bodies that are the nodes, along the beam; each element joins two neighbours
     lengths : of the elements at rest, m
-    stiffness : of the sections of each element, rows of 6, rotations first, section axes; formulas of parameters
+    stiffness : of the sections of each element, rows of 6, rotations first, section axes; formulas of parameters; rows
+        of zeros for strains that the beam does not have
+    twists : (6,) of each element, logarithm of the pose of the second node in the first, in the initial shape
     """
 
     nodes: tuple[str, ...]
     lengths: tuple[float, ...]
     stiffness: tuple[tuple[tuple[Formula, ...], ...], ...]
+    twists: tuple[tuple[float, ...], ...]
 
 
 @dataclass(frozen=True)
