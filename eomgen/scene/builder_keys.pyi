@@ -258,6 +258,7 @@ class ForceKeys(TypedDict, total=False):
     axes: str | None
 
 class DistributedLoadKeys(TypedDict, total=False):
+    moment: Sequence[Value] | None
     profile: Value | Sequence[Value] | None
     axes: str | None
 

@@ -172,3 +172,9 @@ def test_check_compares_geometric_stiffness_without_loads() -> None:
     builder.joint("clamp", "revolute", "base", "mast", axis=[0, 1, 0], stiffness=100)
     builder.distributed_load("wind", "mast", [5, 0, "-3 * (1 + 0.2 * sin(t))"], profile=[0.5, 0.5])
     assert check(builder.build()).passed
+
+
+def test_only_exact_beams_take_distributed_moments() -> None:
+    message = r"distributed_loads\.wind\.moment\): only geometrically exact beams take distributed moments; try: model"
+    with pytest.raises(DescriptionError, match=message):
+        loaded(moment=[0, 0, 1]).build()

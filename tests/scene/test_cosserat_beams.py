@@ -137,8 +137,8 @@ REFUSED: list[tuple[str, Any, str]] = [
     ),
     (
         "distributed_loads.wind",
-        {"beam": "rope", "force": [0, 0, 1]},
-        "(distributed_loads.wind.beam): the beam rope is of the model cosserat, which distributed loads do not know; try: [forces] at its nodes",
+        {"beam": "rope", "force": [0, 0, "1 / (s - 0.5)"]},
+        "(distributed_loads.wind.force[2]): at s = 0.5, div(1, 0) has no finite value; try: other values of the parameters",
     ),
 ]
 MATRICES = {

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+from eomgen.formula.nodes import ZERO_VECTOR
+from eomgen.mechanics.forces.forces import add_load
 from eomgen.mechanics.forces.loads import Law, Loads, add_wrench
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.shape_functions.integrals import weighted_integrals
@@ -17,7 +19,10 @@ from eomgen.symbolic.scalar import apply, cross, dot, plus, scaled, transpose
 
 
 def add_distributed_load(loads: Loads, item: DistributedLoad, quantities: Quantities) -> None:
-    """Add a load on a beam's frame and on its elastic coordinates, and its power."""
+    """Add a load on a beam's frame and on its elastic coordinates, or on its nodes, and its power."""
+    if item.nodes:
+        _add_to_nodes(loads, item, quantities)
+        return
     algebra, tree, kinematics = quantities.algebra, quantities.tree, quantities.kinematics
     mount, force = tree.mounts[item.beam], quantities.vector(item.force)
     if mount.link < 0:
@@ -45,6 +50,16 @@ def add_distributed_load(loads: Loads, item: DistributedLoad, quantities: Quanti
     add_wrench(loads.external, mount.link, load)
     omega, velocity = kinematics.inertial_twist(mount.link)
     loads.power = loads.power + dot(load[0], omega) + dot(load[1], velocity)
+
+
+def _add_to_nodes(loads: Loads, item: DistributedLoad, quantities: Quantities) -> None:
+    algebra = quantities.algebra
+    for load in item.nodes:
+        force, moment = (
+            scaled(algebra.scalar(load.weight), quantities.vector(vector)) for vector in (load.force, load.moment)
+        )
+        origin = quantities.vector(ZERO_VECTOR)
+        add_load(loads, quantities, load.node, origin, force, moment, own_axes=item.axes == "beam")
 
 
 def _moments(item: DistributedLoad) -> tuple[float, float]:

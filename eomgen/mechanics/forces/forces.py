@@ -5,19 +5,25 @@ from __future__ import annotations
 from eomgen.mechanics.forces.loads import Law, Loads, add_wrench
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.scene.forces.forces import Force
-from eomgen.symbolic.scalar import apply, cross, dot, plus, transpose
+from eomgen.symbolic.scalar import Vector, apply, cross, dot, plus, transpose
 
 
 def add_force(loads: Loads, item: Force, quantities: Quantities) -> None:
     """Add a force and a torque on a body, and their power."""
-    kinematics = quantities.kinematics
-    point = quantities.vector(item.point)
-    mount = quantities.tree.mount_at(item.body, point)
-    link, s = kinematics.local(item.body, point)
     force, torque = quantities.vector(item.force), quantities.vector(item.torque)
+    add_load(loads, quantities, item.body, quantities.vector(item.point), force, torque, own_axes=item.axes == "body")
+
+
+def add_load(
+    loads: Loads, quantities: Quantities, body: str, point: Vector, force: Vector, torque: Vector, *, own_axes: bool
+) -> None:
+    """Add a force, N, at a point of a body, m, a torque, N m, and their power; in axes of the world or its own."""
+    kinematics = quantities.kinematics
+    mount = quantities.tree.mount_at(body, point)
+    link, s = kinematics.local(body, point)
     if link < 0:
         return
-    if item.axes == "body":
+    if own_axes:
         force, torque = apply(mount.orientation, force), apply(mount.orientation, torque)
     else:
         to_link = transpose(kinematics.pose(link)[0])

@@ -288,7 +288,7 @@ class _Assembler:
         control = read_controllers(
             document.controllers, document.section("springs"), document.outputs, values, self.folder
         )
-        site = Site(self.bodies, document.beams, points, values)
+        site = Site(self.bodies, document.beams, points, values, exact)
         elements = {
             row.section: tuple(
                 nodes.element(row.read(name, entry, site)) for name, entry in document.section(row.section).items()

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import ClassVar, Literal
 
-from eomgen.formula.nodes import Formula, Vector
-from eomgen.scene.bodies.cosserat import CONSTRAINED
+from eomgen.formula.nodes import ZERO_VECTOR, Formula, Vector
+from eomgen.scene.bodies.cosserat import CONSTRAINED, Cosserat
 from eomgen.scene.forces.element import ForceElement, Row, Site
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, LOAD
 from eomgen.scene.reading.key_metadata import Table, key
 from eomgen.scene.reading.kinds import Triple, Values
+from eomgen.scene.reading.values import Values as Reader
 from eomgen.text import key_of, nearest, shown
+
+_ZEROS = (0.0, 0.0, 0.0)
 
 
 class DistributedLoadEntry(Table):
@@ -21,13 +25,26 @@ class DistributedLoadEntry(Table):
 
     beam: str = key("what it acts on", refers="beams", kind="beam")
     force: Triple = key("per length", unit="N/m", names=LOAD)
+    moment: Triple = key("per length, of geometrically exact beams", _ZEROS, unit="N", names=LOAD)
     profile: Values = key(
         "polynomial in s, 0 to 1 along the beam, that multiplies the force",
         (1.0,),
         names=FIXED_PARAMETERS,
         kind="list of values of fixed parameters, constant first",
     )
-    axes: Literal["world", "beam"] = key("axes of the force", "world")
+    axes: Literal["world", "beam"] = key(
+        "axes of force and moment; `beam`: of its frame, and of each section of a geometrically exact one", "world"
+    )
+
+
+@dataclass(frozen=True)
+class NodeLoad:
+    """What a node of a geometrically exact beam bears of a load: force and moment per length times ``weight``, m."""
+
+    node: str
+    weight: float
+    force: Vector
+    moment: Vector
 
 
 @dataclass(frozen=True)
@@ -38,7 +55,8 @@ class DistributedLoad(ForceElement):
     ----------
     start, length : of the beam, m
     profile : coefficients of the polynomial in s = (x - start) / length, constant first
-    axes : ``beam`` are those of its undeformed frame
+    axes : ``beam`` are those of its undeformed frame, and of each section of a geometrically exact one
+    nodes : of a geometrically exact beam, which bears all of it there
     """
 
     section: ClassVar[str] = "distributed_loads"
@@ -49,9 +67,11 @@ class DistributedLoad(ForceElement):
     force: Vector
     profile: tuple[float, ...]
     axes: Literal["world", "beam"] = "world"
+    nodes: tuple[NodeLoad, ...] = ()
 
     def formulas(self) -> Iterator[tuple[Formula, int]]:
-        yield from ((formula, 0) for formula in self.force)
+        vectors = [self.force, *(vector for load in self.nodes for vector in (load.force, load.moment))]
+        yield from ((formula, 0) for formula in dict.fromkeys(formula for vector in vectors for formula in vector))
 
     def passive(self) -> None:
         return None
@@ -68,20 +88,67 @@ def read_distributed_load(name: str, entry: DistributedLoadEntry, site: Site) ->
         hint = nearest(entry.beam, site.beams) or "a [beams] section; a rigid body takes [forces] at its centre"
         values.report.add(f"{place}.beam", what, hint)
     elif site.beams[entry.beam].model in CONSTRAINED:
-        what = (
-            f"the beam {entry.beam} is of the model {site.beams[entry.beam].model}, which distributed loads do not know"
-        )
-        values.report.add(f"{place}.beam", what, "[forces] at its nodes")
+        return _on_nodes(name, entry, site)
     elif not values.report.concerns(of_beam := key_of("beams", entry.beam)):
         start = values.constant(f"{of_beam}.start", site.beams[entry.beam].start)
         length = values.constant(f"{of_beam}.length", site.beams[entry.beam].length or 1.0)
+    if "moment" in entry.model_fields_set:
+        what = "only geometrically exact beams take distributed moments"
+        values.report.add(f"{place}.moment", what, 'model = "cosserat" of the beam')
+    force = values.vector(f"{place}.force", entry.force, LOAD)
+    return DistributedLoad(name, entry.beam, start, length, force, _profile(place, entry, values), entry.axes)
+
+
+def _profile(place: str, entry: DistributedLoadEntry, values: Reader) -> tuple[float, ...]:
     profile = tuple(values.constants(f"{place}.profile", entry.profile))
     if not profile:
         values.report.add(f"{place}.profile", "the list of coefficients is empty", "[1, -0.5]")
     elif all(math.isfinite(entry) for entry in profile) and not any(profile):
         values.report.add(f"{place}.profile", "all coefficients are zero, so there is no load", "[1], or no entry")
-    force = values.vector(f"{place}.force", entry.force, LOAD)
-    return DistributedLoad(name, entry.beam, start, length, force, profile, entry.axes)
+    return profile
+
+
+def _on_nodes(name: str, entry: DistributedLoadEntry, site: Site) -> DistributedLoad:
+    """Return a load on the nodes of a geometrically exact beam, by formulas of the place s of each node."""
+    place, beam = key_of("distributed_loads", name), site.exact.get(entry.beam)
+    profile, varied = _profile(place, entry, site.values), True
+    found: list[NodeLoad] = []
+    if beam is None or site.values.report.concerns(key_of("beams", entry.beam)):
+        return DistributedLoad(name, entry.beam, 0.0, 1.0, ZERO_VECTOR, profile, entry.axes)
+    vectors = ZERO_VECTOR, ZERO_VECTOR
+    for node, x, weight in zip(beam.nodes, beam.places, _weights(beam, profile), strict=True):
+        if varied and not (found and site.values.report.concerns(place)):
+            there = site.values.at(x / beam.length)
+            vectors = (
+                there.vector(f"{place}.force", entry.force, LOAD),
+                there.vector(f"{place}.moment", entry.moment, LOAD),
+            )
+            varied = bool(there.varied)
+        found.append(NodeLoad(node, weight, *vectors))
+    return DistributedLoad(name, entry.beam, 0.0, beam.length, ZERO_VECTOR, profile, entry.axes, tuple(found))
+
+
+def _weights(beam: Cosserat, profile: Sequence[float]) -> list[float]:
+    """Return the integral of a profile times the share of each node, 1 there and 0 at its neighbours, m."""
+    whole, start = sum((part.length for part in beam.parts), Fraction(0)), Fraction(0)
+    weights = [Fraction(0)] * len(beam.nodes)
+    numbers = [Fraction(number) if math.isfinite(number) else Fraction(0) for number in profile]
+    for element, part in enumerate(beam.parts):
+        end = start + part.length
+        zeroth, first = (
+            sum(
+                (
+                    number * (end ** (power + more) - start ** (power + more)) / ((power + more) * whole**power)
+                    for power, number in enumerate(numbers)
+                ),
+                Fraction(0),
+            )
+            for more in (1, 2)
+        )
+        weights[element] += (end * zeroth - first) / part.length
+        weights[element + 1] += (first - start * zeroth) / part.length
+        start = end
+    return list(map(float, weights))
 
 
 ROW = Row(DistributedLoad, DistributedLoadEntry, read_distributed_load, {})

@@ -13,6 +13,7 @@ from eomgen.system.description import Line, Point, Wheel
 
 if TYPE_CHECKING:  # a Scene needs none of what reads files
     from eomgen.scene.bodies.beam_schema import Beam
+    from eomgen.scene.bodies.cosserat import Cosserat
     from eomgen.scene.reading.key_metadata import Table
     from eomgen.scene.reading.requirements import Bound
     from eomgen.scene.reading.values import Values
@@ -82,12 +83,16 @@ class ForceElement:
 
 @dataclass(frozen=True)
 class Site:
-    """What a reader of a force element may look at: names of bodies and of beams, points, and the scene's values."""
+    """What a reader of a force element may look at: names of bodies and of beams, points, and the scene's values.
+
+    ``exact``: those of the beams that are geometrically exact, as far as they are read.
+    """
 
     bodies: Collection[str]
     beams: Mapping[str, Beam]
     points: Mapping[str, Point]
     values: Values
+    exact: Mapping[str, Cosserat] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -67,13 +67,6 @@ FIXED_PARAMETERS = Scope("fixed parameters", frozenset({"fixed"}))
 PARAMETERS = Scope("parameters", frozenset({"parameter"}))
 #: The name of the place along a beam, from 0 to 1.
 PLACE = "s"
-#: Of what may vary along a beam, and would be of parameters, or of fixed ones, elsewhere.
-ALONG_A_BEAM: Mapping[Scope, Scope] = {
-    scope: Scope(
-        f"{scope.description}, {PLACE} from 0 to 1 along the beam, and curves of it", scope.kinds | {"place", "curve"}
-    )
-    for scope in (PARAMETERS, FIXED_PARAMETERS)
-}
 TIME = Scope("time, parameters and curves", frozenset({"parameter", "time", "curve"}))
 #: Of drives and lengths over time.
 MOTION = Scope(
@@ -96,6 +89,13 @@ LOAD = Scope(
     "time, parameters, inputs, states, positions, velocities, tensions and inverse dynamics (not accelerations)",
     _STATE | {"tension", "tau"},
 )
+#: Of what may vary along a beam, by what it may be of elsewhere.
+ALONG_A_BEAM: Mapping[Scope, Scope] = {
+    scope: Scope(
+        f"{scope.description}, {PLACE} from 0 to 1 along the beam, and curves of it", scope.kinds | {"place", "curve"}
+    )
+    for scope in (PARAMETERS, FIXED_PARAMETERS, LOAD)
+}
 EVERYTHING = Scope("any quantity", LOAD.kinds | {"a", "acceleration", "power", "reaction", "drive_effort"})
 
 

@@ -90,7 +90,7 @@ class Values:
             self._require_bound(key, Number(value), scope)
             return Number(value)
         try:
-            formula = self._here(key, read_included(value, self.names, self._along(scope)))
+            formula = self._here(key, read_included(value, self.names, self._along(scope)), scope)
         except ArithmeticError as error:
             self.report.add(key, f"at s = {self.place:.6g}, {error}", OTHER_VALUES)
             return UNKNOWN
@@ -113,7 +113,7 @@ class Values:
     def _along(self, scope: Scope) -> Scope:
         return scope if self.place is None else ALONG_A_BEAM.get(scope, scope)
 
-    def _here(self, key: str, formula: Formula) -> Formula:
+    def _here(self, key: str, formula: Formula, scope: Scope) -> Formula:
         """Return a formula at the reader's place, with numbers for all that is known of one that varies along a beam.
 
         Raises
@@ -121,15 +121,16 @@ class Values:
         ArithmeticError
             Where it has no value.
         """
-        if self.place is None or not (curves(formula) or any(symbol.kind == "place" for symbol in symbols(formula))):
+        of_place = any(symbol.kind == "place" for symbol in symbols(formula))
+        if self.place is None or not (of_place or ("curve" not in scope.kinds and curves(formula))):
             return formula
         self.varied.add(key)
         self.mentioned |= {(symbol.kind, symbol.name) for symbol in symbols(formula)}
         self.mentioned |= {("curve", name) for name in curves(formula)}
 
         def known(symbol: Symbol) -> float | None:
-            if symbol.kind == "place":
-                return self.place
+            if symbol.kind != "parameter":
+                return self.place if symbol.kind == "place" else None
             return None if self.names.parameters.get(symbol.name, True) else self.parameters.get(symbol.name)
 
         return substituted(formula, known)
