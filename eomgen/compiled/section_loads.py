@@ -18,10 +18,10 @@ from eomgen.errors import Problem, UsageError
 class SectionLoads:
     """Strains and loads of one beam, of n elements, in the axes of its sections.
 
-    Strains are constant in an element. A load is what the part of the beam beyond a section, of larger x, exerts on the
-    part before it, so pulling and stretching are positive: stiffness times strains, plus damping times their rates, is
-    its mean over an element. Between its nodes nothing acts on an element, so its two ends are in equilibrium, and
-    loads jump at nodes by what acts on these: forces, weight, inertia.
+    Strains are those of the section in the middle of an element. A load is what the part of the beam beyond a section,
+    of larger x, exerts on the part before it, so pulling and stretching are positive: stiffness times strains, plus
+    damping times their rates, is its mean over an element. Between its nodes nothing acts on an element, so its two
+    ends are in equilibrium, and loads jump at nodes by what acts on these: forces, weight, inertia.
 
     Attributes
     ----------
