@@ -22,6 +22,7 @@ from eomgen.analysis.operating_point import (
     given_state,
 )
 from eomgen.analysis.sampled import sampled_part
+from eomgen.analysis.sparse_partials import dense, sparse_partials
 from eomgen.analysis.steady_motion import SteadyMotion
 from eomgen.arrays import Array
 from eomgen.compiled.arguments import check_finite, check_name, number_of
@@ -34,7 +35,7 @@ from eomgen.linear.linearization import Linearization, Names, Reference
 from eomgen.linear.partials import Partials
 from eomgen.linear.sampled_loop import held_as_inputs
 from eomgen.system.description import component_names
-from eomgen.system.terms import PURPOSES
+from eomgen.system.terms import PURPOSES, TERMS
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
@@ -62,7 +63,7 @@ def linearize(
 ) -> Linearization:
     """Return the linear model about a state; see ``Model.linearize``. ``given``: q, v, a, z and multipliers."""
     p = model.evaluator.one_set(parameters)
-    able = model.having((*PURPOSES["linearization"], "samples"))
+    able = able_to_linearize(model)
     operating_point = OperatingPoint(number_of("t", t), p, u, None if base is None else able.evaluator.base(base))
     specified = sorted(name for name, value in given.items() if value is not None)
     if specified:
@@ -88,9 +89,28 @@ def linearize(
     return found
 
 
+def able_to_linearize(model: CompiledModel) -> CompiledModel:
+    """Return the model, or one of the same scene, with all terms that a linear model needs.
+
+    Scenes of many components have the nonzeros of their partials; without inputs and disturbances these are all that is
+    needed of them, whole matrices are not built.
+    """
+    terms = {*PURPOSES["linearization"], "samples"}
+    if _takes_nonzeros(model):
+        terms -= {"partials", "linearization", "internal_partials"} | ({"mass"} if not model.multipliers else set())
+        terms |= {"iteration"}
+    return model.having([name for name in TERMS if name in terms])
+
+
+def _takes_nonzeros(model: CompiledModel) -> bool:
+    """Return whether partials of the residual come as nonzeros."""
+    others = model.nu or model.description.disturbances or "partials" in model.functions
+    return "iteration" in model.functions and not others
+
+
 def about_motion(model: CompiledModel, state: RunState, u: Array | None, p: Array) -> Linearization:
     """Return the linear model about a state of a motion, brought onto the constraints."""
-    able, t = model.having((*PURPOSES["linearization"], "samples")), float(state.t)
+    able, t = able_to_linearize(model), float(state.t)
     q, v = state.q, state.v
     if able.multipliers:
         consistent = able.consistent(q, v, t, parameters=p)
@@ -117,8 +137,13 @@ def about(
     whole = "linearization" if "linearization" in model.functions or of_inputs else "partials"
     terms = ["velocity_partials", "acceleration_partials", "constraint_jacobian", "output_partials"]
     blocks: dict[str, Array] = {}
-    for term in (whole, *(term for term in terms if term in model.functions)):
+    nonzeros = _takes_nonzeros(model)
+    for term in (*(() if nonzeros else (whole,)), *(term for term in terms if term in model.functions)):
         blocks |= model.evaluate(term, state.q, state.v, a, z=state.z, multipliers=lam, **operating_point.given)
+    if nonzeros:
+        sparse = sparse_partials(model, state.q, state.v, a, state.z, lam, operating_point.given)
+        matrices = vars(sparse)
+        blocks |= {name: dense(matrices[name]) for name in ("K", "C", "M", "Rz", "Fq", "Fv", "Fz")}
     blocks = {_IN_PARTIALS.get(name, name): block for name, block in blocks.items()}
     bad = sorted(name for name, block in blocks.items() if not np.all(np.isfinite(block)))
     if bad:
@@ -212,7 +237,11 @@ def _dynamics(model: CompiledModel, state: State, operating_point: OperatingPoin
 def _check_mass(model: CompiledModel, state: State, operating_point: OperatingPoint) -> None:
     """Raise ModelError where the inertia matrix of a model without constraints is not positive definite, with the
     component."""
-    M = model.mass(state.q, parameters=operating_point.parameters)
+    if "mass" in model.functions:
+        M = model.mass(state.q, parameters=operating_point.parameters)
+    else:
+        still, nothing = np.zeros(model.nv), np.zeros(0)
+        M = dense(sparse_partials(model, state.q, still, still, state.z, nothing, operating_point.given).M)
     sizes = np.sqrt(np.abs(np.diagonal(M)))
     sizes[sizes == 0.0] = 1.0
     if not np.all(np.isfinite(M)):

@@ -122,12 +122,13 @@ def found_state(
     absolute = driven and bool(model.description.joints)
     turning = at is None and (absolute or (operating_point.base is None and _base_moves(model, operating_point)))
     if at == "steady" or turning:
-        try:
-            given = _zero_velocities(model, start.q, operating_point) if turning and not absolute else None
-            return as_found("steady motion", steady_motion(model, given, None, *where), operating_point)
-        except NumericalError:
-            if at == "steady":
-                raise
+        at_rest = [_zero_velocities(model, start.q, operating_point)] if turning and not absolute else []
+        for given in (*at_rest, None):  # without given velocities rounding of symmetries decides nothing
+            try:
+                return as_found("steady motion", steady_motion(model, given, None, *where), operating_point)
+            except NumericalError:
+                if at == "steady":
+                    raise
     if at in (None, "equilibrium"):
         try:
             found = equilibrium(model, *where, any_kind=any_kind)

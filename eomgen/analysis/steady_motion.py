@@ -42,6 +42,8 @@ if TYPE_CHECKING:
 
 #: Fractions of a turn of the fastest component at which the motion is looked at again.
 _LATER = (0.11, 0.37, 1.0, 2.6)
+#: Part of the pace of a motion below which a velocity is rounding of none.
+_ROUNDING = 1e-9
 #: Part of the measure of accelerations that may appear along a steady motion.
 _STEADY = 1e-7
 #: Parts of a direction that are named.
@@ -171,7 +173,7 @@ def motion_along(
         message += f"; one more value could have been given, of {', '.join(undetermined[:6])}"
     return SteadyMotion(
         state.q,
-        state.v,
+        np.where(np.abs(state.v) > _ROUNDING * conditions.pace * conditions.extents, state.v, 0.0),
         state.z,
         state.lam,
         conditions.t,
@@ -230,15 +232,16 @@ def _check_lasting(
     start, in directions that may turn with the motion."""
     state, extents = found.state, conditions.extents
     fastest = float(np.max(np.abs(state.v) / extents, initial=0.0))
-    turn = 2.0 * np.pi / fastest if fastest > 0.0 else 1.0 / conditions.pace
-    worst = np.zeros(model.nv)
+    turn = 2.0 * np.pi / fastest if fastest > _ROUNDING * conditions.pace else 1.0 / conditions.pace
+    at, worst = conditions.at(*state.motion), np.zeros(model.nv)
+    rounding = conditions.measured(at, at.values)[1][: model.nv] * conditions.pace**2 * extents
     left = 2.0 * float(np.max(np.abs(conditions.accelerations(*state.motion)) / extents, initial=0.0))
     for share in _LATER:
         later = conditions.after(share * turn)
         moved = motion_at(later, found.fields, found.fields.after(state.q, state.g, share * turn), state.g, state.z)
         worst = np.maximum(worst, np.abs(later.accelerations(*moved.motion)))
-    k = int(np.argmax(worst / extents)) if len(worst) else 0
-    if len(worst) and not worst[k] <= (_STEADY * conditions.pace**2 + left) * extents[k]:
+    k = int(np.argmax((worst - rounding) / extents)) if len(worst) else 0
+    if len(worst) and not worst[k] <= (_STEADY * conditions.pace**2 + left) * extents[k] + rounding[k]:
         what = (
             "forces balance at this instant only, for they change along the motion or with time: later"
             f" {model.v_names[k]} "
