@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import click
@@ -29,10 +29,13 @@ def console(*, stderr: bool = False) -> Console:
 
 
 @contextlib.contextmanager
-def building(name: str) -> Iterator[None]:
-    """Say that a model is being built, where stderr is a terminal."""
-    with console(stderr=True).status(f"building {name}") if sys.stderr.isatty() else contextlib.nullcontext():
-        yield
+def building(name: str) -> Iterator[Callable[[str], None]]:
+    """Say that a model is being built, where stderr is a terminal; what is given takes down which of several it is."""
+    if not sys.stderr.isatty():
+        yield lambda _: None
+        return
+    with console(stderr=True).status(f"building {name}") as status:
+        yield lambda what: status.update(f"building {name}: {what}")
 
 
 def print_json(data: Any) -> None:

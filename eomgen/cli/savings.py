@@ -60,8 +60,8 @@ def savings(
 
     if folder is not None:
         make_folder(Path(folder))
-    with building(f"variants of {scene}"):
-        found = measured(scene, method=method, rounds=rounds, only=only, **reading)
+    with building(f"variants of {scene}") as progress:
+        found = measured(scene, method=method, rounds=rounds, only=only, progress=progress, **reading)
     if as_json:
         print_json(found.to_dict())
     else:

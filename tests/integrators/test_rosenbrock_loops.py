@@ -144,6 +144,8 @@ def test_steps_too_long_for_two_corrections_end_the_run(method: str) -> None:
     assert "the corrections of a step, a fixed number, did not bring it onto the constraints" in end.message
     assert "try: a step smaller than 0.002 s" in end.message
     loose = model("four_bar").simulate(0.1, 4e-3, method=method, error_estimate=False)
+    with pytest.raises(eomgen.UsageError, match=r"settings\.drift: drift is 0, and has to be above it; try: 1e-06"):
+        model("four_bar").simulate(0.1, 4e-3, method=method, settings={"drift": 0.0})
     strict = model("four_bar").simulate(0.1, 4e-3, method=method, error_estimate=False, settings={"drift": 1e-14})
     assert loose.success and not strict.success
 

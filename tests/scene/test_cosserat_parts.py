@@ -119,6 +119,18 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ),
     ({"length": None}, "(beams.rope): the key length is missing; try: length = 1.0"),
     (
+        {"length": 1e308},
+        "(beams.rope): the length of an element, 2.5e+307 m, is beyond what a computer can square; try: SI units",
+    ),
+    (
+        {"stiffness": {**ROLL_UP, "torsion": 1e300}},
+        "(beams.rope): the stiffness of an element, 1e+300 by 2.5 m, is beyond what a computer can square; try: SI units",
+    ),
+    (
+        {"mass_per_length": 1e300},
+        "(beams.rope): the mass of an element, 1e+300 kg/m over 2.5 m, is beyond what a computer can square; try: SI units",
+    ),
+    (
         {"length": None, "elements": None, "parts": [{"length": 1.0, "elements": 1024}, PART]},
         "(beams.rope.parts): the parts have 1026 elements, and 1024 are the most of a beam; try: fewer elements",
     ),

@@ -73,7 +73,11 @@ def test_variants_have_the_same_motion() -> None:
 
 @pytest.fixture(scope="module")
 def measured() -> eomgen.studies.savings.study.Savings:
-    return eomgen.savings(BEAM, rounds=1, only=["terms of a step", "moving base", "absolute"], profile="quick")
+    seen: list[str] = []
+    only = ["terms of a step", "moving base", "absolute"]
+    found = eomgen.savings(BEAM, rounds=1, only=only, profile="quick", progress=seen.append)
+    assert seen == ["as asked, 1 of 4", "terms of a step, 2 of 4", "moving base, 3 of 4", "absolute, 4 of 4"]
+    return found
 
 
 def test_costs_and_ratios(measured: eomgen.studies.savings.study.Savings, tmp_path: Path) -> None:

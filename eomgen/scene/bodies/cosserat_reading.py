@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import accumulate, pairwise
 
@@ -33,6 +33,8 @@ _OF_EXACT = (
     "elements", "parts", "stiffness", "stiffness_matrix", "damping", "stiffness_damping", "rotary_inertia", "curvature",
     "shape", "pretwist", "prestrain",
 )  # fmt: skip  # a table
+#: Bounds of numbers whose products are numbers, too.
+_LEAST, _MOST = 1e-150, 1e150
 #: What nothing can be made of goes on with these.
 _SECTION_UNKNOWN = (Number(math.nan),) * 6
 
@@ -112,7 +114,28 @@ def read_cosserat(name: str, entry: written.Beam, values: Values, stations: Sequ
             alike = elements and elements[-1].section is section and elements[-1] == element
             elements.append(elements[-1] if alike else element)
     _check_fold(whole, most, len(elements), values)
-    return Cosserat(name, tuple(elements), whole.model)
+    beam = Cosserat(name, tuple(elements), whole.model)
+    if values.report.concerns(whole.key) or not (fault := _beyond_numbers(beam, values)):
+        return beam
+    values.report.add(whole.key, f"{fault} is beyond what a computer can square", "SI units")
+    return Cosserat(name, tuple(replace(part, length=Fraction(1)) for part in elements), whole.model)
+
+
+def _beyond_numbers(beam: Cosserat, values: Values) -> str:
+    """Return what of an element is beyond numbers that products can be made of; empty where nothing is."""
+    for part in dict.fromkeys(beam.parts):
+        length, mass = float(part.length), values.value(part.section.mass_per_length)
+        stiffness = max((abs(values.value(entry)) for row in part.section.stiffness for entry in row), default=0.0)
+        numbers = {
+            f"the length of an element, {length:.6g} m,": length,
+            f"the mass of an element, {mass:.6g} kg/m over {length:.6g} m,": mass * length,
+            f"the stiffness of an element, {stiffness:.6g} by {length:.6g} m,": stiffness / length,
+            f"the stiffness of an element, {stiffness:.6g} over {length:.6g} m,": stiffness * length,
+        }
+        for what, number in numbers.items():
+            if not math.isnan(number) and not _LEAST < number < _MOST:
+                return what
+    return ""
 
 
 @dataclass(frozen=True)

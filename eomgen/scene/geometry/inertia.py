@@ -124,10 +124,11 @@ def smallest_moment_above(entries: Sequence[Numbers], least: Numbers) -> Flags:
     trace.
     """
     xx, yy, zz, xy, xz, yz = entries
-    minor = xx * yy - xy * xy
-    determinant = zz * minor - xx * yz * yz - yy * xz * xz + 2.0 * xy * xz * yz
-    trace = xx + yy + zz
-    above = 4.0 * determinant > least * trace * trace
+    with np.errstate(over="ignore", invalid="ignore"):  # what is beyond numbers is no proof
+        minor = xx * yy - xy * xy
+        determinant = zz * minor - xx * yz * yz - yy * xz * xz + 2.0 * xy * xz * yz
+        trace = xx + yy + zz
+        above = 4.0 * determinant > least * trace * trace
     return np.logical_and(
         np.logical_and(np.greater(xx, 0.0), np.greater(minor, 0.0)), np.logical_and(determinant > 0.0, above)
     )

@@ -12,7 +12,7 @@ from eomgen.arrays import Array
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
-#: Rows that are looked at, evenly chosen.
+#: Rows that are looked at together.
 _ROWS = 2048
 #: Half a turn is passed where the scalar part of the relative quaternion, which is 0 there, changes its sign within
 #: this distance; other changes are those of the sign of a pose, which tell nothing.
@@ -20,7 +20,7 @@ _NEAR = 0.7
 
 
 def turned_elements(model: CompiledModel, t: Array, q: Array, p: Array) -> str:
-    """Return which elements have passed half a turn, and when first; empty where none has.
+    """Return which element has passed half a turn first, and when; empty where none has.
 
     Runs of models without ``poses`` are left out.
 
@@ -32,7 +32,15 @@ def turned_elements(model: CompiledModel, t: Array, q: Array, p: Array) -> str:
     beams = model.description.exact_beams
     if not beams or "poses" not in model.functions or len(t) < 2:
         return ""
-    t, q = (array[:: -(-len(t) // _ROWS)] for array in (t, q))
+    for start in range(0, len(t) - 1, _ROWS):
+        rows = slice(start, start + _ROWS + 1)  # the last one is the first of the next
+        if found := _passed(model, t[rows], q[rows], p):
+            return found
+    return ""
+
+
+def _passed(model: CompiledModel, t: Array, q: Array, p: Array) -> str:
+    beams = model.description.exact_beams
     quaternion = model.evaluate("poses", q, t=t, parameters=p)["pose"][..., :4]
     quaternion_of = {name: quaternion[:, k] for k, name in enumerate(model.bodies)}
     for nodes in beams:

@@ -9,7 +9,7 @@ import statistics
 import tempfile
 import time
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -105,6 +105,7 @@ def savings(
     rounds: int = SAVINGS_ROUNDS,
     only: Sequence[str] = (),
     profile: str = STANDARD_PROFILE,
+    progress: Callable[[str], None] | None = None,
     **options: Any,
 ) -> Savings:
     """Measure what a scene costs as it is asked, and what it would with more than it asks for.
@@ -125,6 +126,8 @@ def savings(
         Names of variants, besides the scene as it is asked; all by default.
     profile : str
         As in ``build``.
+    progress : callable, optional
+        Called with the name of each variant as it is built, and how many there are.
     options
         Of ``load``, for paths.
 
@@ -150,7 +153,11 @@ def savings(
     with tempfile.TemporaryDirectory(prefix="eomgen-savings-") as folder, warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of variants: what the scene itself warns of, every build says
         built_in(Path(folder) / "cache", document, ["residual"], chosen, profile)  # what all builds have in common
-        measured = [_built(variant, chosen, Path(folder), profile) for variant in wanted]
+        measured = []
+        for number, variant in enumerate(wanted, 1):
+            if progress is not None:
+                progress(f"{variant.name}, {number} of {len(wanted)}")
+            measured.append(_built(variant, chosen, Path(folder), profile))
         costs = _timed(measured, step, document.simulation.duration, rounds)
     if costs[0].problem:
         raise UsageError(f"the scene as it is asked cannot be measured: {costs[0].problem}", "another method or step")
