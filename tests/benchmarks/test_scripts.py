@@ -12,6 +12,7 @@ import pytest
 import eomgen
 from benchmarks import (
     adaptive_steps,
+    beam_kernels,
     equal_elements,
     frame_peers,
     generation_time,
@@ -213,6 +214,14 @@ def test_springs_between_masses_are_compared(tmp_path: Path, capsys: pytest.Capt
     rows = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))["rows"]
     assert [row["kappa"] for row in rows] == [1.0, 1e12, 1e30]
     assert max(row["step"] for row in rows) < 1e-15 and max(row["tdg3"] for row in rows) < 1e-13
+
+
+def test_exact_beams_of_more_elements_are_built(tmp_path: Path) -> None:
+    assert beam_kernels.main(["--quick", "--json", str(tmp_path / "out.json")]) == 0
+    beams = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))["beams"]
+    assert [beam["elements"] for beam in beams] == [3, 6]
+    assert all(beam["runs"][0]["us per step"] > 0.0 for beam in beams)
+    assert beam_kernels.exponent([2, 4, 8], [3.0, 12.0, 48.0]) == pytest.approx(2.0)
 
 
 def test_bars_of_more_elements_are_built(tmp_path: Path) -> None:
