@@ -47,6 +47,10 @@ ATTRIBUTES: Mapping[str, Mapping[str, str]] = {
         **dict.fromkeys(("u", "input", "controls"), "inputs"),
         **dict.fromkeys(("parameters", "params", "parameter_values"), 'metadata["parameters"]'),
         **dict.fromkeys(("lam", "lambda_", "reactions", "forces"), "multipliers, or outputs that name a reaction"),
+        **dict.fromkeys(
+            ("section_forces", "internal_forces", "stress_resultants", "strains", "internal_loads"),
+            "section_loads, by the names of geometrically exact beams",
+        ),
         **dict.fromkeys(("to_csv", "csv", "write", "export"), _CSV),
         **dict.fromkeys(("df", "dataframe", "to_df", "to_dataframe"), "to_pandas()"),
         **dict.fromkeys(("keys", "names"), "columns(), which has all columns by name"),

@@ -1,0 +1,21 @@
+"""The published bend of 45 degrees, a parabola given by frames, and a circle, by the table of anchors."""
+
+from __future__ import annotations
+
+import pytest
+
+from benchmarks.beam_anchors import report, rows_of
+
+pytestmark = pytest.mark.slow
+
+
+def test_elements_reach_the_published_bend() -> None:
+    rows = rows_of("bend, parabola", (2, 4, 8, 16))
+    assert rows[-1].error < 1e-6
+    assert rows[-1].extrapolated < 1e-7
+    assert report(rows).splitlines()[5].startswith("| bend, parabola | 16 ")
+
+
+def test_a_circle_needs_four_elements() -> None:
+    (row,) = rows_of("roll-up", (2, 4))
+    assert row.elements == 4 and row.error < 1e-12
