@@ -47,6 +47,7 @@ SLOW: dict[str, tuple[str, ...]] = {
     "analysis/test_load_steps.py::test_a_moment_rolls_beams_up_whatever_their_slenderness": ("10000000000.0",),
     "analysis/test_load_steps.py::test_an_element_that_would_turn_by_half_a_turn_ends_load_steps_with_its_name": (),
     "analysis/test_load_steps.py::test_beams_of_many_elements_need_no_terms_by_hand": (),
+    "analysis/test_load_steps.py::test_beams_without_shear_and_stretch_bend_as_the_elastica": (),
     "analysis/test_load_steps.py::test_bending_has_the_same_error_whatever_the_slenderness": (),
     "analysis/test_nearest_equilibrium.py::test_a_half_car_with_actuators_rests_where_it_settles": ("True",),
     "analysis/test_nearest_equilibrium.py::test_a_wheel_falls_onto_the_road": (),

@@ -211,15 +211,20 @@ class EquilibriumPath:
 
     def _draw(self, ax: Any, name: str, column: Array) -> None:
         told: set[str] = set()
-        unstable = self.negative > 0
+        between: dict[int, list[Critical]] = {}
+        for item in self.critical:
+            between.setdefault(item.after, []).append(item)
         for row in range(len(column) - 1):
-            word = "unstable" if unstable[row] and unstable[row + 1] else "stable"
-            if np.any(self.negative < 0):
-                word = ""
-            colour, line = (_UNSTABLE, "--") if word == "unstable" else (_STABLE, "-")
-            label = word if word and word not in told else None
-            told.add(word)
-            ax.plot(column[row : row + 2], self.values[row : row + 2], line, color=colour, linewidth=1.6, label=label)
+            turns = between.get(row + 1, [])
+            xs = [column[row], *(item.columns.get(name, item.value) for item in turns), column[row + 1]]
+            ys = [self.values[row], *(item.value for item in turns), self.values[row + 1]]
+            for k in range(len(xs) - 1):
+                negative = self.negative[row] if k < len(xs) - 2 or not turns else self.negative[row + 1]
+                word = "" if negative < 0 else "unstable" if negative else "stable"
+                colour, line = (_UNSTABLE, "--") if word == "unstable" else (_STABLE, "-")
+                label = word if word and word not in told else None
+                told.add(word)
+                ax.plot(xs[k : k + 2], ys[k : k + 2], line, color=colour, linewidth=1.6, label=label)
         for item in self.critical:
             colour, mark = (_LIMIT, "o") if item.kind == "limit point" else (_BIFURCATION, "D")
             label = item.kind if item.kind not in told else None

@@ -131,6 +131,15 @@ def test_places_of_nonzeros_survive_as_text(rng: np.random.Generator) -> None:
     assert len(packed_places(banded)) < 10_000
 
 
+@pytest.mark.parametrize("model", ["kirchhoff", "inextensible"])
+def test_beams_without_shear_and_stretch_bend_as_the_elastica(model: str) -> None:
+    stiffness = dict.fromkeys(("torsion", "bending_y", "bending_z"), EI)
+    stiffness |= {"stretch": 1e14} if model == "kirchhoff" else {}
+    scene = beam_scene(8, {"force": [0.0, "load", 0.0]}, {"model": model, "stiffness": stiffness})
+    found = tip(eomgen.build(scene, profile="quick"), {"load": 15.0})
+    np.testing.assert_allclose(found[:2], elastica(15.0, EI, 1e14, 1e14), atol=3e-3 * LENGTH)
+
+
 def test_nodes_that_joints_carry_turn_with_them(rng: np.random.Generator) -> None:
     scene = beam_scene(3, {}, type="revolute", axis=[0.0, 0.6, 0.8], position=[0.5, 0.0, 0.2])
     derivatives = []
