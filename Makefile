@@ -6,26 +6,30 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+# One installation for each target: every one of them resolves and builds anew.
+INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable
 # An environment or package index set by the user is respected; nothing here names one.
 
 .PHONY: demo test test-all coverage browser lint types golden bench clean
 
-$(VENV)/installed: pyproject.toml
+$(VENV)/made:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "eomgen needs Python 3.11 or newer; $(PYTHON) is $$($(PYTHON) --version). Try: make PYTHON=python3.12" >&2; exit 1; }
 	@$(PYTHON) -m venv $(VENV) || \
 	  { echo "could not make a virtual environment. On Debian or Ubuntu try: apt-get install python3-venv" >&2; exit 1; }
-	$(BIN)/python -m pip install --quiet --upgrade pip
-	$(BIN)/python -m pip install --quiet --editable .
 	@touch $@
 
-$(VENV)/installed-test: $(VENV)/installed
-	$(BIN)/python -m pip install --quiet --editable '.[test,dev]'
+$(VENV)/installed: $(VENV)/made pyproject.toml
+	$(INSTALL) .
 	@touch $@
 
-$(VENV)/installed-all: $(VENV)/installed-test
-	$(BIN)/python -m pip install --quiet --editable '.[test,dev,notebook]'
-	@touch $@
+$(VENV)/installed-test: $(VENV)/made pyproject.toml
+	$(INSTALL) '.[test,dev]'
+	@touch $@ $(VENV)/installed
+
+$(VENV)/installed-all: $(VENV)/made pyproject.toml
+	$(INSTALL) '.[test,dev,notebook]'
+	@touch $@ $(VENV)/installed-test $(VENV)/installed
 
 demo: $(VENV)/installed
 	$(BIN)/eomgen doctor --quiet

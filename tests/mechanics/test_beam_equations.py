@@ -155,10 +155,11 @@ def expected_terms(on_base: OnBase, state: dict[str, Array]) -> dict[str, Array]
 
 
 CASES = [
-    (single(modes, 2, hinged=hinged), points_of_single)
+    (single(modes, 2, hinged=True), points_of_single)
     for modes in (PLANAR, OTHER_PLANE, TWO_PLANES, STRETCHING, TWISTING, ALL)
-    for hinged in (False, True)
 ]
+# without a hinge there is nothing more, but the base moves the beam itself
+CASES += [(single(modes, 2, hinged=False), points_of_single) for modes in (PLANAR, TWO_PLANES)]
 CASES += [(single(ALL, 2, hinged=True, stiffening=False), points_of_single), (chain(2), points_of_chain)]
 
 
@@ -188,8 +189,10 @@ def lowest_weights(values: Array, kept: int) -> Array:
     return coefficients[: kept + 1].sum(axis=0).reshape(values.shape[1:])
 
 
-@pytest.mark.parametrize("hinged", [False, True])
-@pytest.mark.parametrize("modes", [PLANAR, TWO_PLANES, STRETCHING, TWISTING, ALL])
+@pytest.mark.parametrize(
+    ("modes", "hinged"),
+    [*((modes, True) for modes in (PLANAR, TWO_PLANES, STRETCHING, TWISTING, ALL)), (TWO_PLANES, False)],
+)
 def test_order_1_is_the_whole_truncated_at_second_order(modes: Modes, hinged: bool) -> None:
     """Of all terms, what has weight 2 at most in elastic coordinates, their rates, accelerations and variations is
     kept.

@@ -84,25 +84,23 @@ def examine(path: Path) -> Found:
     try:
         pin.buildModelFromUrdf(str(path))
     except ValueError:
-        return Found(refusal=f"{_refusal(path, 'fixed')}; Pinocchio refuses it too")
-    refused = _refusal(path, "fixed")
-    free = _refusal(path, "free")
-    if free:
+        return Found(refusal=f"{_loaded(path, 'fixed')}; Pinocchio refuses it too")
+    fixed, free = _loaded(path, "fixed"), _loaded(path, "free")
+    if isinstance(free, str):
         return Found(refusal=free)
-    found = [
-        _compared(path, load(path, root=root), root) for root in ("fixed", "free") if root == "free" or not refused
-    ]
+    found = [_compared(path, fixed, "fixed")] if isinstance(fixed, Scene) else []
+    found.append(_compared(path, free, "free"))
     return replace(found[0], error=max(item.error for item in found), deviation=max(item.deviation for item in found))
 
 
-def _refusal(path: Path, root: str) -> str:
+def _loaded(path: Path, root: str) -> Scene | str:
+    """Return the scene, or why it is refused."""
     try:
-        load(path, root=root)
+        return load(path, root=root)
     except EomgenError as error:
         problems = [str(problem) for problem in error.problems]
         first = problems[0].split(": ", 1)[1].split("; try:")[0]
         return first if len(problems) == 1 else f"{first}, and {len(problems) - 1} more"
-    return ""
 
 
 def _compared(path: Path, scene: Scene, root: str) -> Found:

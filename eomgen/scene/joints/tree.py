@@ -35,7 +35,7 @@ def ordered(
     complete : bool
         Whether every joint and body could be read; where not, missing joints are not reported.
     """
-    known = [*bodies, *refused]
+    known = dict.fromkeys([*bodies, *refused])
     carrier: dict[str, Link] = {}
     for link in links:
         key = key_of("joints", link.name)
