@@ -82,7 +82,7 @@ def test_any_plane(loop: str, coordinates: str, rng: np.random.Generator) -> Non
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])
 @pytest.mark.parametrize("loop", LOOPS)
 def test_many_planes(loop: str, coordinates: str, rng: np.random.Generator) -> None:
-    for number in range(30 if coordinates == "joint" else 5):
+    for number in range(12 if coordinates == "joint" else 4):
         closing = CLOSINGS[number % len(CLOSINGS)]
         shift = rng.standard_normal(3) * 10.0 ** rng.uniform(-2, 5)
         drawn, R = LOOPS[loop](closing) | {"coordinates": coordinates}, random_rotation(rng)

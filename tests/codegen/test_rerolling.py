@@ -3,6 +3,7 @@ bodies."""
 
 from __future__ import annotations
 
+import functools
 import random
 from pathlib import Path
 
@@ -144,10 +145,15 @@ def test_what_does_not_repeat_stays_as_it_is() -> None:
     assert not find_loops(tape, live)
 
 
+@functools.cache
+def chain_of(links: int) -> System:
+    return derive(planar_chain(links))
+
+
 @pytest.mark.parametrize("name", ["inverse_dynamics", "forward_dynamics", "iteration", "coupling", "energy"])
 def test_the_text_of_a_chain_does_not_grow_with_its_links(name: str) -> None:
     def statements(links: int) -> int:
-        program = to_program(derive(planar_chain(links)), functions=[name])
+        program = to_program(chain_of(links), functions=[name])
         return sum(
             len(part.statements) + sum(len(s.data[1]) for s in part.statements if s.kind == "repeat")
             for part in program.function(name).parts

@@ -163,7 +163,7 @@ def rolling_disc() -> Scene:
     return Scene("disc", (disc,), (free,), constraints=(ground,), content=b"disc")
 
 
-_FLAGS = ("-std=c99", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-ffp-contract=off", "-fPIC", "-shared")
+_FLAGS = ("-std=c99", "-O0", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-ffp-contract=off", "-fPIC", "-shared")
 
 
 class SceneStepper(Stepper):

@@ -17,7 +17,7 @@ def program(folder: Path, scene: eomgen.Scene, method: str, main: str, flags: Se
     ones."""
     eomgen.generate(scene, folder, method=method)
     (folder / "main.c").write_text(main, encoding="utf-8")
-    strict = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror"]
+    strict = ["-std=c99", "-O1", "-Wall", "-Wextra", "-Werror"]
     sources = sorted(str(file) for file in folder.glob("*.c"))
     subprocess.run(["cc", *strict, *flags, *sources, "-o", str(folder / "program"), "-lm"], check=True)
     return folder / "program"
