@@ -49,6 +49,8 @@ LONG_TREE = 20_000
 #: Trees of more velocity components are stepped with the sparse extended system, however short their branches are: from
 #: here on forming and factoring whole matrices costs more.
 MANY = 64
+#: Up to so large a mean of the squared depths a tree counts as flat: bodies on the base have 15.
+FLAT = 48
 
 
 class Derivation:
@@ -194,6 +196,12 @@ class Derivation:
         """Whether the tree is so deep that terms quadratic in its depth are recorded on request only."""
         return sum(depth * depth for depth in self._depths()) >= LONG_TREE
 
+    @property
+    def flat(self) -> bool:
+        """Whether few velocity components are behind others."""
+        depths = self._depths()
+        return sum(depth * depth for depth in depths) <= FLAT * len(depths)
+
     def _depths(self) -> list[int]:
         """Return for each velocity component how many there are from the root to it."""
         depths: list[int] = []
@@ -309,30 +317,31 @@ class Derivation:
 
     # -- constraints --------------------------------------------------------------------------------------------------
 
-    def _calculus(self) -> ConstraintCalculus:
+    def calculus(self) -> ConstraintCalculus:
+        """Return the calculus of the constraints. Raises ModelError where there are none."""
         if self.constraints is None:
             raise ModelError(f"scene {self.scene.name!r} has no constraints", "add one, or absolute coordinates")
         return self.constraints
 
     def constraint(self) -> list[Block]:
         """Return Phi, (holonomic,), m or 1; zero on the constraints. Raises ModelError without constraints."""
-        return [self._vector("Phi", [row.value for row in self._calculus().rows.holonomic], "holonomic constraints")]
+        return [self._vector("Phi", [row.value for row in self.calculus().rows.holonomic], "holonomic constraints")]
 
     def constraint_velocity(self) -> list[Block]:
         """Return w = B v + Phi_t, then the rows at velocity level; m/s or 1/s."""
-        return [self._vector("w", self._calculus().velocity(), "B v + Phi_t, then constraints at velocity level")]
+        return [self._vector("w", self.calculus().velocity(), "B v + Phi_t, then constraints at velocity level")]
 
     def constraint_bias(self) -> list[Block]:
         """Return g, (rows,), with d/dt w = B vdot + g."""
-        return [self._vector("g", self._calculus().bias(), "rate of the velocity rows at vdot = 0")]
+        return [self._vector("g", self.calculus().bias(), "rate of the velocity rows at vdot = 0")]
 
     def constraint_jacobian(self) -> list[Block]:
         """Return B, (rows, nv), left-trivialised."""
-        return [self._matrix("B", self._calculus().jacobian(), "constraint Jacobian, left-trivialised")]
+        return [self._matrix("B", self.calculus().jacobian(), "constraint Jacobian, left-trivialised")]
 
     def constraint_size(self) -> list[Block]:
         """Return by what violations of each row are measured: the size of its summands, and its extent, m."""
-        rows = self._calculus().rows.all
+        rows = self.calculus().rows.all
         sizes, extents = [row.size for row in rows], self._extents(rows)
         return [
             self._vector(
@@ -353,7 +362,7 @@ class Derivation:
 
     def velocity_partials(self) -> list[Block]:
         """Return Z = dw/dq, (rows, nv), left-trivialised."""
-        rows = self._calculus().by_configuration(self._calculus().velocity())
+        rows = self.calculus().by_configuration(self.calculus().velocity())
         return [self._matrix("Z", rows, "left-trivialised partials in q of the velocity rows")]
 
     def _vector(self, name: str, values: Sequence[Scalar], description: str) -> Block:

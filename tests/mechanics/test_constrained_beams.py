@@ -99,3 +99,24 @@ def test_absolute_coordinates_have_the_same_rows(model: str, rng: np.random.Gene
     for rows, nodes in zip(found, poses, strict=True):
         gaps = [(logarithm(*pair) - at_rest)[PLACES[model]] for pair in pairwise(nodes)]
         np.testing.assert_allclose(rows, np.ravel(gaps), atol=1e-11)
+
+
+@pytest.mark.parametrize("model", list(WITHOUT))
+def test_long_beams_have_the_nonzeros_of_the_same_partials(model: str, rng: np.random.Generator) -> None:
+    stiffness = {strain: value for strain, value in ROLL_UP.items() if strain not in WITHOUT[model]}
+    data = beam_scene(12, {"force": [1.0, 0.0, 0.0]}, {"model": model, "stiffness": stiffness}, type="free")
+    system = derive(from_data(data), ["iteration", "jacobian_values", *TERMS])
+    state = {name: block[:2] for name, block in states(system, rng).items()}
+    evaluate = tape_evaluator(system)
+    sparse = evaluate("iteration", state)
+    assert np.array_equal(evaluate("jacobian_values", state)["B"], sparse["B"])
+    whole = evaluate("partials", state)
+    whole |= {"B": evaluate("constraint_jacobian", state)["B"], "Z": evaluate("velocity_partials", state)["Z"]}
+    assert set(sparse) == set(whole)
+    for name, values in sparse.items():
+        rows, columns = np.transpose(system.patterns[name])
+        filled = np.zeros_like(whole[name])
+        filled[:, rows, columns] = values
+        assert relative_error(filled, whole[name], axes=2) < 1e-13, name
+    nodes = np.abs(np.subtract(*np.transpose(system.patterns["K"]) // 6))
+    assert np.max(nodes) == 1

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from eomgen.mechanics.derivation import Derivation
-from eomgen.mechanics.dynamics.extended_system import extended_partials, pattern
-from eomgen.symbolic.tape import ZERO
+from eomgen.mechanics.dynamics.extended_system import Entries, extended_partials, pattern
+from eomgen.mechanics.kinematics.directions import configuration_directions
+from eomgen.symbolic.calculus.partials import forward_partials
+from eomgen.symbolic.operations import InputSymbol
+from eomgen.symbolic.tape import ONE, ZERO
 from eomgen.system.system import Block
 
 
@@ -20,12 +23,39 @@ def iteration(derivation: Derivation) -> list[Block]:
     """Return the nonzeros of all partials: of the whole tree, or for large trees of each step of the recursion."""
     if derivation.constraints is None and derivation.large:
         return extended_iteration(derivation)
-    matrices = derivation.partials()
-    if derivation.constraints is not None:
-        matrices += [*derivation.constraint_jacobian(), *derivation.velocity_partials()]
-    blocks = [_packed(derivation, block) for block in matrices]
+    if derivation.constraints is not None and derivation.large and derivation.flat:
+        blocks = differentiated_iteration(derivation)
+    else:
+        matrices = derivation.partials()
+        if derivation.constraints is not None:
+            matrices += [*derivation.constraint_jacobian(), *derivation.velocity_partials()]
+        blocks = [_packed(derivation, block) for block in matrices]
     internal = [_packed(derivation, block) for block in derivation.internal_partials()]
     return blocks + [block for block in internal if block.refs]
+
+
+def differentiated_iteration(derivation: Derivation) -> list[Block]:
+    """Return the nonzeros of K, C, M, B and Z by forward differentiation, which knows where they are beforehand.
+
+    For many bodies of which few carry others: along long branches recursions are cheaper.
+    """
+    tape, nv, calculus = derivation.tape, derivation.tree.nv, derivation.calculus()
+    residual, velocity = derivation.residual()[0].refs, [value.ref for value in calculus.velocity()]
+    seeds = configuration_directions(derivation.tree)
+    for k in range(nv):
+        seeds[InputSymbol("v", k)], seeds[InputSymbol("a", k)] = {nv + k: ONE}, {2 * nv + k: ONE}
+    with tape.block("partials of the residual"):
+        tangents = forward_partials(tape, residual, seeds)
+    with tape.block("partials of the rates of the constraints"):
+        of_rates = forward_partials(tape, velocity, calculus.seeds)
+    entries: dict[str, Entries] = {name: {} for name in ("K", "C", "M", "B", "Z")}
+    for row, tangent in enumerate(tangents):
+        for direction, ref in tangent.items():
+            kind, column = divmod(direction, nv)
+            entries["KCM"[kind]][row, column] = ref
+    for name, rows in (("B", calculus.tangents), ("Z", of_rates)):
+        entries[name] = {(row, column): ref for row, tangent in enumerate(rows) for column, ref in tangent.items()}
+    return [_nonzeros(derivation, name, of_matrix, name) for name, of_matrix in entries.items()]
 
 
 def extended_iteration(derivation: Derivation) -> list[Block]:
@@ -39,17 +69,23 @@ def extended_iteration(derivation: Derivation) -> list[Block]:
             derivation.inverse(),
             derivation.internal,
         )
-    blocks = []
-    for name, entries in partials.items():
-        indices, refs = pattern(entries)
-        derivation.patterns[name] = indices
-        blocks.append(Block(name, (len(refs),), refs, f"nonzeros of {name} of the extended system"))
-    return blocks
+    return [
+        _nonzeros(derivation, name, entries, f"{name} of the extended system") for name, entries in partials.items()
+    ]
 
 
 def jacobian_values(derivation: Derivation) -> list[Block]:
     """Return the nonzeros of the constraint Jacobian."""
-    return [_packed(derivation, derivation.constraint_jacobian()[0])]
+    rows = derivation.calculus().tangents
+    entries = {(row, column): ref for row, tangent in enumerate(rows) for column, ref in tangent.items()}
+    return [_nonzeros(derivation, "B", entries, "B: constraint Jacobian, left-trivialised")]
+
+
+def _nonzeros(derivation: Derivation, name: str, entries: Entries, what: str) -> Block:
+    """Return the entries of a matrix, row by row, and keep where they belong."""
+    indices, refs = pattern({index: ref for index, ref in entries.items() if ref != ZERO})
+    derivation.patterns[name] = indices
+    return Block(name, (len(refs),), refs, f"nonzeros of {what}")
 
 
 def _packed(derivation: Derivation, block: Block) -> Block:
