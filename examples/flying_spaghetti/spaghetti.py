@@ -1,6 +1,6 @@
 """Flying spaghetti: a geometrically exact beam that a force and a torque on its first end throw into space.
 
-    python examples/flying_spaghetti/spaghetti.py [--elements 16] [--step 0.005] [--picture FILE]
+    python examples/flying_spaghetti/spaghetti.py [--elements 16] [--model kirchhoff] [--step 0.005] [--picture FILE]
 
 Prints by how much its centre of mass, momentum and energy differ from what mechanics says of free flight, and draws it.
 """
@@ -27,24 +27,27 @@ LENGTH, MASS_PER_LENGTH = 10.0, 1.0
 THROWN = 5.0
 #: Of the load, in N: 1/10 of it pulls along x, and so many m are the arms of the torque.
 LOAD = f"80 * min(t, {THROWN} - t) if t < {THROWN} else 0"
+#: Strains that the beam does not have, by its model.
+WITHOUT = {"cosserat": (), "kirchhoff": ("shear_y", "shear_z"), "inextensible": ("stretch", "shear_y", "shear_z")}
 MOMENTS = (0.0, 2.0, 3.0, 3.8, 4.4, 5.0, 5.8, 6.6)
 
 
-def scene(elements: int, stiffness_damping: float = 0.0) -> dict[str, Any]:
+def scene(elements: int, stiffness_damping: float = 0.0, model: str = "kirchhoff") -> dict[str, Any]:
     """Return the scene with so many elements: from (6, 0, 0) to (0, 8, 0), at rest, without gravity."""
-    bending = dict.fromkeys(("torsion", "bending_y", "bending_z"), 500.0)
+    stiffness = dict.fromkeys(("torsion", "bending_y", "bending_z"), 500.0)
+    stiffness |= dict.fromkeys(("stretch", "shear_y", "shear_z"), 1e4)
     return {
         "format": 1,
         "name": "flying_spaghetti",
         "gravity": [0, 0, 0],
         "beams": {
             "noodle": {
-                "model": "cosserat",
+                "model": model,
                 "length": LENGTH,
                 "elements": elements,
                 "mass_per_length": MASS_PER_LENGTH,
                 "rotary_inertia": [10, 10, 10],
-                "stiffness": {**bending, **dict.fromkeys(("stretch", "shear_y", "shear_z"), 1e4)},
+                "stiffness": {kind: value for kind, value in stiffness.items() if kind not in WITHOUT[model]},
                 "stiffness_damping": stiffness_damping,
             }
         },
@@ -106,10 +109,11 @@ def draw(nodes: np.ndarray, t: np.ndarray, path: Path) -> None:
 def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--elements", type=int, default=16)
+    parser.add_argument("--model", choices=WITHOUT, default="kirchhoff")
     parser.add_argument("--step", type=float, default=5e-3)
     parser.add_argument("--picture", type=Path, default=Path(__file__).with_suffix(".png"))
     arguments = parser.parse_args()
-    run = eomgen.build(scene(arguments.elements)).simulate(step=arguments.step, error_estimate=False)
+    run = eomgen.build(scene(arguments.elements, model=arguments.model)).simulate(step=arguments.step, error_estimate=False)
     print(run.message)
     nodes = axis_of(run, arguments.elements)
     free = run.t >= THROWN

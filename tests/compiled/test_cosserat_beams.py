@@ -32,7 +32,7 @@ spaghetti: Any = SimpleNamespace(
 
 
 def test_a_thrown_beam_flies_as_mechanics_says_and_at_second_order() -> None:
-    model = eomgen.build(spaghetti.scene(8), profile="quick")
+    model = eomgen.build(spaghetti.scene(8, model="cosserat"), profile="quick")
     gaps, ends, lost = [], [], []
     for step in (0.01, 0.005, 0.0025):
         run = model.simulate(8.0, step, record_every=round(0.05 / step), error_estimate=False)
@@ -64,7 +64,7 @@ def test_slender_beams_do_not_lock() -> None:
 
 def sizes_of_c(elements: int) -> dict[str, int]:
     """Return what may not grow in a beam's C: statements of the model and of its stepper, and entries of tables."""
-    scene = eomgen.load(spaghetti.scene(elements))
+    scene = eomgen.load(spaghetti.scene(elements, model="cosserat"))
     system = eomgen.derive(scene, ["residual", "iteration", "forward_dynamics"])
     files = generate_files(to_program(system, method_data(method_named("generalized_alpha"), system)))
     model, stepper = files["flying_spaghetti.c"], files["flying_spaghetti_step.c"]
