@@ -197,6 +197,13 @@ class Derivation:
         return sum(depth * depth for depth in self._depths()) >= LONG_TREE
 
     @property
+    def sparse(self) -> bool:
+        """Whether whole matrices of a large tree are made on request only: those of beams, too, whose strains are
+        constrained."""
+        constraints = self.constraints
+        return constraints is None or any(row.group is not None for row in constraints.rows.all)
+
+    @property
     def flat(self) -> bool:
         """Whether few velocity components are behind others."""
         depths = self._depths()

@@ -9,8 +9,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 import eomgen
+from eomgen.simulation.stepping.settings import chosen_method, stepper_settings
+from eomgen.simulation.stepping.stepper import Stepper
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]
@@ -49,38 +52,105 @@ def slopes(errors: Any) -> Any:
     return np.log2(np.asarray(errors)[:-1] / np.asarray(errors)[1:])
 
 
-@pytest.mark.parametrize("model", ["kirchhoff", "inextensible"])
-def test_positions_velocities_and_section_forces_are_of_order_2(model: str) -> None:
-    """Until t = 1 s, at steps that resolve stretch (160 rad/s), against a method of order 4."""
-    data = spaghetti.scene(8, model=model)
-    exact = eomgen.build(data, method="rk4_partitioned", profile="quick").simulate(
-        1.0, 2.0**-11, method="rk4_partitioned", record_every=2**9, error_estimate=False
+@pytest.mark.parametrize(("model", "coarsest", "within"), [("kirchhoff", 9, 0.15), ("inextensible", 8, 0.05)])
+def test_positions_velocities_and_section_forces_are_of_order_2(model: str, coarsest: int, within: float) -> None:
+    """Against a method of order 4, at steps that resolve what stretches (160 rad/s, where the model stretches)."""
+    data, fourth = spaghetti.scene(8, model=model), "rk4_partitioned"
+    exact = eomgen.build(data, method=fourth, profile="quick").simulate(
+        1.0, 2.0**-11, method=fourth, record_every=2**9, error_estimate=False
     )
     for method in ("generalized_alpha", "generalized_alpha_index3", "rattlie", "rosenbrock"):
         made, errors = eomgen.build(data, method=method, profile="quick"), []
-        for power in (9, 10, 11):
+        for power in range(coarsest, coarsest + 3):
             run = made.simulate(1.0, 2.0**-power, method=method, record_every=2 ** (power - 2), error_estimate=False)
             assert run.success, run.message
             assert run.stats["max_constraint"] < 1e-13
-            if method != "generalized_alpha_index3":
-                assert run.stats["max_constraint_velocity"] < 1e-11
+            assert run.stats["max_constraint_velocity"] < (1e-5 if method.endswith("index3") else 1e-11)
             pairs = ((run.q, exact.q), (run.v, exact.v), (run.multipliers, exact.multipliers))
             errors.append([np.abs(found[1:] - expected[1:]).max() for found, expected in pairs])
-        assert slopes(errors)[-1] == pytest.approx([2.0, 2.0, 2.0], abs=0.1), method
+        assert slopes(errors)[-1] == pytest.approx([2.0, 2.0, 2.0], abs=within), method
+
+
+def test_multipliers_jump_by_order_1_and_their_means_are_of_order_2() -> None:
+    data, jumps, errors = spaghetti.scene(4, model="inextensible"), [], []
+    exact = eomgen.build(data, method="rk4_partitioned", profile="quick").simulate(
+        1.0, 2.0**-10, method="rk4_partitioned", record_every=2**7, error_estimate=False
+    )
+    made = eomgen.build(data, method="rattlie", profile="quick")
+    for power in (8, 9, 10):
+        sides = []
+        for side in (1, 2, 3):
+            run = made.simulate(
+                1.0, 2.0**-power, method="rattlie", record_every=2 ** (power - 3), error_estimate=False,
+                settings={"multipliers": side},
+            )  # fmt: skip  # options
+            sides.append(np.abs(run.multipliers[1:-1] - exact.multipliers[1:-1]).max())
+        jumps.append(run.stats["max_jump"])
+        errors.append(sides)
+    assert slopes(jumps)[-1] == pytest.approx(1.0, abs=0.1)
+    assert slopes(errors)[-1] == pytest.approx([1.0, 1.0, 2.0], abs=0.1)
+
+
+def at_random_steps(made: Any, largest: float, seed: int, exact: Any) -> list[float]:
+    """Return the errors of q, v and mean multipliers until 1 s, by steps in [largest/4, largest], each 1/2 to
+    3/2 of the last."""
+    full = dict.fromkeys(("rho_inf", "alpha", "beta", "gamma", "order", "tolerance"))
+    method = chosen_method("rattlie", full, made.library.layout["defaults"], True)
+    settings = stepper_settings(made.library.layout["method"], largest, method, {})
+    stepper = Stepper(made.library, settings, made.parameter_array({}))
+    assert stepper.initialize(0.0, made.initial_q, made.initial_v, None) == 0
+    rng, record, worst = np.random.default_rng(seed), np.empty((1, stepper.sizes["row"])), [0.0] * 3
+    step, t = 0.5 * largest, 0.0
+    while t < 1.0:
+        step = float(np.clip(step * rng.uniform(0.5, 1.5), 0.25 * largest, largest))
+        stepper.settings[0] = stepper.step_size = step
+        assert stepper.run(1, 1, None, record)[0] == 0
+        q, v, lam = exact(t)
+        mean = stepper.state[stepper.places["lam_mean"]]
+        worst[2] = max(worst[2], float(np.abs(mean - lam).max()) if t > 0.0 else 0.0)
+        t = stepper.t
+        q, v, _ = exact(t)
+        worst[0] = max(worst[0], float(np.abs(stepper.state[stepper.places["q"]] - q).max()))
+        worst[1] = max(worst[1], float(np.abs(stepper.state[stepper.places["v"]] - v).max()))
+    return worst
+
+
+def test_order_at_steps_that_vary() -> None:
+    data = spaghetti.scene(4, model="inextensible")
+    run = eomgen.build(data, method="rk4_partitioned", profile="quick").simulate(
+        1.1, 2.0**-11, method="rk4_partitioned", error_estimate=False
+    )
+    of_time = [CubicSpline(run.t, rows) for rows in (run.q, run.v, run.multipliers)]
+    made = eomgen.build(data, method="rattlie", profile="quick")
+    largest = [2.0**-power for power in (7, 8, 9, 10)]
+    found = [
+        [at_random_steps(made, step, seed, lambda t: [row(t) for row in of_time]) for seed in range(8)]
+        for step in largest
+    ]
+    found = np.mean(found, axis=1)
+    orders = np.log2(found[0] / found[-1]) / 3
+    assert orders[:2] == pytest.approx(2.0, abs=0.15)
+    assert orders[2] > 1.8
 
 
 def test_free_flight_keeps_what_mechanics_says() -> None:
-    made, ranges = eomgen.build(spaghetti.scene(8), method="rattlie", profile="quick"), []
+    """Linear and angular momentum to rounding, energy without drift; its range and the way of the centre of mass by
+    order 2, as steps turn nodes and move them at once."""
+    made, ranges, gaps = eomgen.build(spaghetti.scene(8), method="rattlie", profile="quick"), [], []
     for power in (9, 10):
         run = made.simulate(9.0, 2.0**-power, method="rattlie", record_every=2 ** (power - 4), error_estimate=False)
         assert run.success, run.message
         free = run.t >= spaghetti.THROWN
         t, nodes = run.t[free], spaghetti.axis_of(run, 8)[free]
         energy = run.energy["kinetic"][free] + run.energy["potential"][free]
-        momentum = run.momentum["angular"][free] if hasattr(run, "momentum") else None
         ranges.append(np.ptp(energy))
+        assert np.mean(energy) == pytest.approx(874.53, abs=0.01)
         assert np.abs(np.polyfit(t, energy, 1)[0]) < 0.1 * ranges[-1]
-        centre = np.abs(spaghetti.centre_of_mass(nodes) - spaghetti.in_free_flight(t)).max()
-        print(power, energy.mean(), ranges[-1], centre, momentum)
-    assert ranges[1] < 2e-4
+        gaps.append(np.abs(spaghetti.centre_of_mass(nodes) - spaghetti.in_free_flight(t)).max())
+        momenta = np.einsum("tij,tj->ti", made.centroidal_momentum(run.q[free]), run.v[free])
+        np.testing.assert_allclose(momenta[:, 3:], np.tile([50.0, 0.0, 0.0], (len(t), 1)), atol=1e-9)
+        about_origin = momenta[:, :3] + np.cross(spaghetti.centre_of_mass(nodes), momenta[:, 3:])
+        assert np.max(np.ptp(about_origin, axis=0)) < 1e-8
+    assert ranges[1] < 2e-4 and gaps[1] < 5e-5
     assert slopes(ranges) == pytest.approx(2.0, abs=0.1)
+    assert slopes(gaps) == pytest.approx(2.0, abs=0.1)

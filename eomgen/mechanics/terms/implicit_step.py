@@ -23,7 +23,7 @@ def iteration(derivation: Derivation) -> list[Block]:
     """Return the nonzeros of all partials: of the whole tree, or for large trees of each step of the recursion."""
     if derivation.constraints is None and derivation.large:
         return extended_iteration(derivation)
-    if derivation.constraints is not None and derivation.large and derivation.flat:
+    if derivation.constraints is not None and derivation.large and derivation.sparse and derivation.flat:
         blocks = differentiated_iteration(derivation)
     else:
         matrices = derivation.partials()
