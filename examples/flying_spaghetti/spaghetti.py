@@ -113,7 +113,9 @@ def main() -> int:
     parser.add_argument("--step", type=float, default=5e-3)
     parser.add_argument("--picture", type=Path, default=Path(__file__).with_suffix(".png"))
     arguments = parser.parse_args()
-    run = eomgen.build(scene(arguments.elements, model=arguments.model)).simulate(step=arguments.step, error_estimate=False)
+    run = eomgen.build(scene(arguments.elements, model=arguments.model)).simulate(
+        step=arguments.step, error_estimate=False
+    )
     print(run.message)
     nodes = axis_of(run, arguments.elements)
     free = run.t >= THROWN
