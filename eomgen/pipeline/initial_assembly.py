@@ -13,7 +13,7 @@ from eomgen.compiled.coordinates import coordinate_names, coordinate_units
 from eomgen.compiled.corrected_start import corrected_start
 from eomgen.errors import ModelError
 from eomgen.solvers.consistency import assemble
-from eomgen.solvers.constraint_rows import Constrained, split_sizes
+from eomgen.solvers.constraint_rows import EPSILON, Constrained, Rows, split_sizes
 from eomgen.solvers.redundancy import Redundancy, check_left_out, left_over, redundancy
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import InputSymbol
@@ -57,20 +57,22 @@ def with_initial_assembly(
     assembly = assemble(equations, np.array(system.initial_q), np.array(system.initial_v))
     rows = redundancy(equations, assembly.q)
     prescribed, locked = _without_freedom(system, equations, assembly.q, rows)
+    undetermined = _undetermined(system, equations, assembly.q, rows)
     sensitive = _sensitive(system, equations, assembly.q, assembly.v, rows.dependent)
     units = coordinate_units(system.factors, coordinates)
     guess = np.array(system.initial_q), np.array(system.initial_v)
     corrections = [*assembly.corrections(), *corrected_start(assembly, guess, coordinate_names(system.factors), units)]
     if rows.dependent:  # what contradicts the others by a little no longer holds them off
         assembly = assemble(equations.without(rows.dependent), assembly.q, assembly.v)
-    notes = [*_left_out(system, equations, assembly.q, rows), *prescribed, *locked, *corrections, *assembly.deviations]
+    left_out = _left_out(system, equations, assembly.q, rows)
+    notes = [*left_out, *prescribed, *locked, *undetermined, *corrections, *assembly.deviations]
     system = derive(terms, rows.dependent)
     return replace(
         system,
         initial_q=tuple(map(float, assembly.q)),
         initial_v=tuple(map(float, assembly.v)),
         notes=(*system.notes, *notes),
-        warnings=(*system.warnings, *locked),
+        warnings=(*system.warnings, *locked, *undetermined),
         left_out=sensitive,
     )
 
@@ -102,6 +104,24 @@ def _without_freedom(system: System, equations: Constrained, q: Array, rows: Red
     )
     hint = "axes and lengths that fit" if almost else "a constraint less, or one of fewer rows"
     return [], [f"{what}{f' ({almost})' if almost else ''}; try: {hint}"]
+
+
+def _undetermined(system: System, equations: Constrained, q: Array, rows: Redundancy) -> list[str]:
+    """Return a sentence for each row that follows from the others at the start, and hardly anything new nearby."""
+    if not rows.hardly:
+        return []
+    here = Rows(equations.without(rows.dependent), q, 0.0)
+    if not np.all(here.natural > 0.0):
+        return []
+    lengths = np.linalg.svd(here.weighed / here.natural[:, np.newaxis], compute_uv=False)
+    if lengths[-1] > EPSILON * len(lengths) * lengths[0]:
+        return []
+    return [
+        f"at the start {system.multipliers[row]} follows from the other rows, and nearby only {part:.1g} of it is new:"
+        " nothing determines what it transmits, and no implicit method can start; try: another start, or a constraint"
+        ' less (of a straight beam held at both ends: model = "kirchhoff", which stretches)'
+        for row, part in rows.hardly.items()
+    ]
 
 
 def _sensitive(system: System, equations: Constrained, q: Array, v: Array, left_out: Sequence[int]) -> tuple[str, ...]:

@@ -1,0 +1,50 @@
+"""Beams without shear or stretch in loops: which rows are counted, and which follow from others."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+
+import eomgen
+from eomgen.pipeline.pipeline import derive
+from eomgen.system.system import System
+from tests.models.cosserat import ROLL_UP, beam_scene
+
+WITHOUT = {"kirchhoff": ("shear_y", "shear_z"), "inextensible": ("stretch", "shear_y", "shear_z")}
+END = {"body": "rope", "position": [10.0, 0.0, 0.0]}
+
+
+def closed(model: str, elements: int, to: dict[str, Any], joint: str = "fixed", **beam: Any) -> System:
+    """Return a beam whose end is fixed to something, too."""
+    stiffness = {strain: value for strain, value in ROLL_UP.items() if strain not in WITHOUT[model]}
+    scene = beam_scene(
+        elements, {"force": [0, 0, "load"]}, {"model": model, "stiffness": stiffness, **beam}, type=joint
+    )
+    scene["constraints"] = {"closed": {"type": "fixed", "first": to, "second": END}}
+    return derive(eomgen.load(scene))
+
+
+@pytest.mark.parametrize("model", list(WITHOUT))
+@pytest.mark.parametrize(("joint", "to"), [("fixed", "base"), ("free", "rope")])
+def test_rings_keep_all_their_rows(model: str, joint: str, to: str) -> None:
+    system = closed(model, 6, {"body": to}, joint, curvature=[0.0, 0.0, 2.0 * math.pi / 10.0])
+    assert len(system.multipliers) == 6 * len(WITHOUT[model]) + 6
+    assert not [note for note in (*system.notes, *system.warnings) if "follows from" in note]
+    assert system.nv - len(system.multipliers) == {"kirchhoff": 18, "inextensible": 12}[model] + 6 * (joint == "free")
+
+
+def test_a_straight_beam_that_stretches_may_be_held_at_both_ends() -> None:
+    system = closed("kirchhoff", 4, {"body": "base", "position": [10.0, 0.0, 0.0]})
+    assert len(system.multipliers) == 14
+    assert not system.warnings
+
+
+def test_a_straight_beam_that_does_not_stretch_is_named_where_both_ends_are_held() -> None:
+    system = closed("inextensible", 4, {"body": "base", "position": [10.0, 0.0, 0.0]})
+    (warning,) = (text for text in system.warnings if "at the start" in text)
+    assert "rope: no stretch of element" in warning
+    assert (
+        'try: another start, or a constraint less (of a straight beam held at both ends: model = "kirchhoff"' in warning
+    )
