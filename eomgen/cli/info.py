@@ -85,6 +85,8 @@ def described(system: System) -> dict[str, Any]:
 
 
 _LISTED = 8
+#: So many names that are numbered one after the other are shown by the first and the last.
+_MANY = 12
 #: Operations of a step, as ``operations_of_step`` names them.
 _OPERATIONS = ("additions", "multiplications", "divisions", "functions")
 _DIRECTIONS = {1: "rising", -1: "falling", 0: "both"}
@@ -138,7 +140,7 @@ def _print(data: dict[str, Any]) -> None:
     print_table(
         "Configuration",
         ("group", "joints", "names"),
-        [(g, len(names), ", ".join(names)) for g, names in groups.items()],
+        [(g, len(names), ", ".join(_joined(names))) for g, names in groups.items()],
         numeric=(1,),
     )
     if rows:
@@ -210,4 +212,26 @@ def _by_constraint(rows: list[str]) -> list[tuple[str, int, str]]:
     for row in rows:
         name, _, meaning = row.partition(": ")
         groups.setdefault(name, []).append(meaning)
-    return [(name, len(meanings), ", ".join(meanings)) for name, meanings in groups.items()]
+    return [(name, len(meanings), ", ".join(_joined(meanings))) for name, meanings in groups.items()]
+
+
+def _joined(names: Sequence[str]) -> list[str]:
+    """Return names where many that end in numbers one after the other are one: ``rope.1 to 40``."""
+    runs: dict[str, list[list[int]]] = {}
+    for name in names:
+        stem = name.rstrip("0123456789")
+        number = int(name[len(stem) :] or -1)
+        if stem in runs and number == runs[stem][-1][-1] + 1 > 0:
+            runs[stem][-1].append(number)
+        else:
+            runs.setdefault(stem, []).append([number])
+    if max((len(part) for parts in runs.values() for part in parts), default=0) < _MANY:
+        return list(names)
+    found: list[str] = []
+    for stem, parts in runs.items():
+        for part in parts:
+            if len(part) >= _MANY:
+                found.append(f"{stem}{part[0]} to {part[-1]}")
+            else:
+                found += [f"{stem}{number}" if number >= 0 else stem for number in part]
+    return found

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 
 from eomgen.mechanics.tree.links import Tree
 from eomgen.scene.bodies.beam import KINDS, Beam
+from eomgen.scene.bodies.cosserat import CONSTRAINED
+from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.scene import Scene
 from eomgen.system.system import Facts, Function
 
@@ -31,6 +33,13 @@ def kept_and_dropped(
         kept.append(f"beam {name}: {_deformed(beam)}")
         lacking = [kind for kind in KINDS if kind not in {item.kind for item in beam.deformations}]
         note(not lacking, f"{', '.join(lacking)} of beam {name}", "the scene asks for none")
+    for element in scene.elements:
+        if isinstance(element, CosseratBeam):
+            what = ", ".join(strain.replace("_", " along ") for strain in CONSTRAINED[element.beam.model])
+            without = f", without {what}: {len(element.beam.constrained)} rows for each" if what else ""
+            kept.append(
+                f"beam {element.beam.name}: model {element.beam.model}, {element.beam.elements} elements{without}"
+            )
     fixed = [joint.name for joint in joints if not joint.kind.moves and joint.child not in beams]
     if fixed:
         dropped.append(f"{len(fixed)} fixed joint(s) merged into their parents: {', '.join(fixed)}")

@@ -48,3 +48,13 @@ def test_a_straight_beam_that_does_not_stretch_is_named_where_both_ends_are_held
     assert (
         'try: another start, or a constraint less (of a straight beam held at both ends: model = "kirchhoff"' in warning
     )
+
+
+def test_what_a_beam_does_not_have_is_told_with_what_is_kept() -> None:
+    scene = beam_scene(3, {"force": [0, 0, "load"]})
+    scene["beams"]["rope"] |= {
+        "model": "inextensible",
+        "stiffness": {"torsion": 5.0, "bending_y": 5.0, "bending_z": 5.0},
+    }
+    what = "without stretch, shear along y, shear along z: 3 rows for each"
+    assert f"beam rope: model inextensible, 3 elements, {what}" in derive(eomgen.load(scene)).kept
