@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import replace
-from functools import reduce
+from functools import cached_property, reduce
 
 from eomgen.errors import ModelError
 from eomgen.formula.evaluate import symbols
@@ -183,8 +183,12 @@ class Derivation:
 
     def inverse(self) -> list[Scalar]:
         """Return M a + h + b - Q, (nv,): the generalized forces needed for a beyond the applied ones."""
+        return list(self._inverse)
+
+    @cached_property
+    def _inverse(self) -> tuple[Scalar, ...]:
         tau = separated.inverse_dynamics(self.grouped, self.motion, self.loads.wrenches)
-        return [x - y for x, y in zip(tau, self.loads.efforts, strict=True)]
+        return tuple(x - y for x, y in zip(tau, self.loads.efforts, strict=True))
 
     @property
     def large(self) -> bool:

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from eomgen.codegen.program import Statement
+from eomgen.codegen.scheduling.matrix_products import added_products
 from eomgen.codegen.scheduling.shortened import counted
 from eomgen.codegen.scheduling.stretches import ranges, stretches
 from eomgen.codegen.targets.c.lookups import Lookup, places_of_fronts, repeated
@@ -70,6 +71,24 @@ def test_long_loops_choose_between_ranges(tmp_path: Path) -> None:
     text = "\n".join(Printer({"s": "s[{}]"}, ["d"]).lines([Statement("repeat", loop)]))
     assert "r0 = s[k < 2 ? 40 - 29 * k : k < 22 ? 46 + 2 * k : 3];" in text
     assert "r1 = (k < 1 ? K(0.5) : k < 22 ? K(1.0) : K(0.5));" in text
+
+
+@pytest.mark.parametrize("gain", ["", "gain"])
+def test_products_are_added_in_loops(gain: str, tmp_path: Path) -> None:
+    terms = [(3 * k + i, 9 * k + 3 * i + j, 3 * k + j) for k in range(30) for i in range(3) for j in range(3)]
+    terms[0] = (5, 400, 80)
+    loops = added_products(terms, gain)
+    inputs = {"right": "right[{}]", "numbers": "w[{}]", "vector": "x[{}]", "gain": ["2.0"]}
+    text = "#include <stdio.h>\ntypedef double real;\nint main(void)\n{\n    static real right[90], w[500], x[90];\n"
+    text += "    int n;\n    for (n = 0; n < 90; ++n) { right[n] = n; x[n] = 90 - n; }\n"
+    text += "    for (n = 0; n < 500; ++n) w[n] = n % 7;\n" + "\n".join(Printer(inputs, ["right"]).lines(loops))
+    found = printed(text + '\n    for (n = 0; n < 90; ++n) printf("%.17g\\n", right[n]);', tmp_path)
+    wanted = [float(row) for row in range(90)]
+    for row, number, column in terms:
+        wanted[row] += (-2.0 if gain else 1.0) * (number % 7) * (90 - column)
+    assert found == wanted
+    assert len(loops) <= 3
+    assert added_products([(row, row, WILD[row]) for row in range(200)]) == ()
 
 
 def test_what_is_not_regular_keeps_its_table() -> None:

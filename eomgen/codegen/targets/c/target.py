@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import hashlib
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import jinja2
 
 from eomgen.codegen.folder import MANIFEST, manifest
 from eomgen.codegen.metadata import LARGEST_ANGLE
 from eomgen.codegen.program import Program, ProgramFunction, ProgramLoop
+from eomgen.codegen.scheduling.matrix_products import added_products
 from eomgen.codegen.targets.c.folding import folded
 from eomgen.codegen.targets.c.interface import INTERFACE_CDEF, SIZES
 from eomgen.codegen.targets.c.lookups import Lookup, places_of_fronts, repeated
@@ -71,6 +73,7 @@ def environment() -> jinja2.Environment:
     env.globals["largest_angle"] = LARGEST_ANGLE
     env.globals["lookup"] = Lookup
     env.globals["repeated"] = repeated
+    env.globals["products"] = _products
     env.globals["places_of_fronts"] = places_of_fronts
     env.filters["comment"] = comment
     env.filters["c_string"] = c_string
@@ -78,6 +81,13 @@ def environment() -> jinja2.Environment:
     env.filters["number"] = number
     env.tests["contains"] = lambda container, item: item in container
     return env
+
+
+def _products(rows: Sequence[Mapping[str, Any]], name: str, vector: str) -> str:
+    """Return loops that add a matrix times a vector to ``right``, nothing where a table of its entries is as short."""
+    terms = [(row["row"], number, column) for row in rows for number, column, _ in row[name]]
+    inputs = {"right": "right[{}]", "numbers": "w[{}]", "vector": f"{vector}[{{}}]", "gain": ["gain"]}
+    return indented(Printer(inputs, ["right"]).lines(added_products(terms, "" if name == "M" else "gain")), 1)
 
 
 class _Context:
