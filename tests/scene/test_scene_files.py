@@ -471,8 +471,8 @@ def test_one_problem(old: str, new: str, message: str) -> None:
         ),
         (
             "[outputs]\no = {}",
-            "an output needs one of position, velocity, acceleration, reaction_force, reaction_moment, formula, energy,"
-            " not none",
+            "an output needs one of position, velocity, acceleration, reaction_force, reaction_moment, section_force,"
+            " section_moment, section_strain, section_curvature, formula, energy, not none",
         ),
         ('[outputs]\no = { position = "tip", energy = "total" }', "not position and energy"),
         ('[outputs]\no = { energy = "totl" }', "(outputs.o.energy): there is no energy 'totl'; try: total"),
