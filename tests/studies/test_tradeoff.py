@@ -284,7 +284,7 @@ def test_mistakes_are_named(options: dict[str, Any], message: str) -> None:
 
 def test_a_motion_without_a_reference_is_refused() -> None:
     with pytest.raises(eomgen.NumericalError, match=r"% of the motion: no error can be told from them; try: a shorter"):
-        eomgen.tradeoff(WILD, t_end=150.0, methods=["taylor", "rk4"], steps=[0.02], budget=8.0)
+        eomgen.tradeoff(WILD, t_end=150.0, methods=["taylor", "rk4"], steps=[0.02], budget=32.0)
 
 
 def test_folders_of_studies_are_not_taken_by_mistake(study: tuple[eomgen.Tradeoff, Path]) -> None:
