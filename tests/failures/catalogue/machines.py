@@ -128,7 +128,8 @@ FAILURES = [
         "An output of two kinds at once",
         3,
         "description error: scene.toml:31 (outputs.tip): an output needs one of position, velocity, acceleration, "
-        'reaction_force, reaction_moment, formula, energy, not position and velocity; try: position = "tip"',
+        "reaction_force, reaction_moment, section_force, section_moment, section_strain, section_curvature, formula,"
+        ' energy, not position and velocity; try: position = "tip"',
         old='tip = { position = "tip" }',
         new='tip = { position = "tip", velocity = "tip" }',
     ),
