@@ -20,7 +20,7 @@ FOLDER = Path(__file__).parents[2] / "examples" / "active_quarter_car"
 
 @pytest.fixture(scope="module")
 def model() -> eomgen.Model:
-    return eomgen.build(FOLDER / "scene.toml")
+    return eomgen.build(FOLDER / "scene.toml", profile="fast")  # for runs of minutes
 
 
 @pytest.fixture(scope="module")

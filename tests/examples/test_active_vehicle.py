@@ -27,7 +27,7 @@ FLAT = np.zeros(4)
 
 @pytest.fixture(scope="module")
 def model() -> Model:
-    return eomgen.build(FOLDER / "scene.toml")
+    return eomgen.build(FOLDER / "scene.toml", profile="fast")  # for runs of minutes
 
 
 def _matrices(skyhook: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

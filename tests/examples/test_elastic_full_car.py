@@ -31,7 +31,7 @@ TRACKS = np.array(
 
 @pytest.fixture(scope="module")
 def model() -> eomgen.Model:
-    return eomgen.build(FOLDER / "full_car.toml")
+    return eomgen.build(FOLDER / "full_car.toml", profile="fast")  # for runs of minutes
 
 
 @pytest.fixture(scope="module")

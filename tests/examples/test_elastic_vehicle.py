@@ -24,7 +24,7 @@ SUSPENSIONS = ("passive", "skyhook", "LQR")
 
 @pytest.fixture(scope="module")
 def model() -> eomgen.Model:
-    return eomgen.build(FOLDER / "scene.toml")
+    return eomgen.build(FOLDER / "scene.toml", profile="fast")  # for runs of minutes
 
 
 @pytest.fixture(scope="module")
