@@ -3,12 +3,15 @@ steps."""
 
 from __future__ import annotations
 
+import re
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import pytest
 
+from eomgen.codegen.convert import to_program
+from eomgen.codegen.targets.c.target import generate_files
 from eomgen.lie import product
 from eomgen.mechanics.derive import derive
 from eomgen.scene.load import from_data
@@ -120,3 +123,15 @@ def test_long_beams_have_the_nonzeros_of_the_same_partials(model: str, rng: np.r
         assert relative_error(filled, whole[name], axes=2) < 1e-13, name
     nodes = np.abs(np.subtract(*np.transpose(system.patterns["K"]) // 6))
     assert np.max(nodes) == 1
+
+
+def test_loops_over_elements_need_no_workspace() -> None:
+    """Kernels of the accelerations' partials repeat themselves so often that they would become loops in loops."""
+    data = beam_scene(3, {"force": [1.0, 0.0, 0.0]}, {"model": "inextensible", "stiffness": {
+        strain: value for strain, value in ROLL_UP.items() if strain not in WITHOUT["inextensible"]
+    }})  # fmt: skip  # a table
+    system = derive(from_data(data), ["acceleration_partials"])
+    text = generate_files(to_program(system))["exact_beam.c"]
+    bodies = re.findall(r"void exact_beam_loop\d+\((.*?)\n}\n", text, flags=re.DOTALL)
+    assert bodies
+    assert not [body for body in bodies if re.search(r"\bw\[", body)]

@@ -31,7 +31,9 @@ def program_loop(loop: Map) -> ProgramLoop:
     position_of = {ref: position for position, ref in enumerate(loop.gathered)}
     slots = [ranges([position_of[ref] for ref in slot]) for slot in loop.gather]
     tabled = [slot for slot, found in zip(loop.gather, slots, strict=True) if len(found) > MOST_RANGES]
-    kernel = schedule(loop.kernel, (loop.sums, loop.last, loop.stacked), KERNEL_BLOCKS, part_limit=10**9, fill=False)
+    results = (loop.sums, loop.last, loop.stacked)
+    # a loop within would need a workspace, which the functions of Maps have none of
+    kernel = schedule(loop.kernel, results, KERNEL_BLOCKS, part_limit=10**9, fill=False, reroll=False)
     return ProgramLoop(
         label=loop.label,
         count=loop.count,
