@@ -369,7 +369,7 @@ def test_the_judge_knows_a_motion_to_a_part_of_the_demand_and_no_better(error: f
 
 def test_a_cycle_buys_accuracy_and_bounds_its_iterations(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(real_time, "CYCLES", 200)
-    bought = eomgen.tune(path, real_time=0.02, output="angle", methods=["generalized_alpha"], t_end=0.64, budget=3.0)
+    bought = eomgen.tune(path, real_time=0.02, output="angle", methods=["generalized_alpha"], t_end=0.64, budget=12.0)
     assert isinstance(bought, eomgen.RealTime)
     assert bought.late <= 0.02
     assert bought.iterations >= 1
@@ -379,7 +379,7 @@ def test_a_cycle_buys_accuracy_and_bounds_its_iterations(path: Path, monkeypatch
     assert "99.99 % of the cycles take less than" in bought.why
     with pytest.raises(eomgen.NumericalError, match=r"1 iterations a step do not converge: \d+ are needed"):
         eomgen.tune(
-            path, real_time=0.02, iterations=1, output="angle", methods=["generalized_alpha"], t_end=0.64, budget=3.0
+            path, real_time=0.02, iterations=1, output="angle", methods=["generalized_alpha"], t_end=0.64, budget=12.0
         )
 
 
