@@ -504,6 +504,32 @@ def robot_arm() -> None:
     save(figure, "robot_arm")
 
 
+def unbalanced_shaft() -> None:
+    run = simulated("unbalanced_shaft")
+    middle, speed = run.outputs["middle"], run.outputs["speed"]
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.8), layout="constrained", width_ratios=(1.5, 1.0))
+    left.plot(
+        run.t, 1e3 * np.hypot(middle[:, 1], middle[:, 2]), color=BLUE, linewidth=1.0, label="deflection in the middle"
+    )
+    left.set(xlabel="time, s", ylabel="deflection, mm", ylim=(0.0, None))
+    faster = left.twinx()
+    faster.plot(run.t, speed, color=VERMILION, linewidth=1.0, label="speed of the motor")
+    faster.axhline(57.0, color="#888888", linewidth=0.8, linestyle=":")
+    faster.annotate("critical speed", (0.02, 58.5), color="#555555", fontsize=8)
+    faster.set(ylabel="speed, rad/s", ylim=(0.0, 105.0))
+    lines = [*left.get_lines(), faster.get_lines()[0]]
+    left.legend(lines, [str(line.get_label()) for line in lines], frameon=False, loc="upper left")
+    left.set_title("Through the critical speed", loc="left")
+    for start, end, colour, label in ((0.0, 1.0, GREEN, "before 1 s"), (1.0, 2.5, BLUE, "after 1 s")):
+        rows = (run.t >= start) & (run.t <= end)
+        right.plot(1e3 * middle[rows, 1], 1e3 * middle[rows, 2], color=colour, linewidth=0.8, label=label)
+    right.set_aspect("equal", adjustable="datalim")
+    right.set(xlabel="y, mm", ylabel="z, mm")
+    right.set_title("The middle", loc="left")
+    right.legend(frameon=False, ncols=2, loc="lower right", bbox_to_anchor=(1.03, 0.98), handlelength=1.2)
+    save(figure, "unbalanced_shaft")
+
+
 def main() -> int:
     plt.rcParams.update({"font.size": 9, "axes.titlesize": 10, "axes.spines.top": False, "axes.spines.right": False})
     wanted = set(sys.argv[1:])
@@ -529,6 +555,7 @@ def main() -> int:
         half_car_on_measured_road,
         robot_arm,
         pi_servo,
+        unbalanced_shaft,
     )
     for draw in drawings:
         if not wanted or draw.__name__ in wanted:

@@ -255,6 +255,7 @@ SLOW: dict[str, tuple[str, ...]] = {
     "examples/test_spin_up_beam.py::test_set_a_has_the_published_peak_and_vibration": (),
     "examples/test_spin_up_beam.py::test_stretch_is_that_of_a_turning_rod_and_changes_bending_little": (),
     "examples/test_spin_up_beam.py::test_without_stiffening_it_runs_away_as_its_equation_says": (),
+    "examples/test_unbalanced_shaft.py::test_eight_elements_are_enough": (),
     "extremes/test_reproductions.py::test_10_hermite_does_not_reach_the_end_of_spins_that_it_cannot_follow": (),
     "extremes/test_reproductions.py::test_11_waves_far_faster_than_the_step_are_refused_before_the_run": (),
     "extremes/test_reproductions.py::test_12_a_length_of_zero_at_the_run_is_refused": (),
