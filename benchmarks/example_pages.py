@@ -81,6 +81,7 @@ STUDIES: Mapping[str, Study] = {
     "spherical_pendulum": Study(),
     "spin_up_beam": Study("--output tip_deflection"),
     "symmetric_top": Study(),
+    "unbalanced_shaft": Study("--t-end 1.5 --output middle", methods=BOUND.replace("rk4_partitioned", "rosenbrock")),
 }
 
 
