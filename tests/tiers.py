@@ -248,6 +248,7 @@ SLOW: dict[str, tuple[str, ...]] = {
     "examples/test_small_examples.py::test_robot_arm_agrees_with_pinocchio": (),
     "examples/test_small_examples.py::test_robot_arm_follows_the_torques_of_inverse_dynamics": (),
     "examples/test_small_examples.py::test_spherical_pendulum_sweeps_its_cone": (),
+    "examples/test_spin_up_beam.py::test_our_geometrically_exact_beams_go_where_exudyns_are": (),
     "examples/test_spin_up_beam.py::test_any_number_of_modes_follows_the_linear_equation": (),
     "examples/test_spin_up_beam.py::test_both_sets_follow_the_linear_equation": (),
     "examples/test_spin_up_beam.py::test_demonstration_writes_code_solutions_table_and_figure": (),

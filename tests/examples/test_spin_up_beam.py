@@ -7,6 +7,7 @@ import csv
 import os
 import subprocess
 import sys
+import tomllib
 from functools import cache
 from pathlib import Path
 
@@ -93,6 +94,18 @@ def test_geometrically_exact_beams_of_exudyn_agree_to_a_millimetre() -> None:
     limit = fine.position[:, 1] + (fine.position[:, 1] - coarse.position[:, 1]) / 3
     assert limit.min() == pytest.approx(run_of("scene").outputs["tip_deflection"].min(), abs=3e-4)
     assert np.abs(tip_at(run_of("scene"), fine.t.round(3)) - limit).max() < 1e-3
+
+
+def test_our_geometrically_exact_beams_go_where_exudyns_are() -> None:
+    scene = tomllib.loads((FOLDER / "exact.toml").read_text(encoding="utf-8"))
+    times = np.linspace(1.0, 18.0, 341)
+    tips = []
+    for elements in (8, 16):
+        scene["beams"]["blade"]["elements"] = elements
+        tips.append(eomgen.build(scene).simulate(18.0).outputs["tip_deflection"][np.rint(times / 1e-2).astype(int)])
+    theirs = spin_up(SET_A, 16, steps=7200).at(times)[:, 1]
+    assert np.abs((4.0 * tips[1] - tips[0]) / 3.0 - theirs).max() < 4e-4
+    assert np.abs(tips[1] - theirs).max() < 2e-3
 
 
 def test_planar_scene_holds_nothing_of_the_spatial_beam(tmp_path: Path) -> None:
