@@ -19,7 +19,8 @@ def test_points_count_where_the_true_error_is_known() -> None:
 
 
 @pytest.mark.slow
-def test_estimates_are_near_the_true_errors_and_large_errors_are_told() -> None:
+def test_estimates_are_near_the_true_errors_and_large_errors_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("EOMGEN_PROFILE", "fast")  # minutes of steps
     points = [point for case in CASES[::3] for point in points_of(case)]  # all of them: the script
     counted = [point for point in points if point.counts]
     assert len(counted) > 150

@@ -22,7 +22,13 @@ from tests.oracles.states import random_states
 ROOT = Path(__file__).parents[2]
 SCENES = sorted(str(path.relative_to(ROOT / "examples")) for path in (ROOT / "examples").glob("*/*.toml"))
 #: Their functions are of the kinds of smaller scenes, and take a minute of the compiler in four types.
-LARGE = {"hanging_chain/scene.toml", "elastic_pendulum/scene.toml", "elastic_vehicle/full_car.toml"}
+LARGE = {
+    "hanging_chain/scene.toml",
+    "elastic_pendulum/scene.toml",
+    "elastic_vehicle/full_car.toml",
+    "spin_up_beam/exact.toml",
+    "unbalanced_shaft/scene.toml",
+}
 STRICT = ["-std=c99", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]
 SANITIZERS = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-fno-omit-frame-pointer"]
 #: What a check of every pointer for null and its object's size finds, the sanitizer of addresses finds too, in a third
