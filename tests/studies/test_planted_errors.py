@@ -147,6 +147,7 @@ CLAIM_NOTHING = {
     "constraint_size",
     "force",
     "internal_rate",
+    "section_loads",
     *BEHIND_RATES,
 }
 
@@ -203,6 +204,7 @@ def test_every_term_has_a_form_or_is_behind_one() -> None:
         "event_actions",
         "samples",
         "constraint_size",
+        "section_loads",  # no form of ``check`` holds it yet: tests/mechanics/test_section_loads.py
     }
 
 

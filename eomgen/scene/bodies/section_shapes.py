@@ -51,7 +51,8 @@ def _torsion_of_rectangle(first: Formula, second: Formula) -> Formula:
     """Return ab^3 (1/3 - 64 b/(pi^5 a) sum tanh(k pi a/(2b))/k^5) over odd k, with the sum of 1 - tanh taken off."""
     rest: Formula | None = None
     for k in range(1, 2 * _TERMS, 2):
-        term = (2.0 / k**5) / (1.0 + Operation("exp", (k * math.pi * first / second,)))
+        small = Operation("exp", (-k * math.pi * first / second,))
+        term = (2.0 / k**5) * small / (1.0 + small)
         rest = term if rest is None else rest + term
     assert rest is not None  # there are terms
     sum_of_tanh = _ZETA_OF_FIVE_ODD - rest
