@@ -47,16 +47,16 @@ def checked_setting(data: Mapping[str, Any], name: str, value: float) -> float:
         raise UsageError(Problem("settings", f"{data['family']} has no setting {name!r}", hint))
     if value < 0.0:
         raise UsageError(Problem(f"settings.{name}", f"{name} is negative: {value:.9g}"))
-    positive = {"left": name, "relation": ">", "right": 0.0}
-    if value == 0.0 and positive in data["bounds"]:
-        hint = f"{rows[name]['default']:.9g}, which it is by default"
-        raise UsageError(Problem(f"settings.{name}", f"{name} is 0, and has to be above it", hint))
     if whole := rows[name]["whole"]:
         least, largest = whole
         if not (float(value).is_integer() and least <= value <= largest):
             what = f"{name} must be {'0 or 1' if largest == 1 else f'a whole number from {least} to {largest}'}"
             hint = f"{rows[name]['default']:.0f}"
             raise UsageError(Problem(f"settings.{name}", f"{what}, not {value:.9g}", hint))
+    positive = {"left": name, "relation": ">", "right": 0.0}
+    if value == 0.0 and positive in data["bounds"]:
+        hint = f"{rows[name]['default']:.9g}, which it is by default"
+        raise UsageError(Problem(f"settings.{name}", f"{name} is 0, and has to be above it", hint))
     return float(value)
 
 

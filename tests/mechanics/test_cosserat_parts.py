@@ -17,6 +17,7 @@ from eomgen.scene.load import from_data
 from eomgen.system.system import System
 from tests.mechanics.test_cosserat_beams import TERMS, logarithm, states_near
 from tests.models.cosserat import ROLL_UP, beam_scene, pose_of_last, rest
+from tests.oracles.beam_elements import element_to_second_order
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
 from tests.oracles.states import derivative, jacobian, rotation_of
 
@@ -71,7 +72,11 @@ def test_the_potential_is_that_of_the_sections_of_each_element(rng: np.random.Ge
             (logarithm(*pair) - start) / length + before
             for pair, start, length, before in zip(pairwise(nodes), initial, lengths, prestrain, strict=True)
         ]
-        parts = zip(lengths, strains, stiffness, strict=True)
+        elements = [
+            element_to_second_order(C, np.eye(6), length, start / length)[0]
+            for C, length, start in zip(stiffness, lengths, initial, strict=True)
+        ]
+        parts = zip(lengths, strains, elements, strict=True)
         assert energy == pytest.approx(sum(0.5 * length * e @ C @ e for length, e, C in parts), rel=1e-11)
 
 

@@ -16,7 +16,7 @@ def element_by_flexibility(
     A strain that varies along a helix at rest moves its second end, seen from its middle, by the integral of
     Ad(exp(s ad)) strain; if it does not vary that is l B times the strain.
     """
-    ad = _adjoint(np.zeros(3) if curvature is None else curvature)
+    ad = _adjoint(np.array([*(np.zeros(3) if curvature is None else curvature), 1.0, 0.0, 0.0]))
     points, weights = np.polynomial.legendre.leggauss(12)
     flexibility, dissipation, mean = (np.zeros((6, 6)) for _ in range(3))
     for s, weight in zip(0.5 * length * points, 0.5 * weights, strict=True):
@@ -33,14 +33,12 @@ def element_by_flexibility(
 def element_to_second_order(section: Array, damping: Array, length: float, at_rest: Array) -> tuple[Array, Array]:
     """Return stiffness and damping of an element up to the square of its length, (6, 6) each, by its strain at rest,
     (6,)."""
-    ad, flexibility, share = _adjoint(at_rest[:3]), np.linalg.inv(section), length**2 / 12.0
+    ad, flexibility, share = _adjoint(at_rest), np.linalg.inv(section), length**2 / 12.0
     dissipation = flexibility @ damping @ flexibility
     stiffness: Array = np.linalg.inv(flexibility + share * ad @ flexibility @ ad.T)
     return stiffness, stiffness @ (dissipation + share * ad @ dissipation @ ad.T) @ stiffness
 
 
-def _adjoint(curvature: Array) -> Array:
-    x, y, z = curvature
-    turned = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    shifted = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+def _adjoint(twist: Array) -> Array:
+    turned, shifted = (np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]) for x, y, z in (twist[:3], twist[3:]))
     return np.block([[turned, np.zeros((3, 3))], [shifted, turned]])
