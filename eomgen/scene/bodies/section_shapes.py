@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from eomgen.formula.nodes import Formula, Operation
+from eomgen.formula.nodes import Formula, Number, Operation
 
 #: Terms of the series of a rectangle: what is left of it is below 1e-16 where its first side is the longer one.
 _TERMS = 6
@@ -49,13 +49,10 @@ def _rectangle(sizes: Sequence[Formula], ratio: Formula, number: Callable[[Formu
 
 def _torsion_of_rectangle(first: Formula, second: Formula) -> Formula:
     """Return ab^3 (1/3 - 64 b/(pi^5 a) sum tanh(k pi a/(2b))/k^5) over odd k, with the sum of 1 - tanh taken off."""
-    rest: Formula | None = None
+    sum_of_tanh: Formula = Number(_ZETA_OF_FIVE_ODD)
     for k in range(1, 2 * _TERMS, 2):
         small = Operation("exp", (-k * math.pi * first / second,))
-        term = (2.0 / k**5) * small / (1.0 + small)
-        rest = term if rest is None else rest + term
-    assert rest is not None  # there are terms
-    sum_of_tanh = _ZETA_OF_FIVE_ODD - rest
+        sum_of_tanh = sum_of_tanh - (2.0 / k**5) * small / (1.0 + small)
     return first * second * second * second * (1.0 / 3.0 - 64.0 / math.pi**5 * second / first * sum_of_tanh)
 
 
