@@ -46,7 +46,8 @@ def measured(elements: int) -> dict[str, float]:
     from eomgen.pipeline.pipeline import built_for_run  # noqa: PLC0415
     from eomgen.simulation.timing import Repeated  # noqa: PLC0415
 
-    scene = runpy.run_path(str(ROOT / "examples" / "flying_spaghetti" / "spaghetti.py"))["scene"](elements)
+    example = runpy.run_path(str(ROOT / "examples" / "flying_spaghetti" / "spaghetti.py"))
+    scene = example["scene"](elements, model="cosserat")
     model = built_for_run(eomgen.load(scene))
     found = {"Python": seconds(resource.RUSAGE_SELF), "compiler": seconds(resource.RUSAGE_CHILDREN)}
     texts = [path.read_text(encoding="utf-8") for path in Path(model.library.folder).glob("*.c")]
