@@ -247,6 +247,8 @@ def _eliminated(space: Space, engine: Engine, system: System) -> list[Claim]:
         found = engine("iteration", state)
         outer = _dense(found[name], system.patterns[name], (nv + inner, nv)) @ W
         result = np.array(outer[..., :nv, :])
+        if not inner:  # beams alone, whose elements enter K without inner unknowns
+            return result
         for place in np.ndindex(outer.shape[:-2]):
             rows, columns = np.transpose(system.patterns["X"])
             X = csc_array((found["X"][place], (rows, columns)), shape=(nv + inner, inner))
