@@ -73,6 +73,24 @@ def test_long_loops_choose_between_ranges(tmp_path: Path) -> None:
     assert "r1 = (k < 1 ? K(0.5) : k < 22 ? K(1.0) : K(0.5));" in text
 
 
+#: What each of 40 elements takes from the results of two loops, three of ten of one and two of three of the other.
+OF_TWO_LOOPS = [start + step * k for k in range(40) for start, step in ((7, 10), (900, 3), (4, 10), (901, 3), (5, 10))]
+
+
+def test_what_two_loops_left_is_copied_loop_by_loop(tmp_path: Path) -> None:
+    count = len(OF_TWO_LOOPS)
+    loops = counted(count, COPY, (("row", "s", tuple(OF_TWO_LOOPS)),), (("row", 0, 0, 1),))
+    assert written(loops, count, tmp_path) == OF_TWO_LOOPS
+    assert len(loops) == 2
+
+
+def test_iterations_that_wait_for_others_keep_their_order() -> None:
+    read = ("row", "w", tuple(OF_TWO_LOOPS))
+    (loop,) = counted(len(OF_TWO_LOOPS), COPY, (read,), (("row", "w", 100, 1),))
+    assert loop[2] == (read,)
+    assert len(counted(len(OF_TWO_LOOPS), COPY, (read,), (("row", "w", 2000, 1),))) == 2
+
+
 @pytest.mark.parametrize("gain", ["", "gain"])
 def test_products_are_added_in_loops(gain: str, tmp_path: Path) -> None:
     terms = [(3 * k + i, 9 * k + 3 * i + j, 3 * k + j) for k in range(30) for i in range(3) for j in range(3)]

@@ -6,7 +6,7 @@ tables become choices between a few ranges of its counter.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Any, cast
 
@@ -30,11 +30,23 @@ def counted(
         return [whole]
     if len(statements) > _FEW:
         return [(count, tuple(statements), tuple(map(_choice, read)), tuple(map(_choice, given)))]
-    columns = [_column(expression, count) for expression in (*read, *given) if _varies(expression)]
-    moving = [_plain(expression)[0] == "row" for expression in (*read, *given) if _varies(expression)]
-    found = stretches(columns, moving)
-    if 2 * sum(stretch.period for stretch in found) > count:
-        return [whole]
+    for order in _orders(count, read, given):
+        taken, stored = ([_ordered(expression, order) for expression in side] for side in (read, given))
+        varying = [expression for expression in (*taken, *stored) if _varies(expression)]
+        moving = [_plain(expression)[0] == "row" for expression in varying]
+        found = stretches([_column(expression, count) for expression in varying], moving)
+        if 2 * sum(stretch.period for stretch in found) <= count:
+            return _cut(found, statements, taken, stored)
+    return [whole]
+
+
+def _cut(
+    found: Sequence[Stretch],
+    statements: Sequence[Statement],
+    read: Sequence[Expression],
+    given: Sequence[Expression],
+) -> list[tuple[Any, ...]]:
+    """Return a loop for each stretch."""
     return [
         (
             stretch.count if stretch.count > 1 else stretch.period,
@@ -45,6 +57,29 @@ def counted(
         )
         for stretch in found
     ]
+
+
+def _orders(count: int, read: Sequence[Expression], given: Sequence[Expression]) -> Iterator[Sequence[int]]:
+    """Yield orders of the iterations: the one that there is, and where none waits for another, those by what is read,
+    which keep the results of one loop together."""
+    yield range(count)
+    rows = [[expression for expression in side if _plain(expression)[0] == "row"] for side in (read, given)]
+    taken, stored = ({place for row in side if _plain(row)[1] == "w" for place in _column(row, count)} for side in rows)
+    if not taken & stored:
+        for row in filter(_is_table, rows[0]):
+            places = _column(row, count)
+            yield sorted(range(count), key=places.__getitem__)
+
+
+def _ordered(expression: Expression, order: Sequence[int]) -> Expression:
+    """Return an expression of iterations in another order."""
+    if order == range(len(order)) or not _varies(expression):
+        return expression
+    plain = _plain(expression)
+    if plain[0] == "numbers":
+        return _signed(expression, ("numbers", tuple(plain[1][k] for k in order)))
+    places = _column(expression, len(order))
+    return _signed(expression, ("row", plain[1], tuple(places[k] for k in order)))
 
 
 def _plain(expression: Expression) -> tuple[Any, ...]:
