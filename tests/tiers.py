@@ -166,6 +166,7 @@ SLOW: dict[str, tuple[str, ...]] = {
     "compiled/test_internal_states.py::test_the_servo_is_that_of_linear_theory": (),
     "compiled/test_internal_states.py::test_trapezoidal_rule_is_that_of_states_too": (),
     "compiled/test_joint_types.py::test_a_nut_falls_along_its_screw": (),
+    "compiled/test_local_loads.py::test_a_beam_falls_through_drag_with_its_terminal_velocity_and_shape": (),
     "compiled/test_long_tables.py::test_a_table_of_three_is_compiled_once_and_the_folder_stands_alone": (),
     "compiled/test_long_tables.py::test_the_numbers_are_those_of_python": (),
     "compiled/test_loop_efforts.py::test_efforts_are_those_of_mujoco": ("five_bar", "five_bar_redundant"),

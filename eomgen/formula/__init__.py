@@ -8,6 +8,7 @@ __all__ = [
     "jumps",
     "law_values",
     "nodes",
+    "pattern",
     "prescribed_motion",
     "recording",
     "smoothing",

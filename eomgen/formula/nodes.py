@@ -57,12 +57,14 @@ class Symbol(Node):
     Attributes
     ----------
     kind : str
-        ``time``, ``place`` (along a beam), ``parameter``, ``input``, ``state``, ``controller``, ``q``, ``v``, ``a``,
+        ``time``, ``place`` (along a beam), ``local`` (where a load acts), ``number`` (one of a list), ``parameter``,
+        ``input``, ``state``, ``controller``, ``q``, ``v``, ``a``,
         ``position``, ``velocity``, ``acceleration``, ``gravity``, ``tau``, ``length``, ``rate``, ``tension``,
         ``load``, ``deflection``, ``reaction``, ``drive_effort``, ``section_load`` or ``energy``.
     name : str
         Name of the parameter, input, state, controller, joint, point, spring, tyre, constraint or reaction; empty for
-        time and for a place; ``kinetic``, ``potential``, ``total``, ``base_power`` or ``power`` for energies.
+        time, a place and a number; ``position``, ``velocity``, ``rotation`` or ``angular_velocity`` for what is local;
+        ``kinetic``, ``potential``, ``total``, ``base_power`` or ``power`` for energies.
     index : int
         Component in storage order (q of a spherical joint: quaternion; of a free joint: quaternion, position; of a
         reaction: moment, force; of section_load: a number of an element behind those of the elements before); 0 where

@@ -140,6 +140,21 @@ REFUSED: list[tuple[str, Any, str]] = [
         {"beam": "rope", "force": [0, 0, "1 / (s - 0.5)"]},
         "(distributed_loads.wind.force[2]): at s = 0.5, div(1, 0) has no finite value; try: other values of the parameters",
     ),
+    (
+        "distributed_loads.wind",
+        {"beam": "rope", "force": [0, 0, "-velocity.here"]},
+        "(distributed_loads.wind.force[2]): velocity.here has 3 components (column 2); try: velocity.here[0]",
+    ),
+    (
+        "distributed_loads.wind",
+        {"beam": "rope", "force": [0, 0, 0], "moment": [0, 0, "-rotation.here[3]"]},
+        "(distributed_loads.wind.moment[2]): rotation.here has no component 3 (column 2); try: rotation.here[0]",
+    ),
+    (
+        "outputs.drag",
+        {"formula": ["velocity.here[0]"]},
+        "(outputs.drag.formula[0]): velocity.here: here is where a load acts, in [forces] and in [distributed_loads] of exact beams (column 1); try: the name of a point",
+    ),
 ]
 MATRICES = {
     "skew": (SKEW, "the matrix is not symmetric, so it has no potential: entry [0][1] differs from [1][0]"),

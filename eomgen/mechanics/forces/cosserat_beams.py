@@ -188,7 +188,7 @@ class Chain:
     @classmethod
     def of(cls, quantities: Quantities, beam: Cosserat) -> Chain:
         mounts = [quantities.tree.mounts[name] for name in beam.nodes]
-        return cls(quantities, _sections(quantities, beam), mounts, [_node(quantities, mount) for mount in mounts])
+        return cls(quantities, _sections(quantities, beam), mounts, [node_at(quantities, mount) for mount in mounts])
 
     @property
     def pairs(self) -> list[tuple[int, int]]:
@@ -199,7 +199,8 @@ class Chain:
     def _alone(self) -> list[tuple[int, int]]:
         """Elements that are unlike the others."""
         one = len(self.nodes) == 2
-        return [pair for pair in self.pairs if one or any(_carried(self.quantities, self.mounts[end]) for end in pair)]
+        carried = [is_carried(self.quantities, mount) for mount in self.mounts]
+        return [pair for pair in self.pairs if one or any(carried[end] for end in pair)]
 
     @property
     def _repeated(self) -> list[tuple[int, int]]:
@@ -242,15 +243,15 @@ class Chain:
         for pair, both in zip(self.pairs, forces, strict=True):
             for node, load in zip(pair, (both[:6], both[6:]), strict=True):
                 if self.mounts[node].link >= 0:
-                    _push(wrenches, self.mounts[node], load)
+                    push_on_node(wrenches, self.mounts[node], load)
 
 
-def _carried(quantities: Quantities, mount: Mount) -> bool:
+def is_carried(quantities: Quantities, mount: Mount) -> bool:
     """Return whether a node moves with a link that is not its own, so that its element is unlike the others."""
     return mount.link >= 0 and quantities.tree.links[mount.link].kind not in ("free", "ball")
 
 
-def _node(quantities: Quantities, mount: Mount) -> Node:
+def node_at(quantities: Quantities, mount: Mount) -> Node:
     R, p = quantities.kinematics.pose(mount.link)
     omega, velocity = quantities.kinematics.twist(mount.link)
     back = transpose(mount.orientation)
@@ -302,7 +303,7 @@ def _loop(
     rows = [[*gathered[first], *gathered[second]] for first, second in pairs]
     if more:
         rows = [[*row, *(number.ref for number in extra)] for row, extra in zip(rows, more, strict=True)]
-    columns = _Columns(algebra, list(zip(*rows, strict=True)))
+    columns = LoopInputs(algebra, list(zip(*rows, strict=True)))
     numbers = algebra.block("gather", len(rows[0]))
     of_sections = zip(*(sections[first].numbers for first, _ in pairs), strict=True)
     section = Section.of([columns.number(entries) for entries in of_sections])
@@ -323,7 +324,7 @@ def _loop(
     return compact(loop, ())
 
 
-class _Columns:
+class LoopInputs:
     """What a kernel takes of the numbers of its elements: those that vary by element, or what they share."""
 
     def __init__(self, algebra: Algebra, gather: list[tuple[Ref, ...]]) -> None:
@@ -350,7 +351,7 @@ class _Columns:
         return Scalar(kernel, kernel.input(block, known.index(entry)))
 
 
-def _push(wrenches: list[Wrench | None], mount: Mount, load: Six) -> None:
+def push_on_node(wrenches: list[Wrench | None], mount: Mount, load: Six) -> None:
     """Add a generalized force on a node's frame to the link that the node is on."""
     moment, force = apply(mount.orientation, _vector(load[:3])), apply(mount.orientation, _vector(load[3:]))
     add_wrench(wrenches, mount.link, (plus(moment, cross(mount.position, force)), force))

@@ -11,6 +11,7 @@ from fractions import Fraction
 from eomgen.formula.nodes import ZERO_VECTOR
 from eomgen.mechanics.forces.forces import add_load
 from eomgen.mechanics.forces.loads import Law, Loads, add_wrench
+from eomgen.mechanics.forces.node_loads import add_local_load, is_local
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.shape_functions.integrals import weighted_integrals
 from eomgen.mechanics.tree.beam_fields import DistributedMass
@@ -20,6 +21,9 @@ from eomgen.symbolic.scalar import apply, cross, dot, plus, scaled, transpose
 
 def add_distributed_load(loads: Loads, item: DistributedLoad, quantities: Quantities) -> None:
     """Add a load on a beam's frame and on its elastic coordinates, or on its nodes, and its power."""
+    if is_local(item):
+        add_local_load(loads, item, quantities)
+        return
     if item.nodes:
         _add_to_nodes(loads, item, quantities)
         return

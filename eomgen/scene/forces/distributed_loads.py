@@ -11,7 +11,7 @@ from typing import ClassVar, Literal
 from eomgen.formula.nodes import ZERO_VECTOR, Formula, Vector
 from eomgen.scene.bodies.cosserat import CONSTRAINED, Cosserat
 from eomgen.scene.forces.element import ForceElement, Row, Site
-from eomgen.scene.formula.scope import FIXED_PARAMETERS, LOAD
+from eomgen.scene.formula.scope import FIXED_PARAMETERS, LOAD, LOCAL_LOAD
 from eomgen.scene.reading.key_metadata import Table, key
 from eomgen.scene.reading.kinds import Triple, Values
 from eomgen.scene.reading.values import Values as Reader
@@ -24,8 +24,8 @@ class DistributedLoadEntry(Table):
     """A force per length on a beam."""
 
     beam: str = key("what it acts on", refers="beams", kind="beam")
-    force: Triple = key("per length", unit="N/m", names=LOAD)
-    moment: Triple = key("per length, of geometrically exact beams", _ZEROS, unit="N", names=LOAD)
+    force: Triple = key("per length", unit="N/m", names=LOCAL_LOAD)
+    moment: Triple = key("per length, of geometrically exact beams", _ZEROS, unit="N", names=LOCAL_LOAD)
     profile: Values = key(
         "polynomial in s, 0 to 1 along the beam, that multiplies the force",
         (1.0,),
@@ -80,13 +80,14 @@ class DistributedLoad(ForceElement):
 def read_distributed_load(name: str, entry: DistributedLoadEntry, site: Site) -> DistributedLoad:
     """Return a distributed load."""
     place, values = key_of("distributed_loads", name), site.values
-    start, length = 0.0, 1.0
+    start, length, scope = 0.0, 1.0, LOAD
     if entry.beam not in site.beams:
         what = (
             f"{shown(entry.beam)} is no beam" if entry.beam in site.bodies else f"there is no beam {shown(entry.beam)}"
         )
         hint = nearest(entry.beam, site.beams) or "a [beams] section; a rigid body takes [forces] at its centre"
         values.report.add(f"{place}.beam", what, hint)
+        scope = LOCAL_LOAD
     elif site.beams[entry.beam].model in CONSTRAINED:
         return _on_nodes(name, entry, site)
     elif not values.report.concerns(of_beam := key_of("beams", entry.beam)):
@@ -95,7 +96,7 @@ def read_distributed_load(name: str, entry: DistributedLoadEntry, site: Site) ->
     if "moment" in entry.model_fields_set:
         what = "only geometrically exact beams take distributed moments"
         values.report.add(f"{place}.moment", what, 'model = "cosserat" of the beam')
-    force = values.vector(f"{place}.force", entry.force, LOAD)
+    force = values.vector(f"{place}.force", entry.force, scope)
     return DistributedLoad(name, entry.beam, start, length, force, _profile(place, entry, values), entry.axes)
 
 
@@ -120,8 +121,8 @@ def _on_nodes(name: str, entry: DistributedLoadEntry, site: Site) -> Distributed
         if varied and not (found and site.values.report.concerns(place)):
             there = site.values.at(x / beam.length)
             vectors = (
-                there.vector(f"{place}.force", entry.force, LOAD),
-                there.vector(f"{place}.moment", entry.moment, LOAD),
+                there.vector(f"{place}.force", entry.force, LOCAL_LOAD),
+                there.vector(f"{place}.moment", entry.moment, LOCAL_LOAD),
             )
             varied = bool(there.varied)
         found.append(NodeLoad(node, weight, *vectors))

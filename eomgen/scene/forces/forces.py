@@ -8,7 +8,7 @@ from typing import ClassVar, Literal, Self
 
 from eomgen.formula.nodes import Formula, Vector
 from eomgen.scene.forces.element import Attach, ForceElement, Row, Site
-from eomgen.scene.formula.scope import LOAD, PARAMETERS
+from eomgen.scene.formula.scope import LOCAL_LOAD, PARAMETERS
 from eomgen.scene.reading.key_metadata import Table, key
 from eomgen.scene.reading.kinds import Triple
 from eomgen.scene.reading.report import check_reference
@@ -23,8 +23,8 @@ class ForceEntry(Table):
 
     body: str = key("what they act on", refers="bodies", kind="body, not the base")
     point: Triple = key("where the force acts, in the body's frame", _ZEROS, unit="m", names=PARAMETERS)
-    force: Triple = key("through the point", _ZEROS, unit="N", names=LOAD)
-    torque: Triple = key("beside the force's own moment", _ZEROS, unit="N m", names=LOAD)
+    force: Triple = key("through the point", _ZEROS, unit="N", names=LOCAL_LOAD)
+    torque: Triple = key("beside the force's own moment", _ZEROS, unit="N m", names=LOCAL_LOAD)
     axes: Literal["world", "body"] = key("axes of force and torque", "world")
 
 
@@ -67,8 +67,8 @@ def read_force(name: str, force: ForceEntry, site: Site) -> Force:
     else:
         check_reference(f"{key}.body", force.body, site.bodies, "body", values.report)
     point = vector(f"{key}.point", force.point, PARAMETERS)
-    force_vector = vector(f"{key}.force", force.force, LOAD)
-    return Force(name, force.body, point, force_vector, vector(f"{key}.torque", force.torque, LOAD), force.axes)
+    force_vector = vector(f"{key}.force", force.force, LOCAL_LOAD)
+    return Force(name, force.body, point, force_vector, vector(f"{key}.torque", force.torque, LOCAL_LOAD), force.axes)
 
 
 ROW = Row(Force, ForceEntry, read_force, {"point": None})

@@ -15,7 +15,17 @@ from eomgen.formula.evaluate import apply
 from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol
 from eomgen.formula.words import FUNCTIONS
 from eomgen.scene.formula.hints import of_function, of_kind, of_name, of_parts
-from eomgen.scene.formula.scope import DERIVATIVES, ENERGIES, PLACE, QUANTITIES, REACTION_PARTS, Names, Scope
+from eomgen.scene.formula.scope import (
+    DERIVATIVES,
+    ENERGIES,
+    HERE,
+    LOCAL,
+    PLACE,
+    QUANTITIES,
+    REACTION_PARTS,
+    Names,
+    Scope,
+)
 from eomgen.scene.formula.tokens import (
     DEGREES,
     DEPTH,
@@ -283,6 +293,8 @@ class _Reader:
             word, part = _before(inner)
             raise self.error(node, what, of_parts(self.names, word, part or ("" if index is None else str(index))))
         kind, name = inner.value.id.removeprefix(PREFIX), inner.attr.removeprefix(PREFIX)
+        if kind in LOCAL and name == HERE and name not in self.names.points:
+            return self.local(node, kind, index)
         if kind == "reaction":
             what = f"reaction.{name[:64]} is a force and a moment"
             raise self.error(node, what, f"reaction.{name[:64]}.force[0] or reaction.{name[:64]}.moment[0]")
@@ -319,6 +331,17 @@ class _Reader:
             hint = f"an index from 0 to {size - 1}" if size > 1 else f"{kind}.{name}"
             raise self.error(node, f"{kind}.{name} has no component {index}", hint)
         return Symbol(kind, name, index or 0)
+
+    def local(self, node: ast.expr, kind: str, index: int | None) -> Symbol:
+        """Return a component of a quantity of the place at which a load acts: ``velocity.here[2]``."""
+        label = f"{kind}.{HERE}"
+        if "local" not in self.scope.kinds:
+            what = f"{label}: {HERE} is where a load acts, in [forces] and in [distributed_loads] of exact beams"
+            raise self.error(node, what, "the name of a point")
+        if index is None or not 0 <= index <= 2:
+            what = f"{label} has 3 components" if index is None else f"{label} has no component {index}"
+            raise self.error(node, what, f"{label}[0]")
+        return Symbol("local", kind, index)
 
     def reaction(self, node: ast.expr, inner: ast.Attribute, index: int | None) -> Symbol:
         """Return a component of the reaction of a joint or a constraint: ``reaction.hinge.force[2]``."""

@@ -67,6 +67,10 @@ FIXED_PARAMETERS = Scope("fixed parameters", frozenset({"fixed"}))
 PARAMETERS = Scope("parameters", frozenset({"parameter"}))
 #: The name of the place along a beam, from 0 to 1.
 PLACE = "s"
+#: The name of the place at which a load acts, where a quantity has the name of a point: ``velocity.here[0]``.
+HERE = "here"
+#: Quantities of the place at which a load acts, with 3 components each.
+LOCAL = ("position", "velocity", "rotation", "angular_velocity")
 TIME = Scope("time, parameters and curves", frozenset({"parameter", "time", "curve"}))
 #: Of drives and lengths over time.
 MOTION = Scope(
@@ -89,12 +93,18 @@ LOAD = Scope(
     "time, parameters, inputs, states, positions, velocities, tensions and inverse dynamics (not accelerations)",
     _STATE | {"tension", "tau"},
 )
+#: Of loads that act at a place of a body.
+LOCAL_LOAD = Scope(
+    f"time, parameters, inputs, states, positions, velocities, tensions, inverse dynamics, and {', '.join(LOCAL)} of"
+    f" {HERE} (not accelerations)",
+    LOAD.kinds | {"local"},
+)
 #: Of what may vary along a beam, by what it may be of elsewhere.
 ALONG_A_BEAM: Mapping[Scope, Scope] = {
     scope: Scope(
         f"{scope.description}, {PLACE} from 0 to 1 along the beam, and curves of it", scope.kinds | {"place", "curve"}
     )
-    for scope in (PARAMETERS, FIXED_PARAMETERS, LOAD)
+    for scope in (PARAMETERS, FIXED_PARAMETERS, LOCAL_LOAD)
 }
 EVERYTHING = Scope("any quantity", LOAD.kinds | {"a", "acceleration", "power", "reaction", "drive_effort"})
 
@@ -158,8 +168,8 @@ class Names:
 
     def section_of(self, kind: str) -> str:
         """Return the section of the scene whose entries a kind of symbol names; nothing for time, places,
-        energies."""
+        local quantities, energies."""
         if kind in self.offered:
             return self.offered[kind].section
         word = QUANTITIES.get(kind, kind)
-        return "" if word in ("time", "place", "energy") else f"{word}s"
+        return "" if word in ("time", "place", "local", "energy") else f"{word}s"

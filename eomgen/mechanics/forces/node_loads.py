@@ -1,0 +1,138 @@
+"""Distributed loads on the nodes of geometrically exact beams by formulas of each node's own motion: one loop.
+
+What differs among nodes (weights, and the numbers that formulas of s have there) is a column of the loop. A load is a
+function of its node's pose and twist, so its tangents are those of a ``Map`` over the numbers that reach a node.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from eomgen.formula.evaluate import symbols
+from eomgen.formula.nodes import Formula, Symbol
+from eomgen.formula.pattern import pattern
+from eomgen.formula.recording import Resolver
+from eomgen.mechanics.forces.cosserat_beams import LoopInputs, Node, Six, is_carried, node_at, push_on_node
+from eomgen.mechanics.forces.loads import Loads
+from eomgen.mechanics.forces.local_quantities import Local
+from eomgen.mechanics.forces.symbols import Quantities
+from eomgen.mechanics.tree.links import Mount
+from eomgen.scene.forces.distributed_loads import DistributedLoad, NodeLoad
+from eomgen.symbolic.calculus.loops import compact
+from eomgen.symbolic.map import Map, add_map
+from eomgen.symbolic.scalar import Algebra, Scalar, apply, cross, dot, multiply, plus, scaled, transpose
+from eomgen.symbolic.tape import Tape
+
+#: Three formulas of a force and three of a moment.
+Formulas = tuple[Formula, ...]
+
+
+def is_local(item: DistributedLoad) -> bool:
+    """Return whether a load depends on the motion of the sections on which it acts."""
+    formulas = {formula for load in item.nodes for formula in (*load.force, *load.moment)}
+    return any(symbol.kind == "local" for formula in formulas for symbol in symbols(formula))
+
+
+def add_local_load(loads: Loads, item: DistributedLoad, quantities: Quantities) -> None:
+    """Add a load on the nodes of a beam, each by the motion of its own section, and its power."""
+    alike: dict[object, list[NodeLoad]] = {}
+    for load in item.nodes:
+        mount = quantities.tree.mounts[load.node]
+        shape, _ = pattern((*load.force, *load.moment))
+        if mount.link >= 0:
+            alike.setdefault((shape, load.node if is_carried(quantities, mount) else ""), []).append(load)
+    for group in alike.values():
+        _Group(item, group, quantities).add(loads)
+
+
+@dataclass(frozen=True)
+class _Group:
+    """Nodes whose loads differ in numbers alone."""
+
+    item: DistributedLoad
+    nodes: Sequence[NodeLoad]
+    quantities: Quantities
+
+    def add(self, loads: Loads) -> None:
+        loop = self._loop() if len(self.nodes) > 1 else None
+        if loop is None:
+            for load in self.nodes:
+                self._push(loads, load, self._alone(load))
+            return
+        tape = self.quantities.algebra.tape
+        wrenches, power = (add_map(tape, compact(part, ())) for part in loop)
+        for load, row in zip(self.nodes, wrenches.rows, strict=True):
+            self._push(loads, load, [Scalar(tape, ref) for ref in row])
+        loads.power = loads.power + Scalar(tape, power.sums[0])
+
+    def _push(self, loads: Loads, load: NodeLoad, wrench: Six) -> None:
+        mount = self._mount(load)
+        for wrenches in (loads.wrenches, loads.external):
+            push_on_node(wrenches, mount, wrench[:6])
+        if len(wrench) > 6:
+            loads.power = loads.power + wrench[6]
+
+    def _mount(self, load: NodeLoad) -> Mount:
+        return self.quantities.tree.mounts[load.node]
+
+    def _alone(self, load: NodeLoad) -> list[Scalar]:
+        """Return the wrench on one node, (6,), and its power."""
+        quantities, base = self.quantities, _numbers_of_base(self.quantities)
+        node, weight = node_at(quantities, self._mount(load)), quantities.algebra.scalar(load.weight)
+        formulas = (*load.force, *load.moment)
+        return _wrench(quantities.algebra, node, base, formulas, weight, quantities, own_axes=self._own_axes)
+
+    @property
+    def _own_axes(self) -> bool:
+        return self.item.axes == "beam"
+
+    def _loop(self) -> tuple[Map, Map] | None:
+        """Return the loop that gives all wrenches and the one that sums their power; None where no loop can."""
+        kernel = Tape()
+        algebra, quantities = Algebra(kernel), self.quantities
+        rows = [[number.ref for number in node_at(quantities, self._mount(load)).numbers] for load in self.nodes]
+        inputs = LoopInputs(algebra, list(zip(*rows, strict=True)))
+        node = Node.of(algebra.block("gather", len(rows[0])))
+        patterns = [pattern((*load.force, *load.moment)) for load in self.nodes]
+        numbers = [self._column(inputs, column) for column in zip(*(found for _, found in patterns), strict=True)]
+        weight = self._column(inputs, (load.weight for load in self.nodes))
+        base = [inputs.number([number]) for number in _numbers_of_base(quantities)]
+
+        def resolved(symbol: Symbol) -> Scalar:
+            return numbers[symbol.index] if symbol.kind == "number" else inputs.number([quantities(symbol)])
+
+        found = _wrench(algebra, node, base, patterns[0][0], weight, resolved, own_axes=self._own_axes)
+        if kernel.maps:  # waves, which are a loop themselves
+            return None
+        *wrench, power = (value.ref for value in found)
+        columns = tuple(inputs.elements), tuple(inputs.shared), tuple(inputs.gather)
+        wrenches = Map(kernel, len(rows), *columns, stacked=tuple(wrench), label=self.item.label)
+        return wrenches, Map(kernel, len(rows), *columns, sums=(power,), label=f"power of {self.item.label}")
+
+    def _column(self, inputs: LoopInputs, numbers: Iterable[float]) -> Scalar:
+        return inputs.number([self.quantities.algebra.scalar(number) for number in numbers])
+
+
+def _numbers_of_base(quantities: Quantities) -> list[Scalar]:
+    base = quantities.kinematics.base
+    return [*(entry for row in base.orientation for entry in row), *base.position, *base.omega, *base.velocity]
+
+
+def _wrench(
+    algebra: Algebra, node: Node, base: Six, formulas: Formulas, weight: Scalar, elsewhere: Resolver, *, own_axes: bool
+) -> list[Scalar]:
+    """Return moment and force on a node in its own axes, (6,), and their power.
+
+    Parameters
+    ----------
+    base : (18,), axes by rows, place, angular velocity and velocity of the base
+    """
+    x, y, z, origin, omega, velocity = ((base[k], base[k + 1], base[k + 2]) for k in range(0, 18, 3))
+    back = transpose(node.axes)
+    turning = plus(node.omega, apply(back, omega))
+    moving = plus(node.velocity, apply(back, plus(velocity, cross(omega, node.origin))))
+    axes, place = multiply((x, y, z), node.axes), plus(origin, apply((x, y, z), node.origin))
+    local = Local(algebra, axes, place, turning, moving, own_axes, elsewhere)
+    force, moment = (scaled(weight, local.vector((part[0], part[1], part[2]))) for part in (formulas[:3], formulas[3:]))
+    return [*moment, *force, dot(moment, turning) + dot(force, moving)]

@@ -1,0 +1,155 @@
+"""Loads by formulas of the place where they act: its position, velocity, rotation and angular velocity."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from eomgen.mechanics.derive import derive
+from eomgen.scene.load import from_data
+from eomgen.system.system import System
+from tests.mechanics.test_cosserat_beams import states_near
+from tests.models.cosserat import ROLL_UP, beam_scene, rest
+from tests.oracles.evaluation import Array, relative_error, tape_evaluator
+from tests.oracles.states import derivative, jacobian, on_base, rotation_of
+
+TERMS = ("residual", "partials", "poses", "energy", "force")
+#: A load that takes every quantity of its place, beside time, a parameter and the place along the beam.
+LOAD = {
+    "force": [
+        "-0.3 * velocity.here[0] * sqrt(1 + velocity.here[1] ** 2) + 0.1 * t",
+        "-load * position.here[1] * (1 + s)",
+        "0.2 * angular_velocity.here[0] * position.here[2]",
+    ],
+    "moment": [
+        "-0.4 * rotation.here[0]",
+        "-load * angular_velocity.here[1]",
+        "s * rotation.here[2] * velocity.here[0]",
+    ],
+}
+
+
+def loaded(axes: str, joint: str, **more: Any) -> dict[str, Any]:
+    data = beam_scene(4, {}, {"curvature": [0.02, -0.1, 0.05]}, type=joint)
+    del data["forces"]
+    return data | {"distributed_loads": {"wind": {"beam": "rope", "axes": axes, **LOAD}}} | more
+
+
+MOVING = {"base": {"position": ["0.3 * t", "sin(t)", 0], "rotation": [{"axis": [0, 1, 2], "angle": "0.7 * t"}]}}
+
+
+def on_nodes(data: dict[str, Any]) -> dict[str, Any]:
+    """Return a scene with its distributed load as forces at the nodes, each with its share: s and weight as numbers."""
+    data = dict(data)
+    load = data.pop("distributed_loads")["wind"]
+    data["forces"] = {}
+    for node, (s, weight) in enumerate(zip((0.0, 0.25, 0.5, 0.75, 1.0), (1.25, 2.5, 2.5, 2.5, 1.25), strict=True)):
+        entry = {
+            key: [
+                f"{weight} * ({text.replace('(1 + s)', f'(1 + {s})').replace('s * ', f'{s} * ')})"
+                for text in load[name]
+            ]
+            for key, name in (("force", "force"), ("torque", "moment"))
+        }
+        axes = "body" if load["axes"] == "beam" else "world"
+        data["forces"][f"at_{node}"] = {"body": "rope", "point": [10.0 * s, 0, 0], "axes": axes, **entry}
+    return data
+
+
+def states_of(system: System, rng: np.random.Generator) -> dict[str, Array]:
+    state = states_near(system, rng) | {"t": np.full((6, 1), 0.7)}
+    return on_base(tape_evaluator(system), state) if "base" in system.functions else state
+
+
+def system_of(data: dict[str, Any], *more: str) -> System:
+    return derive(from_data(data), (*TERMS, *more))
+
+
+def oracle(q: Array, v: Array, time: float, load: float, axes: str) -> Array:
+    """Return the wrenches on the nodes, (30,), moment first, in their own axes, by NumPy and SciPy."""
+    wrenches = []
+    for node, weight in enumerate((1.25, 2.5, 2.5, 2.5, 1.25)):
+        pose, twist, s = q[7 * node :][:7], v[6 * node :][:6], node / 4.0
+        R, x = rotation_of(pose[:4]), pose[4:]
+        turn = Rotation.from_matrix(R).as_rotvec()
+        w, u = twist[:3], twist[3:]
+        x, w, u = (R.T @ x, w, u) if axes == "beam" else (x, R @ w, R @ u)
+        force = [-0.3 * u[0] * np.sqrt(1 + u[1] ** 2) + 0.1 * time, -load * x[1] * (1 + s), 0.2 * w[0] * x[2]]
+        moment = [-0.4 * turn[0], -load * w[1], s * turn[2] * u[0]]
+        back = np.eye(3) if axes == "beam" else R.T
+        wrenches += [weight * back @ moment, weight * back @ force]
+    return np.concatenate(wrenches)
+
+
+@pytest.mark.parametrize("axes", ["world", "beam"])
+def test_nodes_bear_what_their_own_motion_says(axes: str, rng: np.random.Generator) -> None:
+    scene = loaded(axes, "free")
+    bare = {key: value for key, value in scene.items() if key != "distributed_loads"}
+    state = states_near(system_of(scene), rng) | {"t": np.full((6, 1), 0.7)}
+    with_load, without = (tape_evaluator(system_of(data))("force", state)["Q"] for data in (scene, bare))
+    expected = [oracle(q, v, 0.7, 1.0, axes) for q, v in zip(state["q"], state["v"], strict=True)]
+    np.testing.assert_allclose(with_load - without, expected, atol=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("axes", "joint", "base"), [("world", "fixed", MOVING), ("beam", "free", MOVING), ("beam", "fixed", {})]
+)
+def test_distributed_loads_are_those_of_forces_on_nodes(
+    axes: str, joint: str, base: dict[str, Any], rng: np.random.Generator
+) -> None:
+    scene = loaded(axes, joint, **base)
+    first, second = system_of(scene), system_of(on_nodes(scene))
+    state = states_of(first, rng)
+    found, expected = (tape_evaluator(system)("force", state)["Q"] for system in (first, second))
+    np.testing.assert_allclose(found, expected, rtol=1e-11, atol=1e-11)
+    found, expected = (tape_evaluator(system)("energy", state)["energy"] for system in (first, second))
+    np.testing.assert_allclose(found, expected, rtol=1e-11)
+
+
+def test_here_is_the_point_of_the_force(rng: np.random.Generator) -> None:
+    formulas = ["-3 * velocity.{0}[0] + t", "position.{0}[2] * velocity.{0}[1]", "sin(position.{0}[0])"]
+    systems = []
+    for name in ("here", "tip"):
+        force = {"body": "rope", "point": [10.0, 0.2, 0.1], "force": [text.format(name) for text in formulas]}
+        data = loaded("world", "free", **MOVING) | {"points": {"tip": {"body": "rope", "position": [10.0, 0.2, 0.1]}}}
+        systems.append(system_of(data | {"forces": {"drag": force}}))
+    state = states_of(systems[0], rng)
+    found, expected = (tape_evaluator(system)("residual", state)["r"] for system in systems)
+    np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("axes", ["world", "beam"])
+def test_tangents_and_power(axes: str, rng: np.random.Generator) -> None:
+    system = system_of(loaded(axes, "free"))
+    evaluate, state = tape_evaluator(system), states_near(system, rng) | {"t": np.full((6, 1), 0.7)}
+    found = evaluate("partials", state)
+    for name, block in (("K", "q"), ("C", "v")):
+        expected = jacobian(evaluate, system.factors, "residual", "r", state, block)
+        assert relative_error(found[name], expected, axes=2) < 1e-11
+    stored = derivative(evaluate, system.factors, "energy", state, {"q": state["v"]})["energy"][:, 1]
+    work = np.sum(evaluate("force", state)["Q"] * state["v"], axis=-1)
+    np.testing.assert_allclose(work, evaluate("energy", state)["energy"][:, 2] - stored, rtol=1e-10)
+
+
+def test_a_beam_on_an_elastic_foundation_bends_as_its_exponential() -> None:
+    EI, k, push = 500.0, 300.0, 8.0
+    beta = (k / (4.0 * EI)) ** 0.25
+    stiff = dict.fromkeys(("stretch", "shear_y", "shear_z"), 1e7)
+    found = []
+    for elements in (20, 40):
+        data = beam_scene(elements, {}, {"stiffness": ROLL_UP | stiff}, type="planar", axis=[0, 0, 1], x_axis=[1, 0, 0])
+        data["forces"]["tip"] = {"body": "rope", "force": [0, push, 0]}
+        bed = ["-{0} * (position.here[0] - 10 * s)", "-{0} * position.here[1]", "-{0} * position.here[2]"]
+        data["distributed_loads"] = {"bed": {"beam": "rope", "force": [text.format(k) for text in bed]}}
+        system = system_of(data)
+        poses = tape_evaluator(system)("poses", {"q": rest(system, 1)})["pose"]
+        order = [list(system.bodies).index(name) for name in ("rope", *(f"rope.{n}" for n in range(1, elements + 1)))]
+        found.append(poses[order][:: elements // 20, 5])
+    x = np.linspace(0.0, 10.0, 21)
+    expected = 2.0 * push * beta / k * np.exp(-beta * x) * np.cos(beta * x)  # Hetenyi 1946, of a long beam
+    errors = [np.abs(shape - expected)[:11].max() / expected[0] for shape in (*found, (4.0 * found[1] - found[0]) / 3.0)]
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.2)
+    assert errors[2] < 5e-4
