@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import re
 import runpy
+import warnings
 from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
@@ -158,3 +159,12 @@ def test_branches_on_a_turning_hub_move_alike_in_both_coordinates() -> None:
         ends.append(run.outputs["end"])
     assert np.abs(ends[0][-1] - ends[0][0]).max() > 0.03
     np.testing.assert_allclose(ends[0], ends[1], atol=1e-6)
+
+
+def test_a_run_that_leaves_the_numbers_says_so_and_nothing_else() -> None:
+    model = eomgen.build(beam_scene(2, {"force": [0.0, "15 * load", 0.0]}), method="rk4", profile="quick")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        run = model.simulate(20.0, 1.0)
+    assert not run.success
+    assert "a value became infinite or not a number; try: a step smaller than 1 s" in run.message

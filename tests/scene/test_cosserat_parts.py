@@ -17,7 +17,18 @@ from tests.models.cosserat import ROLL_UP, beam_scene
 from tests.scene.test_cosserat_beams import beam_of, numbers
 
 PART = {"length": 4.0, "elements": 2}
-FRAME = {"position": [1.0, 0.0, 0.0], "rotation": []}
+FRAME: dict[str, Any] = {"position": [1.0, 0.0, 0.0], "rotation": []}
+FOIL = {
+    "shape": "rectangle", "width": 1.0, "height": 1e-6, "elastic_modulus": 1e9, "density": 1e3, "poisson_ratio": 0.3,
+}  # fmt: skip  # a table
+
+
+def through(*frames: dict[str, Any]) -> dict[str, Any]:
+    return {"frames": [{"position": [0, 0, 0]}, *frames]}
+
+
+def about_z(angle: str) -> list[dict[str, Any]]:
+    return [{"axis": [0, 0, 1], "angle": angle}]
 
 
 def scene(changes: dict[str, Any], **sections: Any) -> dict[str, Any]:
@@ -159,6 +170,10 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
         "(beams.rope.pretwist): the pretwist is 0.1 rad at s = 0, where the sections have the axes of the beam's frame; try: the angle from there on, and the rest as rotation of the joint",
     ),
     (
+        {"pretwist": "90 deg"},
+        "(beams.rope.pretwist): the pretwist is 1.5708 rad at s = 0, where the sections have the axes of the beam's frame; try: \"1.5708 * s\" for that much up to the other end, or a rotation of the joint",
+    ),
+    (
         {"pretwist": "15 * s"},
         "(beams.rope.pretwist): one of the 4 elements turns by 214.859 degrees at rest, and only less than 180 can be told; try: elements = 20; 5 is the least",
     ),
@@ -195,6 +210,34 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
         "(beams.rope.shape.frames[0].rotation): the first frame is turned against the beam's, which it is; try: no rotation here, and that of the beam's joint",
     ),
     (
+        {"length": None, "shape": through({"position": [-1, 0, 0]})},
+        "(beams.rope.shape.frames[1]): from the frame before to this one the axis goes 180 degrees off the x of both; try: rotations with x along the beam, or points in place of frames",
+    ),
+    (
+        {"length": None, "shape": through(FRAME, {"position": [2, 1, 0]})},
+        "(beams.rope.shape.frames[2]): from the frame before to this one the axis goes 45 degrees off the x of both",
+    ),
+    (
+        {"length": None, "shape": through({"position": [0, 2, 0], "rotation": about_z("180 deg")})},
+        "(beams.rope.shape.frames[1].rotation): the frame is turned by 180 degrees against the one before, and which way the beam goes round is told below 180 alone; try: a frame between them",
+    ),
+    (
+        {"length": None, "shape": through({"position": [0, 2, 0], "rotation": about_z("225 deg")})},
+        "(beams.rope.shape.frames[1].rotation): the frame is turned by 225 degrees against the one before",
+    ),
+    (
+        {"prestrain": {"stretch": 1.5}},
+        "(beams.rope.prestrain.stretch): a beam that is stretched by 1.5 of its length at the start has no length at rest; try: a number below 1: the length at rest is (1 - stretch) times that of the initial shape",
+    ),
+    (
+        {"rotary_inertia": [1.0, 1.0, 1e-14]},
+        "(beams.rope.rotary_inertia): sections with a rotary inertia of 1 kg m about x, 1 about y and 1e-14 about z have none about some axis: it is below 1e-12 of the largest; try: a section that is less thin",
+    ),
+    (
+        {"rotary_inertia": None, "mass_per_length": None, "stiffness": None, "section": FOIL},
+        "(beams.rope.section): sections with a rotary inertia of 8.33333e-05 kg m about x, 8.33333e-17 about y and 8.33333e-05 about z have none about some axis",
+    ),
+    (
         {"curvature": [0, 0, 0.1], "length": None, "shape": {"points": [[0, 0, 0], [1, 0, 0]]}},
         "(beams.rope.curvature): curvature and shape are both given; try: one of them",
     ),
@@ -206,6 +249,32 @@ def test_what_no_beam_can_be_is_refused_with_one_message(changes: dict[str, Any]
     with pytest.raises(DescriptionError, match=re.escape(message)) as caught:
         from_data(scene(changes))
     assert len(caught.value.problems) == 1, str(caught.value)
+
+
+NOTED: list[tuple[dict[str, Any], str]] = [
+    (
+        {"rotary_inertia": [5e4, 2.5e4, 2.5e4]},
+        "beams.rope.rotary_inertia: the radius of gyration of the sections is 224 m, and the scene is no larger than 10 m; numbers without a unit are in kg m",
+    ),
+    (
+        {"length": None, "rotary_inertia": [0.02, 0.01, 0.01], "shape": through({"position": [1.0, 0.1, 0.0]})},
+        "beams.rope.shape.frames[1]: up to here sections are 5.71 degrees off across the axis, and stiffnesses are those in the axes of the sections",
+    ),
+]
+
+
+@pytest.mark.parametrize(("changes", "note"), NOTED)
+def test_what_hardly_is_meant_is_noted_once(changes: dict[str, Any], note: str) -> None:
+    data = scene(changes)
+    del data["parameters"]
+    assert from_data(data).notes == (note,)
+
+
+def test_frames_of_an_arc_are_joined_by_it() -> None:
+    places = [(k, {"position": [np.sin(k), 1 - np.cos(k), 0.0], "rotation": about_z(str(k))}) for k in (2.0, 4.0, 6.0)]
+    beam = beam_of(from_data(scene({"length": None, "shape": through(*(frame for _, frame in places))})))
+    assert beam.length == pytest.approx(6.0, rel=1e-12)
+    np.testing.assert_allclose(beam.parts[2].twist, [0, 0, 1.5, 1.5, 0, 0], atol=1e-12)
 
 
 def test_a_parameter_that_is_called_s_is_refused_where_s_is_the_place() -> None:

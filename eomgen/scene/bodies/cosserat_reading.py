@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import accumulate, pairwise
 
-from eomgen.formula.nodes import ZERO, Formula, Number
+from eomgen.formula.nodes import ZERO, Formula, Number, Vector
 from eomgen.scene.bodies import beam_schema as written
 from eomgen.scene.bodies.arithmetic import product, total
 from eomgen.scene.bodies.beam import AT_END
@@ -286,20 +286,28 @@ def _missing(section: SectionReader, field: str, values: Values) -> Formula:
     return ZERO
 
 
-def _rotary_inertia(keys: Keys, section: SectionReader | None, values: Values) -> tuple[Formula, Formula, Formula]:
+def _rotary_inertia(keys: Keys, section: SectionReader | None, values: Values) -> Vector:
     given = keys["rotary_inertia"]
     if given is not None:
         entries = values.vector(keys.of("rotary_inertia"), given, PARAMETERS)
         if not values.report.concerns(keys.of("rotary_inertia")):
             values.require(keys.of("rotary_inertia"), RELATIONS["rotary inertia"], entries)
-        return entries
+        return _not_thin(keys.of("rotary_inertia"), entries, values)
     if section is None:
         what = "the sections have no rotary inertia, without which their rotations have none"
         values.report.add(keys.key, what, "rotary_inertia = [polar, about y, about z], or a section")
         return ZERO, ZERO, ZERO
     across_y, across_z = _needed_pair(section, "second_moments", values)
     density = section.density
-    return product(density, total(across_y, across_z)), product(density, across_z), product(density, across_y)
+    found = product(density, total(across_y, across_z)), product(density, across_z), product(density, across_y)
+    return _not_thin(keys.of("section"), found, values)
+
+
+def _not_thin(key: str, entries: Vector, values: Values) -> Vector:
+    """Require of the rotary inertia of sections that all three are there to the digits of numbers."""
+    if not values.report.concerns(key):
+        values.require(key, RELATIONS["thin section"], entries)
+    return entries
 
 
 def _stiffness(keys: Keys, section: SectionReader | None, values: Values) -> Rows:
@@ -365,7 +373,11 @@ def _damping(keys: Keys, stiffness: Rows, values: Values) -> Rows:
 
 
 def _prestrain(keys: Keys, values: Values) -> tuple[Formula, ...]:
-    return tuple(_by_strain(keys, "prestrain", values))
+    entries = _by_strain(keys, "prestrain", values)
+    place = f"{keys.of('prestrain')}.stretch"
+    if not values.report.concerns(place):
+        values.require(place, RELATIONS["length at rest"], [entries[STRAINS.index("stretch")]])
+    return tuple(entries)
 
 
 def _by_strain(keys: Keys, field: str, values: Values) -> list[Formula]:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.scene.bodies import beam_schema as written
 from eomgen.scene.bodies.beam_keys import Keys
-from eomgen.scene.bodies.initial_shapes import Bent, Shape, Turned, through_frames, through_points
+from eomgen.scene.bodies.initial_shapes import Bent, Shape, Turned, relative_twist, through_frames, through_points
 from eomgen.scene.geometry.rotations import quaternion_of
 from eomgen.scene.reading.values import Values
 
@@ -19,6 +20,8 @@ from eomgen.scene.reading.values import Values
 _AT_ORIGIN = 1e-9
 #: Angle from x from which on the second point is behind the first one.
 _BEHIND = 0.5 * math.pi
+#: Angle from x by which a piece between frames may go, rad, and that from which on a note says so.
+_OFF_AXIS, _OBLIQUE = math.radians(40.0), math.radians(3.0)
 
 
 def read_shape(whole: Keys, values: Values) -> Shape | None:
@@ -65,7 +68,40 @@ def _through_frames(key: str, given: Sequence[written.ShapeFrame], values: Value
         what = "the first frame is turned against the beam's, which it is"
         values.report.add(f"{key}[0].rotation", what, "no rotation here, and that of the beam's joint")
         return None
-    return through_frames(np.column_stack([np.array(quaternions), positions]))
+    poses = np.column_stack([np.array(quaternions), positions])
+    for place, (before, after) in enumerate(pairwise(turned), 1):
+        twist = relative_twist(poses[place - 1], poses[place])
+        turn = max(float(np.linalg.norm(twist[:3])), _turn_about_one_axis(before or (), after or ()))
+        if turn > math.pi - _AT_ORIGIN:
+            what = f"the frame is turned by {math.degrees(turn):.6g} degrees against the one before"
+            what += ", and which way the beam goes round is told below 180 alone"
+            values.report.add(f"{key}[{place}].rotation", what, "a frame between them")
+            return None
+        off = math.atan2(float(np.hypot(twist[4], twist[5])), float(twist[3]))
+        if off > _OFF_AXIS:
+            what = f"from the frame before to this one the axis goes {math.degrees(off):.6g} degrees off the x of both"
+            values.report.add(f"{key}[{place}]", what, "rotations with x along the beam, or points in place of frames")
+            return None
+        if off > _OBLIQUE:
+            what = f"up to here sections are {math.degrees(off):.3g} degrees off across the axis, and stiffnesses are"
+            values.note([f"{key}[{place}]: {what} those in the axes of the sections"])
+    return through_frames(poses)
+
+
+def _turn_about_one_axis(before: Sequence[tuple[Array, float]], after: Sequence[tuple[Array, float]]) -> float:
+    """Return the angle between two rotations that are given as one about the same axis each, which may be above half a
+    turn; 0 where they are not."""
+    given = [*before, *after]
+    if not given or len(before) > 1 or len(after) > 1:
+        return 0.0
+    axis = given[-1][0] / np.linalg.norm(given[-1][0])
+    if any(np.linalg.norm(np.cross(axis, other)) > _AT_ORIGIN * np.linalg.norm(other) for other, _ in given):
+        return 0.0
+    first, second = (
+        sum(math.copysign(angle, angle * float(axis @ other)) for other, angle in rotation)
+        for rotation in (before, after)
+    )
+    return abs(second - first)
 
 
 def _several(key: str, what: str, places: Array, values: Values) -> bool:
@@ -123,5 +159,8 @@ def pretwisted(whole: Keys, shape: Shape, values: Values) -> Shape:
     at_start = angle(0.0)
     if abs(at_start) > _AT_ORIGIN:
         what = f"the pretwist is {at_start:.6g} rad at s = 0, where the sections have the axes of the beam's frame"
-        values.report.add(key, what, "the angle from there on, and the rest as rotation of the joint")
+        hint = "the angle from there on, and the rest as rotation of the joint"
+        if angle(shape.length) == at_start:
+            hint = f'"{at_start:.6g} * s" for that much up to the other end, or a rotation of the joint'
+        values.report.add(key, what, hint)
     return Turned(shape, angle)

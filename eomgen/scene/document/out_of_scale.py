@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from eomgen.formula.nodes import Formula, Vector
 from eomgen.scene.bodies.model import Body
+from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.forces.springs import Spring
 from eomgen.scene.forces.tyres import Tyre
 from eomgen.scene.joints.model import Joint
@@ -60,12 +61,15 @@ def out_of_scale(
     near = [arm.length for arm in arms if arm not in far]
     known = [*near, *(abs(start) for joint in joints for start in joint.initial_position or ())]
     known += [body.beam.length for body in bodies if body.beam is not None]
+    known += [element.beam.length for element in elements if isinstance(element, CosseratBeam)]
     size = max((length for length in known if math.isfinite(length)), default=0.0)
     if not size > 0.0:
         return notes
     well_known = sum(length >= _SHORTEST for length in near) >= _ARMS
     for key, what, length, hint in _lengths(bodies, elements, values):
         factor = _OF_GYRATION if well_known and key.endswith(".inertia") else _FACTOR
+        if key.endswith(".rotary_inertia"):
+            factor = 1.0  # no section is as large as all that is joined
         if length >= factor * size and math.isfinite(length):
             beside = f"{length:.3g} m, and the scene is no larger than {size:.3g} m"
             notes.append(f"{key}: {what} is {beside}; numbers without a unit are in {hint}")
@@ -106,9 +110,13 @@ def _lengths(
 ) -> Iterator[tuple[str, str, float, str]]:
     for body in bodies:
         mass, largest = values.value(body.mass), max(values.value(entry) for entry in body.inertia[:3])
-        if body.beam is None and mass > 0.0 and largest > 0.0:
+        if body.beam is None and mass > 0.0 and largest > 0.0 and body.node_of in ("", body.name):
             gyration = math.sqrt(largest / mass)
-            yield key_of("bodies", body.name, "inertia"), "the radius of gyration", gyration, "kg m^2"
+            if body.node_of:
+                key = key_of("beams", body.name)
+                yield f"{key}.rotary_inertia", "the radius of gyration of the sections", gyration, "kg m"
+            else:
+                yield key_of("bodies", body.name, "inertia"), "the radius of gyration", gyration, "kg m^2"
     lengths: list[tuple[str, str, str, Formula]] = []
     for element in elements:
         if isinstance(element, Spring):

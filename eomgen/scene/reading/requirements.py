@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from eomgen.arrays import Flags, Numbers
-from eomgen.scene.geometry.inertia import impossible, not_physical, tensor
+from eomgen.scene.geometry.inertia import NO_INERTIA, impossible, not_physical, singular, tensor
 
 
 @dataclass(frozen=True)
@@ -194,6 +194,12 @@ def _limits(unit: str) -> Row:
     return Row(("joints.limits.lower", "joints.limits.upper"), operator.ge, words, "lower below upper")
 
 
+def _thin(moments: Sequence[Numbers]) -> Flags:
+    """Tell whether one of moments of inertia, all above 0, is none beside the others."""
+    positive = np.logical_and.reduce(np.broadcast_arrays(*(np.greater(moment, 0.0) for moment in moments)))
+    return np.logical_and(positive, singular([*moments, 0.0, 0.0, 0.0]))
+
+
 #: What values must be together. Whether a joint moves any inertia is a rule for each joint of a scene,
 #: ``moved_inertia.Movable``.
 RELATIONS: Mapping[str, Row] = {
@@ -247,6 +253,19 @@ RELATIONS: Mapping[str, Row] = {
         "no section has the rotary inertia {0} about x with {1} about y and {2} about z: one exceeds the sum of the"
         " others",
         "[polar, about y, about z], of which the first is the sum of the others",
+    ),
+    "length at rest": Row(
+        ("beams.prestrain.stretch",),
+        lambda stretch: np.greater_equal(stretch, 1.0),
+        "a beam that is stretched by {0} of its length at the start has no length at rest",
+        "a number below 1: the length at rest is (1 - stretch) times that of the initial shape",
+    ),
+    "thin section": Row(
+        ("beams.rotary_inertia",),
+        lambda *entries: _thin(entries),
+        "sections with a rotary inertia of {0} kg m about x, {1} about y and {2} about z have none about some axis:"
+        f" it is below {NO_INERTIA:g} of the largest",
+        "a section that is less thin",
     ),
     "inertia of torsion": Row(
         ("beams.polar_inertia",),

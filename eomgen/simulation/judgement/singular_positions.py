@@ -77,7 +77,8 @@ def singular_ahead(model: CompiledModel, t: Array, q: Array, v: Array, p: Array,
     if len(t) == 1:
         return _nearest(model, t, q, p, 0)
     chosen = _looked_at(model, len(t) - 1)
-    ahead = np.array([product.update(model.factors, q[-1], part * step * v) for part in _AHEAD])
+    with np.errstate(over="ignore", invalid="ignore"):  # of a run that has left the finite numbers
+        ahead = np.array([product.update(model.factors, q[-1], part * step * v) for part in _AHEAD])
     times, positions = np.concatenate([t[chosen], t[-1] + step * _AHEAD]), np.concatenate([q[chosen], ahead])
     return _nearest(model, times, positions, p, len(chosen))
 
