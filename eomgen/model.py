@@ -18,12 +18,14 @@ if TYPE_CHECKING:
     from eomgen.analysis.equilibrium_path import EquilibriumPath
     from eomgen.analysis.operating_point import EquilibriumState
     from eomgen.analysis.steady_motion import SteadyMotion
+    from eomgen.ensembles import Distribution, Ensemble
     from eomgen.linear.campbell import Campbell
     from eomgen.linear.linearization import Linearization
     from eomgen.linear.root_locus import RootLocus
+    from eomgen.progress import Progress
     from eomgen.results.solution import Solution
     from eomgen.simulation.motions import Target
-    from eomgen.simulation.option_types import MethodOptions, ResumeOptions, RunOptions
+    from eomgen.simulation.option_types import EnsembleOptions, MethodOptions, ResumeOptions, RunOptions
     from eomgen.simulation.simulator import Simulator
     from eomgen.spectra import Road, RoadExcitation
 
@@ -150,6 +152,96 @@ class Model(CompiledModel):
         from eomgen.simulation.simulate import simulate  # noqa: PLC0415  # the model is used without it too
 
         return simulate(self, t_end, step, **options)
+
+    def simulate_many(
+        self,
+        t_end: float | None = None,
+        step: float | None = None,
+        *,
+        vary: Mapping[str, str | Distribution] | None = None,
+        table: Mapping[str, ArrayLike] | None = None,
+        samples: int = 256,
+        design: str = "",
+        seed: int = 0,
+        columns: Sequence[str] | None = None,
+        points: int = 301,
+        keep: Sequence[int] = (),
+        folder: str | os.PathLike[str] | None = None,
+        resume: bool = False,
+        workers: int | None = None,
+        progress: Progress | bool | None = None,
+        **options: Unpack[EnsembleOptions],
+    ) -> Ensemble:
+        """Run samples of what varies, reduced as they come: statistics over time, extremes of each sample.
+
+        What is not varied is as in ``simulate``, whose options these are. A sample that fails is kept with its reason
+        and its values, and enters no statistics. The numbers have the same bits with any number of workers, and after
+        any interruption; sample k of ``monte_carlo``, ``sobol`` and ``halton`` is the same in a larger ensemble.
+        Memory does not grow with the number of samples where there is a folder, but for reading ``values`` and
+        ``results`` back.
+
+        Parameters
+        ----------
+        t_end, step : as of ``simulate``
+        vary : mapping
+            Name -> distribution: tunable parameters, inputs (constant over a run), ``q.hinge``, ``v.hinge`` and
+            internal states of the initial state. Distributions as texts with numbers in the scene's units or with units
+            of their own: ``normal(mean, deviation)``, ``truncated_normal(mean, deviation, low, high)``,
+            ``lognormal(mean, deviation)`` of the number itself, ``uniform(low, high)``, ``loguniform(low, high)``,
+            ``triangular(low, mode, high)``, ``exponential(mean)``, ``weibull(scale, shape)``, ``gumbel(location,
+            scale)``; a deviation may be a percentage of the mean. Lists: ``values(1, 2, 4)``, ``linspace(low, high,
+            count)``, ``logspace(low, high, count)``.
+        table : mapping or DataFrame
+            Name -> column (samples,), in place of ``vary`` and a design.
+        samples : int
+            Of random designs; of ``saltelli`` those of each of its parts, (2 + varied) times as many in all.
+        design : str
+            ``monte_carlo`` (the default), ``latin_hypercube``, ``sobol``, ``halton``, ``saltelli`` for Sobol' indices,
+            or ``grid`` (the default of lists): all combinations of lists.
+        seed : int
+        columns : sequence of str
+            Outputs or columns of ``Solution.columns()`` that are looked at; all outputs by default, or coordinates
+            where there are none.
+        points : int
+            Times that statistics are made for, at most.
+        keep : sequence of int
+            Numbers of samples whose solutions are written to the folder, ``runs``.
+        folder : path
+            Where samples and statistics are kept as they come.
+        resume : bool
+            Go on with what the folder holds.
+        workers : int
+            Threads; one for each processor by default.
+        progress : callable or True
+            As of ``simulate``, called with samples.
+
+        Raises
+        ------
+        UsageError
+            Anything that is wrong before the first sample, by name.
+        FileError
+            The folder holds another ensemble, or one that is not to be gone on with.
+        """
+        from eomgen.ensembles import simulate_many  # noqa: PLC0415
+
+        return simulate_many(
+            self,
+            t_end,
+            step,
+            vary=vary,
+            table=table,
+            samples=samples,
+            design=design,
+            seed=seed,
+            columns=columns,
+            points=points,
+            keep=keep,
+            folder=folder,
+            resume=resume,
+            workers=workers,
+            progress=progress,
+            **options,
+        )
 
     def start(
         self,

@@ -128,7 +128,20 @@ DOORS: dict[str, set[str]] = {
         "toolchain",
         "version",
     },
-    "model": {"analysis", "calls", "compiled", "linear", "results", "simulation", "spectra"},
+    "ensembles": {
+        "arrays",
+        "compiled",
+        "errors",
+        "figures",
+        "files",
+        "progress",
+        "results",
+        "simulation",
+        "text",
+        "units",
+        "version",
+    },
+    "model": {"analysis", "calls", "compiled", "ensembles", "linear", "progress", "results", "simulation", "spectra"},
     # verbs
     "pipeline": {
         "arrays",

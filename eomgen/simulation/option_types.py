@@ -58,6 +58,15 @@ class RunOptions(MethodOptions, Continuation, total=False):
     record_every: int | None
 
 
+class EnsembleOptions(MethodOptions, total=False):
+    """Of ``Model.simulate_many``, besides what varies."""
+
+    method: str | None
+    initial: Mapping[str, Any] | None
+    parameters: Parameters
+    record_every: int | None
+
+
 class ResumeOptions(Continuation, total=False):
     """Of ``Model.resume``, besides the file and the end."""
 

@@ -1,0 +1,151 @@
+"""``eomgen ensemble``: many runs of a scene with what varies, reduced as they come."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from eomgen.cli import INTERRUPTED
+from eomgen.cli.options import debug_option, folder_option, json_option, run_options, scene_options
+from eomgen.cli.printing import building, counted, print_json, say
+from eomgen.cli.running import read_scene
+from eomgen.cli.tables import print_table
+from eomgen.errors import FileError, NumericalError, Problem, UsageError
+from eomgen.progress import terminal_bar
+
+if TYPE_CHECKING:
+    from eomgen.ensembles import Ensemble
+
+#: Failed samples that are named.
+_NAMED = 3
+
+
+@click.command()
+@scene_options
+@folder_option
+@click.option(
+    "--vary",
+    multiple=True,
+    metavar="NAME=DISTRIBUTION",
+    help="mass=normal(1, 0.1), q.hinge=uniform(-5 deg, 5 deg), damper=linspace(0, 4, 9); may be repeated.",
+)
+@click.option("--table", default=None, metavar="FILE", help="CSV of the values of all samples, in place of --vary.")
+@click.option("--samples", type=int, default=256, show_default=True, metavar="N", help="Of designs but grid and table.")
+@click.option(
+    "--design",
+    default="",
+    metavar="NAME",
+    help="monte_carlo (the default), latin_hypercube, sobol, halton, saltelli (Sobol' indices), grid (of lists).",
+)
+@click.option("--seed", type=int, default=0, show_default=True, metavar="N", help="Of the design.")
+@click.option(
+    "--output", "columns", multiple=True, metavar="NAME", help="An output or a column; all outputs by default."
+)
+@click.option(
+    "--points", type=int, default=301, show_default=True, metavar="N", help="Times that statistics are made for."
+)
+@click.option("--keep", multiple=True, type=int, metavar="N", help="Write this sample's solution; may be repeated.")
+@click.option("--workers", type=int, default=None, metavar="N", help="Threads; one for each processor by default.")
+@click.option("--resume", is_flag=True, help="Go on with the samples of the folder.")
+@click.option("--plots/--no-plots", default=True, show_default=True, help="Draw fan charts, results and rankings.")
+@run_options
+@json_option
+@debug_option
+def ensemble(scene: str, folder: str, plots: bool, as_json: bool, **options: Any) -> int:
+    """Run many samples of a SCENE: statistics over time, extremes of each sample, and what they depend on.
+
+    Writes statistics.csv, samples.csv, failed.csv where samples failed, summary.json and plots. Ctrl-C keeps what is
+    done, for --resume.
+    """
+    from eomgen.pipeline import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
+
+    own = {name: options.pop(name) for name in ("samples", "design", "seed", "points", "keep", "workers", "resume")}
+    columns, vary = options.pop("columns"), _varied(options.pop("vary"))
+    file = options.pop("table")
+    table = None if file is None else _read_table(Path(file))
+    del options["error_estimate"]
+    described = read_scene(scene, options)
+    profile = options.pop("profile")
+    with building(described.name):
+        model = pipeline.built_for_run(described, options["method"], options.get("start"), profile)
+    with terminal_bar(described.name) as progress:
+        found = model.simulate_many(
+            vary=vary or None, table=table, columns=columns or None, folder=folder, progress=progress, **own, **options
+        )
+    files = found.save(folder)
+    if plots:
+        files += found.plot(folder)
+    if as_json:
+        print_json(found.to_dict() | {"files": [file.name for file in files], "folder": str(Path(folder))})
+    else:
+        _print(found)
+    for one in found.failed[:_NAMED]:
+        values = ", ".join(f"{name} = {value:.6g}" for name, value in one.values.items())
+        say(f"sample {one.number} failed ({values}): {one.reason}")
+    if len(found.failed) > _NAMED:
+        say(f"{counted(len(found.failed) - _NAMED, 'more failed sample')}, in failed.csv")
+    say(f"{found.message}\nwritten to {Path(folder)}: {', '.join(file.name for file in files)}")
+    if found.interrupted:
+        return INTERRUPTED
+    return NumericalError.exit_code if len(found.failed) == found.done else 0
+
+
+def _varied(texts: tuple[str, ...]) -> dict[str, str]:
+    """Return distributions by name. Raises UsageError."""
+    found: dict[str, str] = {}
+    for text in texts:
+        name, equals, how = (part.strip() for part in text.partition("="))
+        if not (name and equals and how):
+            what = "a name and a distribution are needed"
+            raise UsageError(Problem(f"--vary {text}", what, "--vary 'mass=normal(1, 0.1)'"))
+        if name in found:
+            raise UsageError(Problem(f"--vary {text}", f"{name} varies twice", "one distribution for each name"))
+        found[name] = how
+    return found
+
+
+def _read_table(path: Path) -> dict[str, list[float]]:
+    """Return the columns of a CSV table with a row of names. Raises FileError."""
+    import csv  # noqa: PLC0415  # only where a table is given
+
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as stream:
+            lines = [line for line in csv.reader(stream) if line]
+    except OSError as error:
+        raise FileError(Problem(str(path), f"cannot be read: {error.strerror or error}", "another path")) from None
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise FileError(Problem(str(path), f"this is no CSV table: {error}", "UTF-8 text with commas")) from None
+    if len(lines) < 2:
+        what = "the table has no rows below its names"
+        raise FileError(Problem(str(path), what, "a row of names, then a row of numbers for each sample"))
+    names = [name.strip() for name in lines[0]]
+    if len(set(names)) < len(names):
+        raise FileError(Problem(str(path), "a name stands over two columns", "each name once"))
+    rows = []
+    for number, line in enumerate(lines[1:], 2):
+        if len(line) != len(names):
+            what = f"there are {len(line)} values under {len(names)} names"
+            raise FileError(Problem(f"{path}, line {number}", what, "a value for each name"))
+        try:
+            rows.append([float(word) for word in line])
+        except ValueError as error:
+            raise FileError(Problem(f"{path}, line {number}", str(error), "numbers in the scene's units")) from None
+    return {name: [row[k] for row in rows] for k, name in enumerate(names)}
+
+
+def _print(found: Ensemble) -> None:
+    rows: list[tuple[str, ...]] = []
+    quantiles = found.reduction.has_quantiles
+    for column in found.columns:
+        low, high = found.envelope(column)
+        of_column = [found.mean(column)[-1], found.deviation(column)[-1], low[-1]]
+        if quantiles:
+            of_column += found.quantile(column, (0.05, 0.5, 0.95))[:, -1].tolist()
+        unit = found.units.get(column, "")
+        rows.append((column, unit if unit != "1" else "", *(f"{x:.5g}" for x in (*of_column, high[-1]))))
+    title = f"{found.scene}: {found.done} samples, {found.design}, at t = {found.t[-1]:.9g} s"
+    middle = ("5 %", "median", "95 %") if quantiles else ()
+    header = ("column", "unit", "mean", "deviation", "smallest", *middle, "largest")
+    print_table(title, header, rows, numeric=tuple(range(2, len(header))))

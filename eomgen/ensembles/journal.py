@@ -1,0 +1,109 @@
+"""The folder of an ensemble: its samples block by block, and what they have been reduced to, from which it goes on."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from eomgen.arrays import Array
+from eomgen.ensembles.reductions import Reduction
+from eomgen.ensembles.samples import Block, Failed
+from eomgen.errors import FileError, Problem
+from eomgen.files import make_folder, read_arrays, write_arrays, write_text
+from eomgen.text import finite
+
+_DESCRIBED, _REDUCED, _BLOCKS = "ensemble.json", "reduced.npz", "samples"
+_KIND = "part of an ensemble"
+
+
+class Journal:
+    """Blocks that are done, in a folder or, without one, in memory.
+
+    Parameters
+    ----------
+    described : what the samples depend on; those of another description are not gone on with
+    resume : whether to go on with what the folder holds
+
+    Raises
+    ------
+    FileError
+        The folder holds an ensemble, and this is not to go on with it, or is another one.
+    """
+
+    def __init__(self, folder: Path | None, described: Mapping[str, Any], *, resume: bool) -> None:
+        self._folder = folder
+        self._kept: list[Block] = []
+        self.done = 0
+        self.reduction: Reduction | None = None
+        self.failed: list[Failed] = []
+        if folder is None:
+            return
+        make_folder(folder)
+        make_folder(folder / _BLOCKS)
+        path, text = folder / _DESCRIBED, json.dumps(finite(described), indent=2, sort_keys=True) + "\n"
+        if path.exists():
+            if not resume:
+                what = f"holds an ensemble, {_DESCRIBED}"
+                raise FileError(Problem(str(folder), what, "--resume, which goes on with it, or another folder"))
+            self._check(path, text)
+            self._read(folder)
+        else:
+            write_text(path, text)
+
+    def _check(self, path: Path, text: str) -> None:
+        try:
+            before = json.loads(path.read_text(encoding="utf-8"))
+        except (OSError, ValueError) as error:
+            what = f"cannot be read: {error}"
+            raise FileError(Problem(str(path), what, "another folder")) from None
+        now = json.loads(text)
+        if before != now:
+            differ = sorted(name for name in {*before, *now} if before.get(name) != now.get(name))
+            what = f"holds an ensemble with other {', '.join(differ)}"
+            raise FileError(Problem(str(path.parent), what, "the same options again, or another folder"))
+
+    def _read(self, folder: Path) -> None:
+        path = folder / _REDUCED
+        if not path.exists():
+            return
+        arrays, data = read_arrays(path, _KIND, "another folder")
+        self.reduction, self.done = Reduction.of_arrays(arrays), int(data["done"])
+        self.failed = [Failed(item["number"], item["reason"], item["values"]) for item in data["failed"]]
+
+    def keep(self, block: Block) -> None:
+        """Keep a block: its values, its extremes and its failures."""
+        self.failed += block.failed
+        if self._folder is None:
+            self._kept.append(block)
+            return
+        path = self._folder / _BLOCKS / f"{block.first:09d}.npz"
+        write_arrays(path, {"values": block.values, "extremes": block.extremes}, {"first": block.first})
+
+    def write(self, reduction: Reduction, done: int) -> None:
+        """Write what all samples before number ``done`` come to."""
+        self.done = done
+        if self._folder is None:
+            return
+        failed = [{"number": one.number, "reason": one.reason, "values": dict(one.values)} for one in self.failed]
+        write_arrays(self._folder / _REDUCED, reduction.arrays(), {"done": done, "failed": finite(failed)})
+
+    def samples(self, done: int, varied: int, columns: int) -> tuple[Array, Array]:
+        """Return values (done, varied) and extremes (done, columns, 3) of all samples; files are read as they come."""
+        values, extremes = np.empty((done, varied)), np.empty((done, columns, 3))
+        for first, own_values, own_extremes in self._blocks():
+            if first < done:
+                part = slice(first, first + len(own_values))
+                values[part], extremes[part] = own_values, own_extremes
+        return values, extremes
+
+    def _blocks(self) -> Iterator[tuple[int, Array, Array]]:
+        if self._folder is None:
+            yield from ((block.first, block.values, block.extremes) for block in self._kept)
+            return
+        for path in sorted((self._folder / _BLOCKS).glob("*.npz")):
+            arrays, data = read_arrays(path, _KIND, "another folder")
+            yield int(data["first"]), arrays["values"], arrays["extremes"]

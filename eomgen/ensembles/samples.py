@@ -1,0 +1,119 @@
+"""Runs of blocks of samples: what is kept of each, and why some have failed."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from eomgen.arrays import Array
+from eomgen.compiled.model import CompiledModel
+from eomgen.ensembles.designs import Design
+from eomgen.ensembles.variations import VariedOptions
+from eomgen.errors import EomgenError
+from eomgen.results.solution import Solution
+from eomgen.simulation.simulate import simulate
+
+#: What is kept of each column of a run.
+EXTREMES = ("min", "max", "final")
+
+
+@dataclass(frozen=True)
+class Failed:
+    """A sample whose run failed: its number, why, and the values of what varies by name."""
+
+    number: int
+    reason: str
+    values: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Block:
+    """Samples that were run together.
+
+    Attributes
+    ----------
+    first : number of the first one
+    values : (samples, varied)
+    rows : (samples, columns, times), NaN where a sample failed or ended before
+    extremes : (samples, columns, 3), by ``EXTREMES``
+    """
+
+    first: int
+    values: Array
+    rows: Array
+    extremes: Array
+    failed: tuple[Failed, ...] = ()
+
+
+@dataclass
+class Samples:
+    """Runs blocks of the samples of a design.
+
+    Attributes
+    ----------
+    columns : names of the columns of solutions that are looked at
+    times : (rows,) s, of the rows of whole runs
+    thinned : places of the rows that are reduced
+    keep : numbers of samples whose solutions are written to ``folder``
+    stop : set where no further sample is to begin
+    """
+
+    model: CompiledModel
+    design: Design
+    options: VariedOptions
+    span: tuple[float | None, float | None]
+    columns: Sequence[str]
+    times: Array
+    thinned: Array
+    keep: frozenset[int] = frozenset()
+    folder: Path | None = None
+    stop: threading.Event = field(default_factory=threading.Event)
+
+    def block(self, first: int, count: int) -> Block | None:
+        """Return a block of samples; None where it was stopped."""
+        values = self.design.values(first, count)
+        rows = np.full((count, len(self.columns), len(self.thinned)), np.nan)
+        extremes = np.full((count, len(self.columns), len(EXTREMES)), np.nan)
+        failed: list[Failed] = []
+        for k in range(count):
+            if self.stop.is_set():
+                return None
+            reason = self._one(first + k, values[k], rows[k], extremes[k])
+            if reason:
+                names = (item.name for item in self.options.items)
+                failed.append(Failed(first + k, reason, dict(zip(names, values[k].tolist(), strict=True))))
+        return Block(first, values, rows, extremes, tuple(failed))
+
+    def _one(self, number: int, values: Array, rows: Array, extremes: Array) -> str:
+        """Run one sample and fill its rows (columns, times) and extremes (columns, 3); return why it failed."""
+        try:
+            solution = simulate(self.model, *self.span, **self.options.of(values), error_estimate=False)
+            if number in self.keep and self.folder is not None:
+                solution.save(self.folder / f"sample_{number:07d}.npz")
+            if not solution.success:
+                return solution.message
+        except EomgenError as error:
+            return str(error)
+        table = table_of(solution, self.columns)
+        if not np.all(np.isfinite(table[:, -1])):
+            wrong = [name for name, value in zip(self.columns, table[:, -1], strict=True) if not np.isfinite(value)]
+            return f"{wrong[0]} is not finite at the end"
+        extremes[:] = np.stack([np.nanmin(table, axis=1), np.nanmax(table, axis=1), table[:, -1]], axis=1)
+        if table.shape[1] == len(self.times):
+            rows[:] = table[:, self.thinned]
+        else:  # an event has stopped it
+            met = self.thinned[self.times[self.thinned] <= solution.t[-1]]
+            met = met[met < table.shape[1]]
+            rows[:, : len(met)] = table[:, met]
+        return ""
+
+
+def table_of(solution: Solution, columns: Sequence[str]) -> Array:
+    """Return columns of a solution, (columns, rows)."""
+    every: Mapping[str, Any] = solution.columns()
+    return np.array([every[name] for name in columns])

@@ -1,0 +1,88 @@
+"""How much of a result's variance each varied number accounts for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from scipy import stats
+
+from eomgen.arrays import Array
+from eomgen.errors import Problem, UsageError
+
+#: Samples for each number that varies, at least, for a regression.
+_LEAST = 8
+
+
+@dataclass(frozen=True)
+class Ranking:
+    """Shares of the variance of a result, by what varies, largest first.
+
+    Attributes
+    ----------
+    kind : ``Sobol' indices``, or ``squared rank regression``
+    first : name -> share that a number accounts for by itself
+    total : name -> that with all its interactions; of a regression as ``first``
+    explained : sum of ``first``: what is left is due to interactions, or to no monotonic relation
+    """
+
+    result: str
+    kind: str
+    first: Mapping[str, float]
+    total: Mapping[str, float]
+
+    @property
+    def explained(self) -> float:
+        return sum(self.first.values())
+
+
+def ranking(design: str, asked: int, values: Mapping[str, Array], result: str, found: Array) -> Ranking:
+    """Return the ranking for a result (n,) of samples with the values (n,) of what varies. Raises UsageError."""
+    if design == "saltelli":
+        return _sobol(asked, list(values), result, found)
+    there = np.isfinite(found)
+    varying = [name for name, column in values.items() if there.any() and np.ptp(column[there]) > 0.0]
+    least = _LEAST * max(len(varying), 1)
+    if there.sum() < least:
+        what = f"{int(there.sum())} samples are too few for {len(values)} numbers that vary"
+        raise UsageError(Problem("sensitivity", what, f"{least} samples or more"))
+    shares = dict.fromkeys(values, 0.0)
+    if np.ptp(found[there]) > 0.0 and varying:
+        ranks = np.array([_standard(stats.rankdata(values[name][there])) for name in varying])
+        target = _standard(stats.rankdata(found[there]))
+        weights = np.linalg.lstsq(ranks.T, target, rcond=None)[0]
+        shares |= {name: float(weight) ** 2 for name, weight in zip(varying, weights, strict=True)}
+    ordered = dict(sorted(shares.items(), key=lambda item: -item[1]))
+    return Ranking(result, "squared rank regression", ordered, ordered)
+
+
+def _standard(ranks: Array) -> Array:
+    return np.asarray((ranks - ranks.mean()) / ranks.std())
+
+
+def _sobol(asked: int, names: list[str], result: str, found: Array) -> Ranking:
+    """Return Sobol' indices: of first order by Saltelli and others (2010), total by Jansen (1999)."""
+    dimensions = len(names)
+    n = asked // (dimensions + 2)
+    if len(found) < asked or not np.all(np.isfinite(found)):
+        missing = asked - int(np.isfinite(found).sum())
+        what = f"Sobol' indices need all {asked} samples of the design, and {missing} failed or are missing"
+        raise UsageError(Problem("sensitivity", what, "distributions without the samples that fail, or another design"))
+    f_A, f_B, f_AB = found[:n], found[n : 2 * n], found[2 * n :].reshape(dimensions, n)
+    if np.ptp(found) == 0.0:
+        nothing = dict.fromkeys(names, 0.0)
+        return Ranking(result, "Sobol' indices", nothing, nothing)
+    if dimensions == 1:
+        whole = {names[0]: 1.0}
+        return Ranking(result, "Sobol' indices", whole, whole)
+    blocks: Mapping[Literal["f_A", "f_B", "f_AB"], Array] = {
+        "f_A": f_A[np.newaxis],
+        "f_B": f_B[np.newaxis],
+        "f_AB": f_AB[:, np.newaxis],
+    }
+    indices = stats.sobol_indices(func=blocks, n=n)
+    first, total = np.ravel(indices.first_order).tolist(), np.ravel(indices.total_order).tolist()
+    order = sorted(range(dimensions), key=lambda k: -total[k])
+    return Ranking(result, "Sobol' indices", {names[k]: first[k] for k in order}, {names[k]: total[k] for k in order})

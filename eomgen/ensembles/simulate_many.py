@@ -1,0 +1,274 @@
+"""Many runs of one model: samples of what varies, run side by side, reduced as they come."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from eomgen.arrays import Array
+from eomgen.compiled.model import CompiledModel
+from eomgen.ensembles.designs import (
+    DESIGNS,
+    OTHER_DESIGNS,
+    Design,
+    grid_design,
+    random_design,
+    table_design,
+    unbalanced,
+)
+from eomgen.ensembles.distributions import Distribution
+from eomgen.ensembles.ensemble import Ensemble
+from eomgen.ensembles.journal import Journal
+from eomgen.ensembles.reductions import Reduction
+from eomgen.ensembles.samples import Block, Samples
+from eomgen.ensembles.variations import Variation, VariedOptions, read_table, read_varied
+from eomgen.errors import Problem, UsageError
+from eomgen.files import make_folder
+from eomgen.progress import Progress, shown
+from eomgen.results.solution import Solution
+from eomgen.simulation.simulate import simulate
+from eomgen.simulation.stepping.settings import count_of
+from eomgen.simulation.stepping.time_grid import time_grid
+from eomgen.text import nearest
+from eomgen.text import shown as quoted
+from eomgen.version import __version__
+
+#: Samples of a block, and blocks of a small ensemble at least.
+_LARGEST_BLOCK, _BLOCKS = 256, 16
+#: Seconds between two writings of what has been reduced.
+_SELDOM = 10.0
+#: Columns that are looked at where the caller names none and the scene has no outputs.
+_MOST_COLUMNS = 12
+
+
+def simulate_many(
+    model: CompiledModel,
+    t_end: float | None = None,
+    step: float | None = None,
+    *,
+    vary: Mapping[str, str | Distribution] | None = None,
+    table: Mapping[str, ArrayLike] | None = None,
+    samples: int = 256,
+    design: str = "",
+    seed: int = 0,
+    columns: Sequence[str] | None = None,
+    points: int = 301,
+    keep: Sequence[int] = (),
+    folder: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    workers: int | None = None,
+    progress: Progress | bool | None = None,
+    **options: Any,
+) -> Ensemble:
+    """Run samples of what varies; options and errors as of ``Model.simulate_many``."""
+    samples, points = count_of("samples", samples), max(count_of("points", points), 2)
+    items, drawn, name = _designed(model, vary, table, samples, design, seed)
+    pilot = simulate(model, t_end, step, **options, error_estimate=False)
+    if pilot.interrupted:
+        raise KeyboardInterrupt
+    looked_at = _columns(pilot, columns)
+    times = _times(pilot, model)
+    thinned = np.unique(np.linspace(0, len(times) - 1, min(points, len(times))).astype(int))
+    target = None if folder is None else Path(folder)
+    kept = frozenset(_number(number, drawn.samples) for number in keep)
+    if kept and target is None:
+        raise UsageError(Problem("keep", "solutions of samples are kept in a folder, and none is given", "folder=..."))
+    block = max(1, min(_LARGEST_BLOCK, -(-drawn.samples // _BLOCKS)))
+    described = _described(model, pilot, drawn, items, vary, table, seed, looked_at, times[thinned], block, options)
+    journal = Journal(target, described, resume=resume)
+    runs = None if target is None or not kept else make_folder(target / "runs")
+    work = Samples(
+        model, drawn, VariedOptions(model, items, options), (t_end, step), looked_at, times, thinned, kept, runs
+    )
+    began = time.perf_counter()
+    reduction = journal.reduction or Reduction(len(looked_at), len(thinned))
+    with nullcontext() if progress is None else shown(progress, model.name) as reported:
+        done, interrupted = _run(work, journal, reduction, block, _workers(workers), reported)
+    units = pilot.units()
+    return Ensemble(
+        scene=model.name,
+        design=name,
+        seed=seed,
+        varied=tuple(item.name for item in items),
+        columns=tuple(looked_at),
+        units={column: units.get(column, "") for column in looked_at} | {item.name: item.unit for item in items},
+        t=times[thinned],
+        asked=drawn.samples,
+        done=done,
+        interrupted=interrupted,
+        seconds=time.perf_counter() - began,
+        reduction=reduction,
+        journal=journal,
+        method=str(pilot.metadata["method"]),
+        notes=tuple(filter(None, (unbalanced(name, samples), "" if pilot.success else _doubt(pilot)))),
+    )
+
+
+def _doubt(pilot: Solution) -> str:
+    return f"the run without variations fails: {pilot.message}"
+
+
+def _run(
+    work: Samples, journal: Journal, reduction: Reduction, block: int, workers: int, report: Progress | None
+) -> tuple[int, bool]:
+    """Run what is left, reduce it in order, and return how many samples are done and whether Ctrl-C ended it."""
+    total, done = work.design.samples, journal.done
+    written = time.monotonic()
+    interrupted = False
+    pool = ThreadPoolExecutor(workers, thread_name_prefix="eomgen-ensemble")
+    try:
+        for found in _in_order(pool, work, done, total, block, 2 * workers):
+            reduction.add(found.rows)
+            journal.keep(found)
+            done = found.first + len(found.values)
+            if time.monotonic() - written > _SELDOM:
+                journal.write(reduction, done)
+                written = time.monotonic()
+            if report is not None:
+                report(done, total)
+    except KeyboardInterrupt:
+        interrupted = True
+    finally:
+        work.stop.set()
+        pool.shutdown(wait=True, cancel_futures=True)
+        journal.write(reduction, done)
+    return done, interrupted and done < total
+
+
+def _in_order(
+    pool: ThreadPoolExecutor, work: Samples, first: int, total: int, block: int, ahead: int
+) -> Iterator[Block]:
+    """Give blocks in their order, of which some are run ahead."""
+    waiting: list[Future[Block | None]] = []
+    starts = iter(range(first, total, block))
+    while True:
+        while len(waiting) < ahead and (start := next(starts, None)) is not None:
+            waiting.append(pool.submit(work.block, start, min(block, total - start)))
+        if not waiting:
+            return
+        found = waiting.pop(0).result()
+        if found is not None:
+            yield found
+
+
+def _workers(workers: int | None) -> int:
+    if workers is None:
+        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return count_of("workers", workers)
+
+
+def _designed(
+    model: CompiledModel,
+    vary: Mapping[str, str | Distribution] | None,
+    table: Mapping[str, ArrayLike] | None,
+    samples: int,
+    design: str,
+    seed: int,
+) -> tuple[list[Variation], Design, str]:
+    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
+        raise UsageError(Problem("seed", f"a whole number from 0 on is needed, not {seed!r}", "seed=0"))
+    if table is not None:
+        if vary or design:
+            other = "vary" if vary else "design"
+            what = f"a table says the values of all samples, and {other} is given too"
+            raise UsageError(Problem(other, what, f"the table, or {other}, alone"))
+        items, rows = read_table(model, table)
+        return items, table_design(rows), "table"
+    if not vary:
+        hint = 'vary={"mass": "normal(1, 0.1)"}, or table={"mass": [...]}'
+        raise UsageError(Problem("vary", "nothing varies: all samples would be the same", hint))
+    items, distributions = read_varied(model, vary)
+    if not design:
+        design = "grid" if all(item.levels for item in distributions) else "monte_carlo"
+    if design == "grid":
+        return items, grid_design([item.name for item in items], distributions), design
+    if design not in DESIGNS:
+        hint = nearest(design, [*DESIGNS, *OTHER_DESIGNS])
+        raise UsageError(Problem("design", f"there is no design {quoted(design)}", hint))
+    return items, random_design(design, distributions, samples, seed), design
+
+
+def _columns(pilot: Solution, wanted: Sequence[str] | None) -> list[str]:
+    known = [name for name in pilot.columns() if name != "t"]
+    if wanted is None:
+        outputs = [name for name in known if name.startswith("output.")]
+        return outputs or [name for name in known if name.startswith("q.")][:_MOST_COLUMNS]
+    if isinstance(wanted, str):
+        wanted = [wanted]
+    found = []
+    for name in wanted:
+        of_output = [column for column in known if column == f"output.{name}" or column.startswith(f"output.{name}[")]
+        if name not in known and not of_output:
+            hint = nearest(str(name), [*known, *(column.removeprefix("output.") for column in known)])
+            raise UsageError(Problem("columns", f"there is no column {quoted(str(name))}", hint))
+        found += [name] if name in known else of_output
+    if not found:
+        raise UsageError(Problem("columns", "no column is looked at", "one of model.simulate(...).columns()"))
+    return list(dict.fromkeys(found))
+
+
+def _times(pilot: Solution, model: CompiledModel) -> Array:
+    """Return the times of the rows of a run that comes to its end."""
+    data = pilot.metadata
+    start, every = float(data["t_start"]), int(data["record_every"])
+    grid = time_grid(start, float(data["t_end"]), float(data["settings"]["step"]), model.library.real)
+    places = np.arange(0, grid.whole + 1, every)
+    if grid.whole % every and not grid.rest:
+        places = np.append(places, grid.whole)
+    times = np.asarray(start + grid.step * places)
+    return np.append(times, grid.end) if grid.rest else times
+
+
+def _number(number: object, samples: int) -> int:
+    if isinstance(number, bool) or not isinstance(number, int | np.integer) or not 0 <= number < samples:
+        raise UsageError(Problem("keep", f"{number!r} is no number of a sample", f"0 to {samples - 1}"))
+    return int(number)
+
+
+def _described(
+    model: CompiledModel,
+    pilot: Solution,
+    design: Design,
+    items: Sequence[Variation],
+    vary: Mapping[str, str | Distribution] | None,
+    table: Mapping[str, ArrayLike] | None,
+    seed: int,
+    columns: Sequence[str],
+    times: Array,
+    block: int,
+    options: Mapping[str, Any],
+) -> dict[str, Any]:
+    """Return what the samples depend on, as JSON data."""
+    data = pilot.metadata
+    how = {name: item.text if isinstance(item, Distribution) else item for name, item in (vary or {}).items()}
+    digest = [] if table is None else design.values(0, design.samples).tolist()
+    return {
+        "scene": model.name,
+        "fingerprint": model.library.layout.get("fingerprint", ""),
+        "method": data["method"],
+        "settings": data["settings"],
+        "t_start": data["t_start"],
+        "t_end": data["t_end"],
+        "record_every": data["record_every"],
+        "parameters": data["parameters"],
+        "inputs": {name: repr(value) for name, value in data["inputs"].items()},
+        "initial": repr(options.get("initial")),
+        "start": data["start"],
+        "design": design.name,
+        "samples": design.samples,
+        "seed": seed,
+        "vary": how or [item.name for item in items],
+        "table": digest,
+        "columns": list(columns),
+        "times": times.tolist(),
+        "block": block,
+        "version": __version__,
+    }

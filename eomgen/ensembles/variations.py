@@ -1,0 +1,154 @@
+"""What samples differ in, by name: parameters, inputs and initial states; and the options of their runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from eomgen.arrays import Array
+from eomgen.compiled.arguments import check_finite, numbers
+from eomgen.compiled.initial_state import initial_state
+from eomgen.compiled.model import CompiledModel
+from eomgen.ensembles.distributions import Distribution, read_distribution
+from eomgen.errors import Problem, UsageError
+from eomgen.text import nearest, shown
+
+
+@dataclass(frozen=True)
+class Variation:
+    """A number that samples differ in.
+
+    Attributes
+    ----------
+    name : as the caller has it
+    block : ``parameters``, ``inputs``, or ``q``, ``v``, ``z`` of the initial state
+    place : component of an initial state, else 0
+    unit : of the number
+    """
+
+    name: str
+    block: str
+    place: int
+    unit: str
+
+
+def find_variation(model: CompiledModel, name: str) -> Variation:
+    """Return what a name stands for: a tunable parameter, an input, ``q.hinge``, ``v.hinge``, an internal state.
+
+    Raises
+    ------
+    UsageError
+        For any other name, and for components of quaternions.
+    """
+    units = model.evaluator.parameter_units
+    if name in model.parameters:
+        return Variation(name, "parameters", 0, units.get(name, ""))
+    if name in model.inputs:
+        return Variation(name, "inputs", 0, model.input_units.get(name, ""))
+    of_states = {
+        **{label: ("q", k, model.q_units[k]) for k, label in enumerate(model.q_names)},
+        **{label: ("v", k, model.v_units[k]) for k, label in enumerate(model.v_names)},
+        **{label: ("z", k, model.z_units[k]) for k, label in enumerate(model.states)},
+    }
+    if name in of_states:
+        block, place, unit = of_states[name]
+        if block == "q" and unit == "1":
+            what = f"{name} is a component of a unit quaternion, and its parts are not free"
+            raise UsageError(Problem(f"vary {name}", what, "a table of whole initial states, or a joint with an angle"))
+        return Variation(name, block, place, unit)
+    if name in model.evaluator.fixed_parameters:
+        hint = f"{name} = {{ value = ..., tunable = true }} in the scene's [parameters]"
+        raise UsageError(Problem(f"vary {name}", f"the parameter {name} is fixed in the code", hint))
+    every = [*model.parameters, *model.inputs, *of_states]
+    what = f"there is no parameter, input or initial state {shown(name)}"
+    raise UsageError(Problem("vary", what, nearest(name, every)))
+
+
+def read_varied(
+    model: CompiledModel, vary: Mapping[str, str | Distribution]
+) -> tuple[list[Variation], list[Distribution]]:
+    """Return what varies and how. Raises UsageError."""
+    if not isinstance(vary, Mapping):
+        what = f"a mapping from names to distributions is needed, not {type(vary).__name__}"
+        raise UsageError(Problem("vary", what, 'vary={"mass": "normal(1, 0.1)"}'))
+    found = [find_variation(model, name) for name in vary]
+    distributions = []
+    for item, how in zip(found, vary.values(), strict=True):
+        if isinstance(how, Distribution):
+            distributions.append(how)
+        elif isinstance(how, str):
+            distributions.append(read_distribution(f"vary {item.name}", how, item.unit))
+        else:
+            what = f"a distribution is needed, not {type(how).__name__}"
+            hint = f'"normal(1, 0.1)"; values of each sample: table={{{item.name!r}: [...]}}'
+            raise UsageError(Problem(f"vary {item.name}", what, hint))
+    return found, distributions
+
+
+def read_table(model: CompiledModel, table: Mapping[str, ArrayLike]) -> tuple[list[Variation], Array]:
+    """Return what varies and its values, (samples, columns), of a mapping or a DataFrame from names to columns.
+
+    Raises
+    ------
+    UsageError
+        For columns of different lengths, values that are not finite, and names as of ``find_variation``.
+    """
+    if not hasattr(table, "keys"):
+        what = f"a mapping from names to columns, or a DataFrame, is needed, not {type(table).__name__}"
+        raise UsageError(Problem("table", what, 'table={"mass": [1.0, 1.1, 1.2]}'))
+    names = [str(name) for name in table.keys()]  # noqa: SIM118  # a DataFrame iterates over its columns by keys() only
+    found = [find_variation(model, name) for name in names]
+    columns = [numbers(f"table {name}", np.asarray(table[name])) for name in names]
+    if not columns or columns[0].ndim != 1 or not len(columns[0]):
+        raise UsageError(Problem("table", "it has no rows", "a column of numbers for each name, a row for each sample"))
+    for name, column in zip(names, columns, strict=True):
+        if column.shape != columns[0].shape:
+            what = f"{name} has {column.size} values, {names[0]} has {columns[0].size}"
+            raise UsageError(Problem("table", what, "as many values in each column"))
+        check_finite(f"table {name}", column)
+    return found, np.stack(columns, axis=-1)
+
+
+@dataclass(frozen=True)
+class VariedOptions:
+    """Options of ``simulate`` for samples: those that all have, and what differs.
+
+    Attributes
+    ----------
+    common : of all samples
+    """
+
+    model: CompiledModel
+    items: Sequence[Variation]
+    common: Mapping[str, Any]
+
+    def of(self, values: Array) -> dict[str, Any]:
+        """Return the options of the sample with the values (d,) of what varies."""
+        by_block: dict[str, dict[str, float]] = {}
+        for item, value in zip(self.items, values.tolist(), strict=True):
+            by_block.setdefault(item.block, {})[item.name] = value
+        options = dict(self.common)
+        for block in ("parameters", "inputs"):
+            if block in by_block:
+                options[block] = {**self._given(block), **by_block[block]}
+        if any(block in by_block for block in ("q", "v", "z")):
+            p = self.model.parameter_array(options.get("parameters"))
+            state = initial_state(self.model, options.get("initial"), p)
+            parts = {"q": state.q, "v": state.v, "z": state.z}
+            for item, value in zip(self.items, values.tolist(), strict=True):
+                if item.block in parts:
+                    parts[item.block][item.place] = value
+            options["initial"] = {name: part for name, part in parts.items() if name != "z" or self.model.nz}
+        return options
+
+    def _given(self, block: str) -> Mapping[str, Any]:
+        given = self.common.get(block)
+        if given is None:
+            return {}
+        if isinstance(given, Mapping):
+            return given
+        return dict(zip(self.model.parameters, np.asarray(given).tolist(), strict=True))

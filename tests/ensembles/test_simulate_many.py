@@ -1,0 +1,183 @@
+"""Ensembles of a mass under a force, whose place is known for each sample; bits, failures, folders."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.ensembles import Ensemble
+from eomgen.cli import main
+from eomgen.errors import FileError, UsageError
+
+CART = """
+format = 1
+name = "cart"
+gravity = [0, 0, 0]
+[parameters]
+mass = { value = 2.0, unit = "kg", tunable = true }
+[inputs.push]
+unit = "N"
+[bodies.cart]
+mass = "mass"
+inertia = [1, 1, 1]
+[joints.rail]
+type = "prismatic"
+parent = "base"
+child = "cart"
+axis = [1, 0, 0]
+initial = { position = [0.0], velocity = [0.0] }
+[efforts.motor]
+joint = "rail"
+effort = "push"
+[outputs.place]
+formula = "q.rail"
+unit = "m"
+[simulation]
+duration = 2.0
+step = 0.05
+"""
+VARY = {"mass": "uniform(1, 3)", "push": "normal(4 N, 10 %)", "q.rail": "normal(0, 0.1)", "v.rail": "uniform(-1, 1)"}
+
+
+@pytest.fixture(scope="module")
+def cart(tmp_path_factory: pytest.TempPathFactory) -> eomgen.Model:
+    path = tmp_path_factory.mktemp("cart") / "cart.toml"
+    path.write_text(CART, encoding="utf-8")
+    return eomgen.build(eomgen.load(path))
+
+
+def place(values: dict[str, np.ndarray], t: np.ndarray) -> np.ndarray:
+    """Return where carts are, (samples, times)."""
+    mass, push, q, v = (values[name][:, np.newaxis] for name in VARY)
+    return q + v * t + 0.5 * push / mass * t**2
+
+
+def test_statistics_are_those_of_the_closed_form(cart: eomgen.Model) -> None:
+    found = cart.simulate_many(vary=VARY, samples=300, seed=3)
+    assert (found.done, found.failed, found.design) == (300, (), "monte_carlo")
+    expected = place(found.values, found.t)
+    assert len(found.t) == 41 and found.t[-1] == pytest.approx(2.0)
+    np.testing.assert_allclose(found.mean("place"), expected.mean(axis=0), atol=1e-10)
+    np.testing.assert_allclose(found.deviation("place"), expected.std(axis=0, ddof=1), atol=1e-10)
+    np.testing.assert_allclose(np.array(found.envelope("place")), [expected.min(0), expected.max(0)], atol=1e-10)
+    np.testing.assert_allclose(found.results["output.place.final"], expected[:, -1], atol=1e-10)
+    np.testing.assert_allclose(found.results["output.place.max"], expected.max(axis=1), atol=1e-10)
+    middle = found.quantile("place", 0.5)[-1]
+    assert abs(np.mean(expected[:, -1] <= middle) - 0.5) < 0.01
+    probabilities, edges = found.histogram("place", 2.0, bins=5)
+    assert probabilities.sum() == pytest.approx(1.0, abs=0.01) and edges[0] == found.envelope("place")[0][-1]
+
+
+def test_shares_of_variance_are_those_of_a_sum(cart: eomgen.Model) -> None:
+    """The place at the end is q + 2 v + 1: variances 0.09 and 4/12."""
+    vary = {"q.rail": "normal(0, 0.3)", "v.rail": "uniform(-0.5, 0.5)"}
+    fixed = {"parameters": {"mass": 2.0}, "inputs": {"push": 1.0}}
+    expected = {"v.rail": (1 / 3) / (1 / 3 + 0.09), "q.rail": 0.09 / (1 / 3 + 0.09)}
+    sobol = cart.simulate_many(vary=vary, samples=256, design="saltelli", **fixed).sensitivity("output.place.final")
+    assert list(sobol.first) == ["v.rail", "q.rail"] and sobol.kind == "Sobol' indices"
+    for name, share in expected.items():
+        assert sobol.first[name] == pytest.approx(share, abs=0.03)
+        assert sobol.total[name] == pytest.approx(share, abs=0.03)
+    drawn = cart.simulate_many(vary=vary, samples=400, design="latin_hypercube", **fixed)
+    regression = drawn.sensitivity("output.place.final")
+    for name, share in expected.items():
+        assert regression.first[name] == pytest.approx(share, abs=0.06)
+
+
+def test_a_grid_and_a_table_run_their_samples(cart: eomgen.Model) -> None:
+    grid = cart.simulate_many(vary={"mass": "values(1, 2, 4)", "push": "linspace(0, 4, 2)"})
+    assert grid.design == "grid"
+    np.testing.assert_allclose(grid.results["output.place.final"], [0, 8, 0, 4, 0, 2], atol=1e-10)
+    table = cart.simulate_many(table={"push": [1.0, 3.0]})
+    np.testing.assert_allclose(table.results["output.place.final"], [1.0, 3.0], atol=1e-10)
+
+
+def bits(found: Ensemble) -> list[bytes]:
+    samples = [*found.values.values(), *found.results.values()]
+    return [array.tobytes() for array in (*found.reduction.arrays().values(), *samples)]
+
+
+def test_bits_do_not_depend_on_workers_or_interruptions(cart: eomgen.Model, tmp_path: Path) -> None:
+    options = {"vary": VARY, "samples": 120, "design": "sobol", "seed": 1}
+    straight = bits(cart.simulate_many(**options, workers=1))
+    assert bits(cart.simulate_many(**options, workers=3)) == straight
+
+    def interrupt(done: int, total: int) -> None:
+        if done >= 40:
+            raise KeyboardInterrupt
+
+    part = cart.simulate_many(**options, folder=tmp_path / "out", progress=interrupt)
+    assert part.interrupted and 40 <= part.done < 120 and len(part.values["mass"]) == part.done
+    assert "ended by Ctrl-C" in part.message
+    with pytest.raises(FileError, match="holds an ensemble, ensemble.json; try: --resume"):
+        cart.simulate_many(**options, folder=tmp_path / "out")
+    with pytest.raises(FileError, match="holds an ensemble with other seed; try: the same options again"):
+        cart.simulate_many(**{**options, "seed": 2}, folder=tmp_path / "out", resume=True)
+    again = cart.simulate_many(**options, folder=tmp_path / "out", resume=True)
+    assert again.done == 120 and not again.interrupted and bits(again) == straight
+
+
+def test_a_failed_sample_is_kept_with_its_reason(cart: eomgen.Model, tmp_path: Path) -> None:
+    found = cart.simulate_many(
+        table={"mass": [1.0, -1.0, 2.0], "push": [2.0, 2.0, 2.0]}, folder=tmp_path / "out", keep=[2]
+    )
+    (failed,) = found.failed
+    assert failed.number == 1 and failed.values == {"mass": -1.0, "push": 2.0} and "mass" in failed.reason
+    assert "3 samples, 1 of which failed" in found.message
+    np.testing.assert_allclose(found.mean("place")[-1], 0.5 * (4.0 + 2.0), atol=1e-10)
+    assert np.isnan(found.results["output.place.final"][1])
+    files = {path.name for path in found.save(tmp_path / "files") + found.plot(tmp_path / "files")}
+    assert files == {"statistics.csv", "samples.csv", "failed.csv", "summary.json", "fan.png", "scatter.png"}
+    assert (tmp_path / "files" / "failed.csv").read_text().splitlines()[1].startswith('1,-1,2,"')
+    kept = eomgen.Solution.load(tmp_path / "out" / "runs" / "sample_0000002.npz")
+    assert kept["output.place"][-1] == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({}, "vary: nothing varies: all samples would be the same"),
+        ({"vary": {"masss": "normal(1, 0.1)"}}, "vary: there is no parameter, input or initial state 'masss'; try: mass"),
+        ({"vary": {"mass": 1.0}}, "vary mass: a distribution is needed, not float"),
+        ({"vary": VARY, "design": "sobl"}, "design: there is no design 'sobl'; try: sobol"),
+        ({"vary": VARY, "samples": 0}, "samples must be a whole number from 1 on, not 0"),
+        ({"vary": VARY, "seed": -1}, "seed: a whole number from 0 on is needed, not -1"),
+        ({"vary": VARY, "columns": ["plce"]}, "columns: there is no column 'plce'; try: place"),
+        ({"vary": VARY, "keep": [1]}, "keep: solutions of samples are kept in a folder, and none is given"),
+        ({"table": {"mass": [1.0]}, "vary": VARY}, "vary: a table says the values of all samples, and vary is given too"),
+        ({"table": {"mass": [1.0], "push": [1.0, 2.0]}}, "table: push has 2 values, mass has 1"),
+        ({"table": {"mass": [np.nan]}}, "table mass"),
+    ],
+)
+def test_what_cannot_be_run_is_told_before_the_first_sample(
+    cart: eomgen.Model, options: dict[str, object], said: str
+) -> None:
+    with pytest.raises(UsageError) as caught:
+        cart.simulate_many(**options)
+    assert said in str(caught.value)
+
+
+def test_the_command_writes_what_it_found(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scene, out = tmp_path / "cart.toml", tmp_path / "out"
+    scene.write_text(CART, encoding="utf-8")
+    call = ["ensemble", str(scene), "--out", str(out), "--vary", "mass=uniform(1, 3)", "--samples", "20", "--json"]
+    assert main([*call, "--input", "push=2", "--workers", "1"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["done"] == 20 and told["failed"] == 0 and told["final"]["output.place"]["min"] > 4.0 / 3.0 - 1e-9
+    assert set(told["files"]) == {
+        "statistics.csv", "samples.csv", "summary.json", "fan.png", "scatter.png", "sensitivity.png"
+    }  # fmt: skip  # a list of files
+    assert main([*call, "--input", "push=2"]) == 7
+    assert "--resume, which goes on with it, or another folder" in capsys.readouterr().err
+    table = tmp_path / "table.csv"
+    table.write_text("mass,push\n1,2\n-1,2\n", encoding="utf-8")
+    assert main(["ensemble", str(scene), "--out", str(tmp_path / "t"), "--table", str(table), "--no-plots"]) == 0
+    captured = capsys.readouterr()
+    assert "place" in captured.out and "sample 1 failed (mass = -1, push = 2)" in captured.err
+    table.write_text("mass,push\n1\n", encoding="utf-8")
+    assert main(["ensemble", str(scene), "--out", str(tmp_path / "u"), "--table", str(table)]) == 7
+    assert "line 2: there are 1 values under 2 names; try: a value for each name" in capsys.readouterr().err
