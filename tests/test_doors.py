@@ -188,6 +188,7 @@ DOORS: dict[str, set[str]] = {
     },
     "cli": {
         "analysis",
+        "ensembles",
         "errors",
         "files",
         "linear",
@@ -321,7 +322,12 @@ LATE: dict[str, dict[str, str]] = {
     "integrators.families.corrected_predictor": {"integrators.step_work": "operations are counted on request"},
     "integrators.families.discontinuous_galerkin": {"integrators.step_work": "operations are counted on request"},
     "cli": {"": "a command imports what it needs when its arguments are known to be fine"},
-    "model": {"analysis": "SciPy; a model is used without it", "simulation": "a model is used without it"},
+    "ensembles.ensemble": {"ensembles.plots": "matplotlib; an ensemble is used without it"},
+    "model": {
+        "analysis": "SciPy; a model is used without it",
+        "ensembles": "SciPy; a model is used without it",
+        "simulation": "a model is used without it",
+    },
     "pipeline.scenes": {
         "mechanics": "SymPy; a cached model needs none of it",
         "pipeline": "SciPy; a cached model needs none of it",

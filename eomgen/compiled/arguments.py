@@ -183,3 +183,10 @@ def number_of(name: str, value: object, kind: str = _SECONDS) -> float:
     if not math.isfinite(number):
         raise UsageError(Problem(name, f"{name} is {number}, not a finite number", f"a finite {kind}"))
     return number
+
+
+def count_of(name: str, value: object) -> int:
+    """Return a whole number from 1 on. Raises UsageError."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
+        raise UsageError(Problem(name, f"{name} must be a whole number from 1 on, not {value!r}", "1"))
+    return int(value)

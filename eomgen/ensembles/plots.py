@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from eomgen.ensembles.samples import EXTREMES
+from eomgen.arrays import Array
+from eomgen.ensembles.reductions import Reduction
+from eomgen.ensembles.samples import EXTREMES, Failed
+from eomgen.ensembles.sensitivity import Ranking
 from eomgen.errors import UsageError
 from eomgen.figures import new_figure, saved
-
-if TYPE_CHECKING:
-    from eomgen.ensembles.ensemble import Ensemble
 
 #: Panels of a figure, and points of a scatter plot, at most.
 _PANELS, _POINTS = 12, 5000
@@ -21,7 +23,39 @@ _LINE, _BAND = "#0B62C4", "#0B62C4"
 _BANDS = ((0.05, 0.95, 0.18), (0.25, 0.75, 0.32))
 
 
-def draw(ensemble: Ensemble, folder: Path) -> list[Path]:
+class Drawn(Protocol):
+    """What plots take of an ``Ensemble``."""
+
+    @property
+    def scene(self) -> str: ...
+    @property
+    def design(self) -> str: ...
+    @property
+    def varied(self) -> tuple[str, ...]: ...
+    @property
+    def columns(self) -> tuple[str, ...]: ...
+    @property
+    def units(self) -> Mapping[str, str]: ...
+    @property
+    def t(self) -> Array: ...
+    @property
+    def done(self) -> int: ...
+    @property
+    def reduction(self) -> Reduction: ...
+
+    @property
+    def failed(self) -> Sequence[Failed]: ...
+    @property
+    def values(self) -> Mapping[str, Array]: ...
+    @property
+    def results(self) -> Mapping[str, Array]: ...
+    def mean(self, column: str) -> Array: ...
+    def envelope(self, column: str) -> tuple[Array, Array]: ...
+    def quantile(self, column: str, probability: ArrayLike) -> Array: ...
+    def sensitivity(self, result: str) -> Ranking: ...
+
+
+def draw(ensemble: Drawn, folder: Path) -> list[Path]:
     """Draw all plots of an ensemble and return their files."""
     if not ensemble.done or ensemble.done == len(ensemble.failed):
         return []
@@ -33,7 +67,7 @@ def draw(ensemble: Ensemble, folder: Path) -> list[Path]:
     return files
 
 
-def _fans(ensemble: Ensemble) -> Any:
+def _fans(ensemble: Drawn) -> Any:
     columns = ensemble.columns[:_PANELS]
     figure = new_figure((8.0, 0.6 + 2.6 * len(columns)))
     panels = figure.subplots(len(columns), 1, sharex=True, squeeze=False)[:, 0]
@@ -59,7 +93,7 @@ def _fans(ensemble: Ensemble) -> Any:
     return figure
 
 
-def _scatter(ensemble: Ensemble) -> Any:
+def _scatter(ensemble: Drawn) -> Any:
     results = _drawn_results(ensemble)
     varied = ensemble.varied[:_PANELS]
     figure = new_figure((0.8 + 2.9 * max(len(varied), 2), 0.6 + 2.5 * len(results)))
@@ -78,7 +112,7 @@ def _scatter(ensemble: Ensemble) -> Any:
     return figure
 
 
-def _rankings(ensemble: Ensemble) -> Any | None:
+def _rankings(ensemble: Drawn) -> Any | None:
     """Return the figure of rankings; None where there are too few samples for one."""
     found = []
     for result in _drawn_results(ensemble):
@@ -106,12 +140,12 @@ def _rankings(ensemble: Ensemble) -> Any | None:
     return figure
 
 
-def _drawn_results(ensemble: Ensemble) -> list[str]:
+def _drawn_results(ensemble: Drawn) -> list[str]:
     """Return the largest value of each column, or the final one where it is that of the start."""
     return [f"{column}.{EXTREMES[1]}" for column in ensemble.columns[: _PANELS // 2]]
 
 
-def _label(ensemble: Ensemble, name: str) -> str:
+def _label(ensemble: Drawn, name: str) -> str:
     column, _, part = name.rpartition(".")
     known = name if name in ensemble.units else column if part in EXTREMES else name
     unit = ensemble.units.get(known, "")

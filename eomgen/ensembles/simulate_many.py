@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
+from eomgen.compiled.arguments import count_of
 from eomgen.compiled.model import CompiledModel
 from eomgen.ensembles.designs import (
     DESIGNS,
@@ -34,9 +35,8 @@ from eomgen.errors import Problem, UsageError
 from eomgen.files import make_folder
 from eomgen.progress import Progress, shown
 from eomgen.results.solution import Solution
+from eomgen.simulation.row_times import row_times
 from eomgen.simulation.simulate import simulate
-from eomgen.simulation.stepping.settings import count_of
-from eomgen.simulation.stepping.time_grid import time_grid
 from eomgen.text import nearest
 from eomgen.text import shown as quoted
 from eomgen.version import __version__
@@ -75,7 +75,7 @@ def simulate_many(
     if pilot.interrupted:
         raise KeyboardInterrupt
     looked_at = _columns(pilot, columns)
-    times = _times(pilot, model)
+    times = row_times(pilot.metadata, model.library.real)
     thinned = np.unique(np.linspace(0, len(times) - 1, min(points, len(times))).astype(int))
     target = None if folder is None else Path(folder)
     kept = frozenset(_number(number, drawn.samples) for number in keep)
@@ -213,18 +213,6 @@ def _columns(pilot: Solution, wanted: Sequence[str] | None) -> list[str]:
     if not found:
         raise UsageError(Problem("columns", "no column is looked at", "one of model.simulate(...).columns()"))
     return list(dict.fromkeys(found))
-
-
-def _times(pilot: Solution, model: CompiledModel) -> Array:
-    """Return the times of the rows of a run that comes to its end."""
-    data = pilot.metadata
-    start, every = float(data["t_start"]), int(data["record_every"])
-    grid = time_grid(start, float(data["t_end"]), float(data["settings"]["step"]), model.library.real)
-    places = np.arange(0, grid.whole + 1, every)
-    if grid.whole % every and not grid.rest:
-        places = np.append(places, grid.whole)
-    times = np.asarray(start + grid.step * places)
-    return np.append(times, grid.end) if grid.rest else times
 
 
 def _number(number: object, samples: int) -> int:

@@ -1,3 +1,14 @@
 """Runs of a compiled model: settings, inputs, the compiled time loop, checkpoints, diagnosis."""
 
-__all__ = ["checkpoint", "motions", "option_types", "resume", "run_model", "simulate", "simulator", "start", "timing"]
+__all__ = [
+    "checkpoint",
+    "motions",
+    "option_types",
+    "resume",
+    "row_times",
+    "run_model",
+    "simulate",
+    "simulator",
+    "start",
+    "timing",
+]

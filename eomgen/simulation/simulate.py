@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from eomgen.calls import checked_call
-from eomgen.compiled.arguments import number_of
+from eomgen.compiled.arguments import count_of, number_of
 from eomgen.compiled.initial_state import InitialState, angles_of_several_turns, check_initial
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Parameters
@@ -32,7 +32,7 @@ from eomgen.simulation.stepping.chunks import Trajectory, run_chunks
 from eomgen.simulation.stepping.controllers import Controller, read_controllers
 from eomgen.simulation.stepping.inputs import HeldRows, InputSignals, Signal, check_held, read_signals
 from eomgen.simulation.stepping.run import Run, scene_inputs
-from eomgen.simulation.stepping.settings import check_memory, chosen_stepper, count_of, positive
+from eomgen.simulation.stepping.settings import check_memory, chosen_stepper, positive
 from eomgen.simulation.stepping.start_state import start_description, start_of, starts_at_equilibrium
 from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.simulation.stepping.time_grid import time_grid

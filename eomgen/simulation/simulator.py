@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
 from eomgen.calls import ByName, ReadOnly, UnknownAttribute, checked_call, checked_calls, unknown_attribute
-from eomgen.compiled.arguments import check_finite, check_name, number_of, numbers
+from eomgen.compiled.arguments import check_finite, check_name, count_of, number_of, numbers
 from eomgen.compiled.initial_state import InitialState, angles_of_several_turns
 from eomgen.errors import EomgenError, ModelError, NumericalError, Problem, UsageError
 from eomgen.integrators.events import AT_EVENTS, STOPPED
@@ -29,7 +29,7 @@ from eomgen.simulation.stepping.compiled_steps import CompiledSteps, between
 from eomgen.simulation.stepping.events import ending
 from eomgen.simulation.stepping.inputs import CheckedSignal, Signal, check_held, read_signals
 from eomgen.simulation.stepping.run import Run, scene_inputs
-from eomgen.simulation.stepping.settings import check_span, count_of
+from eomgen.simulation.stepping.settings import check_span
 from eomgen.simulation.stepping.start_state import start_of
 from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.simulation.stepping.time_grid import TimeGrid, time_grid

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.ensembles import Ensemble
 from eomgen.cli import main
+from eomgen.ensembles import Ensemble
 from eomgen.errors import FileError, UsageError
 
 CART = """
@@ -141,14 +141,20 @@ def test_a_failed_sample_is_kept_with_its_reason(cart: eomgen.Model, tmp_path: P
     ("options", "said"),
     [
         ({}, "vary: nothing varies: all samples would be the same"),
-        ({"vary": {"masss": "normal(1, 0.1)"}}, "vary: there is no parameter, input or initial state 'masss'; try: mass"),
+        (
+            {"vary": {"masss": "normal(1, 0.1)"}},
+            "vary: there is no parameter, input or initial state 'masss'; try: mass",
+        ),
         ({"vary": {"mass": 1.0}}, "vary mass: a distribution is needed, not float"),
         ({"vary": VARY, "design": "sobl"}, "design: there is no design 'sobl'; try: sobol"),
         ({"vary": VARY, "samples": 0}, "samples must be a whole number from 1 on, not 0"),
         ({"vary": VARY, "seed": -1}, "seed: a whole number from 0 on is needed, not -1"),
         ({"vary": VARY, "columns": ["plce"]}, "columns: there is no column 'plce'; try: place"),
         ({"vary": VARY, "keep": [1]}, "keep: solutions of samples are kept in a folder, and none is given"),
-        ({"table": {"mass": [1.0]}, "vary": VARY}, "vary: a table says the values of all samples, and vary is given too"),
+        (
+            {"table": {"mass": [1.0]}, "vary": VARY},
+            "vary: a table says the values of all samples, and vary is given too",
+        ),
         ({"table": {"mass": [1.0], "push": [1.0, 2.0]}}, "table: push has 2 values, mass has 1"),
         ({"table": {"mass": [np.nan]}}, "table mass"),
     ],

@@ -9,8 +9,6 @@ from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
-import numpy as np
-
 from eomgen.arrays import Array
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.model import CompiledModel
@@ -36,13 +34,6 @@ def positive(name: str, value: object) -> float:
     if number <= 0.0:
         raise UsageError(Problem(name, f"the {name} must be positive, not {number:.9g}", "1e-3"))
     return number
-
-
-def count_of(name: str, value: object) -> int:
-    """Return a whole number from 1 on. Raises UsageError."""
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
-        raise UsageError(Problem(name, f"{name} must be a whole number from 1 on, not {value!r}", "1"))
-    return int(value)
 
 
 def chosen_method(name: str, given: Mapping[str, float | None], scene: Mapping[str, Any], constrained: bool) -> Method:
