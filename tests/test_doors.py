@@ -266,7 +266,7 @@ ORDER: dict[str, tuple[str, ...]] = {
     "simulation": (
         "stepping",
         "accuracy judgement",
-        "automatic_method checkpoint motions option_types run_metadata simulator_state timing",
+        "automatic_method checkpoint motions option_types row_times run_metadata simulator_state timing",
         "run_model",
         "outcome recorded_motion",
         "resume simulate simulator",
