@@ -68,6 +68,7 @@ class BeamKeys(TypedDict, total=False):
     shape: Mapping[str, Any] | None
     pretwist: Value | None
     prestrain: Mapping[str, Any] | None
+    group: str | None
 
 class JointKeys(TypedDict, total=False):
     position: Sequence[Value] | None

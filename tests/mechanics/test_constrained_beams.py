@@ -89,11 +89,15 @@ def test_tangents_with_multipliers_are_exact(model: str, elements: int, joint: s
         assert relative_error(found[name], expected, axes=2) < 1e-11, name
 
 
+@pytest.mark.parametrize("group", ["SE3", "R3xSO3"])
 @pytest.mark.parametrize("model", list(WITHOUT))
-def test_absolute_coordinates_have_the_same_rows(model: str, rng: np.random.Generator) -> None:
+def test_absolute_coordinates_have_the_same_rows(model: str, group: str, rng: np.random.Generator) -> None:
     stiffness = {strain: value for strain, value in ROLL_UP.items() if strain not in WITHOUT[model]}
-    data = beam_scene(3, {"force": [1.0, 0.0, 0.0]}, {"model": model, "stiffness": stiffness}, type="free")
+    data = beam_scene(
+        3, {"force": [1.0, 0.0, 0.0]}, {"model": model, "stiffness": stiffness, "group": group}, type="free"
+    )
     system = derive(from_data({**data, "coordinates": "absolute"}), TERMS)
+    assert {factor.group for factor in system.factors} == ({"SE3"} if group == "SE3" else {"R", "SO3"})
     evaluate = tape_evaluator(system)
     theta = 0.3 * rng.normal(size=(4, system.nv))
     q = product.update(system.factors, np.broadcast_to(system.initial_q, (4, system.nq)), theta)
@@ -102,6 +106,12 @@ def test_absolute_coordinates_have_the_same_rows(model: str, rng: np.random.Gene
     for rows, nodes in zip(found, poses, strict=True):
         gaps = [(logarithm(*pair) - at_rest)[PLACES[model]] for pair in pairwise(nodes)]
         np.testing.assert_allclose(rows, np.ravel(gaps), atol=1e-11)
+    state = {"q": q, "v": rng.normal(size=(4, system.nv)), "lam": 100.0 * rng.normal(size=(4, len(system.multipliers)))}
+    state |= {"a": rng.normal(size=(4, system.nv)), "p": np.ones((4, 1))}
+    partials = evaluate("partials", state)
+    for name, block in (("K", "q"), ("C", "v"), ("M", "a")):
+        expected = jacobian(evaluate, system.factors, "residual", "r", state, block)
+        assert relative_error(partials[name], expected, axes=2) < 1e-11, name
 
 
 @pytest.mark.parametrize("model", list(WITHOUT))

@@ -312,3 +312,6 @@ class Beam(Table):
         kind="table, below",
         shown_default="zeros",
     )
+    group: Literal["SE3", "R3xSO3"] | None = optional(
+        "`cosserat`: of its nodes, for [absolute coordinates](#absolute-coordinates) only", shown_default="`SE3`"
+    )

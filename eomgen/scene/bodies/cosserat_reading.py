@@ -31,7 +31,7 @@ _OF_DEFLECTIONS = (
 )  # fmt: skip  # a table
 _OF_EXACT = (
     "elements", "parts", "stiffness", "stiffness_matrix", "damping", "stiffness_damping", "rotary_inertia", "curvature",
-    "shape", "pretwist", "prestrain",
+    "shape", "pretwist", "prestrain", "group",
 )  # fmt: skip  # a table
 #: Bounds of numbers whose products are numbers, too.
 _LEAST, _MOST = 1e-150, 1e150

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import partial
 from itertools import chain
 from pathlib import Path
@@ -12,6 +12,7 @@ from typing import Any, Literal
 from eomgen.formula.curves import AnyCurve
 from eomgen.scene import scene
 from eomgen.scene.bodies.beam_reading import read_beam
+from eomgen.scene.bodies.cosserat import Cosserat
 from eomgen.scene.bodies.cosserat_reading import check_keys, is_exact, read_cosserat
 from eomgen.scene.bodies.reading import read_base, read_body, read_body_frame, read_point
 from eomgen.scene.control.controllers import (
@@ -340,7 +341,7 @@ class _Assembler:
                 read_reaction(name, entry, self.bodies, points, values) for name, entry in document.reactions.items()
             ),
             "coordinates": document.coordinates,
-            "groups": {name: body.group for name, body in document.bodies.items() if body.group is not None},
+            "groups": self.groups(exact.values()),
             "points": tuple(points.values()),
             "frames": tuple(fixed_frames.values()),
             "task_frames": tuple(dict.fromkeys(document.task_frames)),
@@ -374,3 +375,10 @@ class _Assembler:
                 simulation.real,
             ),
         }
+
+    def groups(self, exact: Iterable[Cosserat]) -> dict[str, str]:
+        """Return the groups of bodies and of the nodes of geometrically exact beams, where the scene names them."""
+        document = self.document
+        of_nodes = {node: document.beams[beam.name].group for beam in exact for node in beam.nodes}
+        of_bodies = {name: body.group for name, body in document.bodies.items()}
+        return {name: group for name, group in (of_bodies | of_nodes).items() if group is not None}
