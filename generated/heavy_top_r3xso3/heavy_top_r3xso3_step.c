@@ -236,55 +236,55 @@ static void heavy_top_r3xso3_assemble(const heavy_top_r3xso3_weights *c, const r
     w[106] = w[66] * T[1] + w[67] * T[4] + w[68] * T[7];
     w[107] = w[66] * T[2] + w[67] * T[5] + w[68] * T[8];
     S[0] = w[46];
-    S[1] = w[41];
-    S[2] = w[52];
+    S[1] = w[52];
+    S[2] = w[41];
     S[3] = c->K * w[85];
     S[4] = c->K * w[86];
     S[5] = c->M * w[35];
     S[6] = c->K * w[84];
-    S[7] = w[45];
-    S[8] = w[40];
-    S[9] = w[51];
-    S[10] = c->K * w[82];
-    S[11] = c->M * w[34];
-    S[12] = c->K * w[83];
-    S[13] = c->K * w[81];
-    S[14] = w[43];
-    S[15] = w[37];
-    S[16] = w[48];
-    S[17] = c->C * w[27] + c->K * w[73];
-    S[18] = c->K * w[3];
-    S[19] = c->K * w[5];
-    S[20] = c->C * w[28] + c->K * w[74];
-    S[21] = c->K * w[4];
-    S[22] = c->M * w[31] + c->K * w[72];
-    S[23] = w[38];
-    S[24] = w[49];
-    S[25] = c->M * w[32] + c->K * w[76];
-    S[26] = c->K * w[9];
-    S[27] = c->K * w[11];
-    S[28] = c->K * w[77];
-    S[29] = c->K * w[10];
-    S[30] = c->K * w[75];
-    S[31] = w[44];
-    S[32] = w[39];
-    S[33] = w[50];
-    S[34] = c->C * w[30] + c->K * w[79];
-    S[35] = c->K * w[15];
-    S[36] = c->K * w[17];
-    S[37] = c->M * w[33] + c->K * w[80];
-    S[38] = c->K * w[16];
-    S[39] = c->C * w[29] + c->K * w[78];
-    S[40] = w[47];
-    S[41] = w[42];
-    S[42] = w[53];
-    S[43] = c->K * w[88];
-    S[44] = c->M * w[36];
-    S[45] = c->K * w[89];
-    S[46] = c->K * w[87];
-    S[47] = w[91];
-    S[48] = w[40];
-    S[49] = w[42];
+    S[7] = w[47];
+    S[8] = w[53];
+    S[9] = w[42];
+    S[10] = c->M * w[36];
+    S[11] = c->K * w[88];
+    S[12] = c->K * w[89];
+    S[13] = c->K * w[87];
+    S[14] = w[44];
+    S[15] = w[50];
+    S[16] = w[39];
+    S[17] = c->K * w[17];
+    S[18] = c->C * w[30] + c->K * w[79];
+    S[19] = c->K * w[15];
+    S[20] = c->M * w[33] + c->K * w[80];
+    S[21] = c->K * w[16];
+    S[22] = c->C * w[29] + c->K * w[78];
+    S[23] = w[43];
+    S[24] = w[48];
+    S[25] = w[37];
+    S[26] = c->K * w[5];
+    S[27] = c->C * w[27] + c->K * w[73];
+    S[28] = c->K * w[3];
+    S[29] = c->C * w[28] + c->K * w[74];
+    S[30] = c->K * w[4];
+    S[31] = c->M * w[31] + c->K * w[72];
+    S[32] = w[49];
+    S[33] = w[38];
+    S[34] = c->K * w[11];
+    S[35] = c->M * w[32] + c->K * w[76];
+    S[36] = c->K * w[9];
+    S[37] = c->K * w[77];
+    S[38] = c->K * w[10];
+    S[39] = c->K * w[75];
+    S[40] = w[45];
+    S[41] = w[51];
+    S[42] = w[40];
+    S[43] = c->K * w[82];
+    S[44] = c->M * w[34];
+    S[45] = c->K * w[83];
+    S[46] = c->K * w[81];
+    S[47] = w[42];
+    S[48] = w[91];
+    S[49] = w[40];
     S[50] = -(w[40] * jacobian[3] + w[41] * jacobian[4] + w[42] * jacobian[5] + w[90] * jacobian[0]
         + w[91] * jacobian[1] + w[92] * jacobian[2]);
     S[51] = -(w[40] * jacobian[8] + w[41] * jacobian[9] + w[42] * jacobian[10] + w[90] * jacobian[6]
@@ -294,9 +294,9 @@ static void heavy_top_r3xso3_assemble(const heavy_top_r3xso3_weights *c, const r
     S[53] = w[92];
     S[54] = w[41];
     S[55] = w[90];
-    S[56] = w[94];
-    S[57] = w[45];
-    S[58] = w[47];
+    S[56] = w[47];
+    S[57] = w[94];
+    S[58] = w[45];
     S[59] = -(w[45] * jacobian[3] + w[46] * jacobian[4] + w[47] * jacobian[5] + w[93] * jacobian[0]
         + w[94] * jacobian[1] + w[95] * jacobian[2]);
     S[60] = -(w[45] * jacobian[8] + w[46] * jacobian[9] + w[47] * jacobian[10] + w[93] * jacobian[6]
@@ -306,9 +306,9 @@ static void heavy_top_r3xso3_assemble(const heavy_top_r3xso3_weights *c, const r
     S[62] = w[95];
     S[63] = w[46];
     S[64] = w[93];
-    S[65] = w[97];
-    S[66] = w[51];
-    S[67] = w[53];
+    S[65] = w[53];
+    S[66] = w[97];
+    S[67] = w[51];
     S[68] = -(w[51] * jacobian[3] + w[52] * jacobian[4] + w[53] * jacobian[5] + w[96] * jacobian[0]
         + w[97] * jacobian[1] + w[98] * jacobian[2]);
     S[69] = -(w[51] * jacobian[8] + w[52] * jacobian[9] + w[53] * jacobian[10] + w[96] * jacobian[6]
@@ -318,9 +318,9 @@ static void heavy_top_r3xso3_assemble(const heavy_top_r3xso3_weights *c, const r
     S[71] = w[98];
     S[72] = w[52];
     S[73] = w[96];
-    S[74] = c->B * w[38] + c->Z * w[100];
-    S[75] = c->B * w[40] + c->Z * w[57];
-    S[76] = c->B * w[42] + c->Z * w[59];
+    S[74] = c->B * w[42] + c->Z * w[59];
+    S[75] = c->B * w[38] + c->Z * w[100];
+    S[76] = c->B * w[40] + c->Z * w[57];
     S[77] = -c->Z * (w[57] * jacobian[3] + w[58] * jacobian[4] + w[59] * jacobian[5] + w[99] * jacobian[0]
         + w[100] * jacobian[1] + w[101] * jacobian[2]);
     S[78] = -c->Z * (w[57] * jacobian[8] + w[58] * jacobian[9] + w[59] * jacobian[10] + w[99] * jacobian[6]
@@ -330,9 +330,9 @@ static void heavy_top_r3xso3_assemble(const heavy_top_r3xso3_weights *c, const r
     S[80] = c->B * w[39] + c->Z * w[101];
     S[81] = c->B * w[41] + c->Z * w[58];
     S[82] = c->B * w[37] + c->Z * w[99];
-    S[83] = c->Z * w[103];
-    S[84] = c->B * w[45] + c->Z * w[63];
-    S[85] = c->B * w[47] + c->Z * w[65];
+    S[83] = c->B * w[47] + c->Z * w[65];
+    S[84] = c->Z * w[103];
+    S[85] = c->B * w[45] + c->Z * w[63];
     S[86] = -c->Z * (w[63] * jacobian[3] + w[64] * jacobian[4] + w[65] * jacobian[5] + w[102] * jacobian[0]
         + w[103] * jacobian[1] + w[104] * jacobian[2]);
     S[87] = -c->Z * (w[63] * jacobian[8] + w[64] * jacobian[9] + w[65] * jacobian[10] + w[102] * jacobian[6]
@@ -342,9 +342,9 @@ static void heavy_top_r3xso3_assemble(const heavy_top_r3xso3_weights *c, const r
     S[89] = c->B * w[44] + c->Z * w[104];
     S[90] = c->B * w[46] + c->Z * w[64];
     S[91] = c->B * w[43] + c->Z * w[102];
-    S[92] = c->B * w[49] + c->Z * w[106];
-    S[93] = c->B * w[51] + c->Z * w[69];
-    S[94] = c->B * w[53] + c->Z * w[71];
+    S[92] = c->B * w[53] + c->Z * w[71];
+    S[93] = c->B * w[49] + c->Z * w[106];
+    S[94] = c->B * w[51] + c->Z * w[69];
     S[95] = -c->Z * (w[69] * jacobian[3] + w[70] * jacobian[4] + w[71] * jacobian[5] + w[105] * jacobian[0]
         + w[106] * jacobian[1] + w[107] * jacobian[2]);
     S[96] = -c->Z * (w[69] * jacobian[8] + w[70] * jacobian[9] + w[71] * jacobian[10] + w[105] * jacobian[6]
@@ -418,12 +418,12 @@ static void heavy_top_r3xso3_solve(const real *A, const int *pivot, real *x)
 static void heavy_top_r3xso3_spread(const real *S, const real *unit, real *A)
 {
     static const int place[101] = {
-55, 54, 56, 49, 50, 52, 48, 43, 42, 44, 37, 39, 38, 36, 7, 6, 
-8, 1, 3, 5, 2, 4, 0, 18, 20, 13, 15, 17, 14, 16, 12, 31, 
-30, 32, 25, 27, 29, 26, 28, 24, 67, 66, 68, 61, 65, 62, 60, 73, 
-75, 77, 81, 82, 83, 74, 76, 72, 85, 87, 89, 93, 94, 95, 86, 88, 
-84, 97, 99, 101, 105, 106, 107, 98, 100, 96, 109, 111, 113, 117, 118, 119, 
-110, 112, 108, 121, 123, 125, 129, 130, 131, 122, 124, 120, 133, 135, 137, 141, 
+55, 56, 54, 49, 50, 52, 48, 67, 68, 66, 65, 61, 62, 60, 31, 32, 
+30, 29, 25, 27, 26, 28, 24, 7, 8, 6, 5, 1, 3, 2, 4, 0, 
+20, 18, 17, 13, 15, 14, 16, 12, 43, 44, 42, 37, 39, 38, 36, 77, 
+73, 75, 81, 82, 83, 74, 76, 72, 89, 85, 87, 93, 94, 95, 86, 88, 
+84, 101, 97, 99, 105, 106, 107, 98, 100, 96, 113, 109, 111, 117, 118, 119, 
+110, 112, 108, 125, 121, 123, 129, 130, 131, 122, 124, 120, 137, 133, 135, 141, 
 142, 143, 134, 136, 132, 
     };
     int i;
@@ -448,7 +448,7 @@ static int heavy_top_r3xso3_eliminate(const real *restrict S, const real *restri
         real a4 = S[4];
         real a5 = S[5];
         real a6 = S[6];
-        if (!(EG_ABS(a0) * unit[7] > heavy_top_r3xso3_SMALLEST_PIVOT * (EG_ABS(a1) * unit[6] + EG_ABS(a2) * unit[8]
+        if (!(EG_ABS(a0) * unit[7] > heavy_top_r3xso3_SMALLEST_PIVOT * (EG_ABS(a1) * unit[8] + EG_ABS(a2) * unit[6]
             + EG_ABS(a3) * unit[1] + EG_ABS(a4) * unit[2] + EG_ABS(a5) * unit[4] + EG_ABS(a6) * unit[0])))
             return 0;
         a0 = K(1.0) / a0;
@@ -460,7 +460,7 @@ static int heavy_top_r3xso3_eliminate(const real *restrict S, const real *restri
         F[5] = a5 * a0;
         F[6] = a6 * a0;
     }
-    { /* row 3, column 6 */
+    { /* row 5, column 8 */
         real a7 = S[7];
         real a8 = S[8];
         real a9 = S[9];
@@ -471,13 +471,13 @@ static int heavy_top_r3xso3_eliminate(const real *restrict S, const real *restri
         real a14 = S[13];
         a8 = a8 - a7 * F[1];
         a9 = a9 - a7 * F[2];
-        a10 = a10 - a7 * F[3];
+        a11 = a11 - a7 * F[3];
         a12 = a12 - a7 * F[4];
         a13 = a13 - a7 * F[5];
         a14 = a14 - a7 * F[6];
         F[7] = a7 * F[0];
-        if (!(EG_ABS(a8) * unit[6] > heavy_top_r3xso3_SMALLEST_PIVOT * (EG_ABS(a9) * unit[8] + EG_ABS(a10) * unit[1]
-            + EG_ABS(a11) * unit[3] + EG_ABS(a12) * unit[2] + EG_ABS(a13) * unit[4] + EG_ABS(a14) * unit[0])))
+        if (!(EG_ABS(a8) * unit[8] > heavy_top_r3xso3_SMALLEST_PIVOT * (EG_ABS(a9) * unit[6] + EG_ABS(a10) * unit[5]
+            + EG_ABS(a11) * unit[1] + EG_ABS(a12) * unit[2] + EG_ABS(a13) * unit[4] + EG_ABS(a14) * unit[0])))
             return 0;
         a8 = K(1.0) / a8;
         F[8] = a8;
@@ -488,7 +488,7 @@ static int heavy_top_r3xso3_eliminate(const real *restrict S, const real *restri
         F[13] = a13 * a8;
         F[14] = a14 * a8;
     }
-    { /* row 0, column 8 */
+    { /* row 2, column 6 */
         real a15 = S[14];
         real a16 = S[15];
         real a17 = S[16];
@@ -500,7 +500,7 @@ static int heavy_top_r3xso3_eliminate(const real *restrict S, const real *restri
         real a23 = S[22];
         a16 = a16 - a15 * F[1];
         a17 = a17 - a15 * F[2];
-        a18 = a18 - a15 * F[3];
+        a19 = a19 - a15 * F[3];
         a21 = a21 - a15 * F[4];
         a22 = a22 - a15 * F[5];
         a23 = a23 - a15 * F[6];
@@ -512,8 +512,8 @@ static int heavy_top_r3xso3_eliminate(const real *restrict S, const real *restri
         a22 = a22 - a16 * F[13];
         a23 = a23 - a16 * F[14];
         F[16] = a16 * F[8];
-        if (!(EG_ABS(a17) * unit[8] > heavy_top_r3xso3_SMALLEST_PIVOT * (EG_ABS(a18) * unit[1] + EG_ABS(a19) * unit[3]
-            + EG_ABS(a20) * unit[5] + EG_ABS(a21) * unit[2] + EG_ABS(a22) * unit[4] + EG_ABS(a23) * unit[0])))
+        if (!(EG_ABS(a17) * unit[6] > heavy_top_r3xso3_SMALLEST_PIVOT * (EG_ABS(a18) * unit[5] + EG_ABS(a19) * unit[1]
+            + EG_ABS(a20) * unit[3] + EG_ABS(a21) * unit[2] + EG_ABS(a22) * unit[4] + EG_ABS(a23) * unit[0])))
             return 0;
         a17 = K(1.0) / a17;
         F[17] = a17;
@@ -524,7 +524,7 @@ static int heavy_top_r3xso3_eliminate(const real *restrict S, const real *restri
         F[22] = a22 * a17;
         F[23] = a23 * a17;
     }
-    { /* row 1, column 1 */
+    { /* row 0, column 5 */
         real a24 = S[23];
         real a25 = S[24];
         real a26 = S[25];
@@ -533,33 +533,40 @@ static int heavy_top_r3xso3_eliminate(const real *restrict S, const real *restri
         real a29 = S[28];
         real a30 = S[29];
         real a31 = S[30];
-        a25 = a25 - a24 * F[9];
-        a26 = a26 - a24 * F[10];
-        a27 = a27 - a24 * F[11];
-        a29 = a29 - a24 * F[12];
-        a30 = a30 - a24 * F[13];
-        a31 = a31 - a24 * F[14];
-        F[24] = a24 * F[8];
-        a26 = a26 - a25 * F[18];
-        a27 = a27 - a25 * F[19];
-        a28 = a28 - a25 * F[20];
-        a29 = a29 - a25 * F[21];
-        a30 = a30 - a25 * F[22];
-        a31 = a31 - a25 * F[23];
-        F[25] = a25 * F[17];
-        if (!(EG_ABS(a26) * unit[1] > heavy_top_r3xso3_SMALLEST_PIVOT * (EG_ABS(a27) * unit[3] + EG_ABS(a28) * unit[5]
-            + EG_ABS(a29) * unit[2] + EG_ABS(a30) * unit[4] + EG_ABS(a31) * unit[0])))
-            return 0;
-        a26 = K(1.0) / a26;
-        F[26] = a26;
-        F[27] = a27 * a26;
-        F[28] = a28 * a26;
-        F[29] = a29 * a26;
-        F[30] = a30 * a26;
-        F[31] = a31 * a26;
-    }
-    { /* row 2, column 3 */
         real a32 = S[31];
+        a25 = a25 - a24 * F[1];
+        a26 = a26 - a24 * F[2];
+        a28 = a28 - a24 * F[3];
+        a30 = a30 - a24 * F[4];
+        a31 = a31 - a24 * F[5];
+        a32 = a32 - a24 * F[6];
+        F[24] = a24 * F[0];
+        a26 = a26 - a25 * F[9];
+        a27 = a27 - a25 * F[10];
+        a28 = a28 - a25 * F[11];
+        a30 = a30 - a25 * F[12];
+        a31 = a31 - a25 * F[13];
+        a32 = a32 - a25 * F[14];
+        F[25] = a25 * F[8];
+        a27 = a27 - a26 * F[18];
+        a28 = a28 - a26 * F[19];
+        a29 = a29 - a26 * F[20];
+        a30 = a30 - a26 * F[21];
+        a31 = a31 - a26 * F[22];
+        a32 = a32 - a26 * F[23];
+        F[26] = a26 * F[17];
+        if (!(EG_ABS(a27) * unit[5] > heavy_top_r3xso3_SMALLEST_PIVOT * (EG_ABS(a28) * unit[1] + EG_ABS(a29) * unit[3]
+            + EG_ABS(a30) * unit[2] + EG_ABS(a31) * unit[4] + EG_ABS(a32) * unit[0])))
+            return 0;
+        a27 = K(1.0) / a27;
+        F[27] = a27;
+        F[28] = a28 * a27;
+        F[29] = a29 * a27;
+        F[30] = a30 * a27;
+        F[31] = a31 * a27;
+        F[32] = a32 * a27;
+    }
+    { /* row 1, column 1 */
         real a33 = S[32];
         real a34 = S[33];
         real a35 = S[34];
@@ -568,13 +575,6 @@ static int heavy_top_r3xso3_eliminate(const real *restrict S, const real *restri
         real a38 = S[37];
         real a39 = S[38];
         real a40 = S[39];
-        a33 = a33 - a32 * F[1];
-        a34 = a34 - a32 * F[2];
-        a35 = a35 - a32 * F[3];
-        a38 = a38 - a32 * F[4];
-        a39 = a39 - a32 * F[5];
-        a40 = a40 - a32 * F[6];
-        F[32] = a32 * F[0];
         a34 = a34 - a33 * F[9];
         a35 = a35 - a33 * F[10];
         a36 = a36 - a33 * F[11];
@@ -589,13 +589,13 @@ static int heavy_top_r3xso3_eliminate(const real *restrict S, const real *restri
         a39 = a39 - a34 * F[22];
         a40 = a40 - a34 * F[23];
         F[34] = a34 * F[17];
-        a36 = a36 - a35 * F[27];
-        a37 = a37 - a35 * F[28];
-        a38 = a38 - a35 * F[29];
-        a39 = a39 - a35 * F[30];
-        a40 = a40 - a35 * F[31];
-        F[35] = a35 * F[26];
-        if (!(EG_ABS(a36) * unit[3] > heavy_top_r3xso3_SMALLEST_PIVOT * (EG_ABS(a37) * unit[5] + EG_ABS(a38) * unit[2]
+        a36 = a36 - a35 * F[28];
+        a37 = a37 - a35 * F[29];
+        a38 = a38 - a35 * F[30];
+        a39 = a39 - a35 * F[31];
+        a40 = a40 - a35 * F[32];
+        F[35] = a35 * F[27];
+        if (!(EG_ABS(a36) * unit[1] > heavy_top_r3xso3_SMALLEST_PIVOT * (EG_ABS(a37) * unit[3] + EG_ABS(a38) * unit[2]
             + EG_ABS(a39) * unit[4] + EG_ABS(a40) * unit[0])))
             return 0;
         a36 = K(1.0) / a36;
@@ -605,19 +605,19 @@ static int heavy_top_r3xso3_eliminate(const real *restrict S, const real *restri
         F[39] = a39 * a36;
         F[40] = a40 * a36;
     }
-    { /* row 5, column 5 */
+    { /* row 3, column 3 */
         real a41 = S[40];
         real a42 = S[41];
         real a43 = S[42];
-        real a44 = S[43];
-        real a45 = K(0.0);
+        real a44 = K(0.0);
+        real a45 = S[43];
         real a46 = S[44];
         real a47 = S[45];
         real a48 = K(0.0);
         real a49 = S[46];
         a42 = a42 - a41 * F[1];
         a43 = a43 - a41 * F[2];
-        a44 = a44 - a41 * F[3];
+        a45 = a45 - a41 * F[3];
         a47 = a47 - a41 * F[4];
         a48 = a48 - a41 * F[5];
         a49 = a49 - a41 * F[6];
@@ -636,18 +636,18 @@ static int heavy_top_r3xso3_eliminate(const real *restrict S, const real *restri
         a48 = a48 - a43 * F[22];
         a49 = a49 - a43 * F[23];
         F[43] = a43 * F[17];
-        a45 = a45 - a44 * F[27];
-        a46 = a46 - a44 * F[28];
-        a47 = a47 - a44 * F[29];
-        a48 = a48 - a44 * F[30];
-        a49 = a49 - a44 * F[31];
-        F[44] = a44 * F[26];
+        a45 = a45 - a44 * F[28];
+        a46 = a46 - a44 * F[29];
+        a47 = a47 - a44 * F[30];
+        a48 = a48 - a44 * F[31];
+        a49 = a49 - a44 * F[32];
+        F[44] = a44 * F[27];
         a46 = a46 - a45 * F[37];
         a47 = a47 - a45 * F[38];
         a48 = a48 - a45 * F[39];
         a49 = a49 - a45 * F[40];
         F[45] = a45 * F[36];
-        if (!(EG_ABS(a46) * unit[5] > heavy_top_r3xso3_SMALLEST_PIVOT * (EG_ABS(a47) * unit[2] + EG_ABS(a48) * unit[4]
+        if (!(EG_ABS(a46) * unit[3] > heavy_top_r3xso3_SMALLEST_PIVOT * (EG_ABS(a47) * unit[2] + EG_ABS(a48) * unit[4]
             + EG_ABS(a49) * unit[0])))
             return 0;
         a46 = K(1.0) / a46;
@@ -666,12 +666,12 @@ static int heavy_top_r3xso3_eliminate(const real *restrict S, const real *restri
         real a56 = S[53];
         real a57 = S[54];
         real a58 = S[55];
-        a51 = a51 - a50 * F[27];
-        a52 = a52 - a50 * F[28];
-        a56 = a56 - a50 * F[29];
-        a57 = a57 - a50 * F[30];
-        a58 = a58 - a50 * F[31];
-        F[50] = a50 * F[26];
+        a51 = a51 - a50 * F[28];
+        a52 = a52 - a50 * F[29];
+        a56 = a56 - a50 * F[30];
+        a57 = a57 - a50 * F[31];
+        a58 = a58 - a50 * F[32];
+        F[50] = a50 * F[27];
         a52 = a52 - a51 * F[37];
         a56 = a56 - a51 * F[38];
         a57 = a57 - a51 * F[39];
@@ -702,12 +702,12 @@ static int heavy_top_r3xso3_eliminate(const real *restrict S, const real *restri
         real a65 = S[62];
         real a66 = S[63];
         real a67 = S[64];
-        a60 = a60 - a59 * F[27];
-        a61 = a61 - a59 * F[28];
-        a65 = a65 - a59 * F[29];
-        a66 = a66 - a59 * F[30];
-        a67 = a67 - a59 * F[31];
-        F[59] = a59 * F[26];
+        a60 = a60 - a59 * F[28];
+        a61 = a61 - a59 * F[29];
+        a65 = a65 - a59 * F[30];
+        a66 = a66 - a59 * F[31];
+        a67 = a67 - a59 * F[32];
+        F[59] = a59 * F[27];
         a61 = a61 - a60 * F[37];
         a65 = a65 - a60 * F[38];
         a66 = a66 - a60 * F[39];
@@ -743,12 +743,12 @@ static int heavy_top_r3xso3_eliminate(const real *restrict S, const real *restri
         real a74 = S[71];
         real a75 = S[72];
         real a76 = S[73];
-        a69 = a69 - a68 * F[27];
-        a70 = a70 - a68 * F[28];
-        a74 = a74 - a68 * F[29];
-        a75 = a75 - a68 * F[30];
-        a76 = a76 - a68 * F[31];
-        F[68] = a68 * F[26];
+        a69 = a69 - a68 * F[28];
+        a70 = a70 - a68 * F[29];
+        a74 = a74 - a68 * F[30];
+        a75 = a75 - a68 * F[31];
+        a76 = a76 - a68 * F[32];
+        F[68] = a68 * F[27];
         a70 = a70 - a69 * F[37];
         a74 = a74 - a69 * F[38];
         a75 = a75 - a69 * F[39];
@@ -788,12 +788,12 @@ static int heavy_top_r3xso3_eliminate(const real *restrict S, const real *restri
         real a83 = S[80];
         real a84 = S[81];
         real a85 = S[82];
-        a78 = a78 - a77 * F[27];
-        a79 = a79 - a77 * F[28];
-        a83 = a83 - a77 * F[29];
-        a84 = a84 - a77 * F[30];
-        a85 = a85 - a77 * F[31];
-        F[77] = a77 * F[26];
+        a78 = a78 - a77 * F[28];
+        a79 = a79 - a77 * F[29];
+        a83 = a83 - a77 * F[30];
+        a84 = a84 - a77 * F[31];
+        a85 = a85 - a77 * F[32];
+        F[77] = a77 * F[27];
         a79 = a79 - a78 * F[37];
         a83 = a83 - a78 * F[38];
         a84 = a84 - a78 * F[39];
@@ -836,12 +836,12 @@ static int heavy_top_r3xso3_eliminate(const real *restrict S, const real *restri
         real a92 = S[89];
         real a93 = S[90];
         real a94 = S[91];
-        a87 = a87 - a86 * F[27];
-        a88 = a88 - a86 * F[28];
-        a92 = a92 - a86 * F[29];
-        a93 = a93 - a86 * F[30];
-        a94 = a94 - a86 * F[31];
-        F[86] = a86 * F[26];
+        a87 = a87 - a86 * F[28];
+        a88 = a88 - a86 * F[29];
+        a92 = a92 - a86 * F[30];
+        a93 = a93 - a86 * F[31];
+        a94 = a94 - a86 * F[32];
+        F[86] = a86 * F[27];
         a88 = a88 - a87 * F[37];
         a92 = a92 - a87 * F[38];
         a93 = a93 - a87 * F[39];
@@ -885,12 +885,12 @@ static int heavy_top_r3xso3_eliminate(const real *restrict S, const real *restri
         real a101 = S[98];
         real a102 = S[99];
         real a103 = S[100];
-        a96 = a96 - a95 * F[27];
-        a97 = a97 - a95 * F[28];
-        a101 = a101 - a95 * F[29];
-        a102 = a102 - a95 * F[30];
-        a103 = a103 - a95 * F[31];
-        F[95] = a95 * F[26];
+        a96 = a96 - a95 * F[28];
+        a97 = a97 - a95 * F[29];
+        a101 = a101 - a95 * F[30];
+        a102 = a102 - a95 * F[31];
+        a103 = a103 - a95 * F[32];
+        F[95] = a95 * F[27];
         a97 = a97 - a96 * F[37];
         a101 = a101 - a96 * F[38];
         a102 = a102 - a96 * F[39];
@@ -955,11 +955,11 @@ static real heavy_top_r3xso3_correct_quickly(const heavy_top_r3xso3_scale *scale
     const real *F = work->factors, *r = work->right, *weight = work->per_tolerance;
     real error[2];
     const real y0 = scale->r * r[4];
-    const real y1 = scale->r * r[3] - F[7] * y0;
-    const real y2 = scale->r * r[0] - F[15] * y0 - F[16] * y1;
-    const real y3 = scale->r * r[1] - F[24] * y1 - F[25] * y2;
-    const real y4 = scale->r * r[2] - F[32] * y0 - F[33] * y1 - F[34] * y2 - F[35] * y3;
-    const real y5 = scale->r * r[5] - F[41] * y0 - F[42] * y1 - F[43] * y2 - F[44] * y3 - F[45] * y4;
+    const real y1 = scale->r * r[5] - F[7] * y0;
+    const real y2 = scale->r * r[2] - F[15] * y0 - F[16] * y1;
+    const real y3 = scale->r * r[0] - F[24] * y0 - F[25] * y1 - F[26] * y2;
+    const real y4 = scale->r * r[1] - F[33] * y1 - F[34] * y2 - F[35] * y3;
+    const real y5 = scale->r * r[3] - F[41] * y0 - F[42] * y1 - F[43] * y2 - F[44] * y3 - F[45] * y4;
     const real y6 = scale->phi * r[6] - F[50] * y3 - F[51] * y4 - F[52] * y5;
     const real y7 = scale->phi * r[7] - F[59] * y3 - F[60] * y4 - F[61] * y5 - F[62] * y6;
     const real y8 = scale->phi * r[8] - F[68] * y3 - F[69] * y4 - F[70] * y5 - F[71] * y6 - F[72] * y7;
@@ -976,10 +976,10 @@ static real heavy_top_r3xso3_correct_quickly(const heavy_top_r3xso3_scale *scale
     const real x6 = y6 * F[53] - F[58] * x11 - F[57] * x10 - F[56] * x9 - F[55] * x8 - F[54] * x7;
     const real x5 = y5 * F[46] - F[49] * x11 - F[48] * x10 - F[47] * x9;
     const real x4 = y4 * F[36] - F[40] * x11 - F[39] * x10 - F[38] * x9 - F[37] * x5;
-    const real x3 = y3 * F[26] - F[31] * x11 - F[30] * x10 - F[29] * x9 - F[28] * x5 - F[27] * x4;
+    const real x3 = y3 * F[27] - F[32] * x11 - F[31] * x10 - F[30] * x9 - F[29] * x5 - F[28] * x4;
     const real x2 = y2 * F[17] - F[23] * x11 - F[22] * x10 - F[21] * x9 - F[20] * x5 - F[19] * x4 - F[18] * x3;
     const real x1 = y1 * F[8] - F[14] * x11 - F[13] * x10 - F[12] * x9 - F[11] * x4 - F[10] * x3 - F[9] * x2;
-    const real x0 = y0 * F[0] - F[6] * x11 - F[5] * x10 - F[4] * x9 - F[3] * x3 - F[2] * x2 - F[1] * x1;
+    const real x0 = y0 * F[0] - F[6] * x11 - F[5] * x10 - F[4] * x9 - F[3] * x4 - F[2] * x2 - F[1] * x1;
     error[0] = error[1] = K(0.0);
     work->solution[0] = x11;
     work->unknown[0] = work->unknown[0] + x11;
@@ -1011,34 +1011,34 @@ static real heavy_top_r3xso3_correct_quickly(const heavy_top_r3xso3_scale *scale
     work->unknown[9] = work->unknown[9] + x6;
     error[1] = error[1]
         + (weight[9] * x6) * (weight[9] * x6);
-    work->solution[5] = x5;
-    work->unknown[5] = work->unknown[5] + x5;
-    work->v[5] = work->v[5] + scale->v * x5;
-    work->vdot[5] = work->vdot[5] + scale->vdot * x5;
+    work->solution[3] = x5;
+    work->unknown[3] = work->unknown[3] + x5;
+    work->v[3] = work->v[3] + scale->v * x5;
+    work->vdot[3] = work->vdot[3] + scale->vdot * x5;
     error[0] = error[0]
-        + (weight[5] * x5) * (weight[5] * x5);
-    work->solution[3] = x4;
-    work->unknown[3] = work->unknown[3] + x4;
-    work->v[3] = work->v[3] + scale->v * x4;
-    work->vdot[3] = work->vdot[3] + scale->vdot * x4;
+        + (weight[3] * x5) * (weight[3] * x5);
+    work->solution[1] = x4;
+    work->unknown[1] = work->unknown[1] + x4;
+    work->v[1] = work->v[1] + scale->v * x4;
+    work->vdot[1] = work->vdot[1] + scale->vdot * x4;
     error[1] = error[1]
-        + (weight[3] * x4) * (weight[3] * x4);
-    work->solution[1] = x3;
-    work->unknown[1] = work->unknown[1] + x3;
-    work->v[1] = work->v[1] + scale->v * x3;
-    work->vdot[1] = work->vdot[1] + scale->vdot * x3;
+        + (weight[1] * x4) * (weight[1] * x4);
+    work->solution[5] = x3;
+    work->unknown[5] = work->unknown[5] + x3;
+    work->v[5] = work->v[5] + scale->v * x3;
+    work->vdot[5] = work->vdot[5] + scale->vdot * x3;
     error[0] = error[0]
-        + (weight[1] * x3) * (weight[1] * x3);
-    work->solution[8] = x2;
-    work->lam[2] = scale->lam * (work->unknown[8] + x2);
-    work->unknown[8] = work->unknown[8] + x2;
+        + (weight[5] * x3) * (weight[5] * x3);
+    work->solution[6] = x2;
+    work->lam[0] = scale->lam * (work->unknown[6] + x2);
+    work->unknown[6] = work->unknown[6] + x2;
     error[1] = error[1]
-        + (weight[8] * x2) * (weight[8] * x2);
-    work->solution[6] = x1;
-    work->lam[0] = scale->lam * (work->unknown[6] + x1);
-    work->unknown[6] = work->unknown[6] + x1;
+        + (weight[6] * x2) * (weight[6] * x2);
+    work->solution[8] = x1;
+    work->lam[2] = scale->lam * (work->unknown[8] + x1);
+    work->unknown[8] = work->unknown[8] + x1;
     error[0] = error[0]
-        + (weight[6] * x1) * (weight[6] * x1);
+        + (weight[8] * x1) * (weight[8] * x1);
     work->solution[7] = x0;
     work->lam[1] = scale->lam * (work->unknown[7] + x0);
     work->unknown[7] = work->unknown[7] + x0;
@@ -1126,8 +1126,6 @@ static void heavy_top_r3xso3_measure(const heavy_top_r3xso3_parameters *p, real 
     const real *inverse_inertia, heavy_top_r3xso3_workspace *work)
 {
     static const int diagonal[6] = { 31, 32, 33, 34, 35, 36 };
-    static const int q_index[17][2] = { { 0, 0 }, { 0, 1 }, { 0, 2 }, { 0, 3 }, { 0, 4 }, { 0, 5 }, { 1, 0 }, { 1, 2 },
-        { 1, 3 }, { 1, 4 }, { 1, 5 }, { 2, 0 }, { 2, 1 }, { 2, 2 }, { 2, 3 }, { 2, 4 }, { 2, 5 } };
     int i;
     for (i = 0; i < 12; ++i)
         work->unit[i] = work->per_unit[i] = K(1.0);
@@ -1147,9 +1145,14 @@ static void heavy_top_r3xso3_measure(const heavy_top_r3xso3_parameters *p, real 
     }
     for (i = 6; i < 9; ++i)
         work->per_unit[i] = K(0.0);
-    for (i = 0; i < 17; ++i) {
-        const real lever = work->numbers[37 + i] * work->unit[q_index[i][1]];
-        work->per_unit[6 + q_index[i][0]] = work->per_unit[6 + q_index[i][0]] + lever * lever;
+    {
+        static const int row[17] = { 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 2, 2, 2, 2, 2, 2 };
+        static const int column[17] = { 0, 1, 2, 3, 4, 5, 0, 2, 3, 4, 5, 0, 1, 2, 3, 4, 5 };
+        int j;
+        for (j = 0; j < 17; ++j) {
+            const real lever = work->numbers[37 + j] * work->unit[column[j]];
+            work->per_unit[6 + row[j]] = work->per_unit[6 + row[j]] + lever * lever;
+        }
     }
     for (i = 6; i < 9; ++i) {
         work->per_unit[i] = work->per_unit[i] > K(0.0) ? EG_SQRT(work->per_unit[i]) : K(1.0);
@@ -1194,10 +1197,14 @@ static real heavy_top_r3xso3_size(const real *x, const heavy_top_r3xso3_workspac
  * makes a difference. */
 static void heavy_top_r3xso3_weigh_jacobian(heavy_top_r3xso3_workspace *work)
 {
-    static const int column[17] = { 0, 1, 2, 3, 4, 5, 0, 2, 3, 4, 5, 0, 1, 2, 3, 4, 5 };
-    int i;
-    for (i = 0; i < 17; ++i)
-        work->jacobian[i] = work->jacobian[i] * (work->unit[column[i]] * work->unit[column[i]]);
+    {
+        static const int column[17] = { 0, 1, 2, 3, 4, 5, 0, 2, 3, 4, 5, 0, 1, 2, 3, 4, 5 };
+        int j;
+        for (j = 0; j < 17; ++j) {
+            const real unit = work->unit[column[j]];
+            work->jacobian[j] = work->jacobian[j] * (unit * unit);
+        }
+    }
 }
 
 /* Where constraint rows are among the equations of a step: w of every row at velocity level, and Phi of every
@@ -2152,7 +2159,7 @@ static void heavy_top_r3xso3_observe(const heavy_top_r3xso3_parameters *p, heavy
 /* Largest by smallest pivot of the last factors: a cheap sign of ill conditioning. */
 static real heavy_top_r3xso3_pivot_ratio(const heavy_top_r3xso3_workspace *work)
 {
-    static const int place[12] = { 0, 8, 17, 26, 36, 46, 53, 63, 73, 83, 93, 103 };
+    static const int place[12] = { 0, 8, 17, 27, 36, 46, 53, 63, 73, 83, 93, 103 };
     real smallest = EG_ABS(work->factors[place[0]]), largest = smallest;
     int i;
     for (i = 1; i < 12; ++i) {

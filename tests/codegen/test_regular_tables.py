@@ -13,8 +13,9 @@ from eomgen.codegen.program import Statement
 from eomgen.codegen.scheduling.matrix_products import added_products
 from eomgen.codegen.scheduling.shortened import counted
 from eomgen.codegen.scheduling.stretches import ranges, stretches
-from eomgen.codegen.targets.c.lookups import Lookup, places_of_fronts, repeated
+from eomgen.codegen.targets.c.lookups import Lookup, nonzeros, places_of_fronts, repeated
 from eomgen.codegen.targets.c.printer import Printer
+from eomgen.codegen.targets.c.target import environment
 
 #: Places of six entries in each of 40 elements, where the ends of the chain differ.
 CHAIN = [3, 1, 4, *[10 * k + place for k in range(1, 40) for place in (0, 7, 2, 3, 5, 9)], 900, 17]
@@ -139,6 +140,19 @@ def test_lookups_give_the_entries_of_the_table(values: list[int], tmp_path: Path
     assert found.at("1") in ("entry[1]", str(values[1]))
     entries = sum(len(entries) for _, entries in found.tables)
     assert entries == len(values) if values in (WILD, [1, 2]) else entries <= 20
+
+
+@pytest.mark.parametrize(("rows", "columns", "tables"), [(2, 12, 48), (2, 11, 88), (1, 30, 60), (3, 2, 12)], ids=str)
+def test_nonzeros_are_visited_in_order(rows: int, columns: int, tables: int, tmp_path: Path) -> None:
+    """Of elements with so many rows of so many neighbouring columns, the second half of which is the next one's."""
+    places = [(rows * k + i, columns * k // 2 + j) for k in range(40) for i in range(rows) for j in range(columns)]
+    macro = environment().get_template("c/integrators/newton/nonzeros.jinja").module.each_nonzero
+    body = '        printf("%d %d %d\\n", {}, {}, {});\n'.format
+    text = "#include <stdio.h>\nint main(void)\n{\n" + macro(places, caller=body)
+    found = printed(text, tmp_path)
+    assert found == [number for k, place in enumerate(places) for number in (k, *place)]
+    assert sum(len(entries) for part in nonzeros(places) for entries in part["tables"].values()) == tables
+    assert macro([(k, place) for k, place in enumerate(WILD)], caller=body).count("for (") == 1
 
 
 def test_equal_items_at_equally_spaced_places_are_one() -> None:

@@ -14,7 +14,6 @@ so nothing is subtracted where all of these are positive: Grassmann, Taksar and 
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -28,7 +27,8 @@ THRESHOLD = 0.02
 #: The same where an earlier stage of the same structure chose that pivot: one order for all of them makes one piece of
 #: code.
 _REPEATED = 0.002
-#: From so many such stages on it is less in proportion, so that among thousands few have code of their own.
+#: Of more stages than this it is less by the cube of their number, so that fewer have code of their own the more
+#: there are.
 _MANY = 16
 #: A pivot is at least this part of the largest entry of its column at all. What is lost to growth is made up by the
 #: iteration, whose residual knows nothing of it.
@@ -139,17 +139,15 @@ def eliminate(
 
     starts: list[int] = []
     orders: dict[object, list[tuple[int, int]]] = {}
-    served: Counter[object] = Counter()
+    repeated = _REPEATED * (_MANY / max(len(plan), _MANY)) ** 3
     for number, (new_rows, new_columns) in enumerate(plan):
         begun = len(rows)
         delayed = bool(state.columns_of_stage)
         state.rows_of_stage |= set(new_rows)
         state.columns_of_stage |= set(new_columns)
         structure = None if delayed else state.structure(new_rows, new_columns)
-        threshold = _REPEATED * _MANY / max(served[structure], _MANY)
-        served[structure] += 1
         for i, j in orders.get(structure, ()):
-            if not state.serves(new_rows[i], new_columns[j], threshold):
+            if not state.serves(new_rows[i], new_columns[j], repeated):
                 break
             take(new_rows[i], new_columns[j])
         thresholds = (THRESHOLD,) if number < len(plan) - 1 else (THRESHOLD, *_LAST_THRESHOLDS)

@@ -67,8 +67,8 @@ def samples_of(system: Any) -> Samples:
     packing = packing_of(system)
     rng = np.random.default_rng(1)
     q0, v0 = np.array(system.initial_q, float), np.array(system.initial_v, float)
-    turns = rng.normal(scale=0.7, size=(_OTHERS, system.nv))
-    spins = rng.normal(size=(_OTHERS, system.nv)) * (1.0 + np.abs(v0).max(initial=0.0))
+    drawn = rng.normal(size=(system.nv, 2, _OTHERS))  # what the first bodies get depends on no number of bodies
+    turns, spins = 0.7 * drawn[:, 0].T, drawn[:, 1].T * (1.0 + np.abs(v0).max(initial=0.0))
     with np.errstate(all="ignore"):
         inputs = _drivers(system)
         q, v = (

@@ -98,6 +98,35 @@ class Lookup:
         return text if text.isdigit() else f"({text})"
 
 
+def nonzeros(places: Sequence[Sequence[int]]) -> list[dict[str, Any]]:
+    """Return loops over the nonzeros of a matrix, one for each stretch of a long table of their places.
+
+    Of each: ``count`` periods k of ``period`` nonzeros j, ``tables`` of the first period, names to entries, and as
+    texts the ``number`` of a nonzero, its ``row`` and its ``column``.
+
+    Parameters
+    ----------
+    places : row and column of each
+    """
+    whole = Stretch(0, len(places), 1)
+    found = stretches([range(len(places)), *zip(*places, strict=True)], [True] * 3) if len(places) >= _LONG else [whole]
+    if 2 * sum(stretch.period for stretch in found) > len(places):
+        found = [whole]
+    result = []
+    for stretch in found:
+        first, last = places[stretch.start], places[stretch.start + (stretch.count > 1) * stretch.period]
+        tables = {
+            name: [index[k] for index in places[stretch.start : stretch.start + stretch.period]]
+            for k, name in enumerate(("row", "column"))
+        }
+        texts = {
+            name: moved(f"{name}[j]", after - before) for name, before, after in zip(tables, first, last, strict=True)
+        }
+        number = moved(place(stretch.start, 1, "j"), stretch.period if stretch.count > 1 else 0)
+        result.append({"count": stretch.count, "period": stretch.period, "tables": tables, "number": number, **texts})
+    return result
+
+
 def places_of_fronts(fronts: Sequence[Sequence[int]]) -> list[str]:
     """Return the columns of the table of fronts as texts of i; nothing where they are few or not regular."""
     columns = [ranges(column) for column in zip(*fronts, strict=True)]

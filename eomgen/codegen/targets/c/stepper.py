@@ -120,10 +120,10 @@ def _newton(program: StepperProgram) -> dict[str, Any]:
     ``direct``: accelerations are a function of the model; ``perturbed``: positions alone are constrained (index 3);
     ``held``: velocities are brought onto the constraints in each iteration; ``moved``: statements of the increment,
     where it is written out; ``violation``: of row i of Phi; ``jacobian``: B at the start of a step;
-    ``nonzeros_of_B``: their rows and columns; ``tolerance`` of velocities, ``rounding`` of them and
+    ``tolerance`` of velocities, ``rounding`` of them and
     ``multiplier_rounding``; ``iterate``: arguments.
     """
-    method, solver, un = program.method, program.method["solver"], program.method["unknowns"]
+    method, un = program.method, program.method["unknowns"]
     constrained, stabilised, holonomic = un["lam"] > 0, un["eta"] > 0, un["holonomic"] > 0
     functions, quaternions = program.function_names, frozenset(method["quaternions"])
     unit = [int(i in quaternions) for i in range(program.sizes["q"])]
@@ -140,7 +140,6 @@ def _newton(program: StepperProgram) -> dict[str, Any]:
             for offset, size in (("", un["v"]), (f" + {un['first_z']}", program.sizes["z"]))
             if size
         ),
-        "nonzeros_of_B": ", ".join(f"{{ {row}, {column} }}" for row, column in solver["B"]),
         "speed_rounding": f"K(4.0) * {program.prefix}_EPSILON * work->speed[0]",
         "unit_numbers": unit,
         "spacing": f"({Lookup('unit', unit).at()} ? K(1.0) : EG_ABS(q[i]))" if quaternions else "EG_ABS(q[i])",

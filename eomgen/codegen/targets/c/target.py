@@ -17,7 +17,7 @@ from eomgen.codegen.program import Program, ProgramFunction, ProgramLoop
 from eomgen.codegen.scheduling.matrix_products import added_products
 from eomgen.codegen.targets.c.folding import folded
 from eomgen.codegen.targets.c.interface import INTERFACE_CDEF, SIZES
-from eomgen.codegen.targets.c.lookups import Lookup, places_of_fronts, repeated
+from eomgen.codegen.targets.c.lookups import Lookup, nonzeros, places_of_fronts, repeated
 from eomgen.codegen.targets.c.naming import NAMES, CNames, c_string, comment, file_name, local_names
 from eomgen.codegen.targets.c.printer import COUNTING, Printer, indented, number
 from eomgen.codegen.targets.c.source_files import FILE_LIMIT, plan_files
@@ -73,6 +73,7 @@ def environment() -> jinja2.Environment:
     env.globals["largest_angle"] = LARGEST_ANGLE
     env.globals["lookup"] = Lookup
     env.globals["repeated"] = repeated
+    env.globals["nonzeros"] = nonzeros
     env.globals["products"] = _products
     env.globals["places_of_fronts"] = places_of_fronts
     env.filters["comment"] = comment
