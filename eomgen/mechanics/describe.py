@@ -190,7 +190,8 @@ def _lengths(scene: Scene) -> Iterator[tuple[Formula, ...]]:
 
 def _drawing(scene: Scene) -> Drawing:
     carried = {joint.child: joint for joint in scene.joints}
-    hinged = [joint for joint in scene.joints if joint.child not in _free_nodes(scene)]
+    free = _free_nodes(scene)
+    hinged = [joint for joint in scene.joints if joint.child not in free]
     drawn = [element.drawn() for element in scene.elements]
     return Drawing(
         solids=tuple(_solid(body, carried[body.name]) for body in scene.bodies),

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from eomgen.calls import checked_call
 from eomgen.errors import DescriptionError, ModelError, Problem, UsageError
 from eomgen.extensions import extensions, loaded
+from eomgen.pipeline.collection import without_search_for_circles
 from eomgen.pipeline.content import fingerprint, library_content
 from eomgen.pipeline.front_end import Document, FrontEnd
 from eomgen.pipeline.scenes import SCENES
@@ -467,10 +468,11 @@ def _made(
     from eomgen.codegen.metadata import interface_layout  # noqa: PLC0415
     from eomgen.codegen.targets.c.interface import INTERFACE_CDEF  # noqa: PLC0415
     from eomgen.codegen.targets.c.naming import file_name  # noqa: PLC0415
-    from eomgen.codegen.targets.c.target import C, generate_files, generate_interface  # noqa: PLC0415
+    from eomgen.codegen.targets.c.target import C, generate_library  # noqa: PLC0415
 
-    program, refusal = _program(document, front_end, selection, method, C, for_runs=True)
-    files = generate_files(program)
+    with without_search_for_circles():
+        program, refusal = _program(document, front_end, selection, method, C, for_runs=True)
+        files, interface = generate_library(program)
     layout: dict[str, Any] = {
         **interface_layout(program),
         "stepper_refused": refusal,
@@ -479,4 +481,4 @@ def _made(
         "fingerprint": fingerprint(document, front_end),
     }
     written = {source.name: file_name(source.written) for source in program.sources}
-    return builder.build(content, {**files, **generate_interface(program, files)}, INTERFACE_CDEF, layout, written)
+    return builder.build(content, {**files, **interface}, INTERFACE_CDEF, layout, written)

@@ -25,14 +25,15 @@ the step: Arnold and Hante 2017; Bottasso, Dopico and Trainelli 2008.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eomgen.arrays import Array
-from eomgen.lie import product
+from eomgen.lie import numeric
+from eomgen.lie.groups import group_named
 from eomgen.lie.product import Factor
 
 MatrixIndex = tuple[int, int]
@@ -328,27 +329,41 @@ def evaluate_terms(
     terms: Terms, numbers: Array, tangents: Array, B_n: Array, weights: Sequence[float]
 ) -> dict[MatrixIndex, Array]:
     """Return the entries for samples: numbers (n, size), tangents (n, tangent size), nonzeros of B_n (n, size)."""
-    moved = [sum(numbers[:, k] * tangents[:, t] for k, t in row) for row in terms.moved]
-    known: list[Any] = [*numbers.T, *moved]
-    entries: dict[MatrixIndex, Array] = {index: np.zeros(len(numbers)) for index in terms.entries}
-    for index, linear in terms.linear.items():
-        for weight, number in linear:
-            entries[index] = entries[index] + weights[weight] * known[number]
+    moved = np.zeros((len(terms.moved), len(numbers)))
+    for at, pairs in _summands(terms.moved):
+        moved[at] = moved[at] + (numbers[:, pairs[:, 0]] * tangents[:, pairs[:, 1]]).T
+    known = np.concatenate([numbers.T, moved])
+    places = {index: place for place, index in enumerate(dict.fromkeys([*terms.linear, *terms.entries]))}
+    entries = np.zeros((len(places), len(numbers)))
+    by_weight = np.array(weights, float)[:, np.newaxis]
+    for at, linear in _summands(list(terms.linear.values())):
+        entries[at] = entries[at] + by_weight[linear[:, 0]] * known[linear[:, 1]]
     for index, products in terms.products.items():
         for weight, number, nonzero in products:
-            entries[index] = entries[index] - weights[weight] * known[number] * B_n[:, nonzero]
+            entries[places[index]] -= weights[weight] * known[number] * B_n[:, nonzero]
     for index in terms.rate_diagonal:
-        entries[index] = entries[index] - weights[WEIGHTS.index("zdot")]
-    return entries
+        entries[places[index]] -= weights[WEIGHTS.index("zdot")]
+    return {index: entries[places[index]] for index in terms.entries}
+
+
+def _summands(rows: Sequence[Sequence[tuple[int, int]]]) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp]]]:
+    """Yield the first terms of all rows, then the second ones, and so on: the rows that have one, and these terms."""
+    for place in range(max(map(len, rows), default=0)):
+        at = [number for number, row in enumerate(rows) if len(row) > place]
+        yield np.array(at, dtype=np.intp), np.array([rows[number][place] for number in at], dtype=np.intp)
 
 
 def tangent_numbers(factors: Sequence[Factor], terms: Terms, theta: Array) -> Array:
     """Return the numbers of T's blocks, (n, tangent size), at increments (n, nv)."""
     result = np.zeros((len(theta), terms.tangent_size))
+    alike: dict[tuple[str, int], list[tuple[int, int]]] = {}
     for number, start in terms.tangents:
         factor = factors[number]
-        T = product.tangent((replace(factor, v_start=0),), theta[:, factor.v])
-        result[:, start : start + 9] = T[:, :3, :3].reshape(-1, 9)
-        if factor.group == "SE3":
-            result[:, start + 9 : start + 18] = T[:, 3:, :3].reshape(-1, 9)
+        alike.setdefault((factor.group, factor.v_size), []).append((factor.v_start, start))
+    for (group, size), places in alike.items():
+        v_starts, starts = np.array(places).T[..., np.newaxis]
+        T = numeric.tangent(group_named(group, size), theta[:, v_starts + np.arange(size)])
+        result[:, starts + np.arange(9)] = T[..., :3, :3].reshape(len(theta), -1, 9)
+        if group == "SE3":
+            result[:, starts + np.arange(9, 18)] = T[..., 3:, :3].reshape(len(theta), -1, 9)
     return result

@@ -162,7 +162,18 @@ def generate_files(program: Program, *, file_limit: int = FILE_LIMIT) -> dict[st
     method, ``<prefix>_curves.c`` where there are curves, and ``<prefix>_tables.c`` where these are long, C files that
     the scene brings along, ``main.c``, ``eomgen_real.h``, ``README.md`` and ``manifest.json``.
     """
-    context = _Context(program, file_limit)
+    return _files(_Context(program, file_limit))
+
+
+def generate_library(program: Program) -> tuple[dict[str, str], dict[str, str]]:
+    """Return what ``generate_files`` and ``generate_interface`` do, with what both need found once."""
+    context = _Context(program, FILE_LIMIT)
+    files = _files(context)
+    return files, _interface(context, files)
+
+
+def _files(context: _Context) -> dict[str, str]:
+    program = context.program
     files = {f"{program.prefix}.h": context.render("c/model/model.h.jinja")}
     for file in context.files:
         files[f"{file.name}.c"] = context.render("c/model/model.c.jinja", file=file)
@@ -189,8 +200,12 @@ def generate_files(program: Program, *, file_limit: int = FILE_LIMIT) -> dict[st
 
 def generate_interface(program: Program, files: Mapping[str, str]) -> dict[str, str]:
     """Return what a loadable library needs besides the model's own files: the generic interface and its header."""
+    return _interface(_Context(program, FILE_LIMIT), files)
+
+
+def _interface(context: _Context, files: Mapping[str, str]) -> dict[str, str]:
+    program = context.program
     sizes = [len(program.functions), *(program.sizes[name] for name in SIZES[1:])]
-    context = _Context(program, FILE_LIMIT)
     return {
         "interface.h": context.render("c/interface/interface.h.jinja", declarations=INTERFACE_CDEF),
         "interface.c": context.render("c/interface/interface.c.jinja", fingerprint=fingerprint(files), sizes=sizes),
