@@ -49,8 +49,13 @@ class Kernel:
         instance = (self, *(values[name].ref for name in self._names))
         if instance not in tape.instances:
             known: list[Ref] = []
-            for rule, operands in self._steps:
-                known.append(rule(tape, values, [known[operand] for operand in operands]))
+            add, mul = tape.add, tape.mul
+            for step in self._steps:
+                if isinstance(step, tuple):
+                    is_sum, left, right = step
+                    known.append(add(known[left], known[right]) if is_sum else mul(known[left], known[right]))
+                else:
+                    known.append(step(tape, values, known))
             tape.instances[instance] = tuple(known[place] for place in self._places)
         return [Scalar(tape, ref) for ref in tape.instances[instance]]
 
@@ -64,10 +69,10 @@ class Kernel:
         return places
 
     @cached_property
-    def _steps(self) -> list[tuple[_Rule, list[int]]]:
-        """How each node is recorded, and the places of its operands."""
+    def _steps(self) -> list[_Rule | tuple[bool, int, int]]:
+        """How each node is recorded; of sums and products of two, which of them it is and the places of both."""
         places = self._nodes
-        return [(_rule(node), [places[a] for a in node.args] if node.args else []) for node in places]
+        return [_step(node, [places[operand] for operand in node.args]) for node in places]
 
     @cached_property
     def _names(self) -> list[str]:
@@ -80,19 +85,21 @@ class Kernel:
         return [self._nodes[root] for root in self.results]
 
 
-def _rule(node: sympy.Basic) -> _Rule:
-    """Return what records a node, of a tape, the values of symbols and the references of the node's operands."""
+def _step(node: sympy.Basic, places: Sequence[int]) -> _Rule | tuple[bool, int, int]:
+    """Return what records a node, of a tape, the values of symbols and the references of all nodes before it."""
+    if isinstance(node, sympy.Add | sympy.Mul) and len(places) == 2:
+        return isinstance(node, sympy.Add), places[0], places[1]
     if isinstance(node, sympy.Symbol):
         name = node.name
-        return lambda tape, values, operands: values[name].ref
+        return lambda tape, values, known: values[name].ref
     if isinstance(node, sympy.Number | sympy.NumberSymbol):
         number = float(node)
-        return lambda tape, values, operands: tape.constant(number)
+        return lambda tape, values, known: tape.constant(number)
     if isinstance(node, sympy.Add):
-        return lambda tape, values, operands: reduce(tape.add, operands)
+        return lambda tape, values, known: reduce(tape.add, [known[place] for place in places])
     if isinstance(node, sympy.Mul):
-        return lambda tape, values, operands: reduce(tape.mul, operands)
+        return lambda tape, values, known: reduce(tape.mul, [known[place] for place in places])
     op = Op.POW if isinstance(node, sympy.Pow) else _FUNCTIONS.get(type(node))
     if op is None:
         raise TypeError(f"a kernel cannot hold {type(node).__name__}")
-    return lambda tape, values, operands: tape.call(op, *operands)
+    return lambda tape, values, known: tape.call(op, *(known[place] for place in places))

@@ -135,10 +135,16 @@ def scaled(factor: Scalar | Number, x: Vector) -> Vector:
 
 
 def dot(x: Sequence[Scalar], y: Sequence[Scalar]) -> Scalar:
-    total = x[0] * y[0]
-    for first, second in zip(x[1:], y[1:], strict=True):
-        total = total + first * second
-    return total
+    if {*map(type, x), *map(type, y)} != {Scalar}:  # of numbers, or some of them
+        total = x[0] * y[0]
+        for first, second in zip(x[1:], y[1:], strict=True):
+            total = total + first * second
+        return total
+    tape, sum_of_products = x[0].tape, ZERO
+    for first, second in zip(x, y, strict=True):
+        if ZERO not in (first.ref, second.ref):  # most have one
+            sum_of_products = tape.add(sum_of_products, tape.mul(first.ref, second.ref))
+    return Scalar(tape, sum_of_products)
 
 
 def cross(x: Vector, y: Vector) -> Vector:

@@ -117,7 +117,8 @@ class Tape:
             return ZERO
         if x == y:
             return self.mul(self.constant(2.0), x)
-        if self.op[abs(x)] is Op.CONST and self.op[abs(y)] is Op.CONST:
+        op = self.op
+        if op[abs(x)] is Op.CONST and op[abs(y)] is Op.CONST:
             return self.constant(self._number(x) + self._number(y))
         first, second = (x, y) if abs(x) < abs(y) else (y, x)
         if first > 0:
@@ -138,15 +139,15 @@ class Tape:
         if y == ONE:
             return x
         op_x, op_y = self.op[x], self.op[y]
+        if op_x is not Op.CONST and op_y is not Op.CONST:
+            return self._node(Op.MUL, x, y) if x < y else self._node(Op.MUL, y, x)
         if op_x is Op.CONST and op_y is Op.CONST:
             return self.constant(self._number(x) * self._number(y))
         if op_y is Op.CONST:
-            x, y, op_x, op_y = y, x, op_y, op_x
-        if op_x is Op.CONST and op_y is Op.MUL and self.op[self.a[y]] is Op.CONST:
+            x, y, op_y = y, x, op_x
+        if op_y is Op.MUL and self.op[self.a[y]] is Op.CONST:
             return self.mul(self.constant(self._number(x) * self._number(self.a[y])), self.b[y])
-        if op_x is Op.CONST:
-            return self._node(Op.MUL, x, y)
-        return self._node(Op.MUL, x, y) if x < y else self._node(Op.MUL, y, x)
+        return self._node(Op.MUL, x, y)
 
     def div(self, x: Ref, y: Ref) -> Ref:
         """Return x / y. Raises ZeroDivisionError when y is the constant 0."""
