@@ -8,14 +8,13 @@ from typing import Any
 
 from eomgen.codegen.program import OutputArray, Part, Program, ProgramCurve, ProgramFunction, SourceFile
 from eomgen.codegen.scheduling.maps import program_loop
-from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, PART_LIMIT, schedule
+from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, PART_LIMIT, RunLoop, schedule
 from eomgen.codegen.series.functions import series_functions
 from eomgen.codegen.series.rates import rate_functions
 from eomgen.codegen.targets.c.naming import NAMES
 from eomgen.codegen.targets.target import Names
 from eomgen.errors import ModelError
 from eomgen.integrators.step_splitting import jump_data
-from eomgen.symbolic.map import Map
 from eomgen.symbolic.operations import CurveLike, Op
 from eomgen.system.patterns import packed_places
 from eomgen.system.system import BASE_LAYOUT, BASE_SIZE, INPUT_BLOCKS, OBSERVED, Function, Quantity, System
@@ -57,7 +56,7 @@ def to_program(
     if unknown:
         raise ModelError(f"the model has no function {', '.join(unknown)}", f"one of {', '.join(system.functions)}")
     tape = system.tape
-    loops: list[Map] = []
+    loops: list[RunLoop] = []
     curve_numbers: dict[int, int] = {}
     made = _functions(names, system, wanted, loops, curve_numbers, part_limit, nest_limit)
     series: tuple[ProgramFunction, ...] = ()
@@ -195,7 +194,7 @@ def _functions(
     names: Names,
     system: System,
     wanted: Sequence[str],
-    loops: list[Map],
+    loops: list[RunLoop],
     curve_numbers: dict[int, int],
     part_limit: int,
     nest_limit: int,
@@ -240,7 +239,7 @@ def _function(
     names: Names,
     system: System,
     function: Function,
-    loops: list[Map],
+    loops: list[RunLoop],
     curve_numbers: dict[int, int],
     part_limit: int,
     nest_limit: int,

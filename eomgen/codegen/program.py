@@ -26,7 +26,8 @@ class Statement:
     ``kind`` and ``data``: ``label`` (text); ``let`` (local number, expression); ``sincos`` (sine's and cosine's local
     number, expression); ``angles`` (a tuple of such triples, taken together); ``out`` (output number, component,
     expression); ``fill`` (output number, size): zeros everywhere; ``save`` (slot, expression): into the workspace;
-    ``loop`` (number in ``Program.loops``, slot of the first gathered value, slot of the first result); ``gather``
+    ``loop`` (number in ``Program.loops``, slot of the first gathered value, slot of the first result); ``add`` (number
+    in ``Program.loops``, slot of the first gathered value, output numbers): a loop that adds to these; ``gather``
     (slot, step, block or "w", index, step, length): equally spaced places into the workspace; ``spread`` (output
     number, component, step, slot, step, length, sign): equally spaced slots into an output; ``circular`` (slot of the
     first sine, slot of the first cosine, block, index, step, length): sines and cosines of equally spaced inputs into
@@ -90,6 +91,20 @@ class ProgramFunction:
 
 
 @dataclass(frozen=True)
+class Addition:
+    """What elements ``first <= element < end`` of a loop add to an output: ``sign`` times column ``columns[j]`` of
+    their row to component ``places[j] + step (element - first)``."""
+
+    first: int
+    end: int
+    output: int
+    sign: int
+    step: int
+    columns: tuple[int, ...]
+    places: tuple[int, ...]
+
+
+@dataclass(frozen=True)
 class ProgramLoop:
     """A loop over identical elements; see ``symbolic.map`` for its meaning.
 
@@ -105,6 +120,8 @@ class ProgramLoop:
     statements : outputs 0, 1 and 2 are the terms of the sums, the next carries and the element's rows; ``reads`` names
         the
         blocks among ``element, shared, gather, carry`` that they read.
+    additions : where the rows are added to outputs of the function that runs the loop, instead of being left in the
+        workspace; outputs are numbered among ``outputs``, of these.
     """
 
     label: str
@@ -121,6 +138,8 @@ class ProgramLoop:
     stacked: int
     statements: tuple[Statement, ...]
     reads: tuple[str, ...]
+    additions: tuple[Addition, ...] = ()
+    outputs: int = 0
 
 
 @dataclass(frozen=True)

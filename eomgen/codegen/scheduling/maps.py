@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 from eomgen.codegen.program import ProgramLoop
-from eomgen.codegen.scheduling.scheduler import schedule
+from eomgen.codegen.scheduling.scheduler import RunLoop, schedule
 from eomgen.codegen.scheduling.shortened import MOST_RANGES
 from eomgen.codegen.scheduling.stretches import ranges
 from eomgen.symbolic.map import KERNEL_BLOCKS, Map
@@ -26,8 +26,9 @@ def _lanes(loop: Map) -> int:
     return math.gcd(loop.count, _SIDE_BY_SIDE) if alone else 1
 
 
-def program_loop(loop: Map) -> ProgramLoop:
+def program_loop(run: RunLoop) -> ProgramLoop:
     """Return the Program's loop for a Map."""
+    loop = run.loop
     position_of = {ref: position for position, ref in enumerate(loop.gathered)}
     slots = [ranges([position_of[ref] for ref in slot]) for slot in loop.gather]
     tabled = [slot for slot, found in zip(loop.gather, slots, strict=True) if len(found) > MOST_RANGES]
@@ -39,7 +40,7 @@ def program_loop(loop: Map) -> ProgramLoop:
         count=loop.count,
         lanes=_lanes(loop),
         gathered=len(loop.gathered),
-        results=loop.size,
+        results=0 if run.additions else loop.size,
         constants=loop.elements,
         index=tuple(tuple(found) if len(found) <= MOST_RANGES else () for found in slots),
         places=tuple(tuple(position_of[slot[element]] for slot in tabled) for element in range(loop.count))
@@ -51,4 +52,6 @@ def program_loop(loop: Map) -> ProgramLoop:
         stacked=len(loop.stacked),
         statements=kernel.parts[0].statements,
         reads=kernel.parts[0].inputs,
+        additions=run.additions,
+        outputs=run.outputs,
     )

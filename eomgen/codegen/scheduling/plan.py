@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from itertools import accumulate
+from collections.abc import Callable, Mapping, Sequence
+from itertools import accumulate, chain
 from typing import cast
 
 from eomgen.codegen.scheduling.rerolling import RerolledLoop, operands
@@ -27,6 +27,7 @@ class Plan:
     stores : where an operation is stored: output number, component, sign.
     loops : from the first operation of a loop to the loop; in ``order`` it stands for the whole of it.
     read_outside : operations of loops that are read outside of their loop.
+    added : from the number of a Map to those of its results that its loop adds to outputs, which is done at the end.
     maps : from the number of a Map to the loop that runs for it, for others too that are joined with it, and where its
         results begin among those of the loop.
     """
@@ -37,10 +38,15 @@ class Plan:
         outputs: Sequence[Sequence[Ref]],
         part_limit: int,
         reroll: Callable[[Tape, Sequence[int]], list[RerolledLoop]],
+        added: Mapping[int, Sequence[int]] | None = None,
     ) -> None:
         self.tape = tape
-        self.live = [node for node in tape.live(ref for refs in outputs for ref in refs) if tape.op[node] not in LEAVES]
-        self.loops = {loop.iterations[0][0]: loop for loop in reroll(tape, self.live)}
+        self.added = added or {}
+        last = {node for nodes in self.added.values() for node in nodes}
+        needed = chain((ref for refs in outputs for ref in refs), last)
+        self.live = [node for node in tape.live(needed) if tape.op[node] not in LEAVES]
+        found = reroll(tape, [node for node in self.live if node not in last] if last else self.live)
+        self.loops = {loop.iterations[0][0]: loop for loop in found}
         self.head = {
             node: head for head, loop in self.loops.items() for iteration in loop.iterations for node in iteration
         }
@@ -48,7 +54,8 @@ class Plan:
         joined = Map.together({number: cast("Map", tape.maps[number]) for number in sorted(numbers)})
         self.maps = {number: (loop, start) for loop, starts in joined for number, start in starts.items()}
         leader = self._leaders()
-        self.order = [node for node in self.live if node not in leader and self.head.get(node, node) == node]
+        order = [node for node in self.live if node not in leader and self.head.get(node, node) == node]
+        self.order = [node for node in order if node not in last] + [node for node in order if node in last]
         self.members: dict[int, list[int]] = {}
         for node, first in leader.items():
             self.members.setdefault(first, []).append(node)

@@ -7,10 +7,12 @@ workspace. What repeats in a long function becomes loops first.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 
-from eomgen.codegen.program import Expression, Part, Statement
+from eomgen.codegen.program import Addition, Expression, Part, Statement
+from eomgen.codegen.scheduling.accumulation import accumulated
 from eomgen.codegen.scheduling.iterations import READ, Unmatched, copies, loop_iteration, rule, runs
 from eomgen.codegen.scheduling.plan import Plan
 from eomgen.codegen.scheduling.rerolling import RerolledLoop, find_loops, is_circular, operands
@@ -20,6 +22,19 @@ from eomgen.symbolic.operations import Op
 from eomgen.symbolic.tape import ZERO, Ref, Tape
 
 _CONST, _INPUT = Op.CONST, Op.INPUT
+
+
+@dataclass(frozen=True)
+class RunLoop:
+    """A Map that a function runs, and what its elements add to outputs, numbered among those that it adds to."""
+
+    loop: Map
+    additions: tuple[Addition, ...] = ()
+
+    @property
+    def outputs(self) -> int:
+        """How many outputs it adds to."""
+        return len({item.output for item in self.additions})
 
 
 @dataclass
@@ -43,7 +58,7 @@ class Writer:
         outputs: Sequence[Sequence[Ref]],
         input_order: Sequence[str],
         nest_limit: int,
-        loops: list[Map],
+        loops: list[RunLoop],
         curve_numbers: dict[int, int],
     ) -> None:
         self.plan = plan
@@ -274,6 +289,9 @@ class Schedule:
 class _Scheduler(LoopWriter):
     """Writes a function operation by operation."""
 
+    #: What the loops of Maps add to outputs, by their numbers.
+    additions: Mapping[int, tuple[Addition, ...]] = MappingProxyType({})
+
     def _node(self, node: int) -> None:
         tape, plan = self.tape, self.plan
         code = tape.op[node]
@@ -340,23 +358,39 @@ class _Scheduler(LoopWriter):
         """Run a loop: gather into the workspace, call, and leave the results where they are."""
         tape = self.tape
         loop = self.plan.maps[tape.a[node]][0]
+        if tape.a[node] in self.additions:
+            self._add(node, loop, self.additions[tape.a[node]])
+            return
         first = self.slots
         results = first + len(loop.gathered)
         self.slots = results + loop.size
         self.open.workspace = True
         self._gather(loop.gathered, first)
-        self._emit("loop", self._loop_number(loop), first, results)
+        self._emit("loop", self._loop_number(RunLoop(loop)), first, results)
         members = self.plan.group(node)
         for result in members:
             self.expressions[result] = ("w", results + self._place(result))
         self._spread(members, len(loop.sums) + len(loop.last), max(1, len(loop.stacked)))
 
-    def _loop_number(self, loop: Map) -> int:
+    def _add(self, node: int, loop: Map, additions: Sequence[Addition]) -> None:
+        """Run a loop whose elements add to outputs; all else of the function has been done."""
+        first = self.slots
+        self.slots += len(loop.gathered)
+        self.open.workspace = True
+        self.label = self.tape.label(node)
+        self._gather(loop.gathered, first)
+        outputs = sorted({item.output for item in additions})
+        own = tuple(replace(item, output=outputs.index(item.output)) for item in additions)
+        self.open.outputs |= set(outputs)
+        self._emit("add", self._loop_number(RunLoop(loop, own)), first, tuple(outputs))
+
+    def _loop_number(self, run: RunLoop) -> int:
         """Return the number of a loop in the Program, where equal loops are one."""
         for number, known in enumerate(self.loops):
-            if known is loop or known.key == loop.key:
+            same = known.loop is run.loop or known.loop.key == run.loop.key
+            if same and known.additions == run.additions:
                 return number
-        self.loops.append(loop)
+        self.loops.append(run)
         return len(self.loops) - 1
 
     def _place(self, result: int) -> int:
@@ -504,7 +538,7 @@ def schedule(
     input_order: Sequence[str],
     part_limit: int = PART_LIMIT,
     nest_limit: int = NEST_LIMIT,
-    loops: list[Map] | None = None,
+    loops: list[RunLoop] | None = None,
     curve_numbers: dict[int, int] | None = None,
     *,
     fill: bool = True,
@@ -521,10 +555,13 @@ def schedule(
     fill : whether many structural zeros may become a loop.
     reroll : whether what repeats may become loops.
     """
-    plan = Plan(tape, outputs, part_limit, _worthwhile if reroll else lambda *_: [])
+    apart = accumulated(tape, outputs)
+    plan = Plan(tape, apart.outputs, part_limit, _worthwhile if reroll else lambda *_: [], apart.nodes)
     made = [] if loops is None else loops
     curves = {} if curve_numbers is None else curve_numbers
-    return _Scheduler(plan, outputs, input_order, nest_limit, made, curves).run(fill)
+    writer = _Scheduler(plan, apart.outputs, input_order, nest_limit, made, curves)
+    writer.additions = apart.additions
+    return writer.run(fill)
 
 
 def _worthwhile(tape: Tape, live: Sequence[int]) -> list[RerolledLoop]:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Sequence
 
-from eomgen.codegen.program import Program, ProgramFunction, ProgramLoop
-from eomgen.codegen.targets.c.places import chosen, place
+from eomgen.codegen.program import Addition, Program, ProgramFunction, ProgramLoop
+from eomgen.codegen.scheduling.stretches import ranges
+from eomgen.codegen.targets.c.places import chosen, moved, place
 from eomgen.codegen.targets.target import Names
 from eomgen.errors import ModelError
 from eomgen.system.system import base_component
@@ -272,8 +273,45 @@ class CNames:
         }
 
     @staticmethod
+    def loop_targets(loop: ProgramLoop, real: str = "real") -> str:
+        """Return the parameters that a loop fills, or adds to."""
+        names = [f"r{k}" for k in range(loop.outputs)] if loop.additions else ["r"]
+        return ", ".join(f"{real} *restrict {name}" for name in names)
+
+    @staticmethod
+    def addition_tables(item: Addition, number: int) -> list[str]:
+        """Return the tables of what an addition reads and where it adds; none where these are equally spaced."""
+        tables = {f"column{number}": item.columns, f"place{number}": item.places}
+        return [
+            f"static const int {name}[{len(values)}] = {{ {', '.join(map(str, values))} }};"
+            for name, values in tables.items()
+            if len(ranges(values)) > 1
+        ]
+
+    @staticmethod
+    def addition(item: Addition, number: int, count: int) -> str:
+        """Return the statements that add a part of the row of an element to an output."""
+
+        def at(name: str, values: Sequence[int]) -> str:
+            (_, start, step), *more = ranges(values)
+            return f"{name}{number}[j]" if more else place(start, step, "j")
+
+        conditions = [f"element >= {item.first}"] if item.first else []
+        conditions += [f"element < {item.end}"] if item.end < count else []
+        element = f"(element - {item.first})" if item.first else "element"
+        target = f"r{item.output}[{moved(at('place', item.places), item.step, element)}]"
+        value = f"row[{at('column', item.columns)}]"
+        lines = [f"for (j = 0; j < {len(item.columns)}; ++j)"]
+        lines.append(f"    {target} = {target} {'+' if item.sign > 0 else '-'} {value};")
+        if conditions:
+            lines = [f"if ({' && '.join(conditions)})", *(f"    {line}" for line in lines)]
+        return "\n".join(f"        {line}" for line in lines)
+
+    @staticmethod
     def loop_outputs(loop: ProgramLoop) -> list[str | Sequence[str]]:
         """Return the texts of what an element of a loop gives: terms of sums, next carries, rows."""
+        if loop.additions:
+            return ["term", "next", "row"]
         head = loop.sums + len(loop.initial)
         start = f"{head} + " if head else ""
         width = f"{loop.stacked} * element" if loop.stacked > 1 else "element"

@@ -140,6 +140,9 @@ class Printer:
                 lines += self._repeat(*data)
             elif kind == "loop":
                 lines.append(f"{self.prefix}_loop{data[0] + 1}(&w[{data[1]}], &w[{data[2]}]);")
+            elif kind == "add":
+                arguments = ", ".join(str(self.outputs[output]) for output in data[2])
+                lines.append(f"{self.prefix}_loop{data[0] + 1}(&w[{data[1]}], {arguments});")
             elif kind == "gather":
                 to, to_step, block, start, step, length = data
                 source = "w[{}]" if block == "w" else self.inputs[block]
