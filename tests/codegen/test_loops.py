@@ -58,10 +58,10 @@ def chain_system(count: int, kind: str) -> System:
         Function("chain", "a chain", ("p", "q"), blocks),
         Function("again", "the same", ("p", "q"), blocks[2:]),
     ]
-    return make_system("chain", tape, functions, initial_q=(0.0,) * (count + 1), factors=tuple(_factors(count + 1)))
+    return make_system("chain", tape, functions, initial_q=(0.0,) * (count + 1), factors=tuple(factors(count + 1)))
 
 
-def _factors(count: int) -> list[Factor]:
+def factors(count: int) -> list[Factor]:
     return [Factor("R", f"q{k}", k, 1, k, 1) for k in range(count)]
 
 
@@ -101,7 +101,7 @@ def waves_system(count: int) -> System:
         tape,
         [Function("waves", "two sums", ("q",), (block,))],
         initial_q=(0.0, 0.0),
-        factors=tuple(_factors(2)),
+        factors=tuple(factors(2)),
     )
 
 
