@@ -273,10 +273,10 @@ class CNames:
         }
 
     @staticmethod
-    def loop_targets(loop: ProgramLoop, real: str = "real") -> str:
-        """Return the parameters that a loop fills, or adds to."""
+    def loop_parameters(loop: ProgramLoop, real: str = "real") -> str:
+        """Return the parameters of a loop: what it reads, and what it fills or adds to."""
         names = [f"r{k}" for k in range(loop.outputs)] if loop.additions else ["r"]
-        return ", ".join(f"{real} *restrict {name}" for name in names)
+        return ", ".join([f"const {real} *restrict g", *(f"{real} *restrict {name}" for name in names)])
 
     @staticmethod
     def addition_tables(item: Addition, number: int) -> list[str]:
