@@ -69,6 +69,7 @@ STUDIES: Mapping[str, Study] = {
     "hanging_chain": Study("--t-end 1"),
     "heavy_top": Study("--t-end 1 --output centre_of_mass", "joint_coordinates.toml"),
     "jerk_limited_arm": Study("--t-end 0.5"),
+    "misaligned_four_bar": Study("--t-end 2 --output angles", methods=BOUND.replace("rk4_partitioned", "rosenbrock")),
     "pendulum_on_shaking_base": Study(),
     "pi_servo": Study(),
     "quarter_car": Study("--t-end 4"),

@@ -530,6 +530,37 @@ def unbalanced_shaft() -> None:
     save(figure, "unbalanced_shaft")
 
 
+def misaligned_four_bar() -> None:
+    run = simulated("misaligned_four_bar")
+    turned = np.degrees(run.outputs["angles"][0, 0] - run.outputs["angles"][:, 0])
+    figure, (left, middle, right) = plt.subplots(1, 3, figsize=(11, 3.6), layout="constrained")
+    left.plot(turned, np.degrees(run.outputs["angles"][:, 0] - np.pi / 2), color=BLUE, label="crank")
+    left.plot(turned, np.degrees(run.outputs["angles"][:, 2] - np.pi / 2), color=VERMILION, label="rocker")
+    left.set(xlabel="turn of the crank, degrees", ylabel="angle from upright, degrees", xlim=(0, turned[-1]))
+    left.set_title("The rocker goes back", loc="left")
+    left.legend(frameon=False)
+    for series, colour, label in (
+        (run.outputs["crank_moment"][:, 0], BLUE, "torque in the crank"),
+        (run.outputs["crank_moment"][:, 1], GREEN, "bending of the crank, out of the plane"),
+        (run.outputs["rocker_moment"][:, 1], VERMILION, "bending of the rocker, out of the plane"),
+    ):
+        middle.plot(turned, series, color=colour, linewidth=1.0, label=label)
+    middle.set(xlabel="turn of the crank, degrees", ylabel="N m", xlim=(0, turned[-1]), ylim=(None, 280))
+    middle.set_title("Section moments at the motor and at the askew hinge", loc="left")
+    middle.legend(frameon=False, loc="upper right")
+    for time in (0.0, 1.5, 2.5, 4.0, 6.0):
+        row = int(np.searchsorted(run.t, time))
+        end, pin = 1e3 * run.outputs["coupler_end"][row], 120 * np.exp(1j * run.outputs["angles"][row, 0])
+        colour = plt.get_cmap("viridis")(time / 7.0)
+        across, up = [0.0, pin.real, end[0], 240.0], [0.0, pin.imag, end[1], 0.0]
+        right.plot(across, up, "-o", color=colour, markersize=3, label=f"{time:g} s")
+    right.set_aspect("equal", adjustable="datalim")
+    right.set(xlabel="x, mm", ylabel="y, mm")
+    right.set_title("The linkage", loc="left")
+    right.legend(frameon=False, fontsize=8, ncols=3, loc="lower center", bbox_to_anchor=(0.5, -0.02))
+    save(figure, "misaligned_four_bar")
+
+
 def main() -> int:
     plt.rcParams.update({"font.size": 9, "axes.titlesize": 10, "axes.spines.top": False, "axes.spines.right": False})
     wanted = set(sys.argv[1:])
@@ -556,6 +587,7 @@ def main() -> int:
         robot_arm,
         pi_servo,
         unbalanced_shaft,
+        misaligned_four_bar,
     )
     for draw in drawings:
         if not wanted or draw.__name__ in wanted:
