@@ -1,8 +1,8 @@
 """Equilibria of loops of elastic bars, by the strains of their elements and the angles of their hinges.
 
 Bars are chains of elements of constant strain, hinges turn about axes of the frame before them; the potential is a sum
-of squares of strains, and what closes the loop is that the product of all these motions is the one of the base. Newton's
-iterations take derivatives from central differences of that product: no code and no formula is that of eomgen.
+of squares of strains, and what closes the loop is that the product of all these motions is the one of the base.
+Newton's iterations take derivatives from central differences of each motion: no code and no formula is that of eomgen.
 """
 
 from __future__ import annotations

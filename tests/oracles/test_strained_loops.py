@@ -28,9 +28,16 @@ def test_a_parallelogram_turns_without_strain() -> None:
     bars = [Bar(length, 2, STIFFNESS) for length in (0.5, 1.0, 0.5)]
     loop = Loop(
         [
-            Hinge(pin, before=[0, 0, q]), bars[0], Hinge(pin, before=[0, 0, -q]), bars[1], Hinge(pin),
-            Shift([0, 0, -q], [0, 0, 0]), bars[2], Hinge(pin, before=[0, 0, q]), Shift([0, 0, 0], [-1.0, 0, 0]),
-        ]  # fmt: skip
+            Hinge(pin, before=[0, 0, q]),
+            bars[0],
+            Hinge(pin, before=[0, 0, -q]),
+            bars[1],
+            Hinge(pin),
+            Shift([0, 0, -q], [0, 0, 0]),
+            bars[2],
+            Hinge(pin, before=[0, 0, q]),
+            Shift([0, 0, 0], [-1.0, 0, 0]),
+        ]
     )
     assert loop.turn(-0.3) == pytest.approx(0.0, abs=1e-9)
     assert loop.angles == pytest.approx([-0.3, 0.3, -0.3, 0.3])

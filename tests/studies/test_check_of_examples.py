@@ -29,6 +29,7 @@ LONG = {
         "partials",
         "accelerations",
     ),
+    "misaligned_four_bar/scene.toml": ("constraint", "coupling", "energy", "inverse_dynamics", "partials", "jacobians"),
     "jerk_limited_arm/scene.toml": (
         "energy",
         "inverse_dynamics",
