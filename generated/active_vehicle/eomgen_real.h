@@ -264,7 +264,7 @@ static inline eomgen_real eg_pow(eomgen_real x, eomgen_real y)
 #define EG_LANE(x, lane) (x)
 #endif
 
-/* -- lanes: elementary functions other than sine and cosine go lane by lane through <math.h> ------------------- */
+/* -- lanes: what is not written out here goes lane by lane through <math.h> ------------------------------------ */
 
 #if defined(EOMGEN_REAL_LANES)
 #define EG_C(c) EG_WIDE(c)
@@ -280,6 +280,75 @@ static inline eomgen_real eg_le(eomgen_real x, eomgen_real y)
 }
 static inline eomgen_real eg_select(eomgen_real c, eomgen_real x, eomgen_real y) { return eg_choose(c, x, y); }
 static inline eomgen_real eg_abs(eomgen_real x) { return eg_from_bits(eg_to_bits(x) & UINT64_C(0x7fffffffffffffff)); }
+/* Square roots, which compilers take side by side in an array of this length. */
+static inline eomgen_real eg_sqrt(eomgen_real x)
+{
+    double y[EG_LANES];
+    int lane;
+    memcpy(y, &x, sizeof y);
+    for (lane = 0; lane < EG_LANES; ++lane)
+        y[lane] = sqrt(y[lane]);
+    memcpy(&x, y, sizeof y);
+    return x;
+}
+
+/* The exponential, within 1 unit in the last place; infinity above ln(DBL_MAX), numbers below DBL_MIN as they come.
+ *
+ * exp(x) = 2^n exp(r) with |r| <= ln(2)/2; the multiple of ln(2) is taken off in two pieces, of which the products with
+ * the first (32 bits) are exact, and exp(r) is its Taylor series, whose rest is below 5e-18. 2^n is two factors, since
+ * it may lie beyond the numbers where the result does not.
+ */
+static inline eg_wide eg_power_of_two(eg_wide rounded) /* 2^n of n + 1.5 * 2^52 */
+{
+    return eg_from_bits((eg_to_bits(rounded) - UINT64_C(0x4337fffffffffc01)) << 52);
+}
+static inline eg_wide eg_exp(eg_wide x)
+{
+    const eg_wide round = EG_WIDE(6755399441055744.0); /* 1.5 * 2^52 */
+    const eg_wide below = eg_blend(EG_MASK(x > EG_WIDE(710.0)), EG_WIDE(710.0), x);
+    const eg_wide within = eg_blend(EG_MASK(below < EG_WIDE(-746.0)), EG_WIDE(-746.0), below);
+    const eg_wide n = (within * EG_WIDE(1.4426950408889634) + round) - round;
+    const eg_wide half = n * EG_WIDE(0.5) + round, other = (n - (half - round)) + round;
+    const eg_wide first = within - n * EG_WIDE(0.6931471803691238);
+    const eg_wide low = n * EG_WIDE(1.9082149292705877e-10);
+    const eg_wide r = first - low;
+    const eg_wide rest = (first - r) - low;
+    const eg_wide tail = EG_WIDE(0.5) + r * (EG_WIDE(1.0 / 6.0) + r * (EG_WIDE(1.0 / 24.0)
+        + r * (EG_WIDE(1.0 / 120.0) + r * (EG_WIDE(1.0 / 720.0) + r * (EG_WIDE(1.0 / 5040.0)
+        + r * (EG_WIDE(1.0 / 40320.0) + r * (EG_WIDE(1.0 / 362880.0) + r * (EG_WIDE(1.0 / 3628800.0)
+        + r * (EG_WIDE(1.0 / 39916800.0) + r * (EG_WIDE(1.0 / 479001600.0)
+        + r * EG_WIDE(1.0 / 6227020800.0)))))))))));
+    const eg_wide result = EG_WIDE(1.0) + (r + (r * r * tail + rest));
+    return result * eg_power_of_two(half) * eg_power_of_two(other);
+}
+
+/* The natural logarithm, within 1 unit in the last place; NaN below zero, minus infinity at zero.
+ *
+ * log(x) = k ln(2) + log(1 + f) with sqrt(1/2) <= 1 + f < sqrt(2), and log(1 + f) = 2 artanh(s), s = f / (2 + f), whose
+ * series is summed as f - s (f - R), since 2 s = f - s f and f is exact; the rest of the series is below 1e-19.
+ */
+static inline eg_wide eg_log(eg_wide x)
+{
+    const eg_bits tiny = EG_MASK(x < EG_WIDE(2.2250738585072014e-308));
+    const eg_wide normal = eg_blend(tiny, x * EG_WIDE(18014398509481984.0), x); /* 2^54 */
+    const eg_bits shifted = eg_to_bits(normal) + UINT64_C(0x00095f619980c433); /* 1 in the place of sqrt(1/2) */
+    const eg_wide exponent = eg_from_bits((shifted >> 52) | UINT64_C(0x4330000000000000)); /* + 2^52 + 1023 */
+    const eg_wide offset = eg_blend(tiny, EG_WIDE(4503599627371573.0), EG_WIDE(4503599627371519.0));
+    const eg_wide k = exponent - offset;
+    const eg_bits mantissa = (shifted & UINT64_C(0x000fffffffffffff)) + UINT64_C(0x3fe6a09e667f3bcd);
+    const eg_wide f = eg_from_bits(mantissa) - EG_WIDE(1.0);
+    const eg_wide s = f / (EG_WIDE(2.0) + f);
+    const eg_wide z = s * s;
+    const eg_wide R = z * (EG_WIDE(2.0 / 3.0) + z * (EG_WIDE(2.0 / 5.0) + z * (EG_WIDE(2.0 / 7.0)
+        + z * (EG_WIDE(2.0 / 9.0) + z * (EG_WIDE(2.0 / 11.0) + z * (EG_WIDE(2.0 / 13.0) + z * (EG_WIDE(2.0 / 15.0)
+        + z * (EG_WIDE(2.0 / 17.0) + z * (EG_WIDE(2.0 / 19.0) + z * (EG_WIDE(2.0 / 21.0)
+        + z * EG_WIDE(2.0 / 23.0)))))))))));
+    const eg_wide found = k * EG_WIDE(0.6931471803691238) + (f - (s * (f - R) - k * EG_WIDE(1.9082149292705877e-10)));
+    const eg_wide infinity = EG_WIDE(HUGE_VAL);
+    const eg_wide above = eg_blend(EG_MASK(x == infinity), infinity, found);
+    const eg_wide known = eg_blend(EG_MASK(x == EG_WIDE(0.0)), -infinity, above);
+    return eg_from_bits(eg_to_bits(known) | ~EG_MASK(x >= EG_WIDE(0.0))); /* all bits set are a NaN */
+}
 #define EG_DEFINE_LANEWISE(name, function)                                                                      \
     static inline eomgen_real name(eomgen_real x)                                                               \
     {                                                                                                           \
@@ -300,7 +369,6 @@ static inline eomgen_real eg_abs(eomgen_real x) { return eg_from_bits(eg_to_bits
         }                                                                                                       \
         return z;                                                                                               \
     }
-EG_DEFINE_LANEWISE(eg_sqrt, sqrt)
 EG_DEFINE_LANEWISE(eg_tan, tan)
 EG_DEFINE_LANEWISE(eg_asin, asin)
 EG_DEFINE_LANEWISE(eg_acos, acos)
@@ -308,8 +376,6 @@ EG_DEFINE_LANEWISE(eg_atan, atan)
 EG_DEFINE_LANEWISE(eg_sinh, sinh)
 EG_DEFINE_LANEWISE(eg_cosh, cosh)
 EG_DEFINE_LANEWISE(eg_tanh, tanh)
-EG_DEFINE_LANEWISE(eg_exp, exp)
-EG_DEFINE_LANEWISE(eg_log, log)
 EG_DEFINE_LANEWISE_PAIR(eg_atan2, atan2)
 EG_DEFINE_LANEWISE_PAIR(eg_pow, pow)
 #define EG_SQRT(x) eg_sqrt(x)
