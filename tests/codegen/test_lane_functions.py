@@ -8,6 +8,7 @@ import mpmath
 import numpy as np
 import pytest
 
+from eomgen.codegen.targets.c.target import environment
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.tape import Tape
 from eomgen.system.system import Block, Function
@@ -54,6 +55,17 @@ def test_logarithms_are_within_one_unit(functions: Callable[..., np.ndarray], rn
 def test_square_roots_are_rounded_right(functions: Callable[..., np.ndarray], rng: np.random.Generator) -> None:
     x = 10.0 ** rng.uniform(-300, 300, 400)
     np.testing.assert_array_equal(functions(x)[:, 2], np.sqrt(x))
+
+
+def test_the_pieces_of_the_logarithm_of_two_are_exact_in_products() -> None:
+    """A multiple of 11 bits times the first piece has 53 bits, and both make ln(2) to 80 bits."""
+    header = environment().get_template("c/model/eomgen_real.h.jinja").render()
+    first, second = 0.6931471803691238, 1.9082149292705877e-10
+    assert header.count(f"EG_WIDE({first!r})") == header.count(f"EG_WIDE({second!r})") == 2
+    mantissa, _ = np.frexp(first)
+    assert (mantissa * 2.0**42).is_integer()
+    with mpmath.workdps(40):
+        assert abs(mpmath.mpf(first) + mpmath.mpf(second) - mpmath.log(2)) < 2.0**-80
 
 
 def test_special_arguments(functions: Callable[..., np.ndarray]) -> None:
