@@ -1,6 +1,6 @@
 """What a geometrically exact beam of n equal elements costs: Python, the C and its compiler, memory, and a step.
 
-    python -m benchmarks.beam_kernels [--elements 8 16 64 256 1024] [--repeats 3] [--json out.json] [--quick]
+    python -m benchmarks.beam_kernels [--elements 8 16 64 256 1024 4096] [--repeats 3] [--json out.json] [--quick]
 
 The flying spaghetti of ``examples`` by generalized-alpha, with the functions that its runs call. Every repeat is a
 process of its own with an empty cache. Last come the exponents of n in the time of a step and in Python's, from 64
@@ -85,7 +85,7 @@ def main(words: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks.beam_kernels", description=(__doc__ or "").partition("\n")[0]
     )
-    parser.add_argument("--elements", nargs="+", type=int, default=[8, 16, 64, 256, 1024])
+    parser.add_argument("--elements", nargs="+", type=int, default=[8, 16, 64, 256, 1024, 4096])
     parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("--json", type=Path)
     parser.add_argument("--quick", action="store_true", help="two beams of few elements, once")

@@ -20,8 +20,8 @@ from eomgen.system.patterns import packed_places
 from eomgen.system.system import BASE_LAYOUT, BASE_SIZE, INPUT_BLOCKS, OBSERVED, Function, Quantity, System
 from eomgen.version import __version__
 
-#: Values between the parts and loops of one function at most: they live on the stack, 4 MB of it as doubles.
-WORKSPACE_LIMIT = 500_000
+#: Values between the parts and loops of one function at most: they live on the stack, 16 MB of it as doubles.
+WORKSPACE_LIMIT = 2_000_000
 
 
 def to_program(

@@ -34,6 +34,16 @@ def _without_tables(method: Mapping[str, Any]) -> dict[str, Any]:
     return {key: left(value) if key == "solver" else value for key, value in method.items()}
 
 
+#: Numbers on the stack for each velocity, in the deepest calls of a stepper: copies of states, and vectors.
+_OF_STEPPER = 60
+
+
+def stack_bytes(program: Program) -> int:
+    """Return how much stack the functions of a Program need at most, about."""
+    of_functions = max((function.workspace for function in program.functions), default=0)
+    return 8 * (of_functions + (_OF_STEPPER * program.sizes["v"] if program.method else 0))
+
+
 def interface_layout(program: Program) -> dict[str, Any]:
     """Return sizes, names, factors, functions (their position is their number), initial state, defaults and method.
 
@@ -61,6 +71,7 @@ def interface_layout(program: Program) -> dict[str, Any]:
         }
         for function in program.functions
     ]
+    layout["stack"] = stack_bytes(program)
     layout["layout_version"] = LAYOUT_VERSION
     plain: dict[str, Any] = json.loads(json.dumps(layout, default=dict, sort_keys=True))
     return plain

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.errors import ToolchainError, UsageError
+from eomgen.toolchain.large_stack import with_stack
 
 Array = NDArray[Any]
 
@@ -51,7 +52,7 @@ class Library:
 
     Attributes
     ----------
-    ffi, lib : of cffi; ``lib`` has the functions of the interface.
+    ffi, lib : of cffi; ``lib`` has the functions of the interface, on a stack of their own where they need a large one.
     layout : mapping
         What was stored beside the library; ``functions[k]`` has ``input_sizes`` and ``outputs`` with ``size``.
     mode : str
@@ -65,7 +66,7 @@ class Library:
 
     def __init__(self, ffi: Any, lib: Any, layout: Mapping[str, Any], mode: str, file: Path) -> None:
         self.ffi = ffi
-        self.lib = lib
+        self.lib = with_stack(lib, int(layout.get("stack", 0)))
         self.layout = layout
         self.mode = mode
         self.kept: dict[str, Any] = {}

@@ -19,7 +19,7 @@ MOST_ELEMENTS = 400
 #: more.
 MOST_NODAL = 60
 #: Elements of a geometrically exact beam: each has six states and as many velocities.
-MOST_EXACT_ELEMENTS = 1024
+MOST_EXACT_ELEMENTS = 10_000
 _PROFILE = "polynomial in s, 0 to 1 along the beam, that multiplies"
 _OF_MATRIX = {"names": PARAMETERS, "kind": "6x6 values of parameters"}
 _COEFFICIENTS = "list of values of fixed parameters, constant first"

@@ -12,7 +12,7 @@ from typing import Any
 import jinja2
 
 from eomgen.codegen.folder import MANIFEST, manifest
-from eomgen.codegen.metadata import LARGEST_ANGLE
+from eomgen.codegen.metadata import LARGEST_ANGLE, stack_bytes
 from eomgen.codegen.program import Program, ProgramFunction, ProgramLoop
 from eomgen.codegen.scheduling.matrix_products import added_products
 from eomgen.codegen.targets.c.folding import folded
@@ -193,7 +193,8 @@ def _files(context: _Context) -> dict[str, str]:
     files["main.c"] = context.render("c/main/main.c.jinja")
     sources = sorted(name for name in files if name.endswith(".c"))
     command = compile_command(program, sources)
-    files["README.md"] = context.render("c/main/README.md.jinja", command=command, examples=_examples(program))
+    texts = {"command": command, "examples": _examples(program), "stack": stack_bytes(program)}
+    files["README.md"] = context.render("c/main/README.md.jinja", **texts)
     files[MANIFEST] = manifest(program, files, fingerprint=fingerprint(files), compile=command)
     return files
 

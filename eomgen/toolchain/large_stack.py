@@ -1,0 +1,61 @@
+"""Calls of compiled code that needs more stack than a thread has: each on a thread of its own with enough of it.
+
+Generated C allocates nothing: states and workspaces are its caller's, values on the way are on the stack. Those of
+thousands of bodies are more than the 8 MB that systems give.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+#: Bytes that any thread of Python has left.
+ENOUGH = 4_000_000
+#: Functions of a library that need no more than that.
+_FLAT = ("eomgen_size", "eomgen_stepper_size", "eomgen_number_type", "eomgen_fingerprint", "eomgen_status_text")
+#: Reserve, and what is given in any case; pages that are not touched cost nothing.
+_RESERVE, _LEAST = 4, 1 << 25
+_STARTING = threading.Lock()
+
+
+def with_stack(lib: Any, needed: int) -> Any:
+    """Return the functions of a library such that each has as many bytes of stack as it needs."""
+    return lib if needed <= ENOUGH else OnLargeStack(lib, max(_LEAST, _RESERVE * needed))
+
+
+class OnLargeStack:
+    """The functions of a library, on stacks of so many bytes."""
+
+    def __init__(self, lib: Any, size: int) -> None:
+        self._lib, self._size = lib, size
+
+    def __getattr__(self, name: str) -> Any:
+        function = getattr(self._lib, name)
+        return function if name in _FLAT else partial(self._called, function)
+
+    def _called(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        results: list[Any] = []
+        failures: list[BaseException] = []
+
+        def work() -> None:
+            try:
+                results.append(function(*arguments))
+            except BaseException as error:  # it is raised where the function was called
+                failures.append(error)
+
+        with _STARTING:  # the size is one of the process
+            before = threading.stack_size(self._size)
+            try:
+                thread = threading.Thread(target=work)
+                thread.start()
+            finally:
+                threading.stack_size(before)
+        try:
+            thread.join()
+        finally:
+            thread.join()  # Ctrl-C ends the wait, but the memory is in use until the function is done
+        if failures:
+            raise failures[0]
+        return results[0]

@@ -1,0 +1,53 @@
+"""Functions that need more stack than threads have are called on one that has it."""
+
+from __future__ import annotations
+
+import ctypes
+import subprocess
+import threading
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from eomgen.toolchain.large_stack import ENOUGH, OnLargeStack, with_stack
+
+MEGABYTES = 40
+DEEP = """
+int deep(int megabytes)
+{
+    volatile char room[1 << 20];
+    room[0] = (char)(megabytes % 2);
+    return megabytes > 0 ? deep(megabytes - 1) + 1 + 0 * room[0] : 0 * room[0];
+}
+"""
+
+
+def test_a_function_has_the_stack_that_it_needs(tmp_path: Path) -> None:
+    (tmp_path / "deep.c").write_text(DEEP, encoding="utf-8")
+    library = tmp_path / "deep.so"
+    subprocess.run(["cc", "-O0", "-shared", "-fPIC", "-o", library, tmp_path / "deep.c"], check=True)
+    before = threading.stack_size()
+    lib = with_stack(ctypes.CDLL(str(library)), MEGABYTES << 20)
+    assert lib.deep(MEGABYTES) == MEGABYTES
+    assert threading.stack_size() == before
+
+
+def test_small_libraries_are_called_directly() -> None:
+    lib = SimpleNamespace()
+    assert with_stack(lib, ENOUGH) is lib
+
+
+def test_errors_come_out_where_the_function_was_called() -> None:
+    def fails() -> None:
+        raise MemoryError("no room")
+
+    with pytest.raises(MemoryError, match="no room"):
+        OnLargeStack(SimpleNamespace(eomgen_call=fails), 1 << 20).eomgen_call()
+
+
+def test_sizes_are_asked_for_on_the_thread_that_asks() -> None:
+    lib: Any = OnLargeStack(SimpleNamespace(eomgen_size=threading.get_ident, eomgen_run=threading.get_ident), 1 << 20)
+    assert lib.eomgen_size() == threading.get_ident()
+    assert lib.eomgen_run() != threading.get_ident()
