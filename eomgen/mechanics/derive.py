@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from eomgen.errors import ModelError, Problem
 from eomgen.mechanics.beam_axes import beam_axes
@@ -22,7 +22,7 @@ from eomgen.mechanics.terms.samples import sample_rows
 from eomgen.mechanics.tree.base import base_law
 from eomgen.scene.joints.unresisted import UNRESISTED
 from eomgen.scene.scene import Scene
-from eomgen.symbolic.operations import InputSymbol, Op
+from eomgen.symbolic.operations import Op
 from eomgen.symbolic.tape import Tape
 from eomgen.system.system import BASE_SIZE, INPUT_BLOCKS, Block, Facts, Function, Quantity, System
 from eomgen.system.terms import TERMS
@@ -104,16 +104,18 @@ def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
     for name in terms:
         term = TERMS[name]
         made[name] = Function(name, term.description, term.inputs, tuple(_blocks(derivation, name)))
-    timed = any(InputSymbol("t", 0) in tape.depends_on(function.refs) for function in made.values())
+    read = {name: {symbol.block for symbol in tape.depends_on(function.refs)} for name, function in made.items()}
+    timed = any("t" in blocks for blocks in read.values())
     order = max((TERMS[name].order for name in terms), default=0)
     taken = {block for function in made.values() for block in function.inputs}
-    functions = {name: _pruned(derivation, function, timed) for name, function in made.items()}
+    functions = {name: _pruned(derivation, function, read[name], timed) for name, function in made.items()}
     functions |= _drivers(derivation, order, taken)
     angles = angle_labels(scene)
     if angles:
         what = "angles of joints over all turns, which steppers let the references in q follow"
         of_angles = Function("joint_angles", what, ("p", "q", "v", "base"), tuple(derivation.joint_angles()))
-        functions[of_angles.name] = _pruned(derivation, of_angles, timed)
+        of_blocks = {symbol.block for symbol in tape.depends_on(of_angles.refs)}
+        functions[of_angles.name] = _pruned(derivation, of_angles, of_blocks, timed)
     facts = _facts(derivation, made)
     kept, dropped = kept_and_dropped(scene, tree, functions, facts)
     sizes = extent(scene, derivation.algebra, derivation.constant)
@@ -221,10 +223,9 @@ def _refs(blocks: Sequence[Block]) -> list[int]:
     return [ref for block in blocks for ref in block.refs]
 
 
-def _pruned(derivation: Derivation, function: Function, timed: bool) -> Function:
-    """Return a function without the input blocks that this scene does not have."""
+def _pruned(derivation: Derivation, function: Function, used: Collection[str], timed: bool) -> Function:
+    """Return a function without the input blocks that this scene does not have; ``used``: those that it reads."""
     scene = derivation.scene
-    used = {symbol.block for symbol in derivation.tape.depends_on(function.refs)}
     of_motion = function.name in TERMS and TERMS[function.name].of_motion
     absent = {
         "p": not any(parameter.tunable for parameter in scene.parameters),

@@ -27,6 +27,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -326,31 +327,37 @@ def _moved(
 
 
 def evaluate_terms(
-    terms: Terms, numbers: Array, tangents: Array, B_n: Array, weights: Sequence[float]
+    terms: Terms, numbers: Array, tangents: Array, B_n: Array, weights: Sequence[float] | Array
 ) -> dict[MatrixIndex, Array]:
-    """Return the entries for samples: numbers (n, size), tangents (n, tangent size), nonzeros of B_n (n, size)."""
+    """Return the entries for samples: numbers (n, size), tangents (n, tangent size), nonzeros of B_n (n, size).
+
+    ``weights``: of all samples, or (n, weights) of each.
+    """
     moved = np.zeros((len(terms.moved), len(numbers)))
     for at, pairs in _summands(terms.moved):
         moved[at] = moved[at] + (numbers[:, pairs[:, 0]] * tangents[:, pairs[:, 1]]).T
     known = np.concatenate([numbers.T, moved])
     places = {index: place for place, index in enumerate(dict.fromkeys([*terms.linear, *terms.entries]))}
     entries = np.zeros((len(places), len(numbers)))
-    by_weight = np.array(weights, float)[:, np.newaxis]
+    of_samples = np.broadcast_to(np.array(weights, float), (len(numbers), len(WEIGHTS)))
     for at, linear in _summands(list(terms.linear.values())):
-        entries[at] = entries[at] + by_weight[linear[:, 0]] * known[linear[:, 1]]
+        entries[at] = entries[at] + of_samples[:, linear[:, 0]].T * known[linear[:, 1]]
     for index, products in terms.products.items():
         for weight, number, nonzero in products:
-            entries[places[index]] -= weights[weight] * known[number] * B_n[:, nonzero]
+            entries[places[index]] -= of_samples[:, weight] * known[number] * B_n[:, nonzero]
     for index in terms.rate_diagonal:
-        entries[places[index]] -= weights[WEIGHTS.index("zdot")]
+        entries[places[index]] -= of_samples[:, WEIGHTS.index("zdot")]
     return {index: entries[places[index]] for index in terms.entries}
 
 
 def _summands(rows: Sequence[Sequence[tuple[int, int]]]) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp]]]:
     """Yield the first terms of all rows, then the second ones, and so on: the rows that have one, and these terms."""
-    for place in range(max(map(len, rows), default=0)):
-        at = [number for number, row in enumerate(rows) if len(row) > place]
-        yield np.array(at, dtype=np.intp), np.array([rows[number][place] for number in at], dtype=np.intp)
+    sizes = np.fromiter(map(len, rows), np.intp, len(rows))
+    flat = np.fromiter(chain.from_iterable(chain.from_iterable(rows)), np.intp).reshape(-1, 2)
+    starts = np.cumsum(sizes) - sizes
+    for place in range(sizes.max(initial=0)):
+        at = np.flatnonzero(sizes > place)
+        yield at, flat[starts[at] + place]
 
 
 def tangent_numbers(factors: Sequence[Factor], terms: Terms, theta: Array) -> Array:

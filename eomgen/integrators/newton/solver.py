@@ -97,11 +97,14 @@ def make_solver(
     moving = factors if turned or not at_start else ()
     terms = iteration_terms(unknowns, moving, samples.packing, groups, every_tangent=turned)
     B = _weighed_jacobian(unknowns, samples)
-    of_step, of_inertia = (
-        evaluate_terms(terms, samples.numbers, tangent_numbers(factors, terms, theta), B, chosen)
-        for theta, chosen in ((step * samples.v, weights), (0.0 * samples.v, _INERTIA))
+    ways = [(step * samples.v, weights)] if at_start else [(step * samples.v, weights), (0.0 * samples.v, _INERTIA)]
+    values = evaluate_terms(
+        terms,
+        np.concatenate([samples.numbers] * len(ways)),
+        np.concatenate([tangent_numbers(factors, terms, theta) for theta, _ in ways]),
+        np.concatenate([B] * len(ways)),
+        np.repeat([chosen for _, chosen in ways], len(samples.numbers), axis=0),
     )
-    values = of_step if at_start else {index: np.concatenate([of_step[index], of_inertia[index]]) for index in of_step}
     packing = samples.packing
     order = stages_of_tree(unknowns, factors, owners, packing) if unknowns.inner else stages(unknowns, factors, packing)
     elimination = _pivots(
