@@ -89,6 +89,12 @@ class Constrained:
         )
 
 
+def _spread(factors: Sequence[Factor], q: Array) -> float:
+    """Return how far apart bodies that move freely are, m, which frames at their origins do not tell."""
+    places = [q[factor.q][4:] for factor in factors if factor.group == "SE3"]
+    return float(np.max(np.ptp(places, axis=0))) if places else 0.0
+
+
 def split_sizes(values: Array) -> tuple[Array, Array]:
     """Return what ``constraint_size`` gives, one array after the other, as ``Constrained.sizes`` does."""
     rows = len(values) // 2
@@ -108,7 +114,8 @@ class Rows:
         self.B = _jacobian(system, q, t)
         self.angular = system.angular
         self.size, extent = system.sizes(q, t)
-        self.machine = machine = float(np.max(extent, initial=0.0)) or 1.0
+        extent = np.where(extent > WORST_ROUNDING * EPSILON * self.size, extent, 0.0)
+        self.machine = machine = float(np.max(extent, initial=0.0)) or _spread(system.factors, q) or 1.0
         # what a row joins may lie at one place but for what is no contradiction; then it is met by motions of the whole
         # machine
         self.extent = np.where(extent > CONTRADICTION * machine, extent, machine)

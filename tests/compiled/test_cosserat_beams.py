@@ -168,3 +168,15 @@ def test_a_run_that_leaves_the_numbers_says_so_and_nothing_else() -> None:
         run = model.simulate(20.0, 1.0)
     assert not run.success
     assert "a value became infinite or not a number; try: a step smaller than 1 s" in run.message
+
+
+def test_a_bent_beam_at_rest_rests_and_its_outputs_are_not_in_doubt() -> None:
+    scene = beam_scene(3, {"force": [0.0, "15 * (load - 1)", 0.0]}, {"curvature": [0.03, 0.0, 0.07]})
+    scene["outputs"] = {"moment": {"section_moment": "rope", "at": 0.0}, "clamp": {"reaction_moment": "clamp"}}
+    model = eomgen.build(scene, profile="quick")
+    run = model.simulate(0.5, 1e-3)
+    assert run.message == "reached t = 0.5 s in 500 steps"
+    assert run.stats["energy_error"] == 0.0 and run.error.largest_output is None
+    assert np.abs(run.outputs["moment"]).max() < 1e-9
+    moved = model.simulate(0.5, 1e-3, parameters={"load": 1.0 + 1e-6})
+    assert moved.success and moved.error.largest_output.share < 0.1

@@ -10,6 +10,7 @@ from eomgen.lie.product import Factor
 from eomgen.studies.verification.claims.claim import Claim, column
 from eomgen.studies.verification.differences import LADDER, complex_steps, differences
 from eomgen.studies.verification.engines import Array, Blocks, Engine, moved
+from eomgen.studies.verification.tolerances import sizes_of
 
 FACTORS = (Factor("R", "slide", 0, 1, 0, 1), Factor("SO3", "ball", 1, 4, 1, 3))
 
@@ -88,3 +89,19 @@ def test_turns_are_moved_by_the_exponential_and_to_first_order_alike(rng: np.ran
         assert np.allclose(found[..., 1:], expected, atol=1e-9) and not found[..., 0].any()
     turned = moved(engine, state, {"q": np.ones((4, 4))}, 0.7)["q"]
     assert np.allclose(np.linalg.norm(turned[:, 1:], axis=1), 1.0, atol=1e-15)
+
+
+def test_what_cancels_along_a_direction_is_known_as_well_as_what_it_is_of(rng: np.random.Generator) -> None:
+    state = states(2, rng)
+    sizes_of_rows = np.array([1e6, 1.0])
+    claim = Claim(
+        "f",
+        "",
+        "",
+        lambda engine, state: np.zeros((2, 2, 4)),
+        lambda engine, state: engine("f", state)["y"],
+        lambda _: {"v": np.eye(4)},
+    )
+    engine = engine_of(lambda blocks: np.tile(sizes_of_rows, (2, 1)))
+    allowed = sizes_of(claim, engine, state, np.zeros((2, 2, 4)), rng).exact
+    np.testing.assert_allclose(allowed[:, :, 0], np.tile([1e-7, 1e-13], (2, 1)), rtol=1e-3, atol=2e-11)

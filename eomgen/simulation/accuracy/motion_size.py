@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 _SMALL = 1e-3
 #: The same in parts of the coordinates, or of 1 rad: motion below is rounding.
 _REST = 1e-9
+#: The same of motions of which forces have no digits, either.
+_TREMBLING = 1e-12
 #: Units in which forces are at work.
 _FORCES = ("N", "N m")
 #: Arrays (n, size) by what they are of: ``q``, ``increment``, ``v``, ``z``, ``multipliers``, and ``output.`` with a
@@ -34,12 +36,14 @@ class MotionSize:
     sizes : kind -> (size,)
     names, units : of the components of the increment, and of z behind them
     own : of these, whether the size is that of the component itself, and not a part of the largest of its unit
+    still : whether nothing moves, but for a tremble by the last digits of coordinates
     """
 
     sizes: Kinds
     names: tuple[str, ...]
     units: tuple[str, ...]
     own: tuple[bool, ...]
+    still: bool
 
 
 def columns_of(model: CompiledModel, rows: Array) -> Kinds:
@@ -104,7 +108,9 @@ def motion_size(model: CompiledModel, rows: Array, outputs: Mapping[str, Array])
         sizes[f"output.{name}"] = _measure(np.ptp(table, axis=0), floor=_REST * least)
     moved = np.concatenate([size, np.ptp(column["z"], axis=0)])
     own = moved >= np.concatenate([sizes["increment"], sizes["z"]])
-    return MotionSize(sizes, (*names, *model.z_names), (*units, *model.z_units), tuple(own.tolist()))
+    least = np.concatenate([_TREMBLING * reach, np.zeros(len(model.z_names))])
+    still = bool(np.all(moved <= least))
+    return MotionSize(sizes, (*names, *model.z_names), (*units, *model.z_units), tuple(own.tolist()), still)
 
 
 def _at_work(model: CompiledModel, column: Kinds, outputs: Sequence[tuple[str, Array]]) -> dict[str, float]:

@@ -150,7 +150,10 @@ def _largest_velocity(runs: Comparisons, errors: Array, times: Array) -> Largest
 
 
 def _largest_output(runs: Comparisons, errors: Kinds, times: Array) -> Largest | None:
-    """Return the largest error of the outputs as a part of their ranges; None without any."""
+    """Return the largest error of the outputs as a part of their ranges; None without any, and where nothing moves, so
+    that ranges are rounding."""
+    if runs.size.still:
+        return None
     units = {item["name"]: item["unit"] for item in runs.run.model.library.layout["outputs"]}
     found = []
     for kind, array in errors.items():
