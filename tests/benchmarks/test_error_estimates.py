@@ -21,8 +21,8 @@ def test_points_count_where_the_true_error_is_known() -> None:
 @pytest.mark.slow
 def test_estimates_are_near_the_true_errors_and_large_errors_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("EOMGEN_PROFILE", "fast")  # minutes of steps
-    points = [point for case in CASES[::3] for point in points_of(case)]  # all of them: the script
+    points = [point for case in CASES[::6] for point in points_of(case)]  # all of them: the script
     counted = [point for point in points if point.counts]
-    assert len(counted) > 150
+    assert len(counted) > 70
     assert sum(point.good for point in counted) >= 0.95 * len(counted)
     assert [point for point in counted if point.true > 0.2 and not point.warned] == []
