@@ -58,6 +58,19 @@ def rod() -> eomgen.Scene:
 
 
 @cache
+def reed() -> eomgen.Scene:
+    """Return a curved beam that bends, twists and stretches, but does not shear, free in the air."""
+    builder = eomgen.SceneBuilder("reed")
+    builder.beam(
+        "reed", model="kirchhoff", length=1.2, elements=2, curvature=[0.3, -0.4, 0.2], mass_per_length=0.6,
+        rotary_inertia=[2e-3, 1e-3, 1e-3], stiffness={"stretch": 900, "torsion": 15, "bending_y": 20, "bending_z": 30},
+        damping={"stretch": 0.3, "bending_y": 0.1},
+    )  # fmt: skip  # the section on a line
+    builder.joint("flight", "free", "base", "reed", initial={"velocity": [0.3, -0.2, 0.4, 0.5, 0.1, 0.2]})
+    return builder.simulation(step=1e-3, duration=1.0).build()
+
+
+@cache
 def striker() -> eomgen.Scene:
     """A double pendulum with an impact, a reset and an event of rates."""
     builder = eomgen.SceneBuilder("striker").body("upper", 2.0, center_of_mass=[0, 0, -0.5], inertia=[0.1, 0.1, 0.01])

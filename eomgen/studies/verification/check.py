@@ -20,6 +20,7 @@ from eomgen.studies.verification.claims.linear_models import linear_claims
 from eomgen.studies.verification.claims.motion import motion_claims
 from eomgen.studies.verification.claims.partials import constraint_claims, packed_claims, partial_claims
 from eomgen.studies.verification.claims.rates import rate_claims
+from eomgen.studies.verification.claims.sections import section_claims
 from eomgen.studies.verification.engines import Engine, compiled, on_tape
 from eomgen.studies.verification.form_report import FormReport
 from eomgen.studies.verification.kinks import NonSmoothOperations
@@ -138,6 +139,7 @@ def _claims(space: Space, engine: Engine, system: System, model: Model) -> list[
         *body_claims(space, engine),
         *frame_claims(space, engine, system, model.scene),
         *beam_claims(space, engine, system, model.scene),
+        *section_claims(space, engine, system, model.scene),
         *rate_claims(space, engine),
         *linear_claims(space, engine, system, model.description),
         *event_claims(space, engine, system),

@@ -8,15 +8,21 @@ from eomgen.codegen.program import Program, ProgramFunction
 
 #: Operations per C file, roughly; a file this long compiles in a few seconds.
 FILE_LIMIT = 10000
+#: Operations in a statement of a loop, roughly.
+_PER_STATEMENT = 2
 
 
 @dataclass
 class SourceFile:
-    """A C file: the parts of long functions it holds, and the functions it defines. ``name`` has no suffix."""
+    """A C file: the loops and the parts of long functions it holds, and the functions it defines.
+
+    ``name`` has no suffix; loops are numbers of those of the Program.
+    """
 
     name: str
     functions: list[ProgramFunction] = field(default_factory=list)
     parts: list[tuple[ProgramFunction, int]] = field(default_factory=list)
+    loops: list[int] = field(default_factory=list)
     operations: int = 0
 
 
@@ -24,7 +30,8 @@ def plan_files(program: Program, limit: int = FILE_LIMIT) -> list[SourceFile]:
     """Return the files of a Program; the first has the prefix as its name and calls the parts in the others."""
     first = SourceFile(program.prefix)
     files = [first]
-    total = sum(function.operations for function in program.functions)
+    loops = [_PER_STATEMENT * len(loop.statements) for loop in program.loops]
+    total = sum(function.operations for function in program.functions) + sum(loops)
     for function in program.functions:
         if len(function.parts) > 1 and total > limit:
             for number, part in enumerate(function.parts):
@@ -37,6 +44,13 @@ def plan_files(program: Program, limit: int = FILE_LIMIT) -> list[SourceFile]:
             target.functions.append(function)
             target.operations += function.operations
             target.parts += [(function, number) for number in range(len(function.parts)) if len(function.parts) > 1]
+    for number, operations in enumerate(loops):
+        target = min(files, key=lambda file: file.operations) if total > limit else first
+        if target.operations and target.operations + operations > limit and total > limit:
+            target = SourceFile(f"{program.prefix}_{len(files) + 1}")
+            files.append(target)
+        target.loops.append(number)
+        target.operations += operations
     return files
 
 

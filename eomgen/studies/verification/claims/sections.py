@@ -1,0 +1,201 @@
+"""Claims of section loads: what beams exert on their nodes, equilibrium of elements, and stiffness times strains.
+
+The loads of an element's two end sections are in equilibrium, since nothing acts between its nodes; the mean over the
+element, along the helix between these, is stiffness times strain of its middle, where it is at rest. What the loads
+jump by at a node is the beam's generalized force there, and follows from the equations with and without the beam.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from eomgen.formula.evaluate import evaluate
+from eomgen.formula.nodes import ZERO
+from eomgen.lie import numeric
+from eomgen.lie.groups import SE3
+from eomgen.pipeline import pipeline
+from eomgen.scene.bodies.cosserat import BeamElement, Cosserat, Rows
+from eomgen.scene.forces.cosserat_beams import CosseratBeam
+from eomgen.scene.scene import Scene
+from eomgen.studies.verification.claims.claim import Claim, Space, column
+from eomgen.studies.verification.engines import Array, Blocks, Engine, on_tape
+from eomgen.system.system import System
+
+FAMILY = "bodies"
+#: Nodes and weights of Gauss's rule on 0 to 1: exact to rounding for elements that turn by less than half a turn.
+_PLACES, _WEIGHTS = (numbers.copy() for numbers in np.polynomial.legendre.leggauss(16))
+_LOADS = ("moment x", "moment y", "moment z", "force x", "force y", "force z")
+_NOTHING: Rows = ((ZERO,) * 6,) * 6
+
+
+def section_claims(space: Space, engine: Engine, system: System, scene: object) -> list[Claim]:
+    """Return the claims of the term ``section_loads``, as far as ``engine`` has what they need."""
+    if "section_loads" not in engine or "poses" not in engine or not isinstance(scene, Scene):
+        return []
+    beams = _Beams.of(space, scene)
+    claims = [_balance(beams), _mean(beams), _strains(beams, system)]
+    if {"jacobians", "force"} <= set(engine.functions):
+        claims.append(_jumps(space, beams, engine, system, scene))
+    return claims
+
+
+@dataclass(frozen=True)
+class _Beams:
+    """The geometrically exact beams of a scene: their elements in the order of the term, and the bodies at the ends."""
+
+    beams: tuple[Cosserat, ...]
+    first: tuple[int, ...]
+    second: tuple[int, ...]
+
+    @classmethod
+    def of(cls, space: Space, scene: Scene) -> _Beams:
+        beams = tuple(item.beam for item in scene.elements if isinstance(item, CosseratBeam))
+        number = {name: place for place, name in enumerate(space.bodies)}
+        first = tuple(number[node] for beam in beams for node in beam.nodes[:-1])
+        second = tuple(number[node] for beam in beams for node in beam.nodes[1:])
+        return cls(beams, first, second)
+
+    @property
+    def parts(self) -> list[tuple[Cosserat, BeamElement]]:
+        return [(beam, part) for beam in self.beams for part in beam.parts]
+
+    def rows(self, names: Sequence[str]) -> tuple[str, ...]:
+        elements = [f"element {number} of {beam.name}" for beam in self.beams for number in range(1, beam.elements + 1)]
+        return tuple(f"{name} of {element}" for element in elements for name in names)
+
+    def twists(self, engine: Engine, state: Blocks) -> Array:
+        """Return the logarithm of the second node's pose in the first, (..., elements, 6)."""
+        poses = engine("poses", state)["pose"]
+        first, second = poses[..., list(self.first), :], poses[..., list(self.second), :]
+        return numeric.log(SE3, numeric.compose(SE3, numeric.inverse(SE3, first), second))
+
+
+def _moved(twist: Array, load: Array) -> Array:
+    """Return a wrench, (..., 6), at the frame that is exp(twist) in the one it is given in: Ad^T(exp(twist)) load."""
+    adjoint = numeric.adjoint(SE3, numeric.exp(SE3, twist))
+    return np.asarray(np.einsum("...ji,...j->...i", adjoint, load))
+
+
+def _flat(values: Array) -> Array:
+    return column(values.reshape(*values.shape[:-2], -1))
+
+
+def _ends(engine: Engine, state: Blocks) -> tuple[Array, Array]:
+    ends = engine("section_loads", state)["load_at_ends"]
+    return ends[..., 0, :], ends[..., 1, :]
+
+
+def _balance(beams: _Beams) -> Claim:
+    return Claim(
+        "section_loads.load_at_ends",
+        "equilibrium of each element",
+        FAMILY,
+        lambda engine, state: _flat(_ends(engine, state)[1]),
+        second=lambda engine, state: _flat(_moved(beams.twists(engine, state), _ends(engine, state)[0])),
+        second_name="poses",
+        size=lambda engine, state: np.max(np.abs(engine("section_loads", state)["load_at_ends"]), axis=(-3, -2, -1)),
+        rows=beams.rows(_LOADS),
+    )
+
+
+def _mean(beams: _Beams) -> Claim:
+    def second(engine: Engine, state: Blocks) -> Array:
+        twists, first = beams.twists(engine, state), _ends(engine, state)[0]
+        along = [
+            0.5 * weight * _moved(0.5 * (1.0 + place) * twists, first)
+            for place, weight in zip(_PLACES, _WEIGHTS, strict=True)
+        ]
+        return _flat(np.sum(along, axis=0))
+
+    return Claim(
+        "section_loads.load",
+        "mean along each element",
+        FAMILY,
+        lambda engine, state: _flat(engine("section_loads", state)["load"]),
+        second=second,
+        second_name="poses",
+        size=lambda engine, state: np.max(np.abs(engine("section_loads", state)["load_at_ends"]), axis=(-3, -2, -1)),
+        rows=beams.rows(_LOADS),
+    )
+
+
+def _strains(beams: _Beams, system: System) -> Claim:
+    """Stiffness of the sections times their strains is the mean load at rest, where multipliers are zero."""
+    numbers = {parameter.name: k for k, parameter in enumerate(system.parameters)}
+
+    def matrices(state: Blocks) -> Array:
+        parameters = state.get("p", np.zeros((1, 0)))[0]
+
+        def number(entry: object) -> float:
+            return evaluate(entry, lambda symbol: float(parameters[numbers[symbol.name]]))  # type: ignore[arg-type]
+
+        rows = [[[number(entry) for entry in row] for row in part.section.stiffness] for _, part in beams.parts]
+        return np.array(rows)
+
+    def still(state: Blocks) -> dict[str, Array]:
+        return {name: np.zeros_like(array) if name in ("v", "lam") else array for name, array in state.items()}
+
+    def value(engine: Engine, state: Blocks) -> Array:
+        strains = engine("section_loads", still(state))["strain"]
+        return _flat(np.einsum("kij,...kj->...ki", matrices(state), strains))
+
+    return Claim(
+        "section_loads.strain",
+        "stiffness times strain",
+        FAMILY,
+        value,
+        second=lambda engine, state: _flat(engine("section_loads", still(state))["load"]),
+        second_name="load at rest",
+        size=lambda engine, state: np.max(np.abs(engine("section_loads", still(state))["load"]), axis=(-2, -1)),
+        rows=beams.rows(_LOADS),
+    )
+
+
+def _jumps(space: Space, beams: _Beams, engine: Engine, system: System, scene: Scene) -> Claim:
+    """What sections exert on the nodes, by virtual work, is what the beams add to the generalized forces."""
+    without = on_tape(pipeline.derive(_without_stiffness(scene), ["force"]))
+    own = on_tape(system)
+    names = tuple(f"{beam.name}: no " for beam in beams.beams)
+    of_beams = np.array([name.startswith(names) for name in space.rows.get("lam", ())], dtype=float)
+
+    def value(engine: Engine, state: Blocks) -> Array:
+        J = engine("jacobians", state)["J"]
+        first, second = _ends(engine, state)
+        on_first = np.einsum("...kij,...ki->...j", J[..., list(beams.first), :, :], first)
+        on_second = np.einsum("...kij,...ki->...j", J[..., list(beams.second), :, :], second)
+        return column(on_first - on_second)
+
+    def second(engine: Engine, state: Blocks) -> Array:
+        found = own("force", state)["Q"] - without("force", state)["Q"]
+        if "lam" in state and "residual" in engine and of_beams.any():
+            none = {**state, "lam": np.zeros_like(state["lam"])}
+            only = {**state, "lam": state["lam"] * of_beams}
+            found = found - engine("residual", only)["r"] + engine("residual", none)["r"]
+        return column(found)
+
+    return Claim(
+        "section_loads.load_at_ends, at nodes",
+        "virtual work on the nodes",
+        FAMILY,
+        value,
+        second=second,
+        second_name="equations without stiffness",
+        size=lambda engine, state: np.max(np.abs(engine("section_loads", state)["load_at_ends"]), axis=(-3, -2, -1)),
+        rows=space.rows["v"],
+    )
+
+
+def _without_stiffness(scene: Scene) -> Scene:
+    elements = []
+    for item in scene.elements:
+        if isinstance(item, CosseratBeam):
+            parts = tuple(
+                replace(part, section=replace(part.section, stiffness=_NOTHING, damping=_NOTHING))
+                for part in item.beam.parts
+            )
+            item = replace(item, beam=replace(item.beam, parts=parts))  # noqa: PLW2901 - the changed one is kept
+        elements.append(item)
+    return replace(scene, elements=tuple(elements))
