@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,8 @@ from eomgen.cli.running import read_scene
 from eomgen.cli.tables import print_table
 from eomgen.errors import FileError, NumericalError, Problem, UsageError
 from eomgen.progress import terminal_bar
+from eomgen.text import shown
+from eomgen.units.parser import is_quantity
 
 if TYPE_CHECKING:
     from eomgen.ensembles import Ensemble
@@ -65,6 +68,9 @@ def ensemble(scene: str, folder: str, plots: bool, as_json: bool, **options: Any
     columns, vary = options.pop("columns"), _varied(options.pop("vary"))
     file = options.pop("table")
     table = None if file is None else _read_table(Path(file))
+    if not vary and table is None:
+        what, hint = "nothing varies: all samples would be the same", "--vary 'mass=normal(1, 0.1)', or --table FILE"
+        raise UsageError(Problem("--vary", what, hint))
     del options["error_estimate"]
     described = read_scene(scene, options)
     profile = options.pop("profile")
@@ -106,13 +112,15 @@ def _varied(texts: tuple[str, ...]) -> dict[str, str]:
     return found
 
 
-def _read_table(path: Path) -> dict[str, list[float]]:
-    """Return the columns of a CSV table with a row of names. Raises FileError."""
+def _read_table(path: Path) -> dict[str, list[float | str]]:
+    """Return the columns of a CSV table with a row of names; words with units as they are. Raises FileError."""
     import csv  # noqa: PLC0415  # only where a table is given
 
     try:
-        with path.open(encoding="utf-8-sig", newline="") as stream:
-            lines = [line for line in csv.reader(stream) if line]
+        text = path.read_text(encoding="utf-8-sig")
+        first = next((line for line in text.splitlines() if line and not line.startswith("#")), "")
+        reader = csv.reader(io.StringIO(text), delimiter=next((mark for mark in "\t;" if mark in first), ","))
+        lines = [(reader.line_num, line) for line in reader if any(line) and not line[0].startswith("#")]
     except OSError as error:
         raise FileError(Problem(str(path), f"cannot be read: {error.strerror or error}", "another path")) from None
     except (UnicodeDecodeError, csv.Error) as error:
@@ -120,22 +128,33 @@ def _read_table(path: Path) -> dict[str, list[float]]:
     if len(lines) < 2:
         what = "the table has no rows below its names"
         raise FileError(Problem(str(path), what, "a row of names, then a row of numbers for each sample"))
-    names = [name.strip() for name in lines[0]]
+    names = [name.strip() for name in lines[0][1]]
     if len(set(names)) < len(names):
         raise FileError(Problem(str(path), "a name stands over two columns", "each name once"))
     rows = []
-    for number, line in enumerate(lines[1:], 2):
+    for number, line in lines[1:]:
         if len(line) != len(names):
-            what = f"there are {len(line)} values under {len(names)} names"
+            what = f"the row has {counted(len(line), 'value')}, and there are {counted(len(names), 'name')}"
             raise FileError(Problem(f"{path}, line {number}", what, "a value for each name"))
-        try:
-            rows.append([float(word) for word in line])
-        except ValueError as error:
-            raise FileError(Problem(f"{path}, line {number}", str(error), "numbers in the scene's units")) from None
+        rows.append([_cell(f"{path}, line {number}", word.strip()) for word in line])
     return {name: [row[k] for row in rows] for k, name in enumerate(names)}
 
 
+def _cell(where: str, word: str) -> float | str:
+    """Return a number, or a number with a unit as it is. Raises FileError."""
+    try:
+        return float(word)
+    except ValueError:
+        if is_quantity(word):
+            return word
+        what = f"{shown(word)} is not a number" if word else "a cell is empty"
+        raise FileError(Problem(where, what, "numbers in the scene's units, or with units: 250 mm")) from None
+
+
 def _print(found: Ensemble) -> None:
+    good = found.done - len(found.failed)
+    if not good:
+        return
     rows: list[tuple[str, ...]] = []
     quantiles = found.reduction.has_quantiles
     for column in found.columns:
@@ -145,7 +164,7 @@ def _print(found: Ensemble) -> None:
             of_column += found.quantile(column, (0.05, 0.5, 0.95))[:, -1].tolist()
         unit = found.units.get(column, "")
         rows.append((column, unit if unit != "1" else "", *(f"{x:.5g}" for x in (*of_column, high[-1]))))
-    title = f"{found.scene}: {found.done} samples, {found.design}, at t = {found.t[-1]:.9g} s"
+    title = f"{found.scene}: {counted(good, 'sample')}, {found.design}, at t = {found.t[-1]:.9g} s"
     middle = ("5 %", "median", "95 %") if quantiles else ()
     header = ("column", "unit", "mean", "deviation", "smallest", *middle, "largest")
     print_table(title, header, rows, numeric=tuple(range(2, len(header))))

@@ -152,9 +152,9 @@ def read_distribution(where: str, text: str, unit: str = "") -> Distribution:
     for argument, word in zip(kind.arguments, words, strict=True):
         label = f"{where}: {argument}"
         if argument == "deviation" and word.endswith("%"):
-            numbers.append(0.01 * _number(label, word[:-1], "", signature) * abs(numbers[0]))
+            numbers.append(0.01 * read_number(label, word[:-1], "", signature) * abs(numbers[0]))
         else:
-            numbers.append(_number(label, word, "" if argument in kind.pure else unit, signature))
+            numbers.append(read_number(label, word, "" if argument in kind.pure else unit, signature))
     if not kind.holds(*numbers):
         said = ", ".join(f"{argument} = {number:.9g}" for argument, number in zip(kind.arguments, numbers, strict=True))
         raise UsageError(Problem(where, f"{signature} needs {kind.demand}; here {said}", example))
@@ -163,12 +163,12 @@ def read_distribution(where: str, text: str, unit: str = "") -> Distribution:
 
 def _levels(where: str, name: str, words: Sequence[str], unit: str) -> tuple[float, ...]:
     if name == "values":
-        return tuple(_number(where, word, unit, "values(1, 2, 4)") for word in words)
+        return tuple(read_number(where, word, unit, "values(1, 2, 4)") for word in words)
     signature = f"{name}(low, high, count)"
     if len(words) != 3:
         raise UsageError(Problem(where, f"{name} takes 3 numbers, not {len(words)}", signature))
-    low, high = (_number(where, word, unit, signature) for word in words[:2])
-    count = _number(f"{where}: count", words[2], "", signature)
+    low, high = (read_number(where, word, unit, signature) for word in words[:2])
+    count = read_number(f"{where}: count", words[2], "", signature)
     if not (count.is_integer() and 2 <= count <= _MOST_LEVELS):
         what = f"count must be a whole number from 2 to {_MOST_LEVELS}, not {count:.9g}"
         raise UsageError(Problem(where, what, signature))
@@ -183,7 +183,14 @@ def _of_levels(levels: Array) -> Quantiles:
     return lambda p: levels[np.minimum((p * len(levels)).astype(int), len(levels) - 1)]
 
 
-def _number(where: str, word: str, unit: str, signature: str) -> float:
+def read_number(where: str, word: str, unit: str, signature: str) -> float:
+    """Return the finite number that a word says, brought to a unit where it has one of its own.
+
+    Raises
+    ------
+    UsageError
+        For any other word; ``signature`` is what to try.
+    """
     try:
         number = float(word)
     except ValueError:

@@ -166,8 +166,10 @@ class Ensemble:
     @property
     def message(self) -> str:
         """What the ensemble came to, in a sentence."""
-        done = f"{self.done} samples" if self.done == self.asked else f"{self.done} of {self.asked} samples"
-        failed = f", {len(self.failed)} of which failed" if self.failed else ""
+        many = "samples" if self.asked > 1 else "sample"
+        done = f"{self.done} {many}" if self.done == self.asked else f"{self.done} of {self.asked} {many}"
+        failures = "all" if len(self.failed) == self.done > 1 else str(len(self.failed))
+        failed = f", {failures} of which failed" if self.failed else ""
         ended = "; ended by Ctrl-C" if self.interrupted else ""
         return "; ".join((f"{done}{failed}{ended}", *self.notes))
 

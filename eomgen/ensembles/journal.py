@@ -75,21 +75,21 @@ class Journal:
         self.failed = [Failed(item["number"], item["reason"], item["values"]) for item in data["failed"]]
 
     def keep(self, block: Block) -> None:
-        """Keep a block: its values, its extremes and its failures."""
-        self.failed += block.failed
+        """Keep a block, the next one: its values, its extremes and its failures."""
         if self._folder is None:
             self._kept.append(block)
-            return
-        path = self._folder / _BLOCKS / f"{block.first:09d}.npz"
-        write_arrays(path, {"values": block.values, "extremes": block.extremes}, {"first": block.first})
+        else:
+            path = self._folder / _BLOCKS / f"{block.first:09d}.npz"
+            write_arrays(path, {"values": block.values, "extremes": block.extremes}, {"first": block.first})
+        self.failed += block.failed
+        self.done = block.first + len(block.values)
 
-    def write(self, reduction: Reduction, done: int) -> None:
-        """Write what all samples before number ``done`` come to."""
-        self.done = done
+    def write(self, reduction: Reduction) -> None:
+        """Write what all blocks that were kept come to."""
         if self._folder is None:
             return
         failed = [{"number": one.number, "reason": one.reason, "values": dict(one.values)} for one in self.failed]
-        write_arrays(self._folder / _REDUCED, reduction.arrays(), {"done": done, "failed": finite(failed)})
+        write_arrays(self._folder / _REDUCED, reduction.arrays(), {"done": self.done, "failed": finite(failed)})
 
     def samples(self, done: int, varied: int, columns: int) -> tuple[Array, Array]:
         """Return values (done, varied) and extremes (done, columns, 3) of all samples; files are read as they come."""

@@ -31,6 +31,10 @@ class Failed:
     values: Mapping[str, float]
 
 
+class _StoppedError(Exception):
+    """A run that nobody waits for any more."""
+
+
 @dataclass(frozen=True)
 class Block:
     """Samples that were run together.
@@ -83,16 +87,26 @@ class Samples:
         for k in range(count):
             if self.stop.is_set():
                 return None
-            reason = self._one(first + k, values[k], rows[k], extremes[k])
+            try:
+                reason = self._one(first + k, values[k], rows[k], extremes[k])
+            except _StoppedError:
+                return None
             if reason:
                 names = (item.name for item in self.options.items)
                 failed.append(Failed(first + k, reason, dict(zip(names, values[k].tolist(), strict=True))))
         return Block(first, values, rows, extremes, tuple(failed))
 
+    def _look(self, done: int, steps: int) -> None:
+        """End a run where no more samples are wanted; called every tenth of a second."""
+        if self.stop.is_set():
+            raise _StoppedError
+
     def _one(self, number: int, values: Array, rows: Array, extremes: Array) -> str:
         """Run one sample and fill its rows (columns, times) and extremes (columns, 3); return why it failed."""
         try:
-            solution = simulate(self.model, *self.span, **self.options.of(values), error_estimate=False)
+            solution = simulate(
+                self.model, *self.span, **self.options.of(values), error_estimate=False, progress=self._look
+            )
             if number in self.keep and self.folder is not None:
                 solution.save(self.folder / f"sample_{number:07d}.npz")
             if not solution.success:

@@ -6,7 +6,7 @@ import os
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import nullcontext
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -31,8 +31,9 @@ from eomgen.ensembles.journal import Journal
 from eomgen.ensembles.reductions import Reduction
 from eomgen.ensembles.samples import Block, Samples
 from eomgen.ensembles.variations import Variation, VariedOptions, read_table, read_varied
-from eomgen.errors import Problem, UsageError
+from eomgen.errors import FileError, Problem, UsageError
 from eomgen.files import make_folder
+from eomgen.locks import sole_use
 from eomgen.progress import Progress, shown
 from eomgen.results.solution import Solution
 from eomgen.simulation.row_times import row_times
@@ -83,15 +84,18 @@ def simulate_many(
         raise UsageError(Problem("keep", "solutions of samples are kept in a folder, and none is given", "folder=..."))
     block = max(1, min(_LARGEST_BLOCK, -(-drawn.samples // _BLOCKS)))
     described = _described(model, pilot, drawn, items, vary, table, seed, looked_at, times[thinned], block, options)
-    journal = Journal(target, described, resume=resume)
-    runs = None if target is None or not kept else make_folder(target / "runs")
+    runs = None if target is None or not kept else target / "runs"
     work = Samples(
         model, drawn, VariedOptions(model, items, options), (t_end, step), looked_at, times, thinned, kept, runs
     )
-    began = time.perf_counter()
-    reduction = journal.reduction or Reduction(len(looked_at), len(thinned))
-    with nullcontext() if progress is None else shown(progress, model.name) as reported:
-        done, interrupted = _run(work, journal, reduction, block, _workers(workers), reported)
+    threads = _workers(workers)
+    with _alone(target), nullcontext() if progress is None else shown(progress, model.name) as reported:
+        journal = Journal(target, described, resume=resume)
+        if runs is not None:
+            make_folder(runs)
+        began = time.perf_counter()
+        reduction = journal.reduction or Reduction(len(looked_at), len(thinned))
+        interrupted = _run(work, journal, reduction, block, threads, reported)
     units = pilot.units()
     return Ensemble(
         scene=model.name,
@@ -102,7 +106,7 @@ def simulate_many(
         units={column: units.get(column, "") for column in looked_at} | {item.name: item.unit for item in items},
         t=times[thinned],
         asked=drawn.samples,
-        done=done,
+        done=journal.done,
         interrupted=interrupted,
         seconds=time.perf_counter() - began,
         reduction=reduction,
@@ -116,31 +120,49 @@ def _doubt(pilot: Solution) -> str:
     return f"the run without variations fails: {pilot.message}"
 
 
+@contextmanager
+def _alone(folder: Path | None) -> Iterator[None]:
+    """Keep other ensembles out of a folder. Raises FileError where one is at work in it."""
+    if folder is None:
+        yield
+        return
+    with sole_use(make_folder(folder)) as alone:
+        if not alone:
+            what = "another ensemble is writing to it"
+            raise FileError(Problem(str(folder), what, "another folder, or this one when that has ended"))
+        yield
+
+
 def _run(
     work: Samples, journal: Journal, reduction: Reduction, block: int, workers: int, report: Progress | None
-) -> tuple[int, bool]:
-    """Run what is left, reduce it in order, and return how many samples are done and whether Ctrl-C ended it."""
-    total, done = work.design.samples, journal.done
+) -> bool:
+    """Run what is left, reduce it in order, and return whether Ctrl-C ended it."""
+    total = work.design.samples
     written = time.monotonic()
     interrupted = False
     pool = ThreadPoolExecutor(workers, thread_name_prefix="eomgen-ensemble")
+    reducer = ThreadPoolExecutor(1)  # Ctrl-C ends what the main thread does, and a block is reduced whole or not at all
+
+    def take(found: Block) -> None:
+        reduction.add(found.rows)
+        journal.keep(found)
+
     try:
-        for found in _in_order(pool, work, done, total, block, 2 * workers):
-            reduction.add(found.rows)
-            journal.keep(found)
-            done = found.first + len(found.values)
+        for found in _in_order(pool, work, journal.done, total, block, 2 * workers):
+            reducer.submit(take, found).result()
             if time.monotonic() - written > _SELDOM:
-                journal.write(reduction, done)
+                reducer.submit(journal.write, reduction).result()
                 written = time.monotonic()
             if report is not None:
-                report(done, total)
+                report(journal.done, total)
     except KeyboardInterrupt:
         interrupted = True
     finally:
         work.stop.set()
         pool.shutdown(wait=True, cancel_futures=True)
-        journal.write(reduction, done)
-    return done, interrupted and done < total
+        reducer.shutdown(wait=True)
+    journal.write(reduction)
+    return interrupted and journal.done < total
 
 
 def _in_order(

@@ -13,7 +13,7 @@ from eomgen.arrays import Array
 from eomgen.compiled.arguments import check_finite, numbers
 from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.model import CompiledModel
-from eomgen.ensembles.distributions import Distribution, read_distribution
+from eomgen.ensembles.distributions import Distribution, read_distribution, read_number
 from eomgen.errors import Problem, UsageError
 from eomgen.text import nearest, shown
 
@@ -36,8 +36,10 @@ class Variation:
     unit: str
 
 
-def find_variation(model: CompiledModel, name: str) -> Variation:
+def find_variation(model: CompiledModel, name: str, where: str = "vary") -> Variation:
     """Return what a name stands for: a tunable parameter, an input, ``q.hinge``, ``v.hinge``, an internal state.
+
+    ``where`` is where it was given, for messages.
 
     Raises
     ------
@@ -58,14 +60,16 @@ def find_variation(model: CompiledModel, name: str) -> Variation:
         block, place, unit = of_states[name]
         if block == "q" and unit == "1":
             what = f"{name} is a component of a unit quaternion, and its parts are not free"
-            raise UsageError(Problem(f"vary {name}", what, "a table of whole initial states, or a joint with an angle"))
+            raise UsageError(
+                Problem(f"{where} {name}", what, "initial=..., the same for all samples, or a joint with an angle")
+            )
         return Variation(name, block, place, unit)
     if name in model.evaluator.fixed_parameters:
         hint = f"{name} = {{ value = ..., tunable = true }} in the scene's [parameters]"
-        raise UsageError(Problem(f"vary {name}", f"the parameter {name} is fixed in the code", hint))
+        raise UsageError(Problem(f"{where} {name}", f"the parameter {name} is fixed in the code", hint))
     every = [*model.parameters, *model.inputs, *of_states]
     what = f"there is no parameter, input or initial state {shown(name)}"
-    raise UsageError(Problem("vary", what, nearest(name, every)))
+    raise UsageError(Problem(where, what, nearest(name, every)))
 
 
 def read_varied(
@@ -92,6 +96,8 @@ def read_varied(
 def read_table(model: CompiledModel, table: Mapping[str, ArrayLike]) -> tuple[list[Variation], Array]:
     """Return what varies and its values, (samples, columns), of a mapping or a DataFrame from names to columns.
 
+    Values are numbers in the scene's units, or texts with units of their own, ``20 g``.
+
     Raises
     ------
     UsageError
@@ -101,8 +107,8 @@ def read_table(model: CompiledModel, table: Mapping[str, ArrayLike]) -> tuple[li
         what = f"a mapping from names to columns, or a DataFrame, is needed, not {type(table).__name__}"
         raise UsageError(Problem("table", what, 'table={"mass": [1.0, 1.1, 1.2]}'))
     names = [str(name) for name in table.keys()]  # noqa: SIM118  # a DataFrame iterates over its columns by keys() only
-    found = [find_variation(model, name) for name in names]
-    columns = [numbers(f"table {name}", np.asarray(table[name])) for name in names]
+    found = [find_variation(model, name, "table") for name in names]
+    columns = [_column(item, table[item.name]) for item in found]
     if not columns or columns[0].ndim != 1 or not len(columns[0]):
         raise UsageError(Problem("table", "it has no rows", "a column of numbers for each name, a row for each sample"))
     for name, column in zip(names, columns, strict=True):
@@ -111,6 +117,14 @@ def read_table(model: CompiledModel, table: Mapping[str, ArrayLike]) -> tuple[li
             raise UsageError(Problem("table", what, "as many values in each column"))
         check_finite(f"table {name}", column)
     return found, np.stack(columns, axis=-1)
+
+
+def _column(item: Variation, values: ArrayLike) -> Array:
+    """Return a column of a table, (samples,), in the unit of what varies. Raises UsageError."""
+    where, array = f"table {item.name}", np.asarray(values)
+    if array.ndim == 1 and array.dtype.kind in "OU" and any(isinstance(value, str) for value in array):
+        return np.array([read_number(f"{where}[{k}]", str(array[k]), item.unit, "1.5") for k in range(len(array))])
+    return numbers(where, array)
 
 
 @dataclass(frozen=True)

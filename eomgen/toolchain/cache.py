@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from eomgen.errors import FileError, Problem
-from eomgen.toolchain.locks import abandoned, claimed, hold
+from eomgen.locks import abandoned, claimed, hold
 
 #: Bytes that the cache may hold; the least recently used entries go first.
 DEFAULT_LIMIT = 2_000_000_000

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +13,7 @@ import pytest
 import eomgen
 from eomgen.cli import main
 from eomgen.ensembles import Ensemble
+from eomgen.ensembles.reductions import Reduction
 from eomgen.errors import FileError, UsageError
 
 CART = """
@@ -94,6 +97,8 @@ def test_a_grid_and_a_table_run_their_samples(cart: eomgen.Model) -> None:
     np.testing.assert_allclose(grid.results["output.place.final"], [0, 8, 0, 4, 0, 2], atol=1e-10)
     table = cart.simulate_many(table={"push": [1.0, 3.0]})
     np.testing.assert_allclose(table.results["output.place.final"], [1.0, 3.0], atol=1e-10)
+    measured = cart.simulate_many(table={"push": ["0.001 kN", "3"], "mass": ["1000 g", "3"]})
+    np.testing.assert_allclose(measured.results["output.place.final"], [2.0, 2.0], atol=1e-10)
 
 
 def bits(found: Ensemble) -> list[bytes]:
@@ -119,6 +124,45 @@ def test_bits_do_not_depend_on_workers_or_interruptions(cart: eomgen.Model, tmp_
         cart.simulate_many(**{**options, "seed": 2}, folder=tmp_path / "out", resume=True)
     again = cart.simulate_many(**options, folder=tmp_path / "out", resume=True)
     assert again.done == 120 and not again.interrupted and bits(again) == straight
+
+
+def test_ctrl_c_within_a_reduction_leaves_it_whole(
+    cart: eomgen.Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    options = {"vary": VARY, "samples": 60, "seed": 1}
+    straight = bits(cart.simulate_many(**options))
+    products, calls = Reduction._add_products, []
+
+    def interrupted(self: Reduction, block: np.ndarray, there: np.ndarray) -> None:
+        calls.append(len(block))
+        if len(calls) == 3:
+            os.kill(os.getpid(), signal.SIGINT)
+        products(self, block, there)
+
+    monkeypatch.setattr(Reduction, "_add_products", interrupted)
+    part = cart.simulate_many(**options, folder=tmp_path / "out")
+    assert part.interrupted and part.reduction.count.max() == part.done < 60
+    again = cart.simulate_many(**options, folder=tmp_path / "out", resume=True)
+    assert again.done == 60 and bits(again) == straight
+
+
+def test_a_folder_takes_one_ensemble_at_a_time(cart: eomgen.Model, tmp_path: Path) -> None:
+    said = []
+
+    def second(done: int, total: int) -> None:
+        with pytest.raises(FileError) as caught:
+            cart.simulate_many(vary=VARY, samples=4, folder=tmp_path, resume=True)
+        said.append(str(caught.value))
+
+    assert cart.simulate_many(vary=VARY, samples=4, folder=tmp_path, progress=second).done == 4
+    assert said and "another ensemble is writing to it; try: another folder" in said[0]
+    assert cart.simulate_many(vary=VARY, samples=4, folder=tmp_path, resume=True).done == 4
+
+
+def test_what_is_refused_leaves_no_ensemble_behind(cart: eomgen.Model, tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="workers must be a whole number from 1 on, not 0"):
+        cart.simulate_many(vary=VARY, folder=tmp_path / "out", workers=0)
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_failed_sample_is_kept_with_its_reason(cart: eomgen.Model, tmp_path: Path) -> None:
@@ -157,6 +201,9 @@ def test_a_failed_sample_is_kept_with_its_reason(cart: eomgen.Model, tmp_path: P
         ),
         ({"table": {"mass": [1.0], "push": [1.0, 2.0]}}, "table: push has 2 values, mass has 1"),
         ({"table": {"mass": [np.nan]}}, "table mass"),
+        ({"table": {"mass": [1.0, "1 N"]}}, "table mass[1]: '1 N' is a force, a mass in kg is expected"),
+        ({"table": {"mass": ["1", "heavy"]}}, "table mass[1]: 'heavy' is not a number"),
+        ({"table": {"masss": [1.0]}}, "table: there is no parameter, input or initial state 'masss'; try: mass"),
     ],
 )
 def test_what_cannot_be_run_is_told_before_the_first_sample(
@@ -186,4 +233,27 @@ def test_the_command_writes_what_it_found(tmp_path: Path, capsys: pytest.Capture
     assert "place" in captured.out and "sample 1 failed (mass = -1, push = 2)" in captured.err
     table.write_text("mass,push\n1\n", encoding="utf-8")
     assert main(["ensemble", str(scene), "--out", str(tmp_path / "u"), "--table", str(table)]) == 7
-    assert "line 2: there are 1 values under 2 names; try: a value for each name" in capsys.readouterr().err
+    assert "line 2: the row has 1 value, and there are 2 names; try: a value for each name" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("\ufeffmass;push\n# of Monday\n1;0\n\n2000 g;2 N\n", ""),
+        ("mass\tpush\n1\t0\n2\t0.002 kN\n", ""),
+        ("mass,push\n\n1,0\n2,\n", "line 4: a cell is empty; try: numbers in the scene's units, or with units: 250 mm"),
+        ("mass,push\n1,x\n", "line 2: 'x' is not a number"),
+        ("mass,push\n", "the table has no rows below its names"),
+        ("mass,mass\n1,2\n", "a name stands over two columns"),
+    ],
+)
+def test_tables_from_files(tmp_path: Path, capsys: pytest.CaptureFixture[str], text: str, said: str) -> None:
+    scene, table, out = tmp_path / "cart.toml", tmp_path / "table.csv", tmp_path / "out"
+    scene.write_text(CART, encoding="utf-8")
+    table.write_text(text, encoding="utf-8")
+    code = main(["ensemble", str(scene), "--out", str(out), "--table", str(table), "--no-plots", "--json"])
+    captured = capsys.readouterr()
+    assert said in captured.err and code == (7 if said else 0)
+    if not said:
+        assert json.loads(captured.out)["final"]["output.place"]["max"] == pytest.approx(2.0)
+        assert (out / "samples.csv").read_text(encoding="utf-8").splitlines()[2].startswith("1.0,2.0,2.0,")

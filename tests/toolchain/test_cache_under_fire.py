@@ -20,7 +20,7 @@ from eomgen.toolchain import locks as claims_module
 from eomgen.toolchain.builder import Builder
 from eomgen.toolchain.cache import ABANDONED_AFTER, KEPT, Cache
 from eomgen.toolchain.compiler import Compiler, compile_object, find_compiler
-from eomgen.toolchain.locks import hold
+from eomgen.locks import hold
 from tests.toolchain.fire import (
     NOTHING_LEFT,
     building,

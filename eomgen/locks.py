@@ -1,6 +1,7 @@
-"""Advisory file locks on cache entries under construction; the kernel releases them when their process ends.
+"""Advisory file locks: on cache entries under construction, on folders that one run writes to.
 
-Without file locks (by the file system or the operating system), processes build independently: slower, but correct.
+The kernel releases them when their process ends. Without file locks (by the file system or the operating system),
+processes build independently: slower, but correct.
 """
 
 from __future__ import annotations
@@ -32,6 +33,25 @@ def claimed(file: Path) -> Iterator[None]:
 def hold(folder: Path) -> int | None:
     """Return a descriptor that marks a folder as in use until it is closed; None where there are no locks."""
     return _locked(folder, os.O_RDONLY, wait=False)
+
+
+@contextlib.contextmanager
+def sole_use(folder: Path) -> Iterator[bool]:
+    """Hold the lock on a folder, and give whether nobody else does; always true where there are no locks."""
+    descriptor, alone = -1, True
+    try:
+        if fcntl is not None:
+            try:
+                descriptor = os.open(folder, os.O_RDONLY)
+                fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                alone = False
+            except OSError:
+                pass  # no locks here
+        yield alone
+    finally:
+        if descriptor >= 0:
+            os.close(descriptor)
 
 
 def abandoned(folder: Path) -> bool:
