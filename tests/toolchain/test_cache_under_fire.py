@@ -14,13 +14,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from eomgen import locks as claims_module
 from eomgen.errors import FileError, ToolchainError
+from eomgen.locks import hold
 from eomgen.toolchain import cache as cache_module
-from eomgen.toolchain import locks as claims_module
 from eomgen.toolchain.builder import Builder
 from eomgen.toolchain.cache import ABANDONED_AFTER, KEPT, Cache
 from eomgen.toolchain.compiler import Compiler, compile_object, find_compiler
-from eomgen.locks import hold
 from tests.toolchain.fire import (
     NOTHING_LEFT,
     building,
