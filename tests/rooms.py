@@ -14,7 +14,7 @@ from pathlib import Path
 from tests.test_doors import DOORS, PACKAGE, _own
 
 #: Rooms that are at everybody's hand, drawn as one box without arrows.
-BASE = ("version", "arrays", "errors", "text", "files", "resources", "calls")
+BASE = ("version", "arrays", "errors", "text", "threads", "files", "resources", "calls")
 WIDTH, HEIGHT, GAP, RISE, MARGIN, LETTER = 1120.0, 40.0, 18.0, 48.0, 12.0, 6.3
 
 

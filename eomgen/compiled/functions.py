@@ -4,17 +4,23 @@ batch."""
 from __future__ import annotations
 
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.errors import Problem, UsageError
 from eomgen.system.terms import TERMS, nearest_term
+from eomgen.threads import thread_count
 from eomgen.toolchain.library import Library
 
 #: Functions that fill arguments of the others: those of time alone, and the angles that the configuration's references
 #: follow.
 DRIVERS = ("base", "inputs", "base_rates", "input_rates", "joint_angles")
+
+
+#: Operations of a thread at least: some milliseconds, of which its start takes a tenth.
+_SHARE = 10_000_000
 
 
 class Functions:
@@ -92,8 +98,25 @@ class Functions:
         flat = [_samples(array, shape, count) for array in arrays]
         results = [np.empty((count, *output)) for output in self._shapes[name]]
         if count:
-            self.library.call(name, flat, results)
+            self._batch(name, flat, results, count)
         return tuple(result.reshape((*shape, *result.shape[1:])) for result in results)
+
+    def _batch(self, name: str, inputs: list[Array], results: list[Array], count: int) -> None:
+        """Evaluate a batch; threads share a large one. C releases the interpreter, and each sample has the same bits
+        whatever is evaluated beside it."""
+        work = count * max(1, int(self._layouts[name]["operations"]))
+        threads = min(count, work // _SHARE, thread_count()) if work >= 2 * _SHARE else 1
+        if threads < 2:
+            self.library.call(name, inputs, results)
+            return
+        ends = [count * k // threads for k in range(threads + 1)]
+
+        def part(begin: int, end: int) -> None:
+            own = [array if array.ndim == 1 else array[begin:end] for array in inputs]
+            self.library.call(name, own, [result[begin:end] for result in results])
+
+        with ThreadPoolExecutor(threads, thread_name_prefix="eomgen-batch") as pool:
+            list(pool.map(part, ends[:-1], ends[1:]))
 
     def _single(self, name: str, arrays: list[Array]) -> tuple[Array, ...]:
         """Evaluate one sample: what a caller's inner loop does, so without the bookkeeping of batches."""

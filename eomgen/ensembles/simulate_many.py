@@ -40,6 +40,7 @@ from eomgen.simulation.row_times import row_times
 from eomgen.simulation.simulate import simulate
 from eomgen.text import nearest
 from eomgen.text import shown as quoted
+from eomgen.threads import thread_count
 from eomgen.version import __version__
 
 #: Samples of a block, and blocks of a small ensemble at least.
@@ -183,7 +184,7 @@ def _in_order(
 
 def _workers(workers: int | None) -> int:
     if workers is None:
-        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+        return thread_count()
     return count_of("workers", workers)
 
 
