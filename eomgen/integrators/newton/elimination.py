@@ -30,6 +30,8 @@ _REPEATED = 0.002
 #: Of more stages than this it is less by the cube of their number, so that fewer have code of their own the more
 #: there are.
 _MANY = 16
+#: Of so many stages, pivots of at least this part are alike, so that what is chosen depends little on their number.
+_ALIKE = 0.1
 #: A pivot is at least this part of the largest entry of its column at all. What is lost to growth is made up by the
 #: iteration, whose residual knows nothing of it.
 _OF_ALL = 1e-6
@@ -117,13 +119,13 @@ def eliminate(
     ModelError
         When some sample is singular.
     """
-    state = _Active(size, samples, groups, diagonal_first)
+    plan = list(stages) if stages is not None else [(range(size), range(size))]
+    state = _Active(size, samples, groups, diagonal_first, _ALIKE if len(plan) > _MANY else 1.0)
     rows: list[int] = []
     columns: list[int] = []
     left: dict[int, list[int]] = {row: [] for row in range(size)}
     right: list[list[int]] = []
     operations = 0
-    plan = list(stages) if stages is not None else [(range(size), range(size))]
 
     def take(row: int, column: int) -> None:
         nonlocal operations
@@ -181,8 +183,9 @@ class _Active:
         samples: Mapping[tuple[int, int], Array],
         groups: Sequence[Sequence[int]],
         diagonal_first: bool,
+        alike: float,
     ) -> None:
-        self.diagonal_first, self.grouped = diagonal_first, bool(groups)
+        self.diagonal_first, self.grouped, self.alike = diagonal_first, bool(groups), alike
         self.group = [-1] * size
         for number, group in enumerate(groups):
             for k in group:
@@ -249,7 +252,7 @@ class _Active:
         cost = float((len(self.rows[row]) - 1) * (len(self.columns[column]) - 1))
         if (best is not None and cost > best[0]) or not (size := self._size(row, column, threshold)):
             return best
-        candidate = (cost, self.diagonal_first and row != column, -size, row, column)
+        candidate = (cost, self.diagonal_first and row != column, -min(size, self.alike), row, column)
         return candidate if best is None or candidate < best else best
 
     def _sums(self, row: int) -> dict[int, Array]:
