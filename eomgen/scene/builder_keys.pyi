@@ -64,6 +64,8 @@ class BeamKeys(TypedDict, total=False):
     damping: Mapping[str, Any] | None
     stiffness_damping: Value | None
     rotary_inertia: Sequence[Value] | None
+    center_of_mass: Sequence[Value] | None
+    inertia_matrix: Sequence[Sequence[Value]] | None
     curvature: Sequence[Value] | None
     shape: Mapping[str, Any] | None
     pretwist: Value | None

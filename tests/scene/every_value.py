@@ -30,6 +30,14 @@ _MATERIAL = {"elastic_modulus": 2e7, "density": 1500.0, "poisson_ratio": 0.25}
 _RECTANGLE = {**_MATERIAL, "shape": "rectangle", "width": 0.02, "height": 0.01}
 _TUBE = {**_MATERIAL, "shape": "tube", "diameter": 0.02, "thickness": 0.001}
 _LAYERS = [[100.0 if row == column else 1.0 for column in range(6)] for row in range(6)]
+_LAYERED_MASS = [
+    [0.5, 0.0, 0.0, 0.0, -0.02, 0.1],
+    [0.0, 0.2, 0.0, 0.02, 0.0, 0.0],
+    [0.0, 0.0, 0.3, -0.1, 0.0, 0.0],
+    [0.0, 0.02, -0.1, 1.0, 0.0, 0.0],
+    [-0.02, 0.0, 0.0, 0.0, 1.0, 0.0],
+    [0.1, 0.0, 0.0, 0.0, 0.0, 1.0],
+]
 _PART = {"length": 0.5, "elements": 1}
 _BEAM = {"modes": 2, "stiffness_damping": 1e-3, "inertia_factor": 1.0}
 
@@ -87,6 +95,13 @@ SCENE: dict[str, Any] = {
             "stiffness_damping": 1e-3,
             "prestrain": dict.fromkeys(_STRAINS, 0.01),
         },
+        "vane": {
+            "model": "cosserat",
+            "length": 2.0,
+            "elements": 2,
+            "stiffness_matrix": _LAYERS,
+            "inertia_matrix": _LAYERED_MASS,
+        },
         "hose": {"model": "cosserat", "length": 2.0, "elements": 2, "section": _SECTION},
         "strip": {"model": "cosserat", "length": 2.0, "elements": 2, "section": _RECTANGLE},
         "pipe": {"model": "cosserat", "length": 2.0, "elements": 2, "section": _TUBE},
@@ -95,6 +110,7 @@ SCENE: dict[str, Any] = {
             "mass_per_length": 1.0,
             "rotary_inertia": [0.02, 0.01, 0.01],
             "stiffness_matrix": _LAYERS,
+            "center_of_mass": [0.1, 0.2],
             "parts": [
                 {
                     **_PART,
@@ -105,7 +121,8 @@ SCENE: dict[str, Any] = {
                     "stiffness_damping": 1e-3,
                     "prestrain": dict.fromkeys(_STRAINS, 0.01),
                 },
-                {**_PART, "stiffness_matrix": _LAYERS},
+                {**_PART, "stiffness_matrix": _LAYERS, "center_of_mass": [0.1, 0.2]},
+                {**_PART, "inertia_matrix": _LAYERED_MASS},
                 {**_PART, "section": _SECTION},
                 {**_PART, "section": _RECTANGLE},
                 {**_PART, "section": _TUBE},
@@ -117,6 +134,7 @@ SCENE: dict[str, Any] = {
         "strip_end": {"type": "fixed", "parent": "base", "child": "strip"},
         "pipe_end": {"type": "fixed", "parent": "base", "child": "pipe"},
         "layers_end": {"type": "fixed", "parent": "base", "child": "blade_of_layers"},
+        "vane_end": {"type": "fixed", "parent": "base", "child": "vane"},
         "hose_end": {"type": "free", "parent": "base", "child": "hose"},
         "hinge": {
             "type": "revolute",

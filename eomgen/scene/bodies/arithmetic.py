@@ -8,6 +8,7 @@ import operator
 from fractions import Fraction
 
 from eomgen.formula.nodes import Formula, Number
+from eomgen.formula.substitution import substituted
 
 
 def times(factor: Fraction, formula: Formula) -> Formula:
@@ -31,3 +32,11 @@ def total(first: Formula, second: Formula) -> Formula:
     if isinstance(first, Number) and isinstance(second, Number):
         return Number(first.value + second.value)
     return first + second
+
+
+def folded(formula: Formula) -> Formula:
+    """Return a formula of numbers as a number, NaN where it has no value."""
+    try:
+        return substituted(formula, lambda _: None)
+    except ArithmeticError:
+        return Number(math.nan)

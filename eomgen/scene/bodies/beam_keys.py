@@ -12,8 +12,10 @@ from eomgen.scene.bodies import beam_schema as written
 _IN_PLACE_OF: Mapping[str, Sequence[str]] = {
     "stiffness": ("section", "stiffness_matrix"),
     "stiffness_matrix": ("section", "stiffness"),
-    "mass_per_length": ("section",),
-    "rotary_inertia": ("section",),
+    "mass_per_length": ("section", "inertia_matrix"),
+    "rotary_inertia": ("section", "inertia_matrix"),
+    "center_of_mass": ("section", "inertia_matrix"),
+    "inertia_matrix": ("section", "mass_per_length", "rotary_inertia", "center_of_mass"),
 }
 
 

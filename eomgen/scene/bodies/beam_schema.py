@@ -22,6 +22,7 @@ MOST_NODAL = 60
 MOST_EXACT_ELEMENTS = 10_000
 _PROFILE = "polynomial in s, 0 to 1 along the beam, that multiplies"
 _OF_MATRIX = {"names": PARAMETERS, "kind": "6x6 values of parameters"}
+_OF_CENTER = {"unit": "m", "names": PARAMETERS, "kind": "2 values of parameters, m"}
 _COEFFICIENTS = "list of values of fixed parameters, constant first"
 
 
@@ -193,6 +194,8 @@ class BeamPart(Table):
     rotary_inertia: Triple | None = of_parameters(
         "density times second moments of area: polar, about y, about z", unit="kg m", shown_default="the beam's"
     )
+    center_of_mass: Pair | None = optional("of the sections", **_OF_CENTER, shown_default="the beam's")
+    inertia_matrix: SixBySixValues | None = optional("of the sections", **_OF_MATRIX, shown_default="the beam's")
     stiffness: SectionStiffness | None = optional("of the sections", kind="table, above", shown_default="the beam's")
     stiffness_matrix: SixBySixValues | None = optional(
         "of all strains together", **_OF_MATRIX, shown_default="the beam's"
@@ -292,6 +295,16 @@ class Beam(Table):
         "`cosserat`: density times second moments of area: polar, ρ ∫ z² dA about y, ρ ∫ y² dA about z",
         unit="kg m",
         shown_default="of the section",
+    )
+    center_of_mass: Pair | None = optional(
+        "`cosserat`: of the sections, y and z; `rotary_inertia` is about the axes through it",
+        **_OF_CENTER,
+        shown_default="`[0, 0]`",
+    )
+    inertia_matrix: SixBySixValues | None = optional(
+        "`cosserat`: of the sections about the beam's axis, in place of the two keys before and `mass_per_length`:"
+        " rotary inertia (kg m), products of mass and centre of mass (kg), mass (kg/m)",
+        **_OF_MATRIX,
     )
     curvature: Triple | None = of_fixed_parameters(
         "`cosserat`: in the initial shape, in section axes: twist per length about x, then curvature about y and z; an"

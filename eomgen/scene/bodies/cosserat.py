@@ -11,8 +11,8 @@ from fractions import Fraction
 from functools import cached_property, reduce
 from itertools import accumulate
 
-from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula
-from eomgen.scene.bodies.arithmetic import times, total
+from eomgen.formula.nodes import ZERO, Formula
+from eomgen.scene.bodies.arithmetic import folded, times, total
 from eomgen.scene.bodies.model import Body
 
 Rows = tuple[tuple[Formula, ...], ...]
@@ -45,6 +45,8 @@ class BeamSection:
     ----------
     mass_per_length : kg/m
     rotary_inertia : density times second moments of area, kg m: polar, about y and about z of the sections
+    center_of_mass : m, along y and z of the sections; ``rotary_inertia`` and ``products`` are about it
+    products : of inertia per length, kg m, as entries xy, xz and yz of the tensor
     stiffness, damping : rows of 6, rotations first, section axes: GJ, EI about y and z (N m^2), EA and GA along y and
         z (N) on the diagonal, 0 for strains that it does not have; damping by rates of strain
     prestrain : (6,), strains in the initial shape, 1/m for rotations
@@ -55,6 +57,8 @@ class BeamSection:
     stiffness: Rows
     damping: Rows
     prestrain: tuple[Formula, ...] = (ZERO,) * 6
+    center_of_mass: tuple[Formula, Formula] = (ZERO, ZERO)
+    products: tuple[Formula, Formula, Formula] = (ZERO,) * 3
 
 
 @dataclass(frozen=True)
@@ -110,18 +114,28 @@ class Cosserat:
         found = []
         for number, name in enumerate(self.nodes):
             beside = self.parts[max(number - 1, 0) : number + 1]
-            mass, *about = (
-                _sum(
-                    [
-                        (part.length / 2, (part.section.mass_per_length, *part.section.rotary_inertia)[k])
-                        for part in beside
-                    ]
-                )
-                for k in range(4)
-            )
-            inertia = (about[0], about[1], about[2], ZERO, ZERO, ZERO)
-            found.append(Body(name, mass, ZERO_VECTOR, inertia, node_of=self.name))
+            found.append(_node(name, [(part.length / 2, part.section) for part in beside], self.name))
         return tuple(found)
+
+
+def _node(name: str, beside: list[tuple[Fraction, BeamSection]], beam: str) -> Body:
+    """Return a node with the inertia of lengths of one section or two."""
+    mass = _sum([(length, section.mass_per_length) for length, section in beside])
+    xx, yy, zz, xy, xz, yz = (
+        _sum([(length, (*section.rotary_inertia, *section.products)[entry]) for length, section in beside])
+        for entry in range(6)
+    )
+    y, z = beside[0][1].center_of_mass
+    if beside[-1][1].center_of_mass != (y, z):
+        masses = [times(length, section.mass_per_length) for length, section in beside]
+        others = beside[-1][1].center_of_mass
+        reduced = folded(masses[0] * masses[1] / mass)
+        off_y, off_z = (folded(one - other) for one, other in zip((y, z), others, strict=True))
+        y, z = (folded((masses[0] * one + masses[1] * other) / mass) for one, other in zip((y, z), others, strict=True))
+        xx = folded(xx + reduced * (off_y * off_y + off_z * off_z))
+        yy, zz = folded(yy + reduced * off_z * off_z), folded(zz + reduced * off_y * off_y)
+        yz = folded(yz - reduced * off_y * off_z)
+    return Body(name, mass, (ZERO, y, z), (xx, yy, zz, xy, xz, yz), node_of=beam)
 
 
 def _sum(terms: list[tuple[Fraction, Formula]]) -> Formula:

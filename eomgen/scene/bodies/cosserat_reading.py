@@ -8,13 +8,14 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import accumulate, pairwise
 
-from eomgen.formula.nodes import ZERO, Formula, Number, Vector
+from eomgen.formula.nodes import ZERO, Formula, Number
 from eomgen.scene.bodies import beam_schema as written
 from eomgen.scene.bodies.arithmetic import product, total
 from eomgen.scene.bodies.beam import AT_END
 from eomgen.scene.bodies.beam_keys import Keys
 from eomgen.scene.bodies.cosserat import CONSTRAINED, STRAINS, BeamElement, BeamSection, Cosserat, Rows
 from eomgen.scene.bodies.element_lengths import widths_between
+from eomgen.scene.bodies.inertia_reading import read_inertia
 from eomgen.scene.bodies.initial_shapes import Shape
 from eomgen.scene.bodies.section_reading import SectionReader
 from eomgen.scene.bodies.section_stiffness import ResistsItsStrains
@@ -31,7 +32,7 @@ _OF_DEFLECTIONS = (
 )  # fmt: skip  # a table
 _OF_EXACT = (
     "elements", "parts", "stiffness", "stiffness_matrix", "damping", "stiffness_damping", "rotary_inertia", "curvature",
-    "shape", "pretwist", "prestrain", "group",
+    "shape", "pretwist", "prestrain", "group", "center_of_mass", "inertia_matrix",
 )  # fmt: skip  # a table
 #: Bounds of numbers whose products are numbers, too.
 _LEAST, _MOST = 1e-150, 1e150
@@ -245,69 +246,16 @@ def _sections(keys: Keys, places: Sequence[float], values: Values) -> list[BeamS
 def _section(keys: Keys, values: Values) -> BeamSection:
     reader = SectionReader(keys.of("section"), keys["section"], values) if keys["section"] is not None else None
     stiffness = _stiffness(keys, reader, values)
+    inertia = read_inertia(keys, reader, values)
     return BeamSection(
-        _mass_per_length(keys, reader, values),
-        _rotary_inertia(keys, reader, values),
+        inertia.mass_per_length,
+        inertia.rotary_inertia,
         stiffness,
         _damping(keys, stiffness, values),
         _prestrain(keys, values),
+        inertia.center_of_mass,
+        inertia.products,
     )
-
-
-def _mass_per_length(keys: Keys, section: SectionReader | None, values: Values) -> Formula:
-    given = keys["mass_per_length"]
-    if given is not None:
-        if section is not None and keys.together("mass_per_length", "section"):
-            what = "mass_per_length is given, and follows from the section too"
-            values.report.add(keys.of("mass_per_length"), what, "one of them")
-        return values.formula(keys.of("mass_per_length"), given, PARAMETERS)
-    if section is None:
-        values.report.add(keys.key, "the key mass_per_length is missing", "mass_per_length = ..., or a section")
-        return ZERO
-    return product(section.density, _needed(section, "area", values))
-
-
-def _needed(section: SectionReader, field: str, values: Values) -> Formula:
-    """Return a value of a section; what is not there is reported."""
-    value: Formula | None = getattr(section, field)
-    return _missing(section, field, values) if value is None else value
-
-
-def _needed_pair(section: SectionReader, field: str, values: Values) -> tuple[Formula, Formula]:
-    pair: tuple[Formula, Formula] | None = getattr(section, field)
-    return (_missing(section, field, values),) * 2 if pair is None else pair
-
-
-def _missing(section: SectionReader, field: str, values: Values) -> Formula:
-    if not values.report.concerns(section.key):
-        what = f"the section has no {field}, which a geometrically exact beam needs"
-        other = "poisson_ratio = ..." if field == "shear_modulus" else "stiffness = { ... } without a section"
-        values.report.add(section.key, what, f"{field} = ..., or {other}")
-    return ZERO
-
-
-def _rotary_inertia(keys: Keys, section: SectionReader | None, values: Values) -> Vector:
-    given = keys["rotary_inertia"]
-    if given is not None:
-        entries = values.vector(keys.of("rotary_inertia"), given, PARAMETERS)
-        if not values.report.concerns(keys.of("rotary_inertia")):
-            values.require(keys.of("rotary_inertia"), RELATIONS["rotary inertia"], entries)
-        return _not_thin(keys.of("rotary_inertia"), entries, values)
-    if section is None:
-        what = "the sections have no rotary inertia, without which their rotations have none"
-        values.report.add(keys.key, what, "rotary_inertia = [polar, about y, about z], or a section")
-        return ZERO, ZERO, ZERO
-    across_y, across_z = _needed_pair(section, "second_moments", values)
-    density = section.density
-    found = product(density, total(across_y, across_z)), product(density, across_z), product(density, across_y)
-    return _not_thin(keys.of("section"), found, values)
-
-
-def _not_thin(key: str, entries: Vector, values: Values) -> Vector:
-    """Require of the rotary inertia of sections that all three are there to the digits of numbers."""
-    if not values.report.concerns(key):
-        values.require(key, RELATIONS["thin section"], entries)
-    return entries
 
 
 def _stiffness(keys: Keys, section: SectionReader | None, values: Values) -> Rows:
@@ -330,9 +278,9 @@ def _stiffness(keys: Keys, section: SectionReader | None, values: Values) -> Row
         what = "the sections have no stiffness"
         values.report.add(keys.key, what, f"stiffness = {{ {free[-1]} = ..., ... }}, stiffness_matrix, or a section")
         return _diagonal(_SECTION_UNKNOWN)
-    area, shear, torsion = (_needed(section, field, values) for field in ("area", "shear_modulus", "torsion_constant"))
-    across_y, across_z = _needed_pair(section, "second_moments", values)
-    along_y, along_z = _needed_pair(section, "shear_factors", values) if "shear_y" in free else (ZERO, ZERO)
+    area, shear, torsion = (section.needed(field) for field in ("area", "shear_modulus", "torsion_constant"))
+    across_y, across_z = section.needed_pair("second_moments")
+    along_y, along_z = section.needed_pair("shear_factors") if "shear_y" in free else (ZERO, ZERO)
     modulus = section.elastic_modulus
     found = {
         "torsion": product(shear, torsion),

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from functools import cached_property
 from typing import cast
 
-from eomgen.formula.nodes import ONE, Formula, Number
-from eomgen.formula.substitution import substituted
+from eomgen.formula.nodes import ONE, ZERO, Formula, Number
 from eomgen.scene.bodies import beam_schema as written
+from eomgen.scene.bodies.arithmetic import folded
 from eomgen.scene.bodies.section_shapes import SHAPES, ShapeValues
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.requirements import RELATIONS
@@ -60,7 +59,7 @@ class SectionReader:
         given = self.section.poisson_ratio
         if self.section.shear_modulus is not None or given is None:
             return self._optional("shear_modulus")
-        return _folded(self.elastic_modulus / (2.0 * (ONE + self._ratio)))
+        return folded(self.elastic_modulus / (2.0 * (ONE + self._ratio)))
 
     @cached_property
     def _ratio(self) -> Formula:
@@ -68,7 +67,7 @@ class SectionReader:
             return self._formula("poisson_ratio", self.section.poisson_ratio)
         if self.shear_modulus is None:
             return Number(0.0)
-        return _folded(self.elastic_modulus / (2.0 * self.shear_modulus) - ONE)
+        return folded(self.elastic_modulus / (2.0 * self.shear_modulus) - ONE)
 
     @cached_property
     def _shape(self) -> ShapeValues | None:
@@ -84,11 +83,28 @@ class SectionReader:
             self.values.require(f"{self.key}.thickness", RELATIONS["wall of a tube"], list(reversed(sizes)))
         found = shape.law(sizes, self._ratio, self.values.value)
         return ShapeValues(
-            _folded(found.area),
-            cast("tuple[Formula, Formula]", tuple(map(_folded, found.second_moments))),
-            _folded(found.torsion_constant),
-            cast("tuple[Formula, Formula]", tuple(map(_folded, found.shear_factors))),
+            folded(found.area),
+            cast("tuple[Formula, Formula]", tuple(map(folded, found.second_moments))),
+            folded(found.torsion_constant),
+            cast("tuple[Formula, Formula]", tuple(map(folded, found.shear_factors))),
         )
+
+    def needed(self, field: str) -> Formula:
+        """Return a value of the section; one that is not there is reported."""
+        value: Formula | None = getattr(self, field)
+        return self._missing(field) if value is None else value
+
+    def needed_pair(self, field: str) -> tuple[Formula, Formula]:
+        """Return two values of the section; those that are not there are reported."""
+        pair: tuple[Formula, Formula] | None = getattr(self, field)
+        return (self._missing(field),) * 2 if pair is None else pair
+
+    def _missing(self, field: str) -> Formula:
+        if not self.values.report.concerns(self.key):
+            what = f"the section has no {field}, which a geometrically exact beam needs"
+            other = "poisson_ratio = ..." if field == "shear_modulus" else "stiffness = { ... } without a section"
+            self.values.report.add(self.key, what, f"{field} = ..., or {other}")
+        return ZERO
 
     def _check_shape(self) -> None:
         """Report keys that the shape of the section does not have, or has by itself, and those that it lacks."""
@@ -129,11 +145,3 @@ class SectionReader:
             return None
         first, second = (self._formula(f"{field}[{place}]", part) for place, part in enumerate(given))
         return first, second
-
-
-def _folded(formula: Formula) -> Formula:
-    """Return a formula of numbers as a number, NaN where it has no value."""
-    try:
-        return substituted(formula, lambda _: None)
-    except ArithmeticError:
-        return Number(math.nan)

@@ -35,15 +35,20 @@ class ResistsItsStrains:
         return _fault(np.array(numbers, dtype=float).reshape(6, 6), self.model)
 
 
+def unlike(matrix: Array) -> tuple[int, int] | None:
+    """Return the first entry of a matrix that differs from the one across the diagonal, None where none does."""
+    found = np.argwhere(np.abs(matrix - matrix.T) > _ROUNDING * float(np.max(np.abs(matrix))))
+    return (int(found[0][0]), int(found[0][1])) if len(found) else None
+
+
 def _fault(matrix: Array, model: str) -> tuple[str, str]:
     """Return what is wrong with a stiffness and what to try, empty where nothing is: one without a potential, or that
     does not resist some strain, or resists one that the beam does not have."""
     if not np.all(np.isfinite(matrix)):
         return "", ""
-    size = float(np.max(np.abs(matrix)))
-    for row, column in np.argwhere(np.abs(matrix - matrix.T) > _ROUNDING * size).tolist():
-        what = f"the matrix is not symmetric, so it has no potential: entry [{row}][{column}] differs from"
-        return f"{what} [{column}][{row}]", "the mean of both"
+    if (pair := unlike(matrix)) is not None:
+        what = f"the matrix is not symmetric, so it has no potential: entry [{pair[0]}][{pair[1]}] differs from"
+        return f"{what} [{pair[1]}][{pair[0]}]", "the mean of both"
     for place in map(STRAINS.index, CONSTRAINED[model]):
         if matrix[place].any():
             what = f"a beam of the model {model} has no {STRAINS[place]}, and row [{place}] of the matrix is not 0"

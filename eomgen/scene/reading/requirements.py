@@ -176,7 +176,12 @@ UNBOUNDED = frozenset(
         *(
             f"beams.{part}{key}"
             for part in ("", "parts.")
-            for key in ("stiffness_matrix", *(f"prestrain.{kind}" for kind in _STRAINS))
+            for key in (
+                "stiffness_matrix",
+                "inertia_matrix",
+                "center_of_mass",
+                *(f"prestrain.{kind}" for kind in _STRAINS),
+            )
         ),
         "controllers.proportional",
         "controllers.integral",
