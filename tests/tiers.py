@@ -128,6 +128,7 @@ SLOW: dict[str, tuple[str, ...]] = {
     "compiled/test_beams.py::test_a_stiff_beam_moves_as_the_rigid_body_that_it_is": (),
     "compiled/test_beams.py::test_an_elastic_pendulum_keeps_its_energy": (),
     "compiled/test_beams.py::test_static_deflection_of_a_cantilever": ("2.5",),
+    "compiled/test_beams_by_steppers.py": (),
     "compiled/test_beams_in_time.py": (),
     "compiled/test_built_method.py::test_a_run_takes_the_method_that_the_model_was_built_with": (),
     "compiled/test_constrained_beams.py::test_a_sudden_moment_rolls_a_damped_beam_up": (),
