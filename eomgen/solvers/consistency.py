@@ -28,6 +28,8 @@ from eomgen.solvers.constraint_rows import (
 MAX_ITERATIONS = 50
 #: Rounding errors of a row, in units of the last place of what the magnitudes of its summands add up to.
 ROUNDING = 4.0
+#: What the names of equations say by which beams do not stretch, behind that of the beam.
+_NO_STRETCH = ": no stretch of element "
 
 
 @dataclass(frozen=True)
@@ -126,10 +128,32 @@ def _contradiction(
         f"the {what} of the constraints cannot be met together: after {iterations} corrections still off:"
         f" {'; '.join(worst)}"
     )
-    first = int(order[0])
-    if rows.lever(first) * SINGULAR > rows.extent[first]:
+    first, lengths = int(order[0]), _lengths(names, left, limits)
+    if lengths:
+        text += f"; {', '.join(what for what, _ in lengths)}"
+        hint = " and ".join(dict.fromkeys(hint for _, hint in lengths))
+    elif rows.lever(first) * SINGULAR > rows.extent[first]:
         text += f"; {long_lever(rows, names, first)}"
         hint = NEARER_FRAMES
     else:
         hint = "an initial state nearer to assembly, or lengths and axes that fit"
     return ModelError(Problem("constraints", text, hint))
+
+
+def _lengths(names: Sequence[str], left: Array, limits: Array) -> list[tuple[str, str]]:
+    """Return what beams that do not stretch would have to do to close their loops, and what to try."""
+    by_beam: dict[str, float] = {}
+    for name, value, limit in zip(names, left, limits, strict=False):
+        beam, is_stretch, _ = name.partition(_NO_STRETCH)
+        if is_stretch and not abs(value) <= limit:
+            by_beam[beam] = by_beam.get(beam, 0.0) + float(value)
+    longer = 'a longer beam, ends that are nearer to each other, or model = "kirchhoff", which stretches'
+    shorter = "an initial shape that is bent, which says to which side the beam is to bend"
+    return [
+        (
+            f"the beam {beam} would have to be {'longer' if by > 0.0 else 'shorter'} by more than {abs(by):.3g} m, and"
+            " it does not stretch",
+            longer if by > 0.0 else shorter,
+        )
+        for beam, by in by_beam.items()
+    ]

@@ -217,8 +217,11 @@ def test_springs_between_masses_are_compared(tmp_path: Path, capsys: pytest.Capt
 
 
 def test_exact_beams_of_more_elements_are_built(tmp_path: Path) -> None:
-    assert beam_kernels.main(["--quick", "--json", str(tmp_path / "out.json")]) == 0
-    beams = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))["beams"]
+    how = ["--model", "kirchhoff", "--method", "rattlie"]
+    assert beam_kernels.main(["--quick", *how, "--json", str(tmp_path / "out.json")]) == 0
+    written = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
+    beams = written["beams"]
+    assert (written["model"], written["method"]) == ("kirchhoff", "rattlie")
     assert [beam["elements"] for beam in beams] == [3, 6]
     assert all(beam["runs"][0]["us per step"] > 0.0 for beam in beams)
     assert beam_kernels.exponent([2, 4, 8], [3.0, 12.0, 48.0]) == pytest.approx(2.0)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 import pytest
 
 import eomgen
+from eomgen.errors import ModelError
 from eomgen.pipeline.pipeline import derive
 from eomgen.system.system import System
 from tests.models.cosserat import ROLL_UP, beam_scene
@@ -48,6 +50,31 @@ def test_a_straight_beam_that_does_not_stretch_is_named_where_both_ends_are_held
     assert (
         'try: another start, or a constraint less (of a straight beam held at both ends: model = "kirchhoff"' in warning
     )
+
+
+@pytest.mark.parametrize(
+    ("place", "what", "hint"),
+    [
+        (12.0, "longer", 'a longer beam, ends that are nearer to each other, or model = "kirchhoff", which stretches'),
+        (8.0, "shorter", "an initial shape that is bent, which says to which side the beam is to bend"),
+    ],
+)
+def test_ends_that_a_beam_cannot_reach_or_not_straight_are_told(place: float, what: str, hint: str) -> None:
+    """The end and the elements share the 2 m that do not fit, so the beam lacks less than that."""
+    with pytest.raises(ModelError) as raised:
+        closed("inextensible", 3, {"body": "base", "position": [place, 0.0, 0.0]})
+    told = re.search(
+        rf"; the beam rope would have to be {what} by more than (\S+) m, and it does not stretch; try: (.*)$",
+        str(raised.value),
+    )
+    assert told is not None, raised.value
+    assert 1.0 < float(told[1]) < 2.0
+    assert told[2] == hint
+
+
+def test_a_bent_beam_takes_its_end_where_a_straight_one_cannot() -> None:
+    system = closed("inextensible", 6, {"body": "base", "position": [9.0, 1.0, 0.0]}, curvature=[0.0, 0.0, 0.1])
+    assert len(system.multipliers) == 6 * 3 + 6
 
 
 def test_what_a_beam_does_not_have_is_told_with_what_is_kept() -> None:
