@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -22,8 +23,9 @@ __all__ = ["LEAVES", "ONE", "UNARY", "ZERO", "Counts", "InputSymbol", "Op", "Ref
 Ref = int
 ZERO: Ref = 1
 ONE: Ref = 2
-#: Operations whose first operand alone is a reference.
-_OF_ONE = UNARY | {Op.CURVE}
+#: How many of a node's operands are references, by its operation; those of results of Maps are what these gather.
+_REFERENCES = [0 if op in LEAVES or op is Op.MAP else 1 if op in UNARY | {Op.CURVE} else 2 for op in [Op.CONST, *Op]]
+_REFERENCES[Op.SELECT] = 3
 
 
 @dataclass
@@ -272,23 +274,23 @@ class Tape:
         gathered_maps: set[int] = set()
         for ref in outputs:
             needed[abs(ref)] = 1
-        op, a, b, c = self.op, self.a, self.b, self.c
+        op, a, b, c, references = self.op, self.a, self.b, self.c, _REFERENCES
         nodes: list[int] = []
         node = needed.rfind(1, 1)
         while node > 0:  # operands are recorded before what uses them
             nodes.append(node)
-            kind = op[node]
-            if kind is Op.MAP:  # its results share their operands: following them once keeps this linear
-                if a[node] not in gathered_maps:
-                    gathered_maps.add(a[node])
-                    for ref in self.operands(node):
-                        needed[abs(ref)] = 1
-            elif kind not in LEAVES:
+            count = references[op[node]]
+            if count == 2:
                 needed[abs(a[node])] = 1
-                if kind not in _OF_ONE:
-                    needed[abs(b[node])] = 1
-                    if kind is Op.SELECT:
-                        needed[abs(c[node])] = 1
+                needed[abs(b[node])] = 1
+            elif count == 1:
+                needed[abs(a[node])] = 1
+            elif count == 3:
+                needed[abs(a[node])] = needed[abs(b[node])] = needed[abs(c[node])] = 1
+            elif op[node] is Op.MAP and a[node] not in gathered_maps:
+                gathered_maps.add(a[node])  # its results share their operands: following them once keeps this linear
+                for ref in self.operands(node):
+                    needed[abs(ref)] = 1
             node = needed.rfind(1, 1, node)
         nodes.reverse()
         return nodes
@@ -300,14 +302,11 @@ class Tape:
     def counts(self, outputs: Iterable[Ref]) -> Counts:
         """Count the operations that outputs need: a Map's kernel once per element, what joined Maps share once."""
         total = Counts()
-        tally = dict.fromkeys(Op, 0)
-        maps: dict[int, Any] = {}
-        for node in self.live(outputs):
-            op = self.op[node]
-            if op is Op.MAP:
-                maps[self.a[node]] = self.maps[self.a[node]]  # Map, which knows Tape
-                continue
-            tally[op] += 1
+        live = self.live(outputs)
+        tally = Counter([self.op[node] for node in live])
+        # Maps, which know Tape
+        maps: dict[int, Any] = {self.a[node]: self.maps[self.a[node]] for node in live if self.op[node] is Op.MAP}
+        del tally[Op.MAP]
         for loop, _ in next(iter(maps.values())).together(maps) if maps else ():
             total = total + loop.counts()
         functions = sum(tally[op] for op in UNARY) + tally[Op.POW] + tally[Op.ATAN2] + tally[Op.CURVE]
