@@ -178,7 +178,8 @@ def at_rest(run: Run, rows: Array) -> bool:
     """Return whether nothing moves in rows (n, width) but by the rounding of coordinates, neither by its velocities nor
     between rows; what is stiff may tremble by as little at a high frequency."""
     q = rows[:, 1 : 1 + run.model.nq]
-    sizes = np.array([_longest(run, rows) if unit == "m" else 1.0 for unit in run.model.q_units])
+    longest = _longest(run, rows)
+    sizes = np.array([longest if unit == "m" else 1.0 for unit in run.model.q_units])
     between = float(np.max(np.ptp(q, axis=0) / np.where(sizes > 0.0, sizes, 1.0), initial=0.0))
     if np.any(_moved(run, rows, _REST)[: run.model.nv]):
         hardly = not np.any(_moved(run, rows, _SETTLED * (len(rows) - 1))[: run.model.nv])  # from row to row
@@ -266,8 +267,8 @@ def _grown(run: Run, growth: Array, size: Array, least: float) -> Components:
         return grown
     names = zip(run.model.z_names, run.model.z_units, strict=True)
     units = np.array([*run.model.v_units, *(f"{unit} of {name}" for name, unit in names)])
-    largest = np.array([size[units == units[component]].max() for component in grown])
-    return grown[size[grown] > _ROUNDING * largest]
+    largest = {unit: size[units == unit].max() for unit in np.unique(units[grown])}
+    return grown[size[grown] > _ROUNDING * np.array([largest[unit] for unit in units[grown]])]
 
 
 def _growth(before: Array, after: Array) -> Array:
