@@ -120,22 +120,18 @@ class Plan:
         return leader
 
     def _count_reads(self) -> None:
-        tape, uses, last_part = self.tape, self.uses, self.last_part
+        tape, uses, last_part, head = self.tape, self.uses, self.last_part, self.head
         for node in self.order:
             part = self.part_of[node]
             if node in self.loops:  # what a loop reads gets a statement of its own, so it counts twice
-                read = [
-                    ref
-                    for iteration in self.loops[node].iterations
-                    for member in iteration
-                    for ref in operands(tape, member)
-                ] * 2
+                members, times = list(chain.from_iterable(self.loops[node].iterations)), 2
             else:
-                read = list(tape.operands(node) if tape.op[node] is _MAP else operands(tape, node))
-            for ref in read:
-                operand = abs(ref)
-                if operand in uses:
-                    if operand in self.head and self.head[operand] != node:
-                        self.read_outside.add(operand)
-                    uses[operand] += 1
-                    last_part[operand] = max(part, last_part[operand])
+                members, times = [node], 1
+            for member in members:
+                for ref in tape.operands(member) if tape.op[member] is _MAP else operands(tape, member):
+                    operand = abs(ref)
+                    if operand in uses:
+                        if operand in head and head[operand] != node:
+                            self.read_outside.add(operand)
+                        uses[operand] += times
+                        last_part[operand] = max(last_part[operand], part)

@@ -142,22 +142,11 @@ def _longest(codes: NDArray[np.uint64]) -> tuple[int, int, int] | None:
 
 def _consistent(tape: Tape, iterations: Sequence[tuple[int, ...]]) -> RerolledLoop | None:
     """Return the loop over the longest run of iterations around the middle one that have the same local operands."""
-    position_of = {node: (k, j) for k, iteration in enumerate(iterations) for j, node in enumerate(iteration)}
-
-    def shape(k: int) -> list[int]:
-        local_operands = []
-        for node in iterations[k]:
-            for ref in operands(tape, node):
-                iteration, position = position_of.get(abs(ref), (-1, -1))
-                local_operands.append(position if iteration == k else -1)
-        return local_operands
-
-    middle = len(iterations) // 2
-    wanted = shape(middle)
-    first = last = middle
-    while first > 0 and shape(first - 1) == wanted:
+    alike = _alike(tape, np.array(iterations, dtype=np.int64))
+    first = last = len(iterations) // 2
+    while first > 0 and alike[first - 1]:
         first -= 1
-    while last + 1 < len(iterations) and shape(last + 1) == wanted:
+    while last + 1 < len(iterations) and alike[last + 1]:
         last += 1
     kept = iterations[first : last + 1]
     return (
@@ -165,3 +154,24 @@ def _consistent(tape: Tape, iterations: Sequence[tuple[int, ...]]) -> RerolledLo
         if len(kept) >= MINIMUM_ITERATIONS and (len(kept) - 1) * len(kept[0]) >= MINIMUM_SAVED
         else None
     )
+
+
+def _alike(tape: Tape, nodes: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Return which iterations, (count, period), have the local operands of the middle one."""
+    count, period = nodes.shape
+    low = int(nodes.min())
+    position = np.full(int(nodes.max()) - low + 1, -1, dtype=np.int64)
+    position[nodes - low] = np.arange(count * period).reshape(count, period)
+    arity = np.array([_ARITY[tape.op[node]] for node in nodes[0]])
+    result = np.ones(count, dtype=bool)
+    flat = nodes.ravel().tolist()
+    for number, given in enumerate((tape.a, tape.b, tape.c)):
+        taken = arity > number
+        if not np.any(taken):
+            break
+        refs = np.abs(np.array([given[node] for node in flat], dtype=np.int64).reshape(count, period)[:, taken])
+        inside = (refs >= low) & (refs < low + len(position))
+        at = np.where(inside, position[np.where(inside, refs - low, 0)], -1)
+        local = np.where(at // period == np.arange(count)[:, np.newaxis], at % period, -1)
+        result &= np.all(local == local[count // 2], axis=1)
+    return result
