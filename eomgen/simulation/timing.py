@@ -4,7 +4,6 @@ the library gives events to its caller, and otherwise no Python between."""
 from __future__ import annotations
 
 import os
-import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -22,6 +21,7 @@ from eomgen.simulation.stepping.inputs import InputSignals, Signal, jumps_known,
 from eomgen.simulation.stepping.run import scene_inputs
 from eomgen.simulation.stepping.settings import stepper_library
 from eomgen.simulation.stepping.stepper import Stepper
+from eomgen.toolchain.large_stack import thread_time_ns
 
 #: The part of steps that a late one is later than, and how many steps it takes to tell.
 PART, COUNT = 0.9999, 20_000
@@ -157,12 +157,12 @@ class Repeated:
         NumericalError where the run stops."""
         self._begin()
         done, status, table, per_step = 0, 0, self._table, self._stepper.sizes["rows_per_step"]
-        began = time.thread_time_ns()
+        began = thread_time_ns()
         while done < self.steps and not status:
             status, _ = self._stepper.run(self.steps - done, self.every, table, self._record)
             done = self._stepper.count
             table = None if self._table is None else self._table[done * per_step :]
-        took = 1e-9 * (time.thread_time_ns() - began)
+        took = 1e-9 * (thread_time_ns() - began)
         self._check(status)
         return took
 
@@ -176,9 +176,9 @@ class Repeated:
         for number in range(self.steps):
             first = number * per_step
             table = None if self._table is None else np.ascontiguousarray(self._table[first : first + per_step + 1])
-            began = time.thread_time_ns()
+            began = thread_time_ns()
             status, _ = self._stepper.run(1, 0, table, None)
-            taken[number] = 1e-9 * (time.thread_time_ns() - began)
+            taken[number] = 1e-9 * (thread_time_ns() - began)
             self._check(status)
             if counts is not None:
                 now = int(self._stepper.state[counts][0])
@@ -189,9 +189,9 @@ class Repeated:
         """Return the processor's time of as many calls that take no step, s, (steps,)."""
         taken = np.empty(self.steps)
         for number in range(self.steps):
-            began = time.thread_time_ns()
+            began = thread_time_ns()
             self._stepper.run(0, 0, None, None)
-            taken[number] = 1e-9 * (time.thread_time_ns() - began)
+            taken[number] = 1e-9 * (thread_time_ns() - began)
         return taken
 
     def _begin(self) -> None:

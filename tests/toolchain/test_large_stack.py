@@ -5,13 +5,14 @@ from __future__ import annotations
 import ctypes
 import subprocess
 import threading
+import time
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
-from eomgen.toolchain.large_stack import ENOUGH, OnLargeStack, with_stack
+from eomgen.toolchain.large_stack import ENOUGH, OnLargeStack, thread_time_ns, with_stack
 
 MEGABYTES = 40
 DEEP = """
@@ -51,3 +52,16 @@ def test_sizes_are_asked_for_on_the_thread_that_asks() -> None:
     lib: Any = OnLargeStack(SimpleNamespace(eomgen_size=threading.get_ident, eomgen_run=threading.get_ident), 1 << 20)
     assert lib.eomgen_size() == threading.get_ident()
     assert lib.eomgen_run() != threading.get_ident()
+
+
+def test_time_of_such_functions_counts_for_the_thread_that_calls() -> None:
+    def busy() -> int:
+        began = time.thread_time_ns()
+        while time.thread_time_ns() - began < 5_000_000:
+            pass
+        return time.thread_time_ns() - began
+
+    lib: Any = OnLargeStack(SimpleNamespace(eomgen_run=busy), 1 << 20)
+    before = thread_time_ns()
+    spent = lib.eomgen_run()
+    assert thread_time_ns() - before >= spent >= 5_000_000
