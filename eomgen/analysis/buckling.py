@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -13,10 +14,15 @@ from eomgen.arrays import Array
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.terms import Inputs, Parameters
 from eomgen.errors import NumericalError, Problem, UsageError
-from eomgen.solvers.buckling import linear_buckling
+from eomgen.solvers.bordered_newton import LoadedStatics, Rest
+from eomgen.solvers.buckling import half_way, linear_buckling
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
+
+
+#: Part by which the lowest load may differ from what is told half way there.
+STEADY = 0.05
 
 
 @dataclass(frozen=True, repr=False)
@@ -30,6 +36,7 @@ class BucklingLoads:
     values : (n,) of the parameter, nearest to the preload first
     modes : (nv, n) displacements, the largest component of each 1 rad, or the scene's length
     components : of each mode, the names of those that take the largest part
+    warning : that extrapolation misleads, as the load bends the structure on its way; empty where it does not
     """
 
     parameter: str
@@ -38,6 +45,7 @@ class BucklingLoads:
     values: Array
     modes: Array
     components: tuple[tuple[str, ...], ...]
+    warning: str = ""
 
     def __repr__(self) -> str:
         values = ", ".join(f"{value:.6g}" for value in self.values)
@@ -69,4 +77,23 @@ def buckling_loads(
         what = f"no buckling loads about {parameter} = {value:.6g}: {error}"
         raise NumericalError(Problem("buckling_loads", what, "another preload, at=...")) from None
     named = tuple(components_of(model, statics, mode) for mode in np.transpose(modes))
-    return BucklingLoads(varied.name, varied.unit, value, value + factors, modes, named)
+    warning = _misleads(statics, start.rest, varied.name, value, factors)
+    if warning:
+        warnings.warn(f"{model.name}: {warning}", RuntimeWarning, stacklevel=4)
+    return BucklingLoads(varied.name, varied.unit, value, value + factors, modes, named, warning)
+
+
+def _misleads(statics: LoadedStatics, rest: Rest, name: str, value: float, factors: Array) -> str:
+    """Return that another load is told half way to the lowest one; nothing where it is the same."""
+    if not len(factors):
+        return ""
+    lowest = float(factors[0])
+    later = half_way(statics, rest, lowest)
+    if later is not None and abs(later - lowest) <= STEADY * abs(lowest):
+        return ""
+    told = "there is none" if later is None else f"it is {value + later:.6g}"
+    return (
+        f"the lowest linear buckling load is {name} = {value + lowest:.6g} by what stiffness does at {value:.6g}, and"
+        f" half way there {told}: the load bends the structure, so extrapolation misleads; try: equilibrium_path, which"
+        " finds limit points and bifurcations"
+    )

@@ -228,6 +228,18 @@ def _skew(point: Point) -> bool:
     return float(np.max(np.abs(point.stiffness - point.stiffness.T), initial=0.0)) > 1e-6 * point.largest_stiffness
 
 
+def _not_by_stiffness(model: CompiledModel, point: Point, v: Array, against: int) -> str:
+    """Return why stiffness alone does not decide stability; nothing where it does."""
+    if model.nz:
+        return "internal states take part"
+    if _skew(point):
+        return "forces or moments that follow the motion, or moments about fixed axes, have no potential"
+    # in an even number of directions (Chetaev 1961)
+    if np.any(v) and against and against % 2 == 0:
+        return "gyroscopic forces may hold what it pushes away"
+    return ""
+
+
 @dataclass(frozen=True)
 class _Stiffness:
     """Squared frequencies by stiffness alone, increasing, 0 where nothing pulls back, and their directions (nv, n)."""
@@ -343,8 +355,8 @@ def _result(
     undetermined = _components(model, directions[:, soft])
     against = int(np.sum(values[~soft] < 0.0))
     stable: bool | None = not against
-    # gyroscopic forces may hold what stiffness pushes away, in an even number of directions (Chetaev 1961)
-    if model.nz or _skew(point) or (np.any(v) and against and against % 2 == 0):
+    why = _not_by_stiffness(model, point, v, against)
+    if why:
         stable = None
     frequencies = np.where(soft, 0.0, np.sign(values) * np.sqrt(np.abs(values)))
     acceleration = float(np.max(np.abs(point.acceleration), initial=0.0))
@@ -355,7 +367,7 @@ def _result(
         worst = _components(model, directions[:, [int(np.argmin(values))]])
         message += f"; unstable along {', '.join(worst[:4])}: it would leave with e^({np.sqrt(-np.min(values)):.3g} t)"
     elif stable is None:
-        message += "; whether it is stable was not examined, for stiffness alone does not decide it"
+        message += f"; whether it is stable was not examined, for stiffness alone does not decide it: {why}"
     if undetermined:
         message += f"; nothing determines {_few(undetermined)}"
     message = "; ".join((message, *notes))

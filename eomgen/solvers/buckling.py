@@ -20,6 +20,8 @@ Complex = NDArray[np.complex128]
 #: First change of the load factor along which the stiffness is differentiated, as a part of its reach, and later ones
 #: as a part of the lowest buckling load; trials.
 _FIRST, _PART, _TRIALS = 1e-2, 0.02, 3
+#: Loads among which the one is looked for that is told from elsewhere.
+_NEIGHBOURS = 4
 #: Part of its size below which an eigenvalue has no imaginary part.
 _REAL = 1e-6
 #: Buckling factors beyond so many times the lowest are rounding.
@@ -50,6 +52,26 @@ def linear_buckling(statics: LoadedStatics, rest: Rest, count: int) -> tuple[Arr
         change = wanted
     scaled = [scaled_mode(statics, mode) for mode in modes.T]
     return factors, np.array(scaled).T.reshape(len(statics.sizes), len(scaled))
+
+
+def half_way(statics: LoadedStatics, rest: Rest, factor: float) -> float | None:
+    """Return which change of the load factor is told half way to one that ``linear_buckling`` tells, the nearest to it.
+
+    Where the structure keeps its shape both are the same. None where half way there is no rest, or none is told.
+    """
+    onwards = direction(statics, rest, held_factor(statics, rest))
+    if onwards is None or onwards.s == 0.0:
+        return None
+    found = corrected(statics, rest, onwards, 0.5 * factor / onwards.s, held_factor(statics, rest))
+    if found.trouble:
+        return None
+    try:
+        tangents = statics.tangents(found.rest)
+        factors, _ = _factors(tangents.K, tangents.B, _rate(statics, found.rest, _PART * abs(factor)), _NEIGHBOURS)
+    except ArithmeticError:
+        return None
+    changes = found.rest.s - rest.s + factors
+    return float(changes[np.argmin(np.abs(changes - factor))]) if len(changes) else None
 
 
 def _rate(statics: LoadedStatics, rest: Rest, change: float) -> csc_array:

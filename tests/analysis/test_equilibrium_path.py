@@ -285,6 +285,56 @@ def test_the_frame_of_lee_snaps_at_its_published_load() -> None:
     assert extrapolated * 120.0**2 / 1.44e7 == pytest.approx(18.55, rel=5e-3)
 
 
+def arch(elements: int) -> dict[str, Any]:
+    """Return a circular arch of 215 degrees, clamped at one end and hinged at the other, pushed at its top: EI and R
+    are 1."""
+    angle = np.deg2rad(215.0)
+    stiffness = {"stretch": 1e6, "shear_y": 1e6, "shear_z": 1e6, "torsion": 100.0, "bending_y": 1.0, "bending_z": 100.0}
+    return {
+        "format": 1,
+        "name": "arch",
+        "gravity": [0, 0, 0],
+        "parameters": {"load": {"value": 0.0, "tunable": True}},
+        "beams": {
+            "arch": {
+                "model": "cosserat", "length": angle, "elements": elements, "curvature": [0, 0, -1.0],
+                "mass_per_length": 1.0, "rotary_inertia": [0.01, 0.01, 0.01], "stiffness": stiffness,
+            },
+        },
+        "joints": {
+            "clamp": {
+                "type": "fixed", "parent": "base", "child": "arch",
+                "rotation": [{"axis": [0, 0, 1], "angle": angle / 2.0}],
+            },
+        },
+        "points": {
+            "end": {"body": "arch", "position": [angle, 0, 0]},
+            "pin": {"body": "base", "position": [2.0 * np.sin(angle / 2.0), 0, 0]},
+        },
+        "constraints": {"hinge": {"type": "spherical", "first": "pin", "second": "end"}},
+        "forces": {"push": {"body": "arch", "point": [angle / 2.0, 0, 0], "force": [0, "-load", 0]}},
+    }  # fmt: skip  # a table
+
+
+def test_a_deep_arch_snaps_at_its_published_load_and_linear_buckling_says_that_it_misleads() -> None:
+    """8.97 EI / R^2: DaDeppo and Schmidt, J. Appl. Mech. 42 (1975) 839."""
+    loads = []
+    for elements in (12, 24):
+        model = eomgen.build(arch(elements), profile="quick")
+        path = model.equilibrium_path("load", 10.0, max_points=30)
+        assert path.critical[0].kind == "limit point"
+        loads.append(path.critical[0].value)
+    assert (4.0 * loads[1] - loads[0]) / 3.0 == pytest.approx(8.97, abs=0.005)
+    said = (
+        r"arch: the lowest linear buckling load is load = [-0-9.]+ by what stiffness does at 0, and half way there"
+        r" (it is [-0-9.]+|there is none): the load bends the structure, so extrapolation misleads; try:"
+        r" equilibrium_path, which finds limit points and bifurcations"
+    )
+    with pytest.warns(RuntimeWarning, match=said):
+        found = model.buckling_loads("load", count=1)
+    assert found.warning
+
+
 def test_a_start_that_cannot_rest_is_said(snap: Model) -> None:
     scene = truss()
     del scene["springs"]
