@@ -93,6 +93,8 @@ def ensemble(scene: str, folder: str, plots: bool, as_json: bool, **options: Any
     if len(found.failed) > _NAMED:
         say(f"{counted(len(found.failed) - _NAMED, 'more failed sample')}, in failed.csv")
     say(f"{found.message}\nwritten to {Path(folder)}: {', '.join(file.name for file in files)}")
+    if not found.reduction.has_quantiles:
+        say("without medians and quantiles, which need pip install 'eomgen[ensembles]'")
     if found.interrupted:
         return INTERRUPTED
     return NumericalError.exit_code if len(found.failed) == found.done else 0

@@ -228,6 +228,7 @@ class CompiledModel:
             "constraints": bool(self.multipliers),
             "unconstrained": not self.multipliers,
             "states": bool(self.nz),
+            "large": "iteration" in self.functions,
             "absolute": bool(self.description.joints),
             "outputs": bool(self.library.layout["outputs"]),
             "samples": bool(self.library.layout["sampled"]),

@@ -103,6 +103,8 @@ DESIGNS: dict[str, Callable[[int, int, int], Points]] = {
 #: Designs that follow from what is varied.
 OTHER_DESIGNS = ("grid",)
 _MOST_DIMENSIONS = {"sobol": 21201, "saltelli": 21201 // 2}
+#: Numbers of a Latin hypercube at most: all of them are made at once.
+_MOST_AT_ONCE = 100_000_000
 #: Designs whose samples are balanced where their number is a power of two.
 _BALANCED = ("sobol", "saltelli")
 
@@ -113,11 +115,14 @@ def random_design(name: str, distributions: Sequence[Distribution], samples: int
     Raises
     ------
     UsageError
-        For more dimensions than a design has.
+        For more dimensions than a design has, and more samples than a Latin hypercube holds.
     """
     dimensions = len(distributions)
     if dimensions > (most := _MOST_DIMENSIONS.get(name, dimensions)):
         raise UsageError(Problem("design", f"{name} has {most} dimensions at most, not {dimensions}", "monte_carlo"))
+    if name == "latin_hypercube" and samples * dimensions > _MOST_AT_ONCE:
+        what = f"{name} makes all of its {samples * dimensions} numbers at once, {_MOST_AT_ONCE} at most"
+        raise UsageError(Problem("samples", what, "fewer of them, or sobol"))
     points = DESIGNS[name](samples, dimensions, seed)
 
     def values(first: int, count: int) -> Array:

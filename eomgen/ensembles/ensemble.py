@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
+from eomgen.compiled.arguments import count_of, numbers
 from eomgen.ensembles.journal import Journal
 from eomgen.ensembles.reductions import Reduction
 from eomgen.ensembles.samples import EXTREMES, Failed
@@ -102,17 +103,24 @@ class Ensemble:
         UsageError
             Probabilities outside 0 to 1; the package that sketches them is not installed.
         """
-        wanted = np.asarray(probability, dtype=float)
+        wanted = numbers("quantile", probability)
         if wanted.ndim > 1 or not np.all((wanted >= 0.0) & (wanted <= 1.0)):
             raise UsageError(Problem("quantile", f"probabilities lie between 0 and 1, not {probability!r}", "0.95"))
         found = self.reduction.quantiles(self._place(column), np.atleast_1d(wanted))
         return found[0] if wanted.ndim == 0 else found
 
     def histogram(self, column: str, t: float, bins: int = 40) -> tuple[Array, Array]:
-        """Return probabilities (bins,) and edges (bins + 1,) of a column at the recorded time next to t, s."""
+        """Return probabilities (bins,) and edges (bins + 1,) of a column at the recorded time next to t, s.
+
+        Raises
+        ------
+        UsageError
+            ``bins`` below 1; the package that sketches quantiles is not installed.
+        """
         place, time = self._place(column), int(np.abs(self.t - t).argmin())
         low, high = (float(bound[time]) for bound in self.envelope(column))
-        edges = np.linspace(low, high if high > low else low + 1.0, bins + 1)
+        beyond = 1e-3 * (high - low) or 0.5 * max(abs(low), 1.0)
+        edges = np.linspace(low - beyond, high + beyond, count_of("bins", bins) + 1)
         return self.reduction.histogram(place, time, edges), edges
 
     # -- sample by sample ----------------------------------------------------------------------------------------------

@@ -106,13 +106,17 @@ class Reduction:
         )
 
     def histogram(self, column: int, time: int, edges: Array) -> Array:
-        """Return the probabilities between edges, (edges - 1,), of a column at a time. Raises UsageError."""
+        """Return the probabilities between edges, (edges - 1,), of a column at a time; what is on an edge is below it.
+
+        Raises UsageError where nothing sketches them.
+        """
         if not self._digests:
             self.quantiles(column, np.array([0.5]))
         digest = self._digests[column * self.count.shape[1] + time]
         if digest.is_empty():
             return np.full(len(edges) - 1, np.nan)
-        return np.diff([digest.get_rank(float(edge)) for edge in edges])
+        low, high = self.minimum[column, time], self.maximum[column, time]
+        return np.diff([0.0 if x < low else 1.0 if x >= high else digest.get_rank(x) for x in edges.tolist()])
 
     # -- to a file and back --------------------------------------------------------------------------------------------
 

@@ -14,7 +14,7 @@ from eomgen.arrays import Array
 from eomgen.compiled.model import CompiledModel
 from eomgen.ensembles.designs import Design
 from eomgen.ensembles.variations import VariedOptions
-from eomgen.errors import EomgenError
+from eomgen.errors import EomgenError, FileError
 from eomgen.results.solution import Solution
 from eomgen.simulation.simulate import simulate
 
@@ -81,8 +81,7 @@ class Samples:
     def block(self, first: int, count: int) -> Block | None:
         """Return a block of samples; None where it was stopped."""
         values = self.design.values(first, count)
-        rows = np.full((count, len(self.columns), len(self.thinned)), np.nan)
-        extremes = np.full((count, len(self.columns), len(EXTREMES)), np.nan)
+        rows, extremes = self._unknown(count)
         failed: list[Failed] = []
         for k in range(count):
             if self.stop.is_set():
@@ -96,6 +95,21 @@ class Samples:
                 failed.append(Failed(first + k, reason, dict(zip(names, values[k].tolist(), strict=True))))
         return Block(first, values, rows, extremes, tuple(failed))
 
+    def save_those_before(self, first: int) -> None:
+        """Run samples before this one again whose solutions are to be kept, and are not yet."""
+        for number in sorted(self.keep):
+            if number < first and self.folder is not None and not self._file(number).exists():
+                rows, extremes = self._unknown(1)
+                self._one(number, self.design.values(number, 1)[0], rows[0], extremes[0])
+
+    def _unknown(self, count: int) -> tuple[Array, Array]:
+        """Return rows (count, columns, times) and extremes (count, columns, 3) that are still to be filled."""
+        rows = np.full((count, len(self.columns), len(self.thinned)), np.nan)
+        return rows, np.full((count, len(self.columns), len(EXTREMES)), np.nan)
+
+    def _file(self, number: int) -> Path:
+        return (self.folder or Path()) / f"sample_{number:07d}.npz"
+
     def _look(self, done: int, steps: int) -> None:
         """End a run where no more samples are wanted; called every tenth of a second."""
         if self.stop.is_set():
@@ -108,9 +122,11 @@ class Samples:
                 self.model, *self.span, **self.options.of(values), error_estimate=False, progress=self._look
             )
             if number in self.keep and self.folder is not None:
-                solution.save(self.folder / f"sample_{number:07d}.npz")
+                solution.save(self._file(number))
             if not solution.success:
                 return solution.message
+        except FileError:  # the disk's fault, and no sample's
+            raise
         except EomgenError as error:
             return str(error)
         table = table_of(solution, self.columns)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
@@ -71,6 +72,7 @@ def simulate_many(
     **options: Any,
 ) -> Ensemble:
     """Run samples of what varies; options and errors as of ``Model.simulate_many``."""
+    _check_options(options, folder, resume=resume)
     samples, points = count_of("samples", samples), max(count_of("points", points), 2)
     items, drawn, name = _designed(model, vary, table, samples, design, seed)
     pilot = simulate(model, t_end, step, **options, error_estimate=False)
@@ -80,7 +82,7 @@ def simulate_many(
     times = row_times(pilot.metadata, model.library.real)
     thinned = np.unique(np.linspace(0, len(times) - 1, min(points, len(times))).astype(int))
     target = None if folder is None else Path(folder)
-    kept = frozenset(_number(number, drawn.samples) for number in keep)
+    kept = _numbers(keep, drawn.samples)
     if kept and target is None:
         raise UsageError(Problem("keep", "solutions of samples are kept in a folder, and none is given", "folder=..."))
     block = max(1, min(_LARGEST_BLOCK, -(-drawn.samples // _BLOCKS)))
@@ -95,6 +97,7 @@ def simulate_many(
         if runs is not None:
             make_folder(runs)
         began = time.perf_counter()
+        work.save_those_before(journal.done)
         reduction = journal.reduction or Reduction(len(looked_at), len(thinned))
         interrupted = _run(work, journal, reduction, block, threads, reported)
     units = pilot.units()
@@ -238,10 +241,33 @@ def _columns(pilot: Solution, wanted: Sequence[str] | None) -> list[str]:
     return list(dict.fromkeys(found))
 
 
-def _number(number: object, samples: int) -> int:
-    if isinstance(number, bool) or not isinstance(number, int | np.integer) or not 0 <= number < samples:
-        raise UsageError(Problem("keep", f"{number!r} is no number of a sample", f"0 to {samples - 1}"))
-    return int(number)
+def _numbers(keep: Sequence[int], samples: int) -> frozenset[int]:
+    found = set()
+    for number in keep if isinstance(keep, Iterable) else [keep]:
+        if isinstance(number, bool) or not isinstance(number, int | np.integer) or not 0 <= number < samples:
+            raise UsageError(Problem("keep", f"{number!r} is no number of a sample", f"0 to {samples - 1}"))
+        found.add(int(number))
+    return frozenset(found)
+
+
+def _check_options(options: Mapping[str, Any], folder: str | os.PathLike[str] | None, *, resume: bool) -> None:
+    """Raise UsageError for options of ``simulate`` that samples cannot have."""
+    if resume and folder is None:
+        raise UsageError(
+            Problem("resume", "there is no folder to go on with", "folder=..., that of the ensemble before")
+        )
+    for name in ("checkpoint", "checkpoint_every"):
+        if options.get(name) is not None:
+            what = "samples write no checkpoints of their own"
+            raise UsageError(Problem(name, what, "folder=..., and resume=True, which goes on with what is done"))
+    if "error_estimate" in options:
+        what = "samples run without estimates of their errors"
+        raise UsageError(Problem("error_estimate", what, "simulate(...).error of some of them"))
+
+
+def _digest(arrays: Sequence[Array]) -> str:
+    """Return what tells arrays from others, to the bit."""
+    return hashlib.sha256(b"".join(np.ascontiguousarray(array).tobytes() for array in arrays)).hexdigest()
 
 
 def _described(
@@ -270,8 +296,9 @@ def _described(
         "t_end": data["t_end"],
         "record_every": data["record_every"],
         "parameters": data["parameters"],
-        "inputs": {name: repr(value) for name, value in data["inputs"].items()},
-        "initial": repr(options.get("initial")),
+        "inputs": _digest(list(pilot.inputs.values())),
+        "controllers": sorted(options.get("controllers") or ()),
+        "motion without variations": _digest([pilot.t, pilot.q, pilot.v]),
         "start": data["start"],
         "design": design.name,
         "samples": design.samples,

@@ -79,7 +79,7 @@ def read_varied(
     if not isinstance(vary, Mapping):
         what = f"a mapping from names to distributions is needed, not {type(vary).__name__}"
         raise UsageError(Problem("vary", what, 'vary={"mass": "normal(1, 0.1)"}'))
-    found = [find_variation(model, name) for name in vary]
+    found = [find_variation(model, str(name)) for name in vary]
     distributions = []
     for item, how in zip(found, vary.values(), strict=True):
         if isinstance(how, Distribution):

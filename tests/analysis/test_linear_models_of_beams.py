@@ -39,6 +39,19 @@ def test_a_cantilever_has_its_published_frequencies_without_terms_by_hand() -> N
     assert extrapolated(*found) == pytest.approx([3.5160, 22.0345, 61.6972], rel=2e-3)
 
 
+def test_outputs_of_a_beam_of_many_elements_are_linearized_with_it() -> None:
+    """The place of the tip is that of the last node."""
+    outputs = {
+        "points": {"tip": {"body": "rope", "position": [10, 0, 0]}},
+        "outputs": {"tip": {"position": "tip"}, "root": {"section_moment": "rope", "at": 0.0}},
+    }
+    found = slender(12, **outputs).linearize()
+    assert found.modes().angular_frequency[0] * UNIT == pytest.approx(3.5160, rel=5e-3)
+    outputs_by_states = found.state_space().C
+    assert outputs_by_states.shape[0] == 6 and np.all(np.isfinite(outputs_by_states))
+    assert np.abs(outputs_by_states[:3]).max() == pytest.approx(1.0, rel=1e-6)
+
+
 def test_constraints_leave_sparse_partials_as_they_are() -> None:
     """Clamped and pinned: tan x = tanh x has 3.92660 and 7.06858."""
     ends = {
