@@ -108,6 +108,8 @@ def _rows_at(solution: Loaded, at: ArrayLike) -> Array:
     """Return the rows next to some times."""
     times = np.atleast_1d(np.asarray(at, dtype=float))
     t = solution.t
+    if not len(times):
+        raise UsageError(Problem("plot_sections: at", "there are no times", "times in s, or no at for a map over time"))
     outside = times[~((times >= t[0] - 1e-9) & (times <= t[-1] + 1e-9))]
     if len(outside):
         what = f"t = {outside[0]:.6g} s is outside the solution, which goes from {t[0]:.6g} s to {t[-1]:.6g} s"

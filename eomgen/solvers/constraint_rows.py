@@ -114,8 +114,9 @@ class Rows:
         self.B = _jacobian(system, q, t)
         self.angular = system.angular
         self.size, extent = system.sizes(q, t)
-        extent = np.where(extent > WORST_ROUNDING * EPSILON * self.size, extent, 0.0)
-        self.machine = machine = float(np.max(extent, initial=0.0)) or _spread(system.factors, q) or 1.0
+        spread = _spread(system.factors, q)
+        extent = np.where(extent > WORST_ROUNDING * EPSILON * np.maximum(self.size, spread), extent, 0.0)
+        self.machine = machine = float(np.max(extent, initial=0.0)) or spread or 1.0
         # what a row joins may lie at one place but for what is no contradiction; then it is met by motions of the whole
         # machine
         self.extent = np.where(extent > CONTRADICTION * machine, extent, machine)

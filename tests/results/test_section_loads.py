@@ -118,6 +118,8 @@ def test_figures_show_all_components_along_the_axis_and_over_time(tmp_path: Path
         solution.plot_sections("rop")
     with pytest.raises(UsageError, match=re.escape("t = 2 s is outside the solution, which goes from 0 s to 0.5 s")):
         solution.plot_sections("rope", at=2.0)
+    with pytest.raises(UsageError, match=re.escape("at: there are no times; try: times in s, or no at")):
+        solution.plot_sections("rope", at=[])
     with pytest.raises(UsageError, match=re.escape("x = 11 m is not on the beam, which goes from 0 m to 10 m")):
         solution.section_loads["rope"].at(11.0)
 

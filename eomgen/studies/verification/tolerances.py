@@ -1,8 +1,8 @@
 """Tolerances of a check: bounds of the rounding errors of the compared numbers.
 
 What is compared exactly (complex steps, second derivations) may differ by 1e-11 of the largest entry of its row or
-column, whichever is smaller, by 1e-13 of the largest entry of its state and of what its row is a derivative of, which
-may cancel along a direction, and by 100 times what rounding of the
+column, whichever is smaller, by 1e-13 of the largest entry of its state and of what it is a derivative of, which may
+cancel along a direction, and by 100 times what rounding of the
 arguments does to the closed form: that is measured, and is the condition. What is compared with differences may differ
 by 1e-7 and 1e-9 besides, and by 10 error bars.
 """
@@ -28,8 +28,8 @@ _BRANCH = 1e-7
 
 @dataclass(frozen=True)
 class Sizes:
-    """Sizes of entries by row and column (1 or S, R, C), of states (S, 1, 1), of what rows are derivatives of (S, R, 1;
-    0 where that is no row), and what rounding of arguments does (S, R, C)."""
+    """Sizes of entries by row and column (1 or S, R, C), of states (S, 1, 1), of what is differentiated (S, 1, 1),
+    and what rounding of arguments does (S, R, C)."""
 
     entry: Array
     state: Array
@@ -62,16 +62,15 @@ def sizes_of(claim: Claim, engine: Engine, state: Blocks, value: Array, rng: np.
         with np.errstate(all="ignore"):
             change = np.abs(claim.value(engine, _rounded(engine, state, rng)) - value)
         condition = np.maximum(condition, np.where(np.isfinite(change), change, 0.0))
-    return Sizes(
-        entry, whole, _of_source(claim, engine, state, value), np.where(condition < _BRANCH * whole, condition, 0.0)
-    )
+    return Sizes(entry, whole, _of_source(claim, engine, state), np.where(condition < _BRANCH * whole, condition, 0.0))
 
 
-def _of_source(claim: Claim, engine: Engine, state: Blocks, value: Array) -> Array:
+def _of_source(claim: Claim, engine: Engine, state: Blocks) -> Array:
+    """Return how large what the closed form is a derivative of is in each state, (S, 1, 1)."""
     if claim.source is None or claim.combine is not None:
         return np.zeros(1)
-    found = np.abs(claim.source(engine, state))[..., np.newaxis]
-    return np.where(np.isfinite(found), found, 0.0) if found.shape[-2] == value.shape[-2] else np.zeros(1)
+    found = np.abs(claim.source(engine, state))
+    return np.max(np.where(np.isfinite(found), found, 0.0), axis=-1, initial=0.0)[:, np.newaxis, np.newaxis]
 
 
 def _rounded(engine: Engine, state: Blocks, rng: np.random.Generator) -> dict[str, Array]:
