@@ -70,7 +70,8 @@ def _of_source(claim: Claim, engine: Engine, state: Blocks) -> Array:
     if claim.source is None or claim.combine is not None:
         return np.zeros(1)
     found = np.abs(claim.source(engine, state))
-    return np.max(np.where(np.isfinite(found), found, 0.0), axis=-1, initial=0.0)[:, np.newaxis, np.newaxis]
+    largest: Array = np.max(np.where(np.isfinite(found), found, 0.0), axis=-1, initial=0.0)
+    return largest[:, np.newaxis, np.newaxis]
 
 
 def _rounded(engine: Engine, state: Blocks, rng: np.random.Generator) -> dict[str, Array]:
