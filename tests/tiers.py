@@ -230,6 +230,7 @@ SLOW: dict[str, tuple[str, ...]] = {
     "examples/test_rotations.py::test_hanging_chain_on_its_moving_base_is_the_same_in_both_coordinates": (),
     "examples/test_rotations.py::test_hanging_chain_reaches_the_tip_of_another_engine": (),
     "examples/test_rotations.py::test_symmetric_top_of_simo_and_wong": ("joint",),
+    "examples/test_rotor_blade.py::test_it_vibrates_and_bends_as_its_section_says": (),
     "examples/test_sampled_servo.py::test_it_settles_within_its_encoder": (),
     "examples/test_sampled_servo.py::test_orders_are_kept_between_samples": (),
     "examples/test_scalar_wave.py::test_a_pulse_has_the_errors_of_methods_written_by_hand": (),
