@@ -2,7 +2,7 @@
 
     python examples/rotor_blade/blade.py [--elements 8] [--picture FILE]
 
-Prints frequencies at rest and at 1.5 rad/s, each the limit of two meshes, and draws them over the speed.
+Prints frequencies at rest and at 1 rad/s, each the limit of two meshes, and draws them over the speed.
 """
 
 from __future__ import annotations
@@ -96,9 +96,11 @@ def draw(speeds: NDArray[np.float64], found: NDArray[np.float64], path: Path) ->
         axes.plot(speeds, line, color=colour, marker=".", markersize=4, label=name)
     for order in (1, 3, 6):
         axes.plot(speeds, order * speeds, color="#888888", linewidth=0.8, linestyle=":")
-        axes.annotate(f"{order} per turn", (speeds[-1], order * speeds[-1]), color="#666666", fontsize=8, ha="right")
+        axes.annotate(
+            f"{order} per turn", (speeds[-1], order * speeds[-1]), color="#666666", fontsize=8, ha="right", va="bottom"
+        )
     axes.set(xlabel="speed of the rotor, rad/s", ylabel="frequency, rad/s", xlim=(0, speeds[-1]), ylim=(0, None))
-    axes.legend(frameon=False, ncols=3, loc="upper center", bbox_to_anchor=(0.5, 1.14))
+    axes.legend(frameon=False, ncols=5, loc="upper center", bbox_to_anchor=(0.5, 1.1))
     axes.grid(alpha=0.3, linewidth=0.5)
     figure.savefig(path, dpi=120)
     print(path)
@@ -109,7 +111,7 @@ def main() -> int:
     parser.add_argument("--elements", type=int, default=8)
     parser.add_argument("--picture", type=Path, default=Path(__file__).with_name("rotor_blade.png"))
     arguments = parser.parse_args()
-    speeds = np.linspace(0.0, 1.5, 7)
+    speeds = np.linspace(0.0, 1.0, 5)
     found = limits(arguments.elements, speeds)
     for name, line in zip(MODES, found.T, strict=True):
         print(f"{name}: {line[0]:.4f} rad/s at rest, {line[-1]:.4f} rad/s at {speeds[-1]:g} rad/s")
