@@ -21,6 +21,7 @@ import eomgen
 from eomgen.errors import EomgenError
 from eomgen.lie import product
 from tests.models.cache import shared_cache
+from tests.models.cosserat import beam_scene
 from tests.models.scenes import breaking_scene, flyer_scene, pendulum_scene
 
 __all__ = ["shared_cache"]
@@ -277,6 +278,18 @@ def test_corners_at_unknown_times_are_refused(said: str) -> None:
         == "model error: taylor cannot run on this scene: a Taylor series needs smooth equations, or discontinuities"
         f" at known times; here are {text}; try: generalized_alpha"
     )
+
+
+@pytest.mark.parametrize("method", ["taylor", "hermite"])
+def test_beams_are_refused_with_what_in_them_has_corners(method: str) -> None:
+    made = eomgen.build(beam_scene(1, {"force": [0.0, 0.0, 1.0]}), profile="quick")
+    with pytest.raises(EomgenError) as caught:
+        made.simulate(1.0, 0.1, method=method)
+    assert (
+        "; here are max(), decided by the motion; lt(), decided by the motion (elements of geometrically exact beams"
+        " have these: the rotation vector between two nodes is one formula next to no rotation and another next to half"
+        " a turn); try: "
+    ) in str(caught.value)
 
 
 BAD = [

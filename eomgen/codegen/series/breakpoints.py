@@ -11,18 +11,29 @@ from collections.abc import Iterator
 from eomgen.errors import ModelError, Problem
 from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.tape import Ref, Tape
-from eomgen.system.system import Discontinuity
+from eomgen.system.system import Discontinuity, System
 
 #: Operations with kinks or jumps. A selection switches with its condition, which is among these.
 _NON_SMOOTH = frozenset({Op.ABS, Op.SIGN, Op.MIN, Op.MAX, Op.LT, Op.LE})
+#: Where they come from if no formula of the scene has them.
+_OF_BEAMS = (
+    " (elements of geometrically exact beams have these: the rotation vector between two nodes is one formula next to"
+    " no rotation and another next to half a turn)"
+)
 #: Blocks that do not change during a run.
 _CONSTANT = frozenset({"p", "u", "followed"})
 
 
-def breakpoints_in_time(source: Tape, *, analytic: bool = True) -> tuple[Discontinuity, ...]:
+def has_nodes(system: System) -> bool:
+    """Return whether a system has geometrically exact beams: their nodes alone have names with a dot."""
+    return any("." in body for body in system.bodies)
+
+
+def breakpoints_in_time(source: Tape, *, analytic: bool = True, nodes: bool = False) -> tuple[Discontinuity, ...]:
     """Return the times at which an operation of the tape is not analytic, without repetition.
 
     ``analytic``: whether derivatives of all orders are taken, or the first alone, which smooth curves have everywhere.
+    ``nodes``: whether geometrically exact beams are among what is recorded.
 
     Raises
     ------
@@ -51,7 +62,8 @@ def breakpoints_in_time(source: Tape, *, analytic: bool = True) -> tuple[Discont
         needs = "a Taylor series needs smooth equations, or discontinuities at known times"
         if not analytic:
             needs = "its steps take the rates of accelerations, which jump at kinks, and these need known times"
-        raise ModelError(Problem("method", f"{needs}; here are {listed}", "rk4 or generalized_alpha"))
+        what = f"{needs}; here are {listed}{_OF_BEAMS if nodes else ''}"
+        raise ModelError(Problem("method", what, "rk4 or generalized_alpha"))
     return tuple(by_time[key] for key in sorted(by_time))
 
 

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from eomgen.codegen.program import ProgramFunction
-from eomgen.codegen.series.breakpoints import breakpoints_in_time
+from eomgen.codegen.series.breakpoints import breakpoints_in_time, has_nodes
 from eomgen.codegen.series.functions import extent_function, kinds, program_function
 from eomgen.codegen.series.recurrence import NEXT, Recurrence
 from eomgen.symbolic.map import splice
@@ -36,7 +36,7 @@ def rate_functions(system: System, curve_numbers: dict[int, int]) -> tuple[tuple
     Raises ModelError where accelerations have no rates.
     """
     recurrence = Recurrence(system, by_inverse={"mass", "residual"} <= set(system.functions))
-    breakpoints_in_time(recurrence.source, analytic=False)
+    breakpoints_in_time(recurrence.source, analytic=False, nodes=has_nodes(system))
     tape, blocks, outputs = _recorded(recurrence)
     early = _of_time(tape, outputs)
     held = _frontier(tape, outputs, early)
