@@ -223,6 +223,7 @@ SLOW: dict[str, tuple[str, ...]] = {
     "examples/test_machines.py::test_both_coordinates_place_the_last_body_as_the_closed_form_does": (),
     "examples/test_machines.py::test_loop_moves_as_its_energy_integral_says": ("four_bar",),
     "examples/test_machines.py::test_multiplier_of_the_piston_pin_is_the_force_on_the_piston": (),
+    "examples/test_flexible_slider_crank.py::test_it_bends_as_bars_with_floating_frames_do": (),
     "examples/test_misaligned_four_bar.py::test_it_rests_as_bars_of_constant_strain_do_on_either_side_of_the_pass": (),
     "examples/test_pi_servo.py::test_with_limits_it_is_what_its_equations_say": ("0.3",),
     "examples/test_pi_servo.py::test_without_limits_it_is_linear": (),
