@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import pytest
 
+import eomgen
 from benchmarks.error_estimates import CASES, GOOD, Point, line, points_of, rates
 
 
@@ -20,7 +23,7 @@ def test_points_count_where_the_true_error_is_known() -> None:
 
 @pytest.mark.slow
 def test_estimates_are_near_the_true_errors_and_large_errors_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("EOMGEN_PROFILE", "fast")  # minutes of steps
+    monkeypatch.setattr(eomgen, "build", partial(eomgen.build, profile="fast"))  # minutes of steps
     points = [point for case in CASES[::6] for point in points_of(case)]  # all of them: the script
     counted = [point for point in points if point.counts]
     assert len(counted) > 70

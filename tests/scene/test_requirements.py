@@ -96,9 +96,8 @@ def test_a_call_refuses_what_the_scene_refuses_in_the_same_words(key: str, rng: 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("shift", [0, 2])
-def test_every_place_by_formulas_in_turn(shift: int, rng: np.random.Generator) -> None:
-    kinds = itertools.islice(itertools.cycle(FORMULAS), shift, None)
+def test_every_place_by_formulas_in_turn(rng: np.random.Generator) -> None:
+    kinds = itertools.cycle(FORMULAS)
     refused = [compare(place, kind, float(rng.choice(VALUES))) for place, kind in zip(places(), kinds, strict=False)]
     assert any(refused) and not all(refused)
 
