@@ -115,7 +115,8 @@ class Rows:
         self.angular = system.angular
         self.size, extent = system.sizes(q, t)
         spread = _spread(system.factors, q)
-        extent = np.where(extent > WORST_ROUNDING * EPSILON * np.maximum(self.size, spread), extent, 0.0)
+        if spread:  # frames at origins of free bodies have no extent but that of rounding
+            extent = np.where(extent > WORST_ROUNDING * EPSILON * np.maximum(self.size, spread), extent, 0.0)
         self.machine = machine = float(np.max(extent, initial=0.0)) or spread or 1.0
         # what a row joins may lie at one place but for what is no contradiction; then it is met by motions of the whole
         # machine
