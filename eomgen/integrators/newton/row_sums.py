@@ -35,6 +35,8 @@ from eomgen.system.system import INPUT_BLOCKS, Block, Function, System
 
 #: The functions that give row sums, and the residual with the forces of links apart.
 ROW_SUMS, APART = "row_sums", "relative_forces"
+#: Part of the largest entry that is rounding: what is left of forces along a line that turns by nothing.
+_ROUNDING = 1e-13
 #: Its blocks, and the block of which of them is a derivative along.
 _ALONG = {"K_sum": "q", "C_sum": "v"}
 
@@ -187,7 +189,8 @@ def _touched(
 
 
 def _resisting(system: System, groups: Sequence[Sequence[int]]) -> list[list[int]]:
-    """Return the groups with no positive entry of K and C off the diagonal in any sample, and with some below zero."""
+    """Return the groups with no positive entry of K and C off the diagonal in any sample, but for rounding, and with
+    some below zero."""
     samples = samples_of(system)
     member = {k: number for number, group in enumerate(groups) for k in group}
     worst, least = np.full(len(groups), -np.inf), np.zeros(len(groups))
@@ -197,7 +200,11 @@ def _resisting(system: System, groups: Sequence[Sequence[int]]) -> list[list[int
                 values = samples.numbers[:, number]
                 worst[member[row]] = max(worst[member[row]], values.max())
                 least[member[row]] = min(least[member[row]], values.min())
-    return [list(group) for group, large, small in zip(groups, worst, least, strict=True) if large <= 0.0 > small]
+    return [
+        list(group)
+        for group, large, small in zip(groups, worst, least, strict=True)
+        if large <= -_ROUNDING * small > 0.0
+    ]
 
 
 def _completed(system: System, groups: tuple[Sequence[int], ...], sums: Mapping[str, Mapping[int, Ref]]) -> System:
