@@ -16,7 +16,7 @@ from scipy import special
 
 from eomgen.arrays import Array
 from eomgen.errors import Problem, UsageError
-from eomgen.text import listed, nearest, shown
+from eomgen.text import nearest, shown
 from eomgen.units.labels import in_label
 from eomgen.units.parser import is_quantity
 
@@ -200,8 +200,3 @@ def read_number(where: str, word: str, unit: str, signature: str) -> float:
     if not math.isfinite(number):
         raise UsageError(Problem(where, f"{shown(word)} is not finite", signature))
     return number
-
-
-def kinds() -> str:
-    """Return all kinds with their arguments, for help texts."""
-    return listed([f"{name}({', '.join(kind.arguments)})" for name, kind in DISTRIBUTIONS.items()])

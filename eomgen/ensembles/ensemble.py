@@ -153,7 +153,9 @@ class Ensemble:
             An unknown result; too few samples; a design ``saltelli`` with failed samples or not to its end.
         """
         if result not in self.results:
-            raise UsageError(Problem("sensitivity", f"there is no result {shown(result)}", self._near(result)))
+            raise UsageError(
+                Problem("sensitivity", f"there is no result {shown(result)}", nearest(result, self.results))
+            )
         return ranking(self.design, self.asked, self.values, result, self.results[result])
 
     @cached_property
@@ -165,9 +167,6 @@ class Ensemble:
             if name in self.columns:
                 return self.columns.index(name)
         raise UsageError(Problem("column", f"there is no column {shown(str(column))}", nearest(column, self.columns)))
-
-    def _near(self, result: str) -> str:
-        return nearest(result, self.results)
 
     # -- files ---------------------------------------------------------------------------------------------------------
 

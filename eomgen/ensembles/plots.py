@@ -18,7 +18,7 @@ from eomgen.figures import new_figure, saved
 
 #: Panels of a figure, and points of a scatter plot, at most.
 _PANELS, _POINTS = 12, 5000
-_LINE, _BAND = "#0B62C4", "#0B62C4"
+_COLOUR = "#0B62C4"
 #: Bands by their lower and upper probabilities, with their opacity.
 _BANDS = ((0.05, 0.95, 0.18), (0.25, 0.75, 0.32))
 
@@ -78,8 +78,8 @@ def _fans(ensemble: Drawn) -> Any:
             for first, last, opacity in _BANDS:
                 bounds = ensemble.quantile(column, (first, last))
                 label = f"{100 * first:g} to {100 * last:g} %"
-                axes.fill_between(ensemble.t, *bounds, color=_BAND, alpha=opacity, linewidth=0, label=label)
-            axes.plot(ensemble.t, ensemble.quantile(column, 0.5), color=_LINE, linewidth=1.6, label="median")
+                axes.fill_between(ensemble.t, *bounds, color=_COLOUR, alpha=opacity, linewidth=0, label=label)
+            axes.plot(ensemble.t, ensemble.quantile(column, 0.5), color=_COLOUR, linewidth=1.6, label="median")
         axes.plot(ensemble.t, ensemble.mean(column), color="#222222", linewidth=1.0, linestyle="--", label="mean")
         axes.set_ylabel(_label(ensemble, column))
         axes.grid(alpha=0.3)
@@ -102,7 +102,7 @@ def _scatter(ensemble: Drawn) -> Any:
     for row, result in zip(grid, results, strict=True):
         found = ensemble.results[result][::stride]
         for axes, name in zip(row, varied, strict=True):
-            axes.plot(ensemble.values[name][::stride], found, ".", markersize=3, alpha=0.6, color=_LINE)
+            axes.plot(ensemble.values[name][::stride], found, ".", markersize=3, alpha=0.6, color=_COLOUR)
             axes.grid(alpha=0.3)
         row[0].set_ylabel(_label(ensemble, result))
     for axes, name in zip(grid[-1], varied, strict=True):
@@ -130,7 +130,7 @@ def _rankings(ensemble: Drawn) -> Any | None:
         places = np.arange(len(names))
         if one.total is not one.first:
             axes.barh(places, [one.total[name] for name in names], color="#A9C6E8", label="with interactions")
-        axes.barh(places, [one.first[name] for name in names], color=_LINE, height=0.5, label="by itself")
+        axes.barh(places, [one.first[name] for name in names], color=_COLOUR, height=0.5, label="by itself")
         axes.set_yticks(places, names)
         axes.set_title(one.result, fontsize="small", loc="left")
         axes.grid(alpha=0.3, axis="x")
@@ -141,7 +141,7 @@ def _rankings(ensemble: Drawn) -> Any | None:
 
 
 def _drawn_results(ensemble: Drawn) -> list[str]:
-    """Return the largest value of each column, or the final one where it is that of the start."""
+    """Return the results that are drawn: the largest value of each column."""
     return [f"{column}.{EXTREMES[1]}" for column in ensemble.columns[: _PANELS // 2]]
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 import numpy as np
 import pytest
 
@@ -70,7 +72,7 @@ def test_what_was_written_goes_on_with_the_same_bits() -> None:
 
 
 def test_statistics_over_time_do_without_the_package_of_sketches(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(__import__("sys").modules, "datasketches", None)
+    monkeypatch.setitem(sys.modules, "datasketches", None)
     found = reduced(DATA, (10,))
     assert not found.has_quantiles
     np.testing.assert_allclose(found.mean, DATA.mean(axis=0))
