@@ -2,5 +2,5 @@
 
 __all__ = [
     "calculus", "evaluate", "kernel", "map", "operations", "periodic", "reading", "rotation", "scalar", "series",
-    "tape",
+    "symbolic_kernel", "tape",
 ]  # fmt: skip  # a table

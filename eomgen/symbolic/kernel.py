@@ -1,41 +1,42 @@
-"""Kernels: a handful of SymPy expressions with named arguments, instantiated on a tape.
+"""Kernels: a law in a handful of operations with named arguments, instantiated on a tape.
 
-Laws are derived with SymPy, once and small; the tape composes them. A kernel never sees a whole equation.
+Laws are derived with SymPy, once and small (``symbolic_kernel``); the tape composes them. A kernel never sees a whole
+equation, and does without SymPy.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property, reduce
+from functools import reduce
 
-import sympy
-
-from eomgen.symbolic.operations import ELEMENTARY, Op
+from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import Ref, Tape
 
+#: ``("symbol", name)``, ``("number", value)``, or an operation and the places of its operands among the steps before:
+#: ``("add", 0, 1, 2)``, ``("mul", 0, 1)``, ``("pow", 2, 3)``, ``("sqrt", 4)``; functions by their names in ``Op``.
+Step = tuple[str | int | float, ...]
 _Rule = Callable[[Tape, Mapping[str, Scalar], Sequence[Ref]], Ref]
 
-_FUNCTIONS: dict[type[sympy.Function], Op] = {
-    **{getattr(sympy, name): op for op, name in ELEMENTARY.items()},
-    sympy.atan2: Op.ATAN2,
-    sympy.Abs: Op.ABS,
-    sympy.sign: Op.SIGN,
-}
 
-
-@dataclass(frozen=True)
 class Kernel:
-    """SymPy expressions in named symbols.
+    """Operations on named symbols.
 
     Attributes
     ----------
-    results : tuple of sympy.Expr
-        What the kernel gives, in order. Their written form decides the operations: collect before you build one.
+    steps : tuple of Step
+        Operations in order; their order and operands decide what is recorded.
+    results : tuple of int
+        The steps whose values the kernel gives, in order.
     """
 
-    results: tuple[sympy.Expr, ...]
+    __slots__ = ("_names", "_recorded", "results", "steps")
+
+    def __init__(self, steps: tuple[Step, ...], results: tuple[int, ...]) -> None:
+        self.steps = steps
+        self.results = results
+        self._names = [str(step[1]) for step in steps if step[0] == "symbol"]
+        self._recorded: list[_Rule | tuple[bool, int, int]] | None = None
 
     def instantiate(self, algebra: Algebra, values: Mapping[str, Scalar]) -> list[Scalar]:
         """Record the kernel on a tape.
@@ -48,58 +49,36 @@ class Kernel:
         tape = algebra.tape
         instance = (self, *(values[name].ref for name in self._names))
         if instance not in tape.instances:
+            if self._recorded is None:
+                self._recorded = [_recorded(step) for step in self.steps]
             known: list[Ref] = []
             add, mul = tape.add, tape.mul
-            for step in self._steps:
+            for step in self._recorded:
                 if isinstance(step, tuple):
                     is_sum, left, right = step
                     known.append(add(known[left], known[right]) if is_sum else mul(known[left], known[right]))
                 else:
                     known.append(step(tape, values, known))
-            tape.instances[instance] = tuple(known[place] for place in self._places)
+            tape.instances[instance] = tuple(known[place] for place in self.results)
         return [Scalar(tape, ref) for ref in tape.instances[instance]]
 
-    @cached_property
-    def _nodes(self) -> dict[sympy.Basic, int]:
-        """The distinct nodes of the expressions, operands first, and the place of each."""
-        places: dict[sympy.Basic, int] = {}
-        for root in self.results:
-            for node in sympy.postorder_traversal(root):
-                places.setdefault(node, len(places))
-        return places
 
-    @cached_property
-    def _steps(self) -> list[_Rule | tuple[bool, int, int]]:
-        """How each node is recorded; of sums and products of two, which of them it is and the places of both."""
-        places = self._nodes
-        return [_step(node, [places[operand] for operand in node.args]) for node in places]
-
-    @cached_property
-    def _names(self) -> list[str]:
-        """The names of the symbols."""
-        return [node.name for node in self._nodes if isinstance(node, sympy.Symbol)]
-
-    @cached_property
-    def _places(self) -> list[int]:
-        """The places of the results."""
-        return [self._nodes[root] for root in self.results]
-
-
-def _step(node: sympy.Basic, places: Sequence[int]) -> _Rule | tuple[bool, int, int]:
-    """Return what records a node, of a tape, the values of symbols and the references of all nodes before it."""
-    if isinstance(node, sympy.Add | sympy.Mul) and len(places) == 2:
-        return isinstance(node, sympy.Add), places[0], places[1]
-    if isinstance(node, sympy.Symbol):
-        name = node.name
+def _recorded(step: Step) -> _Rule | tuple[bool, int, int]:
+    """Return what records a step, of a tape, the values of symbols and the references of all steps before it; of sums
+    and products of two, which of them it is and the places of both."""
+    kind, *operands = step
+    if kind == "symbol":
+        name = str(operands[0])
         return lambda tape, values, known: values[name].ref
-    if isinstance(node, sympy.Number | sympy.NumberSymbol):
-        number = float(node)
+    if kind == "number":
+        number = float(operands[0])
         return lambda tape, values, known: tape.constant(number)
-    if isinstance(node, sympy.Add):
+    places = [int(place) for place in operands]
+    if kind in ("add", "mul") and len(places) == 2:
+        return kind == "add", places[0], places[1]
+    if kind == "add":
         return lambda tape, values, known: reduce(tape.add, [known[place] for place in places])
-    if isinstance(node, sympy.Mul):
+    if kind == "mul":
         return lambda tape, values, known: reduce(tape.mul, [known[place] for place in places])
-    op = Op.POW if isinstance(node, sympy.Pow) else _FUNCTIONS.get(type(node))
-    if op is None:
-        raise TypeError(f"a kernel cannot hold {type(node).__name__}")
+    op = Op[str(kind).upper()]
     return lambda tape, values, known: tape.call(op, *(known[place] for place in places))

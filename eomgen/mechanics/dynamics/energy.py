@@ -7,34 +7,16 @@ wrench less weight and external forces, whether joints, springs or constraints t
 
 from __future__ import annotations
 
-from functools import cache
-
-import sympy
-
 from eomgen.mechanics.dynamics.separated import field_wrenches
 from eomgen.mechanics.forces.loads import Loads
 from eomgen.mechanics.kinematics.fields import total_fields
 from eomgen.mechanics.kinematics.points import Kinematics
 from eomgen.mechanics.kinematics.wrenches import carry
+from eomgen.mechanics.laws.derived import LAWS
 from eomgen.mechanics.tree.base import BaseState
 from eomgen.mechanics.tree.inertia import Inertia
 from eomgen.mechanics.tree.links import ROOT, Tree
-from eomgen.symbolic.kernel import Kernel
 from eomgen.symbolic.scalar import Algebra, Scalar, Vector, apply, cross, dot, minus, plus, scaled
-
-
-@cache
-def kinetic_kernel() -> Kernel:
-    """Derive 1/2 int |v + omega x s|^2 dm in the shape integrals m, d = int s dm, S = int s s^T dm."""
-    s = sympy.Matrix(sympy.symbols("s0:3"))
-    v, omega = sympy.Matrix(sympy.symbols("v0:3")), sympy.Matrix(sympy.symbols("w0:3"))
-    speed = v + omega.cross(s)
-    square = sympy.Poly((speed.T * speed)[0] / 2, *s)
-    total = sympy.Integer(0)
-    for powers, coefficient in square.terms():
-        axes = [axis for axis, power in enumerate(powers) for _ in range(power)]
-        total += sympy.Symbol({0: "m", 1: "d{}", 2: "S{}{}"}[len(axes)].format(*axes)) * coefficient
-    return Kernel((total,))
 
 
 def kinetic_energy(algebra: Algebra, inertia: Inertia, omega: Vector, velocity: Vector) -> Scalar:
@@ -44,7 +26,7 @@ def kinetic_energy(algebra: Algebra, inertia: Inertia, omega: Vector, velocity: 
         values[f"v{i}"], values[f"w{i}"], values[f"d{i}"] = velocity[i], omega[i], inertia.first[i]
         for j in range(3):
             values[f"S{i}{j}"] = inertia.second[i][j]
-    return kinetic_kernel().instantiate(algebra, values)[0]
+    return LAWS["kinetic_energy_of_rigid_body"].instantiate(algebra, values)[0]
 
 
 def energies(tree: Tree, kinematics: Kinematics, loads: Loads, drivers: Scalar) -> dict[str, Scalar]:

@@ -9,11 +9,8 @@ is there a kink.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
 
-import sympy
-
-from eomgen.symbolic.kernel import Kernel
+from eomgen.mechanics.laws.derived import LAWS
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra, Scalar
 
@@ -27,25 +24,13 @@ class Contact:
     potential: Scalar
 
 
-@cache
-def onset_kernel() -> Kernel:
-    """Derive the smooth onset s(u), u = d / w in [0, 1], and the potential of the spring k d s(d / w) over k w^2."""
-    u, x = sympy.symbols("u x")
-    a, b, c, d = sympy.symbols("a b c d")
-    cubic = a + b * u + c * u**2 + d * u**3
-    ends = [cubic.subs(u, 0), cubic.diff(u).subs(u, 0), cubic.subs(u, 1) - 1, cubic.diff(u).subs(u, 1)]
-    rise = sympy.factor(cubic.subs(sympy.solve(ends, (a, b, c, d))))
-    potential = sympy.factor(sympy.integrate(x * rise.subs(u, x), (x, 0, u)))
-    return Kernel((rise, potential))
-
-
 def contact(
     algebra: Algebra, penetration: Scalar, rate: Scalar, *, stiffness: Scalar, damping: Scalar, onset: Scalar
 ) -> Contact:
     """Record the contact force from the penetration, m (negative without contact), and its rate, m/s."""
     depth = algebra.call(Op.MAX, penetration, algebra.zero)
     within = algebra.call(Op.MIN, depth, onset)
-    rise, stored = onset_kernel().instantiate(algebra, {"u": within / onset})
+    rise, stored = LAWS["onset_of_contact"].instantiate(algebra, {"u": within / onset})
     linear = stiffness * depth
     elastic = rise * linear
     potential = stiffness * (onset * onset * stored + 0.5 * (depth * depth - within * within))

@@ -13,7 +13,6 @@ from eomgen.mechanics.forces.forces import add_load
 from eomgen.mechanics.forces.loads import Law, Loads, add_wrench
 from eomgen.mechanics.forces.node_loads import add_local_load, is_local
 from eomgen.mechanics.forces.symbols import Quantities
-from eomgen.mechanics.shape_functions.integrals import weighted_integrals
 from eomgen.mechanics.tree.beam_fields import DistributedMass
 from eomgen.scene.forces.distributed_loads import DistributedLoad
 from eomgen.symbolic.scalar import apply, cross, dot, plus, scaled, transpose
@@ -41,6 +40,8 @@ def add_distributed_load(loads: Loads, item: DistributedLoad, quantities: Quanti
     straight = apply(mount.orientation, algebra.vector([first, 0.0, 0.0]))
     arm = plus(scaled(algebra.one * total, mount.position), straight)
     if body is not None:
+        from eomgen.mechanics.shape_functions.integrals import weighted_integrals  # noqa: PLC0415  # imports SciPy
+
         over = DistributedMass(algebra, weighted_integrals(body.beam, item.profile), 1.0, second_order=False)
         x, y, z = (over.first(component) for component in body.deflections.position())
         arm = plus(arm, (x, y, z))

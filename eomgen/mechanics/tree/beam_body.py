@@ -9,9 +9,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from eomgen.formula.nodes import Formula
+from eomgen.mechanics.laws.derived import LAWS
 from eomgen.mechanics.shape_functions.shape_integrals import ShapeIntegrals
 from eomgen.mechanics.tree.beam_fields import Amplitudes, Deflections, DistributedMass, SeparatedField
-from eomgen.mechanics.tree.beam_virtual_work import elastic_row_kernel, relative_energy_kernel, relative_motion_kernel
 from eomgen.mechanics.tree.coordinates import Coordinates
 from eomgen.mechanics.tree.inertia import Inertia
 from eomgen.scene.bodies.beam import Beam, Deformation
@@ -110,7 +110,7 @@ class ElasticBody:
                 values[f"{name}{i}"] = self.density * self.mass.first(fields[i])
                 for j in range(3):
                     values[f"{name}{i}s{j}"] = self.density * self.mass.product(fields[i], s[j])
-        x, y, z, *force = relative_motion_kernel().instantiate(self.algebra, values)
+        x, y, z, *force = LAWS["virtual_work_of_relative_motion"].instantiate(self.algebra, values)
         along = self.algebra.identity[0]
         turning = plus(
             scaled(self._weighted(self.twist, motion.accelerations), along),
@@ -128,7 +128,7 @@ class ElasticBody:
                 values[f"U{i}{j}"] = gradient[i][j]
                 for name, field in (("s", s), ("v", motion.velocity), ("r", motion.acceleration)):
                     values[f"f{i}{name}{j}"] = self.mass.product(phi[i], field[j])
-        (work,) = elastic_row_kernel().instantiate(self.algebra, values)
+        (work,) = LAWS["virtual_work_along_elastic_coordinate"].instantiate(self.algebra, values)
         return self.density * work + self._own(k, 0.5 * (gradient[2][1] - gradient[1][2]), motion.accelerations)
 
     def geometric_stiffness(self, origin: Scalar, gradient: Scalar) -> list[list[Scalar]]:
@@ -164,7 +164,7 @@ class ElasticBody:
             for j in range(3):
                 values[f"v{i}s{j}"] = self.density * self.mass.product(rates[i], s[j])
             values[f"v{i}v{i}"] = self.density * self.mass.product(rates[i], rates[i])
-        (energy,) = relative_energy_kernel().instantiate(self.algebra, values)
+        (energy,) = LAWS["kinetic_energy_of_relative_motion"].instantiate(self.algebra, values)
         for k, rate in enumerate(own.v):
             energy = energy + rate * (self.twist[k] * omega[0] + 0.5 * self._weighted(self.twists[k], own.v))
         return energy

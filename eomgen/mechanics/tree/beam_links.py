@@ -7,7 +7,6 @@ from dataclasses import replace
 
 from eomgen.errors import ModelError, Problem
 from eomgen.formula.nodes import Formula
-from eomgen.mechanics.shape_functions.integrals import shape_integrals
 from eomgen.mechanics.tree.beam_body import elastic_body
 from eomgen.mechanics.tree.beam_stations import moves, station_motion
 from eomgen.mechanics.tree.inertia import inertia_about_center
@@ -28,6 +27,8 @@ def add_beam(tree: Tree, scene: Scene, body: Body, joint: Joint, number: Callabl
     """
     if body.beam is None:
         return tree
+    from eomgen.mechanics.shape_functions.integrals import shape_integrals  # noqa: PLC0415  # imports SciPy
+
     algebra, mount = tree.algebra, tree.mounts[body.name]
     integrals, coordinates = shape_integrals(body.beam), tree.coordinates[body.name]
     center = algebra.vector([number(item) for item in body.center_of_mass])

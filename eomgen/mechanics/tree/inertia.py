@@ -1,19 +1,11 @@
-"""Virtual work of a rigid body, derived with SymPy by integration over its mass.
-
-Every acceleration field that a rigid body can have is affine in the position s in the body: A + U s. With shape
-functions (1, s) the mass enters only through the shape integrals m = int dm, d = int s dm and S = int s s^T dm (Lieh
-1994; the 4 x 4 pseudo-inertia). Mass matrix, coupling, gravity and base-motion terms all are this one kernel with other
-fields (A, U).
-"""
+"""Shape integrals of a rigid body, and the wrench of its inertia forces in an affine field of accelerations
+(``laws/rigid_bodies``)."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
 
-import sympy
-
-from eomgen.symbolic.kernel import Kernel
+from eomgen.mechanics.laws.derived import LAWS
 from eomgen.symbolic.scalar import (
     Algebra,
     Matrix,
@@ -71,42 +63,6 @@ def inertia_about_center(algebra: Algebra, mass: Scalar, center: Vector, tensor:
     return Inertia(mass, first, matrix_plus(central, outer(first, center)))
 
 
-@cache
-def virtual_work_kernel() -> Kernel:
-    """Derive inertia force and moment of a rigid body from its virtual work.
-
-    The virtual work of the inertia forces is the integral of (A + U s) . (dx + dtheta x s) over the mass; its factors
-    of dtheta and dx are the moment about the origin and the force. Symbols: A0..A2, U00..U22, m, d0..d2, S00..S22
-    (upper triangle).
-
-    Returns
-    -------
-    Kernel with results N0, N1, N2, F0, F1, F2.
-    """
-    s = sympy.Matrix(sympy.symbols("s0:3"))
-    A = sympy.Matrix(sympy.symbols("A0:3"))
-    U = sympy.Matrix(3, 3, lambda i, j: sympy.Symbol(f"U{i}{j}"))
-    dx, dtheta = sympy.Matrix(sympy.symbols("dx0:3")), sympy.Matrix(sympy.symbols("dtheta0:3"))
-    field = A + U * s
-    work = sympy.Poly((field.T * (dx + dtheta.cross(s)))[0], *s, *dtheta, *dx)
-    collected: dict[sympy.Symbol, dict[sympy.Symbol, sympy.Expr]] = {symbol: {} for symbol in (*dtheta, *dx)}
-    for powers, coefficient in work.terms():
-        shape, variation = _integral(powers[:3]), (*dtheta, *dx)[powers[3:].index(1)]
-        integrals = collected[variation]
-        integrals[shape] = integrals.get(shape, sympy.Integer(0)) + coefficient
-    results = []
-    for integrals in collected.values():
-        shapes = sorted(integrals, key=lambda symbol: symbol.name, reverse=True)
-        results.append(sympy.Add(*(shape * integrals[shape] for shape in shapes)))
-    return Kernel(tuple(results))
-
-
-def _integral(powers: tuple[int, ...]) -> sympy.Symbol:
-    """Return the shape integral of the monomial s0^powers[0] s1^powers[1] s2^powers[2]."""
-    factors = [axis for axis, power in enumerate(powers) for _ in range(power)]
-    return sympy.Symbol({0: "m", 1: "d{}", 2: "S{}{}"}[len(factors)].format(*factors))
-
-
 def wrench(
     algebra: Algebra, inertia: Inertia, acceleration: Vector, alpha: Vector, symmetric: Matrix | None = None
 ) -> tuple[Vector, Vector]:
@@ -122,7 +78,7 @@ def wrench(
         for j in range(3):
             values[f"U{i}{j}"] = gradient[i][j]
             values[f"S{i}{j}"] = inertia.second[i][j]
-    results = virtual_work_kernel().instantiate(algebra, values)
+    results = LAWS["virtual_work_of_rigid_body"].instantiate(algebra, values)
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         first, second = inertia.second[j][j], inertia.second[k][k]
         if first.constant is None or second.constant is None or abs(first.constant) != abs(second.constant):
@@ -132,5 +88,5 @@ def wrench(
             2.0 * alpha[i] + (across[0] - across[1]) if first.constant == second.constant else across[0] + across[1]
         )
         alone = {**values, f"S{k}{k}": algebra.zero, f"U{k}{j}": paired}
-        results[i] = virtual_work_kernel().instantiate(algebra, alone)[i]
+        results[i] = LAWS["virtual_work_of_rigid_body"].instantiate(algebra, alone)[i]
     return (results[0], results[1], results[2]), (results[3], results[4], results[5])

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
-import sympy
 
 from eomgen.arrays import Array
+from eomgen.mechanics.laws.derived import LAWS
 from eomgen.scene.geometry.rotations import CoordinateAxis, axis_beside, coordinate_axis, frame_about, rows
 from eomgen.scene.joint_types import MotionKind
 from eomgen.scene.joints.model import Joint
-from eomgen.symbolic.kernel import Kernel
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.rotation import MatrixFactor, PlanarFactor, Rotation
 from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, plus, scaled
@@ -51,38 +49,9 @@ class Column:
     linear: Vector
 
 
-@cache
-def quaternion_kernel() -> Kernel:
-    """Derive the rotation matrix of a unit quaternion (w, x, y, z), from x' = p x p*.
-
-    The diagonal is written 1 - 2(..), which is orthogonal to first order in the quaternion's length error.
-    """
-    w, x, y, z = sympy.symbols("w x y z", real=True)
-    p = sympy.Quaternion(w, x, y, z)
-    columns = []
-    for unit in ((1, 0, 0), (0, 1, 0), (0, 0, 1)):
-        turned = p * sympy.Quaternion(0, *unit) * p.conjugate()
-        columns.append([sympy.expand(part) for part in (turned.b, turned.c, turned.d)])  # nine products of two symbols
-    results = []
-    for row in range(3):
-        for column in range(3):
-            entry = columns[column][row]
-            if row == column:
-                entry = sympy.expand(entry - (w**2 + x**2 + y**2 + z**2)) + 1  # |p| = 1; a sum of four squares
-            results.append(_halved(entry))
-    return Kernel(tuple(results))
-
-
-def _halved(entry: sympy.Expr) -> sympy.Expr:
-    """Write a quadratic entry as [1 +] 2 (..), one multiplication by two instead of one per term."""
-    constant = entry.subs(dict.fromkeys(entry.free_symbols, 0))
-    half = sympy.Add(*((term / 2) for term in sympy.Add.make_args(entry - constant)))
-    return constant + sympy.Mul(2, half, evaluate=False)
-
-
 def quaternion_matrix(algebra: Algebra, quaternion: list[Scalar]) -> Matrix:
     """Return the rotation matrix, (3, 3), body to reference axes, of a unit quaternion (w, x, y, z)."""
-    r = quaternion_kernel().instantiate(algebra, dict(zip("wxyz", quaternion, strict=True)))
+    r = LAWS["rotation_of_quaternion"].instantiate(algebra, dict(zip("wxyz", quaternion, strict=True)))
     return ((r[0], r[1], r[2]), (r[3], r[4], r[5]), (r[6], r[7], r[8]))
 
 

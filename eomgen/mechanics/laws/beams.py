@@ -8,11 +8,10 @@ here.
 
 from __future__ import annotations
 
-from functools import cache
-
 import sympy
 
 from eomgen.symbolic.kernel import Kernel
+from eomgen.symbolic.symbolic_kernel import kernel_of
 
 _S = sympy.Matrix(sympy.symbols("s0:3"))
 _V = sympy.Matrix(sympy.symbols("v0:3"))
@@ -39,8 +38,7 @@ def _with_coriolis_halved(integral: sympy.Expr) -> sympy.Expr:
     return sympy.Add(sympy.Mul(2, coriolis, evaluate=False), rest, evaluate=False)
 
 
-@cache
-def relative_motion_kernel() -> Kernel:
+def relative_motion() -> Kernel:
     """Derive moment and force of 2 w x s' + s'' in integrals ``v0``, ``r0``, ``v1s0`` (int s'_1 s_0), ``r1s0`` and w.
 
     Returns
@@ -53,11 +51,10 @@ def relative_motion_kernel() -> Kernel:
         for component in vector:
             integral = _integrated(component, (_V, _R, _S))
             results.append(_with_coriolis_halved(integral))
-    return Kernel(tuple(results))
+    return kernel_of(results)
 
 
-@cache
-def elastic_row_kernel() -> Kernel:
+def elastic_row() -> Kernel:
     """Derive the virtual work of A + U s + 2 w x s' + s'' along one elastic coordinate.
 
     In integrals ``f0`` (int phi_0), ``f0s1``, ``f0v1``, ``f0r1``, and A0..A2, U00..U22, w0..w2.
@@ -66,11 +63,10 @@ def elastic_row_kernel() -> Kernel:
     U = sympy.Matrix(3, 3, lambda i, j: sympy.Symbol(f"U{i}{j}"))
     work = _PHI.dot(A + U * _S + 2 * _W.cross(_V) + _R)
     integral = _integrated(work, (_PHI, _S, _V, _R))
-    return Kernel((_with_coriolis_halved(integral),))
+    return kernel_of([_with_coriolis_halved(integral)])
 
 
-@cache
-def relative_energy_kernel() -> Kernel:
+def relative_energy() -> Kernel:
     """Derive the kinetic energy of relative motion: 1/2 int |u + w x s + s'|^2 - |u + w x s|^2 dm.
 
     In integrals ``v0``, ``v1s0``, ``v0v0``, the frame's velocity ``u0..u2`` and w.
@@ -78,4 +74,4 @@ def relative_energy_kernel() -> Kernel:
     u = sympy.Matrix(sympy.symbols("u0:3"))
     carried = u + _W.cross(_S)
     added = _V.dot(carried) + _V.dot(_V) / 2
-    return Kernel((_integrated(added, (_V, _S)),))
+    return kernel_of([_integrated(added, (_V, _S))])
