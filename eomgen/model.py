@@ -169,6 +169,7 @@ class Model(CompiledModel):
         folder: str | os.PathLike[str] | None = None,
         resume: bool = False,
         workers: int | None = None,
+        cluster: object = None,
         progress: Progress | bool | None = None,
         **options: Unpack[EnsembleOptions],
     ) -> Ensemble:
@@ -211,16 +212,19 @@ class Model(CompiledModel):
         resume : bool
             Go on with what the folder holds.
         workers : int
-            Threads; one for each processor by default.
+            Threads, or processes of the cluster ``dask``; one for each processor by default.
+        cluster : str, path or object
+            Dask's, to run samples on, with the same bits: ``dask`` for processes of this machine, the address of a
+            scheduler, its file, or a ``distributed.Client`` or cluster object.
         progress : callable or True
             As of ``simulate``, called with samples.
 
         Raises
         ------
         UsageError
-            Anything that is wrong before the first sample, by name.
+            Anything that is wrong before the first sample, by name; of a cluster also later.
         FileError
-            The folder holds another ensemble, or one that is not to be gone on with.
+            The folder holds another ensemble, or one that is not to be gone on with; a cluster is lost.
         """
         from eomgen.ensembles import simulate_many  # noqa: PLC0415
 
@@ -239,6 +243,7 @@ class Model(CompiledModel):
             folder=folder,
             resume=resume,
             workers=workers,
+            cluster=cluster,
             progress=progress,
             **options,
         )

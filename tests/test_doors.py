@@ -327,6 +327,7 @@ LATE: dict[str, dict[str, str]] = {
     "integrators.families.corrected_predictor": {"integrators.step_work": "operations are counted on request"},
     "integrators.families.discontinuous_galerkin": {"integrators.step_work": "operations are counted on request"},
     "cli": {"": "a command imports what it needs when its arguments are known to be fine"},
+    "ensembles.cluster": {"ensembles.worker": "distributed, an optional package, for those who ask for a cluster"},
     "ensembles.ensemble": {"ensembles.plots": "matplotlib; an ensemble is used without it"},
     "mechanics.tree.beam_links": {"mechanics.shape_functions": "SciPy and mpmath; most scenes have no beams"},
     "mechanics.forces.distributed_loads": {"mechanics.shape_functions": "SciPy and mpmath; as above"},
@@ -568,6 +569,14 @@ def test_sympy_is_imported_where_laws_are_derived_only() -> None:
         if name.split(".")[0] == "sympy" and kind is not Kind.TYPING
     ]
     assert wrong == []
+
+
+def test_dask_is_imported_where_it_is_asked_for_only() -> None:
+    every = [(module, name, kind) for module, path in _modules() for name, kind in _imports(path)]
+    assert {module for module, name, _ in every if name.split(".")[0] in ("dask", "distributed")} == {
+        "ensembles.worker"
+    }
+    assert {kind for _, name, kind in every if name.startswith("eomgen.ensembles.worker")} == {Kind.LATE}
 
 
 def test_nothing_is_evaluated_or_unpickled() -> None:

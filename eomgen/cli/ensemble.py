@@ -50,7 +50,20 @@ _NAMED = 3
     "--points", type=int, default=301, show_default=True, metavar="N", help="Times that statistics are made for."
 )
 @click.option("--keep", multiple=True, type=int, metavar="N", help="Write this sample's solution; may be repeated.")
-@click.option("--workers", type=int, default=None, metavar="N", help="Threads; one for each processor by default.")
+@click.option(
+    "--workers",
+    type=int,
+    default=None,
+    metavar="N",
+    help="Threads, or processes of --on dask; one for each processor by default.",
+)
+@click.option(
+    "--on",
+    "cluster",
+    default=None,
+    metavar="CLUSTER",
+    help="dask: processes of this machine; the address of a scheduler, tcp://host:8786, or its file.",
+)
 @click.option("--resume", is_flag=True, help="Go on with the samples of the folder.")
 @click.option("--plots/--no-plots", default=True, show_default=True, help="Draw fan charts, results and rankings.")
 @run_options
@@ -64,7 +77,8 @@ def ensemble(scene: str, folder: str, plots: bool, as_json: bool, **options: Any
     """
     from eomgen.pipeline import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
 
-    own = {name: options.pop(name) for name in ("samples", "design", "seed", "points", "keep", "workers", "resume")}
+    words = ("samples", "design", "seed", "points", "keep", "workers", "cluster", "resume")
+    own = {name: options.pop(name) for name in words}
     columns, vary = options.pop("columns"), _varied(options.pop("vary"))
     file = options.pop("table")
     table = None if file is None else _read_table(Path(file))

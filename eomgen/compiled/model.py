@@ -141,7 +141,7 @@ class CompiledModel:
         if self._again is None:
             what = "this model was made by hand and cannot be sent to another process"
             raise UsageError(Problem("pickle", what, "eomgen.build(scene), whose models can"))
-        return self._again.func, self._again.args, None
+        return self._again, ()
 
     # -- functions of the model ----------------------------------------------------------------------------------------
 

@@ -10,7 +10,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import qmc
 
 from eomgen.arrays import Array
 from eomgen.ensembles.distributions import Distribution
@@ -48,6 +47,8 @@ def _monte_carlo(samples: int, dimensions: int, seed: int) -> Points:
 
 
 def _latin_hypercube(samples: int, dimensions: int, seed: int) -> Points:
+    from scipy.stats import qmc  # noqa: PLC0415  # it takes half a second, and random numbers need none of it
+
     every = qmc.LatinHypercube(dimensions, seed=np.random.default_rng(seed)).random(samples)
     return lambda first, count: every[first : first + count]
 
@@ -57,6 +58,8 @@ def _sobol(samples: int, dimensions: int, seed: int) -> Points:
 
 
 def _sobol_points(dimensions: int, seed: int, first: int, count: int) -> Array:
+    from scipy.stats import qmc  # noqa: PLC0415  # it takes half a second, and random numbers need none of it
+
     engine = qmc.Sobol(dimensions, seed=np.random.default_rng(seed))
     if first:
         return np.asarray(engine.fast_forward(first).random(count))
@@ -65,6 +68,8 @@ def _sobol_points(dimensions: int, seed: int, first: int, count: int) -> Array:
 
 
 def _halton(samples: int, dimensions: int, seed: int) -> Points:
+    from scipy.stats import qmc  # noqa: PLC0415  # it takes half a second, and random numbers need none of it
+
     def points(first: int, count: int) -> Array:
         engine = qmc.Halton(dimensions, seed=np.random.default_rng(seed))
         if first:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -77,7 +78,9 @@ class Journal:
     def keep(self, block: Block) -> None:
         """Keep a block, the next one: its values, its extremes and its failures."""
         if self._folder is None:
-            self._kept.append(block)
+            self._kept.append(
+                replace(block, rows=block.rows[:0].copy())
+            )  # which are reduced, and would grow with the samples
         else:
             path = self._folder / _BLOCKS / f"{block.first:09d}.npz"
             write_arrays(path, {"values": block.values, "extremes": block.extremes}, {"first": block.first})

@@ -98,7 +98,7 @@ class Samples:
     def save_those_before(self, first: int) -> None:
         """Run samples before this one again whose solutions are to be kept, and are not yet."""
         for number in sorted(self.keep):
-            if number < first and self.folder is not None and not self._file(number).exists():
+            if number < first and self.folder is not None and not self.file(number).exists():
                 rows, extremes = self._unknown(1)
                 self._one(number, self.design.values(number, 1)[0], rows[0], extremes[0])
 
@@ -107,7 +107,8 @@ class Samples:
         rows = np.full((count, len(self.columns), len(self.thinned)), np.nan)
         return rows, np.full((count, len(self.columns), len(EXTREMES)), np.nan)
 
-    def _file(self, number: int) -> Path:
+    def file(self, number: int) -> Path:
+        """Return where the solution of a sample is kept."""
         return (self.folder or Path()) / f"sample_{number:07d}.npz"
 
     def _look(self, done: int, steps: int) -> None:
@@ -122,7 +123,7 @@ class Samples:
                 self.model, *self.span, **self.options.of(values), error_estimate=False, progress=self._look
             )
             if number in self.keep and self.folder is not None:
-                solution.save(self._file(number))
+                solution.save(self.file(number))
             if not solution.success:
                 return solution.message
         except FileError:  # the disk's fault, and no sample's

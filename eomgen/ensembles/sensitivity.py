@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy import stats
 
 from eomgen.arrays import Array
 from eomgen.errors import Problem, UsageError
@@ -40,6 +39,8 @@ class Ranking:
 
 def ranking(design: str, asked: int, values: Mapping[str, Array], result: str, found: Array) -> Ranking:
     """Return the ranking for a result (n,) of samples with the values (n,) of what varies. Raises UsageError."""
+    from scipy import stats  # noqa: PLC0415  # it takes half a second to import
+
     if design == "saltelli":
         return _sobol(asked, list(values), result, found)
     there = np.isfinite(found)
@@ -74,6 +75,8 @@ def _sobol(asked: int, names: list[str], result: str, found: Array) -> Ranking:
     if np.ptp(found) == 0.0:
         nothing = dict.fromkeys(names, 0.0)
         return Ranking(result, "Sobol' indices", nothing, nothing)
+    from scipy import stats  # noqa: PLC0415  # as above
+
     if dimensions == 1:
         whole = {names[0]: 1.0}
         return Ranking(result, "Sobol' indices", whole, whole)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import hashlib
 import os
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import contextmanager, nullcontext
+from contextlib import closing, contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from eomgen.arrays import Array
 from eomgen.compiled.arguments import count_of
 from eomgen.compiled.model import CompiledModel
+from eomgen.ensembles.cluster import connected
 from eomgen.ensembles.designs import (
     DESIGNS,
     OTHER_DESIGNS,
@@ -32,7 +33,7 @@ from eomgen.ensembles.journal import Journal
 from eomgen.ensembles.reductions import Reduction
 from eomgen.ensembles.samples import Block, Samples
 from eomgen.ensembles.variations import Variation, VariedOptions, read_table, read_varied
-from eomgen.errors import FileError, Problem, UsageError
+from eomgen.errors import EomgenError, FileError, Problem, UsageError
 from eomgen.files import make_folder
 from eomgen.locks import sole_use
 from eomgen.progress import Progress, shown
@@ -68,6 +69,7 @@ def simulate_many(
     folder: str | os.PathLike[str] | None = None,
     resume: bool = False,
     workers: int | None = None,
+    cluster: object = None,
     progress: Progress | bool | None = None,
     **options: Any,
 ) -> Ensemble:
@@ -92,15 +94,21 @@ def simulate_many(
         model, drawn, VariedOptions(model, items, options), (t_end, step), looked_at, times, thinned, kept, runs
     )
     threads = _workers(workers)
-    with _alone(target), nullcontext() if progress is None else shown(progress, model.name) as reported:
+    with (
+        nullcontext() if cluster is None else connected(cluster, workers) as machines,
+        _alone(target),
+        nullcontext() if progress is None else shown(progress, model.name) as reported,
+    ):
         journal = Journal(target, described, resume=resume)
         if runs is not None:
             make_folder(runs)
         began = time.perf_counter()
         work.save_those_before(journal.done)
         reduction = journal.reduction or Reduction(len(looked_at), len(thinned))
-        interrupted = _run(work, journal, reduction, block, threads, reported)
-    units = pilot.units()
+        left = (journal.done, drawn.samples, block)
+        with closing(_on_threads(work, threads, *left) if machines is None else machines.blocks(work, *left)) as blocks:
+            interrupted = _reduced(blocks, journal, reduction, drawn.samples, reported)
+    units, notes = pilot.units(), () if machines is None else machines.notes
     return Ensemble(
         scene=model.name,
         design=name,
@@ -116,7 +124,7 @@ def simulate_many(
         reduction=reduction,
         journal=journal,
         method=str(pilot.metadata["method"]),
-        notes=tuple(filter(None, (unbalanced(name, samples), "" if pilot.success else _doubt(pilot)))),
+        notes=tuple(filter(None, (unbalanced(name, samples), "" if pilot.success else _doubt(pilot), *notes))),
     )
 
 
@@ -137,14 +145,12 @@ def _alone(folder: Path | None) -> Iterator[None]:
         yield
 
 
-def _run(
-    work: Samples, journal: Journal, reduction: Reduction, block: int, workers: int, report: Progress | None
+def _reduced(
+    blocks: Iterator[Block], journal: Journal, reduction: Reduction, total: int, report: Progress | None
 ) -> bool:
-    """Run what is left, reduce it in order, and return whether Ctrl-C ended it."""
-    total = work.design.samples
+    """Reduce blocks as they come, and return whether Ctrl-C ended it; what is done is kept whatever ends it."""
     written = time.monotonic()
     interrupted = False
-    pool = ThreadPoolExecutor(workers, thread_name_prefix="eomgen-ensemble")
     reducer = ThreadPoolExecutor(1)  # Ctrl-C ends what the main thread does, and a block is reduced whole or not at all
 
     def take(found: Block) -> None:
@@ -152,7 +158,7 @@ def _run(
         journal.keep(found)
 
     try:
-        for found in _in_order(pool, work, journal.done, total, block, 2 * workers):
+        for found in blocks:
             reducer.submit(take, found).result()
             if time.monotonic() - written > _SELDOM:
                 reducer.submit(journal.write, reduction).result()
@@ -161,28 +167,34 @@ def _run(
                 report(journal.done, total)
     except KeyboardInterrupt:
         interrupted = True
+    except EomgenError:
+        reducer.shutdown(wait=True)
+        with suppress(FileError):  # what has ended it is told, and not what follows from it
+            journal.write(reduction)
+        raise
     finally:
-        work.stop.set()
-        pool.shutdown(wait=True, cancel_futures=True)
         reducer.shutdown(wait=True)
     journal.write(reduction)
     return interrupted and journal.done < total
 
 
-def _in_order(
-    pool: ThreadPoolExecutor, work: Samples, first: int, total: int, block: int, ahead: int
-) -> Iterator[Block]:
-    """Give blocks in their order, of which some are run ahead."""
+def _on_threads(work: Samples, workers: int, first: int, total: int, block: int) -> Generator[Block]:
+    """Give the blocks of samples from the first one on, in their order; threads run some ahead."""
+    pool = ThreadPoolExecutor(workers, thread_name_prefix="eomgen-ensemble")
     waiting: list[Future[Block | None]] = []
     starts = iter(range(first, total, block))
-    while True:
-        while len(waiting) < ahead and (start := next(starts, None)) is not None:
-            waiting.append(pool.submit(work.block, start, min(block, total - start)))
-        if not waiting:
-            return
-        found = waiting.pop(0).result()
-        if found is not None:
-            yield found
+    try:
+        while True:
+            while len(waiting) < 2 * workers and (start := next(starts, None)) is not None:
+                waiting.append(pool.submit(work.block, start, min(block, total - start)))
+            if not waiting:
+                return
+            found = waiting.pop(0).result()
+            if found is not None:
+                yield found
+    finally:
+        work.stop.set()
+        pool.shutdown(wait=True, cancel_futures=True)
 
 
 def _workers(workers: int | None) -> int:

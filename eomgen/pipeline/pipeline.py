@@ -276,7 +276,7 @@ def built_in(
             warnings.warn(f"{described.name}: {note}", RuntimeWarning, stacklevel=3)
     every_row = None if front_end.every_row is None else functools.cache(partial(front_end.every_row, document))
     gains = front_end.gains(document, _reproducible)
-    again = partial(built_in, cache, document, terms, method, profile, real)
+    again = partial(built_in, None, document, terms, method, profile, real, start=start)
     return Model(described, library, stepper, front_end.start(document), built, gains, every_row, document, again)
 
 

@@ -12,38 +12,9 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
-from eomgen.ensembles import Ensemble
 from eomgen.ensembles.reductions import Reduction
 from eomgen.errors import FileError, UsageError
-
-CART = """
-format = 1
-name = "cart"
-gravity = [0, 0, 0]
-[parameters]
-mass = { value = 2.0, unit = "kg", tunable = true }
-[inputs.push]
-unit = "N"
-[bodies.cart]
-mass = "mass"
-inertia = [1, 1, 1]
-[joints.rail]
-type = "prismatic"
-parent = "base"
-child = "cart"
-axis = [1, 0, 0]
-initial = { position = [0.0], velocity = [0.0] }
-[efforts.motor]
-joint = "rail"
-effort = "push"
-[outputs.place]
-formula = "q.rail"
-unit = "m"
-[simulation]
-duration = 2.0
-step = 0.05
-"""
-VARY = {"mass": "uniform(1, 3)", "push": "normal(4 N, 10 %)", "q.rail": "normal(0, 0.1)", "v.rail": "uniform(-1, 1)"}
+from tests.ensembles.carts import CART, VARY, bits
 
 
 @pytest.fixture(scope="module")
@@ -99,11 +70,6 @@ def test_a_grid_and_a_table_run_their_samples(cart: eomgen.Model) -> None:
     np.testing.assert_allclose(table.results["output.place.final"], [1.0, 3.0], atol=1e-10)
     measured = cart.simulate_many(table={"push": ["0.001 kN", "3"], "mass": ["1000 g", "3"]})
     np.testing.assert_allclose(measured.results["output.place.final"], [2.0, 2.0], atol=1e-10)
-
-
-def bits(found: Ensemble) -> list[bytes]:
-    samples = [*found.values.values(), *found.results.values()]
-    return [array.tobytes() for array in (*found.reduction.arrays().values(), *samples)]
 
 
 def test_bits_do_not_depend_on_workers_or_interruptions(cart: eomgen.Model, tmp_path: Path) -> None:

@@ -1,0 +1,149 @@
+"""Parts of an ensemble that other processes run: what is sent to them, and what they send back.
+
+What is sent is content alone: the description of the model, from which a process makes its own, compiled once for each
+kind of machine; never a path of the sender, and never machine code.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from eomgen.arrays import Array
+from eomgen.compiled.model import CompiledModel
+from eomgen.ensembles.designs import Design
+from eomgen.ensembles.samples import Block, Samples
+from eomgen.ensembles.variations import Variation, VariedOptions
+from eomgen.errors import EomgenError, Problem, UsageError
+from eomgen.version import __version__
+
+#: What of ``Samples`` belongs to a process: there it is made anew.
+_OWN = ("model", "design", "options", "folder", "stop")
+
+
+@dataclass(frozen=True)
+class Shipment:
+    """What a process makes samples from.
+
+    Attributes
+    ----------
+    ensemble : what tells it from others
+    make : gives the model, from the cache of the process's machine where its library is there
+    text : digest of the C that the sender's model is compiled from
+    design, samples : name of the design, and how many samples it has
+    items, common : of ``VariedOptions``
+    rest : all else that ``Samples`` is made from
+    """
+
+    ensemble: str
+    make: Callable[[], CompiledModel]
+    text: str
+    design: str
+    samples: int
+    items: Sequence[Variation]
+    common: Mapping[str, Any]
+    rest: Mapping[str, Any]
+    version: str = __version__
+
+    @classmethod
+    def of(cls, ensemble: str, work: Samples) -> Shipment:
+        """Return what samples are made from. Raises UsageError for a model that was made by hand."""
+        make, arguments = work.model.__reduce__()[:2]
+        return cls(
+            ensemble,
+            partial(make, *arguments),
+            text_digest(work.model),
+            work.design.name,
+            work.design.samples,
+            work.options.items,
+            work.options.common,
+            {item.name: getattr(work, item.name) for item in fields(work) if item.init and item.name not in _OWN},
+        )
+
+
+@dataclass(frozen=True)
+class Part:
+    """Samples that a process has run.
+
+    Attributes
+    ----------
+    solutions : number of a sample -> the file of its solution, of those to be kept
+    seconds : that the samples took, without the model's compilation
+    code : digest of the compiled model
+    """
+
+    block: Block
+    solutions: Mapping[int, bytes]
+    seconds: float
+    code: str
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """Why a process cannot run samples: the same for each of them, so that nobody tries again."""
+
+    kind: type[EomgenError]
+    problems: tuple[Problem, ...]
+
+
+class Room:
+    """What a process holds of one ensemble: its model, made when the first part comes."""
+
+    def __init__(self, shipment: Shipment) -> None:
+        self._shipment = shipment
+        self._making = threading.Lock()
+        self._model: CompiledModel | None = None
+        self.stop = threading.Event()
+
+    def run(self, first: int, values: Array) -> Part | Refusal | None:
+        """Run the samples from this number on, with values (n, d) of what varies; None where it was stopped."""
+        try:
+            model = self._made()
+            with tempfile.TemporaryDirectory(prefix="eomgen-runs-") as folder:
+                return self._part(model, Path(folder), first, values)
+        except EomgenError as error:
+            return Refusal(type(error), error.problems)
+
+    def _part(self, model: CompiledModel, folder: Path, first: int, values: Array) -> Part | None:
+        sent = self._shipment
+        design = Design(sent.design, sent.samples, lambda begin, count: values[begin - first :][:count])
+        options = VariedOptions(model, sent.items, sent.common)
+        work = Samples(model=model, design=design, options=options, folder=folder, stop=self.stop, **sent.rest)
+        began = time.perf_counter()
+        block = work.block(first, len(values))
+        seconds = time.perf_counter() - began
+        if block is None:
+            return None
+        numbers = (number for number in work.keep if first <= number < first + len(values))
+        files = {number: work.file(number) for number in numbers}
+        solutions = {number: file.read_bytes() for number, file in files.items() if file.exists()}
+        return Part(block, solutions, seconds, model.library.digest)
+
+    def _made(self) -> CompiledModel:
+        """Return the model. Raises EomgenError where it cannot be made here, or not as the sender's."""
+        with self._making:
+            if self._model is None:
+                if self._shipment.version != __version__:
+                    what = f"eomgen is {__version__} here, and {self._shipment.version} where the ensemble was begun"
+                    raise UsageError(Problem("", what, "the same version on all machines"))
+                model = self._shipment.make()
+                if text_digest(model) != self._shipment.text:
+                    what = "other C comes of the scene here than where the ensemble was begun"
+                    raise UsageError(Problem("", what, "the same eomgen, with the same templates, on all machines"))
+                self._model = model
+            return self._model
+
+
+def text_digest(model: CompiledModel) -> str:
+    """Return what tells the C that a model was compiled from, whatever compiled it."""
+    digest = hashlib.sha256()
+    for file in sorted(model.library.folder.glob("*.[ch]")):
+        digest.update(file.name.encode() + b"\0" + file.read_bytes())
+    return digest.hexdigest()

@@ -1,0 +1,226 @@
+"""Ensembles on a Dask cluster of separate processes: the bits of local runs, whatever happens to a worker."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.ensembles import Ensemble, cluster, parts
+from eomgen.ensembles.samples import Block, Failed
+from eomgen.errors import FileError, UsageError
+from tests.ensembles.carts import CART, VARY, bits
+
+distributed = pytest.importorskip("distributed")
+
+OPTIONS: dict[str, Any] = {"vary": VARY, "samples": 40, "seed": 3}
+
+
+@pytest.fixture(scope="module")
+def cart(tmp_path_factory: pytest.TempPathFactory) -> eomgen.Model:
+    path = tmp_path_factory.mktemp("cart") / "cart.toml"
+    path.write_text(CART, encoding="utf-8")
+    model = eomgen.build(eomgen.load(path))
+    path.unlink()  # what workers are sent must not need it
+    return model
+
+
+@pytest.fixture(scope="module")
+def workers_cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("cache_of_workers")
+
+
+@pytest.fixture(scope="module")
+def client(workers_cache: Path) -> Iterator[Any]:
+    """Two workers, which are processes with a cache of their own, as on another machine."""
+    with (
+        distributed.LocalCluster(
+            n_workers=2,
+            threads_per_worker=1,
+            dashboard_address=None,
+            scheduler_kwargs={"dashboard": False},
+            silence_logs=50,
+            env={"EOMGEN_CACHE": str(workers_cache)},
+        ) as processes,
+        distributed.Client(processes, set_as_default=False) as made,
+    ):
+        yield made
+
+
+@pytest.fixture(scope="module")
+def local(cart: eomgen.Model) -> Ensemble:
+    return cart.simulate_many(**OPTIONS)
+
+
+def test_a_killed_worker_costs_its_part_alone(
+    cart: eomgen.Model, local: Ensemble, client: Any, workers_cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cluster, "_FIRST", 4)  # parts that divide no block
+    monkeypatch.setattr(cluster, "_PART", 1e-9)
+    one, other = client.run(os.getpid).values()
+    killed: list[int] = []
+
+    def kill(done: int, total: int) -> None:
+        if not killed:
+            os.kill(one, signal.SIGKILL)
+            killed.append(done)
+
+    found = cart.simulate_many(**OPTIONS, cluster=client, progress=kill)
+    assert killed and killed[0] < 40 and found.done == 40 and not found.failed and bits(found) == bits(local)
+    client.wait_for_workers(2, timeout=60)
+    pids = set(client.run(os.getpid).values())
+    assert other in pids and one not in pids
+    made = [folder for folder in workers_cache.iterdir() if (folder / "layout.json").is_file()]
+    assert len(made) == 1  # of two processes, and a third one, one has compiled the model
+    assert client.run(_rooms) == dict.fromkeys(client.run(_rooms), 0)
+
+
+def _rooms() -> int:
+    """Return how many ensembles a worker holds."""
+    from eomgen.ensembles import worker
+
+    return len(worker._ROOMS)
+
+
+def test_failures_and_solutions_come_back(cart: eomgen.Model, client: Any, tmp_path: Path) -> None:
+    table = {"mass": [1.0, -1.0, 2.0], "push": [2.0, 2.0, 2.0]}
+    here = cart.simulate_many(table=table, folder=tmp_path / "here", keep=[2])
+    there = cart.simulate_many(table=table, folder=tmp_path / "there", keep=[2], cluster=client)
+    assert there.failed == here.failed and there.failed[0].number == 1 and bits(there) == bits(here)
+    kept = [eomgen.Solution.load(tmp_path / place / "runs" / "sample_0000002.npz") for place in ("here", "there")]
+    np.testing.assert_array_equal(kept[0].q, kept[1].q)
+
+
+def test_what_ctrl_c_left_goes_on_without_the_cluster(
+    cart: eomgen.Model, local: Ensemble, client: Any, tmp_path: Path
+) -> None:
+    def interrupt(done: int, total: int) -> None:
+        if done >= 9:
+            raise KeyboardInterrupt
+
+    part = cart.simulate_many(**OPTIONS, folder=tmp_path, progress=interrupt, cluster=client)
+    assert part.interrupted and 9 <= part.done < 40
+    again = cart.simulate_many(**OPTIONS, folder=tmp_path, resume=True)
+    assert again.done == 40 and bits(again) == bits(local)
+
+
+def test_long_samples_are_given_up_with_their_ensemble(cart: eomgen.Model, client: Any) -> None:
+    """An hour of steps of 50 us, which nobody waits for after Ctrl-C."""
+
+    def interrupt() -> None:
+        time.sleep(0.5)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    pilot = cart.simulate_many(t_end=2.0, vary={"mass": "uniform(1, 2)"}, samples=2)
+    assert pilot.done == 2
+    threading.Thread(target=interrupt).start()
+    began = time.monotonic()
+    slow = {"push": _slow}
+    found = cart.simulate_many(vary={"mass": "uniform(1, 2)"}, samples=2, inputs=slow, cluster=client)
+    assert found.interrupted and found.done == 0
+    while any(client.processing().values()):
+        assert time.monotonic() - began < 30.0
+        time.sleep(0.05)
+
+
+def _slow(t: float) -> float:
+    """A force that takes its time where it is called on a worker."""
+    if t > 0.0 and distributed.worker.thread_state.__dict__:
+        time.sleep(0.2)
+    return 1.0
+
+
+def test_another_version_is_told_before_the_first_sample(cart: eomgen.Model, client: Any) -> None:
+    client.run(_set_version, "0.0.1")
+    try:
+        with pytest.raises(UsageError) as caught:
+            cart.simulate_many(**OPTIONS, cluster=client)
+        assert f"its eomgen is 0.0.1, and here it is {eomgen.__version__}; try: pip install eomgen==" in str(
+            caught.value
+        )
+    finally:
+        client.run(_set_version, eomgen.__version__)
+
+
+def _set_version(version: str) -> None:
+    from eomgen import version as module
+
+    module.__version__ = version
+
+
+def test_a_worker_that_comes_later_is_asked_as_well(cart: eomgen.Model, client: Any) -> None:
+    client.run(_set_version_of_parts, "0.0.1")
+    try:
+        with pytest.raises(UsageError, match=r"eomgen is 0\.0\.1 here, and .* where the ensemble was begun"):
+            cart.simulate_many(**OPTIONS, cluster=client)
+    finally:
+        client.run(_set_version_of_parts, eomgen.__version__)
+
+
+def _set_version_of_parts(version: str) -> None:
+    parts.__version__ = version
+
+
+@pytest.mark.parametrize(
+    ("given", "error", "said"),
+    [
+        ("tcp://127.0.0.1:1", FileError, "cluster tcp://127.0.0.1:1: no scheduler answers: OSError: "),
+        ("nowhere:8786", FileError, "cluster: there is no scheduler file nowhere:8786; try: dask, an address such as"),
+        (7, UsageError, "cluster: 7 is no cluster; try: 'dask', 'tcp://host:8786', the path of a scheduler file"),
+    ],
+)
+def test_what_is_no_cluster_is_told(
+    cart: eomgen.Model,
+    given: object,
+    error: type[eomgen.EomgenError],
+    said: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(cluster, "_PATIENCE", 0.3)
+    with pytest.raises(error) as caught:
+        cart.simulate_many(**OPTIONS, cluster=given, folder=tmp_path / "out")
+    assert said in str(caught.value) and not (tmp_path / "out").exists()
+
+
+def test_workers_are_of_local_clusters_alone(cart: eomgen.Model, client: Any) -> None:
+    with pytest.raises(UsageError, match="workers: a cluster that is given has its own workers"):
+        cart.simulate_many(**OPTIONS, cluster=client, workers=2)
+
+
+def test_without_dask_it_says_what_to_install(cart: eomgen.Model, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(__import__("sys").modules, "distributed", None)
+    with pytest.raises(UsageError, match=r"which is not installed; try: pip install 'eomgen\[dask\]'"):
+        cart.simulate_many(**OPTIONS, cluster="dask")
+
+
+def test_other_c_than_the_senders_is_refused(cart: eomgen.Model) -> None:
+    """As where eomgen has other templates under the same version."""
+    shipment = parts.Shipment("x", lambda: cart, "another", "monte_carlo", 2, (), {}, {})
+    refusal = parts.Room(shipment).run(0, np.zeros((2, 0)))
+    assert isinstance(refusal, parts.Refusal)
+    assert "other C comes of the scene here" in refusal.problems[0].what
+
+
+def test_parts_are_cut_into_blocks_with_their_failures() -> None:
+    """Parts of 1, 5, 2 and 3 samples, the fourth and the last of which failed, in blocks of 4."""
+    values = np.arange(11.0)[:, np.newaxis]
+    failed = [Failed(3, "a", {}), Failed(10, "b", {})]
+    given, first = [], 0
+    for count in (1, 5, 2, 3):
+        own = values[first : first + count]
+        of_part = tuple(one for one in failed if first <= one.number < first + count)
+        given.append(Block(first, own, own[:, :, np.newaxis], own[:, :, np.newaxis], of_part))
+        first += count
+    found = list(cluster._whole(iter(given), 0, 11, 4))
+    assert [(block.first, len(block.values)) for block in found] == [(0, 4), (4, 4), (8, 3)]
+    np.testing.assert_array_equal(np.concatenate([block.rows[:, 0, 0] for block in found]), np.arange(11.0))
+    assert [[one.number for one in block.failed] for block in found] == [[3], [], [10]]
