@@ -7,6 +7,7 @@ import signal
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -33,14 +34,9 @@ def cart(tmp_path_factory: pytest.TempPathFactory) -> eomgen.Model:
     return model
 
 
-@pytest.fixture(scope="module")
-def workers_cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("cache_of_workers")
-
-
-@pytest.fixture(scope="module")
-def client(workers_cache: Path) -> Iterator[Any]:
-    """Two workers, which are processes with a cache of their own, as on another machine."""
+@contextmanager
+def two_workers(**environment: str) -> Iterator[Any]:
+    """Two processes with one thread each, and a client."""
     with (
         distributed.LocalCluster(
             n_workers=2,
@@ -48,10 +44,16 @@ def client(workers_cache: Path) -> Iterator[Any]:
             dashboard_address=None,
             scheduler_kwargs={"dashboard": False},
             silence_logs=50,
-            env={"EOMGEN_CACHE": str(workers_cache)},
+            env=environment,
         ) as processes,
         distributed.Client(processes, set_as_default=False) as made,
     ):
+        yield made
+
+
+@pytest.fixture(scope="module")
+def client() -> Iterator[Any]:
+    with two_workers() as made:
         yield made
 
 
@@ -61,7 +63,7 @@ def local(cart: eomgen.Model) -> Ensemble:
 
 
 def test_a_killed_worker_costs_its_part_alone(
-    cart: eomgen.Model, local: Ensemble, client: Any, workers_cache: Path, monkeypatch: pytest.MonkeyPatch
+    cart: eomgen.Model, local: Ensemble, client: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(cluster, "_FIRST", 4)  # parts that divide no block
     monkeypatch.setattr(cluster, "_PART", 1e-9)
@@ -78,9 +80,15 @@ def test_a_killed_worker_costs_its_part_alone(
     client.wait_for_workers(2, timeout=60)
     pids = set(client.run(os.getpid).values())
     assert other in pids and one not in pids
-    made = [folder for folder in workers_cache.iterdir() if (folder / "layout.json").is_file()]
-    assert len(made) == 1  # of two processes, and a third one, one has compiled the model
     assert client.run(_rooms) == dict.fromkeys(client.run(_rooms), 0)
+
+
+@pytest.mark.slow
+def test_a_machine_without_the_model_compiles_it_once(cart: eomgen.Model, local: Ensemble, tmp_path: Path) -> None:
+    with two_workers(EOMGEN_CACHE=str(tmp_path / "cache")) as client:
+        assert bits(cart.simulate_many(**OPTIONS, cluster=client)) == bits(local)
+    made = [folder for folder in (tmp_path / "cache").iterdir() if (folder / "layout.json").is_file()]
+    assert len(made) == 1
 
 
 def _rooms() -> int:
