@@ -50,7 +50,7 @@ class Builder:
     profile : str
         ``fast``, ``reproducible`` or ``quick``; see ``profiles.PROFILES``.
     real : str
-        ``double``, ``float``, ``complex`` or ``lanes`` (eight samples at a time).
+        ``double``, ``float``, ``complex`` or ``lanes`` (as many samples at a time as a vector register holds).
     mode : str, optional
         ``api`` or ``abi``; by default API where Python.h is.
     cache, compiler : optional

@@ -6,7 +6,8 @@
  *   (nothing)             double
  *   -DEOMGEN_REAL_FLOAT   float
  *   -DEOMGEN_REAL_COMPLEX double complex, analytic in every function: for complex steps
- *   -DEOMGEN_REAL_LANES   EG_LANES doubles side by side (GCC or Clang vector extensions), one sample per lane
+ *   -DEOMGEN_REAL_LANES   EG_LANES doubles side by side (GCC or Clang vector extensions), one sample per lane, with the
+ *                         bits that double has; -DEG_LANES=4, 8 or 16 says how many
  *
  * Nothing here has a name without the prefix eomgen_ or eg_, so that the headers go with any others. The files of a
  * model say EOMGEN_SHORT_NAMES first and write `real` and K(constant).
@@ -28,9 +29,15 @@ typedef double _Complex eomgen_real;
 #define EG_LANES 1
 #define EG_REAL_NAME "complex"
 #elif defined(EOMGEN_REAL_LANES)
+#if !defined(EG_LANES) /* a vector register: with more, values wait in memory in place of registers */
+#if defined(__AVX512F__)
 #define EG_LANES 8
+#else
+#define EG_LANES 4
+#endif
+#endif
 #define EG_REAL_NAME "lanes"
-typedef double eomgen_real __attribute__((vector_size(64)));
+typedef double eomgen_real __attribute__((vector_size(8 * EG_LANES)));
 #else
 typedef double eomgen_real;
 #define EG_LANES 1
@@ -48,8 +55,17 @@ typedef double eomgen_real;
 
 #if defined(EOMGEN_REAL_LANES)
 typedef eomgen_real eg_wide;
-typedef uint64_t eg_bits __attribute__((vector_size(64)));
-#define EG_WIDE(c) ((eg_wide){(c), (c), (c), (c), (c), (c), (c), (c)})
+typedef uint64_t eg_bits __attribute__((vector_size(8 * EG_LANES)));
+#define EG_FOUR(c) (c), (c), (c), (c)
+#if EG_LANES == 4
+#define EG_WIDE(c) ((eg_wide){EG_FOUR(c)})
+#elif EG_LANES == 8
+#define EG_WIDE(c) ((eg_wide){EG_FOUR(c), EG_FOUR(c)})
+#elif EG_LANES == 16
+#define EG_WIDE(c) ((eg_wide){EG_FOUR(c), EG_FOUR(c), EG_FOUR(c), EG_FOUR(c)})
+#else
+#error "EG_LANES is 4, 8 or 16"
+#endif
 #define EG_MASK(condition) ((eg_bits)(condition))
 static inline eg_bits eg_to_bits(eg_wide x) { return (eg_bits)x; }
 static inline eg_wide eg_from_bits(eg_bits bits) { return (eg_wide)bits; }
@@ -100,7 +116,8 @@ static inline void eg_sincos_wide(eg_wide x, eg_wide *sine, eg_wide *cosine)
 {
     const eg_wide round = EG_WIDE(6755399441055744.0); /* 1.5 * 2^52 */
     const eg_bits magnitude = eg_to_bits(x) & UINT64_C(0x7fffffffffffffff);
-    const eg_bits beyond = ~EG_MASK(eg_from_bits(magnitude) <= EG_WIDE(EG_LARGEST_ANGLE)); /* all bits set are a NaN */
+    /* all bits set are a NaN; what comes as one, and infinity less infinity, become NaN on the way */
+    const eg_bits beyond = EG_MASK(eg_from_bits(magnitude) > EG_WIDE(EG_LARGEST_ANGLE));
     const eg_wide rounded = x * EG_WIDE(0.6366197723675814) + round;
     const eg_wide n = rounded - round;
     const eg_bits quadrant = eg_to_bits(rounded);
@@ -119,12 +136,159 @@ static inline void eg_sincos_wide(eg_wide x, eg_wide *sine, eg_wide *cosine)
         + z * (EG_WIDE(2.087614626828136e-09) + z * EG_WIDE(-1.1382632416743667e-11)))));
     const eg_wide s = r + (z * r * sine_tail + rest * near_one);
     const eg_wide c = near_one + (((EG_WIDE(1.0) - near_one) - half) + (z * z * cosine_tail - r * rest));
-    const eg_bits odd = EG_MASK((quadrant & 1) != 0);
+    const eg_bits swapped = (eg_to_bits(s) ^ eg_to_bits(c)) & (0 - (quadrant & 1)); /* in odd quadrants */
     const eg_bits sine_sign = (quadrant & 2) << 62;
     const eg_bits cosine_sign = ((quadrant + 1) & 2) << 62;
-    *sine = eg_from_bits((eg_to_bits(eg_blend(odd, c, s)) ^ sine_sign) | beyond);
-    *cosine = eg_from_bits((eg_to_bits(eg_blend(odd, s, c)) ^ cosine_sign) | beyond);
+    *sine = eg_from_bits((eg_to_bits(s) ^ swapped ^ sine_sign) | beyond);
+    *cosine = eg_from_bits((eg_to_bits(c) ^ swapped ^ cosine_sign) | beyond);
 }
+
+#if defined(EG_REAL_IS_DOUBLE) || defined(EOMGEN_REAL_LANES)
+/* -- exponential, logarithm and powers: one text for double and lanes -------------------------------------------- */
+
+static inline eg_wide eg_magnitude(eg_wide x) { return eg_from_bits(eg_to_bits(x) & UINT64_C(0x7fffffffffffffff)); }
+
+/* 2^n of n + 1.5 * 2^52 */
+static inline eg_wide eg_power_of_two(eg_wide rounded)
+{
+    return eg_from_bits((eg_to_bits(rounded) - UINT64_C(0x4337fffffffffc01)) << 52);
+}
+
+/* exp(x + low), low far below x; |x| may be infinite, low not.
+ *
+ * exp(x) = 2^n exp(r) with |r| <= ln(2)/2; the multiple of ln(2) is taken off in two pieces, of which the products with
+ * the first (32 bits) are exact, and exp(r) is its Taylor series, whose rest is below 5e-18. 2^n is two factors, since
+ * it may lie beyond the numbers where the result does not.
+ */
+static inline eg_wide eg_exp_of_sum(eg_wide x, eg_wide addition)
+{
+    const eg_wide round = EG_WIDE(6755399441055744.0); /* 1.5 * 2^52 */
+    const eg_wide below = eg_blend(EG_MASK(x > EG_WIDE(710.0)), EG_WIDE(710.0), x);
+    const eg_wide within = eg_blend(EG_MASK(below < EG_WIDE(-746.0)), EG_WIDE(-746.0), below);
+    const eg_wide n = (within * EG_WIDE(1.4426950408889634) + round) - round;
+    const eg_wide half = n * EG_WIDE(0.5) + round, other = (n - (half - round)) + round;
+    const eg_wide first = within - n * EG_WIDE(0.6931471803691238);
+    const eg_wide low = n * EG_WIDE(1.9082149292705877e-10) - addition;
+    const eg_wide r = first - low;
+    const eg_wide rest = (first - r) - low;
+    const eg_wide z = r * r, z2 = z * z;
+    const eg_wide above = (EG_WIDE(1.0 / 40320.0) + r * EG_WIDE(1.0 / 362880.0))
+        + z * (EG_WIDE(1.0 / 3628800.0) + r * EG_WIDE(1.0 / 39916800.0))
+        + z2 * (EG_WIDE(1.0 / 479001600.0) + r * EG_WIDE(1.0 / 6227020800.0));
+    const eg_wide tail = ((EG_WIDE(0.5) + r * EG_WIDE(1.0 / 6.0))
+        + z * (EG_WIDE(1.0 / 24.0) + r * EG_WIDE(1.0 / 120.0)))
+        + z2 * ((EG_WIDE(1.0 / 720.0) + r * EG_WIDE(1.0 / 5040.0)) + z * above);
+    const eg_wide sum = EG_WIDE(1.0) + r;
+    const eg_wide lost = ((EG_WIDE(1.0) - sum) + r) + rest; /* by the sum */
+    const eg_wide result = sum + (z * tail + lost);
+    return result * eg_power_of_two(half) * eg_power_of_two(other);
+}
+
+/* The exponential, within 0.6 units in the last place; infinity above ln(DBL_MAX), numbers below DBL_MIN as they
+ * come. */
+static inline eg_wide eg_exp(eg_wide x) { return eg_exp_of_sum(x, EG_WIDE(0.0)); }
+
+/* x = 2^k (1 + f), sqrt(1/2) <= 1 + f < sqrt(2), f exact, of positive finite x. */
+static inline eg_wide eg_split(eg_wide x, eg_wide *k)
+{
+    const eg_bits tiny = EG_MASK(x < EG_WIDE(2.2250738585072014e-308));
+    const eg_wide normal = eg_blend(tiny, x * EG_WIDE(18014398509481984.0), x); /* 2^54 */
+    const eg_bits shifted = eg_to_bits(normal) + UINT64_C(0x00095f619980c433); /* 1 in the place of sqrt(1/2) */
+    const eg_wide exponent = eg_from_bits((shifted >> 52) | UINT64_C(0x4330000000000000)); /* + 2^52 + 1023 */
+    const eg_bits mantissa = (shifted & UINT64_C(0x000fffffffffffff)) + UINT64_C(0x3fe6a09e667f3bcd);
+    *k = exponent - eg_blend(tiny, EG_WIDE(4503599627371573.0), EG_WIDE(4503599627371519.0));
+    return eg_from_bits(mantissa) - EG_WIDE(1.0);
+}
+
+/* The natural logarithm, within 1 unit in the last place; NaN below zero, minus infinity at zero.
+ *
+ * log(x) = k ln(2) + log(1 + f), and log(1 + f) = 2 artanh(s), s = f / (2 + f), whose series is summed as f - s (f -
+ * R),
+ * since 2 s = f - s f and f is exact; the rest of the series is below 1e-19.
+ */
+static inline eg_wide eg_log(eg_wide x)
+{
+    eg_wide k;
+    const eg_wide f = eg_split(x, &k);
+    const eg_wide s = f / (EG_WIDE(2.0) + f);
+    const eg_wide z = s * s;
+    const eg_wide R = z * (EG_WIDE(2.0 / 3.0) + z * (EG_WIDE(2.0 / 5.0) + z * (EG_WIDE(2.0 / 7.0)
+        + z * (EG_WIDE(2.0 / 9.0) + z * (EG_WIDE(2.0 / 11.0) + z * (EG_WIDE(2.0 / 13.0) + z * (EG_WIDE(2.0 / 15.0)
+        + z * (EG_WIDE(2.0 / 17.0) + z * (EG_WIDE(2.0 / 19.0) + z * (EG_WIDE(2.0 / 21.0)
+        + z * EG_WIDE(2.0 / 23.0)))))))))));
+    const eg_wide found = k * EG_WIDE(0.6931471803691238) + (f - (s * (f - R) - k * EG_WIDE(1.9082149292705877e-10)));
+    const eg_wide infinity = EG_WIDE(HUGE_VAL);
+    const eg_wide above = eg_blend(EG_MASK(x == infinity), infinity, found);
+    const eg_wide known = eg_blend(EG_MASK(x == EG_WIDE(0.0)), -infinity, above);
+    return eg_from_bits(eg_to_bits(known) | ~EG_MASK(x >= EG_WIDE(0.0))); /* all bits set are a NaN */
+}
+
+/* The upper 26 bits of a number: products of two such are exact, fused or not. */
+static inline eg_wide eg_upper(eg_wide x) { return eg_from_bits(eg_to_bits(x) & UINT64_C(0xfffffffff8000000)); }
+
+/* Where a number is whole. */
+static inline eg_bits eg_is_whole(eg_wide x)
+{
+    const eg_wide large = EG_WIDE(4503599627370496.0); /* 2^52: from here on all are */
+    const eg_wide magnitude = eg_magnitude(x);
+    return EG_MASK(magnitude >= large) | EG_MASK(((magnitude + large) - large) == magnitude);
+}
+
+/* Powers, within 1 unit in the last place, and at zeros, ones, infinities and NaN what C99 (F.9.4.4) says.
+ *
+ * exp(y log(|x|)) with the logarithm as a sum of two numbers to 65 bits: pieces whose products are exact stand for
+ * quotient, square and series (terms beyond the second in one number), as in fdlibm's e_pow.c.
+ */
+static inline eg_wide eg_pow(eg_wide x, eg_wide y)
+{
+    const eg_wide one = EG_WIDE(1.0), zero = EG_WIDE(0.0), infinity = EG_WIDE(HUGE_VAL);
+    const eg_wide base = eg_magnitude(x);
+    eg_wide k;
+    const eg_wide f = eg_split(base, &k);
+    /* s = f / (2 + f) */
+    const eg_wide d = EG_WIDE(2.0) + f;
+    const eg_wide d1 = eg_upper(d), d2 = (d - d1) + ((EG_WIDE(2.0) - d) + f);
+    const eg_wide s1 = eg_upper(f / d), s2 = ((f - s1 * d1) - s1 * d2) / d;
+    /* its square */
+    const eg_wide square = s1 * s1, square2 = s2 * (s1 + s1 + s2);
+    const eg_wide z = square + square2;
+    const eg_wide z1 = eg_upper(z), z2 = (square - z1) + square2;
+    /* log(1 + f) = 2 s w, w = 1 + z u, u = 1/3 + z/5 + ... */
+    const eg_wide t = z * (EG_WIDE(1.0 / 5.0) + z * (EG_WIDE(1.0 / 7.0) + z * (EG_WIDE(1.0 / 9.0)
+        + z * (EG_WIDE(1.0 / 11.0) + z * (EG_WIDE(1.0 / 13.0) + z * (EG_WIDE(1.0 / 15.0) + z * (EG_WIDE(1.0 / 17.0)
+        + z * (EG_WIDE(1.0 / 19.0) + z * (EG_WIDE(1.0 / 21.0) + z * (EG_WIDE(1.0 / 23.0)
+        + z * EG_WIDE(1.0 / 25.0)))))))))));
+    const eg_wide third = EG_WIDE(1.0 / 3.0);
+    const eg_wide u = third + t;
+    const eg_wide u1 = eg_upper(u), u2 = (u - u1) + (((third - u) + t) + EG_WIDE(1.850371707708594e-17));
+    const eg_wide v1 = z1 * u1, v2 = z1 * u2 + z2 * u;
+    const eg_wide w = one + v1;
+    const eg_wide w1 = eg_upper(w), w2 = (w - w1) + (((one - w) + v1) + v2);
+    const eg_wide near1 = EG_WIDE(2.0) * s1 * w1, near2 = EG_WIDE(2.0) * (s1 * w2 + s2 * (w1 + w2));
+    const eg_wide far = k * EG_WIDE(0.6931471803691238); /* exact */
+    const eg_wide sum = far + near1;
+    const eg_wide l1 = eg_upper(sum);
+    const eg_wide l2 = (sum - l1) + (((far - sum) + near1) + (near2 + k * EG_WIDE(1.9082149292705877e-10)));
+    /* times y, where neither overflows; beyond 2^64 powers of all but 1 do, or vanish */
+    const eg_wide most = EG_WIDE(18446744073709551616.0);
+    const eg_wide low = eg_blend(EG_MASK(y < -most), -most, y), within = eg_blend(EG_MASK(low > most), most, low);
+    const eg_wide y1 = eg_upper(within), y2 = within - y1;
+    const eg_wide e1 = y1 * l1, e2 = y1 * l2 + y2 * (l1 + l2);
+    const eg_wide exponent = e1 + e2, rest = (e1 - exponent) + e2;
+    const eg_bits moderate = EG_MASK(eg_magnitude(exponent) < EG_WIDE(1000.0));
+    const eg_wide found = eg_exp_of_sum(exponent, eg_blend(moderate, rest, zero));
+    /* zero and infinite bases */
+    const eg_bits at_zero = EG_MASK(base == zero), unbounded = EG_MASK(base == infinity);
+    const eg_bits grows = (EG_MASK(y > zero) & unbounded) | (EG_MASK(y < zero) & at_zero);
+    const eg_wide size = eg_blend(at_zero | unbounded, eg_blend(grows, infinity, zero), found);
+    /* negative bases: the sign of odd powers, and no others than whole ones */
+    const eg_bits whole = eg_is_whole(y), odd = whole & ~eg_is_whole(y * EG_WIDE(0.5));
+    const eg_bits sign = eg_to_bits(x) & UINT64_C(0x8000000000000000);
+    const eg_bits none = (EG_MASK(x < zero) & ~unbounded & ~whole) | EG_MASK(x != x) | EG_MASK(y != y);
+    const eg_wide power = eg_from_bits((eg_to_bits(size) ^ (sign & odd)) | none);
+    return eg_blend(EG_MASK(x == one) | EG_MASK(y == zero), one, power);
+}
+#endif
 
 /* -- double ---------------------------------------------------------------------------------------------------- */
 
@@ -149,9 +313,9 @@ static inline eomgen_real eg_select(eomgen_real c, eomgen_real x, eomgen_real y)
 #define EG_SINH(x) sinh(x)
 #define EG_COSH(x) cosh(x)
 #define EG_TANH(x) tanh(x)
-#define EG_EXP(x) exp(x)
-#define EG_LOG(x) log(x)
-#define EG_POW(x, y) pow(x, y)
+#define EG_EXP(x) eg_exp(x)
+#define EG_LOG(x) eg_log(x)
+#define EG_POW(x, y) eg_pow(x, y)
 #define EG_ABS(x) fabs(x)
 #define EG_LANE(x, lane) (x)
 #endif
@@ -264,7 +428,7 @@ static inline eomgen_real eg_pow(eomgen_real x, eomgen_real y)
 #define EG_LANE(x, lane) (x)
 #endif
 
-/* -- lanes: what is not written out here goes lane by lane through <math.h> ------------------------------------ */
+/* -- lanes: what is not written out goes lane by lane through <math.h>, to the bits that double has -------------- */
 
 #if defined(EOMGEN_REAL_LANES)
 #define EG_C(c) EG_WIDE(c)
@@ -279,7 +443,6 @@ static inline eomgen_real eg_le(eomgen_real x, eomgen_real y)
     return eg_truth(EG_MASK(x <= y), EG_MASK((x != x) | (y != y)));
 }
 static inline eomgen_real eg_select(eomgen_real c, eomgen_real x, eomgen_real y) { return eg_choose(c, x, y); }
-static inline eomgen_real eg_abs(eomgen_real x) { return eg_from_bits(eg_to_bits(x) & UINT64_C(0x7fffffffffffffff)); }
 /* Square roots, which compilers take side by side in an array of this length. */
 static inline eomgen_real eg_sqrt(eomgen_real x)
 {
@@ -292,63 +455,6 @@ static inline eomgen_real eg_sqrt(eomgen_real x)
     return x;
 }
 
-/* The exponential, within 1 unit in the last place; infinity above ln(DBL_MAX), numbers below DBL_MIN as they come.
- *
- * exp(x) = 2^n exp(r) with |r| <= ln(2)/2; the multiple of ln(2) is taken off in two pieces, of which the products with
- * the first (32 bits) are exact, and exp(r) is its Taylor series, whose rest is below 5e-18. 2^n is two factors, since
- * it may lie beyond the numbers where the result does not.
- */
-static inline eg_wide eg_power_of_two(eg_wide rounded) /* 2^n of n + 1.5 * 2^52 */
-{
-    return eg_from_bits((eg_to_bits(rounded) - UINT64_C(0x4337fffffffffc01)) << 52);
-}
-static inline eg_wide eg_exp(eg_wide x)
-{
-    const eg_wide round = EG_WIDE(6755399441055744.0); /* 1.5 * 2^52 */
-    const eg_wide below = eg_blend(EG_MASK(x > EG_WIDE(710.0)), EG_WIDE(710.0), x);
-    const eg_wide within = eg_blend(EG_MASK(below < EG_WIDE(-746.0)), EG_WIDE(-746.0), below);
-    const eg_wide n = (within * EG_WIDE(1.4426950408889634) + round) - round;
-    const eg_wide half = n * EG_WIDE(0.5) + round, other = (n - (half - round)) + round;
-    const eg_wide first = within - n * EG_WIDE(0.6931471803691238);
-    const eg_wide low = n * EG_WIDE(1.9082149292705877e-10);
-    const eg_wide r = first - low;
-    const eg_wide rest = (first - r) - low;
-    const eg_wide tail = EG_WIDE(0.5) + r * (EG_WIDE(1.0 / 6.0) + r * (EG_WIDE(1.0 / 24.0)
-        + r * (EG_WIDE(1.0 / 120.0) + r * (EG_WIDE(1.0 / 720.0) + r * (EG_WIDE(1.0 / 5040.0)
-        + r * (EG_WIDE(1.0 / 40320.0) + r * (EG_WIDE(1.0 / 362880.0) + r * (EG_WIDE(1.0 / 3628800.0)
-        + r * (EG_WIDE(1.0 / 39916800.0) + r * (EG_WIDE(1.0 / 479001600.0)
-        + r * EG_WIDE(1.0 / 6227020800.0)))))))))));
-    const eg_wide result = EG_WIDE(1.0) + (r + (r * r * tail + rest));
-    return result * eg_power_of_two(half) * eg_power_of_two(other);
-}
-
-/* The natural logarithm, within 1 unit in the last place; NaN below zero, minus infinity at zero.
- *
- * log(x) = k ln(2) + log(1 + f) with sqrt(1/2) <= 1 + f < sqrt(2), and log(1 + f) = 2 artanh(s), s = f / (2 + f), whose
- * series is summed as f - s (f - R), since 2 s = f - s f and f is exact; the rest of the series is below 1e-19.
- */
-static inline eg_wide eg_log(eg_wide x)
-{
-    const eg_bits tiny = EG_MASK(x < EG_WIDE(2.2250738585072014e-308));
-    const eg_wide normal = eg_blend(tiny, x * EG_WIDE(18014398509481984.0), x); /* 2^54 */
-    const eg_bits shifted = eg_to_bits(normal) + UINT64_C(0x00095f619980c433); /* 1 in the place of sqrt(1/2) */
-    const eg_wide exponent = eg_from_bits((shifted >> 52) | UINT64_C(0x4330000000000000)); /* + 2^52 + 1023 */
-    const eg_wide offset = eg_blend(tiny, EG_WIDE(4503599627371573.0), EG_WIDE(4503599627371519.0));
-    const eg_wide k = exponent - offset;
-    const eg_bits mantissa = (shifted & UINT64_C(0x000fffffffffffff)) + UINT64_C(0x3fe6a09e667f3bcd);
-    const eg_wide f = eg_from_bits(mantissa) - EG_WIDE(1.0);
-    const eg_wide s = f / (EG_WIDE(2.0) + f);
-    const eg_wide z = s * s;
-    const eg_wide R = z * (EG_WIDE(2.0 / 3.0) + z * (EG_WIDE(2.0 / 5.0) + z * (EG_WIDE(2.0 / 7.0)
-        + z * (EG_WIDE(2.0 / 9.0) + z * (EG_WIDE(2.0 / 11.0) + z * (EG_WIDE(2.0 / 13.0) + z * (EG_WIDE(2.0 / 15.0)
-        + z * (EG_WIDE(2.0 / 17.0) + z * (EG_WIDE(2.0 / 19.0) + z * (EG_WIDE(2.0 / 21.0)
-        + z * EG_WIDE(2.0 / 23.0)))))))))));
-    const eg_wide found = k * EG_WIDE(0.6931471803691238) + (f - (s * (f - R) - k * EG_WIDE(1.9082149292705877e-10)));
-    const eg_wide infinity = EG_WIDE(HUGE_VAL);
-    const eg_wide above = eg_blend(EG_MASK(x == infinity), infinity, found);
-    const eg_wide known = eg_blend(EG_MASK(x == EG_WIDE(0.0)), -infinity, above);
-    return eg_from_bits(eg_to_bits(known) | ~EG_MASK(x >= EG_WIDE(0.0))); /* all bits set are a NaN */
-}
 #define EG_DEFINE_LANEWISE(name, function)                                                                      \
     static inline eomgen_real name(eomgen_real x)                                                               \
     {                                                                                                           \
@@ -377,7 +483,6 @@ EG_DEFINE_LANEWISE(eg_sinh, sinh)
 EG_DEFINE_LANEWISE(eg_cosh, cosh)
 EG_DEFINE_LANEWISE(eg_tanh, tanh)
 EG_DEFINE_LANEWISE_PAIR(eg_atan2, atan2)
-EG_DEFINE_LANEWISE_PAIR(eg_pow, pow)
 #define EG_SQRT(x) eg_sqrt(x)
 #define EG_TAN(x) eg_tan(x)
 #define EG_ASIN(x) eg_asin(x)
@@ -390,7 +495,7 @@ EG_DEFINE_LANEWISE_PAIR(eg_pow, pow)
 #define EG_EXP(x) eg_exp(x)
 #define EG_LOG(x) eg_log(x)
 #define EG_POW(x, y) eg_pow(x, y)
-#define EG_ABS(x) eg_abs(x)
+#define EG_ABS(x) eg_magnitude(x)
 #endif
 
 /* -- the same for every type ----------------------------------------------------------------------------------- */
@@ -413,6 +518,12 @@ static inline eomgen_real eg_min(eomgen_real x, eomgen_real y) { return eg_selec
 static inline eomgen_real eg_max(eomgen_real x, eomgen_real y) { return eg_select(eg_lt(x, y), y, x); }
 
 #define EG_SINCOS(x, sine, cosine) eg_sincos(x, sine, cosine)
+/* How many angles a loop takes: in lanes those there are, else up to the end of a vector register. */
+#if defined(EOMGEN_REAL_LANES)
+#define EG_ANGLES(there, filled) (there)
+#else
+#define EG_ANGLES(there, filled) (filled)
+#endif
 #define EG_SIN(x) eg_sin(x)
 #define EG_COS(x) eg_cos(x)
 #define EG_LT(x, y) eg_lt(x, y)

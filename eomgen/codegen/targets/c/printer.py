@@ -160,7 +160,8 @@ class Printer:
         size = -(-len(angles) // LANES) * LANES
         values = [self._print(angle)[0] for _, _, angle in angles] + ["K(0.0)"] * (size - len(angles))
         lines = [f"const real angle[{size}] = {{ {', '.join(values)} }};", f"real sine[{size}], cosine[{size}];"]
-        lines += [f"for (i = 0; i < {size}; ++i) {{", "    EG_SINCOS(angle[i], &sine[i], &cosine[i]);", "}"]
+        end = size if size == len(angles) else f"EG_ANGLES({len(angles)}, {size})"
+        lines += [f"for (i = 0; i < {end}; ++i) {{", "    EG_SINCOS(angle[i], &sine[i], &cosine[i]);", "}"]
         for position, (sine, cosine, _) in enumerate(angles):
             pair = f"{self._local(sine)} = sine[{position}], {self._local(cosine)} = cosine[{position}]"
             lines.append(f"const real {pair};")
