@@ -1,7 +1,8 @@
 # make demo   runs the main jobs: the spin-up beam and the active vehicle, from scene file to figure
 # make test   passes the tests: one witness of each kind; make test-all runs the others
 # make coverage shows which lines the first tier runs, 90 % of them or more
-# Each makes its own virtual environment in .venv and installs what it needs.
+# make bench  runs eomgen beside its peers, which it installs below .bench, and writes docs/benchmarks.md: a quarter of an hour
+# The others make their own virtual environment in .venv and install what they need.
 
 PYTHON ?= python3
 VENV := .venv
@@ -64,5 +65,11 @@ types: $(VENV)/installed-test
 golden: $(VENV)/installed-test
 	$(BIN)/python -m tests.golden --update
 
+# One environment for each group of peers that agree; a peer that does not install is a row that says so.
+bench:
+	$(PYTHON) -m benchmarks.suite.environments
+	.bench/eomgen/bin/python -m benchmarks.suite
+	.bench/eomgen/bin/python -m benchmarks.suite.page
+
 clean:
-	rm -rf $(VENV) out
+	rm -rf $(VENV) .bench out

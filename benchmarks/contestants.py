@@ -33,7 +33,6 @@ _BOOST = (
     "-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS", "-DBOOST_MPL_LIMIT_LIST_SIZE=30", "-DBOOST_MPL_LIMIT_VECTOR_SIZE=30",
     "-DBOOST_FUSION_INVOKE_MAX_ARITY=12",
 )  # fmt: skip  # a table
-_EIGEN = Path(os.environ.get("EIGEN_INCLUDE", "/usr/include/eigen3"))
 
 
 @dataclass(frozen=True)
@@ -67,6 +66,15 @@ class Contestant:
         return self.to_reference(np.fromfile(output).reshape(STATES, -1))
 
 
+def eigen() -> Path:
+    """Return the folder of Eigen's headers: EIGEN_INCLUDE, that of the package cmeel-eigen, or the system's."""
+    if given := os.environ.get("EIGEN_INCLUDE"):
+        return Path(given)
+    if missing_package("cmeel-eigen") is None:
+        return Path(str(importlib.metadata.distribution("cmeel-eigen").locate_file("cmeel.prefix/include/eigen3")))
+    return Path("/usr/include/eigen3")
+
+
 def missing_compiler(name: str) -> str | None:
     """Return what to install when a compiler is not there."""
     return None if shutil.which(name) else f"{name} is missing: apt install {name}"
@@ -84,9 +92,9 @@ def missing_package(name: str) -> str | None:
 def missing_for_cpp() -> str | None:
     """Return the first thing that programs against Pinocchio's headers lack."""
     lacking = missing_package("pin") or missing_compiler("g++")
-    if lacking or (_EIGEN / "Eigen" / "Core").exists():
+    if lacking or (eigen() / "Eigen" / "Core").exists():
         return lacking
-    return f"there is no Eigen in {_EIGEN}: apt install libeigen3-dev, or set EIGEN_INCLUDE"
+    return f"there is no Eigen in {eigen()}: pip install cmeel-eigen, or set EIGEN_INCLUDE"
 
 
 def missing_for_trace() -> str | None:
@@ -161,7 +169,7 @@ def _cpp_program(shelf: Path, name: str, flags: Sequence[str], libraries: Sequen
     prefix = Path(str(importlib.metadata.distribution("pin").locate_file("cmeel.prefix")))
     folders = [*libraries, prefix / "lib"]
     names = [*("-lcasadi" for _ in libraries), "-lpinocchio_default", "-lboost_serialization", "-lboost_filesystem"]
-    includes = [prefix / "include", _EIGEN, *(folder / "include" for folder in libraries)]
+    includes = [prefix / "include", eigen(), *(folder / "include" for folder in libraries)]
     command = [
         "g++",
         "-std=c++17",

@@ -14,7 +14,7 @@ import dataclasses
 import json
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from datetime import date
 from pathlib import Path
 
@@ -199,17 +199,21 @@ def parsed(words: Sequence[str] | None) -> argparse.Namespace:
     return parser.parse_args(words)
 
 
-def quick(folder: Path, shelf: Path, functions: Sequence[str]) -> int:
-    """Check eomgen alone against Pinocchio's wheel, without timing; return the exit status."""
-    robot = ROBOTS["panda"]
+def own_errors(robot: Robot, functions: Sequence[str], folder: Path, shelf: Path) -> Iterator[tuple[Contestant, float]]:
+    """Yield eomgen's programs with their errors against Pinocchio's wheel, without timing."""
     described = scene(robot)
     peer = pinocchio_model(robot, described)
     states = folder / "states"
     peer.states_of_eomgen().tofile(states)
     expected = reference(peer)
-    worst = 0.0
     for contestant in of_eomgen(described, peer, states, shelf, functions):
-        error = error_of(contestant.results(folder / "results"), expected[contestant.function])
+        yield contestant, error_of(contestant.results(folder / "results"), expected[contestant.function])
+
+
+def quick(folder: Path, shelf: Path, functions: Sequence[str]) -> int:
+    """Check eomgen alone against Pinocchio's wheel, without timing; return the exit status."""
+    worst = 0.0
+    for contestant, error in own_errors(ROBOTS["panda"], functions, folder, shelf):
         print(
             f"{contestant.function} {contestant.flags}: {'right' if error <= TOLERANCE else 'WRONG'}, error {error:.1e}"
         )

@@ -75,6 +75,7 @@ SLOW: dict[str, tuple[str, ...]] = {
     "benchmarks/test_scripts.py::test_steps_of_one_factorization_are_compared": (),
     "benchmarks/test_scripts.py::test_the_top_is_held_against_its_reference": (),
     "benchmarks/test_scripts.py::test_time_derivatives_meet_the_closed_form": (),
+    "benchmarks/test_suite.py::test_rows_are_right_in_small": ("ten_hinges_rk4",),
     "browser/test_animation_page.py::test_a_beam_is_drawn_along_its_bent_axis": ("see-through",),
     "browser/test_animation_page.py::test_a_run_that_failed_says_so_and_one_row_is_enough": (),
     "browser/test_animation_page.py::test_bodies_are_where_the_projection_says_at_two_times": ("light",),
