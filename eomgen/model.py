@@ -166,6 +166,7 @@ class Model(CompiledModel):
         columns: Sequence[str] | None = None,
         points: int = 301,
         keep: Sequence[int] = (),
+        keep_as: str = "npz",
         folder: str | os.PathLike[str] | None = None,
         resume: bool = False,
         workers: int | None = None,
@@ -207,6 +208,8 @@ class Model(CompiledModel):
             Times that statistics are made for, at most.
         keep : sequence of int
             Numbers of samples whose solutions are written to the folder, ``runs``.
+        keep_as : str
+            ``npz``, or ``parquet`` for their columns alone.
         folder : path
             Where samples and statistics are kept as they come.
         resume : bool
@@ -240,6 +243,7 @@ class Model(CompiledModel):
             columns=columns,
             points=points,
             keep=keep,
+            keep_as=keep_as,
             folder=folder,
             resume=resume,
             workers=workers,

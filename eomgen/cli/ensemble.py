@@ -51,6 +51,9 @@ _NAMED = 3
 )
 @click.option("--keep", multiple=True, type=int, metavar="N", help="Write this sample's solution; may be repeated.")
 @click.option(
+    "--keep-as", default="npz", show_default=True, metavar="KIND", help="Of these solutions: npz or parquet (columns)."
+)
+@click.option(
     "--workers",
     type=int,
     default=None,
@@ -77,7 +80,7 @@ def ensemble(scene: str, folder: str, plots: bool, as_json: bool, **options: Any
     """
     from eomgen.pipeline import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
 
-    words = ("samples", "design", "seed", "points", "keep", "workers", "cluster", "resume")
+    words = ("samples", "design", "seed", "points", "keep", "keep_as", "workers", "cluster", "resume")
     own = {name: options.pop(name) for name in words}
     columns, vary = options.pop("columns"), _varied(options.pop("vary"))
     file = options.pop("table")
@@ -109,9 +112,20 @@ def ensemble(scene: str, folder: str, plots: bool, as_json: bool, **options: Any
     say(f"{found.message}\nwritten to {Path(folder)}: {', '.join(file.name for file in files)}")
     if not found.reduction.has_quantiles:
         say("without medians and quantiles, which need pip install 'eomgen[ensembles]'")
+    if plots and found.varied and not any(file.name == "sensitivity.png" for file in files):
+        say(_why_unranked(found))
     if found.interrupted:
         return INTERRUPTED
     return NumericalError.exit_code if len(found.failed) == found.done else 0
+
+
+def _why_unranked(found: Ensemble) -> str:
+    """Return why no ranking is drawn of what varies."""
+    try:
+        found.sensitivity(f"{found.columns[0]}.max")
+    except UsageError as error:
+        return f"without sensitivity.png: {error.problems[0].what}; it takes {error.problems[0].hint}"
+    return "without sensitivity.png: no result is drawn"
 
 
 def _varied(texts: tuple[str, ...]) -> dict[str, str]:

@@ -63,7 +63,7 @@ class Samples:
     columns : names of the columns of solutions that are looked at
     times : (rows,) s, of the rows of whole runs
     thinned : places of the rows that are reduced
-    keep : numbers of samples whose solutions are written to ``folder``
+    keep : numbers of samples whose solutions are written to ``folder``, as files that end in ``keep_as``
     stop : set where no further sample is to begin
     """
 
@@ -75,6 +75,7 @@ class Samples:
     times: Array
     thinned: Array
     keep: frozenset[int] = frozenset()
+    keep_as: str = "npz"
     folder: Path | None = None
     stop: threading.Event = field(default_factory=threading.Event)
 
@@ -109,7 +110,7 @@ class Samples:
 
     def file(self, number: int) -> Path:
         """Return where the solution of a sample is kept."""
-        return (self.folder or Path()) / f"sample_{number:07d}.npz"
+        return (self.folder or Path()) / f"sample_{number:07d}.{self.keep_as}"
 
     def _look(self, done: int, steps: int) -> None:
         """End a run where no more samples are wanted; called every tenth of a second."""
@@ -122,14 +123,15 @@ class Samples:
             solution = simulate(
                 self.model, *self.span, **self.options.of(values), error_estimate=False, progress=self._look
             )
-            if number in self.keep and self.folder is not None:
-                solution.save(self.file(number))
-            if not solution.success:
-                return solution.message
+            reason = "" if solution.success else solution.message
         except FileError:  # the disk's fault, and no sample's
             raise
         except EomgenError as error:
-            return str(error)
+            return "; ".join(map(str, error.problems))  # a failure of the run, not of a call: without its title
+        if number in self.keep and self.folder is not None:
+            solution.save(self.file(number))
+        if reason:
+            return reason
         table = table_of(solution, self.columns)
         if not np.all(np.isfinite(table[:, -1])):
             wrong = [name for name, value in zip(self.columns, table[:, -1], strict=True) if not np.isfinite(value)]

@@ -47,7 +47,8 @@ def ranking(design: str, asked: int, values: Mapping[str, Array], result: str, f
     varying = [name for name, column in values.items() if there.any() and np.ptp(column[there]) > 0.0]
     least = _LEAST * max(len(varying), 1)
     if there.sum() < least:
-        what = f"{int(there.sum())} samples are too few for {len(values)} numbers that vary"
+        known = int(there.sum())
+        what = f"{known} {'sample is' if known == 1 else 'samples are'} too few for {len(values)} numbers that vary"
         raise UsageError(Problem("sensitivity", what, f"{least} samples or more"))
     shares = dict.fromkeys(values, 0.0)
     if np.ptp(found[there]) > 0.0 and varying:

@@ -8,6 +8,7 @@ import time
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing, contextmanager, nullcontext, suppress
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -49,6 +50,8 @@ from eomgen.version import __version__
 _LARGEST_BLOCK, _BLOCKS = 256, 16
 #: Seconds between two writings of what has been reduced.
 _SELDOM = 10.0
+#: Files that solutions of samples are kept as.
+_KEPT_AS = ("npz", "parquet")
 #: Columns that are looked at where the caller names none and the scene has no outputs.
 _MOST_COLUMNS = 12
 
@@ -66,6 +69,7 @@ def simulate_many(
     columns: Sequence[str] | None = None,
     points: int = 301,
     keep: Sequence[int] = (),
+    keep_as: str = "npz",
     folder: str | os.PathLike[str] | None = None,
     resume: bool = False,
     workers: int | None = None,
@@ -87,11 +91,21 @@ def simulate_many(
     kept = _numbers(keep, drawn.samples)
     if kept and target is None:
         raise UsageError(Problem("keep", "solutions of samples are kept in a folder, and none is given", "folder=..."))
+    _check_kind(keep_as)
     block = max(1, min(_LARGEST_BLOCK, -(-drawn.samples // _BLOCKS)))
     described = _described(model, pilot, drawn, items, vary, table, seed, looked_at, times[thinned], block, options)
     runs = None if target is None or not kept else target / "runs"
     work = Samples(
-        model, drawn, VariedOptions(model, items, options), (t_end, step), looked_at, times, thinned, kept, runs
+        model,
+        drawn,
+        VariedOptions(model, items, options),
+        (t_end, step),
+        looked_at,
+        times,
+        thinned,
+        kept,
+        keep_as,
+        runs,
     )
     threads = _workers(workers)
     with (
@@ -260,6 +274,16 @@ def _numbers(keep: Sequence[int], samples: int) -> frozenset[int]:
             raise UsageError(Problem("keep", f"{number!r} is no number of a sample", f"0 to {samples - 1}"))
         found.add(int(number))
     return frozenset(found)
+
+
+def _check_kind(keep_as: str) -> None:
+    """Raise UsageError where solutions cannot be kept as such files."""
+    if keep_as not in _KEPT_AS:
+        hint = " or ".join(_KEPT_AS)
+        raise UsageError(Problem("keep_as", f"solutions are not kept as {quoted(str(keep_as))}", hint))
+    if keep_as == "parquet" and find_spec("pyarrow") is None:
+        what = "Parquet files are written by the package pyarrow, which is not installed"
+        raise UsageError(Problem("keep_as", what, "pip install 'eomgen[parquet]', or npz"))
 
 
 def _check_options(options: Mapping[str, Any], folder: str | os.PathLike[str] | None, *, resume: bool) -> None:

@@ -94,6 +94,29 @@ def write_matlab(solution: Recorded, path: Path) -> None:
     write_bytes(path, stream.getvalue())
 
 
+def write_parquet(solution: Recorded, path: Path) -> None:
+    """Write the columns as a Parquet file, ``t`` first, with units, scene and message as metadata.
+
+    Raises
+    ------
+    UsageError
+        ``pyarrow`` is not installed.
+    FileError
+        The file cannot be written.
+    """
+    arrow = _package("pyarrow", "save")
+    parquet = _package("pyarrow.parquet", "save")
+    units = solution.units()
+    columns = solution.columns()
+    fields = [arrow.field(name, arrow.float64(), metadata={"unit": units.get(name, "")}) for name in columns]
+    about = {"scene": _scene(solution), "message": solution.message, "success": str(solution.success)}
+    schema = arrow.schema(fields, metadata=about)
+    table = arrow.table([np.ascontiguousarray(array, dtype=float) for array in columns.values()], schema=schema)
+    stream = io.BytesIO()
+    parquet.write_table(table, stream)
+    write_bytes(path, stream.getvalue())
+
+
 def _labels(solution: Recorded) -> dict[str, dict[str, str]]:
     """Return the units of inputs, outputs and energies by their names."""
     units = solution.units()

@@ -22,7 +22,7 @@ from eomgen.results.dense_output import Between, Rows, largest_errors, state_at
 from eomgen.results.display import html
 from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.events import NO_EVENTS, Events
-from eomgen.results.other_formats import to_pandas, to_xarray, write_matlab
+from eomgen.results.other_formats import to_pandas, to_xarray, write_matlab, write_parquet
 from eomgen.results.plots import plot
 from eomgen.results.recorded import EvaluatedLater
 from eomgen.results.scenery import Poses, PosesAndScenery
@@ -311,17 +311,18 @@ class Solution:
         return psd(self, name, segments, start)
 
     def save(self, path: str | Path) -> Path:
-        """Write the solution, all of it as ``.npz``, or its columns as ``.csv`` or ``.mat``; a file of that name is
-        replaced.
+        """Write the solution, all of it as ``.npz``, or its columns as ``.csv``, ``.mat`` or ``.parquet``; a file of
+        that name is replaced.
 
         An ``.npz`` holds the poses of the bodies too, where the model was built with them or they were asked for. A
         ``.mat`` (MATLAB's version 5) holds ``t``, ``q``, ``v``, ``a``, ``z``, ``multipliers``, the structs ``inputs``,
-        ``outputs``, ``energy`` and, with events in the scene, ``events``, and ``names``, ``units`` and ``message``.
+        ``outputs``, ``energy`` and, with events in the scene, ``events``, and ``names``, ``units`` and ``message``. A
+        ``.parquet`` holds ``columns()``, with their units as metadata; it is written by the package ``pyarrow``.
 
         Raises
         ------
         UsageError
-            Another suffix.
+            Another suffix; ``pyarrow`` is not installed.
         FileError
             The disk is full or the path cannot be written.
         """
@@ -332,9 +333,13 @@ class Solution:
             write_columns(self, path)
         elif path.suffix == ".mat":
             write_matlab(self, path)
+        elif path.suffix == ".parquet":
+            write_parquet(self, path)
         else:
             kind = path.suffix or "a file without a suffix"
-            raise UsageError(Problem(str(path), f"a solution cannot be saved as {kind}", ".npz, .csv or .mat"))
+            raise UsageError(
+                Problem(str(path), f"a solution cannot be saved as {kind}", ".npz, .csv, .mat or .parquet")
+            )
         return path
 
     @classmethod

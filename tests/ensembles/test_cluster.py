@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -77,10 +78,9 @@ def test_a_killed_worker_costs_its_part_alone(
 
     found = cart.simulate_many(**OPTIONS, cluster=client, progress=kill)
     assert killed and killed[0] < 40 and found.done == 40 and not found.failed and bits(found) == bits(local)
-    client.wait_for_workers(2, timeout=60)
     pids = set(client.run(os.getpid).values())
-    assert other in pids and one not in pids
-    assert client.run(_rooms) == dict.fromkeys(client.run(_rooms), 0)
+    assert other in pids and one not in pids  # another worker may have come in place of it
+    assert set(client.run(_rooms).values()) == {0}
 
 
 @pytest.mark.slow
@@ -205,7 +205,7 @@ def test_workers_are_of_local_clusters_alone(cart: eomgen.Model, client: Any) ->
 
 
 def test_without_dask_it_says_what_to_install(cart: eomgen.Model, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(__import__("sys").modules, "distributed", None)
+    monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(UsageError, match=r"which is not installed; try: pip install 'eomgen\[dask\]'"):
         cart.simulate_many(**OPTIONS, cluster="dask")
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import signal
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
+from eomgen.ensembles.journal import Journal
 from eomgen.ensembles.reductions import Reduction
 from eomgen.errors import FileError, UsageError
 from tests.ensembles.carts import CART, VARY, bits
@@ -112,6 +114,35 @@ def test_ctrl_c_within_a_reduction_leaves_it_whole(
     assert again.done == 60 and bits(again) == straight
 
 
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="the killed process is a fork of this one")
+@pytest.mark.parametrize(("owner", "name"), [(Journal, "keep"), (Journal, "write"), (Reduction, "_add_products")])
+def test_a_killed_ensemble_goes_on_to_the_same_bits(
+    cart: eomgen.Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, owner: type, name: str
+) -> None:
+    """Killed by the system at the seventh block, before it is kept, written, or reduced whole."""
+    options = {"vary": VARY, "samples": 60, "seed": 1}
+    straight = bits(cart.simulate_many(**options))
+    monkeypatch.setattr(sys.modules["eomgen.ensembles.simulate_many"], "_SELDOM", 0.0)  # what is reduced is written
+    if not (child := os.fork()):
+        usual, calls = getattr(owner, name), []
+
+        def killed(*arguments: object) -> object:
+            calls.append(name)
+            if len(calls) == 7:
+                os.kill(os.getpid(), signal.SIGKILL)
+            return usual(*arguments)
+
+        monkeypatch.setattr(owner, name, killed)
+        cart.simulate_many(**options, folder=tmp_path / "out")
+        os._exit(1)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == -signal.SIGKILL
+    done = []
+    again = cart.simulate_many(
+        **options, folder=tmp_path / "out", resume=True, progress=lambda number, _: done.append(number)
+    )
+    assert done[0] == 28 and again.done == 60 and bits(again) == straight  # six blocks of four were not run again
+
+
 def test_a_folder_takes_one_ensemble_at_a_time(cart: eomgen.Model, tmp_path: Path) -> None:
     said = []
 
@@ -145,6 +176,28 @@ def test_a_solution_is_kept_also_when_its_sample_is_done(cart: eomgen.Model, tmp
     assert len(list((tmp_path / "runs").iterdir())) == 2
 
 
+def test_columns_of_a_sample_are_kept_as_parquet(cart: eomgen.Model, tmp_path: Path) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet")
+    cart.simulate_many(table={"push": [1.0, 2.0]}, folder=tmp_path, keep=[1], keep_as="parquet")
+    table = parquet.read_table(tmp_path / "runs" / "sample_0000001.parquet")
+    columns = cart.simulate(inputs={"push": 2.0}).columns()
+    assert table.column_names == list(columns) and table.schema.field("output.place").metadata == {b"unit": b"m"}
+    for name, values in columns.items():
+        np.testing.assert_array_equal(table[name].to_numpy(), values)
+
+
+def test_parquet_needs_its_package_before_the_first_sample(
+    cart: eomgen.Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    options = {"table": {"push": [1.0, 2.0]}, "folder": tmp_path / "out", "keep": [1]}
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(UsageError, match=r"pyarrow, which is not installed; try: pip install 'eomgen\[parquet\]'"):
+        cart.simulate_many(**options, keep_as="parquet")
+    with pytest.raises(UsageError, match="keep_as: solutions are not kept as 'csv'; try: npz or parquet"):
+        cart.simulate_many(**options, keep_as="csv")
+    assert not (tmp_path / "out").exists()
+
+
 def test_histograms_hold_all_samples(cart: eomgen.Model) -> None:
     found = cart.simulate_many(vary={"push": "uniform(0, 1)"}, samples=100)
     for t in (0.0, 1.0):  # all begin at 0
@@ -170,7 +223,8 @@ def test_a_failed_sample_is_kept_with_its_reason(cart: eomgen.Model, tmp_path: P
         table={"mass": [1.0, -1.0, 2.0], "push": [2.0, 2.0, 2.0]}, folder=tmp_path / "out", keep=[2]
     )
     (failed,) = found.failed
-    assert failed.number == 1 and failed.values == {"mass": -1.0, "push": 2.0} and "mass" in failed.reason
+    assert failed.number == 1 and failed.values == {"mass": -1.0, "push": 2.0}
+    assert failed.reason.startswith("cart.toml:10 (bodies.cart.mass): the mass -1 is negative")
     assert "3 samples, 1 of which failed" in found.message
     np.testing.assert_allclose(found.mean("place")[-1], 0.5 * (4.0 + 2.0), atol=1e-10)
     assert np.isnan(found.results["output.place.final"][1])
@@ -239,7 +293,11 @@ def test_the_command_writes_what_it_found(tmp_path: Path, capsys: pytest.Capture
     table.write_text("mass,push\n1,2\n-1,2\n", encoding="utf-8")
     assert main(["ensemble", str(scene), "--out", str(tmp_path / "t"), "--table", str(table), "--no-plots"]) == 0
     captured = capsys.readouterr()
+    assert "sensitivity" not in captured.err  # nobody has asked for plots
     assert "place" in captured.out and "sample 1 failed (mass = -1, push = 2)" in captured.err
+    assert main(["ensemble", str(scene), "--out", str(tmp_path / "v"), "--table", str(table)]) == 0
+    said = "without sensitivity.png: 1 sample is too few for 2 numbers that vary; it takes 8 samples or more"
+    assert said in capsys.readouterr().err
     table.write_text("mass,push\n1\n", encoding="utf-8")
     assert main(["ensemble", str(scene), "--out", str(tmp_path / "u"), "--table", str(table)]) == 7
     assert "line 2: the row has 1 value, and there are 2 names; try: a value for each name" in capsys.readouterr().err
