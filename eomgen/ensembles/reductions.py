@@ -19,6 +19,9 @@ from eomgen.errors import Problem, UsageError
 #: Compression of digests: of 50 000 samples, ranks are off by up to 0.005 in the middle and 0.0001 at 0.001 and 0.999;
 #: a full digest takes 14 kB.
 _COMPRESSION = 800
+#: Samples that wait to be sketched together at most, and numbers of theirs: sorted, 2048 of them cost a third of what
+#: they cost in blocks of 256, where all centroids of a digest are merged at each block.
+_WAITING, _WAITING_NUMBERS = 2048, 2**22
 
 
 class Reduction:
@@ -41,6 +44,7 @@ class Reduction:
         self._digests: list[Any] = [] if library is None else [
             library.tdigest_double(_COMPRESSION) for _ in range(columns * times)
         ]  # fmt: skip  # one expression
+        self._waiting: list[Array] = []
 
     def add(self, block: Array) -> None:
         """Add samples, (samples, columns, times); NaN where a sample has none."""
@@ -60,10 +64,22 @@ class Reduction:
         self.minimum = np.minimum(self.minimum, np.where(there, block, np.inf).min(axis=0))
         self.maximum = np.maximum(self.maximum, np.where(there, block, -np.inf).max(axis=0))
         self._add_products(block, np.asarray(np.all(there, axis=1)))
-        for digest, values, known in zip(
-            self._digests, block.reshape(len(block), -1).T, there.reshape(len(block), -1).T, strict=False
-        ):
-            digest.update(np.ascontiguousarray(values[known]))
+        if self._digests:
+            self._waiting.append(np.array(block))
+            waiting = sum(len(rows) for rows in self._waiting)
+            if waiting >= _WAITING or waiting * self.count.size >= _WAITING_NUMBERS:
+                self._sketch()
+
+    def _sketch(self) -> None:
+        """Bring what waits into the digests."""
+        if not self._waiting:
+            return
+        rows = np.concatenate(self._waiting).reshape(-1, self.count.size)
+        self._waiting = []
+        ordered = np.sort(np.where(np.isfinite(rows), rows, np.nan).T, axis=1)  # what is not known comes last
+        known = np.isfinite(ordered).sum(axis=1).tolist()
+        for digest, values, count in zip(self._digests, ordered, known, strict=True):
+            digest.update(values[:count])
             digest.compress()  # as writing it to a file does, so that what is read back goes on with the same bits
 
     def _add_products(self, block: Array, there: NDArray[np.bool_]) -> None:
@@ -99,6 +115,7 @@ class Reduction:
         if not self._digests:
             what = "quantiles are sketched by the package datasketches, which is not installed"
             raise UsageError(Problem("quantile", what, "pip install 'eomgen[ensembles]', and the ensemble again"))
+        self._sketch()
         times = self.count.shape[1]
         own = self._digests[column * times : (column + 1) * times]
         return np.array(
@@ -112,6 +129,7 @@ class Reduction:
         """
         if not self._digests:
             self.quantiles(column, np.array([0.5]))
+        self._sketch()
         digest = self._digests[column * self.count.shape[1] + time]
         if digest.is_empty():
             return np.full(len(edges) - 1, np.nan)
@@ -129,7 +147,9 @@ class Reduction:
         parts = [np.frombuffer(digest.serialize(), np.uint8) for digest in self._digests]
         sizes = np.array([len(part) for part in parts], dtype=np.int64)
         digests = np.concatenate(parts) if parts else np.empty(0, np.uint8)
-        return {name.strip("_"): getattr(self, name) for name in self._KEPT} | {"digests": digests, "sizes": sizes}
+        waiting = np.concatenate(self._waiting) if self._waiting else np.empty((0, *self.count.shape))
+        rest = {"digests": digests, "sizes": sizes, "waiting": waiting}
+        return {name.strip("_"): getattr(self, name) for name in self._KEPT} | rest
 
     @classmethod
     def of_arrays(cls, arrays: dict[str, Array]) -> Reduction:
@@ -141,6 +161,7 @@ class Reduction:
         library = _sketches()
         found._digests = []
         if library is not None:
+            found._waiting = [arrays["waiting"]] if len(arrays["waiting"]) else []
             ends = np.cumsum(arrays["sizes"]).tolist()
             text = arrays["digests"].tobytes()
             for begin, end in zip([0, *ends], ends, strict=False):

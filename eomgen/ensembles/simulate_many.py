@@ -48,8 +48,8 @@ from eomgen.version import __version__
 
 #: Samples of a block, and blocks of a small ensemble at least.
 _LARGEST_BLOCK, _BLOCKS = 256, 16
-#: Seconds between two writings of what has been reduced.
-_SELDOM = 10.0
+#: Seconds between two writings of what has been reduced, and how often as long as one takes they are at least.
+_SELDOM, _RARELY = 10.0, 20.0
 #: Files that solutions of samples are kept as.
 _KEPT_AS = ("npz", "parquet")
 #: Columns that are looked at where the caller names none and the scene has no outputs.
@@ -163,7 +163,7 @@ def _reduced(
     blocks: Iterator[Block], journal: Journal, reduction: Reduction, total: int, report: Progress | None
 ) -> bool:
     """Reduce blocks as they come, and return whether Ctrl-C ended it; what is done is kept whatever ends it."""
-    written = time.monotonic()
+    written, seldom = time.monotonic(), _SELDOM
     interrupted = False
     reducer = ThreadPoolExecutor(1)  # Ctrl-C ends what the main thread does, and a block is reduced whole or not at all
 
@@ -174,9 +174,10 @@ def _reduced(
     try:
         for found in blocks:
             reducer.submit(take, found).result()
-            if time.monotonic() - written > _SELDOM:
+            if (now := time.monotonic()) - written > seldom:
                 reducer.submit(journal.write, reduction).result()
                 written = time.monotonic()
+                seldom = max(_SELDOM, _RARELY * (written - now))
             if report is not None:
                 report(journal.done, total)
     except KeyboardInterrupt:

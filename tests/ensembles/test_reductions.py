@@ -63,12 +63,16 @@ def test_a_histogram_has_the_probabilities_of_its_bins() -> None:
     np.testing.assert_allclose(reduced(data, (999,)).histogram(0, 0, edges), expected, atol=6e-3)
 
 
-def test_what_was_written_goes_on_with_the_same_bits() -> None:
-    straight = reduced(DATA, (300, 300))
-    stopped = Reduction.of_arrays(reduced(DATA[:600], (300,)).arrays())
-    stopped.add(DATA[600:])
+@pytest.mark.parametrize("blocks", [2, 6, 7, 9])  # before and behind the 2048 samples that are sketched together
+def test_what_was_written_goes_on_with_the_same_bits(blocks: int) -> None:
+    data = np.concatenate([DATA, 2.0 * DATA, 3.0 * DATA])
+    straight = reduced(data, (300,) * 10)
+    stopped = Reduction.of_arrays(reduced(data[: 300 * blocks], (300,) * blocks).arrays())
+    for block in np.split(data[300 * blocks :], 10 - blocks):
+        stopped.add(block)
     for name, array in straight.arrays().items():
         np.testing.assert_array_equal(stopped.arrays()[name], array, err_msg=name)
+    assert len(straight.arrays()["waiting"]) == 3000 - 2100
 
 
 def test_statistics_over_time_do_without_the_package_of_sketches(monkeypatch: pytest.MonkeyPatch) -> None:

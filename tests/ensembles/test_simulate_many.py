@@ -122,7 +122,8 @@ def test_a_killed_ensemble_goes_on_to_the_same_bits(
     """Killed by the system at the seventh block, before it is kept, written, or reduced whole."""
     options = {"vary": VARY, "samples": 60, "seed": 1}
     straight = bits(cart.simulate_many(**options))
-    monkeypatch.setattr(sys.modules["eomgen.ensembles.simulate_many"], "_SELDOM", 0.0)  # what is reduced is written
+    for times in ("_SELDOM", "_RARELY"):  # what is reduced is written at once
+        monkeypatch.setattr(sys.modules["eomgen.ensembles.simulate_many"], times, 0.0)
     if not (child := os.fork()):
         usual, calls = getattr(owner, name), []
 
