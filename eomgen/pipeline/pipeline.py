@@ -468,17 +468,18 @@ def _made(
     from eomgen.codegen.metadata import interface_layout  # noqa: PLC0415
     from eomgen.codegen.targets.c.interface import INTERFACE_CDEF  # noqa: PLC0415
     from eomgen.codegen.targets.c.naming import file_name  # noqa: PLC0415
-    from eomgen.codegen.targets.c.target import C, generate_library  # noqa: PLC0415
+    from eomgen.codegen.targets.c.target import C, written_library  # noqa: PLC0415
+    from eomgen.toolchain.cache import TEMPLATES  # noqa: PLC0415
 
     with without_search_for_circles():
         program, refusal = _program(document, front_end, selection, method, C, for_runs=True)
-        files, interface = generate_library(program)
-    layout: dict[str, Any] = {
-        **interface_layout(program),
-        "stepper_refused": refusal,
-        "built_method": method,
-        "selection": vars(selection),
-        "fingerprint": fingerprint(document, front_end),
-    }
-    written = {source.name: file_name(source.written) for source in program.sources}
-    return builder.build(content, {**files, **interface}, INTERFACE_CDEF, layout, written)
+        layout: dict[str, Any] = {
+            **interface_layout(program),
+            "stepper_refused": refusal,
+            "built_method": method,
+            "selection": vars(selection),
+            "fingerprint": fingerprint(document, front_end),
+        }
+        written = {source.name: file_name(source.written) for source in program.sources}
+        files = written_library(program, builder.cache.folder / TEMPLATES)
+        return builder.build(content, files, INTERFACE_CDEF, layout, written)

@@ -6,8 +6,9 @@ import json
 import logging
 import os
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import AbstractContextManager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +18,8 @@ from eomgen.toolchain.cache_key import library_key, origin_of, wrapper_key
 from eomgen.toolchain.cffi_build import load_abi, load_api, python_headers, wrapper_source
 from eomgen.toolchain.compiler import (
     DEFAULT_TIMEOUT,
+    Compilation,
     Compiler,
-    compile_library,
     compile_object,
     faults_in,
     find_compiler,
@@ -38,6 +39,11 @@ _REALS = {
     "complex": ("-DEOMGEN_REAL_COMPLEX",),
     "lanes": ("-DEOMGEN_REAL_LANES",),
 }
+
+
+def _headers_first(files: Mapping[str, str]) -> list[tuple[str, str]]:
+    """Return files so that they can be compiled in turn, the longest sources first."""
+    return sorted(files.items(), key=lambda file: (file[0].endswith(".c"), -len(file[1])))
 
 
 class Builder:
@@ -147,7 +153,7 @@ class Builder:
     def build(
         self,
         content: bytes,
-        files: Mapping[str, str],
+        files: Mapping[str, str] | Iterable[tuple[str, str]],
         cdef: str,
         layout: Mapping[str, Any],
         written: Mapping[str, str] | None = None,
@@ -158,8 +164,9 @@ class Builder:
         ----------
         content : bytes
             Everything that the files depend on; two different sets of files must not share it.
-        files : mapping from name to text
-            C sources and headers; ``interface.h`` declares what ``cdef`` says. ``main.c`` is left out.
+        files : mapping from name to text, or pairs of both as they are written, headers before what includes them
+            C sources and headers; ``interface.h`` declares what ``cdef`` says. ``main.c`` is left out. A source is
+            compiled while those behind it are written.
         layout : mapping
             JSON data, handed back as ``Library.layout``.
         written : mapping
@@ -174,18 +181,25 @@ class Builder:
         if cached is not None:
             return cached
 
+        lines = 0
+
         def fill(folder: Path) -> None:
-            for name, text in files.items():
-                (folder / name).write_text(text, encoding="utf-8")
+            nonlocal lines
+            header, sources = "", []
+            with Compilation(self.compiler, self.flags, timeout=self.timeout) as compilation:
+                for name, text in _headers_first(files) if isinstance(files, Mapping) else files:
+                    (folder / name).write_text(text, encoding="utf-8")
+                    lines += text.count("\n")
+                    if name == "interface.h":
+                        header = text
+                    if name.endswith(".c") and name != "main.c":
+                        sources.append(folder / name)
+                        compilation.add(folder / name)
+                output, wrapper = folder / (_LIBRARY + library_suffix()), partial(self._wrapper, cdef, header)
+                commands = compilation.linked(sorted(sources), output, wrapper)
             (folder / _LAYOUT).write_text(json.dumps(layout), encoding="utf-8")
             (folder / _CDEF).write_text(cdef, encoding="utf-8")
             (folder / _ORIGIN).write_text(origin_of(content, self.profile, self.flags, self.mode), encoding="utf-8")
-            sources = [folder / name for name in sorted(files) if name.endswith(".c") and name != "main.c"]
-            objects = [] if self.headers is None else [self._wrapper(cdef, files["interface.h"], self.headers)]
-            output = folder / (_LIBRARY + library_suffix())
-            commands = compile_library(
-                self.compiler, sources, output, self.flags, objects=objects, timeout=self.timeout
-            )
             for source in sources:
                 source.with_suffix(".o").unlink(missing_ok=True)
             (folder / _COMMANDS).write_text("\n".join([self.compiler.version, *commands, ""]), encoding="utf-8")
@@ -203,19 +217,22 @@ class Builder:
                     for p in error.problems
                 ]
             ) from error
-        seconds, lines = time.perf_counter() - began, sum(text.count("\n") for text in files.values())
+        seconds = time.perf_counter() - began
         _LOG.info(
             "compiled %d lines of C in %.2f s by %s, %s", lines, seconds, self.compiler.version, self.profile.name
         )
         _LOG.debug("commands: %s", entry.text(_COMMANDS).replace("\n", "; ").rstrip("; "))
         return self._load(entry, self.mode)
 
-    def _wrapper(self, cdef: str, header: str, headers: Path) -> Path:
-        """Return the object of the extension module, which is the same for all models."""
+    def _wrapper(self, cdef: str, header: str) -> list[Path]:
+        """Return the object of the extension module, which is the same for all models; none in the ABI mode."""
+        headers = self.headers
+        if headers is None:
+            return []
         key = wrapper_key(self.compiler, cdef, header, headers)
         entry = self.cache.get(key)
         if entry is not None:
-            return entry.file("wrapper.o")
+            return [entry.file("wrapper.o")]
 
         def fill(folder: Path) -> None:
             (folder / "interface.h").write_text(header, encoding="utf-8")
@@ -225,7 +242,7 @@ class Builder:
 
         with self.cache.claim(key):
             entry = self.cache.get(key) or self.cache.put(key, fill)
-        return entry.file("wrapper.o")
+        return [entry.file("wrapper.o")]
 
     def _load(self, entry: Entry, mode: str) -> Library:
         layout = json.loads(entry.text(_LAYOUT))

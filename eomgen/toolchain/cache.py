@@ -37,6 +37,8 @@ _META, _TEMPORARY = "entry.json", "tmp-"
 #: Bytes of all entries when they were last measured, then a line for what each build added: to measure thousands of
 #: folders takes as long as a build.
 _SIZES = "sizes.txt"
+#: Folder of the bytecode of templates, which is no entry.
+TEMPLATES = "templates"
 
 
 @dataclass(frozen=True)
@@ -191,7 +193,7 @@ class Cache:
     def clear(self) -> int:
         """Remove everything and return the number of entries that were there."""
         entries = self._entries()
-        for folder in [*entries, *(self.folder / name for name in ("quarantine", "failed", "claims"))]:
+        for folder in [*entries, *(self.folder / name for name in ("quarantine", "failed", "claims", TEMPLATES))]:
             shutil.rmtree(folder, ignore_errors=True)
         (self.folder / _SIZES).unlink(missing_ok=True)
         return len(entries)

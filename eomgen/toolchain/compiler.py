@@ -16,11 +16,14 @@ import tempfile
 import threading
 import time
 import unicodedata
-from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from queue import PriorityQueue
+from types import TracebackType
+from typing import Self
 
 from eomgen.errors import FileError, Problem, ToolchainError
 
@@ -164,28 +167,78 @@ def compile_library(
     ToolchainError
         With the command, its exit status, its last lines, and where the sources are.
     """
-    deadline = time.monotonic() + timeout
-    running = _Running()
-    with (
-        ThreadPoolExecutor(max_workers=processors() if jobs is None else max(1, jobs)) as pool,
-        running.stopped_on_failure(),
-    ):
-        # so that none is left alone at the end
-        longest_first = sorted(sources, key=lambda source: -source.stat().st_size)
-        made = pool.map(lambda source: compile_object(compiler, source, flags, deadline, running), longest_first)
-        result = dict(zip(longest_first, made, strict=True))
-        done = [result[source] for source in sources]
-    link = [
-        *compiler.command,
-        *_link_flags(),
-        *(str(item) for item, _ in done),
-        *map(str, objects),
-        "-o",
-        str(output),
-        "-lm",
-    ]
-    _run(link, output, deadline)
-    return [*(command for _, command in done), shlex.join(link)]
+    with Compilation(compiler, flags, jobs=jobs, timeout=timeout) as compilation:
+        for source in sorted(sources, key=_longest_first):
+            compilation.add(source)
+        return compilation.linked(sources, output, lambda: objects)
+
+
+def _longest_first(source: Path) -> int:
+    """Return a key by which sources are compiled, so that no long one is left alone at the end."""
+    return -source.stat().st_size
+
+
+class Compilation:
+    """Sources that are compiled side by side while further ones are written; of those that wait, the longest first.
+
+    A context: where it is left by an exception, the compilers that run are ended.
+
+    Parameters
+    ----------
+    jobs : compilers at once, as many as there are processors by default
+    timeout : for all of it, seconds
+    """
+
+    def __init__(
+        self,
+        compiler: Compiler,
+        flags: Sequence[str],
+        *,
+        jobs: int | None = None,
+        timeout: float = DEFAULT_TIMEOUT,
+    ) -> None:
+        self._compiler = compiler
+        self._flags = flags
+        self._deadline = time.monotonic() + timeout
+        self._waiting: PriorityQueue[tuple[int, Path]] = PriorityQueue()
+        self._made: dict[Path, tuple[Path, str]] = {}
+        self._tasks: list[Future[None]] = []
+        self._running = _Running()
+        self._pool = ThreadPoolExecutor(max_workers=processors() if jobs is None else max(1, jobs))
+        self._ended = contextlib.ExitStack()
+
+    def __enter__(self) -> Self:
+        self._ended.enter_context(self._pool)
+        self._ended.enter_context(self._running.stopped_on_failure())
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._ended.__exit__(kind, error, trace)
+
+    def add(self, source: Path) -> None:
+        """Compile a source, beside which all that it includes is there, to an object beside it."""
+        self._waiting.put((_longest_first(source), source))
+        self._tasks.append(self._pool.submit(self._compile_next))
+
+    def _compile_next(self) -> None:
+        _, source = self._waiting.get()
+        self._made[source] = compile_object(self._compiler, source, self._flags, self._deadline, self._running)
+
+    def linked(self, sources: Sequence[Path], output: Path, objects: Callable[[], Sequence[Path]]) -> list[str]:
+        """Link all sources, which were added before, in this order, to a shared library; return the commands.
+
+        ``objects``: gives ready objects that belong to it, which are made meanwhile where they are not there.
+        """
+        ready = objects()
+        for task in self._tasks:
+            task.result()
+        done = [self._made[source] for source in sources]
+        items = [*(str(item) for item, _ in done), *map(str, ready)]
+        link = [*self._compiler.command, *_link_flags(), *items, "-o", str(output), "-lm"]
+        _run(link, output, self._deadline)
+        return [*(command for _, command in done), shlex.join(link)]
 
 
 class _Running:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -92,11 +94,37 @@ def test_arrays_that_do_not_fit_are_refused_by_name(tmp_path: Path) -> None:
 
 def test_the_second_time_nothing_is_compiled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     first = build(tmp_path)
-    monkeypatch.setattr(builder_module, "compile_library", None)
+    monkeypatch.setattr(builder_module, "Compilation", None)
     assert build(tmp_path).folder == first.folder
     assert Builder("quick", cache=Cache(tmp_path)).find(b"content") is not None
     assert Builder("quick", cache=Cache(tmp_path)).find(b"other") is None
     assert Builder("reproducible", cache=Cache(tmp_path)).find(b"content") is None
+
+
+def test_a_source_is_compiled_while_the_next_one_is_written(tmp_path: Path) -> None:
+    def written() -> Iterator[tuple[str, str]]:
+        yield "other.h", "int answer(void);\n"
+        yield "other.c", '#include "other.h"\nint answer(void) { return 42; }\n'
+        deadline = time.monotonic() + 60.0
+        while not list(tmp_path.glob("tmp-*/other.o")):
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+        yield from FILES.items()
+
+    library = Builder("quick", cache=Cache(tmp_path)).build(b"content", written(), CDEF, LAYOUT)
+    assert library.fingerprint == "f00d"
+    assert not list(library.folder.glob("*.o"))
+
+
+def test_what_fails_while_sources_are_written_is_passed_on(tmp_path: Path) -> None:
+    def written() -> Iterator[tuple[str, str]]:
+        yield "interface.h", FILES["interface.h"]
+        raise ValueError("no more")
+
+    builder = Builder("quick", cache=Cache(tmp_path))
+    with pytest.raises(ValueError, match="no more"):
+        builder.build(b"content", written(), CDEF, LAYOUT)
+    assert builder.find(b"content") is None
 
 
 def test_a_cached_library_loads_without_cffi_sympy_and_jinja(tmp_path: Path) -> None:

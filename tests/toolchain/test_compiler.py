@@ -15,6 +15,7 @@ import pytest
 from benchmarks.programs import FLAGS
 from eomgen.errors import ToolchainError
 from eomgen.toolchain.compiler import (
+    Compilation,
     Compiler,
     compile_library,
     find_compiler,
@@ -84,6 +85,24 @@ def test_several_files_link_to_one_library(tmp_path: Path) -> None:
         (True, False),
         (False, True),
     ]
+
+
+def test_of_the_sources_that_wait_the_longest_is_compiled_first(tmp_path: Path) -> None:
+    log = tmp_path / "log.txt"
+    file = fake(
+        tmp_path, "cc", f'for w; do case "$w" in *.c) basename "$w" >> {log}; sleep 0.3;; esac; done; exec cc "$@"'
+    )
+    texts = {"first": "int f1;\n", "short": "int f2;\n", "long": "/* " + 500 * "x" + " */ int f3;\n"}
+    sources = [source(tmp_path, text, f"{name}.c") for name, text in texts.items()]
+    with Compilation(Compiler((str(file),), file), ("-O0",), jobs=1) as compilation:
+        compilation.add(sources[0])
+        while not log.exists():
+            time.sleep(0.01)
+        for later in sources[1:]:
+            compilation.add(later)
+        commands = compilation.linked(sources, tmp_path / f"m{library_suffix()}", list)
+    assert log.read_text(encoding="utf-8").split() == ["first.c", "long.c", "short.c"]
+    assert [command.rpartition("/")[2] for command in commands[:3]] == ["first.o", "short.o", "long.o"]
 
 
 def test_an_error_quotes_command_status_and_words(tmp_path: Path) -> None:

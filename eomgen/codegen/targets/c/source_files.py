@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 from eomgen.codegen.program import Program, ProgramFunction
 
-#: Operations per C file, roughly; a file this long compiles in a few seconds.
-FILE_LIMIT = 10000
+#: Operations per C file, roughly; a file this long compiles in half a second, and an arm of seven joints has three.
+FILE_LIMIT = 3000
 #: Operations in a statement of a loop, roughly.
 _PER_STATEMENT = 2
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -23,6 +23,7 @@ from eomgen.codegen.targets.c.printer import COUNTING, Printer, indented, number
 from eomgen.codegen.targets.c.source_files import FILE_LIMIT, plan_files
 from eomgen.codegen.targets.c.stepper import stepper_names
 from eomgen.codegen.targets.c.tables import curve_tables
+from eomgen.codegen.targets.c.template_bytecode import TemplateBytecode
 from eomgen.codegen.targets.target import Target
 from eomgen.integrators.families.register import family_named
 from eomgen.resources import template_folder
@@ -165,38 +166,59 @@ def generate_files(program: Program, *, file_limit: int = FILE_LIMIT) -> dict[st
     return _files(_Context(program, file_limit))
 
 
-def generate_library(program: Program) -> tuple[dict[str, str], dict[str, str]]:
-    """Return what ``generate_files`` and ``generate_interface`` do, with what both need found once."""
+def written_library(program: Program, bytecode: Path) -> Iterator[tuple[str, str]]:
+    """Yield what ``generate_files`` and ``generate_interface`` return, each file as soon as it is written, headers
+    before the sources that include them.
+
+    ``bytecode``: the folder in which the templates' is kept, for later processes.
+    """
+    environment().bytecode_cache = TemplateBytecode(bytecode)
     context = _Context(program, FILE_LIMIT)
-    files = _files(context)
-    return files, _interface(context, files)
+    files: dict[str, str] = {}
+    for name, text in _sources(context):
+        files[name] = text
+        yield name, text
+    yield from _interface(context, files).items()
+    yield from _documents(context, files).items()
 
 
 def _files(context: _Context) -> dict[str, str]:
-    program = context.program
-    files = {f"{program.prefix}.h": context.render("c/model/model.h.jinja")}
-    for file in context.files:
-        files[f"{file.name}.c"] = context.render("c/model/model.c.jinja", file=file)
+    files = dict(_sources(context))
+    return files | _documents(context, files)
+
+
+def _sources(context: _Context) -> Iterator[tuple[str, str]]:
+    """Yield all headers and then all sources of the stand-alone folder."""
+    program, prefix = context.program, context.program.prefix
+    yield "eomgen_real.h", context.render("c/model/eomgen_real.h.jinja")
+    yield f"{prefix}.h", context.render("c/model/model.h.jinja")
     if len(context.files) > 1:
-        files[f"{program.prefix}_parts.h"] = context.render("c/model/parts.h.jinja")
-    if program.method:
-        files[f"{program.prefix}_step.c"] = context.render(stepper_template(program.method["family"]))
+        yield f"{prefix}_parts.h", context.render("c/model/parts.h.jinja")
     if program.curves:
-        files[f"{program.prefix}_curves.h"] = context.render("c/model/curves.h.jinja")
-        files[f"{program.prefix}_curves.c"] = context.render("c/model/curves.c.jinja", snap=SNAP, edge=EDGE)
+        yield f"{prefix}_curves.h", context.render("c/model/curves.h.jinja")
+    for file in context.files:
+        yield f"{file.name}.c", context.render("c/model/model.c.jinja", file=file)
+    if program.method:
+        yield f"{prefix}_step.c", context.render(stepper_template(program.method["family"]))
+    if program.curves:
+        yield f"{prefix}_curves.c", context.render("c/model/curves.c.jinja", snap=SNAP, edge=EDGE)
     if any(table.packed for table in context.tables):
-        files[f"{program.prefix}_tables.c"] = context.render("c/model/tables.c.jinja")
+        yield f"{prefix}_tables.c", context.render("c/model/tables.c.jinja")
     for source in program.sources:
         text = source.text if source.text.endswith("\n") else f"{source.text}\n"
-        files[source.name] = context.render("c/model/user_source.c.jinja", source=source) + text
-    files["eomgen_real.h"] = context.render("c/model/eomgen_real.h.jinja")
-    files["main.c"] = context.render("c/main/main.c.jinja")
+        yield source.name, context.render("c/model/user_source.c.jinja", source=source) + text
+    yield "main.c", context.render("c/main/main.c.jinja")
+
+
+def _documents(context: _Context, files: Mapping[str, str]) -> dict[str, str]:
+    """Return the README and the manifest of the stand-alone folder."""
+    program = context.program
     sources = sorted(name for name in files if name.endswith(".c"))
     command = compile_command(program, sources)
     texts = {"command": command, "examples": _examples(program), "stack": stack_bytes(program)}
-    files["README.md"] = context.render("c/main/README.md.jinja", **texts)
-    files[MANIFEST] = manifest(program, files, fingerprint=fingerprint(files), compile=command)
-    return files
+    readme = {"README.md": context.render("c/main/README.md.jinja", **texts)}
+    whole = {**files, **readme}
+    return {**readme, MANIFEST: manifest(program, whole, fingerprint=fingerprint(files), compile=command)}
 
 
 def generate_interface(program: Program, files: Mapping[str, str]) -> dict[str, str]:
