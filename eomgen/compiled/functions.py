@@ -3,12 +3,16 @@ batch."""
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
 
 import numpy as np
 
 from eomgen.arrays import Array
+from eomgen.compiled.lanes import Lanes, chosen
 from eomgen.errors import Problem, UsageError
 from eomgen.system.terms import TERMS, nearest_term
 from eomgen.threads import thread_count
@@ -19,7 +23,7 @@ from eomgen.toolchain.library import Library
 DRIVERS = ("base", "inputs", "base_rates", "input_rates", "joint_angles")
 
 
-#: Operations of a thread at least: some milliseconds, of which its start takes a tenth.
+#: Operations of a piece at least: some milliseconds, of which the start of a thread takes a tenth.
 _SHARE = 10_000_000
 
 
@@ -102,21 +106,32 @@ class Functions:
         return tuple(result.reshape((*shape, *result.shape[1:])) for result in results)
 
     def _batch(self, name: str, inputs: list[Array], results: list[Array], count: int) -> None:
-        """Evaluate a batch; threads share a large one. C releases the interpreter, and each sample has the same bits
-        whatever is evaluated beside it."""
-        work = count * max(1, int(self._layouts[name]["operations"]))
+        """Evaluate a batch in pieces; threads share a large one. C releases the interpreter, and each sample has the
+        same bits whatever is evaluated beside it, and in lanes."""
+        operations = max(1, int(self._layouts[name]["operations"]))
+        work = count * operations
         threads = min(count, work // _SHARE, thread_count()) if work >= 2 * _SHARE else 1
-        if threads < 2:
-            self.library.call(name, inputs, results)
-            return
-        ends = [count * k // threads for k in range(threads + 1)]
+        choice = chosen()
+        lanes = Lanes.of(self.library)
+        companion = lanes.expect(name, operations, count, choice)
+        sizes = [math.prod(shape) for shape in self._shapes[name]]
 
         def part(begin: int, end: int) -> None:
             own = [array if array.ndim == 1 else array[begin:end] for array in inputs]
-            self.library.call(name, own, [result[begin:end] for result in results])
+            library = None if companion is None else lanes.judged(companion, name, inputs, sizes, choice)
+            (library or self.library).call(name, own, [result[begin:end] for result in results])
 
-        with ThreadPoolExecutor(threads, thread_name_prefix="eomgen-batch") as pool:
-            list(pool.map(part, ends[:-1], ends[1:]))
+        pieces = max(threads, min(count, work // _SHARE))
+        ends = [count * k // pieces for k in range(pieces + 1)]
+        began = time.perf_counter()
+        if threads < 2:
+            for begin, end in pairwise(ends):
+                part(begin, end)
+        else:
+            with ThreadPoolExecutor(threads, thread_name_prefix="eomgen-batch") as pool:
+                list(pool.map(part, ends[:-1], ends[1:]))
+        if companion is not None and companion.library is None:
+            companion.of_sample = max(1, threads) * (time.perf_counter() - began) / count
 
     def _single(self, name: str, arrays: list[Array]) -> tuple[Array, ...]:
         """Evaluate one sample: what a caller's inner loop does, so without the bookkeeping of batches."""

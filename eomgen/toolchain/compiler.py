@@ -158,9 +158,10 @@ def compile_library(
     objects: Sequence[Path] = (),
     jobs: int | None = None,
     timeout: float = DEFAULT_TIMEOUT,
+    running: Running | None = None,
 ) -> list[str]:
     """Compile sources side by side, as many as there are processors by default, and link them, with ready ``objects``,
-    to a shared library; return the commands.
+    to a shared library; return the commands. The processes are entered in ``running``.
 
     Raises
     ------
@@ -187,6 +188,7 @@ class Compilation:
     ----------
     jobs : compilers at once, as many as there are processors by default
     timeout : for all of it, seconds
+    running : where the processes are entered, for one who may stop them
     """
 
     def __init__(
@@ -196,6 +198,7 @@ class Compilation:
         *,
         jobs: int | None = None,
         timeout: float = DEFAULT_TIMEOUT,
+        running: Running | None = None,
     ) -> None:
         self._compiler = compiler
         self._flags = flags
@@ -203,7 +206,7 @@ class Compilation:
         self._waiting: PriorityQueue[tuple[int, Path]] = PriorityQueue()
         self._made: dict[Path, tuple[Path, str]] = {}
         self._tasks: list[Future[None]] = []
-        self._running = _Running()
+        self._running = Running() if running is None else running
         self._pool = ThreadPoolExecutor(max_workers=processors() if jobs is None else max(1, jobs))
         self._ended = contextlib.ExitStack()
 
@@ -237,11 +240,11 @@ class Compilation:
         done = [self._made[source] for source in sources]
         items = [*(str(item) for item, _ in done), *map(str, ready)]
         link = [*self._compiler.command, *_link_flags(), *items, "-o", str(output), "-lm"]
-        _run(link, output, self._deadline)
+        _run(link, output, self._deadline, self._running)
         return [*(command for _, command in done), shlex.join(link)]
 
 
-class _Running:
+class Running:
     """The compiler processes of one library, so that Ctrl-C in the main thread need not wait for those of the
     workers."""
 
@@ -255,11 +258,15 @@ class _Running:
         try:
             yield
         except BaseException:
-            with self._lock:
-                self._stopped = True
-                for process in self._processes:
-                    process.kill()
+            self.stop()
             raise
+
+    def stop(self) -> None:
+        """Kill what runs, and what is started from now on."""
+        with self._lock:
+            self._stopped = True
+            for process in self._processes:
+                process.kill()
 
     @contextlib.contextmanager
     def watched(self, process: subprocess.Popen[str]) -> Iterator[None]:
@@ -279,7 +286,7 @@ def compile_object(
     source: Path,
     flags: Sequence[str],
     deadline: float | None = None,
-    running: _Running | None = None,
+    running: Running | None = None,
 ) -> tuple[Path, str]:
     """Compile one file to an object beside it; return the object and the command."""
     made = source.with_suffix(".o")
@@ -328,7 +335,7 @@ def library_suffix() -> str:
     return str(sysconfig.get_config_var("EXT_SUFFIX") or ".so")
 
 
-def _run(command: Sequence[str], made: Path, deadline: float, running: _Running | None = None) -> None:
+def _run(command: Sequence[str], made: Path, deadline: float, running: Running | None = None) -> None:
     where = f"C compiler, sources kept in {made.parent}"
     try:
         with (
@@ -342,7 +349,7 @@ def _run(command: Sequence[str], made: Path, deadline: float, running: _Running 
                 errors="replace",
                 env={**os.environ, "LC_ALL": "C"},
             ) as process,
-            (running or _Running()).watched(process),
+            (running or Running()).watched(process),
         ):
             try:
                 output, complaints = process.communicate(timeout=max(0.1, deadline - time.monotonic()))

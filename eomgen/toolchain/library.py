@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -62,7 +62,12 @@ class Library:
     digest : of the compiled code; equal digests give equal bits on one machine.
     dtype : NumPy type of inputs and outputs: float64, or complex128 for a complex build.
     kept : what callers worked out from this library once, by their own names
+    companion : callable, or None where there is no compiler, or numbers are not double
+        ``companion(function)`` returns the library with this one function for as many samples as there are lanes, or
+        None where it is not in the cache; ``companion(function, running)`` compiles it then.
     """
+
+    companion: Callable[..., Library | None] | None = None
 
     def __init__(self, ffi: Any, lib: Any, layout: Mapping[str, Any], mode: str, file: Path) -> None:
         self.ffi = ffi

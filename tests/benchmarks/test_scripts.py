@@ -16,6 +16,7 @@ from benchmarks import (
     equal_elements,
     frame_peers,
     generation_time,
+    lanes,
     late_steps,
     measure,
     real_time_steps,
@@ -42,6 +43,13 @@ def test_robot_dynamics_finds_its_own_numbers_right(tmp_path: Path, capsys: pyte
         for function in ("inverse_dynamics", "forward_dynamics")
         for flags in ("O3", "fast")
     ]
+
+
+def test_lanes_have_the_bits_of_scalar_code(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert lanes.main(["--quick", "--json", str(tmp_path / "lanes.json")]) == 0
+    assert capsys.readouterr().out == "panda inverse_dynamics: the same bits\n"
+    (row,) = json.loads((tmp_path / "lanes.json").read_text())["rows"]
+    assert row["same_bits"] and row["operations"] > 500
 
 
 def test_time_derivatives_meet_the_closed_form(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
