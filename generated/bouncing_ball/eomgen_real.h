@@ -123,7 +123,7 @@ static inline void eg_sincos_wide(eg_wide x, eg_wide *sine, eg_wide *cosine)
     const eg_bits quadrant = eg_to_bits(rounded);
     const eg_wide first = (x - n * EG_WIDE(1.5707969665527344)) - n * EG_WIDE(-6.39757672615815e-07);
     const eg_wide low = n * EG_WIDE(1.6513995372426592e-13);
-    const eg_wide r = first + low;
+    const eg_wide r = eg_from_bits(eg_to_bits(first + low) | beyond);
     const eg_wide rest = (first - r) + low;
     const eg_wide z = r * r;
     const eg_wide half = EG_WIDE(0.5) * z;
@@ -137,10 +137,9 @@ static inline void eg_sincos_wide(eg_wide x, eg_wide *sine, eg_wide *cosine)
     const eg_wide s = r + (z * r * sine_tail + rest * near_one);
     const eg_wide c = near_one + (((EG_WIDE(1.0) - near_one) - half) + (z * z * cosine_tail - r * rest));
     const eg_bits swapped = (eg_to_bits(s) ^ eg_to_bits(c)) & (0 - (quadrant & 1)); /* in odd quadrants */
-    const eg_bits sine_sign = (quadrant & 2) << 62;
-    const eg_bits cosine_sign = ((quadrant + 1) & 2) << 62;
-    *sine = eg_from_bits((eg_to_bits(s) ^ swapped ^ sine_sign) | beyond);
-    *cosine = eg_from_bits((eg_to_bits(c) ^ swapped ^ cosine_sign) | beyond);
+    const eg_bits change = swapped ^ ((quadrant & 2) << 62);
+    *sine = eg_from_bits(eg_to_bits(s) ^ change);
+    *cosine = eg_from_bits(eg_to_bits(c) ^ change ^ (quadrant << 63));
 }
 
 #if defined(EG_REAL_IS_DOUBLE) || defined(EOMGEN_REAL_LANES)
