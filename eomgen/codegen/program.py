@@ -93,7 +93,8 @@ class ProgramFunction:
 @dataclass(frozen=True)
 class Addition:
     """What elements ``first <= element < end`` of a loop add to an output: ``sign`` times column ``columns[j]`` of
-    their row to component ``places[j] + step (element - first)``."""
+    their row to component ``places[j] + step (element - first)``, or ``places[j] + starts[element]`` where the starts
+    of all elements are given."""
 
     first: int
     end: int
@@ -102,6 +103,7 @@ class Addition:
     step: int
     columns: tuple[int, ...]
     places: tuple[int, ...]
+    starts: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)

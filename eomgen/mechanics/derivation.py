@@ -34,7 +34,7 @@ from eomgen.mechanics.tree.absolute import build_absolute_tree
 from eomgen.mechanics.tree.base import base_state, resting_base
 from eomgen.mechanics.tree.build import build_tree
 from eomgen.mechanics.tree.grouping import grouped
-from eomgen.mechanics.tree.links import Tree
+from eomgen.mechanics.tree.links import ROOT, Tree
 from eomgen.scene.bodies.cosserat import Cosserat
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.calculus.partials import forward_partials
@@ -145,6 +145,11 @@ class Derivation:
         M = separated.mass_matrix(self.grouped, self.composites)
         return [self._matrix("M", M, "inertia matrix")]
 
+    def mass_entries(self) -> list[int]:
+        """Return what M is made of, without its structural zeros."""
+        rows = separated.mass_rows(self.grouped, self.composites)
+        return [value.ref for row in rows for value in row.values()]
+
     def coupling(self) -> list[Block]:
         """Return h(q, v), (nv,): inertia forces quadratic in v, base at rest; N, or N m of angles."""
         return [self._vector("h", separated.coupling(self.grouped), "nonlinear coupling vector")]
@@ -212,6 +217,16 @@ class Derivation:
         """Whether few velocity components are behind others."""
         depths = self._depths()
         return sum(depth * depth for depth in depths) <= FLAT * len(depths)
+
+    @property
+    def constrained(self) -> bool:
+        """Whether there are constraints."""
+        return self.constraints is not None
+
+    @property
+    def stacked(self) -> bool:
+        """Whether links are carried by others: then a recursion has unknowns of its own."""
+        return any(link.parent != ROOT for link in self.tree.links)
 
     def _depths(self) -> list[int]:
         """Return for each velocity component how many there are from the root to it."""

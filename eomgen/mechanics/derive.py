@@ -203,7 +203,7 @@ def _facts(derivation: Derivation, made: Mapping[str, Function]) -> Facts:
     loads = [value.ref for value in derivation.applied()]
     return Facts(
         constant_mass=not derivation.deep
-        and "q" not in {symbol.block for symbol in tape.depends_on(_refs(derivation.mass()))},
+        and "q" not in {symbol.block for symbol in tape.depends_on(derivation.mass_entries())},
         velocity_forces=any(symbol.block == "v" for symbol in tape.depends_on(loads)),
         smooth=not any(_non_smooth(tape, node) for node in tape.live(loads)),
         moving_base=derivation.scene.base is not None,
@@ -217,10 +217,6 @@ def _facts(derivation: Derivation, made: Mapping[str, Function]) -> Facts:
 
 def _non_smooth(tape: Tape, node: int) -> bool:
     return bool(tape.curves[tape.b[node]][0].kinks()) if tape.op[node] is Op.CURVE else tape.op[node] in _NON_SMOOTH
-
-
-def _refs(blocks: Sequence[Block]) -> list[int]:
-    return [ref for block in blocks for ref in block.refs]
 
 
 def _pruned(derivation: Derivation, function: Function, used: Collection[str], timed: bool) -> Function:

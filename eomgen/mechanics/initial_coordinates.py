@@ -86,15 +86,13 @@ def absolute_start(derivation: Derivation) -> tuple[tuple[float, ...], tuple[flo
     The references of counted angles follow the poses in q.
     """
     poses, twists, angles = _bodies_at_start(derivation.scene)
-    names = [body.name for body in derivation.scene.bodies]
+    numbers = {body.name: number for number, body in enumerate(derivation.scene.bodies)}
+    places = [part.ref for link in derivation.tree.links for part in derivation.tree.mounts[link.name].position]
+    offsets = -np.array(evaluate(derivation.tape, places, _defaults(derivation.scene)), dtype=float).reshape(-1, 3)
     nq = sum(factor.q_size for factor in derivation.tree.factors)
     q, v = np.concatenate([np.zeros(nq), angles]), np.zeros(derivation.tree.nv)
-    for link, factor in zip(derivation.tree.links, derivation.tree.factors, strict=True):
-        mount = derivation.tree.mounts[link.name]
-        pose, twist = poses[names.index(link.name)], twists[names.index(link.name)]
-        offset = -np.array(
-            evaluate(derivation.tape, [part.ref for part in mount.position], _defaults(derivation.scene))
-        )
+    for link, factor, offset in zip(derivation.tree.links, derivation.tree.factors, offsets, strict=True):
+        pose, twist = poses[numbers[link.name]], twists[numbers[link.name]]
         R = _matrix(pose[:4])
         velocity = twist[3:] + np.cross(twist[:3], offset)
         position, speed = slice(factor.q_start, None), slice(factor.v_start, None)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from eomgen.mechanics.describe import describe
 from eomgen.pipeline.front_end import Build, FrontEnd
+from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.scene import Scene
 from eomgen.system.terms import PURPOSES
 
@@ -23,9 +24,15 @@ def _derive(scene: Scene, terms: Sequence[str] | None) -> System:
     from eomgen.mechanics import derive as mechanics  # noqa: PLC0415  # imports SymPy
     from eomgen.pipeline.initial_assembly import with_initial_assembly  # noqa: PLC0415
 
-    if not scene.constraints and scene.coordinates != "absolute":
+    if not scene.constraints and (scene.coordinates != "absolute" or _unconnected(scene)):
         return mechanics.derive(scene, terms)
     return with_initial_assembly(partial(mechanics.derive, scene), terms, describe(scene).coordinates)
+
+
+def _unconnected(scene: Scene) -> bool:
+    """Return whether no joint or beam of a scene is a constraint in absolute coordinates."""
+    free = all(not joint.kind.moves or joint.kind.rows == (0, 0) for joint in scene.joints)
+    return free and not any(isinstance(element, CosseratBeam) for element in scene.elements)
 
 
 def _prepared(scene: Scene, build: Build) -> Scene:

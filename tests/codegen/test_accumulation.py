@@ -18,7 +18,9 @@ from tests.codegen.hand_made import call, compile_program, make_system
 from tests.codegen.test_loops import factors
 
 
-def springs(count: int, *, clamped: bool = False, read: bool = False, order: list[int] | None = None) -> System:
+def springs(
+    count: int, *, clamped: bool = False, read: bool = False, order: list[int] | None = None, alike: bool = False
+) -> System:
     """Return springs between neighbours: forces on all points, with loads on the first two, and tangents, packed.
 
     Parameters
@@ -26,6 +28,7 @@ def springs(count: int, *, clamped: bool = False, read: bool = False, order: lis
     clamped : whether the first point is no unknown
     read : whether something else reads a force
     order : of the points in the outputs
+    alike : whether no summand has a sign that is unlike those of other elements
     """
     tape, kernel = Tape(), Tape()
     left, right = kernel.input("gather", 0), kernel.input("gather", 1)
@@ -44,7 +47,7 @@ def springs(count: int, *, clamped: bool = False, read: bool = False, order: lis
         forces[element] = tape.add(on_left, forces[element])
         forces[element + 1] = tape.add(forces[element + 1], on_right)
         diagonal[element] = (
-            tape.sub(to_left, diagonal[element]) if element == 2 else tape.add(diagonal[element], to_left)
+            tape.sub(to_left, diagonal[element]) if element == 2 and not alike else tape.add(diagonal[element], to_left)
         )
         diagonal[element + 1] = tape.add(diagonal[element + 1], to_right)
     beside = [tape.mul(rows[0][4], q[0]) if read else rows[0][4], *(row[4] for row in rows[1:])]
@@ -86,7 +89,7 @@ def test_rows_wait_where_something_else_reads_them() -> None:
     assert workspace(springs(9, read=True)) == 10 + 5 * 9
 
 
-def test_places_of_no_rule_keep_the_rows_in_the_workspace(rng: np.random.Generator) -> None:
+def test_places_of_no_rule_with_other_signs_keep_the_rows_in_the_workspace(rng: np.random.Generator) -> None:
     order: list[Ref] = rng.permutation(41).tolist()
     assert workspace(springs(40, order=order)) == 41 + 5 * 40
 
@@ -95,3 +98,16 @@ def test_the_c_of_more_elements_is_as_long() -> None:
     texts = [generate_files(to_program(springs(count)))["springs.c"] for count in (100, 400)]
     few, many = (text[text.index("_springs(") :].count("\n") for text in texts)
     assert few == many
+
+
+def test_places_that_follow_no_rule_are_tabulated(cache: Path, rng: np.random.Generator) -> None:
+    count = 40
+    system = springs(count, order=rng.permutation(count + 1).tolist(), alike=True)
+    program = to_program(system)
+    (loop,) = program.loops
+    assert loop.additions
+    assert all(len(item.starts) == count for item in loop.additions if item.output < 2)
+    point = {"p": [1.3, 0.0], "q": rng.uniform(-1, 1, (3, count + 1))}
+    found = call(compile_program(program, cache, profile="reproducible"), "springs", point)
+    for block, values in zip(system.functions["springs"].outputs, found, strict=True):
+        assert values == pytest.approx(evaluate(system.tape, block.refs, point), abs=1e-14)

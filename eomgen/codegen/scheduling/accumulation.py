@@ -129,7 +129,7 @@ def _summands(tape: Tape, ref: Ref, uses: Mapping[int, int]) -> tuple[list[Ref],
 
 
 def _additions(tape: Tape, number: int, summands: Sequence[Summand]) -> tuple[Addition, ...] | None:
-    """Return where the elements add their rows; None where that follows too many rules."""
+    """Return where the elements add their rows; None where elements of many kinds add to different outputs."""
     loop = cast("Map", tape.maps[number])
     width = len(loop.stacked)
     places = [[-1] * loop.count for _ in range(width)]
@@ -140,7 +140,7 @@ def _additions(tape: Tape, number: int, summands: Sequence[Summand]) -> tuple[Ad
         kinds[column][element] = 2 * item.output + (item.sign < 0)
     pieces = _pieces(np.array([*places, *kinds], dtype=np.int64).T, width)
     if len(pieces) > _STRETCHES:
-        return None
+        return _tabled(np.array(places, dtype=np.int64), np.array(kinds, dtype=np.int64))
     result: list[Addition] = []
     for first, end in pieces:
         groups: dict[tuple[int, int], list[tuple[int, int]]] = {}
@@ -152,6 +152,28 @@ def _additions(tape: Tape, number: int, summands: Sequence[Summand]) -> tuple[Ad
             columns, starts = zip(*items, strict=True)
             result.append(Addition(first, end, kind // 2, -1 if kind % 2 else 1, step, columns, starts))
     return tuple(result)
+
+
+def _tabled(places: NDArray[np.int64], kinds: NDArray[np.int64]) -> tuple[Addition, ...] | None:
+    """Return additions whose places are tabulated; columns, (width, count), that keep their distance share a table."""
+    if np.any(kinds != kinds[:, :1]):
+        return None
+    groups: dict[tuple[int, bytes], tuple[list[int], list[int], tuple[int, ...]]] = {}
+    for column, (kind, along) in enumerate(zip(kinds[:, 0].tolist(), places, strict=True)):
+        if kind < 0:
+            continue
+        moved = along - along[0]
+        columns, offsets, _ = groups.setdefault((kind, moved.tobytes()), ([], [], tuple(moved.tolist())))
+        columns.append(column)
+        offsets.append(int(along[0]))
+    made: list[Addition] = []
+    for (kind, _), (columns, offsets, moves) in groups.items():
+        least = min(offsets)
+        starts = tuple(least + move for move in moves)
+        apart = tuple(offset - least for offset in offsets)
+        sign = -1 if kind % 2 else 1
+        made.append(Addition(0, places.shape[1], kind // 2, sign, 0, tuple(columns), apart, starts))
+    return tuple(made)
 
 
 def _pieces(table: NDArray[np.int64], fixed_from: int) -> list[tuple[int, int]]:

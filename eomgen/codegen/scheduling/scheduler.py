@@ -468,7 +468,7 @@ class _Scheduler(LoopWriter):
                 for component, ref in enumerate(refs)
                 if abs(ref) not in self.plan.uses and not (fill and ref == ZERO)
             ]
-            if self.plan.loops:
+            if self.plan.loops or len(left) >= REPEATED_FROM:
                 numbers = [item for item in left if self.tape.value(item[1]) is not None]
                 left = (
                     [item for item in left if self.tape.value(item[1]) is None] if self._copy(number, numbers) else left

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from eomgen.symbolic.scalar import Scalar
 
 
-def solve_tree(M: Sequence[Sequence[Scalar]], right: Sequence[Scalar], parents: Sequence[int]) -> list[Scalar]:
+def solve_tree(M: Sequence[Mapping[int, Scalar]], right: Sequence[Scalar], parents: Sequence[int]) -> list[Scalar]:
     """Return M^-1 right for a mass matrix with the sparsity of a tree.
 
     Parameters
     ----------
+    M : rows of the lower triangle, by column
     parents : (nv,) for each component the nearest one towards the root it is coupled with, -1 at the root
         Elimination runs from the tips to the root, so branches that do not meet never fill.
     """
@@ -23,20 +24,22 @@ def solve_tree(M: Sequence[Sequence[Scalar]], right: Sequence[Scalar], parents: 
     return x
 
 
-def factored(M: Sequence[Sequence[Scalar]], parents: Sequence[int]) -> tuple[list[dict[int, Scalar]], list[Scalar]]:
+def factored(M: Sequence[Mapping[int, Scalar]], parents: Sequence[int]) -> tuple[list[dict[int, Scalar]], list[Scalar]]:
     """Return L and 1 / D of M = L^T D L: the rows of the unit lower triangle L by column, and the inverse diagonal."""
     size = len(M)
-    A = [list(row) for row in M]
+    A = [dict(row) for row in M]
     factors: list[dict[int, Scalar]] = [{} for _ in range(size)]
     inverse = [M[k][k] for k in range(size)]
     for k in reversed(range(size)):
         inverse[k] = _reciprocal(A[k][k])
         above = _ancestors(parents, k)
-        for i in above:
+        for i in (i for i in above if i in A[k]):
             factor = A[k][i] * inverse[k]
             factors[k][i] = factor
             for j in above[above.index(i) :]:
-                A[i][j] = A[j][i] = A[i][j] - factor * A[k][j]
+                if j in A[k]:
+                    change = factor * A[k][j]
+                    A[i][j] = A[i][j] - change if j in A[i] else -change
     return factors, inverse
 
 

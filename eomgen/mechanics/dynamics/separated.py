@@ -135,9 +135,23 @@ def mass_matrix(tree: Tree, bodies: Sequence[Inertia] | None = None) -> list[lis
     ----------
     bodies : subtree inertias of ``composites``, by default computed here
     """
+    M = [[tree.algebra.zero] * tree.nv for _ in range(tree.nv)]
+    for row, along in enumerate(mass_rows(tree, bodies)):
+        for column, value in along.items():
+            M[row][column] = M[column][row] = value
+    return M
+
+
+def mass_rows(tree: Tree, bodies: Sequence[Inertia] | None = None) -> list[dict[int, Scalar]]:
+    """Return the lower triangle of M(q) row by row, by column, without structural zeros; the diagonal is always there.
+
+    Parameters
+    ----------
+    bodies : subtree inertias of ``composites``, by default computed here
+    """
     algebra = tree.algebra
     bodies = composites(tree) if bodies is None else bodies
-    M = [[algebra.zero] * tree.nv for _ in range(tree.nv)]
+    M: list[dict[int, Scalar]] = [{k: algebra.zero} for k in range(tree.nv)]
     for index, link in enumerate(tree.links):
         with algebra.tape.block(f"mass matrix, columns of joint {link.joint.name}"):
             for k, dof in enumerate(link.dofs):
@@ -174,10 +188,14 @@ def _rows_of(body: ElasticBody, origin: Vector, motion: RelativeMotion) -> list[
     return [body.row(k, origin, (still, still, still), still, motion) for k in range(body.size)]
 
 
-def _couple(M: list[list[Scalar]], row: int, column: int, value: Scalar) -> None:
+def _couple(M: list[dict[int, Scalar]], row: int, column: int, value: Scalar) -> None:
     """Add what couples two columns of motion; both may belong to one component, if one joint follows the other."""
-    M[row][column] = M[row][column] + value
-    M[column][row] = M[column][row] + value if row == column else M[row][column]
+    if value.is_zero:
+        return
+    along, other = M[max(row, column)], min(row, column)
+    along[other] = along[other] + value if other in along else value
+    if row == column:
+        along[other] = along[other] + value
 
 
 def gravity_force(tree: Tree, gravity: Vector, bodies: Sequence[Inertia] | None = None) -> list[Scalar]:

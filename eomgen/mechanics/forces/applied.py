@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 from eomgen.mechanics.forces import (
     bushings,
     cosserat_beams,
@@ -50,7 +53,9 @@ def applied_loads(scene: Scene, tree: Tree, quantities: Quantities) -> Loads:
 
 def _add_elements(loads: Loads, laws: tuple[Law, ...], scene: Scene, quantities: Quantities) -> None:
     for law in laws:
-        for element in scene.elements:
-            if isinstance(element, law.model):
-                with quantities.algebra.tape.block(element.label):
-                    law.add(loads, element, quantities)
+        elements: Sequence[Any] = [element for element in scene.elements if isinstance(element, law.model)]
+        if law.together is not None and elements:
+            elements = law.together(loads, elements, quantities)
+        for element in elements:
+            with quantities.algebra.tape.block(element.label):
+                law.add(loads, element, quantities)

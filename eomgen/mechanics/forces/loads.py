@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -35,11 +35,17 @@ class Loads:
 
 @dataclass(frozen=True)
 class Law:
-    """What a kind of force element records: its loads, and the quantities that it offers to formulas."""
+    """What a kind of force element records: its loads, and the quantities that it offers to formulas.
+
+    Attributes
+    ----------
+    together : adds those of all elements of the kind that repeat, and returns the elements that are left to ``add``
+    """
 
     model: type[ForceElement]
     add: Callable[[Loads, Any, Quantities], None]
     offers: Mapping[str, Offer] = field(default_factory=dict)
+    together: Callable[[Loads, Sequence[Any], Quantities], Sequence[Any]] | None = None
 
 
 def no_loads(tree: Tree) -> Loads:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from eomgen.errors import ModelError, Problem
 from eomgen.mechanics.forces.loads import Law, Loads, push
+from eomgen.mechanics.forces.spring_loops import add_loops
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.tree.links import WORLD_NAME
 from eomgen.scene.forces.springs import Spring
@@ -62,4 +63,4 @@ def _rate(quantities: Quantities, spring: Spring) -> Scalar:
     return stretch(quantities, spring)[1]
 
 
-LAW = Law(Spring, add_spring, {"length": _length, "rate": _rate, "tension": tension})
+LAW = Law(Spring, add_spring, {"length": _length, "rate": _rate, "tension": tension}, add_loops)

@@ -36,6 +36,6 @@ def _by_mass_matrix(derivation: Derivation) -> list[Scalar]:
     net = separated.net_wrenches(grouped, fields, loads.wrenches)
     bias = separated.generalized(grouped, net, "bias force", separated.elastic_rows(grouped, fields))
     right = [effort - load for effort, load in zip(loads.efforts, bias, strict=True)]
-    M = separated.mass_matrix(grouped, derivation.composites)
+    M = separated.mass_rows(grouped, derivation.composites)
     with derivation.tape.block("elimination of the mass matrix from the tips to the root"):
         return solve_tree(M, right, derivation.tree.dof_parents())

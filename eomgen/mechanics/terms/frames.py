@@ -7,6 +7,7 @@ from functools import partial
 
 from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.dynamics.elimination import factored, half_solved
+from eomgen.mechanics.dynamics.separated import mass_rows
 from eomgen.mechanics.kinematics.bodies import Orientations
 from eomgen.mechanics.kinematics.frames import FrameMotion
 from eomgen.mechanics.tree.base import quaternion_product
@@ -58,8 +59,8 @@ def frame_drifts(derivation: Derivation, reference: str) -> list[Block]:
 def frame_mobilities(derivation: Derivation) -> list[Block]:
     """Return J M^-1 J^T of each frame, (frames, 6, 6), J in world axes about its origin, angular first."""
     nv = derivation.tree.nv
-    (M,), (J,) = derivation.mass(), frame_jacobians(derivation, "local_world_aligned")
-    rows = [[Scalar(derivation.tape, ref) for ref in M.refs[nv * k : nv * k + nv]] for k in range(nv)]
+    (J,) = frame_jacobians(derivation, "local_world_aligned")
+    rows = mass_rows(derivation.grouped, derivation.composites)
     values: list[Scalar] = []
     with derivation.tape.block("inverse operational-space inertias: M = L^T D L, halves L^-T J^T"):
         factors, inverse = factored(rows, derivation.tree.dof_parents())

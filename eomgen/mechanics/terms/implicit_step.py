@@ -21,10 +21,10 @@ def equations(derivation: Derivation) -> list[Block]:
 
 def iteration(derivation: Derivation) -> list[Block]:
     """Return the nonzeros of all partials: of the whole tree, or for large trees of each step of the recursion."""
-    if derivation.constraints is None and derivation.large:
-        return extended_iteration(derivation)
-    if derivation.constraints is not None and derivation.large and derivation.sparse and derivation.flat:
+    if derivation.large and derivation.sparse and derivation.flat and (derivation.constrained or derivation.stacked):
         blocks = differentiated_iteration(derivation)
+    elif derivation.large and not derivation.constrained:
+        return extended_iteration(derivation)
     else:
         matrices = derivation.partials()
         if derivation.constraints is not None:
@@ -35,26 +35,28 @@ def iteration(derivation: Derivation) -> list[Block]:
 
 
 def differentiated_iteration(derivation: Derivation) -> list[Block]:
-    """Return the nonzeros of K, C, M, B and Z by forward differentiation, which knows where they are beforehand.
+    """Return the nonzeros of K, C, M, and of B and Z of constraints, by forward differentiation, which knows where they
+    are beforehand.
 
     For many bodies of which few carry others: along long branches recursions are cheaper.
     """
-    tape, nv, calculus = derivation.tape, derivation.tree.nv, derivation.calculus()
-    residual, velocity = derivation.residual()[0].refs, [value.ref for value in calculus.velocity()]
+    tape, nv, calculus = derivation.tape, derivation.tree.nv, derivation.constraints
+    residual = derivation.residual()[0].refs
     seeds = configuration_directions(derivation.tree)
     for k in range(nv):
         seeds[InputSymbol("v", k)], seeds[InputSymbol("a", k)] = {nv + k: ONE}, {2 * nv + k: ONE}
     with tape.block("partials of the residual"):
         tangents = forward_partials(tape, residual, seeds)
-    with tape.block("partials of the rates of the constraints"):
-        of_rates = forward_partials(tape, velocity, calculus.seeds)
-    entries: dict[str, Entries] = {name: {} for name in ("K", "C", "M", "B", "Z")}
+    entries: dict[str, Entries] = {name: {} for name in ("K", "C", "M")}
     for row, tangent in enumerate(tangents):
         for direction, ref in tangent.items():
             kind, column = divmod(direction, nv)
             entries["KCM"[kind]][row, column] = ref
-    for name, rows in (("B", calculus.tangents), ("Z", of_rates)):
-        entries[name] = {(row, column): ref for row, tangent in enumerate(rows) for column, ref in tangent.items()}
+    if calculus is not None:
+        with tape.block("partials of the rates of the constraints"):
+            of_rates = forward_partials(tape, [value.ref for value in calculus.velocity()], calculus.seeds)
+        for name, rows in (("B", calculus.tangents), ("Z", of_rates)):
+            entries[name] = {(row, column): ref for row, tangent in enumerate(rows) for column, ref in tangent.items()}
     return [_nonzeros(derivation, name, of_matrix, name) for name, of_matrix in entries.items()]
 
 

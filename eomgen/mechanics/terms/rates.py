@@ -10,7 +10,7 @@ from dataclasses import replace
 
 from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.dynamics.elimination import solve_tree
-from eomgen.mechanics.dynamics.separated import mass_matrix
+from eomgen.mechanics.dynamics.separated import mass_rows
 from eomgen.mechanics.kinematics.wrenches import Wrench
 from eomgen.mechanics.rates.closed_form import inverse_dynamics_closed, matrix_path
 from eomgen.mechanics.rates.jets import MotionJets, accelerations, base_twist
@@ -91,7 +91,7 @@ def forward_rates(derivation: Derivation, order: int) -> Paths:
     if derivation.deep and not (tree.following or tree.elastic):
         (block,) = forward_blocks(derivation)
         return motion_jets(derivation).along_flow(block.refs, order)
-    M = mass_matrix(derivation.grouped, derivation.composites)
+    M = mass_rows(derivation.grouped, derivation.composites)
     (tau,) = derivation.inverse_dynamics()
     along: Paths = [[] for _ in range(tree.nv)]
     for k in range(order + 1):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Sequence
+from textwrap import wrap
 
 from eomgen.codegen.program import Addition, Program, ProgramFunction, ProgramLoop
 from eomgen.codegen.scheduling.stretches import ranges
@@ -26,6 +27,10 @@ _STANDARD_HEADERS = re.compile(
     r"alloca|assert|complex|ctype|errno|features|fenv|float|inttypes|iso646|limits|locale|math|memory|setjmp|signal|stdarg|stdbool|"
     r"stddef|stdint|stdio|stdlib|string|strings|tgmath|threads|time|uchar|unistd|wchar|wctype"
 )
+
+
+#: Numbers of a table that stand in one line.
+_IN_ONE_LINE = 100
 
 
 def mangle(name: str, prefix: str = "p_") -> str:
@@ -115,6 +120,15 @@ _POINTERS = {
 _DERIVATIVES = ("j", "s", "a_higher", "u_dot", "u_ddot", "u_higher", "base_rates")
 #: What only the functions of a Taylor stepper read.
 _SERIES = ("followed", "t_k", "q_k", "v_k", "z_k", "sums", "left", "right", "kept", "held", "order")
+
+
+def _starts(items: Sequence[Addition]) -> dict[tuple[int, ...], int]:
+    """Return the first addition that has each table of starts."""
+    found: dict[tuple[int, ...], int] = {}
+    for number, item in enumerate(items):
+        if item.starts:
+            found.setdefault(item.starts, number)
+    return found
 
 
 class CNames:
@@ -279,18 +293,26 @@ class CNames:
         return ", ".join([f"const {real} *restrict g", *(f"{real} *restrict {name}" for name in names)])
 
     @staticmethod
-    def addition_tables(item: Addition, number: int) -> list[str]:
-        """Return the tables of what an addition reads and where it adds; none where these are equally spaced."""
-        tables = {f"column{number}": item.columns, f"place{number}": item.places}
-        return [
-            f"static const int {name}[{len(values)}] = {{ {', '.join(map(str, values))} }};"
-            for name, values in tables.items()
-            if len(ranges(values)) > 1
-        ]
+    def addition_tables(items: Sequence[Addition]) -> list[str]:
+        """Return the tables of what additions read and where they add; none where these are equally spaced."""
+        tables: dict[str, tuple[int, ...]] = {}
+        for number, item in enumerate(items):
+            tables |= {f"column{number}": item.columns, f"place{number}": item.places}
+        tables = {name: values for name, values in tables.items() if len(ranges(values)) > 1}
+        tables |= {f"start{number}": starts for starts, number in _starts(items).items()}
+        lines: list[str] = []
+        for name, values in tables.items():
+            begin, numbers = f"static const int {name}[{len(values)}] = {{", ", ".join(map(str, values))
+            if len(values) <= _IN_ONE_LINE:
+                lines.append(f"{begin} {numbers} }};")
+            else:
+                lines += [begin, *(f"    {line}" for line in wrap(f"{numbers} }};", 108))]
+        return lines
 
     @staticmethod
-    def addition(item: Addition, number: int, count: int) -> str:
+    def addition(items: Sequence[Addition], number: int, count: int) -> str:
         """Return the statements that add a part of the row of an element to an output."""
+        item = items[number]
 
         def at(name: str, values: Sequence[int]) -> str:
             (_, start, step), *more = ranges(values)
@@ -299,7 +321,11 @@ class CNames:
         conditions = [f"element >= {item.first}"] if item.first else []
         conditions += [f"element < {item.end}"] if item.end < count else []
         element = f"(element - {item.first})" if item.first else "element"
-        target = f"r{item.output}[{moved(at('place', item.places), item.step, element)}]"
+        at_place = at("place", item.places)
+        if item.starts:
+            start = f"start{_starts(items)[item.starts]}[element]"
+            at_place = start if at_place == "0" else f"{start} + {at_place}"
+        target = f"r{item.output}[{moved(at_place, item.step, element)}]"
         value = f"row[{at('column', item.columns)}]"
         lines = [f"for (j = 0; j < {len(item.columns)}; ++j)"]
         lines.append(f"    {target} = {target} {'+' if item.sign > 0 else '-'} {value};")

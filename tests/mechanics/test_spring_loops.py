@@ -1,0 +1,132 @@
+"""Springs of one kind are one loop: the same forces, energies and partials as one by one, in a text of one length."""
+
+from __future__ import annotations
+
+import math
+import re
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.codegen.scheduling.scheduler import schedule
+from eomgen.mechanics.derive import derive
+from eomgen.mechanics.forces import spring_loops
+from eomgen.symbolic.evaluate import evaluate
+from eomgen.system.system import System
+from tests.models.nets import LENGTH, MASS, SLACK, STIFFNESS, net
+
+TERMS = ("force", "inverse_dynamics", "residual", "iteration", "energy", "momenta")
+
+
+def values(system: System, seed: int = 3) -> dict[str, np.ndarray]:
+    """Return each output at a state away from the start, whole matrices in place of their nonzeros."""
+    random = np.random.default_rng(seed)
+    q = np.array(system.initial_q)
+    for factor in system.factors:
+        part = q[factor.q]
+        part += 0.1 * random.standard_normal(len(part))
+        if factor.group in ("SO3", "SE3"):
+            part[:4] /= np.linalg.norm(part[:4])
+    nv = sum(factor.v_size for factor in system.factors)
+    inputs = {name: random.standard_normal(nv) for name in ("v", "a")}
+    inputs |= {"q": q, "t": np.zeros(1), "p": np.array([item.value for item in system.parameters])}
+    found: dict[str, np.ndarray] = {}
+    for name, function in system.functions.items():
+        for block in function.outputs:
+            numbers = np.array(evaluate(system.tape, block.refs, inputs), dtype=float)
+            if name == "iteration":
+                indices = np.array(system.patterns[block.name], dtype=int).reshape(-1, 2)
+                size = 1 + np.max(indices, initial=0)
+                whole = np.zeros((size, size))
+                whole[tuple(indices.T)] = numbers
+                numbers = whole
+            found[f"{name}.{block.name}"] = numbers
+    return found
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [
+        {"group": "R3xSO3"},
+        {"group": "SE3", "place": (0.02, -0.01, 0.03)},
+        pytest.param({"group": "R3xSO3", "place": (0.02, -0.01, 0.03)}, marks=pytest.mark.slow),
+        pytest.param({"group": "SE3", "damping": 0.0}, marks=pytest.mark.slow),
+        {"group": "SE3", "damping": 0.0, "coordinates": "joint", "tunable": True},
+        {"joint": "prismatic", "coordinates": "joint"},
+        pytest.param({"group": "SE3", "anchors": "world"}, marks=pytest.mark.slow),
+    ],
+)
+def test_the_same_equations_as_one_by_one(kind: dict[str, object], monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = net(4, 3, **kind)  # type: ignore[arg-type]  # keys of net
+    loops = derive(scene, TERMS)
+    assert any(len(getattr(loop, "gather", ())) and loop.count == 17 for loop in loops.tape.maps)  # type: ignore[attr-defined]
+    monkeypatch.setattr(spring_loops, "FEWEST", 10**9)
+    alone = derive(scene, TERMS)
+    assert not alone.tape.maps
+    found, expected = values(loops), values(alone)
+    assert found.keys() == expected.keys()
+    for name, numbers in expected.items():
+        assert np.max(np.abs(numbers), initial=0.0) > 0.0 or "iteration" in name or "energy" in name, name
+        np.testing.assert_allclose(found[name], numbers, rtol=1e-12, atol=1e-12 * np.max(np.abs(numbers)), err_msg=name)
+
+
+def statements(scene: eomgen.Scene, terms: tuple[str, ...]) -> int:
+    """Return the statements that the functions of terms have, loops of springs included."""
+    system = derive(scene, terms)
+    count = 0
+    for name in terms:
+        function = system.functions[name]
+        made = schedule(system.tape, [block.refs for block in function.outputs], function.inputs, loops=(runs := []))
+        count += sum(len(part.statements) for part in made.parts)
+        count += sum(len(run.loop.kernel.op) for run in runs)
+    return count
+
+
+@pytest.mark.slow
+def test_a_net_twice_as_large_has_text_of_the_same_length() -> None:
+    terms = ("force", "energy")
+    small, large = (statements(net(rows, 10, group="R3xSO3"), terms) for rows in (10, 20))
+    assert large == small
+    assert small < 400
+
+
+def test_a_spring_with_an_actuator_and_one_on_a_long_chain_stay_alone() -> None:
+    builder = eomgen.SceneBuilder("mixed", gravity=[0, 0, 0])
+    builder.point("wall", "base", [-0.3, 0.2, 0.1])
+    for k in range(10):
+        builder.body(f"link{k}", 1.0, center_of_mass=[0.5, 0, 0], inertia=[0.1, 0.1, 0.1])
+        parent = f"link{k - 1}" if k else "base"
+        builder.joint(f"joint{k}", "revolute", parent, f"link{k}", axis=[0, 1, 0], position=[1 if k else 0, 0, 0])
+        builder.point(f"tip{k}", f"link{k}", [1, 0, 0.1])
+        force = "2.0 * sin(t)" if k == 2 else 0.0
+        builder.spring(f"spring{k}", "wall", f"tip{k}", stiffness=100.0, length=1.0, force=force)
+    system = derive(builder.build(), ("force",))
+    assert [loop.count for loop in system.tape.maps] == []  # type: ignore[attr-defined]  # kinds of one each
+
+
+def test_a_taut_net_has_the_frequencies_of_the_lattice() -> None:
+    """Transverse motion of a taut square net of point masses in a fixed frame, each string with tension T.
+
+    omega_jk^2 = 4 T/(m l) (sin^2(j pi/(2 (rows + 1))) + sin^2(k pi/(2 (columns + 1)))): Rayleigh, The Theory of Sound.
+    """
+    rows, columns = 4, 3
+    system = derive(net(rows, columns, group="R3xSO3", gravity=0.0, damping=0.0), ("iteration",))
+    still = {"q": np.array(system.initial_q), "v": np.zeros(6 * rows * columns), "a": np.zeros(6 * rows * columns)}
+    K, M = (np.zeros((6 * rows * columns, 6 * rows * columns)) for _ in "KM")
+    for block in system.functions["iteration"].outputs:
+        for name, matrix in (("K", K), ("M", M)):
+            if block.name == name:
+                matrix[tuple(np.array(system.patterns[name]).T)] = evaluate(system.tape, block.refs, still)
+    transverse = range(5, 6 * rows * columns, 6)
+    found = np.sort(np.linalg.eigvals(np.linalg.solve(M, K)[np.ix_(transverse, transverse)]).real)
+    tension = STIFFNESS * (LENGTH - SLACK)
+    sines = [np.sin(np.arange(1, n + 1) * math.pi / (2 * (n + 1))) ** 2 for n in (rows, columns)]
+    expected = np.sort(np.add.outer(*sines).ravel()) * 4.0 * tension / (MASS * LENGTH)
+    np.testing.assert_allclose(found, expected, rtol=1e-12)
+
+
+def test_the_text_names_the_springs() -> None:
+    system = derive(net(4, 3, group="R3xSO3"), ("force",))
+    labels = [loop.label for loop in system.tape.maps]  # type: ignore[attr-defined]
+    assert any(re.fullmatch(r"forces of 17 springs, x_0_0 to y_3_1", label) for label in labels), labels
