@@ -210,11 +210,11 @@ static inline eg_wide eg_log(eg_wide x)
     eg_wide k;
     const eg_wide f = eg_split(x, &k);
     const eg_wide s = f / (EG_WIDE(2.0) + f);
-    const eg_wide z = s * s;
-    const eg_wide R = z * (EG_WIDE(2.0 / 3.0) + z * (EG_WIDE(2.0 / 5.0) + z * (EG_WIDE(2.0 / 7.0)
-        + z * (EG_WIDE(2.0 / 9.0) + z * (EG_WIDE(2.0 / 11.0) + z * (EG_WIDE(2.0 / 13.0) + z * (EG_WIDE(2.0 / 15.0)
-        + z * (EG_WIDE(2.0 / 17.0) + z * (EG_WIDE(2.0 / 19.0) + z * (EG_WIDE(2.0 / 21.0)
-        + z * EG_WIDE(2.0 / 23.0)))))))))));
+    const eg_wide z = s * s, z2 = z * z, z4 = z2 * z2;
+    const eg_wide R = z * (((EG_WIDE(2.0 / 3.0) + z * EG_WIDE(2.0 / 5.0))
+        + z2 * (EG_WIDE(2.0 / 7.0) + z * EG_WIDE(2.0 / 9.0)))
+        + z4 * (((EG_WIDE(2.0 / 11.0) + z * EG_WIDE(2.0 / 13.0)) + z2 * (EG_WIDE(2.0 / 15.0) + z * EG_WIDE(2.0 / 17.0)))
+        + z4 * ((EG_WIDE(2.0 / 19.0) + z * EG_WIDE(2.0 / 21.0)) + z2 * EG_WIDE(2.0 / 23.0))));
     const eg_wide found = k * EG_WIDE(0.6931471803691238) + (f - (s * (f - R) - k * EG_WIDE(1.9082149292705877e-10)));
     const eg_wide infinity = EG_WIDE(HUGE_VAL);
     const eg_wide above = eg_blend(EG_MASK(x == infinity), infinity, found);
@@ -247,16 +247,18 @@ static inline eg_wide eg_pow(eg_wide x, eg_wide y)
     /* s = f / (2 + f) */
     const eg_wide d = EG_WIDE(2.0) + f;
     const eg_wide d1 = eg_upper(d), d2 = (d - d1) + ((EG_WIDE(2.0) - d) + f);
-    const eg_wide s1 = eg_upper(f / d), s2 = ((f - s1 * d1) - s1 * d2) / d;
+    const eg_wide inverse = one / d;
+    const eg_wide s1 = eg_upper(f * inverse), s2 = ((f - s1 * d1) - s1 * d2) * inverse;
     /* its square */
     const eg_wide square = s1 * s1, square2 = s2 * (s1 + s1 + s2);
     const eg_wide z = square + square2;
     const eg_wide z1 = eg_upper(z), z2 = (square - z1) + square2;
     /* log(1 + f) = 2 s w, w = 1 + z u, u = 1/3 + z/5 + ... */
-    const eg_wide t = z * (EG_WIDE(1.0 / 5.0) + z * (EG_WIDE(1.0 / 7.0) + z * (EG_WIDE(1.0 / 9.0)
-        + z * (EG_WIDE(1.0 / 11.0) + z * (EG_WIDE(1.0 / 13.0) + z * (EG_WIDE(1.0 / 15.0) + z * (EG_WIDE(1.0 / 17.0)
-        + z * (EG_WIDE(1.0 / 19.0) + z * (EG_WIDE(1.0 / 21.0) + z * (EG_WIDE(1.0 / 23.0)
-        + z * EG_WIDE(1.0 / 25.0)))))))))));
+    const eg_wide p2 = z * z, p4 = p2 * p2;
+    const eg_wide t = z * (((EG_WIDE(1.0 / 5.0) + z * EG_WIDE(1.0 / 7.0))
+        + p2 * (EG_WIDE(1.0 / 9.0) + z * EG_WIDE(1.0 / 11.0)))
+        + p4 * (((EG_WIDE(1.0 / 13.0) + z * EG_WIDE(1.0 / 15.0)) + p2 * (EG_WIDE(1.0 / 17.0) + z * EG_WIDE(1.0 / 19.0)))
+        + p4 * ((EG_WIDE(1.0 / 21.0) + z * EG_WIDE(1.0 / 23.0)) + p2 * EG_WIDE(1.0 / 25.0))));
     const eg_wide third = EG_WIDE(1.0 / 3.0);
     const eg_wide u = third + t;
     const eg_wide u1 = eg_upper(u), u2 = (u - u1) + (((third - u) + t) + EG_WIDE(1.850371707708594e-17));
