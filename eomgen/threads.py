@@ -1,8 +1,11 @@
-"""How many threads share the work of a batch or an ensemble."""
+"""How many threads share the work of a batch or an ensemble, and how those of a batch do."""
 
 from __future__ import annotations
 
 import os
+import threading
+from collections import deque
+from collections.abc import Callable, Iterable
 
 from eomgen.errors import Problem, UsageError
 
@@ -27,3 +30,33 @@ def thread_count() -> int:
             Problem(f"environment variable {THREADS_VARIABLE}", what, f"{THREADS_VARIABLE}=2, or unset it")
         )
     return int(text)
+
+
+def share(call: Callable[[int, int], None], pieces: Iterable[tuple[int, int]], threads: int) -> None:
+    """Call a function with each piece, in this thread and in as many others as make so many; raise what it raises.
+
+    A batch is there in milliseconds, of which a pool of threads would take a third.
+    """
+    waiting = deque(pieces)
+    failures: list[BaseException] = []
+
+    def work() -> None:
+        while True:
+            try:
+                piece = waiting.popleft()
+            except IndexError:
+                return
+            try:
+                call(*piece)
+            except BaseException as error:  # it is raised in the thread of the caller
+                failures.append(error)
+                waiting.clear()
+
+    others = [threading.Thread(target=work, name=f"eomgen-batch_{number}") for number in range(1, threads)]
+    for other in others:
+        other.start()
+    work()
+    for other in others:
+        other.join()
+    if failures:
+        raise failures[0]

@@ -6,7 +6,6 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 
 import numpy as np
@@ -15,7 +14,7 @@ from eomgen.arrays import Array
 from eomgen.compiled.lanes import Lanes, chosen
 from eomgen.errors import Problem, UsageError
 from eomgen.system.terms import TERMS, nearest_term
-from eomgen.threads import thread_count
+from eomgen.threads import share, thread_count
 from eomgen.toolchain.library import Library
 
 #: Functions that fill arguments of the others: those of time alone, and the angles that the configuration's references
@@ -121,15 +120,10 @@ class Functions:
             library = None if companion is None else lanes.judged(companion, name, inputs, sizes, choice)
             (library or self.library).call(name, own, [result[begin:end] for result in results])
 
-        pieces = max(threads, min(count, work // _SHARE))
+        pieces = threads * max(1, min(count // threads, work // (threads * _SHARE)))  # as many for each thread
         ends = [count * k // pieces for k in range(pieces + 1)]
         began = time.perf_counter()
-        if threads < 2:
-            for begin, end in pairwise(ends):
-                part(begin, end)
-        else:
-            with ThreadPoolExecutor(threads, thread_name_prefix="eomgen-batch") as pool:
-                list(pool.map(part, ends[:-1], ends[1:]))
+        share(part, pairwise(ends), threads)
         if companion is not None and companion.library is None:
             companion.of_sample = max(1, threads) * (time.perf_counter() - began) / count
 

@@ -11,6 +11,7 @@ import pytest
 import eomgen
 from eomgen.compiled import functions
 from eomgen.errors import UsageError
+from eomgen.threads import share
 from tests.models.scenes import pendulum_scene
 
 
@@ -20,7 +21,7 @@ def test_threads_change_no_bit(monkeypatch: pytest.MonkeyPatch, rng: np.random.G
     q, v, a = (rng.normal(size=(count, 1)) for _ in range(3))
     u = np.array([0.3])
     expected = model.inverse_dynamics(q, v, a, 0.5, u), *model.partials(q, v, a, 0.5, u)
-    seen: set[str] = set()
+    seen, own = set[str](), threading.current_thread().name
     plain = model.library.call
 
     def noted(*arguments: object) -> None:
@@ -33,11 +34,11 @@ def test_threads_change_no_bit(monkeypatch: pytest.MonkeyPatch, rng: np.random.G
     found = model.inverse_dynamics(q, v, a, 0.5, u), *model.partials(q, v, a, 0.5, u)
     for one, other in zip(expected, found, strict=True):
         np.testing.assert_array_equal(one, other)
-    assert seen and all(name.startswith("eomgen-batch") for name in seen)
+    assert seen and seen <= {own, "eomgen-batch_1", "eomgen-batch_2"}
     seen.clear()
     monkeypatch.setenv("EOMGEN_THREADS", "1")
     model.inverse_dynamics(q, v, a, 0.5, u)
-    assert seen == {threading.current_thread().name}
+    assert seen == {own}
 
 
 def test_a_number_of_threads_that_is_none(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -46,3 +47,27 @@ def test_a_number_of_threads_that_is_none(monkeypatch: pytest.MonkeyPatch, tmp_p
     monkeypatch.setenv("EOMGEN_THREADS", "many")
     with pytest.raises(UsageError, match="environment variable EOMGEN_THREADS: 'many' is no number of threads; try: "):
         model.inverse_dynamics(np.zeros((4, 1)), np.zeros(1), np.zeros(1))
+
+
+def test_pieces_are_called_side_by_side_each_once() -> None:
+    met, found = threading.Barrier(3), []
+
+    def call(begin: int, end: int) -> None:
+        if begin < 3:
+            met.wait(20)  # all three threads have a piece
+        found.append((begin, end))
+
+    share(call, [(k, k + 1) for k in range(20)], 3)
+    assert sorted(found) == [(k, k + 1) for k in range(20)]
+
+
+@pytest.mark.parametrize("bad", [0, 19])
+def test_what_a_piece_raises_is_raised_after_all_threads_are_done(bad: int) -> None:
+    def call(begin: int, end: int) -> None:
+        if begin == bad:
+            raise MemoryError(f"piece {begin}")
+
+    before = threading.active_count()
+    with pytest.raises(MemoryError, match=f"piece {bad}"):
+        share(call, [(k, k + 1) for k in range(20)], 3)
+    assert threading.active_count() == before
