@@ -14,6 +14,7 @@ from typing import Any
 
 #: The file that a companion is compiled from.
 SOURCE = "lanes.c"
+_APART = "__attribute__((noinline)) "
 _DECLARED = re.compile(r"^void (\w+)\(", re.MULTILINE)
 
 
@@ -33,10 +34,12 @@ def companion_files(folder: Path, layout: Mapping[str, Any], function: str) -> d
     texts = [path.read_text(encoding="utf-8") for path in (*sources, folder / "interface.c")]
     # no prototypes: the types of the arguments are declared later, and the prototypes that follow fit to these
     declared = {name for text in headers.values() for name in _DECLARED.findall(text) if name.startswith(f"{prefix}_")}
+    # what stands in files of its own is apart here, too, since products are fused with sums within a function
+    apart = _DECLARED.findall(headers.get(f"{prefix}_parts.h", ""))
     head = [
         f"/* {SOURCE}: {function} of the model {prefix}, a sample in each lane. */",
         f"#define EOMGEN_ONLY_FUNCTION {number}",
-        *(f"static void {name}();" for name in sorted(declared)),
+        *(f"static {_APART if name in apart else ''}void {name}();" for name in sorted(declared)),
         "",
     ]
     return {**headers, SOURCE: "\n".join([*head, *texts])}

@@ -34,8 +34,8 @@ void active_vehicle_initial_state(real *q, real *v, real *z)
     (void)z;
 }
 
-void active_vehicle_partials_part1(const active_vehicle_parameters *p, const real *q, const real *v, const real *a,
-    real *restrict w, real *restrict K, real *restrict C, real *restrict M)
+EG_APART void active_vehicle_partials_part1(const active_vehicle_parameters *p, const real *q, const real *v,
+    const real *a, real *restrict w, real *restrict K, real *restrict C, real *restrict M)
 {
     int i;
     K[25] = K(0.0);
@@ -728,7 +728,7 @@ void active_vehicle_partials_part1(const active_vehicle_parameters *p, const rea
     w[174] = x421;
 }
 
-void active_vehicle_partials_part2(const active_vehicle_parameters *p, real *restrict w, real *restrict K,
+EG_APART void active_vehicle_partials_part2(const active_vehicle_parameters *p, real *restrict w, real *restrict K,
     real *restrict C)
 {
     /* Partials of applied forces */

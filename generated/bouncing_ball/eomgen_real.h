@@ -534,6 +534,13 @@ static inline eomgen_real eg_max(eomgen_real x, eomgen_real y) { return eg_selec
 #define EG_MIN(x, y) eg_min(x, y)
 #define EG_MAX(x, y) eg_max(x, y)
 
+/* Parts of a function stay apart in every type: within one function compilers fuse products with sums. */
+#if defined(__GNUC__)
+#define EG_APART __attribute__((noinline))
+#else
+#define EG_APART
+#endif
+
 #if defined(EOMGEN_SHORT_NAMES)
 typedef eomgen_real real;
 #define K(c) EG_C(c)
