@@ -16,7 +16,6 @@ import argparse
 import importlib
 import json
 import os
-import resource
 import statistics
 import subprocess
 import sys
@@ -31,6 +30,7 @@ import numpy as np
 import eomgen
 from benchmarks.measure import machine
 from eomgen.ensembles import Ensemble
+from eomgen.ensembles.cluster import processes as local_cluster
 from eomgen.ensembles.reductions import Reduction
 from eomgen.model import Model
 
@@ -51,13 +51,7 @@ def on_dask(model: Model, processes: int, threads: int, rounds: int, options: di
     distributed = importlib.import_module("distributed")
     taken: dict[str, list[float]] = {name: [] for name in ("wall local", "wall dask", "cpu local", "cpu dask")}
     with (
-        distributed.LocalCluster(
-            n_workers=processes,
-            threads_per_worker=1,
-            dashboard_address=None,
-            scheduler_kwargs={"dashboard": False},
-            silence_logs=50,
-        ) as cluster,
+        local_cluster(processes) as cluster,
         distributed.Client(cluster) as client,
     ):
         few = {**options, "samples": 16 * processes}
@@ -94,14 +88,20 @@ def reduction(columns: int, times: int, blocks: int) -> float:
     return taken / (blocks * BLOCK)
 
 
+def resident() -> float:
+    """Return the largest resident size of this process so far, MB; ``getrusage`` would count that of its parent too."""
+    text = Path("/proc/self/status").read_text(encoding="ascii")
+    return int(next(line for line in text.splitlines() if line.startswith("VmHWM")).split()[1]) / 1024
+
+
 def memory(samples: int, t_end: float) -> dict[str, float]:
     """Run samples with a folder, and return the largest resident size and what is on the disk, MB."""
     model = eomgen.build(SCENE)
     with tempfile.TemporaryDirectory() as folder:
         found = model.simulate_many(t_end, vary=VARY, samples=samples, folder=folder)
-        largest = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+        largest = resident()
         found.save(Path(folder) / "tables")
-        read = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+        read = resident()
         disk = sum(file.stat().st_size for file in Path(folder).rglob("*") if file.is_file()) / 1e6
     return {"samples": samples, "run": largest, "with tables": read, "disk": disk}
 

@@ -186,13 +186,14 @@ class Model(CompiledModel):
         ----------
         t_end, step : as of ``simulate``
         vary : mapping
-            Name -> distribution: tunable parameters, inputs (constant over a run), ``q.hinge``, ``v.hinge`` and
-            internal states of the initial state. Distributions as texts with numbers in the scene's units or with units
-            of their own: ``normal(mean, deviation)``, ``truncated_normal(mean, deviation, low, high)``,
-            ``lognormal(mean, deviation)`` of the number itself, ``uniform(low, high)``, ``loguniform(low, high)``,
-            ``triangular(low, mode, high)``, ``exponential(mean)``, ``weibull(scale, shape)``, ``gumbel(location,
-            scale)``; a deviation may be a percentage of the mean. Lists: ``values(1, 2, 4)``, ``linspace(low, high,
-            count)``, ``logspace(low, high, count)``.
+            Name -> distribution: tunable parameters, inputs (constant over a run), ``seed.road`` and ``scale.road`` of
+            the law that the scene gives an input, ``q.hinge``, ``v.hinge`` and internal states of the initial state.
+            Distributions as texts with numbers in the scene's units or with units of their own: ``normal(mean,
+            deviation)``, ``truncated_normal(mean, deviation, low, high)``, ``lognormal(mean, deviation)`` of the number
+            itself, ``uniform(low, high)``, ``loguniform(low, high)``, ``triangular(low, mode, high)``,
+            ``exponential(mean)``, ``weibull(scale, shape)``, ``gumbel(location, scale)``, ``integers(low, high)``; a
+            deviation may be a percentage of the mean. Lists: ``values(1, 2, 4)``, ``linspace(low, high, count)``,
+            ``logspace(low, high, count)``.
         table : mapping or DataFrame
             Name -> column (samples,), in place of ``vary`` and a design.
         samples : int

@@ -36,11 +36,13 @@ class Distribution:
     text : as it was given
     quantiles : from probabilities to values
     levels : (n,) the values of a list, equally likely, which a grid goes through; empty otherwise
+    whole : whether all values are whole numbers
     """
 
     text: str
     quantiles: Quantiles
     levels: tuple[float, ...] = ()
+    whole: bool = False
 
 
 @dataclass(frozen=True)
@@ -82,6 +84,10 @@ def _triangular(low: float, mode: float, high: float) -> Quantiles:
     return found
 
 
+def _integers(low: float, high: float) -> Quantiles:
+    return lambda p: np.minimum(low + np.floor(p * (high - low + 1.0)), high)
+
+
 #: All kinds by name. Mean and standard deviation are those of the quantity itself, also where its logarithm is normal.
 DISTRIBUTIONS: dict[str, Kind] = {
     "normal": Kind(("mean", "deviation"), "deviation > 0", lambda m, s: s > 0.0, _normal),
@@ -108,6 +114,12 @@ DISTRIBUTIONS: dict[str, Kind] = {
         lambda a, k: a > 0.0 and k > 0.0,
         lambda a, k: lambda p: a * (-np.log1p(-p)) ** (1.0 / k),
         ("shape",),
+    ),
+    "integers": Kind(
+        ("low", "high"),
+        "whole numbers, low < high",
+        lambda a, b: a.is_integer() and b.is_integer() and a < b and max(abs(a), abs(b)) < 2.0**52,
+        _integers,
     ),
     "gumbel": Kind(
         ("location", "scale"), "scale > 0", lambda m, b: b > 0.0, lambda m, b: lambda p: m - b * np.log(-np.log(p))
@@ -139,7 +151,7 @@ def read_distribution(where: str, text: str, unit: str = "") -> Distribution:
     name, words = match[1], [word.strip() for word in match[2].split(",")]
     if name in LISTS:
         levels = _levels(where, name, words, unit)
-        return Distribution(text, _of_levels(np.array(levels)), levels)
+        return Distribution(text, _of_levels(np.array(levels)), levels, all(level.is_integer() for level in levels))
     if name not in DISTRIBUTIONS:
         hint = nearest(name, [*DISTRIBUTIONS, *LISTS])
         raise UsageError(Problem(where, f"there is no distribution {shown(name)}", hint))
@@ -158,7 +170,7 @@ def read_distribution(where: str, text: str, unit: str = "") -> Distribution:
     if not kind.holds(*numbers):
         said = ", ".join(f"{argument} = {number:.9g}" for argument, number in zip(kind.arguments, numbers, strict=True))
         raise UsageError(Problem(where, f"{signature} needs {kind.demand}; here {said}", example))
-    return Distribution(text, kind.quantiles(*numbers))
+    return Distribution(text, kind.quantiles(*numbers), whole=name == "integers")
 
 
 def _levels(where: str, name: str, words: Sequence[str], unit: str) -> tuple[float, ...]:

@@ -33,7 +33,7 @@ from eomgen.ensembles.ensemble import Ensemble
 from eomgen.ensembles.journal import Journal
 from eomgen.ensembles.reductions import Reduction
 from eomgen.ensembles.samples import Block, Samples
-from eomgen.ensembles.variations import Variation, VariedOptions, read_table, read_varied
+from eomgen.ensembles.variations import Variation, VariedOptions, read_table, read_varied, with_scenes_laws
 from eomgen.errors import EomgenError, FileError, Problem, UsageError
 from eomgen.files import make_folder
 from eomgen.locks import sole_use
@@ -81,7 +81,8 @@ def simulate_many(
     _check_options(options, folder, resume=resume)
     samples, points = count_of("samples", samples), max(count_of("points", points), 2)
     items, drawn, name = _designed(model, vary, table, samples, design, seed)
-    pilot = simulate(model, t_end, step, **options, error_estimate=False)
+    # laws of inputs that vary are functions here too: a method that cannot take them says so before the first sample
+    pilot = simulate(model, t_end, step, **with_scenes_laws(model, items, options), error_estimate=False)
     if pilot.interrupted:
         raise KeyboardInterrupt
     looked_at = _columns(pilot, columns)

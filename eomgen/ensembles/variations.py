@@ -1,4 +1,4 @@
-"""What samples differ in, by name: parameters, inputs and initial states; and the options of their runs."""
+"""What samples differ in, by name: parameters, inputs and their laws, initial states; and the options of their runs."""
 
 from __future__ import annotations
 
@@ -13,7 +13,17 @@ from eomgen.arrays import Array
 from eomgen.compiled.arguments import check_finite, numbers
 from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.model import CompiledModel
-from eomgen.ensembles.distributions import Distribution, read_distribution, read_number
+from eomgen.ensembles.distributions import Distribution, Quantiles, read_distribution, read_number
+from eomgen.ensembles.input_laws import (
+    LAWS,
+    check_seeds,
+    check_tracks,
+    is_whole,
+    law_of,
+    laws_of,
+    laws_that_vary,
+    own_seed,
+)
 from eomgen.errors import Problem, UsageError
 from eomgen.text import nearest, shown
 
@@ -25,8 +35,9 @@ class Variation:
     Attributes
     ----------
     name : as the caller has it
-    block : ``parameters``, ``inputs``, or ``q``, ``v``, ``z`` of the initial state
-    place : component of an initial state, else 0
+    block : ``parameters``, ``inputs``, ``seed`` or ``scale`` of the law of an input, or ``q``, ``v``, ``z`` of the
+        initial state
+    place : component of an initial state, the input whose law it is, else 0
     unit : of the number
     """
 
@@ -37,7 +48,8 @@ class Variation:
 
 
 def find_variation(model: CompiledModel, name: str, where: str = "vary") -> Variation:
-    """Return what a name stands for: a tunable parameter, an input, ``q.hinge``, ``v.hinge``, an internal state.
+    """Return what a name stands for: a tunable parameter, an input, ``seed.road`` and ``scale.road`` of the law that an
+    input has in the scene, ``q.hinge``, ``v.hinge``, an internal state.
 
     ``where`` is where it was given, for messages.
 
@@ -64,10 +76,13 @@ def find_variation(model: CompiledModel, name: str, where: str = "vary") -> Vari
                 Problem(f"{where} {name}", what, "initial=..., the same for all samples, or a joint with an angle")
             )
         return Variation(name, block, place, unit)
+    kind, _, of = name.partition(".")
+    if kind in LAWS and of:
+        return Variation(name, kind, law_of(model, name, where), "")
     if name in model.evaluator.fixed_parameters:
         hint = f"{name} = {{ value = ..., tunable = true }} in the scene's [parameters]"
         raise UsageError(Problem(f"{where} {name}", f"the parameter {name} is fixed in the code", hint))
-    every = [*model.parameters, *model.inputs, *of_states]
+    every = [*model.parameters, *model.inputs, *of_states, *laws_that_vary(model)]
     what = f"there is no parameter, input or initial state {shown(name)}"
     raise UsageError(Problem(where, what, nearest(name, every)))
 
@@ -90,6 +105,9 @@ def read_varied(
             what = f"a distribution is needed, not {type(how).__name__}"
             hint = f'"normal(1, 0.1)"; values of each sample: table={{{item.name!r}: [...]}}'
             raise UsageError(Problem(f"vary {item.name}", what, hint))
+        if item.block == "seed":
+            check_seeds(item.name, distributions[-1])
+    check_tracks(model, {item.name: item.place for item in found if item.block == "seed"})
     return found, distributions
 
 
@@ -116,7 +134,15 @@ def read_table(model: CompiledModel, table: Mapping[str, ArrayLike]) -> tuple[li
             what = f"{name} has {column.size} values, {names[0]} has {columns[0].size}"
             raise UsageError(Problem("table", what, "as many values in each column"))
         check_finite(f"table {name}", column)
+    for item, column in zip(found, columns, strict=True):
+        if item.block == "seed":
+            check_seeds(item.name, Distribution("the column", _values_of(column), whole=is_whole(column)))
+    check_tracks(model, {item.name: item.place for item in found if item.block == "seed"})
     return found, np.stack(columns, axis=-1)
+
+
+def _values_of(column: Array) -> Quantiles:
+    return lambda _: column
 
 
 def _column(item: Variation, values: ArrayLike) -> Array:
@@ -125,6 +151,29 @@ def _column(item: Variation, values: ArrayLike) -> Array:
     if array.ndim == 1 and array.dtype.kind in "OU" and any(isinstance(value, str) for value in array):
         return np.array([read_number(f"{where}[{k}]", str(array[k]), item.unit, "1.5") for k in range(len(array))])
     return numbers(where, array)
+
+
+def with_scenes_laws(model: CompiledModel, items: Sequence[Variation], common: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return options of all samples with laws of inputs that vary as functions, as the scene has them.
+
+    Raises
+    ------
+    UsageError
+        An input whose law varies is given, or varies, itself.
+    """
+    given = {*(common.get("inputs") or {}), *(item.name for item in items if item.block == "inputs")}
+    for item in items:
+        of = item.name.partition(".")[2]
+        if item.block in LAWS and of in given:
+            what = f"the input {of} is given or varies itself, so the scene's law of it does not count"
+            raise UsageError(Problem(f"vary {item.name}", what, f"either {item.name} or {of}"))
+    names = {block: [item for item in items if item.block == block] for block in LAWS}
+    seeds = {item.name: float(own_seed(model, item.place)) for item in names["seed"]}
+    factors = {item.name: 1.0 for item in names["scale"]}
+    if not seeds and not factors:
+        return common
+    laws = laws_of(model, model.parameter_array(common.get("parameters")), seeds, factors)
+    return {**common, "inputs": {**laws, **(common.get("inputs") or {})}}
 
 
 @dataclass(frozen=True)
@@ -149,6 +198,10 @@ class VariedOptions:
         for block in ("parameters", "inputs"):
             if block in by_block:
                 options[block] = {**self._given(block), **by_block[block]}
+        if "seed" in by_block or "scale" in by_block:
+            p = self.model.parameter_array(options.get("parameters"))
+            laws = laws_of(self.model, p, by_block.get("seed", {}), by_block.get("scale", {}))
+            options["inputs"] = {**laws, **(options.get("inputs") or {})}
         if any(block in by_block for block in ("q", "v", "z")):
             p = self.model.parameter_array(options.get("parameters"))
             state = initial_state(self.model, options.get("initial"), p)

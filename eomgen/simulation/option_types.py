@@ -9,7 +9,9 @@ from typing import Any, TypedDict
 from eomgen.compiled.terms import Parameters
 from eomgen.progress import Progress
 from eomgen.simulation.stepping.controllers import Controller
-from eomgen.simulation.stepping.inputs import Signal
+from eomgen.simulation.stepping.inputs import LawOverTime, Signal
+
+__all__ = ["Continuation", "EnsembleOptions", "LawOverTime", "MethodOptions", "ResumeOptions", "RunOptions"]
 
 #: What others call options of runs, and their names here.
 KNOWN_ELSEWHERE: Mapping[str, str] = {

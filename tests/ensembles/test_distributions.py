@@ -21,6 +21,7 @@ ORACLES = {
     "exponential(2)": stats.expon(scale=2),
     "weibull(2, 1.5)": stats.weibull_min(1.5, scale=2),
     "gumbel(1, 2)": stats.gumbel_r(1, 2),
+    "integers(-3, 3)": stats.randint(-3, 4),
 }
 
 

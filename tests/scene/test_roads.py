@@ -15,11 +15,11 @@ from scipy.integrate import quad
 from eomgen.errors import DescriptionError
 from eomgen.formula.unit_circle import unit_circle
 from eomgen.mechanics.derive import derive
+from eomgen.random_roads import Harmonic, road_harmonics
 from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.document.json_schema import schema
 from eomgen.scene.load import from_data, load
 from eomgen.scene.scene import Scene
-from eomgen.scene.signals.random_roads import Harmonic, road_harmonics
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.system.system import System
 

@@ -13,10 +13,10 @@ from eomgen.errors import Problem
 from eomgen.formula.curves import AnyCurve, Bump, Curve, Interpolation, Outside, Waves
 from eomgen.formula.discontinuities import applications
 from eomgen.formula.nodes import Application, Formula, Symbol
+from eomgen.random_roads import FARTHEST, FASTEST, Harmonic, road_harmonics
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
 from eomgen.scene.signals import schema as written
-from eomgen.scene.signals.random_roads import FARTHEST, FASTEST, Harmonic, road_harmonics
 from eomgen.scene.signals.tables import TableError, read_columns
 from eomgen.scene.signals.titles import unit_of_title
 from eomgen.system.signals import RoadUnderWheel

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from eomgen.formula.curves import AnyCurve
 from eomgen.formula.discontinuities import applications
 from eomgen.formula.nodes import Formula, Symbol
+from eomgen.random_roads import Harmonic
 from eomgen.scene.formula.scope import ENERGIES, EVERYTHING, REACTION_PARTS, STATE, TIME
 from eomgen.scene.reading import report
 from eomgen.scene.reading.report import Report
@@ -16,7 +17,6 @@ from eomgen.scene.reading.values import Values
 from eomgen.scene.signals import schema as written
 from eomgen.scene.signals.curves import Curves
 from eomgen.scene.signals.output_units import doubtful_label, units_of_symbols
-from eomgen.scene.signals.random_roads import Harmonic
 from eomgen.scene.signals.sampling import read_sampled_state
 from eomgen.scene.signals.schema import State as WrittenState
 from eomgen.system.motions import Motion

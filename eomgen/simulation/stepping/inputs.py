@@ -16,6 +16,18 @@ from eomgen.errors import Problem, UsageError
 from eomgen.toolchain.library import Library
 
 Function = Callable[[float], float]
+
+
+@dataclass(frozen=True)
+class LawOverTime:
+    """A function of t for an input that gives its values at many times at once: from times (n,) to values (n,)."""
+
+    over: Callable[[Array], Array]
+
+    def __call__(self, t: float) -> float:
+        return float(self.over(np.array([t]))[0])
+
+
 Signal = ArrayLike | Function
 CheckedSignal = float | Array | Function
 
@@ -53,7 +65,9 @@ class InputSignals:
             table = np.array(self.formulas(times))
         for name, signal in self.given.items():
             column = self.names.index(name)
-            if callable(signal):
+            if isinstance(signal, LawOverTime):
+                table[:, column] = _finite(name, signal.over(times), times)
+            elif callable(signal):
                 table[:, column] = _called(name, signal, times)
             elif isinstance(signal, np.ndarray):
                 position = (times - self.start) / self.step
@@ -214,6 +228,11 @@ def _called(name: str, signal: Function, times: Array) -> Array:
             what = f"the function gives {kind} at t = {t:.9g} s, and one real number is needed"
             hint = "one function for each input" if shape else "float(...) of what is meant"
             raise UsageError(Problem(f"input {name}", what, hint)) from None
+    return _finite(name, values, times)
+
+
+def _finite(name: str, values: Array, times: Array) -> Array:
+    """Return what a function gives, (n,), at times (n,). Raises UsageError where it is not finite."""
     if not np.all(np.isfinite(values)):
         index = int(np.argmin(np.isfinite(values)))
         what = f"the function gives {values[index]} at t = {times[index]:.9g} s"

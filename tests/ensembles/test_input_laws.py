@@ -1,0 +1,133 @@
+"""Seeds of roads and factors of inputs that vary, against scenes that say the same."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.errors import UsageError
+from tests.ensembles.carts import CART
+
+#: A cart that three inputs push: two wheels in one track, the second with a formula besides, and a law without a road.
+INPUTS = """
+[inputs.push]
+road = {{ class = "D", speed = 10, seed = {seed}, harmonics = 8 }}
+[inputs.rear]
+road = {{ class = "D", speed = 10, seed = {seed}, harmonics = 8, offset = 2.5 }}
+formula = "{factor} * sin(3 * t)"
+[inputs.wind]
+formula = "{factor} * (2 + cos(t))"
+[inputs.own]
+unit = "N"
+[parameters.pusher]
+value = 1
+[curves.load]
+points = [[-200, 0], [0, 0.1], [100, 0.3], [200, 0.2]]
+[curves.track]
+road = {{ class = "C" }}
+"""
+
+
+def scene(folder: Path, seed: int, factor: float = 1.0) -> eomgen.Scene:
+    path = folder / "cart.toml"
+    text = CART.replace('[inputs.push]\nunit = "N"\n', INPUTS.format(seed=seed, factor=factor))
+    text = text.replace(
+        'effort = "push"', 'effort = "100 * push + 50 * rear + wind + own + track(q.rail) + load(q.rail)"'
+    )
+    path.write_text(text, encoding="utf-8")
+    return eomgen.load(path)
+
+
+@pytest.fixture(scope="module")
+def cart(tmp_path_factory: pytest.TempPathFactory) -> eomgen.Model:
+    return eomgen.build(scene(tmp_path_factory.mktemp("cart"), 3))
+
+
+def test_wheels_of_a_track_follow_its_seed(cart: eomgen.Model, tmp_path: Path) -> None:
+    """As scenes with these seeds; generalized-alpha takes functions in its steps otherwise than compiled formulas."""
+    for method, off in (("rk4", 1e-12), (None, 1e-4)):
+        found = cart.simulate_many(vary={"seed.push": "values(3, 4)"}, method=method).results["output.place.final"]
+        same = cart.simulate(error_estimate=False, method=method).outputs["place"][-1]
+        other = eomgen.build(scene(tmp_path, 4)).simulate(error_estimate=False, method=method).outputs["place"][-1]
+        np.testing.assert_allclose(found, [same, other], rtol=off)
+        assert abs(other - same) > 1e-3 * abs(same)
+
+
+def test_factors_multiply_what_the_scene_says(cart: eomgen.Model, tmp_path: Path) -> None:
+    vary = {"scale.wind": "values(1, 2)", "scale.rear": "values(1, 2)"}
+    found = cart.simulate_many(vary=vary).results["output.place.final"]
+    calm = {"push": 0.0, "own": 0.0}
+    alone = cart.simulate_many(vary=vary, inputs=calm, columns=["input.wind", "input.rear"], points=5)
+    at = {"wind": 2.0 + np.cos(2.0), "rear": cart.input_values(2.0)[1]}
+    np.testing.assert_allclose(alone.results["input.wind.final"], at["wind"] * np.array([1, 1, 2, 2]), rtol=1e-12)
+    np.testing.assert_allclose(alone.results["input.rear.final"], at["rear"] * np.array([1, 2, 1, 2]), rtol=1e-12)
+    np.testing.assert_allclose(found[0], cart.simulate(error_estimate=False).outputs["place"][-1], rtol=1e-4)
+
+
+def test_random_seeds_are_whole_and_reproducible(cart: eomgen.Model) -> None:
+    options = {"vary": {"seed.push": "integers(0, 9)", "scale.push": "lognormal(1, 20 %)"}, "samples": 40, "seed": 1}
+    found = cart.simulate_many(**options)
+    seeds = found.values["seed.push"]
+    assert set(seeds) <= set(range(10)) and len(set(seeds)) > 5 and not found.failed
+    table = {name: values[:3] for name, values in found.values.items()}
+    again = cart.simulate_many(table=table).results["output.place.final"]
+    np.testing.assert_array_equal(again, found.results["output.place.final"][:3])
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (
+            {"vary": {"seed.push": "uniform(0, 9)"}},
+            "vary seed.push: a seed is a whole number from 0 on, and uniform(0, 9)",
+        ),
+        (
+            {"vary": {"seed.push": "integers(-3, 9)"}},
+            "a seed is a whole number from 0 on, and integers(-3, 9) has others",
+        ),
+        ({"table": {"seed.push": [1.0, 1.5]}}, "a seed is a whole number from 0 on, and the column has others"),
+        ({"vary": {"seed.push": "integers(0.5, 9)"}}, "integers(low, high) needs whole numbers, low < high"),
+        (
+            {"vary": {"seed.push": "values(1, 2)", "seed.rear": "values(1, 2)"}},
+            "vary seed.rear: its wheel runs in the same track as that of seed.push, and has the same seed; try: seed",
+        ),
+        (
+            {"vary": {"seed.wind": "values(1, 2)"}},
+            "the input wind is no random road, so it has no seed; try: seed.push or seed",
+        ),
+        (
+            {"vary": {"seed.track": "values(1, 2)"}},
+            "track is a curve, whose numbers are fixed in the code; try: a random",
+        ),
+        (
+            {"vary": {"scale.load": "values(1, 2)"}},
+            "try: a tunable parameter as factor in formulas, factor * load(...)",
+        ),
+        (
+            {"vary": {"scale.own": "values(1, 2)"}},
+            "the scene gives the input own no law that could be multiplied; try: own",
+        ),
+        ({"vary": {"seed.psh": "values(1, 2)"}}, "there is no input 'psh'; try: seed.push or seed.rear"),
+        (
+            {"vary": {"scale.push": "values(1, 2)"}, "inputs": {"push": 1.0}},
+            "the input push is given or varies itself, so the scene's law of it does not count; try: either scale.push",
+        ),
+        (
+            {"vary": {"scale.push": "values(1, 2)"}, "method": "hermite"},
+            "which a function from outside does not have",
+        ),
+        (
+            {"vary": {"pusher": "values(1, 2)"}},
+            "vary pusher: the parameter pusher is fixed in the code; try: pusher = { value = ..., tunable = true }",
+        ),
+    ],
+)
+def test_what_cannot_vary_is_told_before_the_first_sample(
+    cart: eomgen.Model, options: dict[str, object], said: str
+) -> None:
+    with pytest.raises(UsageError) as caught:
+        cart.simulate_many(**options)
+    assert said in str(caught.value)
