@@ -28,6 +28,7 @@ from benchmarks.programs import default_folder
 from benchmarks.robots import ROBOTS, scene, shortened, urdf
 
 STAGES = ("import", "read", "derive", "program", "files", "compile")
+BUILT = ("Python", "compilers")
 PARTS = ("import", "read", "build", "first step")
 WITHOUT_PARTIALS = ("mass", "coupling", "force", "inverse_dynamics", "forward_dynamics", "poses", "twists", "energy")
 
@@ -96,6 +97,24 @@ def stage_rows(names: Sequence[str], repeats: int) -> tuple[list[list[str]], dic
     return lines, data
 
 
+def build_rows(names: Sequence[str], repeats: int) -> tuple[list[list[str]], dict[str, object]]:
+    """Return table lines and data of first builds by ``eomgen.build``, which compiles while it writes: by profile, with
+    an empty cache, and with one that holds the wrapper and the templates' bytecode of another model."""
+    lines: list[list[str]] = []
+    data: dict[str, object] = {}
+    for name, profile in ((name, profile) for name in names for profile in ("fast", "quick")):
+        with tempfile.TemporaryDirectory() as folder:
+            runs = [
+                in_process("first build", CASES[name], Path(folder), mark=f"{k}", profile=profile)
+                for k in range(repeats + 1)
+            ]
+        middle = {key: statistics.median(run[key] for run in runs[1:]) for key in runs[0]}
+        data[f"{name}, {profile}"] = {"runs": runs, "median": middle}
+        empty = [figure(runs[0][key]) for key in ("CPU", "wall")]
+        lines.append([name, profile, *(figure(middle[key]) for key in BUILT), *_totals(runs[1:]), *empty])
+    return lines, data
+
+
 def cached_rows(names: Sequence[str], repeats: int) -> tuple[list[list[str]], dict[str, object]]:
     """Return table lines and data of runs that find their model in the cache."""
     lines: list[list[str]] = []
@@ -151,8 +170,9 @@ def quick() -> int:
     status."""
     with tempfile.TemporaryDirectory() as folder:
         measured = in_process("stages", CASES["panda"], Path(folder), mark="quick")
+        built = in_process("first build", CASES["panda"], Path(folder), mark="quick", profile="quick")
         stepped = in_process("first step", CASES["panda"], Path(folder))
-    print(f"stages: {', '.join(measured)}\nfirst step: {', '.join(stepped)}")
+    print(f"stages: {', '.join(measured)}\nfirst build: {', '.join(built)}\nfirst step: {', '.join(stepped)}")
     [line] = kane_rows((2,), default_folder())
     print(f"difference from Kane's method: {line[-1]}")
     return 1 if "WRONG" in line[-1] else 0
@@ -178,6 +198,12 @@ def main(words: Sequence[str] | None = None) -> int:
         " largest)\n"
     )
     print(table(["case", *STAGES, "CPU", "wall", "CPU, empty cache", "kB of C", "budget"], lines))
+    lines, built = build_rows(cases, repeats)
+    print(
+        "\nThe first build of a model by eomgen.build, where another one was built before, and with an empty cache:"
+        " CPU seconds of Python and of compilers, and of all in CPU and wall seconds, median (smallest to largest)\n"
+    )
+    print(table(["case", "profile", *BUILT, "CPU", "wall", "CPU, empty cache", "wall, empty cache"], lines))
     lines, cached = cached_rows(cases, repeats)
     print("\nCPU seconds from the start of Python through the cache to the state after one step\n")
     print(table(["case", *PARTS, "CPU", "wall", "budget"], lines))
@@ -188,7 +214,7 @@ def main(words: Sequence[str] | None = None) -> int:
     header = ["joints", "Kane", "cse and print", "gcc", "operations", "eomgen derives", "its operations", "difference"]
     print(table(header, lines))
     if arguments.json:
-        content = {"date": f"{date.today()}", "machine": machine(), "stages": stages, "cached": cached}
+        content = {"date": f"{date.today()}", "machine": machine(), "stages": stages, "built": built, "cached": cached}
         arguments.json.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
     return 0
 

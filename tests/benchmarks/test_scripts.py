@@ -68,6 +68,7 @@ def test_generation_time_measures_every_stage(capsys: pytest.CaptureFixture[str]
     assert generation_time.main(["--quick"]) == 0
     said = capsys.readouterr().out
     assert "stages: import, read, derive, program, files, compile, CPU, wall, kB of C" in said
+    assert "first build: wall, CPU, Python, compilers" in said
     assert "first step: import, read, build, first step, CPU, wall" in said
     assert float(re.findall(r"difference from Kane's method: (\S+)", said)[0]) < 1e-12
 
