@@ -186,6 +186,12 @@ def from_data(
     if not data and not report.found:
         report.add("", "the scene is empty", 'format = 1, name = "...", and [bodies] and [joints]')
         report.raise_problems()
+    if "repeat" in data:
+        from eomgen.scene.includes.repeat import repeated  # noqa: PLC0415  # most scenes have none
+
+        of_copies: dict[str, str] = {}
+        data = repeated(data, report, of_copies)
+        report.lines = {**report.lines, **of_copies}
     part = Part(dict(data), {})
     if "include" in data:
         from eomgen.scene.includes.include import with_included  # noqa: PLC0415  # most scenes have none

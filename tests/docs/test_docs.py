@@ -96,7 +96,7 @@ def test_pieces_fit_into_the_example(block: Block, tmp_path: Path, monkeypatch: 
         Path(file.text.split("\n", 1)[0].strip("#/* ")).write_text(file.text, encoding="utf-8")
     data, piece = tomllib.loads(EXAMPLE), tomllib.loads(block.text)
     for section, entries in piece.items():
-        data[section] = {**data.get(section, {}), **entries} if section in (*SECTIONS, "include") else entries
+        data[section] = {**data.get(section, {}), **entries} if section in (*SECTIONS, "include", "repeat") else entries
     made = from_data(data, file=f"{block.page}:{block.line}")
     assert made.content != load_toml(EXAMPLE).content
     system = derive(made)

@@ -754,6 +754,7 @@ _PLAIN = {
     "name",
     "task_frames",
     "description",
+    "indices",
     "unit",
     "method",
     "energy",

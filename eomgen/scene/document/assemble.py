@@ -130,7 +130,7 @@ def assemble(
 
 def content(document: written.Document) -> bytes:
     """Return bytes that determine the scene: canonical JSON, with entries as pairs because their order counts."""
-    data = document.model_dump(mode="json", exclude_none=True, exclude={"include"})
+    data = document.model_dump(mode="json", exclude_none=True, exclude={"include", "repeat"})
     for section in written.SECTIONS:
         data[section] = [[name, entry] for name, entry in data[section].items()]
     for section in ("reactions", "references", "modes", "events", "frames", "task_frames"):

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from types import GenericAlias
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, Field, create_model
+from pydantic import BaseModel, ConfigDict, Field, create_model
 
 from eomgen.scene.bodies.beam_schema import Beam
 from eomgen.scene.bodies.schema import Base, Body, BodyFrame, Point
@@ -63,6 +63,19 @@ class Include(Table):
     for source, option in all_options().values():
         __annotations__[option.name], locals()[option.name] = _key_of(source, option)
     del source, option
+
+
+class Repeat(Table):
+    """Entries of sections that are made once for each number of the indices; the keys beside ``indices`` are sections
+    of the scene."""
+
+    model_config = ConfigDict(extra="allow", strict=True, frozen=True)
+
+    indices: dict[str, Any] = key(
+        "numbers that each index takes: `{ i = 10 }` for 0 to 9, `{ i = [1, 9] }` for 1 to 9; the last one counts"
+        " fastest",
+        kind="whole numbers, or pairs of them, by name",
+    )
 
 
 def include_of(source: Source | None) -> type[Include]:
@@ -150,6 +163,7 @@ class Document(Table, BaseModel):  # the linter knows the children of BaseModel 
         kind="list of names",
     )
     include: dict[str, Include] = {}
+    repeat: dict[str, Repeat] = {}
     parameters: dict[str, Parameter] = {}
     curves: dict[str, Curve] = {}
     inputs: dict[str, Input] = {}

@@ -21,6 +21,7 @@ from eomgen.scene.document.schema import SECTIONS, Document, Include, include_of
 from eomgen.scene.document.units import in_si
 from eomgen.scene.formula.namespaces import Included, Namespace
 from eomgen.scene.includes.renaming import Renamer, overridden
+from eomgen.scene.includes.repeat import repeated
 from eomgen.scene.reading.kinds import described
 from eomgen.scene.reading.part import Part
 from eomgen.scene.reading.report import Report
@@ -125,8 +126,13 @@ class _Includer:
         file = shown_file(path)
         read = source.read(text, file=file, included=True)
         report = Report(file, read.lines)
-        _check_top_level(read.data, report)
-        part = Part(read.data, {key: report.place(key) for key in read.lines})
+        data = dict(read.data)
+        if "repeat" in data:
+            of_copies: dict[str, str] = {}
+            data = repeated(data, report, of_copies)
+            report.lines = {**report.lines, **of_copies}
+        _check_top_level(data, report)
+        part = Part(data, {key: report.place(key) for key in report.lines})
         part = self.expanded(part, report, path.parent, chain)
         report.lines = part.lines
         part.data, _ = in_si(part.data, report)

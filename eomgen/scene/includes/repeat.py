@@ -1,0 +1,205 @@
+"""Entries that repeat: a table of a scene file makes copies of what it holds, numbered by indices.
+
+The copies are entries like any other, made before anything is read. Braces in names and values hold formulas of the
+indices: what is written in a name or within a longer text has to be whole, what is all of a value is a number.
+"""
+
+from __future__ import annotations
+
+import itertools
+import re
+from collections.abc import Iterator, Mapping, MutableMapping, Sequence
+from typing import Any
+
+from eomgen.formula.evaluate import evaluate
+from eomgen.scene.document.schema import SECTIONS
+from eomgen.scene.formula.parser import read_formula
+from eomgen.scene.formula.scope import FIXED_PARAMETERS, Names
+from eomgen.scene.formula.tokens import FormulaError
+from eomgen.scene.reading.kinds import described
+from eomgen.scene.reading.report import Report
+from eomgen.text import NAME_RULE, is_legal, key_of, listed, nearest, shown
+
+#: Copies that the tables of a file make, at most.
+MOST_COPIES = 200_000
+_BRACES = re.compile(r"\{([^{}]*)\}")
+_INDICES = "indices"
+_HOW = "indices = { i = 10 } for i from 0 to 9, or { i = [1, 9] } for 1 to 9"
+
+
+def repeated(data: Mapping[str, Any], report: Report, lines: MutableMapping[str, str]) -> dict[str, Any]:
+    """Return the data of a file with the copies that its tables ``repeat`` make, after the entries of each section.
+
+    Parameters
+    ----------
+    data : mapping
+        As ``tomllib`` reads a scene file.
+    report : Report
+        Takes what is wrong.
+    lines : mapping
+        Takes the lines of the copies: those of what they are copied from.
+    """
+    made = {
+        key: dict(entries) if key in SECTIONS and isinstance(entries, Mapping) else entries
+        for key, entries in data.items()
+        if key != "repeat"
+    }
+    tables = data["repeat"]
+    if not isinstance(tables, Mapping):
+        report.add("repeat", f"a table is needed here, not {described(tables)}", f"[repeat.chain] and {_HOW}")
+        return made
+    sources = _by_entry(report.lines)
+    total = 0
+    for name, table in tables.items():
+        key = key_of("repeat", str(name))
+        if not isinstance(table, Mapping):
+            report.add(key, f"a table is needed here, not {described(table)}", f"[{key}] and {_HOW}")
+            continue
+        ranges = _ranges(key, table, report)
+        if ranges is None:
+            continue
+        count = 1
+        for numbers in ranges.values():
+            count *= len(numbers)
+        total += count
+        if total > MOST_COPIES:
+            report.add(f"{key}.{_INDICES}", f"more than {MOST_COPIES} copies are made", "fewer of them")
+            break
+        _Copies(key, table, ranges, report, lines, sources).put(made)
+    return made
+
+
+def _by_entry(lines: Mapping[str, Any]) -> dict[str, list[tuple[str, Any]]]:
+    """Return the lines within each entry of tables ``repeat``: by the first four parts of their keys, the rest."""
+    found: dict[str, list[tuple[str, Any]]] = {}
+    for key in lines:
+        if key.startswith("repeat."):
+            parts = re.match(
+                r"(repeat\.(?:[^.'\"]+|'[^']*'|\"[^\"]*\")\.[a-z_]+\.(?:[^.'\"\[]+|'[^']*'|\"[^\"]*\"))(.*)", key
+            )
+            if parts:
+                found.setdefault(parts[1], []).append((parts[2], lines[key]))
+    return found
+
+
+def _ranges(key: str, table: Mapping[str, Any], report: Report) -> dict[str, range] | None:
+    """Return the numbers that each index takes; None where that is not said well."""
+    place = f"{key}.{_INDICES}"
+    indices = table.get(_INDICES)
+    if not isinstance(indices, Mapping) or not indices:
+        what = f"the key {_INDICES} is missing" if indices is None else f"indices are {described(indices)}"
+        report.add(place, what, _HOW)
+        return None
+    ranges: dict[str, range] = {}
+    for index, given in indices.items():
+        bounds = [0, given - 1] if _whole(given) else given
+        if not is_legal(str(index)):
+            report.add(place, f"the index {shown(index)} is no name", NAME_RULE)
+        elif not (isinstance(bounds, Sequence) and len(bounds) == 2 and all(map(_whole, bounds))):
+            report.add(f"{place}.{index}", f"an index counts by whole numbers, and here is {described(given)}", _HOW)
+        elif bounds[1] < bounds[0]:
+            report.add(f"{place}.{index}", f"the index {index} takes no number from {bounds[0]} to {bounds[1]}", _HOW)
+        else:
+            ranges[str(index)] = range(bounds[0], bounds[1] + 1)
+    return ranges if len(ranges) == len(indices) else None
+
+
+def _whole(number: object) -> bool:
+    return isinstance(number, int) and not isinstance(number, bool)
+
+
+class _Copies:
+    """The copies that one table makes."""
+
+    def __init__(
+        self,
+        key: str,
+        table: Mapping[str, Any],
+        ranges: Mapping[str, range],
+        report: Report,
+        lines: MutableMapping[str, str],
+        sources: Mapping[str, Sequence[tuple[str, Any]]],
+    ) -> None:
+        self.key, self.ranges, self.report, self.lines, self.sources = key, ranges, report, lines, sources
+        self.names = Names(parameters=dict.fromkeys(ranges, False))
+        self.table = table
+        self.formulas: dict[str, Any] = {}
+        self.twice: set[str] = set()
+
+    def put(self, made: MutableMapping[str, Any]) -> None:
+        """Add the copies to the sections of a file."""
+        for section, templates in self.table.items():
+            if section == _INDICES:
+                continue
+            place = f"{self.key}.{section}"
+            if section not in SECTIONS:
+                hint = nearest(str(section), SECTIONS)
+                self.report.add(place, f"there is no section {shown(section)} whose entries could repeat", hint)
+            elif not isinstance(templates, Mapping):
+                self.report.add(place, f"a table is needed here, not {described(templates)}")
+            elif isinstance(entries := made.setdefault(section, {}), MutableMapping):
+                for values in self._values():
+                    for name, entry in templates.items():
+                        self._copy(section, str(name), entry, values, entries)
+
+    def _values(self) -> Iterator[dict[str, int]]:
+        for numbers in itertools.product(*self.ranges.values()):
+            yield dict(zip(self.ranges, numbers, strict=True))
+
+    def _copy(
+        self, section: str, name: str, entry: Any, values: Mapping[str, int], entries: MutableMapping[str, Any]
+    ) -> None:
+        key = key_of("repeat", self.key.removeprefix("repeat."), section, name)
+        copy = self._text(name, values, key)
+        if self.report.concerns(key):
+            return
+        if not is_legal(str(copy)):
+            self.report.add(key, f"the name {shown(copy)} is not legal", NAME_RULE)
+            return
+        if copy in entries:
+            if key not in self.twice:
+                self.twice.add(key)
+                hint = f"braces with all indices in the name: {shown(name + ''.join(f'_{{{i}}}' for i in self.ranges))}"
+                self.report.add(key, f"the name {copy} in {section} is given twice", hint)
+            return
+        entries[copy] = self._filled(entry, values, key)
+        for rest, line in self.sources.get(key, ()):
+            self.lines[f"{section}.{copy}{rest}"] = line if isinstance(line, str) else f"{self.report.file}:{line}"
+
+    def _filled(self, value: Any, values: Mapping[str, int], key: str) -> Any:
+        """Return a value with numbers in place of its braces."""
+        if isinstance(value, str):
+            if "{" not in value and "}" not in value:
+                return value
+            whole = _BRACES.fullmatch(value.strip())
+            return self._number(whole[1], values, key) if whole else self._text(value, values, key)
+        if isinstance(value, Mapping):
+            return {name: self._filled(entry, values, key) for name, entry in value.items()}
+        if isinstance(value, list | tuple):
+            return [self._filled(entry, values, key) for entry in value]
+        return value
+
+    def _text(self, text: str, values: Mapping[str, int], key: str) -> str:
+        """Return a text with numbers in place of its braces."""
+        filled = _BRACES.sub(lambda match: repr(self._number(match[1], values, key)), text)
+        if ("{" in filled or "}" in filled) and not self.report.concerns(key):
+            self.report.add(key, f"{shown(text)} has a brace without its other", f"{{{next(iter(self.ranges))}}}")
+        return filled
+
+    def _number(self, formula: str, values: Mapping[str, int], key: str) -> float:
+        """Return the value of a formula of the indices, whole where it is; 0 where it has none, which is reported
+        once."""
+        if self.report.concerns(key):
+            return 0
+        try:
+            if formula not in self.formulas:
+                self.formulas[formula] = read_formula(formula, self.names, FIXED_PARAMETERS)
+            number = evaluate(self.formulas[formula], lambda symbol: float(values[symbol.name]))
+            return int(number) if number.is_integer() else number
+        except FormulaError as error:
+            of_indices = f"a formula of {listed(self.ranges)}, such as {{{next(iter(self.ranges))} - 1}}"
+            self.report.add(key, f"{{{formula}}}: {error.what}", error.hint or of_indices)
+        except ArithmeticError as error:
+            of_values = ", ".join(f"{name} = {number}" for name, number in values.items())
+            self.report.add(key, f"{{{formula}}} at {of_values}: {error}", "another formula")
+        return 0

@@ -1,0 +1,123 @@
+"""Tables whose entries are made once for each number of their indices."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+import eomgen
+from eomgen.scene.load import load, load_toml
+
+HEAD = 'format = 1\nname = "chain"\n'
+CHAIN = """
+[parameters]
+pitch = { value = "250 mm", tunable = true }
+
+[bodies.link_0]
+mass = 1.0
+center_of_mass = [0.1, 0, 0]
+inertia = [0.1, 0.1, 0.1]
+
+[joints.hinge_0]
+type = "revolute"
+parent = "base"
+child = "link_0"
+axis = [0, 1, 0]
+
+[repeat.links]
+indices = { i = [1, 4] }
+
+[repeat.links.bodies."link_{i}"]
+mass = "{1 + 0.5 * i}"
+center_of_mass = ["{i} * pitch", 0, "{0 if i < 3 else -0.5}"]
+inertia = [0.1, 0.1, 0.1]
+
+[repeat.links.joints."hinge_{i}"]
+type = "revolute"
+parent = "link_{i - 1}"
+child = "link_{i}"
+axis = [0, 1, 0]
+position = ["pitch", 0, 0]
+initial = { position = "{0.1 * i}" }
+"""
+
+
+def test_copies_are_the_entries_that_would_be_written() -> None:
+    scene = load_toml(HEAD + CHAIN)
+    builder = eomgen.SceneBuilder("chain").parameter("pitch", "250 mm", tunable=True)
+    for i in range(5):
+        place = [f"{i} * pitch", 0, 0 if i < 3 else -0.5] if i else [0.1, 0, 0]
+        builder.body(f"link_{i}", 1.0 + 0.5 * i, center_of_mass=place, inertia=[0.1, 0.1, 0.1])
+        keys = {"position": ["pitch", 0, 0], "initial": {"position": 0.1 * i}} if i else {}
+        builder.joint(f"hinge_{i}", "revolute", f"link_{i - 1}" if i else "base", f"link_{i}", axis=[0, 1, 0], **keys)
+    written = builder.build()
+    assert (scene.bodies, scene.joints) == (written.bodies, written.joints)
+
+
+def test_the_net_of_the_page_has_its_knots_and_springs() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "scene.md").read_text(encoding="utf-8")
+    (text,) = re.findall(r"```toml\n(\[repeat\.knots\].*?)```", page, re.DOTALL)
+    scene = load_toml(HEAD + 'coordinates = "absolute"\n' + text)
+    assert [body.name for body in scene.bodies] == [f"knot_{i}_{j}" for i in range(3) for j in range(3)]
+    ends = {(spring.first, spring.second) for spring in scene.elements}  # type: ignore[attr-defined]  # springs
+    expected = {(f"eye_{i - 1}_{j}", f"eye_{i}_{j}") for i in range(1, 3) for j in range(3)}
+    assert ends == expected | {(f"eye_{i}_{j - 1}", f"eye_{i}_{j}") for i in range(3) for j in range(1, 3)}
+
+
+def test_included_files_repeat(tmp_path: Path) -> None:
+    (tmp_path / "chain.toml").write_text(HEAD + CHAIN, encoding="utf-8")
+    text = 'format = 1\nname = "two"\n[include.left]\nfile = "chain.toml"\n[include.right]\nfile = "chain.toml"\n'
+    (tmp_path / "two.toml").write_text(text, encoding="utf-8")
+    names = [joint.name for joint in load(tmp_path / "two.toml").joints]
+    assert names == [f"{side}_hinge_{i}" for side in ("left", "right") for i in range(5)]
+
+
+def told(change: tuple[str, str]) -> str:
+    with pytest.raises(eomgen.DescriptionError) as caught:
+        load_toml(HEAD + CHAIN.replace(*change))
+    return str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (
+            ("indices = { i = [1, 4] }", ""),
+            "scene.toml:18 (repeat.links.indices): the key indices is missing; try: indices = { i = 10 } for i from 0"
+            " to 9, or { i = [1, 9] } for 1 to 9",
+        ),
+        (
+            ("i = [1, 4]", "i = [4, 1]"),
+            "scene.toml:19 (repeat.links.indices.i): the index i takes no number from 4 to 1",
+        ),
+        (
+            ("i = [1, 4]", "i = 1.5"),
+            "scene.toml:19 (repeat.links.indices.i): an index counts by whole numbers, and here",
+        ),
+        (("i = [1, 4]", "i = [0, 4]"), "the name link_0 in bodies is given twice"),
+        (("i = [1, 4]", "i = 4, j = 100001"), "scene.toml:19 (repeat.links.indices): more than 200000 copies are made"),
+        (("i = [1, 4]", "i = 2, j = 2"), "the name link_0 in bodies is given twice"),
+        (('"link_{i - 1}"', '"link_{k - 1}"'), "{k - 1}: "),
+        (('"link_{i - 1}"', '"link_{i - 1"'), "has a brace without its other; try: {i}"),
+        (('"link_{i - 1}"', '"link_{i / 2}"'), "there is no body"),
+        (('"{1 + 0.5 * i}"', '"{1 / (i - 2)}"'), "{1 / (i - 2)} at i = 2: div(1, 0) has no finite value"),
+        (("repeat.links.bodies", "repeat.links.bodys"), "there is no section 'bodys' whose entries could repeat"),
+        (('joints."hinge_{i}"', 'joints."hinge {i}"'), "the name 'hinge 1' is not legal"),
+        (('mass = "{1 + 0.5 * i}"', 'mas = "{i}"'), "scene.toml:22 (bodies.link_1.mas): the key 'mas' is unknown here"),
+    ],
+)
+def test_what_is_wrong_is_told_with_its_line(change: tuple[str, str], message: str) -> None:
+    found = told(change)
+    assert message in found
+    assert "repeat" in found or "scene.toml:" in found
+
+
+def test_repeat_is_a_table_of_tables() -> None:
+    for text, message in (
+        ("repeat = 3", "repeat): a table is needed here, not 3"),
+        ("[repeat]\nlinks = 3", "repeat.links): a table is needed here, not 3"),
+    ):
+        with pytest.raises(eomgen.DescriptionError, match=re.escape(message)):
+            load_toml(HEAD + text)
