@@ -42,7 +42,7 @@ _LOOK = 2e-3
 #: Samples that are evaluated by both libraries before the companion is taken.
 _COMPARED = 64
 #: Priority of the compiler in the background, as of ``nice``.
-_NICE = 10
+_NICE = 5
 
 
 class Choice(Enum):
