@@ -185,7 +185,7 @@ class Builder:
         written : mapping
             Files among them that the user wrote, to the name that compilers call them by in messages.
         running
-            Where the compiler's processes are entered, for one who may stop them.
+            Where the compiler's processes are entered, for one who may stop them; then one runs at a time.
 
         Raises
         ------
@@ -201,7 +201,10 @@ class Builder:
         def fill(folder: Path) -> None:
             nonlocal lines
             header, sources = "", []
-            with Compilation(self.compiler, self.flags, timeout=self.timeout, running=running) as compilation:
+            jobs = None if running is None else 0
+            with Compilation(
+                self.compiler, self.flags, jobs=jobs, timeout=self.timeout, running=running
+            ) as compilation:
                 for name, text in _headers_first(files) if isinstance(files, Mapping) else files:
                     (folder / name).write_text(text, encoding="utf-8")
                     lines += text.count("\n")

@@ -186,7 +186,8 @@ class Compilation:
 
     Parameters
     ----------
-    jobs : compilers at once, as many as there are processors by default
+    jobs : compilers at once, as many as there are processors by default; 0: one, in the thread of the caller, so that
+        no other thread keeps the process from its end
     timeout : for all of it, seconds
     running : where the processes are entered, for one who may stop them
     """
@@ -207,11 +208,12 @@ class Compilation:
         self._made: dict[Path, tuple[Path, str]] = {}
         self._tasks: list[Future[None]] = []
         self._running = Running() if running is None else running
-        self._pool = ThreadPoolExecutor(max_workers=processors() if jobs is None else max(1, jobs))
+        self._pool = None if jobs == 0 else ThreadPoolExecutor(max_workers=processors() if jobs is None else jobs)
         self._ended = contextlib.ExitStack()
 
     def __enter__(self) -> Self:
-        self._ended.enter_context(self._pool)
+        if self._pool is not None:
+            self._ended.enter_context(self._pool)
         self._ended.enter_context(self._running.stopped_on_failure())
         return self
 
@@ -223,7 +225,10 @@ class Compilation:
     def add(self, source: Path) -> None:
         """Compile a source, beside which all that it includes is there, to an object beside it."""
         self._waiting.put((_longest_first(source), source))
-        self._tasks.append(self._pool.submit(self._compile_next))
+        if self._pool is None:
+            self._compile_next()
+        else:
+            self._tasks.append(self._pool.submit(self._compile_next))
 
     def _compile_next(self) -> None:
         _, source = self._waiting.get()

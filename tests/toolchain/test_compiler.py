@@ -7,6 +7,7 @@ import shutil
 import stat
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from eomgen.errors import ToolchainError
 from eomgen.toolchain.compiler import (
     Compilation,
     Compiler,
+    Running,
     compile_library,
     find_compiler,
     library_suffix,
@@ -187,3 +189,27 @@ def test_what_is_made_for_this_processor_has_no_vectors_of_neighbouring_statemen
 def test_files_are_compiled_side_by_side(own: int, compilers: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(os, "sched_getaffinity", lambda process: set(range(own)))
     assert processors() == compilers
+
+
+def test_a_compiler_in_a_thread_of_the_background_can_be_stopped_and_does_not_keep_the_process(tmp_path: Path) -> None:
+    """At the end of a process Python waits for the threads of pools before it says so to anyone."""
+    began = tmp_path / "began"
+    file = fake(tmp_path, "cc", f"touch {began}; exec sleep 60")
+    running, failures, before = Running(), [], threading.active_count()
+
+    def work() -> None:
+        try:
+            with Compilation(Compiler((str(file),), file), (), jobs=0, running=running) as compilation:
+                compilation.add(source(tmp_path))
+        except ToolchainError as error:
+            failures.append(str(error))
+
+    thread = threading.Thread(target=work, daemon=True)
+    thread.start()
+    while not began.exists():
+        time.sleep(0.01)
+    assert threading.active_count() == before + 1
+    running.stop()
+    thread.join(20)
+    assert not thread.is_alive()
+    assert len(failures) == 1 and "ended with status -9" in failures[0]
