@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 
 import mpmath
 import numpy as np
@@ -13,7 +14,8 @@ import pytest
 from eomgen.codegen.targets.c.target import environment
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.tape import Tape
-from eomgen.system.system import Block, Function
+from eomgen.system.system import Block, Function, System
+from eomgen.toolchain import builder
 from eomgen.toolchain.library import Library
 from tests.codegen.hand_made import call, compile_system, make_system
 
@@ -23,14 +25,18 @@ LARGEST, SMALLEST = np.finfo(float).max, 5e-324
 BUILDS = [(profile, real) for profile in ("quick", "fast") for real in ("double", "lanes")]
 
 
-@pytest.fixture(scope="module")
-def libraries(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[str, str], Library]:
-    """Return libraries of exp, log, sqrt of t, and of t to the power of v."""
+def powers_and_roots() -> System:
+    """Return a system of exp, log, sqrt of t, and of t to the power of v."""
     tape = Tape()
     t = tape.input("t")
     power = tape.call(Op.POW, t, tape.input("v"))
     block = Block("y", (4,), (tape.call(Op.EXP, t), tape.call(Op.LOG, t), tape.call(Op.SQRT, t), power))
-    system = make_system("four", tape, [Function("four", "", ("t", "v"), (block,))])
+    return make_system("four", tape, [Function("four", "", ("t", "v"), (block,))])
+
+
+@pytest.fixture(scope="module")
+def libraries(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[str, str], Library]:
+    system = powers_and_roots()
     folder = tmp_path_factory.mktemp("four")
     return {(profile, real): compile_system(system, folder, profile=profile, real=real) for profile, real in BUILDS}
 
@@ -154,3 +160,18 @@ def test_special_arguments(functions: Callable[..., np.ndarray]) -> None:
     found = functions(x)
     for column, name in enumerate(("exp", "log", "sqrt", "first power")):
         np.testing.assert_allclose(found[:, column], expected[:, column], rtol=3e-16, err_msg=name)
+
+
+@pytest.mark.parametrize("lanes", [8, pytest.param(16, marks=pytest.mark.slow)])
+def test_more_lanes_than_a_register_has_give_the_same_bits(
+    lanes: int,
+    libraries: dict[tuple[str, str], Library],
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    rng: np.random.Generator,
+) -> None:
+    flags = (*builder._REALS["lanes"], f"-DEG_LANES={lanes}")
+    monkeypatch.setitem(builder._REALS, "lanes", flags)
+    wide = compile_system(powers_and_roots(), tmp_path, profile="quick", real="lanes")
+    x, y = 10.0 ** rng.uniform(-30, 30, 101), rng.normal(size=101)
+    np.testing.assert_array_equal(values(wide, x, y), values(libraries["quick", "double"], x, y))
