@@ -261,11 +261,11 @@ ORDER: dict[str, tuple[str, ...]] = {
         "operations",
         "tape",
         "map periodic scalar",
-        "calculus evaluate kernel rotation series",
+        "calculus evaluate harmonics kernel rotation series",
         "reading symbolic_kernel",
     ),
     "integrators": (
-        "newton step_splitting",
+        "harmonics newton step_splitting",
         "step_work",
         "families",
         "events methods samples stepper_layout",
@@ -323,7 +323,10 @@ ORDER: dict[str, tuple[str, ...]] = {
 #: Imports within functions, by importing room or module: what is imported, and why it waits. No others are allowed.
 LATE: dict[str, dict[str, str]] = {
     "eomgen": {"calls": "for a mistake only"},
-    "integrators.families.generalized_alpha": {"integrators.newton": "pivots are chosen when code is made"},
+    "integrators.families.generalized_alpha": {
+        "integrators.newton": "pivots are chosen when code is made",
+        "integrators.harmonics": "inputs are looked at when code is made",
+    },
     "integrators.families.rattlie": {"integrators.newton": "pivots are chosen when code is made"},
     "integrators.families.one_factorization": {"integrators.newton": "pivots are chosen when code is made"},
     "integrators.families.rosenbrock": {"integrators.step_work": "operations are counted on request"},

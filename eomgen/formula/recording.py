@@ -10,7 +10,8 @@ from eomgen.errors import ModelError, Problem
 from eomgen.formula.curves import AnyCurve, Bump, Waves
 from eomgen.formula.nodes import Application, Formula, Number, Symbol
 from eomgen.formula.unit_circle import unit_circle
-from eomgen.symbolic.map import Map, add_map
+from eomgen.symbolic.harmonics import harmonic_sum
+from eomgen.symbolic.map import add_map
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import Ref, Tape
@@ -87,24 +88,12 @@ def waves(algebra: Algebra, curve: Waves, argument: Scalar, derivative: int = 0)
     cosines and sines of their loops in common, which are joined where the C is made (``Map.joined``).
     """
     along, scale, shift = _affine(algebra.tape, argument.ref)
-    kernel = Tape()
-    inner = Algebra(kernel)
-    in_phase, frequency, quadrature = inner.block("element", 3)
-    angle = frequency * inner.block("shared", 1)[0]
-    wave = in_phase * inner.call(Op.COS, angle) + quadrature * inner.call(Op.SIN, angle)
     rows = []
     for amplitude, w, phase in curve.harmonics:
         cosine, sine = unit_circle(phase + w * shift, derivative)
         size = amplitude * w**derivative
         rows.append((size * cosine, w * abs(scale), math.copysign(size, -scale) * sine))
-    loop = Map(
-        kernel,
-        len(rows),
-        elements=tuple(zip(*rows, strict=True)),
-        shared=(along,),
-        sums=(wave.ref,),
-        label=f"harmonics of {curve.name}",
-    )
+    loop = harmonic_sum([*zip(*rows, strict=True)], along, f"harmonics of {curve.name}")
     return Scalar(algebra.tape, add_map(algebra.tape, loop).sums[0])
 
 

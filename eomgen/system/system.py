@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 from eomgen.calls import checked_calls, unknown_attribute
 from eomgen.errors import Problem, UsageError
 from eomgen.lie.product import Factor
+from eomgen.symbolic.harmonics import Columns, harmonics_in
 from eomgen.symbolic.operations import Counts, InputSymbol
 from eomgen.symbolic.periodic import periodic_inputs
 from eomgen.symbolic.tape import Ref, Tape
@@ -405,6 +406,21 @@ class System:
         rows = (block for f in self.functions.values() for block in f.outputs if block.name == "Phi")
         held = self.tape.depends_on(ref for block in rows for ref in block.refs)
         return self.nq if any(symbol.block == "q" and symbol.index >= first for symbol in held) else first
+
+    @cached_property
+    def harmonics(self) -> tuple[Columns | float, ...]:
+        """Inputs that the scene gives as sums of a cos(w t) + b sin(w t): a, w and b of each, or a constant.
+
+        Empty where some input is something else.
+        """
+        found: list[Columns | float] = []
+        for ref in self.functions["inputs"].refs if "inputs" in self.functions else ():
+            value = self.tape.value(ref)
+            given = harmonics_in(self.tape, ref, InputSymbol("t", 0)) if value is None else value
+            if given is None:
+                return ()
+            found.append(given)
+        return tuple(found)
 
     @cached_property
     def symbol_names(self) -> dict[InputSymbol, str]:

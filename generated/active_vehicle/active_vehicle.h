@@ -206,9 +206,20 @@ typedef struct active_vehicle_coefficients {
     eomgen_real to_vdot, to_a; /* 1/(1 - alpha_f), 1/(1 - alpha_m) */
 } active_vehicle_coefficients;
 
+/* Inputs at the times of a grid, in blocks of 16. */
+typedef struct active_vehicle_harmonics {
+    /* of w d, at distances d = step/2, 3 step/2, ... from the middle of a block; first, since rows are as long as lines
+     * of a cache */
+    eomgen_real cosine[200][8], sine[200][8];
+    eomgen_real u[64]; /* time by time */
+    eomgen_real step, origin; /* of the grid; step 0: none */
+    long block;               /* that u is of; -1: none */
+} active_vehicle_harmonics;
+
 /* Scratch memory. Nothing in it changes results beyond the Newton tolerance. Zero it before the first call (a static
  * one is). */
 typedef struct active_vehicle_workspace {
+    active_vehicle_harmonics harmonics;
     eomgen_real unknown[7];      /* E, step lam */
     eomgen_real increment[7];     /* the exponent is step * increment */
     eomgen_real right[7], solution[7], per_tolerance[7];
@@ -233,6 +244,9 @@ typedef struct active_vehicle_workspace {
     eomgen_real factored_step;       /* step that the factors belong to, 0 when there are none */
     eomgen_real factored_rho_inf;
     eomgen_real rate_of_convergence; /* last observed contraction of the Newton increments */
+    /* of the step with reused factors in which it was observed; steps since then, and those before with its factors */
+    eomgen_real first_increment;
+    long unobserved_steps, observed_reuse;
     long fresh_iterations;       /* iterations of the last step with factors of its own */
     long reused_factorizations;  /* steps since then, which took these factors */
     eomgen_real cycle_iterations; /* iterations of all these steps */

@@ -51,6 +51,7 @@ class Model:
     discontinuities: tuple[()] = ()
     events: tuple[()] = ()
     sampled: tuple[()] = ()
+    harmonics: tuple[()] = ()
     controllers: tuple[()] = ()
     modes: tuple[()] = ()
     turning: tuple[int, ...] = ()
@@ -69,7 +70,7 @@ class Model:
 
     @property
     def facts(self) -> Facts:
-        return Facts(constant_mass=True, velocity_forces=True, smooth=True, moving_base=False)
+        return Facts(constant_mass=True, velocity_forces=False, smooth=True, moving_base=False)
 
     @property
     def positions(self) -> int:

@@ -111,8 +111,10 @@ class AdaptiveGeneralizedAlpha(GeneralizedAlpha):
         return (*super().statuses(constrained, angles), *step_statuses())
 
     def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
+        on_a_grid = ("harmonics", "known_part", "unobserved_steps")
+        own = super().data(system, step, samples)
         return {
-            **super().data(system, step, samples),
+            **{key: value for key, value in own.items() if key not in on_a_grid},
             **step_data(2),
             "parameters": list(self.coefficients),
             "turning": [],

@@ -61,6 +61,9 @@ RELATIVE_TOLERANCE, ABSOLUTE_TOLERANCE = 1e-10, 1e-12
 #: The same in single precision.
 SINGLE_RELATIVE_TOLERANCE, SINGLE_ABSOLUTE_TOLERANCE = 1e-5, 1e-6
 MAX_ITERATIONS, MAX_HALVINGS = 16, 6
+#: Where forces damp, so that errors do not add up, a step may end with its first iteration: the part of the tolerance
+#: that may be left by a contraction that is known from steps before, and for how many steps it is known.
+KNOWN_PART, UNOBSERVED_STEPS = 0.1, 15
 #: Named cases: the parameters that each takes, and what its C file is called by.
 NAMED_CASES: Mapping[str, tuple[Callable[..., Coefficients], tuple[str, ...], tuple[str, ...], str]] = {
     "hht": (hht, ("alpha", "rho_inf"), (), "HHT-alpha"),
@@ -411,6 +414,7 @@ class GeneralizedAlpha(Family):
         )
 
     def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
+        from eomgen.integrators.harmonics import harmonics_data  # noqa: PLC0415
         from eomgen.integrators.newton.matrix import Unknowns  # noqa: PLC0415
         from eomgen.integrators.newton.sample_matrices import samples_of  # noqa: PLC0415
         from eomgen.integrators.newton.solver import make_solver, solver_data  # noqa: PLC0415
@@ -422,7 +426,12 @@ class GeneralizedAlpha(Family):
         solver = make_solver(unknowns, system.factors, known, self._weights(step), step, owners)
         perturbed = unknowns.holonomic > 0 and not unknowns.eta
         hooks = {"row": "without_rounding"} if perturbed else {}
+        harmonics = harmonics_data(system)
         return {
+            **({"harmonics": harmonics} if harmonics else {}),
+            **(
+                {"known_part": KNOWN_PART, "unobserved_steps": UNOBSERVED_STEPS} if system.facts.velocity_forces else {}
+            ),
             "hooks": {**hooks, **({"recorded": "observe", "end": "finish"} if nl else {})},
             "row_notes": _ROW_NOTES if perturbed else [],
             "matrices": True,

@@ -1,0 +1,80 @@
+"""Inputs that are sums of harmonics in time, such as random roads, at the times of a step's grid.
+
+Between the times T + d of a block about T the phases w d alone differ:
+
+    sum a cos w (T + d) + b sin w (T + d) = sum A cos w d + B sin w d
+    A = a cos w T + b sin w T,    B = b cos w T - a sin w T
+
+cos w d and sin w d are the same in all blocks of a grid, and T + d and T - d have the sums over A and over B in common
+but for a sign. So a time costs one sine and one cosine of each frequency in ``2 * PAIRS`` times, and two
+multiplications and additions of each harmonic. Which block a time is in follows from the count of steps alone, so a
+run that is resumed has the same bits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from eomgen.system.system import System
+
+#: Pairs of times in a block.
+PAIRS = 8
+#: Fewer harmonics of one input are as fast one by one.
+LEAST = 16
+#: Inputs whose sums are taken side by side: two for each are in registers.
+_SIDE_BY_SIDE = 4
+#: Harmonics are filled up to a multiple of this by some of amplitude 0, so that loops have no ends of their own.
+_MULTIPLE = 8
+#: Most harmonics between which the sums of a block wait in memory.
+_LONGEST_STRETCH = 64
+
+
+def harmonics_data(system: System) -> dict[str, Any] | None:
+    """Return what C needs for inputs at the times of a grid; None where others than sums of harmonics are given, or
+    where steps may leave the grid: at jumps, samples and events.
+
+    Inputs with the same frequencies are in one group, whose sines and cosines they share.
+    """
+    if system.discontinuities or system.sampled or system.events:
+        return None
+    constant: list[list[float]] = []
+    by_frequencies: dict[tuple[float, ...], list[tuple[int, tuple[float, ...], tuple[float, ...]]]] = {}
+    for index, given in enumerate(system.harmonics):
+        if isinstance(given, float):
+            constant.append([index, given])
+            continue
+        in_phase, frequencies, quadrature = given
+        by_frequencies.setdefault(frequencies, []).append((index, in_phase, quadrature))
+    if max(map(len, by_frequencies), default=0) < LEAST:  # with no inputs too
+        return None
+    groups, first = [], 0
+    for frequencies, inputs in by_frequencies.items():
+        count = -(-len(frequencies) // _MULTIPLE) * _MULTIPLE
+        for start in range(0, len(inputs), _SIDE_BY_SIDE):
+            own = inputs[start : start + _SIDE_BY_SIDE]
+            groups.append(
+                {
+                    "first": first,
+                    "count": count,
+                    "stretch": _stretch(count),
+                    "frequencies": _filled(frequencies, count) if start == 0 else [],
+                    "inputs": [index for index, _, _ in own],
+                    "in_phase": [_filled(column, count) for _, column, _ in own],
+                    "quadrature": [_filled(column, count) for _, _, column in own],
+                }
+            )
+        first += count
+    return {"pairs": PAIRS, "frequencies": first, "groups": groups, "constant": constant}
+
+
+def _stretch(count: int) -> int:
+    """Return how many harmonics are taken between which sums wait in memory: a part of all."""
+    return max(
+        size for size in range(_MULTIPLE, _LONGEST_STRETCH + 1, _MULTIPLE) if count % size == 0 or size == _MULTIPLE
+    )
+
+
+def _filled(column: Sequence[float], count: int) -> list[float]:
+    return [*column, *[0.0] * (count - len(column))]
