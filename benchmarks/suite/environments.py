@@ -9,6 +9,7 @@ the rows that wanted it show.
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
@@ -16,7 +17,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / ".bench"
-OWN, JAX = "eomgen", "jax"
+OWN, JAX, ADAM = "eomgen", "jax", "adam"
 #: What is installed in each; eomgen's own scripts import the peers of its group.
 GROUPS: Mapping[str, Sequence[str]] = {
     OWN: (
@@ -24,7 +25,8 @@ GROUPS: Mapping[str, Sequence[str]] = {
         "mujoco>=3", "heyoka>=7", "scikit-sundae>=1.2", "pyelastica>=1", "pydy>=0.7", "cython>=3", "datasketches>=5",
         "distributed>=2024.5",
     ),
-    JAX: ("jax>=0.4.35", "mujoco-mjx>=3.2", "diffrax>=0.6", "adam-robotics>=0.4", "frax>=0.1"),
+    JAX: ("jax>=0.4.35", "mujoco-mjx>=3.2", "diffrax>=0.6", "frax>=0.1"),
+    ADAM: ("adam-robotics>=0.4", "jax>=0.4.30,<0.4.37"),  # its arrays ask for devices as older JAX names them
 }  # fmt: skip  # a table
 
 
@@ -60,7 +62,8 @@ def install(group: str) -> dict[str, str]:
 def _pip(python: Path, requirements: Sequence[str]) -> str:
     """Install requirements; return pip's last word where it fails."""
     command = [str(python), "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *requirements]
-    result = subprocess.run(command, capture_output=True, text=True, check=False)
+    alone = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    result = subprocess.run(command, capture_output=True, text=True, check=False, env=alone)
     if not result.returncode:
         return ""
     lines = [line for line in result.stderr.splitlines() if line.startswith("ERROR")] or ["pip failed"]

@@ -11,7 +11,7 @@ from benchmarks.contestants import CPP, TRACE
 from benchmarks.suite.contest import Context, Entry, contest, of_first_rows
 from benchmarks.suite.environments import JAX
 from benchmarks.suite.outcomes import Outcome
-from benchmarks.suite.robot_rows import robot_row
+from benchmarks.suite.robot_rows import SCALAR_LOOP, TWO_THREADS, batch_row, robot_row, thread_row
 
 EOMGEN = "eomgen"
 
@@ -169,4 +169,45 @@ FUNCTIONS = (
     _robot("talos", "Talos, 38 freedoms", "forward_dynamics", "forward dynamics", None),
 )
 
-ROWS: tuple[Row, ...] = (*FUNCTIONS, *TRAJECTORIES, *STEPS)
+# -- functions at many states ------------------------------------------------------------------------------------------
+
+MANY, PER_STATE = "Functions at many states", "state"
+
+
+def _many(robot: str, name: str, function: str, words: str, *, with_jax: bool = False) -> Row:
+    lanes = Comparison(SCALAR_LOOP, 1 / 3, "the row needs AVX2; with AVX-512 the goal is a sixth", readme=not with_jax)
+    panda = (
+        Comparison(SCALAR_LOOP, 20 / 78, readme=True),
+        Comparison(CPP, readme=True),
+        Comparison("frax"),
+        Comparison("adam"),
+        Comparison("MJX"),
+    )
+    return Row(
+        f"{function}_{robot}_many",
+        MANY,
+        f"{name}: {words} at 100 000 states from Python, one core",
+        PER_STATE,
+        "Pinocchio's wheel at 64 random states, to 1e-10 of the largest number",
+        batch_row(robot, function, with_jax=with_jax),
+        panda if with_jax else (lanes, Comparison(CPP)),
+    )
+
+
+AT_MANY_STATES = (
+    _many("panda", "Panda, 7 joints", "inverse_dynamics", "inverse dynamics", with_jax=True),
+    _many("panda", "Panda, 7 joints", "forward_dynamics", "forward dynamics"),
+    _many("panda", "Panda, 7 joints", "partials", "partials of inverse dynamics"),
+    _many("talos", "Talos, 38 freedoms", "inverse_dynamics", "inverse dynamics"),
+    Row(
+        "two_threads",
+        MANY,
+        "Talos, 38 freedoms: inverse dynamics at 400 000 states from Python, wall time",
+        PER_STATE,
+        "Pinocchio's wheel at 64 random states, to 1e-10 of the largest number",
+        thread_row("talos", "inverse_dynamics"),
+        (Comparison(EOMGEN, 1 / 1.8, "memory, or other work on the second core", TWO_THREADS),),
+    ),
+)
+
+ROWS: tuple[Row, ...] = (*FUNCTIONS, *AT_MANY_STATES, *TRAJECTORIES, *STEPS)

@@ -1,4 +1,4 @@
-"""Rows of the functions of robots: generated C beside Pinocchio in C++ and traced by CasADi, as in robot_dynamics."""
+"""Rows of the functions of robots: one call at a time, as in robot_dynamics, and many states at once from Python."""
 
 from __future__ import annotations
 
@@ -7,10 +7,13 @@ import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
+
 from benchmarks import robot_dynamics
 from benchmarks.contestants import CPP, EOMGEN, TRACE, missing_compiler, missing_package
-from benchmarks.robots import ROBOTS
-from benchmarks.suite.contest import Context, pinned
+from benchmarks.robots import ROBOTS, Array, pinocchio_model, reference, scene
+from benchmarks.suite.contest import Context, Entry, contest, pinned, relative_to_largest
+from benchmarks.suite.environments import ADAM, JAX
 from benchmarks.suite.outcomes import CHECKED, MEASURED, MISSING, WRONG, Outcome
 
 #: Whose versions are told.
@@ -46,6 +49,73 @@ def _run(context: Context, robot: str, function: str) -> list[Outcome]:
     there = {one.name for one in outcomes}
     reasons = (item.partition(": ") for item in field.missing)
     return outcomes + [Outcome(peer, MISSING, note=why) for peer, _, why in reasons if peer not in there]
+
+
+SCALAR_LOOP = "eomgen, scalar loop"
+TWO_THREADS = "eomgen, two threads"
+_JAX_PEERS = {"frax": (JAX, "frax"), "adam": (ADAM, "adam-robotics"), "MJX": (JAX, "mujoco-mjx")}
+#: Calls before the first that counts: lanes of a model are compiled when batches show that they pay.
+_WARM = 5
+
+
+def batch_row(robot: str, function: str, *, with_jax: bool = False) -> Callable[[Context], list[Outcome]]:
+    """Return the run of a row: many states in one call from Python, beside loops in C and C++ on as many cores."""
+    return lambda context: _batch(context, robot, function, with_jax=with_jax)
+
+
+def _batch(context: Context, robot: str, function: str, *, with_jax: bool) -> list[Outcome]:
+    task = {"robot": robot, "function": function, "shelf": str(context.shelf), "batch": 100_000, "warm": _WARM}
+    small = {"batch": 64, "warm": 0}
+    own = [Entry(EOMGEN, "eomgen_functions.py", task=task, small=small)]
+    own.append(Entry(SCALAR_LOOP, "robot_programs.py", task={**task, "peer": EOMGEN}))
+    if not context.quick:  # a minute or two of g++ where its program is not there yet
+        own.append(Entry(CPP, "robot_programs.py", task={**task, "peer": CPP}, patience=600.0))
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary)
+        expected, told = _described(robot, function, folder)
+        peers = [
+            Entry(name, "jax_functions.py", group, {**task, **told, "peer": package}, small)
+            for name, (group, package) in _JAX_PEERS.items()
+            if with_jax
+        ]
+        return contest(
+            context, [*own, *peers], robot_dynamics.TOLERANCE, reference=expected, measure=relative_to_largest
+        )
+
+
+def thread_row(robot: str, function: str) -> Callable[[Context], list[Outcome]]:
+    """Return the run of a row: the same call on one and on two cores, in wall time."""
+
+    def run(context: Context) -> list[Outcome]:
+        task = {"robot": robot, "function": function, "batch": 400_000, "warm": _WARM}
+        small = {"batch": 64, "warm": 0}
+        entries = [
+            Entry(EOMGEN, "eomgen_functions.py", task=task, small=small),
+            Entry(TWO_THREADS, "eomgen_functions.py", task=task, small=small, threads=2),
+        ]
+        with tempfile.TemporaryDirectory() as temporary:
+            expected, _ = _described(robot, function, Path(temporary))
+            return contest(
+                context,
+                entries,
+                robot_dynamics.TOLERANCE,
+                reference=expected,
+                measure=relative_to_largest,
+                clock="wall",
+            )
+
+    return run
+
+
+def _described(robot: str, function: str, folder: Path) -> tuple[Array, dict[str, object]]:
+    """Return what Pinocchio's wheel computes, and what peers of other environments are told of the robot."""
+    described = scene(ROBOTS[robot])
+    peer = pinocchio_model(ROBOTS[robot], described)
+    model, states = folder / "robot.txt", folder / "states.npy"
+    model.write_text(peer.text, encoding="utf-8")
+    np.save(states, peer.states)
+    told = {"model": str(model), "states": str(states), "gravity": peer.model.gravity.linear.tolist()}
+    return reference(peer)[function], told
 
 
 def _outcome(row: robot_dynamics.Row) -> Outcome:
