@@ -116,7 +116,7 @@ def of_eomgen(
         program = to_program(system, functions=[name])
         files = generate_files(program)
         sources = {file: text for file, text in files.items() if file.endswith((".c", ".h")) and file != "main.c"}
-        call = _call_of_eomgen(program.prefix, program.functions[0], system.nq, system.nv)
+        call = call_of_eomgen(program.prefix, program.functions[0], system.nq, system.nv)
         for label, flags in FLAGS.items():
             built = timing_program(shelf, sources, call, flags)
             command, operations = (str(built.file("run")),), system.counts[name].flops
@@ -125,7 +125,7 @@ def of_eomgen(
             )
 
 
-def _call_of_eomgen(prefix: str, function: ProgramFunction, nq: int, nv: int) -> str:
+def call_of_eomgen(prefix: str, function: ProgramFunction, nq: int, nv: int) -> str:
     places = {"q": "state", "v": f"state + {nq}", "a": f"state + {nq + nv}", "u": f"state + {nq + nv}"}
     arguments = [places[block] for block in function.inputs]
     start = 0

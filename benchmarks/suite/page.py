@@ -84,6 +84,12 @@ def goals(found: Mapping[str, Finding], rows: Sequence[Row]) -> str:
         goal = ratio_shown(comparison.target)
         told = ratio_shown(ratio) if ratio is not None else "-"
         lines.append([row.work, _names(comparison), *times, told, goal, verdict])
+    for row in rows:
+        for goal in row.goals:
+            seconds = found[row.name].value(goal.own) if row.name in found else None
+            verdict = "not measured" if seconds is None else "**lost**" if seconds > goal.seconds else "met"
+            told = shown(seconds) if seconds is not None else "-"
+            lines.append([row.work, "", told, "-", "-", shown(goal.seconds), verdict])
     header = ["work", "eomgen against", "eomgen", "other", "ratio", "goal, at most", ""]
     return markdown(header, lines, right=(2, 3, 4, 5))
 
@@ -105,6 +111,12 @@ def losses(found: Mapping[str, Finding], rows: Sequence[Row]) -> str:
             goal = f", goal {ratio_shown(comparison.target)}" if comparison.target else ""
             limit = comparison.limit or "what limits it has not been looked into"
             lines.append(f"- {row.work}, against {comparison.peer}: {ratio_shown(ratio)}{goal}. {_sentence(limit)}")
+    for row in rows:
+        for one in row.goals:
+            seconds = found[row.name].value(one.own) if row.name in found else None
+            if seconds is not None and seconds > one.seconds:
+                limit = one.limit or "what limits it has not been looked into"
+                lines.append(f"- {row.work}: {shown(seconds)}, goal {shown(one.seconds)}. {_sentence(limit)}")
     return "\n".join(lines) or "None."
 
 
@@ -137,7 +149,7 @@ def section(found: Mapping[str, Finding], rows: Sequence[Row]) -> str:
         finding = found.get(row.name)
         if finding is None:
             continue
-        notes.append(f"- {_sentence(row.work)} Held against {row.check}.{' ' + row.notes if row.notes else ''}")
+        notes.append(f"- {_sentence(row.work)} Held against {row.check}.")
         work = f"{row.work}; a {row.per}"
         ordered = sorted(finding.outcomes, key=lambda one: (one.value is None, one.value or 0.0))
         for one in ordered:

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+import json
+import subprocess
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from benchmarks.contestants import CPP, TRACE
-from benchmarks.suite.contest import Context, Entry, contest, of_first_rows
-from benchmarks.suite.environments import JAX
-from benchmarks.suite.outcomes import Outcome
-from benchmarks.suite.robot_rows import SCALAR_LOOP, TWO_THREADS, batch_row, robot_row, thread_row
+from benchmarks.suite import environments
+from benchmarks.suite.contest import Context, Entry, contest, of_first_rows, relative_to_largest
+from benchmarks.suite.environments import JAX, OWN, ROOT
+from benchmarks.suite.outcomes import FAILED, MEASURED, MISSING, Outcome
+from benchmarks.suite.robot_rows import SCALAR_LOOP, TWO_THREADS, WITHOUT_LANES, batch_row, robot_row, thread_row
 
 EOMGEN = "eomgen"
 
@@ -36,6 +42,15 @@ class Comparison:
 
 
 @dataclass(frozen=True)
+class Goal:
+    """Seconds that one contestant should take at most, and what limits it where it takes longer."""
+
+    seconds: float
+    limit: str = ""
+    own: str = EOMGEN
+
+
+@dataclass(frozen=True)
 class Row:
     """One line of work.
 
@@ -52,7 +67,7 @@ class Row:
     check: str
     run: Callable[[Context], list[Outcome]]
     comparisons: Sequence[Comparison] = ()
-    notes: str = field(default="")
+    goals: Sequence[Goal] = ()
 
 
 # -- trajectories ------------------------------------------------------------------------------------------------------
@@ -91,7 +106,7 @@ TRAJECTORIES = (
         PER_TRAJECTORY,
         AGAINST_HEYOKA.format("1e-9"),
         _ensemble("duffing", 1024, 1e-9, (HEYOKA, DIFFRAX, SCIPY)),
-        (Comparison("heyoka", 1 / 1.2, readme=True), Comparison("diffrax"), Comparison("SciPy")),
+        (Comparison("heyoka", 1 / 1.2), Comparison("diffrax"), Comparison("SciPy")),
     ),
     Row(
         "double_pendulum_1e-9",
@@ -111,7 +126,7 @@ TRAJECTORIES = (
         _ensemble("double pendulum", 10_000, 1e-6, (MJX, DIFFRAX, SCIPY, HEYOKA)),
         (
             Comparison("MJX", 0.1, readme=True),
-            Comparison("diffrax", 0.1, readme=True),
+            Comparison("diffrax", 0.1),
             Comparison("SciPy", 1e-3, readme=True),
             Comparison("heyoka"),
         ),
@@ -136,15 +151,26 @@ STEPS = (
         "step",
         "the tip after 0.5 s, to 1e-9 m of where fine runs of MuJoCo and EXUDYN agree",
         _hinges,
-        (Comparison("MuJoCo", readme=True), Comparison("EXUDYN", readme=True)),
+        (Comparison("MuJoCo", readme=True), Comparison("EXUDYN")),
     ),
 )
 
 # -- functions ---------------------------------------------------------------------------------------------------------
 
 
+NARROW = (
+    "operations are 0.6 of the trace's; on a processor with AVX-512 the ratios of ANYmal and Talos were 0.41 and 0.42"
+    " (benchmarks/README.md)"
+)
+
+
 def _robot(robot: str, name: str, function: str, words: str, target: float | None, limit: str = "") -> Row:
-    readme = robot == "panda"
+    of_trace = (robot, function) in (
+        ("panda", "inverse_dynamics"),
+        ("panda", "partials"),
+        ("talos", "inverse_dynamics"),
+    )
+    of_cpp = (robot, function) == ("panda", "inverse_dynamics")
     return Row(
         f"{function}_{robot}",
         "Functions of robots",
@@ -153,8 +179,8 @@ def _robot(robot: str, name: str, function: str, words: str, target: float | Non
         "Pinocchio's wheel at 64 random states, to 1e-10 of the largest number",
         robot_row(robot, function),
         (
-            Comparison(TRACE, target, limit, readme=readme or bool(target)),
-            Comparison(CPP, readme=readme and bool(target)),
+            Comparison(TRACE, target, limit, readme=of_trace),
+            Comparison(CPP, readme=of_cpp),
         ),
     )
 
@@ -164,8 +190,8 @@ FUNCTIONS = (
     _robot("panda", "Panda, 7 joints", "mass", "mass matrix", None),
     _robot("panda", "Panda, 7 joints", "forward_dynamics", "forward dynamics", None),
     _robot("panda", "Panda, 7 joints", "partials", "partials of inverse dynamics in q, v and a", None),
-    _robot("anymal_b", "ANYmal, 18 freedoms", "inverse_dynamics", "inverse dynamics", 0.4),
-    _robot("talos", "Talos, 38 freedoms", "inverse_dynamics", "inverse dynamics", 0.42),
+    _robot("anymal_b", "ANYmal, 18 freedoms", "inverse_dynamics", "inverse dynamics", 0.4, NARROW),
+    _robot("talos", "Talos, 38 freedoms", "inverse_dynamics", "inverse dynamics", 0.42, NARROW),
     _robot("talos", "Talos, 38 freedoms", "forward_dynamics", "forward dynamics", None),
 )
 
@@ -175,13 +201,13 @@ MANY, PER_STATE = "Functions at many states", "state"
 
 
 def _many(robot: str, name: str, function: str, words: str, *, with_jax: bool = False) -> Row:
-    lanes = Comparison(SCALAR_LOOP, 1 / 3, "the row needs AVX2; with AVX-512 the goal is a sixth", readme=not with_jax)
+    lanes = Comparison(WITHOUT_LANES, 1 / 3)
     panda = (
-        Comparison(SCALAR_LOOP, 20 / 78, readme=True),
+        Comparison(SCALAR_LOOP, 20 / 78),
+        Comparison(WITHOUT_LANES),
         Comparison(CPP, readme=True),
         Comparison("frax"),
         Comparison("adam"),
-        Comparison("MJX"),
     )
     return Row(
         f"{function}_{robot}_many",
@@ -210,4 +236,204 @@ AT_MANY_STATES = (
     ),
 )
 
-ROWS: tuple[Row, ...] = (*FUNCTIONS, *AT_MANY_STATES, *TRAJECTORIES, *STEPS)
+# -- motions to an error -----------------------------------------------------------------------------------------------
+
+
+def _motion(
+    work: str, target: float, small: float, peers: Mapping[str, str], **task: Any
+) -> Callable[[Context], list[Outcome]]:
+    def run(context: Context) -> list[Outcome]:
+        told = {"work": work, "target": small if context.quick else target, **task}
+        entries = [
+            Entry(name, "motions.py", task={**told, "peer": package})
+            for name, package in {EOMGEN: EOMGEN, **peers}.items()
+        ]
+        return contest(context, entries, told["target"], reference=np.zeros(1))
+
+    return run
+
+
+MOTIONS = (
+    Row(
+        "fast_top_1e-5",
+        "Motions to an error",
+        "fast top, body in absolute coordinates on a ball joint, 1 s to 1e-5 m",
+        "run",
+        "a Taylor series of 40 digits",
+        _motion("top", 1e-5, 1e-3, {"EXUDYN": "exudyn"}),
+        (Comparison("EXUDYN", readme=True),),
+    ),
+    Row(
+        "flying_beam_0.03",
+        "Motions to an error",
+        "geometrically exact beam thrown into space, 5 s to 0.03 m",
+        "run",
+        "the limit of the same program's finest meshes and steps",
+        _motion("beam", 0.03, 1.0, {"EXUDYN": "exudyn", "PyElastica": "pyelastica"}),
+        (Comparison("EXUDYN"), Comparison("PyElastica")),
+    ),
+    Row(
+        "stiff_rods_1e-6",
+        "Motions to an error",
+        "three rods, the last on a stiff spring, 2 s to 1e-6 m by a tolerance",
+        "run",
+        "an explicit run at 1e-11 that SciPy's Radau confirms",
+        _motion("stiff", 1e-6, 1e-3, {"SciPy, Radau": "scipy", "EXUDYN, DOPRI5": "exudyn"}),
+        (Comparison("SciPy, Radau"), Comparison("EXUDYN, DOPRI5")),
+    ),
+    Row(
+        "series_top_1e-9",
+        "Motions to an error",
+        "fast top on its ball joint, 1 s to 1e-9 by Taylor series, one trajectory",
+        "run",
+        "heyoka in long double at 1e-18",
+        _motion("taylor", 1e-9, 1e-9, {"heyoka": "heyoka"}, case="fast top"),
+        (Comparison("heyoka"),),
+    ),
+    Row(
+        "series_chain_1e-9",
+        "Motions to an error",
+        "planar chain of six rods, 2 s to 1e-9 by Taylor series, one trajectory",
+        "run",
+        "heyoka in long double at 1e-18",
+        _motion("taylor", 1e-9, 1e-9, {"heyoka": "heyoka"}, case="6-link chain"),
+        (Comparison("heyoka"),),
+    ),
+)
+
+
+# -- symbolic tools ----------------------------------------------------------------------------------------------------
+
+_TOOLS = {EOMGEN: EOMGEN, "SymPy + cse + gcc": "sympy", "PyDy": "pydy", "CasADi": "casadi"}
+
+
+def _symbolic(what: str) -> Callable[[Context], list[Outcome]]:
+    def run(context: Context) -> list[Outcome]:
+        task, small = {"links": 6, "what": what, "shelf": str(context.shelf)}, {"links": 2}
+        entries = [
+            Entry(name, "symbolic.py", task={**task, "peer": peer}, small=small) for name, peer in _TOOLS.items()
+        ]
+        return contest(context, entries, 1e-10, measure=relative_to_largest)
+
+    return run
+
+
+SYMBOLIC = (
+    Row(
+        "chain_call",
+        "Symbolic tools",
+        "planar chain of six rods: compiled forward dynamics",
+        "call",
+        "each other, at 64 random states, to 1e-10 of the largest number",
+        _symbolic("call"),
+        (Comparison("SymPy + cse + gcc"), Comparison("PyDy"), Comparison("CasADi")),
+    ),
+    Row(
+        "chain_build",
+        "Symbolic tools",
+        "planar chain of six rods: from its description to compiled forward dynamics, imports left out",
+        "build",
+        "each other, at 64 random states, to 1e-10 of the largest number",
+        _symbolic("build"),
+        (Comparison("SymPy + cse + gcc"), Comparison("PyDy"), Comparison("CasADi")),
+    ),
+)
+
+
+# -- eomgen by its own goals -------------------------------------------------------------------------------------------
+
+WITH_LANES, SCALAR = "eomgen, lanes", "eomgen, scalar"
+DASK, THREADS = "eomgen, four processes of Dask", "eomgen, two threads"
+
+
+def _own(
+    task: Mapping[str, Any], small: Mapping[str, Any], clock: str = "processor"
+) -> Callable[[Context], list[Outcome]]:
+    def run(context: Context) -> list[Outcome]:
+        entry = Entry(EOMGEN, "own_steps.py", task=task, small=small)
+        return contest(context, [entry], 0.0, clock=clock)
+
+    return run
+
+
+def _with_lanes(context: Context) -> list[Outcome]:
+    task = {
+        "work": "ensemble", "example": "four_bar", "samples": 512, "steps": 2000, "step": 5e-4,
+        "varied": "v.drive", "around": 30.0, "column": "q.drive",
+    }  # fmt: skip  # a table
+    small = {"samples": 2, "steps": 20}
+    entries = [
+        Entry(name, "own_steps.py", task={**task, "lanes": lanes}, small={**small, "lanes": "off"})
+        for name, lanes in ((WITH_LANES, "now"), (SCALAR, "off"))
+    ]
+    return contest(context, entries, 1e-9)
+
+
+def _on_dask(context: Context) -> list[Outcome]:
+    """Return wall seconds of a sample as ``benchmarks.ensembles`` measures them: the same bits, or it ends."""
+    how = ["--quick"] if context.quick else ["--memory", "--samples", "4000", "--rounds", "3"]
+    python = environments.interpreter(OWN, context.here)
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "found.json"
+        words = [str(python), "-m", "benchmarks.ensembles", *how, "--json", str(file)]
+        ran = subprocess.run(words, capture_output=True, text=True, check=False, cwd=ROOT, timeout=600)
+        if ran.returncode:
+            said = (ran.stderr.strip().splitlines() or ["it said nothing"])[-1][:200]
+            state = MISSING if "No module named" in said else FAILED
+            return [Outcome(DASK, state, note=said), Outcome(THREADS, state, note=said)]
+        found = json.loads(file.read_text(encoding="utf-8"))
+    note = f"{found['samples']} samples, wall time"
+    return [
+        Outcome(name, MEASURED, found[key] / found["samples"], None, 0.0, note)
+        for name, key in ((DASK, "wall dask"), (THREADS, "wall local"))
+    ]
+
+
+OWN_GOALS = (
+    Row(
+        "four_bar_lanes",
+        "eomgen alone",
+        "four-bar, generalized-alpha with its constraints, 512 trajectories from Python, one core",
+        "step and trajectory",
+        "the scalar build, to 1e-9",
+        _with_lanes,
+        (Comparison(SCALAR, 1 / 4, own=WITH_LANES),),
+    ),
+    Row(
+        "dask",
+        "eomgen alone",
+        "double pendulum on a shaking base, 5000 steps, an ensemble on Dask's processes",
+        "sample",
+        "the same bits on threads",
+        _on_dask,
+        (Comparison(THREADS, 1 / 0.85, own=DASK),),
+    ),
+    Row(
+        "active_vehicle_step",
+        "eomgen alone",
+        "active vehicle on a road of 200 harmonics, generalized-alpha",
+        "step",
+        "its own run, which reaches its end",
+        _own({"work": "one", "example": "active_vehicle", "steps": 4000, "step": 1e-3}, {"steps": 50}),
+        goals=(Goal(0.6e-6),),
+    ),
+    Row(
+        "first_build",
+        "eomgen alone",
+        "Panda, 7 joints: from its URDF to a loaded library with partials and stepper, nothing cached, wall time",
+        "build",
+        "nothing: the library loads",
+        _own({"work": "build"}, {}, "wall"),
+        goals=(Goal(0.9),),
+    ),
+)
+
+ROWS: tuple[Row, ...] = (
+    *FUNCTIONS,
+    *AT_MANY_STATES,
+    *TRAJECTORIES,
+    *STEPS,
+    *MOTIONS,
+    *SYMBOLIC,
+    *OWN_GOALS,
+)

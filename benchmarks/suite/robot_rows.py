@@ -52,10 +52,11 @@ def _run(context: Context, robot: str, function: str) -> list[Outcome]:
 
 
 SCALAR_LOOP = "eomgen, scalar loop"
+WITHOUT_LANES = "eomgen, without lanes"
 TWO_THREADS = "eomgen, two threads"
-_JAX_PEERS = {"frax": (JAX, "frax"), "adam": (ADAM, "adam-robotics"), "MJX": (JAX, "mujoco-mjx")}
-#: Calls before the first that counts: lanes of a model are compiled when batches show that they pay.
-_WARM = 5
+_JAX_PEERS = {"frax": (JAX, "frax"), "adam": (ADAM, "adam-robotics")}
+#: Calls before the first that counts.
+_WARM = 2
 
 
 def batch_row(robot: str, function: str, *, with_jax: bool = False) -> Callable[[Context], list[Outcome]]:
@@ -64,9 +65,13 @@ def batch_row(robot: str, function: str, *, with_jax: bool = False) -> Callable[
 
 
 def _batch(context: Context, robot: str, function: str, *, with_jax: bool) -> list[Outcome]:
-    task = {"robot": robot, "function": function, "shelf": str(context.shelf), "batch": 100_000, "warm": _WARM}
-    small = {"batch": 64, "warm": 0}
-    own = [Entry(EOMGEN, "eomgen_functions.py", task=task, small=small)]
+    task = {"robot": robot, "function": function, "shelf": str(context.shelf), "batch": 100_000}
+    warm = {"warm": _WARM, "lanes": "now"}
+    small = {"batch": 64, "warm": 0, "lanes": "off"}
+    own = [
+        Entry(EOMGEN, "eomgen_functions.py", task=task | warm, small=small),
+        Entry(WITHOUT_LANES, "eomgen_functions.py", task=task | warm | {"lanes": "off"}, small=small),
+    ]
     own.append(Entry(SCALAR_LOOP, "robot_programs.py", task={**task, "peer": EOMGEN}))
     if not context.quick:  # a minute or two of g++ where its program is not there yet
         own.append(Entry(CPP, "robot_programs.py", task={**task, "peer": CPP}, patience=600.0))
@@ -87,8 +92,8 @@ def thread_row(robot: str, function: str) -> Callable[[Context], list[Outcome]]:
     """Return the run of a row: the same call on one and on two cores, in wall time."""
 
     def run(context: Context) -> list[Outcome]:
-        task = {"robot": robot, "function": function, "batch": 400_000, "warm": _WARM}
-        small = {"batch": 64, "warm": 0}
+        task = {"robot": robot, "function": function, "batch": 400_000, "warm": _WARM, "lanes": "now"}
+        small = {"batch": 64, "warm": 0, "lanes": "off"}
         entries = [
             Entry(EOMGEN, "eomgen_functions.py", task=task, small=small),
             Entry(TWO_THREADS, "eomgen_functions.py", task=task, small=small, threads=2),

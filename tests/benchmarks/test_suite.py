@@ -13,7 +13,7 @@ from benchmarks.suite import __main__ as suite
 from benchmarks.suite import contest, environments, figures, page
 from benchmarks.suite.contest import Context, Entry
 from benchmarks.suite.outcomes import Finding, Outcome, read
-from benchmarks.suite.register import Comparison, Row
+from benchmarks.suite.register import Comparison, Goal, Row
 
 CONTEXT = Context(quick=False, here=True, shelf=Path(), rounds=3, core=0)
 SCRIPT = """
@@ -130,6 +130,7 @@ def test_the_page_names_what_is_lost_and_what_has_no_number(tmp_path: Path) -> N
         row("slower", Comparison("peer")),
         row("absent", Comparison("peer", 0.9)),
         row("not_run", Comparison("peer", 0.9)),
+        dataclasses.replace(row("alone"), goals=(Goal(1e-6, "its inputs"),)),
     ]
     absent = Outcome("peer", "missing", note="No module named 'peer'")
     found = {
@@ -137,15 +138,18 @@ def test_the_page_names_what_is_lost_and_what_has_no_number(tmp_path: Path) -> N
         "missed": finding("missed", eomgen=6e-7, peer=1e-6, other=Outcome("other", "wrong", error=0.25)),
         "slower": finding("slower", eomgen=3.0, peer=1.5),
         "absent": finding("absent", eomgen=3.0, peer=absent),
+        "alone": finding("alone", eomgen=1.5e-6),
     }
     text = page.page(found, rows)
     _, goals, lost, _, without = text.split("\n## ")
     assert "| work of won | peer | 200 ns | 1 us | 0.2 | 0.5 | met |" in goals
     assert "| work of missed | peer | 600 ns | 1 us | 0.6 | 0.5 | **lost** |" in goals
     assert "| work of absent | peer | 3 s | - | - | 0.9 | not measured |" in goals
-    assert lost.splitlines()[2:4] == [
+    assert "| work of alone |  | 1.5 us | - | - | 1 us | **lost** |" in goals
+    assert lost.splitlines()[2:5] == [
         "- work of missed, against peer: 0.6, goal 0.5. Its loads wait for memory.",
         "- work of slower, against peer: 2. What limits it has not been looked into.",
+        "- work of alone: 1.5 us, goal 1 us. Its inputs.",
     ]
     assert without.splitlines()[2:] == [
         "- work of missed, other: wrong, off by 2e-01.",
@@ -166,6 +170,10 @@ def test_times_have_three_digits_and_a_unit() -> None:
     assert [page.shown(value) for value in (1.2345e-8, 9.996e-7, 1.2e-4, 0.0123, 0.99996, 75.0, 1234.4)] == [
         "12.3 ns", "1 us", "120 us", "12.3 ms", "1 s", "75 s", "1234 s",
     ]  # fmt: skip  # a table
+
+
+def test_the_readme_has_ten_rows() -> None:
+    assert sum(comparison.readme for _, comparison in page.compared(suite.ROWS)) == 10
 
 
 def test_page_and_readme_are_those_of_the_stored_numbers(capsys: pytest.CaptureFixture[str]) -> None:

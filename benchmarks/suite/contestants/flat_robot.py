@@ -1,4 +1,4 @@
-"""A robot on a fixed base, as numbers joint by joint (``native/read_model.hpp``), written as URDF or MJCF for peers."""
+"""A robot on a fixed base, as numbers joint by joint (``native/read_model.hpp``), written as URDF for peers."""
 
 from __future__ import annotations
 
@@ -54,28 +54,6 @@ def urdf(links: list[Link]) -> str:
     return text + "</robot>"
 
 
-def mjcf(links: list[Link], gravity: Any) -> str:
-    """Return an MJCF without contact and constraints."""
-    children: dict[int, list[int]] = {}
-    for number, link in enumerate(links, 1):
-        children.setdefault(link.parent, []).append(number)
-
-    def body(number: int) -> str:
-        link = links[number - 1]
-        full = _words(link.inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]])
-        return (
-            f'<body pos="{_words(link.position)}" quat="{_words(_quaternion(link.rotation))}"><joint type="hinge"'
-            f' axis="{_words(link.axis)}"/><inertial pos="{_words(link.center)}" mass="{link.mass!r}"'
-            f' fullinertia="{full}"/>{"".join(map(body, children.get(number, [])))}</body>'
-        )
-
-    roots = "".join(map(body, children.get(0, [])))
-    return (
-        f'<mujoco><compiler balanceinertia="false"/><option gravity="{_words(gravity)}"><flag contact="disable"'
-        f' constraint="disable"/></option><worldbody>{roots}</worldbody></mujoco>'
-    )
-
-
 def _words(numbers: Any) -> str:
     return " ".join(repr(float(number)) for number in numbers)
 
@@ -86,17 +64,3 @@ def _angles(rotation: Any) -> tuple[float, float, float]:
     if math.hypot(rotation[0, 0], rotation[1, 0]) < 1e-12:
         return 0.0, pitch, math.atan2(-rotation[0, 1], rotation[1, 1])
     return math.atan2(rotation[2, 1], rotation[2, 2]), pitch, math.atan2(rotation[1, 0], rotation[0, 0])
-
-
-def _quaternion(rotation: Any) -> Any:
-    """Return w, x, y, z: the eigenvector of the matrix whose largest eigenvalue is 3."""
-    R = rotation
-    K = np.array(
-        [
-            [R[0, 0] + R[1, 1] + R[2, 2], R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]],
-            [0.0, R[0, 0] - R[1, 1] - R[2, 2], R[0, 1] + R[1, 0], R[0, 2] + R[2, 0]],
-            [0.0, 0.0, R[1, 1] - R[0, 0] - R[2, 2], R[1, 2] + R[2, 1]],
-            [0.0, 0.0, 0.0, R[2, 2] - R[0, 0] - R[1, 1]],
-        ]
-    )
-    return np.linalg.eigh(K, UPLO="U")[1][:, -1]

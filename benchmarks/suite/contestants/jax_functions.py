@@ -1,4 +1,4 @@
-"""Inverse dynamics of many states at once by JAX's libraries: frax, adam or MuJoCo's MJX, each under ``jit(vmap)``."""
+"""Inverse dynamics of many states at once by JAX's libraries: frax or adam, each under ``jit(vmap)``."""
 
 import tempfile
 from collections.abc import Callable
@@ -32,16 +32,7 @@ def adam_inverse(links: Any, gravity: Any) -> Callable[[Any, Any, Any], Any]:
     return lambda q, v, a: found.mass_matrix(place, q)[6:, 6:] @ a + found.bias_force(place, q, rest, v)[6:]
 
 
-def mjx_inverse(links: Any, gravity: Any) -> Callable[[Any, Any, Any], Any]:
-    import mujoco
-    from mujoco import mjx
-
-    model = mjx.put_model(mujoco.MjModel.from_xml_string(flat_robot.mjcf(links, gravity)))
-    data = mjx.make_data(model)
-    return lambda q, v, a: mjx.inverse(model, data.replace(qpos=q, qvel=v, qacc=a)).qfrc_inverse
-
-
-PEERS = {"frax": frax_inverse, "adam-robotics": adam_inverse, "mujoco-mjx": mjx_inverse}
+PEERS = {"frax": frax_inverse, "adam-robotics": adam_inverse}
 
 
 def prepare(task: dict[str, Any]) -> Prepared:
