@@ -17,6 +17,7 @@ from benchmarks import (
     frame_peers,
     generation_time,
     lanes,
+    large_scenes,
     late_steps,
     measure,
     real_time_steps,
@@ -234,6 +235,15 @@ def test_exact_beams_of_more_elements_are_built(tmp_path: Path) -> None:
     assert [beam["elements"] for beam in beams] == [3, 6]
     assert all(beam["runs"][0]["us per step"] > 0.0 for beam in beams)
     assert beam_kernels.exponent([2, 4, 8], [3.0, 12.0, 48.0]) == pytest.approx(2.0)
+
+
+@pytest.mark.slow
+def test_large_scenes_are_built(tmp_path: Path) -> None:
+    assert large_scenes.main(["--quick", "--json", str(tmp_path / "out.json")]) == 0
+    (chain,) = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))["scenes"]
+    assert chain["bodies"] == 6 and chain["statements"] > 100 and chain["us per step and body"] > 0.0
+    net = large_scenes.scene_of("net", 30)
+    assert len(net.bodies) == 30 and len(net.elements) == 2 * 10 + 3 * 9 + 2 * 3
 
 
 def test_bars_of_more_elements_are_built(tmp_path: Path) -> None:

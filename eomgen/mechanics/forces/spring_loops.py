@@ -58,9 +58,9 @@ def add_loops(loads: Loads, springs: Sequence[Spring], quantities: Quantities) -
         if ends[0].link == ends[1].link or max(freedoms) > _FREEDOMS:
             alone.append(spring)
             continue
-        worlds = tuple(end.link if end.link < 0 else end.body == WORLD_NAME for end in ends)
+        still = tuple(min(end.link, 0) for end in ends)
         damped = not quantities.formula(spring.damping).is_zero
-        kinds.setdefault((tuple(links), worlds, damped), []).append((spring, *ends))
+        kinds.setdefault((tuple(links), still, damped), []).append((spring, *ends))
     for members in kinds.values():
         if len(members) < FEWEST:
             alone += [spring for spring, _, _ in members]
