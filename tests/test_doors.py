@@ -255,7 +255,7 @@ ORDER: dict[str, tuple[str, ...]] = {
         "program",
         "folder metadata scheduling",
         "series targets",
-        "convert",
+        "convert lanes",
     ),
     "symbolic": (
         "operations",
@@ -276,7 +276,7 @@ ORDER: dict[str, tuple[str, ...]] = {
         "accuracy judgement",
         "automatic_method checkpoint motions option_types row_times run_metadata simulator_state timing",
         "run_model",
-        "outcome recorded_motion",
+        "outcome recorded_motion side_by_side",
         "resume simulate simulator",
         "start",
     ),

@@ -515,6 +515,11 @@ SLOW: dict[str, tuple[str, ...]] = {
     "integrators/test_singular_mass.py::test_scenes_refuse_massless_coordinates_by_name": ("lsrt2",),
     "integrators/test_spectral_radius.py::test_spectral_radius_is_at_most_one": ("rk4-own",),
     "integrators/test_spectral_radius.py::test_spectral_radius_on_a_constraint_is_at_most_one": (),
+    "integrators/test_steppers_in_lanes.py::test_each_lane_has_the_bits_of_a_run_alone": (
+        "four_bar-generalized_alpha",
+        "double_pendulum_on_shaking_base-rk45",
+    ),
+    "integrators/test_steppers_in_lanes.py::test_a_lane_that_fails_leaves_the_others_alone": ("generalized_alpha",),
     "integrators/test_step_work.py::test_linear_systems_have_as_many_operations_as_their_c": (
         "free_spinning_body-lsrt2",
     ),

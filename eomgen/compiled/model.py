@@ -34,6 +34,7 @@ from eomgen.solvers.constraint_rows import Constrained, EveryRow, split_sizes
 from eomgen.solvers.redundancy import check_left_out
 from eomgen.system.description import Description
 from eomgen.system.terms import PURPOSES, TERMS
+from eomgen.toolchain.lane_library import LaneLibrary
 from eomgen.toolchain.library import Library
 
 Gains = Callable[[Mapping[str, float]], dict[str, float]]
@@ -86,6 +87,7 @@ class CompiledModel:
         every_row: Callable[[], EveryRow] | None = None,
         scene: Any = None,
         again: functools.partial[Self] | None = None,
+        in_lanes: Callable[[Library], LaneLibrary | str] | None = None,
     ) -> None:
         layout = library.layout
         self.description = description
@@ -93,6 +95,7 @@ class CompiledModel:
         self.library = library
         self.stepper = functools.cache(stepper)
         self.initial_at = start
+        self._in_lanes = in_lanes
         self._built = built
         self._gains = gains
         self._every_row = every_row
@@ -117,6 +120,14 @@ class CompiledModel:
         self.initial_q = self.evaluator.initial_q
         self.initial_v = read_only(layout["initial_v"])
         self.initial_z = read_only(layout["initial_z"])
+
+    def stepper_in_lanes(self, library: Library) -> LaneLibrary | str:
+        """Return the stepper of a library for several trajectories side by side, or why there is none."""
+        if "in lanes" not in library.kept:
+            made = "the model was made by hand" if self._in_lanes is None else self._in_lanes(library)
+            library.kept["in lanes"] = made
+        found: LaneLibrary | str = library.kept["in lanes"]
+        return found
 
     if not TYPE_CHECKING:  # a checker knows the attributes by itself
 

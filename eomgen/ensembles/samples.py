@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +14,11 @@ import numpy as np
 from eomgen.arrays import Array
 from eomgen.compiled.model import CompiledModel
 from eomgen.ensembles.designs import Design
+from eomgen.ensembles.lanes import Lanes, lanes_of
 from eomgen.ensembles.variations import VariedOptions
 from eomgen.errors import EomgenError, FileError
 from eomgen.results.solution import Solution
+from eomgen.simulation.side_by_side import Alike
 from eomgen.simulation.simulate import simulate
 
 #: What is kept of each column of a run.
@@ -64,6 +67,7 @@ class Samples:
     times : (rows,) s, of the rows of whole runs
     thinned : places of the rows that are reduced
     keep : numbers of samples whose solutions are written to ``folder``, as files that end in ``keep_as``
+    alike : what their runs have in common, with which they may run side by side; None: one after the other
     stop : set where no further sample is to begin
     """
 
@@ -77,6 +81,7 @@ class Samples:
     keep: frozenset[int] = frozenset()
     keep_as: str = "npz"
     folder: Path | None = None
+    alike: Alike | None = None
     stop: threading.Event = field(default_factory=threading.Event)
 
     def block(self, first: int, count: int) -> Block | None:
@@ -84,7 +89,7 @@ class Samples:
         values = self.design.values(first, count)
         rows, extremes = self._unknown(count)
         failed: list[Failed] = []
-        for k in range(count):
+        for k in self._side_by_side(first, values, rows, extremes):
             if self.stop.is_set():
                 return None
             try:
@@ -95,6 +100,33 @@ class Samples:
                 names = (item.name for item in self.options.items)
                 failed.append(Failed(first + k, reason, dict(zip(names, values[k].tolist(), strict=True))))
         return Block(first, values, rows, extremes, tuple(failed))
+
+    @cached_property
+    def lanes(self) -> Lanes | str:
+        """What runs samples side by side, or why they are run one after the other."""
+        if self.alike is None:
+            return "runs side by side are not asked for"
+        return lanes_of(self.model, self.options, self.alike, self.columns)
+
+    def _side_by_side(self, first: int, values: Array, rows: Array, extremes: Array) -> list[int]:
+        """Run samples (n, d) side by side and fill their rows and extremes; return those that have to run alone."""
+        lanes = self.lanes
+        if isinstance(lanes, str):
+            return list(range(len(values)))
+        left = [k for k in range(len(values)) if first + k in self.keep]
+        others = [k for k in range(len(values)) if first + k not in self.keep]
+        together = lanes.runs.together
+        for begin in range(0, len(others), together):
+            if self.stop.is_set():
+                break
+            chosen = np.array(others[begin : begin + together])
+            tables, alone = lanes.tables(values[chosen])
+            alone |= ~np.isfinite(tables).all(axis=(1, 2))
+            well = chosen[~alone]
+            rows[well] = tables[~alone][:, :, self.thinned]
+            extremes[well] = extremes_of(tables[~alone])
+            left += chosen[alone].tolist()
+        return sorted(left)
 
     def save_those_before(self, first: int) -> None:
         """Run samples before this one again whose solutions are to be kept, and are not yet."""
@@ -136,7 +168,7 @@ class Samples:
         if not np.all(np.isfinite(table[:, -1])):
             wrong = [name for name, value in zip(self.columns, table[:, -1], strict=True) if not np.isfinite(value)]
             return f"{wrong[0]} is not finite at the end"
-        extremes[:] = np.stack([np.nanmin(table, axis=1), np.nanmax(table, axis=1), table[:, -1]], axis=1)
+        extremes[:] = extremes_of(table)
         if table.shape[1] == len(self.times):
             rows[:] = table[:, self.thinned]
         else:  # an event has stopped it
@@ -144,6 +176,11 @@ class Samples:
             met = met[met < table.shape[1]]
             rows[:, : len(met)] = table[:, met]
         return ""
+
+
+def extremes_of(table: Array) -> Array:
+    """Return the smallest, the largest and the last value of columns (..., columns, rows), (..., columns, 3)."""
+    return np.stack([np.nanmin(table, axis=-1), np.nanmax(table, axis=-1), table[..., -1]], axis=-1)
 
 
 def table_of(solution: Solution, columns: Sequence[str]) -> Array:

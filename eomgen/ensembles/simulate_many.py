@@ -40,6 +40,7 @@ from eomgen.locks import sole_use
 from eomgen.progress import Progress, shown
 from eomgen.results.solution import Solution
 from eomgen.simulation.row_times import row_times
+from eomgen.simulation.side_by_side import Alike
 from eomgen.simulation.simulate import simulate
 from eomgen.text import nearest
 from eomgen.text import shown as quoted
@@ -96,18 +97,9 @@ def simulate_many(
     block = max(1, min(_LARGEST_BLOCK, -(-drawn.samples // _BLOCKS)))
     described = _described(model, pilot, drawn, items, vary, table, seed, looked_at, times[thinned], block, options)
     runs = None if target is None or not kept else target / "runs"
-    work = Samples(
-        model,
-        drawn,
-        VariedOptions(model, items, options),
-        (t_end, step),
-        looked_at,
-        times,
-        thinned,
-        kept,
-        keep_as,
-        runs,
-    )
+    varied = VariedOptions(model, items, options)
+    alike = Alike.of(model, pilot)
+    work = Samples(model, drawn, varied, (t_end, step), looked_at, times, thinned, kept, keep_as, runs, alike)
     threads = _workers(workers)
     with (
         nullcontext() if cluster is None else connected(cluster, workers) as machines,

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from eomgen.calls import checked_call
-from eomgen.errors import DescriptionError, ModelError, Problem, UsageError
+from eomgen.errors import DescriptionError, ModelError, Problem, ToolchainError, UsageError
 from eomgen.extensions import extensions, loaded
 from eomgen.pipeline.collection import without_search_for_circles
 from eomgen.pipeline.content import fingerprint, library_content
@@ -35,7 +35,8 @@ if TYPE_CHECKING:
     from eomgen.model import Model
     from eomgen.system.description import Description
     from eomgen.system.system import System
-    from eomgen.toolchain.builder import Builder
+    from eomgen.toolchain.builder import Builder, Preprocess
+    from eomgen.toolchain.lane_library import LaneLibrary
     from eomgen.toolchain.library import Library
 
 _LOG = logging.getLogger(__name__)
@@ -250,7 +251,7 @@ def built_in(
         described = replace(described, simulation=replace(described.simulation, method=method))
     if real not in ("double", "float"):
         raise UsageError(f"a model cannot be built with real = {real!r}", "double or float")
-    from eomgen.toolchain.builder import Builder  # noqa: PLC0415
+    from eomgen.toolchain.builder import REFUSED, Builder  # noqa: PLC0415
     from eomgen.toolchain.cache import Cache  # noqa: PLC0415
 
     builder = Builder(profile=profile, real=real, cache=None if cache is None else Cache(cache))
@@ -268,6 +269,21 @@ def built_in(
         wanted = [("iteration" if long and term == "partials" else term) for term in needed]
         return _library(document, front_end, _selected(wanted), other, builder)
 
+    def in_lanes(library: Library) -> LaneLibrary | str:
+        """Return the stepper of a library for several trajectories side by side, or why there is none."""
+        from eomgen.codegen.lanes import LANES_CDEF, NotInLanes, lane_files  # noqa: PLC0415
+
+        def files_of(files: Mapping[str, str], preprocessed: Preprocess) -> Mapping[str, str]:
+            try:
+                return lane_files(files, library.layout, preprocessed)
+            except NotInLanes as refusal:
+                return {REFUSED: str(refusal)}
+
+        try:
+            return builder.build_lanes(library, LANES_CDEF, files_of)
+        except ToolchainError as error:  # what runs alone needs no other library
+            return error.problems[0].what
+
     def built(others: Sequence[str]) -> Model:
         return built_in(cache, document, others, method, profile, real)
 
@@ -277,7 +293,9 @@ def built_in(
     every_row = None if front_end.every_row is None else functools.cache(partial(front_end.every_row, document))
     gains = front_end.gains(document, _reproducible)
     again = partial(built_in, None, document, terms, method, profile, real, start=start)
-    return Model(described, library, stepper, front_end.start(document), built, gains, every_row, document, again)
+    return Model(
+        described, library, stepper, front_end.start(document), built, gains, every_row, document, again, in_lanes
+    )
 
 
 def method_of(scene: Scene, method: str | None) -> str:

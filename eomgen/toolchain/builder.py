@@ -7,7 +7,7 @@ import logging
 import os
 import platform
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager
 from functools import partial
 from pathlib import Path
@@ -23,17 +23,25 @@ from eomgen.toolchain.compiler import (
     Compilation,
     Compiler,
     Running,
+    compile_library,
     compile_object,
     faults_in,
     find_compiler,
     library_suffix,
+    preprocessed,
 )
+from eomgen.toolchain.lane_library import LaneLibrary
 from eomgen.toolchain.library import Library
 from eomgen.toolchain.profiles import STANDARD_PROFILE, Profile
 from eomgen.toolchain.profiles import profile as profile_named
 
 _LOG = logging.getLogger(__name__)
 _LIBRARY, _LAYOUT, _CDEF, _COMMANDS = "model", "layout.json", "interface.cdef", "commands.txt"
+_LANES = "lanes.so"
+#: Says why a stepper cannot be made for lanes.
+REFUSED = "refused.txt"
+#: From files and the name of one to its text without directives of the preprocessor.
+Preprocess = Callable[[Mapping[str, str], str], str]
 #: What an entry is known by where there is no compiler.
 _ORIGIN = "origin.txt"
 #: Lanes of a vector register of AVX-512 are eight, which compilers split in two where they are not told.
@@ -242,6 +250,47 @@ class Builder:
         _LOG.debug("commands: %s", entry.text(_COMMANDS).replace("\n", "; ").rstrip("; "))
         return self._load(entry, self.mode)
 
+    def build_lanes(
+        self, library: Library, cdef: str, files_of: Callable[[Mapping[str, str], Preprocess], Mapping[str, str]]
+    ) -> LaneLibrary | str:
+        """Return the library that steps several trajectories side by side, made of the files of a library of one, or
+        why there is none.
+
+        Parameters
+        ----------
+        library : Library
+            With the stepper of a method.
+        files_of : callable
+            From its files, and what takes directives of the preprocessor out of one of them, to those of the lanes, or
+            to ``refused.txt`` alone.
+
+        Raises
+        ------
+        ToolchainError
+            There is no compiler, or the files cannot be compiled.
+        """
+        compiler, flags = self.compiler, (*self.profile.flags, *_REALS["lanes"])
+        content = f"lanes of {library.digest}, {library.folder.name}".encode()
+        key = library_key(content, compiler, self.profile, flags, "abi")
+
+        def fill(folder: Path) -> None:
+            there = {file.name: file.read_text(encoding="utf-8") for file in _sources(library.folder)}
+            made = files_of(there, partial(preprocessed, compiler))
+            for name, text in made.items():
+                (folder / name).write_text(text, encoding="utf-8")
+            sources = [folder / name for name in sorted(made) if name.endswith(".c")]
+            if not sources:
+                return
+            compile_library(compiler, sources, folder / _LANES, flags, timeout=self.timeout)
+            for source in sources:
+                source.with_suffix(".o").unlink(missing_ok=True)
+
+        with self.cache.claim(key):
+            entry = self.cache.get(key) or self.cache.put(key, fill)
+        if REFUSED in entry.files:
+            return entry.text(REFUSED)
+        return LaneLibrary(entry.file(_LANES), cdef, library.layout)
+
     def _wrapper(self, cdef: str, header: str) -> list[Path]:
         """Return the object of the extension module, which is the same for all models; none in the ABI mode."""
         headers = self.headers
@@ -294,3 +343,7 @@ class Builder:
         own = {**layout, "stack": _MOST_LANES * int(layout.get("stack", 0))}
         with builder.claim(content):
             return builder.build(content, files, cdef, own, running=running)
+
+
+def _sources(folder: Path) -> Iterator[Path]:
+    return (file for file in sorted(folder.iterdir()) if file.suffix in (".c", ".h"))

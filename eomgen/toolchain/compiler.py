@@ -300,6 +300,24 @@ def compile_object(
     return made, shlex.join(command)
 
 
+def preprocessed(compiler: Compiler, files: Mapping[str, str], name: str) -> str:
+    """Return a file without directives of the preprocessor.
+
+    Parameters
+    ----------
+    files : mapping from name to text
+        All that it includes; nothing comes from the system.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        for other, text in files.items():
+            (Path(folder) / other).write_text(text, encoding="utf-8")
+        made = Path(folder) / "preprocessed.i"
+        flags = ["-E", "-P", "-undef", "-nostdinc", "-Dsize_t=long", f"-I{folder}"]
+        command = [*compiler.command, *flags, str(Path(folder) / name), "-o", str(made)]
+        _run(command, made, time.monotonic() + DEFAULT_TIMEOUT)
+        return made.read_text(encoding="utf-8")
+
+
 def _link_flags() -> list[str]:
     if sys.platform == "darwin":
         return ["-bundle", "-undefined", "dynamic_lookup"]

@@ -1962,9 +1962,11 @@ static active_vehicle_status active_vehicle_loop(const active_vehicle_parameters
     long k, count = 0;
     const real *table = u_table;
     active_vehicle_status status = ACTIVE_VEHICLE_OK;
+    int begins;
     real rows[8];
     if (!active_vehicle_settings_are_good(settings) || state->t + settings->step == state->t)
         status = ACTIVE_VEHICLE_BAD_ARGUMENT;
+    begins = steps > 0 && status == ACTIVE_VEHICLE_OK;
     if (steps == 0 && record != NULL && status == ACTIVE_VEHICLE_OK)
         active_vehicle_write_row(p, state, u_table, work, record + 22 * count++);
     for (k = 0; k < steps && status == ACTIVE_VEHICLE_OK; ++k) {
@@ -1983,8 +1985,10 @@ static active_vehicle_status active_vehicle_loop(const active_vehicle_parameters
             ++count;
         }
     }
-    if (k > 0)
-        active_vehicle_remember_inputs(state, table == NULL ? NULL : status == ACTIVE_VEHICLE_OK ? table + 4 : table);
+    if (begins && table != NULL && status == ACTIVE_VEHICLE_OK)
+        active_vehicle_remember_inputs(state, table + 4);
+    else if (begins)
+        active_vehicle_remember_inputs(state, table);
     if (recorded != NULL)
         *recorded = count;
     (void)u; (void)u_end;

@@ -8,6 +8,7 @@ WITHIN = [
     "controllers",
     "events",
     "inputs",
+    "lane_stepper",
     "run",
     "settings",
     "start_state",

@@ -83,7 +83,7 @@ class Stepper:
         self.parameters = np.zeros(len(parameters) + 1)
         self.parameters[:-1] = parameters
         self.state = np.zeros(self.sizes["state"])
-        self.workspace = _on_cache_lines(self.sizes["workspace"])
+        self.workspace = on_cache_lines(self.sizes["workspace"])
         memory = self.parameters, self.settings, self.state, self.workspace
         self._memory = [ffi.from_buffer(library.types[0], part) for part in memory]
         self._recorded = ffi.new("long *", 0)
@@ -205,7 +205,7 @@ def _with_address(numbers: Sequence[float], address: int) -> Array:
     return room[:-1]
 
 
-def _on_cache_lines(size: int) -> Array:
+def on_cache_lines(size: int) -> Array:
     """Return zeros that begin at the start of a cache line, so that no vector of the workspace's first member crosses
     one."""
     room = np.zeros(size + 8)

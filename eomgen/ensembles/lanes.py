@@ -1,0 +1,113 @@
+"""Samples of an ensemble side by side: what varies, as arrays of parameters, inputs and initial states."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.arrays import Array
+from eomgen.compiled.initial_state import initial_state
+from eomgen.compiled.model import CompiledModel
+from eomgen.ensembles.variations import VariedOptions
+from eomgen.errors import EomgenError
+from eomgen.simulation.side_by_side import Alike, SideBySide, side_by_side
+
+
+#: What lanes may differ in.
+_BLOCKS = ("parameters", "inputs", "q", "v", "z")
+
+
+@dataclass
+class Lanes:
+    """Runs samples side by side.
+
+    Attributes
+    ----------
+    runs : what makes them
+    """
+
+    model: CompiledModel
+    options: VariedOptions
+    runs: SideBySide
+
+    def tables(self, values: Array) -> tuple[Array, NDArray[np.bool_]]:
+        """Return columns (samples, columns, rows) of samples with the values (samples, varied), and which of them have
+        to be run alone."""
+        parameters, alone = self._parameters(values)
+        inputs = self._inputs(values)
+        if self.runs.starts_follow:
+            starts, refused = self._starts_one_by_one(values, parameters)
+            alone |= refused
+        else:
+            starts = self._starts(values)
+        tables, doubtful = self.runs.tables(parameters, inputs, starts)
+        return tables, alone | doubtful
+
+    def _parameters(self, values: Array) -> tuple[Array, NDArray[np.bool_]]:
+        """Return parameters (samples, np), and which of them may be refused; these have the scene's in their place."""
+        base, names = self.runs.run.parameters, list(self.model.parameters)
+        parameters = np.repeat(base[np.newaxis], len(values), axis=0)
+        for item, column in zip(self.options.items, values.T, strict=True):
+            if item.block == "parameters":
+                parameters[:, names.index(item.name)] = column
+        alone = np.zeros(len(values), dtype=bool)
+        try:
+            self.model.parameter_array(parameters)
+        except EomgenError:
+            for k, row in enumerate(parameters):
+                try:
+                    self.model.parameter_array(row)
+                except EomgenError:
+                    alone[k], parameters[k] = True, base
+        return parameters, alone
+
+    def _inputs(self, values: Array) -> Array | None:
+        held = self.runs.held_inputs
+        if held is None:
+            return None
+        inputs = np.repeat(held[np.newaxis], len(values), axis=0)
+        for item, column in zip(self.options.items, values.T, strict=True):
+            if item.block == "inputs":
+                inputs[:, self.model.inputs.index(item.name)] = column
+        return inputs
+
+    def _starts(self, values: Array) -> Array:
+        """Return initial states (samples, nq + nv + nz) that are taken as they are."""
+        model = self.model
+        first = initial_state(model, self.options.common.get("initial"), self.runs.run.parameters)
+        starts = np.repeat(np.concatenate([first.q, first.v, first.z])[np.newaxis], len(values), axis=0)
+        begins = {"q": 0, "v": model.nq, "z": model.nq + model.nv}
+        for item, column in zip(self.options.items, values.T, strict=True):
+            if item.block in begins:
+                starts[:, begins[item.block] + item.place] = column
+        return starts
+
+    def _starts_one_by_one(self, values: Array, parameters: Array) -> tuple[Array, NDArray[np.bool_]]:
+        """Return initial states that are brought onto the constraints, and which of them cannot be."""
+        model = self.model
+        starts = np.repeat(
+            np.concatenate([model.initial_q, model.initial_v, model.initial_z])[np.newaxis], len(values), axis=0
+        )
+        refused = np.zeros(len(values), dtype=bool)
+        for k, row in enumerate(values):
+            given = self.options.of(row)
+            initial = given.get("initial")
+            changed = bool(initial) or given.get("parameters") is not None
+            try:
+                starts[k] = self.runs.start_of(parameters[k], initial, changed=changed)
+            except EomgenError:
+                refused[k] = True
+        return starts, refused
+
+
+def lanes_of(model: CompiledModel, options: VariedOptions, alike: Alike, columns: Sequence[str]) -> Lanes | str:
+    """Return what runs samples side by side, or why they are run one after the other."""
+    laws = [item.name for item in options.items if item.block not in _BLOCKS]
+    if laws:
+        return f"{laws[0]} changes a law of time"
+    inputs = [item.name for item in options.items if item.block == "inputs"]
+    runs = side_by_side(model, options.common, inputs, alike, columns)
+    return runs if isinstance(runs, str) else Lanes(model, options, runs)

@@ -1,0 +1,297 @@
+"""Runs of one model side by side, a trajectory in each lane of the processor's vectors.
+
+Rows have the bits of runs alone, but for what compilers make of a multiplication and an addition in one (profile
+``fast``). What judges a run costs more than its steps, so runs are only looked over here; those that are doubtful are
+to be run alone, and judged as any run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.arrays import Array
+from eomgen.compiled.model import CompiledModel
+from eomgen.results.solution import Solution
+from eomgen.simulation.stepping.inputs import HeldRows, InputSignals, read_signals
+from eomgen.simulation.stepping.lane_stepper import LaneStepper
+from eomgen.simulation.stepping.run import Run, scene_inputs
+from eomgen.simulation.stepping.settings import chosen_stepper
+from eomgen.simulation.stepping.start_state import start_of
+from eomgen.simulation.stepping.states import Prescribed, States, evaluated, prescribed
+from eomgen.simulation.stepping.time_grid import TimeGrid, time_grid
+from eomgen.system.description import component_names
+from eomgen.toolchain.lane_library import LaneLibrary
+
+#: Rows at which energies are looked at.
+_LOOKED_AT = 17
+#: Share of the energies at work by which a total may grow, of 0.49 from which on a run has failed.
+_GAIN = 0.2
+#: A velocity that grows so much in the last quarter may be the method's own.
+_GROWTH = 5.0
+#: m, or what a row of constraints holds.
+_VIOLATION = 1e-4
+#: Numbers of rows that are looked at together, and groups of lanes, at most.
+_NUMBERS, _GROUPS = 4e6, 64
+#: Options of ``simulate`` with which samples may run side by side.
+_OPTIONS = {
+    *("method", "rho_inf", "alpha", "beta", "gamma", "order", "tolerance", "settings"),
+    *("parameters", "inputs", "initial", "record_every", "t_start", "start"),
+}
+
+
+@dataclass(frozen=True)
+class Alike:
+    """What the runs of all samples have in common, as the run without variations has it; plain data.
+
+    Attributes
+    ----------
+    method : its name
+    grid : of steps
+    every : steps between rows
+    equilibrium : whether they start there
+    places : of each column, the attribute of the states, the output or the energy that it is of, and its place there
+    """
+
+    method: str
+    grid: TimeGrid
+    every: int
+    equilibrium: bool
+    places: Mapping[str, tuple[str, int]]
+
+    @classmethod
+    def of(cls, model: CompiledModel, pilot: Solution) -> Alike:
+        """Return that of a run."""
+        data = pilot.metadata
+        span = float(data["t_start"]), float(data["t_end"]), float(data["settings"]["step"])
+        grid = time_grid(*span, model.library.real)
+        equilibrium = "equilibrium" in str(data["start"])
+        return cls(str(data["method"]), grid, int(data["record_every"]), equilibrium, _places(model, pilot))
+
+
+@dataclass
+class SideBySide:
+    """Runs side by side of what differs in parameters, held inputs and the initial state.
+
+    Attributes
+    ----------
+    run : with what all have in common
+    columns : names of the columns of solutions that are looked at
+    places : of ``Alike``
+    """
+
+    model: CompiledModel
+    run: Run
+    library: LaneLibrary
+    columns: Sequence[str]
+    places: Mapping[str, tuple[str, int]]
+
+    @property
+    def together(self) -> int:
+        """Samples whose rows are looked at together: whole groups of lanes, within a part of the memory."""
+        rows = self.run.grid.whole // self.run.every + 2
+        groups = max(1, int(_NUMBERS / (rows * self.width * self.library.lanes)))
+        return self.library.lanes * min(groups, _GROUPS)
+
+    @property
+    def width(self) -> int:
+        """Numbers of a row."""
+        return sum(int(size) for _, size in self.library.layout["method"]["row"])
+
+    @property
+    def held_inputs(self) -> Array | None:
+        """Inputs (nu,) that all runs have but for those that vary, not a number where a formula of the scene says one;
+        None where formulas say all."""
+        driven = self.run.driven
+        return driven.row if isinstance(driven, HeldRows) else None
+
+    @property
+    def starts_follow(self) -> bool:
+        """Whether initial states follow from parameters or constraints, and so are found one by one."""
+        left_out = self.model.library.layout["left_out"]
+        return bool(self.model.multipliers or left_out or self.model.initial_at is not None)
+
+    def start_of(self, p: Array, initial: Mapping[str, Any] | None, *, changed: bool) -> Array:
+        """Return q, v, z, (nq + nv + nz,), from which a run with parameters (np,) starts; errors as of ``simulate``."""
+        run = replace(self.run, parameters=p)
+        state, _, _ = start_of(run, initial, equilibrium_start=False, changed=changed)
+        return np.concatenate([state.q, state.v, state.z])
+
+    def tables(self, parameters: Array, inputs: Array | None, starts: Array) -> tuple[Array, NDArray[np.bool_]]:
+        """Return columns (runs, columns, rows), and which runs have to be made alone.
+
+        Parameters
+        ----------
+        parameters : (runs, np)
+        inputs : (runs, nu)
+        starts : (runs, nq + nv + nz)
+        """
+        count, lanes = len(starts), self.library.lanes
+        last = -count % lanes
+        parameters, states = _filled(parameters, last), np.empty((count + last, 1 + starts.shape[1]))
+        states[:, 0], states[:, 1:] = self.run.grid.start, _filled(starts, last)
+        inputs = None if inputs is None else _filled(inputs, last)
+        alone = np.zeros(len(states), dtype=bool)
+        stepper = LaneStepper(self.library, self.run.settings)
+        pieces = []
+        for begin in range(0, len(states), lanes):
+            group = slice(begin, begin + lanes)
+            stepper.start(states[group], parameters[group], None if inputs is None else inputs[group])
+            pieces.append(self._stepped(stepper))
+            alone[group] |= stepper.statuses != 0
+            if self.model.multipliers:
+                alone[group] |= stepper.states[:, stepper.places["max_constraint"]][:, 0] > _VIOLATION
+        rows = np.concatenate(pieces)[:count]
+        alone, parameters = alone[:count], parameters[:count]
+        with np.errstate(all="ignore"):
+            alone |= ~np.isfinite(rows).all(axis=(1, 2)) | self._grows(rows) | self._gains_energy(rows, parameters)
+            return self._columns(rows, parameters, None if inputs is None else inputs[:count]), alone
+
+    def _stepped(self, stepper: LaneStepper) -> Array:
+        """Return the rows (lanes, rows, width) of runs that have begun."""
+        every, whole = self.run.every, self.run.grid.whole
+        pieces = [stepper.run(0, 0)]
+        if whole // every:
+            pieces.append(stepper.run(every, whole // every))
+        if whole % every:
+            pieces.append(stepper.run(whole % every, 1))
+        return np.concatenate(pieces, axis=1)
+
+    # -- what comes out ------------------------------------------------------------------------------------------------
+
+    def _states(self, rows: Array) -> States:
+        """Return the states at rows (n, width)."""
+        nq, nv, nz = self.model.nq, self.model.nv, self.model.nz
+        ends = (1, 1 + nq, 1 + nq + nv, 1 + nq + 2 * nv, rows.shape[1] - nz, rows.shape[1])
+        return States(rows[:, 0], *(np.ascontiguousarray(rows[:, ends[k] : ends[k + 1]]) for k in range(5)))
+
+    def _prescribed(self, states: States, p: Array, inputs: Array | None) -> Prescribed:
+        given = prescribed(self.model, states.t, p, None)
+        if inputs is None or given.u is None:
+            return given
+        return Prescribed(np.where(np.isnan(inputs), given.u, inputs), given.base)
+
+    def _columns(self, rows: Array, parameters: Array, inputs: Array | None) -> Array:
+        """Return columns (lanes, columns, rows) of rows (lanes, rows, width)."""
+        lanes, count, width = rows.shape
+        states = self._states(rows.reshape(-1, width))
+        found = np.empty((lanes, len(self.columns), count))
+        groups: dict[str, Any] = {}
+        p = np.repeat(parameters, count, axis=0)
+        u = None if inputs is None else np.repeat(inputs, count, axis=0)
+        needed = {self.places[name][0] for name in self.columns}
+        given = Prescribed(None, None)
+        if any(group.partition(".")[0] in ("output", "energy", "input") for group in needed):
+            given = self._prescribed(states, p, u)
+        for kind, prefix in (("outputs", "output."), ("energy", "energy.")):
+            if any(group.startswith(prefix) for group in needed):
+                of_model = evaluated(kind, self.model, states, given, p)
+                groups |= {f"{prefix}{name}": value for name, value in of_model.items()}
+        for k, name in enumerate(self.columns):
+            group, place = self.places[name]
+            if group in groups:
+                values = groups[group]
+            elif group == "input":
+                values = given.u
+            else:
+                values = getattr(states, group)
+            column = values if values.ndim == 1 else values[:, place]
+            found[:, k] = column.reshape(lanes, count)
+        return found
+
+    def _grows(self, rows: Array) -> NDArray[np.bool_]:
+        """Return which lanes grow late."""
+        nq, nv = self.model.nq, self.model.nv
+        speeds = np.abs(rows[:, :, 1 + nq : 1 + nq + nv])
+        late = 3 * speeds.shape[1] // 4
+        with np.errstate(all="ignore"):
+            before, after = speeds[:, : max(late, 1)].max(axis=1), speeds[:, late:].max(axis=1)
+            floor = 1e-6 * speeds.max(axis=(1, 2), keepdims=True)[:, :, 0]
+            found: NDArray[np.bool_] = np.any(after > _GROWTH * np.maximum(before, floor), axis=1)
+        return found
+
+    def _gains_energy(self, rows: Array, parameters: Array) -> NDArray[np.bool_]:
+        """Return which lanes of a model without power gain energy."""
+        lanes, count, width = rows.shape
+        if "energy" not in self.model.functions or not self.model.library.layout["facts"]["conservative"]:
+            return np.zeros(lanes, dtype=bool)
+        chosen = np.unique(np.linspace(0, count - 1, _LOOKED_AT).astype(int))
+        states = self._states(rows[:, chosen].reshape(-1, width))
+        p = np.repeat(parameters, len(chosen), axis=0)
+        energy = evaluated("energy", self.model, states, prescribed(self.model, states.t, p, None), p)
+        total, potential, kinetic = (energy[name].reshape(lanes, -1) for name in ("total", "potential", "kinetic"))
+        moving = np.ptp(potential, axis=1) + kinetic.max(axis=1)
+        gain: NDArray[np.bool_] = (total - total[:, :1]).max(axis=1) > _GAIN * moving
+        return gain
+
+
+def _filled(rows: Array, more: int) -> Array:
+    """Return rows with the last one repeated, so that no lane is empty."""
+    return np.concatenate([rows, np.repeat(rows[-1:], more, axis=0)])
+
+
+def side_by_side(
+    model: CompiledModel,
+    options: Mapping[str, Any],
+    varied_inputs: Collection[str],
+    alike: Alike,
+    columns: Sequence[str],
+) -> SideBySide | str:
+    """Return what makes runs side by side, or why they have to be made one after the other.
+
+    Parameters
+    ----------
+    options : of ``simulate``, that all runs have
+    varied_inputs : names of inputs in which they differ
+    columns : of solutions, that are looked at
+    """
+    others = sorted(set(options) - _OPTIONS)
+    if others:
+        return f"{others[0]} is given"
+    if model.library.real != "double":
+        return f"numbers are of type {model.library.real}"
+    if alike.equilibrium:
+        return "samples start at equilibrium"
+    if alike.grid.rest:
+        return "the last step is shorter than the others"
+    if any(not law.constant for law in model.description.laws):
+        return "laws of time are judged for each sample"
+    unknown = [name for name in columns if name not in alike.places]
+    if unknown:
+        return f"the column {unknown[0]} is of runs alone"
+    named = {name: options.get(name) for name in ("rho_inf", "alpha", "beta", "gamma", "order", "tolerance")}
+    chosen = chosen_stepper(model, alike.method, named, options.get("settings"))
+    method = chosen.library.layout["method"]
+    if "events" in method or "samples" in method:
+        return "the scene has events or sampled controllers"
+    p = model.evaluator.one_set(options.get("parameters"))
+    varied = dict.fromkeys(varied_inputs, 0.0)
+    given = read_signals({**(options.get("inputs") or {}), **varied}, model.inputs, alike.grid.steps, model.input_units)
+    grid = alike.grid
+    signals = InputSignals(model.inputs, given, scene_inputs(model, p), grid.step, grid.start, chosen.left_to_stepper)
+    run = Run(model, chosen.name, chosen.method, chosen.settings_at(grid.step), p, signals, grid, alike.every)
+    if run.driven is not None and not isinstance(run.driven, HeldRows):
+        return "inputs change with time"
+    library = model.stepper_in_lanes(chosen.library)
+    if isinstance(library, str):
+        return f"{chosen.name} is not made for lanes: {library}"
+    return SideBySide(model, run, library, columns, alike.places)
+
+
+def _places(model: CompiledModel, pilot: Solution) -> dict[str, tuple[str, int]]:
+    names = pilot.metadata.get("names", {})
+    sizes = {"q": model.nq, "v": model.nv, "a": model.nv, "multipliers": len(model.multipliers), "z": model.nz}
+    found: dict[str, tuple[str, int]] = {}
+    for group, size in sizes.items():
+        labels = names.get(group) or component_names("", group, size)
+        found |= {label: (group, place) for place, label in enumerate(labels)}
+    found |= {f"input.{name}": ("input", place) for place, name in enumerate(model.inputs)}
+    for name, array in pilot.outputs.items():
+        size = 1 if array.ndim == 1 else array.shape[1]
+        labels = component_names("output", name, size)
+        found |= {label: (f"output.{name}", place) for place, label in enumerate(labels)}
+    return found | {f"energy.{name}": (f"energy.{name}", 0) for name in pilot.energy}

@@ -1,0 +1,103 @@
+"""The stepper of several trajectories side by side, with its memory."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.arrays import Array
+from eomgen.integrators.stepper_layout import row_layout, state_layout
+from eomgen.simulation.stepping.stepper import on_cache_lines
+from eomgen.toolchain.lane_library import LaneLibrary
+
+
+class LaneStepper:
+    """The stepper of a library of lanes with its memory.
+
+    Parameters
+    ----------
+    settings : mapping from name to number
+        The same for all lanes, in the order of ``integrators.stepper_layout.default_settings``.
+
+    Attributes
+    ----------
+    lanes : how many trajectories are stepped
+    width : numbers of a row
+    places : slices of the quantities of a flat state
+    """
+
+    def __init__(self, library: LaneLibrary, settings: Mapping[str, float]) -> None:
+        method: Mapping[str, Any] = library.layout["method"]
+        self.lanes = library.lanes
+        self.width = sum(int(size) for _, size in method["row"])
+        self.places, self.row_places = state_layout(method), row_layout(method)
+        self._size = max(place.stop for place in self.places.values())
+        self._lib, self._ffi = library.lib, library.ffi
+        self._settings = np.array([*settings.values(), 0.0])
+        self._state, self._workspace = on_cache_lines(library.state_size), on_cache_lines(library.workspace_size)
+        self._statuses = np.zeros(self.lanes, dtype=np.intc)
+        self._parameters = np.zeros(0)
+        self._inputs: Array | None = None
+
+    def start(self, states: Array, parameters: Array, inputs: Array | None) -> None:
+        """Begin.
+
+        Parameters
+        ----------
+        states : (lanes, 1 + nq + nv + nz)
+            Time in s, q, v, z.
+        parameters : (lanes, np)
+        inputs : (lanes, nu)
+            Held over the run, not a number where a formula of the scene says them; None: all by formulas.
+        """
+        self._parameters = np.concatenate([np.ascontiguousarray(parameters, dtype=float).ravel(), [0.0]])
+        self._inputs = None if inputs is None else np.ascontiguousarray(inputs, dtype=float)
+        self._lib.eomgen_lanes_start(
+            self._doubles(self._parameters),
+            self._doubles(self._settings),
+            self._doubles(self._inputs),
+            self._doubles(np.ascontiguousarray(states, dtype=float)),
+            self._doubles(self._state),
+            self._doubles(self._workspace),
+            self._whole(self._statuses),
+        )
+
+    def run(self, steps: int, rows: int) -> Array:
+        """Return (lanes, rows, width), a row behind each ``steps`` steps; not a number from where a lane failed.
+
+        ``rows`` 0: the rows of the states as they are, (lanes, 1, width).
+        """
+        record = np.full((self.lanes, max(rows, 1), self.width), np.nan)
+        self._lib.eomgen_lanes_run(
+            self._doubles(self._parameters),
+            self._doubles(self._settings),
+            self._doubles(self._inputs),
+            self._doubles(self._state),
+            self._doubles(self._workspace),
+            steps,
+            rows,
+            self._doubles(record),
+            self._whole(self._statuses),
+        )
+        return record
+
+    @property
+    def statuses(self) -> NDArray[np.intc]:
+        """Status of each lane; 0 where all is well."""
+        return self._statuses.copy()
+
+    @property
+    def states(self) -> Array:
+        """Flat states (lanes, size), as ``Stepper.state``; ``places`` has their quantities."""
+        flat = np.empty((self.lanes, self._size))
+        self._lib.eomgen_lanes_state(self._doubles(self._state), self._doubles(flat))
+        return flat
+
+    def _doubles(self, array: Array | None) -> Any:
+        return self._ffi.NULL if array is None else self._ffi.from_buffer("double[]", array)
+
+    def _whole(self, array: NDArray[np.intc]) -> Any:
+        return self._ffi.from_buffer("int[]", array)
