@@ -34,6 +34,8 @@ CASES = [
     ("free_spinning_body", "taylor"),
     ("elastic_pendulum", "generalized_alpha"),
     ("robot_arm", "rk4"),
+    ("quarter_car", "generalized_alpha"),
+    ("active_vehicle", "generalized_alpha"),
 ]
 
 
