@@ -15,7 +15,6 @@ from eomgen.ensembles.variations import VariedOptions
 from eomgen.errors import EomgenError
 from eomgen.simulation.side_by_side import Alike, SideBySide, side_by_side
 
-
 #: What lanes may differ in.
 _BLOCKS = ("parameters", "inputs", "q", "v", "z")
 
