@@ -28,7 +28,7 @@ from benchmarks.suite.outcomes import CHECKED, FAILED, MEASURED, MISSING, WRONG,
 Array = NDArray[np.float64]
 CONTESTANTS = Path(__file__).resolve().parent / "contestants"
 #: Wall seconds after which no new turn begins.
-BUDGET = 40.0
+BUDGET = 20.0
 #: One thread in whatever a peer computes with.
 ONE_THREAD = {
     "OMP_NUM_THREADS": "1",

@@ -62,11 +62,11 @@ def stiff_rods(task: dict[str, Any]) -> Made:
             script.measured(name, run, [10.0**-k for k in range(2, 7 if task["quick"] else 11)], 2.0), task["target"]
         )
         if best is not None:
-            found.append((best, run))
+            found.append((best, run, name))
     if not found:
         raise ValueError(f"no tolerance reaches {task['target']:g}")
-    best, run = min(found, key=lambda one: one[0].seconds)
-    return lambda: run(best.setting), best.error, [task["peer"]], f"{best.name}, tolerance {best.setting:.0e}"
+    best, run, name = min(found, key=lambda one: one[0].seconds)
+    return lambda: run(best.setting), best.error, [task["peer"]], f"{name}, tolerance {best.setting:.0e}"
 
 
 def fast_top(task: dict[str, Any]) -> Made:
