@@ -356,7 +356,6 @@ class RoutineText(Expressions):
         self._under(node.iftrue, before[0])
         if otherwise:
             self._under(node.iffalse, otherwise, otherwise)
-        self._rejoin(outer)
         return True
 
     def _under(self, node: Any, mask: str, name: str = "") -> None:
@@ -368,10 +367,12 @@ class RoutineText(Expressions):
         self._line(f"if (eg_any({name})) {{")
         self.depth += 1
         self._block(node)
+        left, self.region = self.region.left, outer
+        if left:
+            outer.left = True
+            self._rejoin(outer)
         self.depth -= 1
         self._line("}")
-        left, self.region = self.region.left, outer
-        outer.left = outer.left or left
 
     def _rejoin(self, outer: Region) -> None:
         """Take lanes that have left off the mask of a block that others are still in."""

@@ -1,0 +1,136 @@
+"""Steppers in lanes beside the stepper of one trajectory: the same bits, and time per step and trajectory of one core.
+
+    python -m benchmarks.lane_steppers [--rounds 15] [--quick]
+
+Both take turns; times are of the processor, medians over the rounds, and ratios those of neighbouring turns.
+Trajectories begin with velocities of their own, so their steps need not iterate as often.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+import eomgen
+from benchmarks.measure import figure, machine, pin_to_core, table
+from eomgen.integrators.stepper_layout import default_settings
+from eomgen.simulation.stepping.lane_stepper import LaneStepper
+from eomgen.simulation.stepping.stepper import Stepper
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+CASES = (
+    ("four_bar", "generalized_alpha"),
+    ("symmetric_top", "generalized_alpha"),
+    ("quarter_car", "generalized_alpha"),
+    ("four_bar", "rosenbrock"),
+    ("four_bar", "rk4_partitioned"),
+    ("double_pendulum_on_shaking_base", "rk4"),
+    ("double_pendulum_on_shaking_base", "rk45"),
+    ("double_pendulum_on_shaking_base", "taylor"),
+    ("robot_arm", "rk4"),
+)
+
+
+@dataclass(frozen=True)
+class Row:
+    """Nanoseconds per step and trajectory, and how they compare."""
+
+    scene: str
+    method: str
+    lanes: int
+    same: bool
+    alone: float
+    beside: float
+    ratio: float
+
+
+def measured(name: str, method: str, profile: str, steps: int, rounds: int) -> Row:
+    """Return what both steppers take; raises RuntimeError where the method has no lanes."""
+    model = eomgen.build(eomgen.load(EXAMPLES / name / "scene.toml"), method=method, profile=profile)
+    library = model.stepper_in_lanes(model.library)
+    if isinstance(library, str):
+        raise RuntimeError(f"{name} with {method}: {library}")
+    settings = default_settings(model.library.layout["method"])
+    lanes, alone = LaneStepper(library, settings), Stepper(model.library, settings, model.parameter_array())
+    rng, count = np.random.default_rng(3), lanes.lanes
+    v = model.initial_v * (1.0 + 0.1 * rng.random((count, 1)))
+    if not model.multipliers:
+        v = v + 0.1 * rng.random((count, model.nv))
+    starts = np.array([np.concatenate([[0.0], model.initial_q, row, model.initial_z]) for row in v])
+    parameters = np.repeat(model.parameter_array()[np.newaxis], count, axis=0)
+    held = rng.random((count, model.nu)) if model.nu and "inputs" not in model.functions else None
+    rows = alone.sizes["rows_per_step"]
+    tables = [None if held is None else np.repeat(held[k : k + 1], rows * steps + 1, axis=0) for k in range(count)]
+    record = np.empty((count, 1, lanes.width))
+
+    def together() -> None:
+        lanes.start(starts, parameters, held)
+        record[:] = lanes.run(steps, 1)
+
+    def one(lane: int) -> None:
+        alone.initialize(0.0, model.initial_q, v[lane], tables[lane], model.initial_z)
+        alone.run(steps, steps, tables[lane], last)
+
+    last, same = np.empty((1, lanes.width)), True
+    together()
+    for lane in range(count):
+        one(lane)
+        same &= np.array_equal(last, record[lane])
+    pairs = [(spent(lambda: one(0)), spent(together) / count) for _ in range(rounds)]
+    ratio = statistics.median(before / behind for before, behind in pairs)
+    single, beside = (statistics.median(column) / steps * 1e9 for column in zip(*pairs, strict=True))
+    return Row(name, method, count, same, single, beside, ratio)
+
+
+def spent(call: Callable[[], None]) -> float:
+    """Return the least processor time of three calls, s."""
+    found = []
+    for _ in range(3):
+        began = time.thread_time()
+        call()
+        found.append(time.thread_time() - began)
+    return min(found)
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.lane_steppers", description=(__doc__ or "").partition("\n")[0]
+    )
+    parser.add_argument("--rounds", type=int, default=15)
+    parser.add_argument("--steps", type=int, default=1000)
+    parser.add_argument("--profile", default="fast", help="of the compiler; reproducible: the same bits everywhere")
+    parser.add_argument("--quick", action="store_true", help="two cases, reproducible, once: the bits alone")
+    chosen = parser.parse_args(words)
+    pin_to_core(None)
+    cases = CASES[:2] if chosen.quick else CASES
+    profile = "reproducible" if chosen.quick else chosen.profile
+    steps, rounds = (50, 1) if chosen.quick else (chosen.steps, chosen.rounds)
+    found = [measured(name, method, profile, steps, rounds) for name, method in cases]
+    print(machine())
+    print(
+        table(
+            ("scene", "method", "lanes", "same bits", "alone, ns", "in lanes, ns", "ratio"),
+            [
+                (
+                    row.scene,
+                    row.method,
+                    str(row.lanes),
+                    "yes" if row.same else "no",
+                    *map(figure, (row.alone, row.beside, row.ratio)),
+                )
+                for row in found
+            ],
+        )
+    )
+    return int(chosen.quick and not all(row.same for row in found))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
