@@ -149,11 +149,27 @@ class SideBySide:
         alone, parameters = alone[:count], parameters[:count]
         with np.errstate(all="ignore"):
             alone |= ~np.isfinite(rows).all(axis=(1, 2)) | self._grows(rows) | self._gains_energy(rows, parameters)
+            rows = self._asked(rows)
             return self._columns(rows, parameters, None if inputs is None else inputs[:count]), alone
+
+    @property
+    def _between(self) -> int:
+        """Steps between the rows that are looked over: those of the run, or a part of them where it has few."""
+        every, whole = self.run.every, self.run.grid.whole
+        if self.run.method.chooses_steps or whole // every >= _LOOKED_AT:
+            return every
+        parts = [part for part in range(1, every + 1) if every % part == 0 and whole // (every // part) >= _LOOKED_AT]
+        return every // parts[0] if parts else 1
+
+    def _asked(self, rows: Array) -> Array:
+        """Return the rows of the run, of all (lanes, rows, width)."""
+        chosen = np.arange(0, self.run.grid.whole // self._between + 1, self.run.every // self._between)
+        last = rows.shape[1] - 1
+        return rows[:, np.append(chosen, last) if chosen[-1] != last else chosen]
 
     def _stepped(self, stepper: LaneStepper) -> Array:
         """Return the rows (lanes, rows, width) of runs that have begun."""
-        every, whole = self.run.every, self.run.grid.whole
+        every, whole = self._between, self.run.grid.whole
         pieces = [stepper.run(0, 0)]
         if whole // every:
             pieces.append(stepper.run(every, whole // every))
@@ -204,7 +220,9 @@ class SideBySide:
         return found
 
     def _grows(self, rows: Array) -> NDArray[np.bool_]:
-        """Return which lanes grow late."""
+        """Return which lanes grow late; steps that are chosen by their errors are not looked at."""
+        if self.run.method.chooses_steps:
+            return np.zeros(len(rows), dtype=bool)
         nq, nv = self.model.nq, self.model.nv
         speeds = np.abs(rows[:, :, 1 + nq : 1 + nq + nv])
         late = 3 * speeds.shape[1] // 4
