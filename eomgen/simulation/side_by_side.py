@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.arrays import Array
+from eomgen.compiled.lanes import LANES_VARIABLE, Choice
+from eomgen.compiled.lanes import chosen as chosen_lanes
 from eomgen.compiled.model import CompiledModel
 from eomgen.results.solution import Solution
 from eomgen.simulation.stepping.inputs import HeldRows, InputSignals, read_signals
@@ -267,6 +269,8 @@ def side_by_side(
     varied_inputs : names of inputs in which they differ
     columns : of solutions, that are looked at
     """
+    if chosen_lanes() is Choice.OFF:
+        return f"{LANES_VARIABLE} is off"
     others = sorted(set(options) - _OPTIONS)
     if others:
         return f"{others[0]} is given"

@@ -1,0 +1,112 @@
+"""Samples side by side: the results of samples one after the other, and which of them are left to runs alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.ensembles.samples import Samples
+
+SCENE = {
+    "format": 1,
+    "name": "swing",
+    "gravity": [0, 0, -9.81],
+    "parameters": {"mass": {"value": 1.0, "unit": "kg", "tunable": True}},
+    "bodies": {"rod": {"mass": "mass", "center_of_mass": [0, 0, -0.5], "inertia": [0.1, 0.1, 0.01]}},
+    "joints": {
+        "hinge": {
+            "type": "revolute",
+            "parent": "base",
+            "child": "rod",
+            "axis": [0, 1, 0],
+            "initial": {"position": 0.5, "velocity": 0.1},
+        }
+    },
+    "points": {"tip": {"body": "rod", "position": [0, 0, -1]}},
+    "outputs": {"height": {"position": "tip"}},
+}
+VARY = {"mass": "normal(1 kg, 10 %)", "q.hinge": "uniform(-1, 1)"}
+
+
+@pytest.fixture(scope="module")
+def swing() -> eomgen.Model:
+    return eomgen.build(SCENE, method="rk4", profile="reproducible")
+
+
+@pytest.fixture
+def lanes(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[object]]:
+    """Collect what blocks have for lanes, or why they have none."""
+    seen: list[object] = []
+    block = Samples.block
+
+    def watched(self: Samples, first: int, count: int) -> object:
+        seen.append(self.lanes)
+        return block(self, first, count)
+
+    monkeypatch.setattr(Samples, "block", watched)
+    yield seen
+
+
+def found(model: eomgen.Model, **options: object) -> eomgen.Ensemble:
+    given = {"t_end": 0.5, "step": 0.01, "vary": VARY, "samples": 23, "columns": ["q.hinge", "a.hinge", "output.height[2]"]}
+    return model.simulate_many(**(given | options))
+
+
+def same(one: eomgen.Ensemble, other: eomgen.Ensemble) -> None:
+    assert one.columns == other.columns and one.done == other.done
+    for name in one.results:
+        np.testing.assert_array_equal(one.results[name], other.results[name])
+    for column in one.columns:
+        np.testing.assert_array_equal(one.mean(column), other.mean(column))
+
+
+@pytest.mark.parametrize(
+    "options", [{}, {"record_every": 3}, {"record_every": 25, "points": 2}, {"t_end": 0.37, "points": 5}], ids=str
+)
+def test_results_are_those_of_runs_one_after_the_other(
+    swing: eomgen.Model, lanes: list[object], monkeypatch: pytest.MonkeyPatch, options: dict[str, object]
+) -> None:
+    beside = found(swing, **options)
+    assert lanes and not any(isinstance(item, str) for item in lanes)
+    lanes.clear()
+    monkeypatch.setenv("EOMGEN_LANES", "off")
+    same(beside, found(swing, **options))
+    assert set(lanes) == {"EOMGEN_LANES is off"}
+
+
+def test_a_sample_that_explodes_is_judged_alone_and_the_others_stay(swing: eomgen.Model, lanes: list[object]) -> None:
+    """At steps of 2 s the method is beyond its limit of stability where the swing is fast."""
+    table = {"q.hinge": np.full(6, 1e-3), "v.hinge": np.array([0.0, 0.0, 300.0, 0.0, 0.0, 0.0])}
+    ensemble = found(swing, vary=None, table=table, samples=6, t_end=4.0, step=0.1)
+    assert lanes and not any(isinstance(item, str) for item in lanes)
+    assert [item.number for item in ensemble.failed] == [2]
+    assert (
+        ensemble.failed[0].reason
+        == swing.simulate(4.0, 0.1, initial={"hinge": {"position": 1e-3, "velocity": 300.0}}).message
+    )
+    quiet = swing.simulate(4.0, 0.1, initial={"hinge": {"position": 1e-3, "velocity": 0.0}})
+    assert ensemble.results["q.hinge.final"][0] == quiet.q[-1, 0]
+
+
+def test_a_refused_parameter_fails_alone(swing: eomgen.Model) -> None:
+    ensemble = found(swing, vary=None, table={"mass": [1.0, -1.0, 2.0]}, samples=3)
+    assert [item.number for item in ensemble.failed] == [1]
+    assert "mass" in ensemble.failed[0].reason
+    assert np.isfinite(ensemble.results["q.hinge.final"][[0, 2]]).all()
+
+
+@pytest.mark.parametrize(
+    ("options", "why"),
+    [
+        ({"t_end": 0.505}, "the last step is shorter than the others"),
+        ({"controllers": {}}, "controllers is given"),
+    ],
+)
+def test_what_cannot_run_side_by_side_says_why(
+    swing: eomgen.Model, lanes: list[object], options: dict[str, object], why: str
+) -> None:
+    found(swing, **options)
+    assert set(lanes) == {why}
