@@ -1962,11 +1962,10 @@ static active_vehicle_status active_vehicle_loop(const active_vehicle_parameters
     long k, count = 0;
     const real *table = u_table;
     active_vehicle_status status = ACTIVE_VEHICLE_OK;
-    int begins;
+    int moved = 0;
     real rows[8];
     if (!active_vehicle_settings_are_good(settings) || state->t + settings->step == state->t)
         status = ACTIVE_VEHICLE_BAD_ARGUMENT;
-    begins = steps > 0 && status == ACTIVE_VEHICLE_OK;
     if (steps == 0 && record != NULL && status == ACTIVE_VEHICLE_OK)
         active_vehicle_write_row(p, state, u_table, work, record + 22 * count++);
     for (k = 0; k < steps && status == ACTIVE_VEHICLE_OK; ++k) {
@@ -1979,15 +1978,16 @@ static active_vehicle_status active_vehicle_loop(const active_vehicle_parameters
             : active_vehicle_take_step(p, settings, state, work, table);
         if (status != ACTIVE_VEHICLE_OK)
             break;
+        moved = 1;
         if (record != NULL && record_every > 0 && state->count % record_every == 0) {
             active_vehicle_write_row(p, state, table == NULL ? NULL : table + 4,
                 work, record + count * 22);
             ++count;
         }
     }
-    if (begins && table != NULL && status == ACTIVE_VEHICLE_OK)
+    if (moved && table != NULL && status == ACTIVE_VEHICLE_OK)
         active_vehicle_remember_inputs(state, table + 4);
-    else if (begins)
+    else if (moved)
         active_vehicle_remember_inputs(state, table);
     if (recorded != NULL)
         *recorded = count;

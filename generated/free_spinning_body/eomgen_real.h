@@ -175,7 +175,7 @@ static inline eg_wide eg_exp_of_sum(eg_wide x, eg_wide addition)
         + z * (EG_WIDE(1.0 / 3628800.0) + r * EG_WIDE(1.0 / 39916800.0))
         + z2 * (EG_WIDE(1.0 / 479001600.0) + r * EG_WIDE(1.0 / 6227020800.0));
     const eg_wide tail = ((EG_WIDE(0.5) + r * EG_WIDE(1.0 / 6.0))
-        + z * (EG_WIDE(1.0 / 24.0) + r * EG_WIDE(1.0 / 120.0)))
+            + z * (EG_WIDE(1.0 / 24.0) + r * EG_WIDE(1.0 / 120.0)))
         + z2 * ((EG_WIDE(1.0 / 720.0) + r * EG_WIDE(1.0 / 5040.0)) + z * above);
     const eg_wide sum = EG_WIDE(1.0) + r;
     const eg_wide lost = ((EG_WIDE(1.0) - sum) + r) + rest; /* by the sum */
@@ -201,8 +201,8 @@ static inline eg_wide eg_split(eg_wide x, eg_wide *k)
 
 /* The natural logarithm, within 1 unit in the last place; NaN below zero, minus infinity at zero.
  *
- * log(x) = k ln(2) + log(1 + f), and log(1 + f) = 2 artanh(s), s = f / (2 + f), whose series is summed as f - s (f -
- * R),
+ * log(x) = k ln(2) + log(1 + f), and log(1 + f) = 2 artanh(s), s = f / (2 + f), whose series is summed as
+ * f - s (f - R),
  * since 2 s = f - s f and f is exact; the rest of the series is below 1e-19.
  */
 static inline eg_wide eg_log(eg_wide x)

@@ -56,7 +56,9 @@ def test_outputs_are_columns(tmp_path: Path) -> None:
 
 
 def test_other_suffixes_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(eomgen.UsageError, match=r"a solution cannot be saved as \.xlsx; try: \.npz, \.csv or \.mat"):
+    with pytest.raises(
+        eomgen.UsageError, match=r"a solution cannot be saved as \.xlsx; try: \.npz, \.csv, \.mat or \.parquet"
+    ):
         pendulum().simulate(0.0).save(tmp_path / "run.xlsx")
 
 

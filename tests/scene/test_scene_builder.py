@@ -166,7 +166,7 @@ METHODS = {"bodies": "body", "include": "include", "simulation": "simulation", "
     [
         (name, found.model)
         for name, field in Document.model_fields.items()
-        if (found := inner_table(field.annotation)) is not None
+        if (found := inner_table(field.annotation)) is not None and name != "repeat"  # in Python a loop does it
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )
