@@ -6,6 +6,7 @@ __all__ = [
     "coordinates",
     "corrected_start",
     "initial_state",
+    "lanes",
     "model",
     "prescribed",
     "section_loads",
