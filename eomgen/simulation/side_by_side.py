@@ -137,17 +137,13 @@ class SideBySide:
         parameters, states = _filled(parameters, last), np.empty((count + last, 1 + starts.shape[1]))
         states[:, 0], states[:, 1:] = self.run.grid.start, _filled(starts, last)
         inputs = None if inputs is None else _filled(inputs, last)
-        alone = np.zeros(len(states), dtype=bool)
         stepper = LaneStepper(self.library, self.run.settings)
-        pieces = []
-        for begin in range(0, len(states), lanes):
-            group = slice(begin, begin + lanes)
-            stepper.start(states[group], parameters[group], None if inputs is None else inputs[group])
-            pieces.append(self._stepped(stepper))
-            alone[group] |= stepper.statuses != 0
-            if self.model.multipliers:
-                alone[group] |= stepper.states[:, stepper.places["max_constraint"]][:, 0] > _VIOLATION
-        rows = np.concatenate(pieces)[:count]
+        every, whole = self._between, self.run.grid.whole
+        found, ends, statuses = stepper.runs(states, parameters, inputs, every, whole // every, whole % every)
+        alone = statuses != 0
+        if self.model.multipliers:
+            alone |= ends[:, stepper.places["max_constraint"]][:, 0] > _VIOLATION
+        rows = found[:count]
         alone, parameters = alone[:count], parameters[:count]
         with np.errstate(all="ignore"):
             alone |= ~np.isfinite(rows).all(axis=(1, 2)) | self._grows(rows) | self._gains_energy(rows, parameters)
@@ -168,16 +164,6 @@ class SideBySide:
         chosen = np.arange(0, self.run.grid.whole // self._between + 1, self.run.every // self._between)
         last = rows.shape[1] - 1
         return rows[:, np.append(chosen, last) if chosen[-1] != last else chosen]
-
-    def _stepped(self, stepper: LaneStepper) -> Array:
-        """Return the rows (lanes, rows, width) of runs that have begun."""
-        every, whole = self._between, self.run.grid.whole
-        pieces = [stepper.run(0, 0)]
-        if whole // every:
-            pieces.append(stepper.run(every, whole // every))
-        if whole % every:
-            pieces.append(stepper.run(whole % every, 1))
-        return np.concatenate(pieces, axis=1)
 
     # -- what comes out ------------------------------------------------------------------------------------------------
 

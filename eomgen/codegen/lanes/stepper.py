@@ -15,6 +15,9 @@ void eomgen_lanes_start(const double *parameters, const double *settings, const 
     double *state, double *workspace, int *statuses);
 void eomgen_lanes_run(const double *parameters, const double *settings, const double *inputs, double *state,
     double *workspace, long steps, long rows, double *record, int *statuses);
+void eomgen_lanes_groups(const double *parameters, const double *settings, const double *inputs,
+    const double *starts, double *state, double *workspace, long groups, long steps, long rows, long rest,
+    double *record, double *flat, int *statuses);
 void eomgen_lanes_state(const double *state, double *flat);
 """
 _NUMBERS = """\
@@ -72,6 +75,7 @@ def lane_files(
         z=sizes["z"],
         row=sum(size for _, size in method["row"]),
         state=method["state"],
+        flat_size=sum(max(int(item["size"]), 1) for item in method["state"]),
         **hooks,
     )
     text = templates.get_template("c/lanes/stepper.c.jinja").render(prefix=prefix, body=body, driver=driver)

@@ -84,6 +84,38 @@ class LaneStepper:
         )
         return record
 
+    def runs(
+        self, states: Array, parameters: Array, inputs: Array | None, steps: int, rows: int, rest: int
+    ) -> tuple[Array, Array, NDArray[np.intc]]:
+        """Return rows (n, 1 + rows, width), one more with ``rest``, flat states (n, size) at the end and statuses (n,).
+
+        Parameters
+        ----------
+        states, parameters, inputs : as of ``start``, (n, ...), n a multiple of the lanes
+        steps, rows : a row behind each ``steps`` steps; the first one is that of the start
+        rest : steps before one row more, if any
+        """
+        count = len(states)
+        record = np.full((count, 1 + rows + (rest > 0), self.width), np.nan)
+        flat, statuses = np.empty((count, self._size)), np.zeros(count, dtype=np.intc)
+        given = [np.ascontiguousarray(part, dtype=float) for part in (parameters, states)]
+        self._lib.eomgen_lanes_groups(
+            self._doubles(np.append(given[0].ravel(), 0.0)),
+            self._doubles(self._settings),
+            self._doubles(None if inputs is None else np.ascontiguousarray(inputs, dtype=float)),
+            self._doubles(given[1]),
+            self._doubles(self._state),
+            self._doubles(self._workspace),
+            count // self.lanes,
+            steps,
+            rows,
+            rest,
+            self._doubles(record),
+            self._doubles(flat),
+            self._whole(statuses),
+        )
+        return record, flat, statuses
+
     @property
     def statuses(self) -> NDArray[np.intc]:
         """Status of each lane; 0 where all is well."""
