@@ -57,7 +57,6 @@ def at_random_steps(made: eomgen.Model, method: str, largest: float, seed: int, 
     ("model", "method", "seeds"),
     [
         ("cosserat", "generalized_alpha", 4),
-        ("kirchhoff", "generalized_alpha", 4),
         ("kirchhoff", "rosenbrock", 4),
         ("kirchhoff", "rattlie", 8),
     ],

@@ -161,6 +161,8 @@ class RoutineText(Expressions):
         return True
 
     def _declaration(self, node: Any) -> None:
+        if node.name in ("live", "result"):
+            raise no_lanes(f"the name {node.name}, which masks have", node)
         kind = type_of(node.type, self.source)
         constant = "const" in node.quals or (isinstance(node.type, c_ast.ArrayDecl) and "const" in _quals(node.type))
         if "static" in node.storage and constant:
@@ -270,8 +272,8 @@ class RoutineText(Expressions):
         if own:
             return f"{place.text} = {text}"
         if isinstance(place.type, Structure):
-            given = f"{spelled(place.type)} given = {text}"
-            return f"{{ {given}; eg_merge({self.mask()}, &{place.text}, &given, sizeof given); }}"
+            given = f"{spelled(place.type)} eg_given = {text}"
+            return f"{{ {given}; eg_merge({self.mask()}, &{place.text}, &eg_given, sizeof eg_given); }}"
         pick = "eg_pick" if isinstance(place.type, Real) else "eg_pick_wholes"
         return f"{place.text} = {pick}({self.mask()}, {text}, {place.text})"
 
