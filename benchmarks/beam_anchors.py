@@ -44,6 +44,7 @@ class Case:
     Attributes
     ----------
     beam : its keys but model, elements and inertia
+    least : elements with which its rest is found under the whole load at once
     load : keys of the load, tip : where the unloaded tip is, displacement : published
     """
 
@@ -104,7 +105,7 @@ def cases() -> dict[str, Case]:
             4,
         ),
         "bend, parabola": Case(
-            {**bend, **shape}, up, end, [-23.6459716009047, 13.7208006040058, 53.5776450626987], joint=turned
+            {**bend, **shape}, up, end, [-23.6459716009047, 13.7208006040058, 53.5776450626987], 4, joint=turned
         ),
         "bend, arc": Case(
             {**bend, "length": 25.0 * math.pi, "curvature": [0, 0, -0.01]},

@@ -10,10 +10,10 @@ pytestmark = pytest.mark.slow
 
 
 def test_elements_reach_the_published_bend() -> None:
-    rows = rows_of("bend, parabola", (2, 4, 8, 16))
+    rows = rows_of("bend, parabola", (4, 8, 16))
     assert rows[-1].error < 1e-6
-    assert rows[-1].extrapolated < 1e-7
-    assert report(rows).splitlines()[5].startswith("| bend, parabola | 16 ")
+    assert rows[-1].extrapolated < 2e-7  # from three meshes
+    assert report(rows).splitlines()[4].startswith("| bend, parabola | 16 ")
 
 
 def test_a_circle_needs_four_elements() -> None:
