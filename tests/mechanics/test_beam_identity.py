@@ -13,8 +13,8 @@ import pytest
 import sympy as sp
 
 from eomgen.mechanics.derive import derive
+from eomgen.mechanics.shape_functions import integrals as of_shapes
 from eomgen.mechanics.shape_functions.shape_integrals import ShapeIntegrals, Station
-from eomgen.mechanics.tree import beam_links as links
 from eomgen.scene.bodies.beam import Beam, Deformation
 from eomgen.scene.bodies.model import Base, Body
 from eomgen.scene.joints.model import Joint
@@ -89,7 +89,7 @@ def generated(monkeypatch: pytest.MonkeyPatch) -> tuple[sp.Matrix, int]:
         square["k"],
         nothing,
     )
-    monkeypatch.setattr(links, "shape_integrals", lambda _: integrals)
+    monkeypatch.setattr(of_shapes, "shape_integrals", lambda _: integrals)
     deformations = tuple(Deformation(kind, "polynomial", 1, number(1.0)) for kind in ("bending_y", "bending_z"))
     beam = Body("beam", number(1.0), vector((0, 0, 0)), (number(0.0),) * 6, Beam(0.0, 2.0, number(1.0), deformations))
     # Components that are zero at all times are left out of the equations: here none is.
