@@ -21,6 +21,7 @@ LINKS = 9
 def long_from_six_on(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """A chain of nine is long here; what is built of it stays out of other tests' cache."""
     monkeypatch.setattr(derivation, "MANY", 6)
+    monkeypatch.setattr(derivation, "FLAT", 0)  # nine links in a row are no flat tree here
     monkeypatch.setattr(checking, "LARGE", 8)
     monkeypatch.setenv("EOMGEN_CACHE", str(tmp_path / "cache"))
 
