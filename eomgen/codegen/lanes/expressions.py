@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -58,7 +59,7 @@ class Place:
     lanes: str = ""
 
 
-class Expressions:
+class Expressions(ABC):
     """Expressions of one function; ``RoutineText`` says what names mean and which lanes are here."""
 
     def __init__(self, source: Source, routine: Routine, outputs: Mapping[str, list[int]]) -> None:
@@ -69,13 +70,16 @@ class Expressions:
         self.behind: list[Any] = []
         self._numbers = 0
 
-    def find(self, name: str) -> Variable | None:
-        raise NotImplementedError
-
-    def mask(self) -> str:
-        raise NotImplementedError
-
+    #: Where the statement stands.
     region: Region
+
+    @abstractmethod
+    def find(self, name: str) -> Variable | None:
+        """Return the local variable or argument of a name, None where there is none."""
+
+    @abstractmethod
+    def mask(self) -> str:
+        """Return the text of the lanes that are here."""
 
     def fresh(self, stem: str) -> str:
         """Return a name that no other variable has."""
@@ -258,7 +262,7 @@ class Expressions:
             return Value(f"({left} {'&' if joint else '|'} {self.truths(other)})", Truths())
         first, here = self.fresh("first"), self.fresh("m")
         outer = self.region
-        self.region = type(outer)(here, outer)
+        self.region = Region(here, outer)
         right = self.truths(self.value(node.right))
         self.region = outer
         asked = f"{outer.mask} & {first}" if joint else f"{outer.mask} & ~{first}"
@@ -274,14 +278,14 @@ class Expressions:
             one, other, kind = self._common(self._argument(node.iftrue), self._argument(node.iffalse), node)
             return Value(f"({condition.text} ? {one} : {other})", kind)
         holds = self.fresh("holds")
-        texts, prelude = [], f"const eg_wholes {holds} = {self.truths(condition)}; "
+        prelude = f"const eg_wholes {holds} = {self.truths(condition)}; "
         outer = self.region
         values = []
         for branch, mask in ((node.iftrue, holds), (node.iffalse, f"~{holds}")):
             if _has_calls(branch):
                 here = self.fresh("m")
                 prelude += f"eg_wholes {here} = {outer.mask} & {mask}; "
-                self.region = type(outer)(here, outer)
+                self.region = Region(here, outer)
             values.append(self.value(branch))
             self.region = outer
         if any(isinstance(value.type, Pointer | Array | Structure) for value in values):
@@ -293,8 +297,8 @@ class Expressions:
         if isinstance(kind, Constant):
             kind = Real()
             one, other = (self.to(value, kind, node) for value in values)
-        texts.append(f"{'eg_pick' if isinstance(kind, Real) else 'eg_pick_wholes'}({holds}, {one}, {other})")
-        return Value(f"({{ {prelude}{texts[0]}; }})", kind)
+        pick = "eg_pick" if isinstance(kind, Real) else "eg_pick_wholes"
+        return Value(f"({{ {prelude}{pick}({holds}, {one}, {other}); }})", kind)
 
     def _cast(self, node: Any) -> Value:
         kind = type_of(node.to_type.type, self.source)
