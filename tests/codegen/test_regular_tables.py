@@ -169,6 +169,19 @@ def test_equal_items_at_equally_spaced_places_are_one() -> None:
     assert (one["count"], one["q"], one["v"]) == (20, "4 + 7 * k", "6 * k")
 
 
+def test_kinds_that_take_turns_are_one_after_the_other() -> None:
+    """Positions and rotations of free bodies take turns; fewer than a loop is worth stay as they are."""
+    pairs = [({"group": "R", "q": 7 * k + 4}, {"group": "SO3", "q": 7 * k}) for k in range(9)]
+    found = repeated([*(run for pair in pairs for run in pair), {"group": "R", "q": 90}], ["group"], ["q"])
+    assert [(run["group"], run["count"], run["q"]) for run in found] == [
+        ("R", 9, "4 + 7 * k"),
+        ("R", 1, 90),
+        ("SO3", 9, "7 * k"),
+    ]
+    few = [run for pair in pairs[:7] for run in pair]
+    assert [run["group"] for run in repeated(few, ["group"], ["q"])] == ["R", "SO3"] * 7
+
+
 def test_rows_of_fronts_count_where_they_are_regular() -> None:
     fronts = [[0, 0, 0], *([1, 10 * k, 6 * k] for k in range(1, 50)), [2, 700, 0]]
     assert places_of_fronts(fronts) == [

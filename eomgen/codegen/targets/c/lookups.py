@@ -138,10 +138,22 @@ def places_of_fronts(fronts: Sequence[Sequence[int]]) -> list[str]:
 def repeated(items: Sequence[Mapping[str, Any]], kinds: Sequence[str], places: Sequence[str]) -> list[dict[str, Any]]:
     """Return items with ``count``, many of one kind at equally spaced places as one whose places are texts of k.
 
+    Where kinds take turns, as positions and rotations of free bodies do, and it makes fewer, kind follows on kind.
+
     Parameters
     ----------
+    items : in any order
     kinds, places : keys of what has to be equal, and of integers
     """
+    by_kind: dict[tuple[Any, ...], list[Mapping[str, Any]]] = {}
+    for item in items:
+        by_kind.setdefault(tuple(item[key] for key in kinds), []).append(item)
+    as_given = _repeated(items, kinds, places)
+    sorted_items = _repeated([item for alike in by_kind.values() for item in alike], kinds, places)
+    return sorted_items if len(sorted_items) < len(as_given) else as_given
+
+
+def _repeated(items: Sequence[Mapping[str, Any]], kinds: Sequence[str], places: Sequence[str]) -> list[dict[str, Any]]:
     result: list[dict[str, Any]] = []
     start = 0
     while start < len(items):
