@@ -46,16 +46,27 @@ class Bending(NamedTuple):
         return f"{where} {shorter}: {wrong}; try: a stiffer beam, smaller loads, or shorter beams in a chain"
 
 
+def shortenings(model: CompiledModel, q: Array) -> Array:
+    """Return what each beam's axis is shortened by, as a part of its length, (n, beams), at q (n, nq); infinite where
+    that is no number."""
+    places = {factor.name: factor.q for factor in model.factors}
+    beams = model.library.layout["slopes"]
+    found = np.empty((len(q), len(beams)))
+    with np.errstate(over="ignore", invalid="ignore"):
+        for k, item in enumerate(beams):
+            bent = q[:, places[item["name"]]]
+            found[:, k] = 0.5 * np.einsum("nk,kl,nl->n", bent, np.array(item["squares"]), bent) / item["length"]
+    return np.where(np.isnan(found), np.inf, found)
+
+
 def largest_bending(model: CompiledModel, t: Array, q: Array) -> Bending | None:
     """Return the beam that bends most in some row of a run, t (n,) in s and q (n, nq), beyond what beams are for; None
     where none does."""
-    places = {factor.name: factor.q for factor in model.factors}
-    found: list[Bending] = []
-    for item in model.library.layout["slopes"]:
-        bent = q[:, places[item["name"]]]
-        with np.errstate(over="ignore", invalid="ignore"):
-            shares = 0.5 * np.einsum("nk,kl,nl->n", bent, np.array(item["squares"]), bent) / item["length"]
-        row = int(np.argmax(np.where(np.isnan(shares), np.inf, shares)))
-        found.append(Bending(item["name"], float(t[row]), float(shares[row])))
+    shares, beams = shortenings(model, q), model.library.layout["slopes"]
+    rows = shares.argmax(axis=0)
+    found = [
+        Bending(item["name"], float(t[row]), float(shares[row, k]))
+        for k, (item, row) in enumerate(zip(beams, rows, strict=True))
+    ]
     most = max(found, key=lambda bending: bending.shortening, default=None)
     return most if most is not None and not most.shortening <= _LARGE else None

@@ -14,11 +14,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from eomgen.analysis.bending import shortenings
 from eomgen.arrays import Array
 from eomgen.compiled.lanes import LANES_VARIABLE, Choice
 from eomgen.compiled.lanes import chosen as chosen_lanes
 from eomgen.compiled.model import CompiledModel
 from eomgen.results.solution import Solution
+from eomgen.simulation.judgement.turned_elements import turned_elements
 from eomgen.simulation.stepping.inputs import HeldRows, InputSignals, read_signals
 from eomgen.simulation.stepping.lane_stepper import LaneStepper
 from eomgen.simulation.stepping.run import Run, scene_inputs
@@ -37,6 +39,8 @@ _GAIN = 0.2
 _GROWTH = 5.0
 #: m, or what a row of constraints holds.
 _VIOLATION = 1e-4
+#: Part of its length by which a beam's axis may be shortened, of 1 from which on a run has failed.
+_SHORTENED = 0.9
 #: Numbers of rows that are looked at together, and groups of lanes, at most.
 _NUMBERS, _GROUPS = 4e6, 64
 #: Options of ``simulate`` with which samples may run side by side.
@@ -148,6 +152,7 @@ class SideBySide:
         with np.errstate(all="ignore"):
             alone |= ~np.isfinite(rows).all(axis=(1, 2)) | self._grows(rows) | self._gains_energy(rows, parameters)
             rows = self._asked(rows)
+            alone |= self._beams_fail(rows, parameters)
             return self._columns(rows, parameters, None if inputs is None else inputs[:count]), alone
 
     @property
@@ -233,6 +238,16 @@ class SideBySide:
         moving = np.ptp(potential, axis=1) + kinetic.max(axis=1)
         gain: NDArray[np.bool_] = (total - total[:, :1]).max(axis=1) > _GAIN * moving
         return gain
+
+    def _beams_fail(self, rows: Array, parameters: Array) -> NDArray[np.bool_]:
+        """Return in which lanes a beam bends beyond what beams are for, or an element of one turns too far."""
+        lanes, count, width = rows.shape
+        model, places = self.model, slice(1, 1 + self.model.nq)
+        shares = shortenings(model, rows[:, :, places].reshape(-1, model.nq))
+        found: NDArray[np.bool_] = (shares.reshape(lanes, -1) > _SHORTENED).any(axis=1)
+        for k in np.flatnonzero(~found) if model.description.exact_beams else ():
+            found[k] = bool(turned_elements(model, rows[k, :, 0], rows[k, :, places], parameters[k]))
+        return found
 
 
 def _filled(rows: Array, more: int) -> Array:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from eomgen.toolchain.cffi_build import load_abi
+from eomgen.toolchain.large_stack import with_stack
 
 
 class LaneLibrary:
@@ -20,8 +21,9 @@ class LaneLibrary:
     """
 
     def __init__(self, path: Path, cdef: str, layout: Mapping[str, Any]) -> None:
-        self.ffi, self.lib = load_abi(path, cdef)
-        self.lanes = int(self.lib.eomgen_lanes_size(0))
-        self.state_size, self.workspace_size = (int(self.lib.eomgen_lanes_size(k)) // 8 for k in (1, 2))
+        self.ffi, lib = load_abi(path, cdef)
+        self.lanes = int(lib.eomgen_lanes_size(0))
+        self.state_size, self.workspace_size = (int(lib.eomgen_lanes_size(k)) // 8 for k in (1, 2))
+        self.lib = with_stack(lib, self.lanes * int(layout.get("stack", 0)))
         self.layout = layout
         self.path = path

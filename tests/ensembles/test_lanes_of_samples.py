@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 import eomgen
 from eomgen.ensembles.samples import Samples
+from tests.models.cosserat import beam_scene
 
 SCENE = {
     "format": 1,
@@ -116,3 +118,40 @@ def test_what_cannot_run_side_by_side_says_why(
 ) -> None:
     found(swing, **options)
     assert set(lanes) == {why}
+
+
+def limp_beam(stiffness: str) -> dict[str, object]:
+    """Return a rod of 2 m that hangs from one end in its own weight, sideways."""
+    return {
+        "format": 1,
+        "name": "limp",
+        "gravity": [0, -9.81, 0],
+        "parameters": {"stiffness": {"value": 50.0, "tunable": True}},
+        "beams": {
+            "rod": {
+                "length": 2.0,
+                "mass_per_length": 1.0,
+                "bending_y": {"modes": 1, "stiffness": stiffness, "normalisation": "unit"},
+            }
+        },
+        "joints": {"h": {"type": "fixed", "parent": "base", "child": "rod"}},
+    }
+
+
+def test_a_beam_that_bends_beyond_what_beams_are_for_fails_in_lanes_too(lanes: list[object]) -> None:
+    model = eomgen.build(limp_beam("stiffness"), method="rk4", profile="quick")
+    table = {"stiffness": [50.0, 0.5, 100.0]}
+    ensemble = model.simulate_many(1.0, 0.002, table=table)
+    assert lanes and not any(isinstance(item, str) for item in lanes)
+    assert [item.number for item in ensemble.failed] == [1]
+    assert re.search(r"but the beam rod bends by slopes of \S+ \(root mean square\)", ensemble.failed[0].reason)
+    assert np.isfinite(ensemble.results["q.rod.final"][[0, 2]]).all()
+
+
+def test_elements_of_beams_that_turn_too_far_fail_in_lanes_too(lanes: list[object]) -> None:
+    scene = beam_scene(2, {"torque": [0.0, 0.0, "2000 * load"]}, {"stiffness_damping": 0.02})
+    model = eomgen.build(scene, profile="quick")
+    ensemble = model.simulate_many(3.0, 2e-3, table={"load": [0.01, 0.2, 0.02]}, columns=["q.rope.2[4]"])
+    assert lanes and not any(isinstance(item, str) for item in lanes)
+    assert [item.number for item in ensemble.failed] == [1]
+    assert re.search(r"element \d of the beam rope turns by more than half a turn", ensemble.failed[0].reason)
