@@ -241,7 +241,7 @@ class SideBySide:
 
     def _beams_fail(self, rows: Array, parameters: Array) -> NDArray[np.bool_]:
         """Return in which lanes a beam bends beyond what beams are for, or an element of one turns too far."""
-        lanes, count, width = rows.shape
+        lanes = len(rows)
         model, places = self.model, slice(1, 1 + self.model.nq)
         shares = shortenings(model, rows[:, :, places].reshape(-1, model.nq))
         found: NDArray[np.bool_] = (shares.reshape(lanes, -1) > _SHORTENED).any(axis=1)
