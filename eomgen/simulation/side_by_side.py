@@ -244,7 +244,7 @@ class SideBySide:
         lanes = len(rows)
         model, places = self.model, slice(1, 1 + self.model.nq)
         shares = shortenings(model, rows[:, :, places].reshape(-1, model.nq))
-        found: NDArray[np.bool_] = (shares.reshape(lanes, -1) > _SHORTENED).any(axis=1)
+        found: NDArray[np.bool_] = np.any(shares.reshape(lanes, -1) > _SHORTENED, axis=1)
         for k in np.flatnonzero(~found) if model.description.exact_beams else ():
             found[k] = bool(turned_elements(model, rows[k, :, 0], rows[k, :, places], parameters[k]))
         return found
