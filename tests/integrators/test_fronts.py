@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from eomgen.integrators.newton.elimination import Elimination, eliminate
-from eomgen.integrators.newton.fronts import Fronts, make_fronts
+from eomgen.integrators.newton.fronts import Fronts, fewest_operations, make_fronts
 
 Entries = dict[tuple[int, int], np.ndarray]
 SIZE = 3
@@ -90,6 +90,7 @@ def test_fronts_solve_what_numpy_solves(
         stages = [tuple([size - 1 - k for k in part] for part in stage) for stage in stages]
     elimination = eliminate(size, entries, stages)
     fronts = make_fronts(elimination, list(entries), sided)
+    assert 0 < fewest_operations(elimination) <= fronts.operations <= elimination.operations
     A = np.zeros((size, size))
     for place, value in entries.items():
         A[place] = value[0]
@@ -106,6 +107,23 @@ def test_a_chain_has_a_handful_of_kinds_of_fronts_however_long(rng: np.random.Ge
 
     assert kinds(20) <= 4
     assert kinds(60) == kinds(20)
+
+
+def test_the_fewest_operations_are_those_of_fronts_of_different_shapes(rng: np.random.Generator) -> None:
+    """A chain has fronts with a next one, and the last; where all blocks are full, shapes tell all that kinds do."""
+    links = 20
+    pairs = [(k, j) for k in range(links) for j in (k - 1, k, k + 1) if 0 <= j < links]
+    entries: Entries = {
+        (SIZE * k + i, SIZE * j + m): rng.normal(size=1) + (9.0 if (k, i) == (j, m) else 0.0)
+        for k, j in pairs
+        for i in range(SIZE)
+        for m in range(SIZE)
+    }
+    stages = [(list(range(SIZE * k, SIZE * k + SIZE)),) * 2 for k in range(links)]
+    elimination = eliminate(SIZE * links, entries, stages)
+    last = sum(k * k for k in range(SIZE))
+    assert fewest_operations(elimination) == sum((SIZE + k) ** 2 for k in range(SIZE)) + last
+    assert make_fronts(elimination, list(entries)).operations >= fewest_operations(elimination)
 
 
 def test_work_grows_with_the_links_only(rng: np.random.Generator) -> None:

@@ -14,7 +14,7 @@ so nothing is subtracted where all of these are positive: Grassmann, Taksar and 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -175,7 +175,11 @@ _Candidate = tuple[float, bool, float, int, int]
 
 
 class _Active:
-    """Remaining submatrix: rows of scaled samples, and the rows of each column."""
+    """Remaining submatrix: the place of each entry of a row in one array of scaled samples, and the rows of each
+    column.
+
+    Place 0 is no entry's.
+    """
 
     def __init__(
         self,
@@ -190,10 +194,13 @@ class _Active:
         for number, group in enumerate(groups):
             for k in group:
                 self.group[k] = number
-        self.rows: list[dict[int, Array]] = [{} for _ in range(size)]
+        self.rows: list[dict[int, int]] = [{} for _ in range(size)]
         self.columns: list[set[int]] = [set() for _ in range(size)]
-        for (row, column), values in _equilibrated(size, samples, groups).items():
-            self.rows[row][column] = values
+        self.used, scaled = len(samples) + 1, _equilibrated(size, samples, groups)
+        self.values = np.zeros((2 * self.used, scaled.shape[1]))
+        self.values[1 : self.used] = scaled
+        for place, (row, column) in enumerate(samples, 1):
+            self.rows[row][column] = place
             self.columns[column].add(row)
         self.rows_of_stage: set[int] = set()
         self.columns_of_stage: set[int] = set()
@@ -238,15 +245,20 @@ class _Active:
             pivot = self._pivot_value(row, column)
             return 1.0 if np.all(np.isfinite(pivot) & (pivot != 0.0)) else 0.0
         near, all_rows = self.rows_of_stage, self.columns[column]
-        own = np.abs(self.rows[row][column])
-        largest = np.max([np.abs(self.rows[other][column]) for other in all_rows if other in near], axis=0)
+        own = np.abs(self._value(row, column))
+        largest = self._largest(column, [other for other in all_rows if other in near])
         if not (np.all(own > 1e-13) and np.all(own >= threshold * largest)):
             return 0.0
-        if len(all_rows) > 1 and not np.all(
-            own >= _OF_ALL * np.max([np.abs(self.rows[k][column]) for k in all_rows], axis=0)
-        ):
+        if len(all_rows) > 1 and not np.all(own >= _OF_ALL * self._largest(column, all_rows)):
             return 0.0
         return float(np.min(own / largest))
+
+    def _value(self, row: int, column: int) -> Array:
+        return np.asarray(self.values[self.rows[row][column]])
+
+    def _largest(self, column: int, rows: Iterable[int]) -> Array:
+        """Return the largest absolute values of a column among some rows."""
+        return np.asarray(np.abs(self.values[[self.rows[row][column] for row in rows]]).max(axis=0))
 
     def _better(self, best: _Candidate | None, row: int, column: int, threshold: float) -> _Candidate | None:
         cost = float((len(self.rows[row]) - 1) * (len(self.columns[column]) - 1))
@@ -258,14 +270,14 @@ class _Active:
     def _sums(self, row: int) -> dict[int, Array]:
         """Return the sums of a row over the columns of each group, without the diagonal of its own."""
         found: dict[int, Array] = {}
-        for column, values in self.rows[row].items():
+        for column, place in self.rows[row].items():
             group = self.group[column]
             if group >= 0 and (column != row or self.group[row] < 0):
-                found[group] = found.get(group, 0.0) + values
+                found[group] = found.get(group, 0.0) + self.values[place]
         return found
 
     def _pivot_value(self, row: int, column: int) -> Array:
-        own = self.rows[row][column]
+        own = self._value(row, column)
         return own - self._sums(row).get(self.group[row], 0.0) if self.group[row] >= 0 else own
 
     def eliminate(self, row: int, column: int) -> tuple[list[int], list[int]]:
@@ -274,33 +286,43 @@ class _Active:
         pivot = self._pivot_value(row, column)
         sums = self._sums(row) if self.grouped else {}
         if group >= 0:
-            sums[group] = pivot_row[column]
+            sums[group] = self._value(row, column)
         del pivot_row[column]
         beside = sorted(pivot_row)
         self.columns[column].discard(row)
         below = sorted(self.columns[column])
+        factors = self.values[[self.rows[number].pop(column) for number in below]] / pivot
         for other in pivot_row:
             self.columns[other].discard(row)
-        for number in below:
+            self.columns[other].update(below)
+        places: list[list[int]] = []
+        for number, factor in zip(below, factors, strict=True):
             target = self.rows[number]
-            factor = target.pop(column) / pivot
             if self.group[number] in sums:
-                target[number] = target[number] - factor * sums[self.group[number]]
-            for other, value in pivot_row.items():
-                if other == number and self.group[number] >= 0:
-                    continue
-                known = target.get(other)
-                target[other] = -factor * value if known is None else known - factor * value
-                self.columns[other].add(number)
+                place = target[number]
+                self.values[place] = self.values[place] - factor * sums[self.group[number]]
+            for other in [other for other in pivot_row if other not in target]:
+                target[other] = self.used
+                self.used += 1
+            places.append([target[other] for other in pivot_row])
+            if self.group[number] >= 0 and number in pivot_row:
+                places[-1][list(pivot_row).index(number)] = 0
+        self._make_room()
+        if below:
+            products = factors[:, np.newaxis] * self.values[list(pivot_row.values())]
+            self.values[places] = self.values[places] - products
         self.rows[row] = {}
         self.columns[column] = set()
         return below, beside
 
+    def _make_room(self) -> None:
+        """Lengthen the array of samples behind the places in use."""
+        if self.used > len(self.values):
+            self.values = np.concatenate([self.values, np.zeros((self.used, self.values.shape[1]))])
 
-def _equilibrated(
-    size: int, samples: Mapping[tuple[int, int], Array], groups: Sequence[Sequence[int]]
-) -> dict[tuple[int, int], Array]:
-    """Return the entries with rows and columns scaled so that the largest of each is about 1 (Ruiz 2001).
+
+def _equilibrated(size: int, samples: Mapping[tuple[int, int], Array], groups: Sequence[Sequence[int]]) -> Array:
+    """Return the entries (n, samples) with rows and columns scaled so that the largest of each is about 1 (Ruiz 2001).
 
     Columns of a group share their scale, so that sums over them stay sums.
     """
@@ -316,5 +338,4 @@ def _equilibrated(
             scale[:] = scale / np.sqrt(np.where(largest > 0.0, largest, 1.0))
         for group in groups:
             column_scale[list(group)] = np.max(column_scale[list(group)])
-    values = values * (row_scale[indices[:, 0]] * column_scale[indices[:, 1]])[:, np.newaxis]
-    return dict(zip(samples, values, strict=True))
+    return values * (row_scale[indices[:, 0]] * column_scale[indices[:, 1]])[:, np.newaxis]

@@ -50,6 +50,21 @@ class Fronts:
         )
 
 
+def fewest_operations(elimination: Elimination) -> int:
+    """Return a lower bound of ``Fronts.operations``, which is found without fronts.
+
+    Fronts of one kind agree in the numbers of rows and columns of their pivots; of each such shape one is counted.
+    """
+    starts = [start for start in elimination.stages if start < elimination.size]
+    below = [0] * elimination.size
+    for across in elimination.lower:
+        for column in across:
+            below[column] += 1
+    pivots = list(zip(below, map(len, elimination.upper), strict=True))
+    shapes = {tuple(pivots[start:end]) for start, end in zip(starts, [*starts[1:], elimination.size], strict=True)}
+    return sum(rows * columns for shape in shapes for rows, columns in shape)
+
+
 def make_fronts(elimination: Elimination, entries: Sequence[MatrixIndex], sided: int | None = None) -> Fronts:
     """Cut an elimination at the ends of its stages.
 

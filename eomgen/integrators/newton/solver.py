@@ -11,7 +11,7 @@ import numpy as np
 from eomgen.arrays import Array
 from eomgen.errors import ModelError
 from eomgen.integrators.newton.elimination import Elimination, eliminate
-from eomgen.integrators.newton.fronts import Fronts, make_fronts
+from eomgen.integrators.newton.fronts import Fronts, fewest_operations, make_fronts
 from eomgen.integrators.newton.matrix import (
     MatrixIndex,
     Packing,
@@ -118,11 +118,13 @@ def make_solver(
     )
     if groups:
         return Solver(unknowns, samples.packing, terms, elimination)
-    fronts = make_fronts(elimination, list(values), unknowns.matrix_size if at_start else unknowns.size)
-    repetitions = REPETITIONS if elimination.operations <= UNROLLED / 2 else 2
-    repeated = elimination.operations > UNROLLED or len(fronts.kind_of) >= repetitions * len(fronts.kinds)
-    if fronts.operations <= min(FRONTS_UNROLLED, elimination.operations / 2) and repeated:
-        return Solver(unknowns, samples.packing, terms, elimination, fronts)
+    most = min(FRONTS_UNROLLED, elimination.operations / 2)
+    if fewest_operations(elimination) <= most:
+        fronts = make_fronts(elimination, list(values), unknowns.matrix_size if at_start else unknowns.size)
+        repetitions = REPETITIONS if elimination.operations <= UNROLLED / 2 else 2
+        repeated = elimination.operations > UNROLLED or len(fronts.kind_of) >= repetitions * len(fronts.kinds)
+        if fronts.operations <= most and repeated:
+            return Solver(unknowns, samples.packing, terms, elimination, fronts)
     whole = unknowns.size**3 / 3 < _DENSE_ADVANTAGE * elimination.operations
     loop_is_cheaper = elimination.operations > UNROLLED and whole and not unknowns.inner
     return Solver(unknowns, samples.packing, terms, None if loop_is_cheaper else elimination)
