@@ -13,7 +13,7 @@ import uuid
 import warnings
 from collections.abc import Callable, Generator, Iterator
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -54,11 +54,13 @@ class Machines:
     ----------
     name : for messages
     notes : what there is to say of the runs besides, when they have ended
+    how : the ways in which samples were run, of ``Samples``
     """
 
     client: Any
     name: str
     notes: tuple[str, ...] = ()
+    how: set[str] = field(default_factory=set)
 
     def blocks(self, work: Samples, first: int, total: int, block: int) -> Generator[Block]:
         """Give the blocks of samples from the first one on, in their order.
@@ -261,6 +263,7 @@ class _Run:
             each = result.seconds / count
             self._per_sample = each if not self._per_sample else 0.7 * self._per_sample + 0.3 * each
             self._codes.add(result.code)
+            self._machines.how.add(result.how)
             return result
         samples = f"samples {begin} to {begin + count - 1}" if count > 1 else f"sample {begin}"
         error = result[1] if isinstance(result, tuple) else result

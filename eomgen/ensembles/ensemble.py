@@ -41,6 +41,8 @@ class Ensemble:
     asked, done : samples
     interrupted : whether Ctrl-C has ended it early
     seconds : the time that it took
+    how : the way samples were run by this call, ``side by side: 4 lanes``, or ``one after the other:`` and why; empty
+        where all were there
     notes : what there is to say besides
     """
 
@@ -58,6 +60,7 @@ class Ensemble:
     seconds: float
     reduction: Reduction = field(repr=False)
     journal: Journal = field(repr=False)
+    how: str = ""
     notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
@@ -178,7 +181,7 @@ class Ensemble:
         failures = "all" if len(self.failed) == self.done > 1 else str(len(self.failed))
         failed = f", {failures} of which failed" if self.failed else ""
         ended = "; ended by Ctrl-C" if self.interrupted else ""
-        return "; ".join((f"{done}{failed}{ended}", *self.notes))
+        return "; ".join(filter(None, (f"{done}{failed}{ended}", self.how, *self.notes)))
 
     def to_dict(self) -> dict[str, Any]:
         """Return what the ensemble came to at its end, as JSON data."""
@@ -201,6 +204,7 @@ class Ensemble:
             "interrupted": self.interrupted,
             "failed": len(self.failed),
             "seconds": self.seconds,
+            "how": self.how,
             "varied": list(self.varied),
             "units": self.units,
             "t_end": float(self.t[-1]),

@@ -77,12 +77,14 @@ class Part:
     solutions : number of a sample -> the file of its solution, of those to be kept
     seconds : that the samples took, without the model's compilation
     code : digest of the compiled model
+    how : of ``Samples``
     """
 
     block: Block
     solutions: Mapping[int, bytes]
     seconds: float
     code: str
+    how: str
 
 
 @dataclass(frozen=True)
@@ -124,7 +126,7 @@ class Room:
         numbers = (number for number in work.keep if first <= number < first + len(values))
         files = {number: work.file(number) for number in numbers}
         solutions = {number: file.read_bytes() for number, file in files.items() if file.exists()}
-        return Part(block, solutions, seconds, model.library.digest)
+        return Part(block, solutions, seconds, model.library.digest, work.how)
 
     def _made(self) -> CompiledModel:
         """Return the model. Raises EomgenError where it cannot be made here, or not as the sender's."""

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,7 @@ from eomgen.results.solution import Solution
 from eomgen.simulation.side_by_side import Alike
 from eomgen.simulation.simulate import simulate
 
+_LOG = logging.getLogger(__name__)
 #: What is kept of each column of a run.
 EXTREMES = ("min", "max", "final")
 
@@ -83,6 +84,9 @@ class Samples:
     folder: Path | None = None
     alike: Alike | None = None
     stop: threading.Event = field(default_factory=threading.Event)
+    #: Threads that begin together wait for the one that makes lanes.
+    _making: threading.Lock = field(default_factory=threading.Lock, init=False, repr=False)
+    _made: Lanes | str | None = field(default=None, init=False, repr=False)
 
     def block(self, first: int, count: int) -> Block | None:
         """Return a block of samples; None where it was stopped."""
@@ -101,12 +105,21 @@ class Samples:
                 failed.append(Failed(first + k, reason, dict(zip(names, values[k].tolist(), strict=True))))
         return Block(first, values, rows, extremes, tuple(failed))
 
-    @cached_property
+    @property
     def lanes(self) -> Lanes | str:
         """What runs samples side by side, or why they are run one after the other."""
-        if self.alike is None:
-            return "runs side by side are not asked for"
-        return lanes_of(self.model, self.options, self.alike, self.columns)
+        with self._making:
+            if self._made is None:
+                self._made = "runs side by side are not asked for"
+                if self.alike is not None:
+                    self._made = lanes_of(self.model, self.options, self.alike, self.columns)
+                _LOG.info("%s: samples run %s", self.model.name, how_run(self._made))
+            return self._made
+
+    @property
+    def how(self) -> str:
+        """How samples were run, ``side by side: 4 lanes``, or why one after the other; empty before the first one."""
+        return "" if self._made is None else how_run(self._made)
 
     def _side_by_side(self, first: int, values: Array, rows: Array, extremes: Array) -> list[int]:
         """Run samples (n, d) side by side and fill their rows and extremes; return those that have to run alone."""
@@ -176,6 +189,13 @@ class Samples:
             met = met[met < table.shape[1]]
             rows[:, : len(met)] = table[:, met]
         return ""
+
+
+def how_run(lanes: Lanes | str) -> str:
+    """Return how samples are run, in words."""
+    if isinstance(lanes, str):
+        return f"one after the other: {lanes}"
+    return f"side by side: {lanes.runs.library.lanes} lanes"
 
 
 def extremes_of(table: Array) -> Array:

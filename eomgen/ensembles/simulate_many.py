@@ -115,6 +115,7 @@ def simulate_many(
         left = (journal.done, drawn.samples, block)
         with closing(_on_threads(work, threads, *left) if machines is None else machines.blocks(work, *left)) as blocks:
             interrupted = _reduced(blocks, journal, reduction, drawn.samples, reported)
+    how = work.how if machines is None else "; ".join(sorted(machines.how))
     units, notes = pilot.units(), () if machines is None else machines.notes
     return Ensemble(
         scene=model.name,
@@ -131,6 +132,7 @@ def simulate_many(
         reduction=reduction,
         journal=journal,
         method=str(pilot.metadata["method"]),
+        how=how,
         notes=tuple(filter(None, (unbalanced(name, samples), "" if pilot.success else _doubt(pilot), *notes))),
     )
 

@@ -102,6 +102,7 @@ def test_failures_and_solutions_come_back(cart: eomgen.Model, client: Any, tmp_p
     table = {"mass": [1.0, -1.0, 2.0], "push": [2.0, 2.0, 2.0]}
     here = cart.simulate_many(table=table, folder=tmp_path / "here", keep=[2])
     there = cart.simulate_many(table=table, folder=tmp_path / "there", keep=[2], cluster=client)
+    assert there.how == here.how and "side by side" in here.how
     assert there.failed == here.failed and there.failed[0].number == 1 and bits(there) == bits(here)
     kept = [eomgen.Solution.load(tmp_path / place / "runs" / "sample_0000002.npz") for place in ("here", "there")]
     np.testing.assert_array_equal(kept[0].q, kept[1].q)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import re
 from collections.abc import Iterator
 
@@ -75,13 +76,23 @@ def same(one: eomgen.Ensemble, other: eomgen.Ensemble) -> None:
     "options", [{}, {"record_every": 3}, {"record_every": 25, "points": 2}, {"t_end": 0.37, "points": 5}], ids=str
 )
 def test_results_are_those_of_runs_one_after_the_other(
-    swing: eomgen.Model, lanes: list[object], monkeypatch: pytest.MonkeyPatch, options: dict[str, object]
+    swing: eomgen.Model,
+    lanes: list[object],
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+    options: dict[str, object],
 ) -> None:
-    beside = found(swing, **options)
+    with caplog.at_level(logging.INFO, "eomgen.ensembles"):
+        beside = found(swing, **options)
     assert lanes and not any(isinstance(item, str) for item in lanes)
+    assert re.fullmatch(r"side by side: \d+ lanes", beside.how)
+    assert caplog.messages == [f"swing: samples run {beside.how}"]
     lanes.clear()
     monkeypatch.setenv("EOMGEN_LANES", "off")
-    same(beside, found(swing, **options))
+    alone = found(swing, **options)
+    same(beside, alone)
+    assert alone.how == "one after the other: EOMGEN_LANES is off"
+    assert alone.to_dict()["how"] in alone.message
     assert set(lanes) == {"EOMGEN_LANES is off"}
 
 
