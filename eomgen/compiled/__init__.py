@@ -2,6 +2,7 @@
 
 __all__ = [
     "arguments",
+    "consistent_states",
     "constraints",
     "coordinates",
     "corrected_start",

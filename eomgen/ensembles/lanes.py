@@ -37,13 +37,9 @@ class Lanes:
         to be run alone."""
         parameters, alone = self._parameters(values)
         inputs = self._inputs(values)
-        if self.runs.starts_follow:
-            starts, refused = self._starts_one_by_one(values, parameters)
-            alone |= refused
-        else:
-            starts = self._starts(values)
+        starts, refused = self._starts(values, parameters)
         tables, doubtful = self.runs.tables(parameters, inputs, starts)
-        return tables, alone | doubtful
+        return tables, alone | refused | doubtful
 
     def _parameters(self, values: Array) -> tuple[Array, NDArray[np.bool_]]:
         """Return parameters (samples, np), and which of them may be refused; these have the scene's in their place."""
@@ -73,19 +69,42 @@ class Lanes:
                 inputs[:, self.model.inputs.index(item.name)] = column
         return inputs
 
-    def _starts(self, values: Array) -> Array:
-        """Return initial states (samples, nq + nv + nz) that are taken as they are."""
-        model = self.model
-        first = initial_state(model, self.options.common.get("initial"), self.runs.run.parameters)
+    def _starts(self, values: Array, parameters: Array) -> tuple[Array, NDArray[np.bool_]]:
+        """Return initial states (samples, nq + nv + nz) on the constraints, and which of them cannot be."""
+        model, common = self.model, self.options.common
+        changed = bool(common.get("initial")) or common.get("parameters") is not None
+        changed = changed or any(item.block != "inputs" for item in self.options.items)
+        guesses, refused = self._guesses(values, parameters)
+        if not changed and self.runs.run.grid.start == 0.0:
+            return guesses, refused
+        q, v, z = np.split(guesses, [model.nq, model.nq + model.nv], axis=1)
+        found = self.runs.assembled(q, v, parameters)
+        if found is None:
+            return self._starts_one_by_one(values, parameters)
+        return np.concatenate([found.q, found.v, z], axis=1), refused | ~found.met
+
+    def _guesses(self, values: Array, parameters: Array) -> tuple[Array, NDArray[np.bool_]]:
+        """Return initial states (samples, nq + nv + nz) as they are given, and which of them are refused."""
+        model, common = self.model, self.options.common.get("initial")
+        first = initial_state(model, common, self.runs.run.parameters)
         starts = np.repeat(np.concatenate([first.q, first.v, first.z])[np.newaxis], len(values), axis=0)
+        refused = np.zeros(len(values), dtype=bool)
+        if model.initial_at is not None:  # bodies are where the joints put them at the parameters of each sample
+            for k in np.flatnonzero((parameters != self.runs.run.parameters).any(axis=1)):
+                try:
+                    own = initial_state(model, common, parameters[k])
+                except EomgenError:
+                    refused[k] = True
+                else:
+                    starts[k] = np.concatenate([own.q, own.v, own.z])
         begins = {"q": 0, "v": model.nq, "z": model.nq + model.nv}
         for item, column in zip(self.options.items, values.T, strict=True):
             if item.block in begins:
                 starts[:, begins[item.block] + item.place] = column
-        return starts
+        return starts, refused
 
     def _starts_one_by_one(self, values: Array, parameters: Array) -> tuple[Array, NDArray[np.bool_]]:
-        """Return initial states that are brought onto the constraints, and which of them cannot be."""
+        """Return the same where rows that were left out are checked for each."""
         model = self.model
         starts = np.repeat(
             np.concatenate([model.initial_q, model.initial_v, model.initial_z])[np.newaxis], len(values), axis=0

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from eomgen.analysis.bending import shortenings
 from eomgen.arrays import Array
+from eomgen.compiled.consistent_states import ConsistentStates, consistent_samples
 from eomgen.compiled.lanes import LANES_VARIABLE, Choice
 from eomgen.compiled.lanes import chosen as chosen_lanes
 from eomgen.compiled.model import CompiledModel
@@ -115,11 +116,16 @@ class SideBySide:
         driven = self.run.driven
         return driven.row if isinstance(driven, HeldRows) else None
 
-    @property
-    def starts_follow(self) -> bool:
-        """Whether initial states follow from parameters or constraints, and so are found one by one."""
-        left_out = self.model.library.layout["left_out"]
-        return bool(self.model.multipliers or left_out or self.model.initial_at is not None)
+    def assembled(self, q: Array, v: Array, parameters: Array) -> ConsistentStates | None:
+        """Return the states nearest to guesses q (n, nq), v (n, nv) that meet the constraints, at parameters (n, np);
+        None where each is to be looked at by ``start_of``, since rows that follow from others elsewhere may not
+        there."""
+        model = self.model
+        if model.library.layout["left_out"] and np.any(parameters != model.parameter_array()):
+            return None
+        if not model.multipliers:
+            return ConsistentStates(q, v, np.ones(len(q), dtype=bool))
+        return consistent_samples(model, q, v, self.run.grid.start, parameters)
 
     def start_of(self, p: Array, initial: Mapping[str, Any] | None, *, changed: bool) -> Array:
         """Return q, v, z, (nq + nv + nz,), from which a run with parameters (np,) starts; errors as of ``simulate``."""

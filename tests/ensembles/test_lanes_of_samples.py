@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import re
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ import eomgen
 from eomgen.ensembles.samples import Samples
 from tests.models.cosserat import beam_scene
 
-SCENE = {
+SCENE: dict[str, Any] = {
     "format": 1,
     "name": "swing",
     "gravity": [0, 0, -9.81],
@@ -166,3 +167,31 @@ def test_elements_of_beams_that_turn_too_far_fail_in_lanes_too(lanes: list[objec
     assert lanes and not any(isinstance(item, str) for item in lanes)
     assert [item.number for item in ensemble.failed] == [1]
     assert re.search(r"element \d of the beam rope turns by more than half a turn", ensemble.failed[0].reason)
+
+
+@pytest.mark.parametrize("coordinates", ["joint", "absolute"])
+def test_samples_begin_on_their_constraints(
+    coordinates: str, lanes: list[object], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A link whose length varies: in a loop that it is too short for once, and where its joint puts it."""
+    scene: dict[str, Any] = {**SCENE, "coordinates": coordinates}
+    table = {"mass": [1.0, 1.1, 0.9], "reach": [0.5, 0.4, 0.6]}
+    scene["parameters"] = {**SCENE["parameters"], "reach": {"value": 0.5, "unit": "m", "tunable": True}}
+    scene["bodies"] = {"rod": {**SCENE["bodies"]["rod"], "center_of_mass": [0, 0, "-reach"]}}
+    scene["points"] = {"tip": {"body": "rod", "position": [0, 0, "-2 * reach"]}}
+    if coordinates == "joint":
+        scene["bodies"]["bob"] = {"mass": 0.5, "inertia": [0.01, 0.01, 0.01]}
+        slide = {"type": "prismatic", "parent": "base", "child": "bob", "axis": [1, 0, 0], "position": [0, 0, -1.6]}
+        scene["joints"] = {**SCENE["joints"], "slide": {**slide, "initial": {"position": -0.6}}}
+        tie = {"type": "distance", "length": 1.0, "first": "tip", "second": {"body": "bob"}}
+        scene["constraints"] = {"tie": tie}
+        table["reach"][1] = 0.2
+    model = eomgen.build(scene, method="generalized_alpha", profile="reproducible")
+    given = {"vary": None, "table": table, "samples": 3, "columns": ["output.height[0]", "output.height[2]"]}
+    beside = found(model, **given)
+    assert lanes and not any(isinstance(item, str) for item in lanes)
+    monkeypatch.setenv("EOMGEN_LANES", "off")
+    alone = found(model, **given)
+    assert beside.failed == alone.failed and len(alone.failed) == (coordinates == "joint")
+    for name in alone.results:
+        np.testing.assert_allclose(beside.results[name], alone.results[name], rtol=1e-9, atol=1e-12)

@@ -1,0 +1,58 @@
+"""Initial states of many samples, brought onto the constraints of a model at once."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eomgen.arrays import Array
+from eomgen.solvers.consistent_states import Chosen, ConsistentStates, ConstrainedSamples, consistent_states
+from eomgen.system.terms import PURPOSES
+
+if TYPE_CHECKING:
+    from eomgen.compiled.model import CompiledModel
+
+__all__ = ["ConsistentStates", "consistent_samples"]
+
+
+def consistent_samples(model: CompiledModel, q: Array, v: Array, t: float, parameters: Array) -> ConsistentStates:
+    """Return the states nearest to guesses that meet the constraints, as ``model.consistent`` does one by one.
+
+    Last digits may differ from its own. Samples that are not met have to be looked at by it, since it says why; so have
+    all at parameters at which rows that were left out have to be checked.
+
+    Parameters
+    ----------
+    q, v : (n, nq), (n, nv)
+    t : s
+    parameters : (n, np)
+    """
+    needed = PURPOSES["initial_assembly"]
+    able = model.having(needed)
+    if any(name not in able.functions for name in needed):
+        return ConsistentStates(q, v, np.zeros(len(q), dtype=bool))
+    holonomic = model.functions.sizes["holonomic"]
+    rows = len(model.multipliers)
+
+    def at(name: str, chosen: Chosen, **state: Array) -> Array:
+        return next(iter(able.evaluate(name, t=t, parameters=parameters[chosen], **state).values()))
+
+    def sizes(q: Array, chosen: Chosen) -> tuple[Array, Array]:
+        found = able.evaluate("constraint_size", q, t=t, parameters=parameters[chosen])
+        values = np.concatenate(list(found.values()), axis=-1)
+        return values[:, :rows], values[:, rows:]
+
+    system = ConstrainedSamples(
+        factors=model.factors,
+        lengths=np.array([unit != "1" for unit in model.library.layout["row_units"]], dtype=bool),
+        angular=np.array([unit == "rad/s" for unit in model.v_units], dtype=bool),
+        holonomic=holonomic,
+        constraint=lambda q, chosen: at("constraint", chosen, q=q) if holonomic else np.zeros((len(q), 0)),
+        velocity=lambda q, v, chosen: at("constraint_velocity", chosen, q=q, v=v),
+        jacobian=lambda q, chosen: at("constraint_jacobian", chosen, q=q),
+        mass=lambda q, chosen: able.mass(q, parameters=parameters[chosen]),
+        sizes=sizes,
+    )
+    found = consistent_states(system, q, v)
+    return found._replace(q=model.evaluator.followed(found.q, t, parameters))
