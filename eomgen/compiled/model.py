@@ -20,6 +20,7 @@ from eomgen.compiled import (
     display,
     equations,
     frames,
+    parameter_partials,
     prescribed,
     section_loads,
     time_derivatives,
@@ -162,6 +163,8 @@ class CompiledModel:
     constrained_dynamics, partials = equations.constrained_dynamics, equations.partials
     evaluate, energy, outputs = equations.evaluate, equations.energy, equations.outputs
     internal_rates, internal_partials = equations.internal_rates, equations.internal_partials
+    output_parameter_partials = parameter_partials.output_parameter_partials
+    parameter_partials = parameter_partials.parameter_partials
     rates, forward_rates, coriolis = time_derivatives.rates, time_derivatives.forward_rates, time_derivatives.coriolis
     mass_rates, coupling_rates = time_derivatives.mass_rates, time_derivatives.coupling_rates
     force_rates, base_motion_rates = time_derivatives.force_rates, time_derivatives.base_motion_rates
@@ -242,6 +245,8 @@ class CompiledModel:
             "large": "iteration" in self.functions,
             "absolute": bool(self.description.joints),
             "outputs": bool(self.library.layout["outputs"]),
+            "tunable": bool(self.parameters),
+            "tunable_outputs": bool(self.parameters) and bool(self.library.layout["outputs"]),
             "samples": bool(self.library.layout["sampled"]),
             "moving_base": self.evaluator.moving_base,
             "exact_beams": bool(self.description.exact_beams),

@@ -27,7 +27,8 @@ class Term:
     exists : tuple of str
         Facts of a system of which one must hold; a term without any exists in all systems. Facts: ``constraints``,
         ``unconstrained``, ``states``, ``moving_base``, ``outputs``, ``absolute``, ``elastic``, ``rigid``, ``large``,
-        ``exact_beams``, ``events``, ``event_actions``, ``event_impulse``.
+        ``exact_beams``, ``events``, ``event_actions``, ``event_impulse``, ``tunable`` (parameters), ``tunable_outputs``
+        (both).
     on_request : bool
         Recorded only when it is asked for by name.
     quadratic : bool
@@ -261,6 +262,21 @@ _PLAIN = (
         of_motion=True,
     ),
     Term(
+        "parameter_partials",
+        _ALL,
+        "partials in the tunable parameters: of the residual, of rates of internal states, of constraints",
+        exists=("tunable",),
+        on_request=True,
+    ),
+    Term(
+        "output_parameter_partials",
+        _ALL,
+        "partials of the outputs in the tunable parameters",
+        exists=("tunable_outputs",),
+        on_request=True,
+        of_motion=True,
+    ),
+    Term(
         "energy",
         _ALL,
         "kinetic and potential energy, non-conservative power, power of base and drivers",
@@ -372,6 +388,7 @@ _ELSEWHERE: Mapping[str, str] = {
     **dict.fromkeys(("vdot", "aba", "forward", "qdd"), "forward_dynamics"),
     **dict.fromkeys(("kinetic", "potential", "energies", "kinetic_energy", "potential_energy", "lagrangian"), "energy"),
     **dict.fromkeys(("derivatives", "gradients", "tangent"), "partials"),
+    **dict.fromkeys(("sensitivity", "sensitivities", "parameter_derivatives", "df_dp"), "parameter_partials"),
     **dict.fromkeys(("stiffness", "damping", "linear"), "linearization"),
     **dict.fromkeys(("kinematics", "forward_kinematics", "positions", "frames"), "poses"),
     **dict.fromkeys(("velocity", "velocities"), "twists"),

@@ -13,9 +13,10 @@ def drone() -> eomgen.Scene:
     """Return a drone that carries a pendulum: a moving base, lagging thrust, filters, inputs given and driven,
     outputs."""
     builder = eomgen.SceneBuilder("drone").parameter("lag", 0.05, tunable=True)
-    builder.input("command", "3 + sin(t)").input("twist")
+    builder.parameter("gust", 3.0, tunable=True).parameter("heave", 0.1, tunable=True)
+    builder.input("command", "gust + sin(t)").input("twist")
     builder.base(
-        position=["0.1 * sin(3 * t)", 0, "0.2 * t"], rotation=[([0, 0, 1], "0.3 * t"), ([1, 0, 0], "0.2 * sin(t)")]
+        position=["heave * sin(3 * t)", 0, "0.2 * t"], rotation=[([0, 0, 1], "0.3 * t"), ([1, 0, 0], "0.2 * sin(t)")]
     )
     builder.body("hull", 1.5, inertia=[0.02, 0.03, 0.04]).joint("flight", "free", "base", "hull")
     builder.body("rod", 0.4, center_of_mass=[0, 0, -0.3], inertia=[0.01, 0.01, 0.001])
@@ -35,11 +36,14 @@ def gate() -> eomgen.Scene:
     """Return two absolute bodies, one on a shaking base, the other driven against it, with a torque that is an
     input."""
     builder = eomgen.SceneBuilder("gate", coordinates="absolute").input("torque", "0.2 * sin(3 * t)").input("push")
-    builder.base(position=["0.05 * sin(7 * t)", 0, 0], rotation=[([0, 0, 1], "0.1 * sin(2 * t)")])
+    builder.parameter("place", 1.0, tunable=True).parameter("shake", 7.0, tunable=True)
+    builder.base(position=["0.05 * sin(shake * t)", 0, 0], rotation=[([0, 0, 1], "0.1 * sin(2 * t)")])
     builder.body("leaf", 1.3, center_of_mass=[0.5, 0, 0], inertia=[0.02, 0.1, 0.1])
     builder.joint("hinge", "revolute", "base", "leaf", axis=[0, 0, 1], initial={"position": 0.3, "velocity": 0.5})
     builder.body("bolt", 0.4, inertia=[0.01, 0.02, 0.03])
-    builder.joint("slide", "prismatic", "leaf", "bolt", axis=[1, 0, 0], position=[1, 0, 0], initial={"position": 0.1})
+    builder.joint(
+        "slide", "prismatic", "leaf", "bolt", axis=[1, 0, 0], position=["place", 0, 0], initial={"position": 0.1}
+    )
     builder.effort("closer", "hinge", "torque - 0.3 * v.hinge + 0.1 * push")
     return builder.output("angle", formula="q.hinge * push").simulation(step=1e-3, duration=1.0).build()
 

@@ -40,6 +40,11 @@ def scene_with(fact: str) -> Scene:
             builder.state("held", sample=0.01, formula="q.hinge")
         case "outputs":
             builder.output("angle", formula="q.hinge")
+        case "tunable" | "tunable_outputs":
+            builder.parameter("stiffness", 3.0, tunable=True)
+            builder.effort("spring", "hinge", "-stiffness * q.hinge")
+            if fact == "tunable_outputs":
+                builder.output("moment", formula="stiffness * q.hinge")
         case "moving_base":
             builder.base([0.0, 0.0, "0.1 * sin(t)"])
         case "elastic":
@@ -91,6 +96,7 @@ def test_what_a_rigid_tree_on_a_base_at_rest_has_no_use_for() -> None:
     of_constraints = {name for name in TERMS if name.startswith("constraint")} | {"equations", "iteration"}
     of_constraints |= {"velocity_partials", "acceleration_partials", "jacobian_values", "joint_velocities"}
     of_others = {"internal_rate", "internal_partials", "outputs", "output_partials", "elastic"}
+    of_others |= {"parameter_partials", "output_parameter_partials"}
     of_others |= {"events", "event_actions", "event_impulse", "samples", "section_loads"}
     of_base = {"base_motion", "base_motion_rates", "base_motion_rates_1"}
     recorded = derive(scene_with("plain"), list(TERMS)).functions

@@ -63,7 +63,7 @@ def output_partials(derivation: Derivation) -> list[Block]:
 def acceleration_partials(derivation: Derivation) -> list[Block]:
     """Return Aq (left-trivialised) and Av, partials of constraint accelerations B a + g, g the ``constraint_bias``."""
     (B,), (g,) = derivation.constraint_jacobian(), derivation.constraint_bias()
-    rows = _accelerations(derivation, B, g)
+    rows = constraint_accelerations(derivation, B, g)
     with derivation.tape.block("partials of the constraints' accelerations"):
         return _by_state(derivation, rows, ("Aq", "Av"), "d(B a + g)", "left-trivialised, a held")
 
@@ -75,7 +75,7 @@ def joint_velocity_partials(derivation: Derivation) -> list[Block]:
     refs = tuple(entry.ref for row in calculus.jacobian() for entry in row)
     P = Block("Pv", (count, nv), refs, "d joint_v / dv")
     g = Block("g", (count,), tuple(value.ref for value in calculus.bias()))
-    velocities, accelerations = calculus.velocity(), _accelerations(derivation, P, g)
+    velocities, accelerations = calculus.velocity(), constraint_accelerations(derivation, P, g)
     blocks = [
         Block("joint_v", (count,), tuple(value.ref for value in velocities), "velocities of the joints"),
         Block("joint_a", (count,), tuple(value.ref for value in accelerations), "their time derivatives"),
@@ -87,7 +87,7 @@ def joint_velocity_partials(derivation: Derivation) -> list[Block]:
         return blocks + _by_state(derivation, accelerations, ("Paq", "Pav"), "d joint_a", "left-trivialised, a held")
 
 
-def _accelerations(derivation: Derivation, B: Block, g: Block) -> list[Scalar]:
+def constraint_accelerations(derivation: Derivation, B: Block, g: Block) -> list[Scalar]:
     """Return B a + g."""
     tape, nv = derivation.tape, derivation.tree.nv
     a = [Scalar(tape, tape.input("a", k)) for k in range(nv)]

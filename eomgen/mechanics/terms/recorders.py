@@ -17,6 +17,7 @@ from eomgen.mechanics.terms.linearization import (
     output_partials,
 )
 from eomgen.mechanics.terms.momenta import momenta
+from eomgen.mechanics.terms.parameters import output_parameter_partials, parameter_partials
 from eomgen.mechanics.terms.samples import samples
 from eomgen.mechanics.terms.section_loads import section_loads
 from eomgen.system.system import Block
@@ -57,6 +58,8 @@ RECORDERS: Mapping[str, Callable[[Derivation], list[Block]]] = {
     "linearization": linearization,
     "acceleration_partials": acceleration_partials,
     "output_partials": output_partials,
+    "parameter_partials": parameter_partials,
+    "output_parameter_partials": output_parameter_partials,
     "joint_velocities": joint_velocity_partials,
     "energy": Derivation.energy,
     "momenta": momenta,

@@ -18,6 +18,7 @@ from eomgen.studies.verification.claims.events import event_claims
 from eomgen.studies.verification.claims.frames import frame_claims
 from eomgen.studies.verification.claims.linear_models import linear_claims
 from eomgen.studies.verification.claims.motion import motion_claims
+from eomgen.studies.verification.claims.parameters import parameter_claims
 from eomgen.studies.verification.claims.partials import constraint_claims, packed_claims, partial_claims
 from eomgen.studies.verification.claims.rates import rate_claims
 from eomgen.studies.verification.claims.sections import section_claims
@@ -142,6 +143,7 @@ def _claims(space: Space, engine: Engine, system: System, model: Model) -> list[
         *section_claims(space, engine, system, model.scene),
         *rate_claims(space, engine),
         *linear_claims(space, engine, system, model.description),
+        *parameter_claims(space, engine, system),
         *event_claims(space, engine, system),
     ]
 

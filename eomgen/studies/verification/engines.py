@@ -86,7 +86,7 @@ def on_tape(system: System) -> Engine:
 
 
 def moved(engine: Engine, state: Blocks, direction: Blocks, step: complex) -> dict[str, Array]:
-    """Return the state moved along a direction; a moving base follows the time.
+    """Return the state moved along a direction; a moving base follows time and parameters, given inputs the parameters.
 
     Parameters
     ----------
@@ -105,7 +105,10 @@ def moved(engine: Engine, state: Blocks, direction: Blocks, step: complex) -> di
             result[block] = here + step * configuration_rate(engine.factors, here, rate)
         else:
             result[block] = update(engine.factors, here, step * rate)
-    if "t" in direction:
+    if "p" in direction and "inputs" in engine and "u" in state:
+        laws = (engine("inputs", of)["u"] for of in (state, result))
+        result["u"] = result["u"] - next(laws) + next(laws)
+    if "t" in direction or "p" in direction:
         result |= {name: prescribed(engine, name, result) for name in ("base", "base_rates") if name in state}
     return result
 

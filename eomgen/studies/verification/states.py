@@ -20,6 +20,8 @@ AMPLITUDE, TRAVEL = 0.5, 0.2
 #: Beams deform by this part of their length, or rad, where other bodies travel by 1: they are made for small
 #: deflections.
 DEFLECTION = 0.05
+#: Parameters move by this part of their value, or by 1 from 0.
+PART = 0.5
 #: Halvings of that distance before a state is given up.
 _HALVINGS = 8
 #: Steps of the motion.
@@ -173,6 +175,8 @@ def _space(model: Model, scales: dict[str, Array], length: float, rng: np.random
         "lam": directions(components["lam"], np.ones(len(model.multipliers)), rng),
     }
     along |= {"a": along["v"], "q": along["v"]}
+    values = np.abs(model.parameter_array())
+    along["p"] = directions(tuple(model.parameters), np.where(values > 0.0, PART * values, 1.0), rng)
     return Space(
         nv=model.nv,
         holonomic=model.functions.sizes["holonomic"],

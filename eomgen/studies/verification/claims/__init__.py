@@ -2,4 +2,16 @@
 
 __all__ = []
 #: Open to the other parts of ``studies.verification`` as well.
-WITHIN = ["beams", "bodies", "claim", "events", "frames", "linear_models", "motion", "partials", "rates", "sections"]
+WITHIN = [
+    "beams",
+    "bodies",
+    "claim",
+    "events",
+    "frames",
+    "linear_models",
+    "motion",
+    "parameters",
+    "partials",
+    "rates",
+    "sections",
+]

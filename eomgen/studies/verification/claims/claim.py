@@ -47,7 +47,7 @@ class Space:
 
     Attributes
     ----------
-    along : mapping from q, v, a, z, lam to Directions
+    along : mapping from q, v, a, z, lam, p to Directions
     few : some directions of v, for what costs the square of their number
     rows : mapping from ``v``, ``z``, ``lam``, ... to names
     length : float
