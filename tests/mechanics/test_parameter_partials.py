@@ -190,7 +190,7 @@ def test_compiled_partials(model: eomgen.Model, rng: np.random.Generator) -> Non
 def test_compiled_partials_of_outputs(model: eomgen.Model) -> None:
     found = model.output_parameter_partials([0.3, -0.2], [1.0, 0.5], [0.1, 0.2], 0.7, of=["height", "mass"])
     assert list(found) == ["felt"] and found["felt"].shape == (2, 2)
-    position = model.point("tip", [0.3, -0.2], 0.7)
+    position = model.point("lower", [0.0, 0.0, 0.8], [0.3, -0.2], t=0.7).position
     assert found["felt"][1, 1] == pytest.approx(position[2], rel=1e-12)
     assert found["felt"][1, 0] == pytest.approx(np.sin(2.0 * 0.7), rel=1e-12)
 
@@ -204,6 +204,8 @@ def test_what_cannot_be_differentiated_in(model: eomgen.Model) -> None:
         model.parameter_partials(q, v, a, of=["stifness"])
     with pytest.raises(UsageError, match="of: parameters are a list of names, not the text 'mass'"):
         model.parameter_partials(q, v, a, of="mass")
-    plain = eomgen.build(random_scene(1, 2), ["inverse_dynamics"])
+    builder = eomgen.SceneBuilder("plain").body("rod", 1.0, inertia=[0.1, 0.1, 0.1])
+    builder.joint("pin", "revolute", "base", "rod", axis=[0, 1, 0])
+    plain = eomgen.build(builder.build(), ["inverse_dynamics"])
     with pytest.raises(UsageError, match="the scene has no tunable parameters, so there is nothing to differentiate"):
         plain.parameter_partials(plain.initial_q, plain.initial_v, plain.initial_v)
