@@ -31,6 +31,7 @@ from eomgen.mechanics.kinematics.wrenches import Wrench
 from eomgen.mechanics.reactions.quantities import Reactions
 from eomgen.mechanics.reactions.transmitted import TransmittedWrenches
 from eomgen.mechanics.tree.absolute import build_absolute_tree
+from eomgen.mechanics.tree.alike import LONG_TREE, MANY, is_irregular, joints_along_z, made_alike
 from eomgen.mechanics.tree.base import base_state, resting_base
 from eomgen.mechanics.tree.build import build_tree
 from eomgen.mechanics.tree.grouping import grouped
@@ -43,12 +44,6 @@ from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import ONE, ZERO, Tape
 from eomgen.system.system import Block
 
-#: Trees with a larger sum of squared depths are not even tried with a factored mass matrix: articulated bodies have
-#: long won.
-LONG_TREE = 20_000
-#: Trees of more velocity components are stepped with the sparse extended system, however short their branches are: from
-#: here on forming and factoring whole matrices costs more.
-MANY = 64
 #: Up to so large a mean of the squared depths a tree counts as flat: bodies on the base have 15.
 FLAT = 48
 
@@ -77,6 +72,9 @@ class Derivation:
                 f"scene {scene.name!r} has no moving joint", "add a revolute, prismatic, spherical or free joint"
             )
         self.grouped: Tree = grouped(self.tree)
+        if not self.absolute and is_irregular(scene, self.tree, self.grouped):
+            self.tree = build_tree(self.algebra, scene, along_z=joints_along_z(scene))
+            self.tree, self.grouped = made_alike(self.tree, grouped(self.tree))
         gravity = self.algebra.vector([self.constant(item) for item in scene.gravity])
         self.prescribed = base_state(self.algebra, scene, gravity, disturbed=disturbed)
         self.base = resting_base(self.algebra, gravity) if self.absolute else self.prescribed

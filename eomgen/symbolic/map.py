@@ -270,7 +270,7 @@ def splice(
         if known and node in known:
             copy[node] = known[node]
         elif op is Op.CONST:
-            copy[node] = target.constant(source.constants[source.a[node]])
+            copy[node] = target.copied_constant(source, node)
         elif op is Op.INPUT:
             symbol = source.inputs[source.a[node]]
             bound = bindings.get(symbol)

@@ -52,13 +52,18 @@ class Scalar:
         return self if self.ref == ZERO else Scalar(self.tape, -self.ref)
 
     def __repr__(self) -> str:
-        number = self.constant
+        number = self.number
         return f"Scalar({self.ref})" if number is None else f"Scalar({number!r})"
 
     @property
     def constant(self) -> float | None:
-        """The number behind it, None unless it is a constant."""
+        """The number behind it, None unless it is a constant; None for one of any value."""
         return self.tape.value(self.ref)
+
+    @property
+    def number(self) -> float | None:
+        """The number behind it, of generic constants too; None unless it is a constant."""
+        return self.tape.number(self.ref)
 
     @property
     def is_zero(self) -> bool:

@@ -54,7 +54,7 @@ class Series:
 
     def keep(self, value: Ref) -> Ref:
         """Return a value of order 0 as coefficient k reads it."""
-        if self.tape.value(value) is not None:
+        if self.tape.number(value) is not None:
             return value
         if value < 0:
             return -self.keep(-value)
@@ -78,7 +78,7 @@ class Series:
 
     def first(self, side: str, number: int, term: Term) -> Ref:
         """Return the order 0 of a factor as coefficient k reads it: a constant, or its place in row 0."""
-        return term.value if self.tape.value(term.value) is not None else self.tape.input(side, number)
+        return term.value if self.tape.number(term.value) is not None else self.tape.input(side, number)
 
     def weighted(self, term: Term) -> Term:
         """Return k x_k as a factor: the rate of x, shifted by one."""
@@ -266,7 +266,7 @@ def record_series(
         if node in known:
             continue
         if op is Op.CONST:
-            known[node] = series.constant(source.constants[source.a[node]])
+            known[node] = Term(series.tape.copied_constant(source, node), ZERO)
         elif op is Op.INPUT:
             symbol = source.inputs[source.a[node]]
             known[node] = given.get(symbol) or Term(series.tape.input(symbol.block, symbol.index), ZERO)

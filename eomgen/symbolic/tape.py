@@ -23,6 +23,8 @@ __all__ = ["LEAVES", "ONE", "UNARY", "ZERO", "Counts", "InputSymbol", "Op", "Ref
 Ref = int
 ZERO: Ref = 1
 ONE: Ref = 2
+#: Second operand of constants whose value is not looked at (``Tape.generic``); that of others is 0.
+GENERIC = 1
 #: How many of a node's operands are references, by its operation; those of results of Maps are what these gather.
 _REFERENCES = [0 if op in LEAVES or op is Op.MAP else 1 if op in UNARY | {Op.CURVE} else 2 for op in [Op.CONST, *Op]]
 _REFERENCES[Op.SELECT] = 3
@@ -61,6 +63,7 @@ class Tape:
     instances: dict[tuple[object, ...], tuple[Ref, ...]] = field(default_factory=dict, repr=False)
     _known: dict[tuple[int, ...], int] = field(default_factory=dict, repr=False)
     _constant_ids: dict[float, int] = field(default_factory=dict, repr=False)
+    _generic: dict[tuple[object, ...], int] = field(default_factory=dict, repr=False)
     _input_ids: dict[InputSymbol, int] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
@@ -85,6 +88,28 @@ class Tape:
             self._constant_ids[magnitude] = node
         return -node if value < 0 else node
 
+    def generic(self, value: float, *key: object) -> Ref:
+        """Return the reference of a constant that is recorded as a number of any value would be.
+
+        Its zeros, ones and sign prune nothing, so what is recorded for one of many equal parts has the same operations
+        for all of them. Products and sums of such constants are such constants.
+
+        Parameters
+        ----------
+        key : what the number is; constants of equal keys and value are one, those without a key are all different
+        """
+        known = (value, *key) if key else (len(self.constants),)
+        node = self._generic.get(known)
+        if node is None:
+            node = self._generic[known] = self._append(Op.CONST, len(self.constants), GENERIC, 0)
+            self.constants.append(float(value))
+        return node
+
+    def copied_constant(self, source: Tape, node: int) -> Ref:
+        """Return the reference of a constant that is a node of another tape."""
+        value = source.constants[source.a[node]]
+        return self.generic(value) if source.b[node] == GENERIC else self.constant(value)
+
     def input(self, block: str, index: int = 0) -> Ref:
         """Return the reference of component ``index`` of an input block."""
         symbol = InputSymbol(block, index)
@@ -96,12 +121,16 @@ class Tape:
         return node
 
     def value(self, ref: Ref) -> float | None:
-        """Return the number behind a reference, or None if it is not a constant."""
+        """Return the number behind a reference, or None if it is no constant, or one of any value."""
         node = abs(ref)
-        if self.op[node] is not Op.CONST:
+        if self.op[node] is not Op.CONST or self.b[node] == GENERIC:
             return None
         magnitude = self.constants[self.a[node]]
         return -magnitude if ref < 0 else magnitude
+
+    def number(self, ref: Ref) -> float | None:
+        """Return the number behind a reference, that of a generic constant too, or None if it is no constant."""
+        return self._number(ref) if self.op[abs(ref)] is Op.CONST else None
 
     def symbol(self, ref: Ref) -> InputSymbol | None:
         """Return the input behind a reference, or None."""
@@ -121,7 +150,7 @@ class Tape:
             return self.mul(self.constant(2.0), x)
         op = self.op
         if op[abs(x)] is Op.CONST and op[abs(y)] is Op.CONST:
-            return self.constant(self._number(x) + self._number(y))
+            return self._folded(Op.ADD, x, y, self._number(x) + self._number(y))
         first, second = (x, y) if abs(x) < abs(y) else (y, x)
         if first > 0:
             return self._node(Op.ADD, first, second) if second > 0 else self._node(Op.SUB, first, -second)
@@ -144,11 +173,12 @@ class Tape:
         if op_x is not Op.CONST and op_y is not Op.CONST:
             return self._node(Op.MUL, x, y) if x < y else self._node(Op.MUL, y, x)
         if op_x is Op.CONST and op_y is Op.CONST:
-            return self.constant(self._number(x) * self._number(y))
+            return self._folded(Op.MUL, x, y, self._number(x) * self._number(y))
         if op_y is Op.CONST:
             x, y, op_y = y, x, op_x
         if op_y is Op.MUL and self.op[self.a[y]] is Op.CONST:
-            return self.mul(self.constant(self._number(x) * self._number(self.a[y])), self.b[y])
+            factor = self.a[y]
+            return self.mul(self._folded(Op.MUL, x, factor, self._number(x) * self._number(factor)), self.b[y])
         return self._node(Op.MUL, x, y)
 
     def div(self, x: Ref, y: Ref) -> Ref:
@@ -165,8 +195,8 @@ class Tape:
             return ONE
         if self.op[y] is Op.CONST:
             if self.op[x] is Op.CONST:
-                return self.constant(self._number(x) / self._number(y))
-            return self.mul(self.constant(1.0 / self._number(y)), x)
+                return self._folded(Op.DIV, x, y, self._number(x) / self._number(y))
+            return self.mul(self._folded(Op.DIV, ONE, y, 1.0 / self._number(y)), x)
         return self._node(Op.DIV, x, y)
 
     def call(self, op: Op, x: Ref, y: Ref = 0) -> Ref:
@@ -326,6 +356,12 @@ class Tape:
     def _number(self, ref: Ref) -> float:
         magnitude = self.constants[self.a[abs(ref)]]
         return -magnitude if ref < 0 else magnitude
+
+    def _folded(self, op: Op, x: Ref, y: Ref, value: float) -> Ref:
+        """Return the constant that two constants give, generic where one of them is."""
+        if GENERIC in (self.b[abs(x)], self.b[abs(y)]):
+            return self.generic(value, op, x, y)
+        return self.constant(value)
 
     def _negative(self, ref: Ref) -> Ref:
         return ref if ref == ZERO else -ref

@@ -135,7 +135,7 @@ def loop_iteration(tape: Tape, loop: RerolledLoop, read_outside: set[int], store
             ):
                 taken.append(known[position] if ref > 0 else -known[position])
                 continue
-            if len(set(refs)) == 1 and (value := tape.value(ref)) is not None:
+            if len(set(refs)) == 1 and (value := tape.number(ref)) is not None:
                 taken.append(kernel.constant(value))
                 continue
             expression = _read(tape, refs, values, slot)

@@ -469,9 +469,11 @@ class _Scheduler(LoopWriter):
                 if abs(ref) not in self.plan.uses and not (fill and ref == ZERO)
             ]
             if self.plan.loops or len(left) >= REPEATED_FROM:
-                numbers = [item for item in left if self.tape.value(item[1]) is not None]
+                numbers = [item for item in left if self.tape.number(item[1]) is not None]
                 left = (
-                    [item for item in left if self.tape.value(item[1]) is None] if self._copy(number, numbers) else left
+                    [item for item in left if self.tape.number(item[1]) is None]
+                    if self._copy(number, numbers)
+                    else left
                 )
             for component, ref in self._without_inputs(number, left):
                 self.open.outputs.add(number)

@@ -76,7 +76,7 @@ def _has_rate(tape: Tape, node: int) -> bool:
 def _line(tape: Tape, ref: Ref) -> tuple[float, float] | None:
     """Return (a, b) if a reference is a t + b with constants, else None."""
     node, sign = abs(ref), 1.0 if ref > 0 else -1.0
-    number = tape.value(node)
+    number = tape.number(node)
     if number is not None:
         return 0.0, sign * number
     if tape.symbol(node) == InputSymbol("t", 0):

@@ -335,7 +335,7 @@ class LoopInputs:
     def number(self, entries: Sequence[Scalar]) -> Scalar:
         """Return what stands in the kernel for a number of each element."""
         refs = tuple(entry.ref for entry in entries)
-        constants = [entry.constant for entry in entries]
+        constants = [entry.number for entry in entries]
         if len(set(refs)) == 1:
             constant = constants[0]
             return self._input("shared", self.shared, refs[0]) if constant is None else self.algebra.scalar(constant)

@@ -75,7 +75,7 @@ def _road(quantities: Quantities, formula: Formula, position: Vector) -> tuple[S
             return Scalar(own, own.input("place", symbol.index))
         given = quantities(symbol)
         source = tape.symbol(given.ref)
-        ref = own.constant(given.constant or 0.0) if source is None else own.input(source.block, source.index)
+        ref = own.constant(given.number or 0.0) if source is None else own.input(source.block, source.index)
         return Scalar(own, ref)
 
     height = record(Algebra(own), formula, resolve)

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from eomgen.lie import rotations
 from eomgen.lie.algebra import TapeAlgebra
 from eomgen.mechanics.kinematics.points import Kinematics
+from eomgen.mechanics.tree.alike import generic_rows
 from eomgen.mechanics.tree.base import quaternion_product
 from eomgen.mechanics.tree.links import CARRIER, ROOT, WORLD, Link, Mount, Tree
 from eomgen.scene.geometry.rotations import quaternion_of_matrix
@@ -22,12 +23,21 @@ from eomgen.system.description import BASE
 
 def constant_quaternion(R: Matrix) -> list[float]:
     """Return the unit quaternion (w, x, y, z) of a constant rotation matrix, as ``quaternion_of_matrix``."""
-    return list(quaternion_of_matrix([[entry.constant or 0.0 for entry in row] for row in R]))
+    return list(quaternion_of_matrix([[entry.number or 0.0 for entry in row] for row in R]))
 
 
-def _joint_quaternion(tree: Tree, link: Link) -> list[Scalar]:
+def _link_quaternions(tree: Tree) -> list[list[Scalar]]:
+    """Return the constant quaternion of each link's joint, generic where links are alike."""
+    own = [[tree.algebra.scalar(part) for part in constant_quaternion(link.orientation)] for link in tree.links]
+    for members in tree.alike:
+        rows = generic_rows(tree.algebra, members, [own[index] for index in members], "quaternion of link")
+        for index, row in zip(members, rows, strict=True):
+            own[index] = row
+    return own
+
+
+def _joint_quaternion(tree: Tree, link: Link, constant: list[Scalar]) -> list[Scalar]:
     algebra = tree.algebra
-    constant = [algebra.scalar(part) for part in constant_quaternion(link.orientation)]
     q = link.coordinates.q
     if link.turn is not None:
         half = q[0] * 0.5
@@ -54,10 +64,10 @@ class Orientations:
         self.root = list(kinematics.base.struct[:4]) if kinematics.base.turning else still
         self.carrier = list(kinematics.carrier.struct[:4]) if kinematics.carrier.turning else still
         self.links: list[list[Scalar]] = []
-        for link in tree.links:
+        for link, constant in zip(tree.links, _link_quaternions(tree), strict=True):
             above = self.root if link.parent == ROOT else self.links[link.parent]
-            self.links.append(quaternion_product(above, _joint_quaternion(tree, link)))
-        self.mounted = _mounted(scene, tree)
+            self.links.append(quaternion_product(above, _joint_quaternion(tree, link, constant)))
+        self.mounted = _mounted_scalars(tree, _mounted(scene, tree))
 
     def at(self, name: str, r: Vector) -> list[Scalar]:
         """Return the quaternion of a body's frame carried to its point r; a beam has turned there."""
@@ -73,8 +83,19 @@ class Orientations:
         if link == WORLD:
             return [self.algebra.one, *self.algebra.zero_vector]
         above = {ROOT: self.root, CARRIER: self.carrier}[link] if link < 0 else self.links[link]
-        own = self.mounted.get(name, [1.0, 0.0, 0.0, 0.0])
-        return quaternion_product(above, [self.algebra.scalar(part) for part in own])
+        own = self.mounted.get(name, [self.algebra.one, *self.algebra.zero_vector])
+        return quaternion_product(above, own)
+
+
+def _mounted_scalars(tree: Tree, mounted: dict[str, list[float]]) -> dict[str, list[Scalar]]:
+    """Return the quaternions of bodies in their links, generic where links are alike."""
+    own = {name: [tree.algebra.scalar(part) for part in parts] for name, parts in mounted.items()}
+    for members in tree.alike:
+        bodies = [index for index in members if tree.links[index].name in own]
+        rows = [own[tree.links[index].name] for index in bodies]
+        for index, row in zip(bodies, generic_rows(tree.algebra, bodies, rows, "quaternion of body"), strict=True):
+            own[tree.links[index].name] = row
+    return own
 
 
 def poses(scene: Scene, tree: Tree, kinematics: Kinematics) -> list[Scalar]:

@@ -35,6 +35,7 @@ def build_tree(
     scene: Scene,
     apart: Collection[str] = (),
     given: Mapping[tuple[str, int], Scalar] | None = None,
+    along_z: Collection[str] = (),
 ) -> Tree:
     """Return the tree of a scene in joint coordinates, recorded on the algebra's tape.
 
@@ -42,6 +43,7 @@ def build_tree(
     ----------
     given : values in place of components of q, v and a, by block and number
     apart : fixed joints whose bodies keep links of their own, which do not move against those that carry them
+    along_z : joints whose axis is the z of their links, although it may be another coordinate axis of the body
 
     Raises
     ------
@@ -61,7 +63,7 @@ def build_tree(
     }
     tree = Tree(algebra, (), mounts, parameters, factors, coordinates)
     for body, joint in zip(scene.bodies, scene.joints, strict=True):
-        tree = _with_body(tree, body, joint, number, merged=joint.name not in apart)
+        tree = _with_body(tree, body, joint, number, merged=joint.name not in apart, along_z=joint.name in along_z)
         if body.beam is not None:
             tree = add_beam(tree, scene, body, joint, number)
     complete = [
@@ -71,7 +73,9 @@ def build_tree(
     return replace(tree, links=tuple(complete))
 
 
-def _with_body(tree: Tree, body: Body, joint: Joint, number: Callable[[Formula], Scalar], *, merged: bool) -> Tree:
+def _with_body(
+    tree: Tree, body: Body, joint: Joint, number: Callable[[Formula], Scalar], *, merged: bool, along_z: bool
+) -> Tree:
     """Return the tree with one more body: on links of its own if its joint moves, else on the link that carries it.
 
     Where it is not ``merged``, a body on a fixed joint has a link of its own, too.
@@ -101,7 +105,7 @@ def _with_body(tree: Tree, body: Body, joint: Joint, number: Callable[[Formula],
             tree, links=tuple(links), mounts={**tree.mounts, body.name: Mount(mount.link, orientation, position)}
         )
     links, parent = list(tree.links), mount.link
-    turned, motions = motions_of(joint)
+    turned, motions = motions_of(joint, along_z=along_z)
     axes = algebra.matrix(turned)
     orientation = multiply(orientation, axes)
     rotors = tuple(number(formula) for formula in joint.each(joint.rotor_inertia))
@@ -188,4 +192,6 @@ def _link(
         inertia=inertia,
         rotor_inertias=tuple(rotors[k] for k in motion.components),
         turn=motion.turn,
+        motion=motion,
+        pitch=pitch,
     )

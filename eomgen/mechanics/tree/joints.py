@@ -55,8 +55,10 @@ def quaternion_matrix(algebra: Algebra, quaternion: list[Scalar]) -> Matrix:
     return ((r[0], r[1], r[2]), (r[3], r[4], r[5]), (r[6], r[7], r[8]))
 
 
-def motions_of(joint: Joint) -> tuple[tuple[Direction, ...], tuple[Motion, ...]]:
+def motions_of(joint: Joint, *, along_z: bool = False) -> tuple[tuple[Direction, ...], tuple[Motion, ...]]:
     """Return a joint's elementary motions from parent to child, with their axes in child axes.
+
+    Where ``along_z``, its axis is the z of its links in any case.
 
     Between two motions of a joint there is a massless link. One screw with two columns would serve a cylindrical
     joint; it needs as many operations, and more in partials.
@@ -68,7 +70,7 @@ def motions_of(joint: Joint) -> tuple[tuple[Direction, ...], tuple[Motion, ...]]
         coordinate axes, the links' axes differ as little from the body's
     motions : with axes in link axes; none for a fixed joint
     """
-    axes, axis, second = _link_axes(joint)
+    axes, axis, second = (frame_of(joint), IDENTITY[2], IDENTITY[0]) if along_z else _link_axes(joint)
     directions = (axis, second, perpendicular(axis, second))
     chain = joint.kind.chain
     return axes, tuple(Motion(item.kind, tuple(directions[k] for k in item.axes), item.components) for item in chain)

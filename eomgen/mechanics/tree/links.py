@@ -16,7 +16,7 @@ from eomgen.mechanics.tree.beam_body import ElasticBody
 from eomgen.mechanics.tree.beam_stations import StationMotion
 from eomgen.mechanics.tree.coordinates import Coordinates
 from eomgen.mechanics.tree.inertia import Inertia
-from eomgen.mechanics.tree.joints import Column
+from eomgen.mechanics.tree.joints import Column, Motion
 from eomgen.scene.geometry.rotations import CoordinateAxis
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
@@ -62,6 +62,7 @@ class Link:
     elastic : how it deforms, None where it is rigid; ``inertia`` is then that of the deformed body
     station : how elastic coordinates move it, where it is a place on a beam; else its motion subspace is constant
     turn : the coordinate axis that it turns about, None where it does not turn about one axis
+    motion, pitch : of a joint; the pitch in m/rad
     """
 
     name: str
@@ -83,6 +84,8 @@ class Link:
     elastic: ElasticBody | None = None
     station: StationMotion | None = None
     turn: CoordinateAxis | None = None
+    motion: Motion | None = None
+    pitch: Scalar | None = None
 
     @property
     def dofs(self) -> tuple[int, ...]:
@@ -106,6 +109,7 @@ class Tree:
     factors : of the configuration, in the order of the links that they move
     coordinates : of all moving joints by name, dependent ones included, and of beams
     stations : the link at the station x of a beam, by (body, x)
+    alike : groups of links that are recorded with the same operations, whatever their numbers are
     """
 
     algebra: Algebra
@@ -115,6 +119,7 @@ class Tree:
     factors: tuple[Factor, ...]
     coordinates: dict[str, Coordinates]
     stations: Mapping[tuple[str, float], int] = field(default_factory=dict)
+    alike: tuple[tuple[int, ...], ...] = ()
 
     @property
     def elastic(self) -> bool:

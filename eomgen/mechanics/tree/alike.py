@@ -1,0 +1,247 @@
+"""Links of long trees that differ in the zeros and signs of their numbers: recorded with the same operations.
+
+The tape leaves out products with 0 and 1 and moves signs, so hinges about x, y and -z, or about any axes, give each
+link operations of its own, and no loop is found. In long trees joints of one type have their axis as the z of their
+links, and numbers in which such links differ are generic constants of the tape. That takes more operations for each
+link, and one text for all of them; short trees stay as they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from operator import eq
+
+from eomgen.mechanics.tree.inertia import Inertia
+from eomgen.mechanics.tree.joints import Motion, columns_of, motions_of, pose_of
+from eomgen.mechanics.tree.links import ROOT, Link, Mount, Tree
+from eomgen.scene.joints.model import Joint
+from eomgen.scene.scene import Scene
+from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector
+
+#: Trees with a larger sum of squared depths are not even tried with a factored mass matrix: articulated bodies have
+#: long won.
+LONG_TREE = 20_000
+#: Trees of more velocity components are stepped with the sparse extended system, however short their branches are: from
+#: here on forming and factoring whole matrices costs more.
+MANY = 64
+#: Fewer links than these are no loop.
+FEWEST = 8
+#: A number that is not zero in a smaller part of the links makes these differ from the others.
+RARE = 0.02
+#: A sequence repeats, in links, where so large a part of them is like the one so many before it at most.
+REGULAR, LONGEST_PERIOD = 0.9, 6
+
+
+def is_irregular(scene: Scene, tree: Tree, grouped: Tree) -> bool:
+    """Return whether a long tree has many links whose numbers differ in zeros and signs without regularity.
+
+    Where each is like the one before it, or like the second, third to sixth before it, loops are found as it is.
+    """
+    if not _long(scene):
+        return False
+    patterns: dict[tuple[object, ...], int] = {}
+    order = [
+        patterns.setdefault(_pattern(link, other.inertia, tree.mounts.get(link.name)), len(patterns))
+        for link, other in zip(tree.links, grouped.links, strict=True)
+        if link.motion is not None
+    ]
+    periods = range(1, min(LONGEST_PERIOD, len(order) - 1) + 1)
+    return len(order) >= FEWEST and not any(
+        sum(map(eq, order, order[period:])) >= REGULAR * (len(order) - period) for period in periods
+    )
+
+
+def _pattern(link: Link, grouped: Inertia, mount: Mount | None) -> tuple[object, ...]:
+    row = _numbers(link, grouped, mount)
+    columns = [entry for column in link.columns for entry in (*column.angular, *column.linear)]
+    return (*_kind(link, mount is not None), *map(_looked_at, [*row, *columns]), *_equal_moments(row))
+
+
+def joints_along_z(scene: Scene) -> frozenset[str]:
+    """Return the joints whose axis becomes the z of their links: those of each type whose axes differ."""
+    kinds: dict[str, list[Joint]] = {}
+    for joint in scene.joints:
+        if joint.kind.turned_about or any(motion.axes for motion in joint.kind.chain):
+            kinds.setdefault(joint.type, []).append(joint)
+    return frozenset(
+        joint.name
+        for joints in kinds.values()
+        if len(joints) >= FEWEST and len({_directions(joint) for joint in joints}) > 1
+        for joint in joints
+    )
+
+
+def _directions(joint: Joint) -> tuple[object, ...]:
+    return tuple(motion.axes for motion in motions_of(joint)[1])
+
+
+def _long(scene: Scene) -> bool:
+    """Return whether a tree is one of those whose equations are written by recursions."""
+    depths, carried = list[int](), dict[str, int]()
+    for joint in scene.joints:
+        own = joint.kind.v_size if joint.kind.moves and joint.mimic is None else 0
+        above = carried.get(joint.parent, 0)
+        carried[joint.child] = above + own
+        depths += range(above + 1, above + own + 1)
+    return len(depths) > MANY or sum(depth * depth for depth in depths) >= LONG_TREE
+
+
+def made_alike(tree: Tree, grouped: Tree) -> tuple[Tree, Tree]:
+    """Return a tree, and the one with grouped inertias, in which links that differ in zeros and signs have generic
+    constants.
+
+    Inertias have been added and grouped by then, since both look at numbers.
+    """
+    links, mounts, alike = list(tree.links), dict(tree.mounts), []
+    inertias = [link.inertia for link in grouped.links]
+    kinds: dict[tuple[object, ...], list[int]] = {}
+    for index, link in enumerate(links):
+        if link.motion is not None and link.coordinates.ratio.constant == 1.0:
+            kinds.setdefault(_kind(link, link.name in mounts), []).append(index)
+    for members in kinds.values():
+        numbers = {index: _numbers(links[index], inertias[index], mounts.get(links[index].name)) for index in members}
+        same = _of_one_pattern(numbers)
+        if len(same) < FEWEST or not _differ([numbers[index] for index in same]):
+            continue
+        alike.append(tuple(same))
+        for index, row in zip(same, generic_rows(tree.algebra, same, [numbers[k] for k in same], "link"), strict=True):
+            links[index], inertias[index] = _with_numbers(tree.algebra, links[index], row)
+            if links[index].name in mounts:
+                mounts[links[index].name] = Mount(index, _matrix(row[-12:-3]), _vector(row[-3:]))
+    made = replace(tree, links=tuple(links), mounts=mounts, alike=tuple(alike))
+    moved = (replace(link, inertia=inertia) for link, inertia in zip(links, inertias, strict=True))
+    return made, replace(made, links=tuple(moved))
+
+
+def generic_rows(
+    algebra: Algebra, members: Sequence[int], rows: Sequence[Sequence[Scalar]], what: str
+) -> list[list[Scalar]]:
+    """Return rows of numbers, one of each member, with generic constants in columns that differ.
+
+    Numbers that depend on parameters stay as they are.
+    """
+    columns = []
+    for place, column in enumerate(zip(*rows, strict=True)):
+        if len({entry.ref for entry in column}) == 1 or any(entry.number is None for entry in column):
+            columns.append(list(column))
+            continue
+        columns.append(
+            [
+                Scalar(algebra.tape, algebra.tape.generic(entry.number or 0.0, what, member, place))
+                for member, entry in zip(members, column, strict=True)
+            ]
+        )
+    return [list(row) for row in zip(*columns, strict=True)]
+
+
+def _kind(link: Link, has_body: bool) -> tuple[object, ...]:
+    """Return what links have in common that may be one loop."""
+    turn = None if link.turn is None else link.turn.place
+    return (link.kind, link.joint.type, len(link.columns), turn, link.parent == ROOT, link.elastic is None, has_body)
+
+
+#: Where a link's numbers are: its orientation, position, inertia, grouped inertia and pitch; then rotors and the mount.
+_ORIENTATION, _POSITION, _INERTIA, _GROUPED, _PITCH = slice(0, 9), slice(9, 12), slice(12, 22), slice(22, 32), 32
+_UPPER = [(i, j) for i in range(3) for j in range(i, 3)]
+
+
+def _numbers(link: Link, grouped: Inertia, mount: Mount | None) -> list[Scalar]:
+    """Return orientation and position at neutral coordinates, inertias, pitch, rotors, and the mount of its body."""
+    numbers = [*_flat(link.orientation), *link.neutral_position]
+    for inertia in (link.inertia, grouped):
+        numbers += [inertia.mass, *inertia.first, *(inertia.second[i][j] for i, j in _UPPER)]
+    numbers += [_motion_of(link)[1], *link.rotor_inertias]
+    return numbers if mount is None else [*numbers, *_flat(mount.orientation), *mount.position]
+
+
+def _flat(A: Matrix) -> list[Scalar]:
+    return [entry for row in A for entry in row]
+
+
+def _of_one_pattern(numbers: dict[int, list[Scalar]]) -> list[int]:
+    """Return the members that have no number where nearly all others have zero, or a parameter where they have none."""
+    members = list(numbers)
+    for _ in range(len(members)):
+        rows = [numbers[index] for index in members]
+        rare = [
+            {place for place, count in enumerate(counts) if 0 < count < RARE * len(rows)}
+            for counts in (
+                [sum(not entry.is_zero for entry in column) for column in zip(*rows, strict=True)],
+                [sum(entry.number is None for entry in column) for column in zip(*rows, strict=True)],
+            )
+        ]
+        kept = [
+            index
+            for index, row in zip(members, rows, strict=True)
+            if not any(not row[place].is_zero for place in rare[0]) and not any(row[p].number is None for p in rare[1])
+        ]
+        if len(kept) == len(members) or not kept:
+            break
+        members = kept
+    return members
+
+
+def _differ(rows: Sequence[Sequence[Scalar]]) -> bool:
+    """Return whether numbers differ in more than their value: in what a tape, or a rule for equal moments, looks at."""
+    return len({tuple(map(_looked_at, row)) + tuple(_equal_moments(row)) for row in rows}) > 1
+
+
+def _looked_at(entry: Scalar) -> float | None:
+    number = entry.constant
+    if number is None or number in (0.0, 1.0, -1.0):
+        return number
+    return 2.0 if number > 0.0 else -2.0
+
+
+def _equal_moments(row: Sequence[Scalar]) -> Iterable[int]:
+    """Yield, for pairs of second moments, whether they are equal, opposite or neither (see ``inertia.wrench``)."""
+    for inertia in (_INERTIA, _GROUPED):
+        second = dict(zip(_UPPER, row[inertia][4:], strict=True))
+        for i, j in ((0, 1), (0, 2), (1, 2)):
+            first, other = second[i, i].number, second[j, j].number
+            alike = first is not None and other is not None and abs(first) == abs(other)
+            yield (1 if first == other else -1) if alike else 0
+
+
+def _with_numbers(algebra: Algebra, link: Link, row: Sequence[Scalar]) -> tuple[Link, Inertia]:
+    """Return a link and its grouped inertia with other numbers in place of their own."""
+    motion, _ = _motion_of(link)
+    orientation, position, pitch = _matrix(row[_ORIENTATION]), _vector(row[_POSITION]), row[_PITCH]
+    rotation, moved_to = pose_of(algebra, motion, pitch, orientation, position, link.coordinates.q)
+    _, travel = pose_of(algebra, motion, pitch, orientation, algebra.zero_vector, link.coordinates.q)
+    made = replace(
+        link,
+        rotation=rotation,
+        orientation=orientation,
+        neutral_position=position,
+        travel=travel,
+        position=moved_to,
+        columns=columns_of(algebra, motion, pitch),
+        inertia=_inertia(row[_INERTIA]),
+        rotor_inertias=tuple(row[_PITCH + 1 : _PITCH + 1 + len(link.columns)]),
+        pitch=pitch,
+    )
+    return made, _inertia(row[_GROUPED])
+
+
+def _motion_of(link: Link) -> tuple[Motion, Scalar]:
+    """Return the elementary motion that moves a link, and its pitch, m/rad."""
+    if link.motion is None or link.pitch is None:
+        raise ValueError(f"link {link.name} is not moved by a joint")
+    return link.motion, link.pitch
+
+
+def _inertia(numbers: Sequence[Scalar]) -> Inertia:
+    upper = dict(zip(_UPPER, numbers[4:], strict=True))
+    rows = tuple(_vector([upper[min(i, j), max(i, j)] for j in range(3)]) for i in range(3))
+    return Inertia(numbers[0], _vector(numbers[1:4]), (rows[0], rows[1], rows[2]))
+
+
+def _vector(values: Sequence[Scalar]) -> Vector:
+    x, y, z = values
+    return (x, y, z)
+
+
+def _matrix(values: Sequence[Scalar]) -> Matrix:
+    return (_vector(values[:3]), _vector(values[3:6]), _vector(values[6:]))
