@@ -127,5 +127,6 @@ def lanes_of(model: CompiledModel, options: VariedOptions, alike: Alike, columns
     if laws:
         return f"{laws[0]} changes a law of time"
     inputs = [item.name for item in options.items if item.block == "inputs"]
-    runs = side_by_side(model, options.common, inputs, alike, columns)
+    initial = any(item.block in ("q", "v", "z") for item in options.items)
+    runs = side_by_side(model, options.common, inputs, alike, columns, initial_varies=initial)
     return runs if isinstance(runs, str) else Lanes(model, options, runs)

@@ -110,9 +110,10 @@ class Samples:
         """What runs samples side by side, or why they are run one after the other."""
         with self._making:
             if self._made is None:
-                self._made = "runs side by side are not asked for"
+                made: Lanes | str = "runs side by side are not asked for"
                 if self.alike is not None:
-                    self._made = lanes_of(self.model, self.options, self.alike, self.columns)
+                    made = lanes_of(self.model, self.options, self.alike, self.columns)
+                self._made = made
                 _LOG.info("%s: samples run %s", self.model.name, how_run(self._made))
             return self._made
 

@@ -26,7 +26,7 @@ from eomgen.simulation.stepping.inputs import HeldRows, InputSignals, read_signa
 from eomgen.simulation.stepping.lane_stepper import LaneStepper
 from eomgen.simulation.stepping.run import Run, scene_inputs
 from eomgen.simulation.stepping.settings import chosen_stepper
-from eomgen.simulation.stepping.start_state import start_of
+from eomgen.simulation.stepping.start_state import start_of, starts_at_equilibrium
 from eomgen.simulation.stepping.states import Prescribed, States, evaluated, prescribed
 from eomgen.simulation.stepping.time_grid import TimeGrid, time_grid
 from eomgen.system.description import component_names
@@ -60,14 +60,12 @@ class Alike:
     method : its name
     grid : of steps
     every : steps between rows
-    equilibrium : whether they start there
     places : of each column, the attribute of the states, the output or the energy that it is of, and its place there
     """
 
     method: str
     grid: TimeGrid
     every: int
-    equilibrium: bool
     places: Mapping[str, tuple[str, int]]
 
     @classmethod
@@ -76,8 +74,7 @@ class Alike:
         data = pilot.metadata
         span = float(data["t_start"]), float(data["t_end"]), float(data["settings"]["step"])
         grid = time_grid(*span, model.library.real)
-        equilibrium = "equilibrium" in str(data["start"])
-        return cls(str(data["method"]), grid, int(data["record_every"]), equilibrium, _places(model, pilot))
+        return cls(str(data["method"]), grid, int(data["record_every"]), _places(model, pilot))
 
 
 @dataclass
@@ -267,6 +264,8 @@ def side_by_side(
     varied_inputs: Collection[str],
     alike: Alike,
     columns: Sequence[str],
+    *,
+    initial_varies: bool,
 ) -> SideBySide | str:
     """Return what makes runs side by side, or why they have to be made one after the other.
 
@@ -275,6 +274,7 @@ def side_by_side(
     options : of ``simulate``, that all runs have
     varied_inputs : names of inputs in which they differ
     columns : of solutions, that are looked at
+    initial_varies : whether they differ in the initial state, which each is given then
     """
     if chosen_lanes() is Choice.OFF:
         return f"{LANES_VARIABLE} is off"
@@ -283,7 +283,9 @@ def side_by_side(
         return f"{others[0]} is given"
     if model.library.real != "double":
         return f"numbers are of type {model.library.real}"
-    if alike.equilibrium:
+    given_start = initial_varies or options.get("initial") is not None
+    of_scene = str(model.library.layout["defaults"]["start"])
+    if starts_at_equilibrium(options.get("start"), given_start, of_scene):
         return "samples start at equilibrium"
     if alike.grid.rest:
         return "the last step is shorter than the others"

@@ -132,6 +132,24 @@ def test_what_cannot_run_side_by_side_says_why(
     assert set(lanes) == {why}
 
 
+def test_what_starts_at_equilibrium_is_told_by_the_option_and_the_scene(
+    swing: eomgen.Model, lanes: list[object]
+) -> None:
+    at_rest = eomgen.build({**SCENE, "simulation": {"start": "equilibrium"}}, method="rk4", profile="reproducible")
+    reason = "samples start at equilibrium"
+    masses = {"vary": {"mass": "uniform(1, 2)"}, "samples": 3}
+    for model, options, why in (
+        (at_rest, masses, {reason}),
+        (at_rest, {}, set()),  # an initial state that varies is taken in place of the scene's equilibrium
+        (at_rest, masses | {"start": "initial"}, set()),
+        (at_rest, masses | {"initial": {"hinge": 0.1}}, set()),
+        (swing, {"start": "equilibrium"}, {reason}),
+    ):
+        lanes.clear()
+        found(model, **options)
+        assert lanes and {item for item in lanes if isinstance(item, str)} == why
+
+
 def limp_beam(stiffness: str) -> dict[str, object]:
     """Return a rod of 2 m that hangs from one end in its own weight, sideways."""
     return {
