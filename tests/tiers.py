@@ -518,6 +518,8 @@ SLOW: dict[str, tuple[str, ...]] = {
     "integrators/test_spectral_radius.py::test_spectral_radius_on_a_constraint_is_at_most_one": (),
     "ensembles/test_cluster.py::test_parts_are_cut_into_blocks_with_their_failures": (),
     "ensembles/test_lanes_of_samples.py::test_samples_begin_on_their_constraints": (),
+    "ensembles/test_lanes_of_samples.py::test_a_law_beyond_all_bounds_fails_alone": ("rk4",),
+    "ensembles/test_lanes_of_samples.py::test_inputs_may_change_with_time": ("rk4-laws", "rk4-table"),
     "ensembles/test_lanes_of_samples.py::test_elements_of_beams_that_turn_too_far_fail_in_lanes_too": (),
     "examples/test_quarter_car.py::test_root_mean_squares_of_a_long_run": ("2000.0",),
     "examples/test_roll_up.py::test_ends_of_circles_meet": ("8-2.0",),

@@ -21,6 +21,8 @@ from eomgen.text import shown
 #: What of a law may vary: the seed of its random road, a factor of all of it.
 LAWS = ("seed", "scale")
 _SMALLEST = 2.0**-54
+#: Times at which harmonics are summed together: what they take stays in the processor's cache.
+_TOGETHER = 64
 #: Laws that a hint names.
 _NAMED = 4
 
@@ -138,4 +140,12 @@ def _sum(waves: Array, t: Array) -> Array:
     """Return a sum of harmonics, (n,), at times t (n,): row by row, so that its bits do not depend on how many there
     are."""
     amplitude, frequency, phase = waves.T
-    return np.asarray((amplitude * np.cos(np.multiply.outer(t, frequency) + phase)).sum(axis=1))
+    values, room = np.empty(len(t)), np.empty((_TOGETHER, len(amplitude)))
+    for first in range(0, len(t), _TOGETHER):
+        times = t[first : first + _TOGETHER]
+        terms = np.multiply.outer(times, frequency, out=room[: len(times)])
+        terms += phase
+        np.cos(terms, out=terms)
+        terms *= amplitude
+        terms.sum(axis=1, out=values[first : first + _TOGETHER])
+    return values

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,12 +12,9 @@ from numpy.typing import NDArray
 from eomgen.arrays import Array
 from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.model import CompiledModel
-from eomgen.ensembles.variations import VariedOptions
+from eomgen.ensembles.variations import VariedOptions, with_scenes_laws
 from eomgen.errors import EomgenError
 from eomgen.simulation.side_by_side import Alike, SideBySide, side_by_side
-
-#: What lanes may differ in.
-_BLOCKS = ("parameters", "inputs", "q", "v", "z")
 
 
 @dataclass
@@ -36,7 +34,7 @@ class Lanes:
         """Return columns (samples, columns, rows) of samples with the values (samples, varied), and which of them have
         to be run alone."""
         parameters, alone = self._parameters(values)
-        inputs = self._inputs(values)
+        inputs = self._input_tables(values, parameters) if self.runs.tabled else self._held_inputs(values)
         starts, refused = self._starts(values, parameters)
         tables, doubtful = self.runs.tables(parameters, inputs, starts)
         return tables, alone | refused | doubtful
@@ -59,7 +57,17 @@ class Lanes:
                     alone[k], parameters[k] = True, base
         return parameters, alone
 
-    def _inputs(self, values: Array) -> Array | None:
+    def _input_tables(self, values: Array, parameters: Array) -> Array:
+        """Return inputs that change with time, (samples, rows, nu)."""
+        held = {
+            item.name: column
+            for item, column in zip(self.options.items, values.T, strict=True)
+            if item.block == "inputs"
+        }
+        laws = [self.options.laws(row, partial(np.asarray, p)) for row, p in zip(values, parameters, strict=True)]
+        return self.runs.input_tables(parameters, held, laws)
+
+    def _held_inputs(self, values: Array) -> Array | None:
         held = self.runs.held_inputs
         if held is None:
             return None
@@ -123,10 +131,8 @@ class Lanes:
 
 def lanes_of(model: CompiledModel, options: VariedOptions, alike: Alike, columns: Sequence[str]) -> Lanes | str:
     """Return what runs samples side by side, or why they are run one after the other."""
-    laws = [item.name for item in options.items if item.block not in _BLOCKS]
-    if laws:
-        return f"{laws[0]} changes a law of time"
+    common = with_scenes_laws(model, options.items, options.common)
     inputs = [item.name for item in options.items if item.block == "inputs"]
     initial = any(item.block in ("q", "v", "z") for item in options.items)
-    runs = side_by_side(model, options.common, inputs, alike, columns, initial_varies=initial)
+    runs = side_by_side(model, common, inputs, alike, columns, initial_varies=initial)
     return runs if isinstance(runs, str) else Lanes(model, options, runs)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,6 +25,7 @@ from eomgen.ensembles.input_laws import (
     own_seed,
 )
 from eomgen.errors import Problem, UsageError
+from eomgen.simulation.option_types import LawOverTime
 from eomgen.text import nearest, shown
 
 
@@ -198,9 +199,7 @@ class VariedOptions:
         for block in ("parameters", "inputs"):
             if block in by_block:
                 options[block] = {**self._given(block), **by_block[block]}
-        if "seed" in by_block or "scale" in by_block:
-            p = self.model.parameter_array(options.get("parameters"))
-            laws = laws_of(self.model, p, by_block.get("seed", {}), by_block.get("scale", {}))
+        if laws := self.laws(values, lambda: self.model.parameter_array(options.get("parameters"))):
             options["inputs"] = {**laws, **(options.get("inputs") or {})}
         if any(block in by_block for block in ("q", "v", "z")):
             p = self.model.parameter_array(options.get("parameters"))
@@ -211,6 +210,14 @@ class VariedOptions:
                     parts[item.block][item.place] = value
             options["initial"] = {name: part for name, part in parts.items() if name != "z" or self.model.nz}
         return options
+
+    def laws(self, values: Array, parameters: Callable[[], Array]) -> dict[str, LawOverTime]:
+        """Return the laws of inputs in which a sample with the values (d,) and parameters (np,) differs from others."""
+        seeds, factors = (
+            {item.name: value for item, value in zip(self.items, values.tolist(), strict=True) if item.block == block}
+            for block in LAWS
+        )
+        return laws_of(self.model, parameters(), seeds, factors) if seeds or factors else {}
 
     def _given(self, block: str) -> Mapping[str, Any]:
         given = self.common.get(block)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -22,12 +23,13 @@ from eomgen.compiled.lanes import chosen as chosen_lanes
 from eomgen.compiled.model import CompiledModel
 from eomgen.results.solution import Solution
 from eomgen.simulation.judgement.turned_elements import turned_elements
-from eomgen.simulation.stepping.inputs import HeldRows, InputSignals, read_signals
+from eomgen.simulation.stepping.inputs import HeldRows, InputSignals, LawOverTime, read_signals
 from eomgen.simulation.stepping.lane_stepper import LaneStepper
 from eomgen.simulation.stepping.run import Run, scene_inputs
 from eomgen.simulation.stepping.settings import chosen_stepper
 from eomgen.simulation.stepping.start_state import start_of, starts_at_equilibrium
 from eomgen.simulation.stepping.states import Prescribed, States, evaluated, prescribed
+from eomgen.simulation.stepping.stepper import times_of_inputs
 from eomgen.simulation.stepping.time_grid import TimeGrid, time_grid
 from eomgen.system.description import component_names
 from eomgen.toolchain.lane_library import LaneLibrary
@@ -79,7 +81,7 @@ class Alike:
 
 @dataclass
 class SideBySide:
-    """Runs side by side of what differs in parameters, held inputs and the initial state.
+    """Runs side by side of what differs in parameters, inputs and the initial state.
 
     Attributes
     ----------
@@ -97,14 +99,59 @@ class SideBySide:
     @property
     def together(self) -> int:
         """Samples whose rows are looked at together: whole groups of lanes, within a part of the memory."""
-        rows = self.run.grid.whole // self.run.every + 2
-        groups = max(1, int(_NUMBERS / (rows * self.width * self.library.lanes)))
+        numbers = (self.run.grid.whole // self.run.every + 2) * self.width
+        if self.tabled:
+            numbers += len(self._input_times) * self.model.nu
+        groups = max(1, int(_NUMBERS / (numbers * self.library.lanes)))
         return self.library.lanes * min(groups, _GROUPS)
 
     @property
     def width(self) -> int:
         """Numbers of a row."""
         return sum(int(size) for _, size in self.library.layout["method"]["row"])
+
+    @property
+    def tabled(self) -> bool:
+        """Whether inputs change with time in a way that the stepper is told row by row."""
+        return self.run.driven is not None and not isinstance(self.run.driven, HeldRows)
+
+    @cached_property
+    def _input_times(self) -> Array:
+        """Times of the rows of such inputs, s."""
+        within = np.array(self.library.layout["method"]["input_times"])
+        grid = self.run.grid
+        return times_of_inputs(within, float(self.run.settings["step"]), 0, grid.whole, grid.start)
+
+    @cached_property
+    def _common_inputs(self) -> Array:
+        """Rows of inputs (rows, nu) of the run that all have in common."""
+        return self.run.signals.table(self._input_times)
+
+    def input_tables(
+        self, parameters: Array, held: Mapping[str, Array], laws: Sequence[Mapping[str, LawOverTime]]
+    ) -> Array:
+        """Return inputs that change with time, (n, rows, nu).
+
+        Parameters
+        ----------
+        parameters : (n, np)
+        held : values (n,) of inputs that are held over each run
+        laws : of each run, of the inputs whose law is its own
+        """
+        model, signals, times = self.model, self.run.signals, self._input_times
+        tables = np.repeat(self._common_inputs[np.newaxis], len(parameters), axis=0)
+        by_formulas = [k for k, name in enumerate(model.inputs) if name not in signals.given]
+        if signals.formulas is not None and by_formulas and not signals.left_to_stepper:
+            for k in np.flatnonzero(np.any(parameters != self.run.parameters, axis=1)).tolist():
+                rows = model.evaluator.formula_inputs({"t": times, "p": parameters[k]})
+                tables[k][:, by_formulas] = rows[:, by_formulas]
+        for name, values in held.items():
+            tables[:, :, model.inputs.index(name)] = values[:, np.newaxis]
+        for k, of_run in enumerate(laws):
+            for name, law in of_run.items():
+                by_law = law.over(times)  # what is not finite is left to a run alone, which names it
+                tables[k][:, model.inputs.index(name)] = np.where(np.isfinite(by_law), by_law, np.inf)
+        return tables
 
     @property
     def held_inputs(self) -> Array | None:
@@ -136,7 +183,7 @@ class SideBySide:
         Parameters
         ----------
         parameters : (runs, np)
-        inputs : (runs, nu)
+        inputs : (runs, nu), held; or (runs, rows of inputs, nu), of ``input_tables``
         starts : (runs, nq + nv + nz)
         """
         count, lanes = len(starts), self.library.lanes
@@ -146,7 +193,9 @@ class SideBySide:
         inputs = None if inputs is None else _filled(inputs, last)
         stepper = LaneStepper(self.library, self.run.settings)
         every, whole = self._between, self.run.grid.whole
-        found, ends, statuses = stepper.runs(states, parameters, inputs, every, whole // every, whole % every)
+        held, tables = (None, inputs) if self.tabled else (inputs, None)
+        counts = every, whole // every, whole % every
+        found, ends, statuses = stepper.runs(states, parameters, held, *counts, tables)
         alone = statuses != 0
         if self.model.multipliers:
             alone |= ends[:, stepper.places["max_constraint"]][:, 0] > _VIOLATION
@@ -156,7 +205,7 @@ class SideBySide:
             alone |= ~np.isfinite(rows).all(axis=(1, 2)) | self._grows(rows) | self._gains_energy(rows, parameters)
             rows = self._asked(rows)
             alone |= self._beams_fail(rows, parameters)
-            return self._columns(rows, parameters, None if inputs is None else inputs[:count]), alone
+            return self._columns(rows, parameters, None if inputs is None else self._at_rows(inputs[:count])), alone
 
     @property
     def _between(self) -> int:
@@ -173,6 +222,17 @@ class SideBySide:
         last = rows.shape[1] - 1
         return rows[:, np.append(chosen, last) if chosen[-1] != last else chosen]
 
+    def _at_rows(self, inputs: Array) -> Array:
+        """Return inputs at the rows of the run, (lanes, rows, nu)."""
+        whole, every = self.run.grid.whole, self.run.every
+        steps = np.arange(0, whole + 1, every)
+        if steps[-1] != whole:
+            steps = np.append(steps, whole)
+        if inputs.ndim == 2:
+            return np.repeat(inputs[:, np.newaxis], len(steps), axis=1)
+        each: int = self.library.layout["method"]["rows_per_step"]
+        return inputs[:, steps * each]
+
     # -- what comes out ------------------------------------------------------------------------------------------------
 
     def _states(self, rows: Array) -> States:
@@ -188,13 +248,13 @@ class SideBySide:
         return Prescribed(np.where(np.isnan(inputs), given.u, inputs), given.base)
 
     def _columns(self, rows: Array, parameters: Array, inputs: Array | None) -> Array:
-        """Return columns (lanes, columns, rows) of rows (lanes, rows, width)."""
+        """Return columns (lanes, columns, rows) of rows (lanes, rows, width), with inputs (lanes, rows, nu)."""
         lanes, count, width = rows.shape
         states = self._states(rows.reshape(-1, width))
         found = np.empty((lanes, len(self.columns), count))
         groups: dict[str, Any] = {}
         p = np.repeat(parameters, count, axis=0)
-        u = None if inputs is None else np.repeat(inputs, count, axis=0)
+        u = None if inputs is None else inputs.reshape(-1, inputs.shape[-1])
         needed = {self.places[name][0] for name in self.columns}
         given = Prescribed(None, None)
         if any(group.partition(".")[0] in ("output", "energy", "input") for group in needed):
@@ -272,7 +332,7 @@ def side_by_side(
     Parameters
     ----------
     options : of ``simulate``, that all runs have
-    varied_inputs : names of inputs in which they differ
+    varied_inputs : names of inputs in which they differ, held over each run; laws that differ are among the options
     columns : of solutions, that are looked at
     initial_varies : whether they differ in the initial state, which each is given then
     """
@@ -305,8 +365,6 @@ def side_by_side(
     grid = alike.grid
     signals = InputSignals(model.inputs, given, scene_inputs(model, p), grid.step, grid.start, chosen.left_to_stepper)
     run = Run(model, chosen.name, chosen.method, chosen.settings_at(grid.step), p, signals, grid, alike.every)
-    if run.driven is not None and not isinstance(run.driven, HeldRows):
-        return "inputs change with time"
     library = model.stepper_in_lanes(chosen.library)
     if isinstance(library, str):
         return f"{chosen.name} is not made for lanes: {library}"

@@ -213,3 +213,46 @@ def test_samples_begin_on_their_constraints(
     assert beside.failed == alone.failed and len(alone.failed) == (coordinates == "joint")
     for name in alone.results:
         np.testing.assert_allclose(beside.results[name], alone.results[name], rtol=1e-9, atol=1e-12)
+
+
+@pytest.fixture(scope="module", params=["rk4", "lsrt2"])
+def pushed(request: pytest.FixtureRequest) -> eomgen.Model:
+    scene = {
+        **SCENE,
+        "inputs": {
+            "push": {"unit": "N m", "formula": "2 * sin(5 * t)"},
+            "pull": {"unit": "N m", "formula": "mass * cos(3 * t)"},
+            "hold": {"unit": "N m"},
+        },
+        "efforts": {"motor": {"joint": "hinge", "effort": "push - pull + hold"}},
+    }
+    return eomgen.build(scene, method=request.param, profile="reproducible")
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"inputs": {"push": lambda t: np.exp(-t)}},
+        {"inputs": {"hold": np.linspace(0.0, 1.0, 51) ** 2}, "record_every": 4},
+        {"vary": VARY | {"scale.push": "uniform(0.5, 2)", "hold": "uniform(-1, 1)"}, "t_end": 0.37},
+        {"vary": VARY | {"hold": "uniform(-1, 1)"}},
+    ],
+    ids=["function", "table", "laws", "held"],
+)
+def test_inputs_may_change_with_time(
+    pushed: eomgen.Model, lanes: list[object], monkeypatch: pytest.MonkeyPatch, options: dict[str, Any]
+) -> None:
+    columns = ["q.hinge", "a.hinge", "input.push", "input.pull", "input.hold"]
+    beside = found(pushed, columns=columns, **options)
+    assert lanes and not any(isinstance(item, str) for item in lanes)
+    monkeypatch.setenv("EOMGEN_LANES", "off")
+    same(beside, found(pushed, columns=columns, **options))
+    assert beside.deviation("q.hinge")[-1] > 1e-3
+
+
+def test_a_law_beyond_all_bounds_fails_alone(pushed: eomgen.Model) -> None:
+    table = {"scale.push": [1.0, 1e300, 2.0]}
+    ensemble = found(pushed, vary=None, table=table, samples=3)
+    assert [item.number for item in ensemble.failed] == [1]
+    assert "a value became infinite or not a number" in ensemble.failed[0].reason
+    assert np.isfinite(ensemble.results["q.hinge.final"][[0, 2]]).all()

@@ -16,8 +16,8 @@ void eomgen_lanes_start(const double *parameters, const double *settings, const 
 void eomgen_lanes_run(const double *parameters, const double *settings, const double *inputs, double *state,
     double *workspace, long steps, long rows, double *record, int *statuses);
 void eomgen_lanes_groups(const double *parameters, const double *settings, const double *inputs,
-    const double *starts, double *state, double *workspace, long groups, long steps, long rows, long rest,
-    double *record, double *flat, int *statuses);
+    const double *table, const double *starts, double *state, double *workspace, long groups, long steps, long rows,
+    long rest, double *record, double *flat, int *statuses);
 void eomgen_lanes_state(const double *state, double *flat);
 """
 _NUMBERS = """\
@@ -27,7 +27,7 @@ typedef double real;
 #endif
 """
 _OF_THE_LANGUAGE = ("math.h", "stddef.h", "stdint.h", "string.h")
-_NULL = {"initialize": (), "loop": ("u_table", "u_end", "record", "recorded")}
+_NULL = {"initialize": (), "loop": ("u_end", "record", "recorded")}
 
 
 def lane_files(
@@ -54,9 +54,9 @@ def lane_files(
     headers = {name: text for name, text in files.items() if name.endswith(".h")}
     plain = {**headers, **dict.fromkeys(_OF_THE_LANGUAGE, ""), "eomgen_real.h": _NUMBERS, step: files[step]}
     hooks = {name: method["hooks"].get(name) for name in ("recorded", "end")}
-    null: dict[str, tuple[str, ...]] = {**_NULL, "write_row": ("inputs",)}
+    null: dict[str, tuple[str, ...]] = {**_NULL, "write_row": ()}
     if not sizes["u"]:
-        null |= {"initialize": ("u_table",), "loop": (*_NULL["loop"], "u")}
+        null = {"initialize": ("u_table",), "loop": (*_NULL["loop"], "u_table", "u"), "write_row": ("inputs",)}
     roots = {f"{prefix}_{name}": null.get(name, ()) for name in (*null, *filter(None, hooks.values()))}
     outputs = {
         f"{prefix}_{function['name']}": [int(output["size"]) for output in function["outputs"]]

@@ -85,7 +85,14 @@ class LaneStepper:
         return record
 
     def runs(
-        self, states: Array, parameters: Array, inputs: Array | None, steps: int, rows: int, rest: int
+        self,
+        states: Array,
+        parameters: Array,
+        inputs: Array | None,
+        steps: int,
+        rows: int,
+        rest: int,
+        tables: Array | None = None,
     ) -> tuple[Array, Array, NDArray[np.intc]]:
         """Return rows (n, 1 + rows, width), one more with ``rest``, flat states (n, size) at the end and statuses (n,).
 
@@ -94,15 +101,19 @@ class LaneStepper:
         states, parameters, inputs : as of ``start``, (n, ...), n a multiple of the lanes
         steps, rows : a row behind each ``steps`` steps; the first one is that of the start
         rest : steps before one row more, if any
+        tables : (n, 1 + rows of inputs of all steps, nu)
+            Inputs that change with time, in place of ``inputs``.
         """
         count = len(states)
         record = np.full((count, 1 + rows + (rest > 0), self.width), np.nan)
         flat, statuses = np.empty((count, self._size)), np.zeros(count, dtype=np.intc)
         given = [np.ascontiguousarray(part, dtype=float) for part in (parameters, states)]
+        beside = None if tables is None else self._beside(tables)
         self._lib.eomgen_lanes_groups(
             self._doubles(np.append(given[0].ravel(), 0.0)),
             self._doubles(self._settings),
             self._doubles(None if inputs is None else np.ascontiguousarray(inputs, dtype=float)),
+            self._doubles(beside),
             self._doubles(given[1]),
             self._doubles(self._state),
             self._doubles(self._workspace),
@@ -115,6 +126,15 @@ class LaneStepper:
             self._whole(statuses),
         )
         return record, flat, statuses
+
+    def _beside(self, tables: Array) -> Array:
+        """Return tables (n, rows, nu) with the numbers of each group of lanes beside one another."""
+        count, rows, size = tables.shape
+        beside = on_cache_lines(tables.size)
+        beside.reshape(-1, rows, size, self.lanes)[:] = np.moveaxis(
+            tables.reshape(count // self.lanes, self.lanes, rows, size), 1, 3
+        )
+        return beside
 
     @property
     def statuses(self) -> NDArray[np.intc]:

@@ -186,15 +186,25 @@ class Stepper:
 
     def times_of(self, first: int, steps: int, start: float) -> Array:
         """Return the times of the rows of an input table for ``steps`` steps from step number ``first``."""
-        within = self.input_times[1:]
-        grid = np.arange(first, first + steps)[:, np.newaxis] + within
-        times: Array = start + self.step_size * np.concatenate([[float(first)], grid.ravel()])
-        return times
+        return times_of_inputs(self.input_times, self.step_size, first, steps, start)
 
     def _pointer(self, array: Array | None) -> Any:
         if array is None:
             return self._ffi.NULL
         return self._ffi.from_buffer(self.library.types[0], array)
+
+
+def times_of_inputs(within: Array, step: float, first: int, steps: int, start: float) -> Array:
+    """Return the times of the rows of an input table for ``steps`` steps, in s, from step number ``first``.
+
+    Parameters
+    ----------
+    within : of the rows of a step, from 0 to 1
+    step, start : of the grid, s
+    """
+    grid = np.arange(first, first + steps)[:, np.newaxis] + within[1:]
+    times: Array = start + step * np.concatenate([[float(first)], grid.ravel()])
+    return times
 
 
 def _with_address(numbers: Sequence[float], address: int) -> Array:
