@@ -526,6 +526,7 @@ SLOW: dict[str, tuple[str, ...]] = {
     "integrators/test_steppers_in_lanes.py::test_held_inputs_are_those_of_each_lane": (),
     "mechanics/test_cosserat_loads.py::test_large_deflections_converge_with_order_2": ("following",),
     "integrators/test_steppers_in_lanes.py::test_each_lane_has_the_bits_of_a_run_alone": (
+        "digital-rk4",
         "four_bar-generalized_alpha",
     ),
     "integrators/test_steppers_in_lanes.py::test_a_lane_that_fails_leaves_the_others_alone": ("generalized_alpha",),

@@ -357,8 +357,8 @@ def side_by_side(
     named = {name: options.get(name) for name in ("rho_inf", "alpha", "beta", "gamma", "order", "tolerance")}
     chosen = chosen_stepper(model, alike.method, named, options.get("settings"))
     method = chosen.library.layout["method"]
-    if "events" in method or "samples" in method:
-        return "the scene has events or sampled controllers"
+    if "events" in method:
+        return "the scene has events"
     p = model.evaluator.one_set(options.get("parameters"))
     varied = dict.fromkeys(varied_inputs, 0.0)
     given = read_signals({**(options.get("inputs") or {}), **varied}, model.inputs, alike.grid.steps, model.input_units)

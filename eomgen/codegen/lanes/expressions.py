@@ -27,6 +27,8 @@ from eomgen.codegen.lanes.types import (
     spelled,
 )
 
+#: Functions of the language for numbers of lanes.
+_OF_A_NUMBER = {"fabs": "EG_ABS", "floor": "eg_floor"}
 _COMPARISONS = {"<", ">", "<=", ">=", "==", "!="}
 
 
@@ -381,8 +383,8 @@ class Expressions(ABC):
             return self._memory(name, given, node)
         if name == "offsetof":
             return Value(written(node), Whole())
-        if name.startswith("EG_"):
-            return self._arithmetic(name, given, node)
+        if name.startswith("EG_") or name in _OF_A_NUMBER:
+            return self._arithmetic(_OF_A_NUMBER.get(name, name), given, node)
         if name in self.source.routines:
             return self._routine(name, given, node)
         if name in self.outputs:
@@ -390,17 +392,24 @@ class Expressions(ABC):
         raise no_lanes(f"a call of {written(node.name)}", node)
 
     def _arithmetic(self, name: str, given: list[Any], node: Any) -> Value:
-        texts = []
+        texts, made, behind = [], [], []
         for item in given:
             value = self.value(item)
             if isinstance(value.type, Pointer):
                 place = self.place(item.expr) if isinstance(item, c_ast.UnaryOp) else None
-                if place is None or place.region is not self.region:
-                    raise no_lanes(f"{name} into memory of others", node)
-                texts.append(value.text)
+                if place is not None and place.region is self.region:
+                    texts.append(value.text)
+                    continue
+                there = self.fresh("there")  # memory in which other lanes have numbers of their own
+                made.append(f"real {there};")
+                behind.append(f"*({value.text}) = eg_pick({self.mask()}, {there}, *({value.text}));")
+                texts.append(f"&{there}")
             else:
                 texts.append(self.to(value, Real(), node))
-        return Value(f"{name}({', '.join(texts)})", Real())
+        called = f"{name}({', '.join(texts)})"
+        if not made:
+            return Value(called, Real())
+        return Value(f"({{ {' '.join(made)} {called}; {' '.join(behind)} }})", Void())
 
     def _memory(self, name: str, given: list[Any], node: Any) -> Value:
         target = self.value(given[0])
@@ -457,6 +466,8 @@ class Expressions(ABC):
         known = routine.elements.get(parameter)
         if isinstance(kind, Void) or known == kind:
             return
+        while isinstance(node, c_ast.ArrayRef):  # a row of a table
+            node = node.name
         if known is not None and isinstance(leaf(known), Real) and isinstance(node, c_ast.ID):
             self.routine.widened.add(node.name)  # a table that others fill with numbers of each lane
             return
@@ -486,7 +497,7 @@ def _has_calls(node: Any) -> bool:
 
         def visit_FuncCall(self, call: Any) -> None:
             name = call.name.name if isinstance(call.name, c_ast.ID) else ""
-            if name != "K" and not name.startswith("EG_"):
+            if name != "K" and not name.startswith("EG_") and name not in _OF_A_NUMBER:
                 self.found = True
             self.generic_visit(call)
 

@@ -149,7 +149,9 @@ class RoutineText(Expressions):
             case c_ast.For():
                 self._for(node)
             case c_ast.While():
-                self._loop(None, node.cond, None, node.stmt)
+                self._loop(node.cond, None, node.stmt)
+            case c_ast.DoWhile():
+                self._loop(node.cond, None, node.stmt, late=True)
             case c_ast.Return():
                 self._return(node)
                 return False
@@ -395,29 +397,37 @@ class RoutineText(Expressions):
         self.depth += 1
         if node.init is not None:
             self._statement(node.init)
-        self._loop(None, node.cond, node.next, node.stmt)
+        self._loop(node.cond, node.next, node.stmt)
         self.depth -= 1
         self._line("}")
         self.variables.pop()
 
-    def _loop(self, _: None, condition: Any, step: Any, body: Any) -> None:
+    def _loop(self, condition: Any, step: Any, body: Any, *, late: bool = False) -> None:
+        """Write a loop; ``late``: whose first turn asks no condition."""
+        again = ""
+        if late:
+            again, step = self.fresh("again"), None
+            self._line(f"int {again} = 0;")
         state = len(self.lines), self.depth, self.region, len(self.loops), len(self.variables)
         try:
             if condition is None or isinstance(self.value(condition).type, Whole):
-                self._common_loop(condition, step, body)
+                self._common_loop(condition, step, body, again)
                 return
         except _PartCompany as found:
             if len(self.loops) <= state[3] or found.loop is not self.loops[state[3]]:
                 raise
             del self.lines[state[0] :], self.loops[state[3] :], self.variables[state[4] :]
             self.depth, self.region = state[1], state[2]
-        self._parted_loop(condition, step, body)
+        self._parted_loop(condition, step, body, again)
 
-    def _common_loop(self, condition: Any, step: Any, body: Any) -> None:
+    def _common_loop(self, condition: Any, step: Any, body: Any, again: str) -> None:
         loop = Loop(self.region)
         self.loops.append(loop)
         test = "" if condition is None else self.value(condition).text
-        self._line(f"for (; {test}; {self._step(step)}) {{")
+        if again:
+            self._line(f"for (; !{again} || {test}; {again} = 1) {{")
+        else:
+            self._line(f"for (; {test}; {self._step(step)}) {{")
         self.depth += 1
         self._block(body)
         self.depth -= 1
@@ -433,7 +443,7 @@ class RoutineText(Expressions):
         made, self.lines = self.lines, kept
         return ", ".join(line.strip().rstrip(";") for line in made)
 
-    def _parted_loop(self, condition: Any, step: Any, body: Any) -> None:
+    def _parted_loop(self, condition: Any, step: Any, body: Any, again: str) -> None:
         self.parts = True
         outer = self.region
         run, turn = self.fresh("run"), self.fresh("m")
@@ -442,11 +452,12 @@ class RoutineText(Expressions):
         loop.region.loop = loop
         self.loops.append(loop)
         self.region = Region(run, outer)
-        stepped = self._step(step)
+        stepped = f"{again} = 1" if again else self._step(step)
         self._line(f"for (;; {stepped}) {{")
         self.depth += 1
         if condition is not None:
-            self._line(f"{run} = {run} & {self.truths(self.value(condition))};")
+            first = f"if ({again}) " if again else ""
+            self._line(f"{first}{run} = {run} & {self.truths(self.value(condition))};")
         self._line(f"if (!eg_any({run})) break;")
         self._line(f"eg_wholes {turn} = {run};")
         self.region = loop.region
