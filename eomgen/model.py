@@ -25,7 +25,14 @@ if TYPE_CHECKING:
     from eomgen.progress import Progress
     from eomgen.results.solution import Solution
     from eomgen.simulation.motions import Target
-    from eomgen.simulation.option_types import EnsembleOptions, MethodOptions, ResumeOptions, RunOptions
+    from eomgen.simulation.option_types import (
+        EnsembleOptions,
+        MethodOptions,
+        ResumeOptions,
+        RunOptions,
+        SensitivityOptions,
+    )
+    from eomgen.simulation.sensitivities.run_sensitivities import Sensitivities
     from eomgen.simulation.simulator import Simulator
     from eomgen.spectra import Road, RoadExcitation
 
@@ -252,6 +259,50 @@ class Model(CompiledModel):
             progress=progress,
             **options,
         )
+
+    def sensitivities(
+        self,
+        t_end: float | None = None,
+        step: float | None = None,
+        *,
+        by: Sequence[str] | None = None,
+        of: Sequence[str] | None = None,
+        **options: Unpack[SensitivityOptions],
+    ) -> Sensitivities:
+        """Return derivatives of a run's outputs in parameters and the initial state, exact for its discrete steps.
+
+        The run is that of ``simulate`` with the same options. What Newton's iteration leaves of its steps is in the
+        derivatives, too: ``settings={"rtol": 1e-13, "atol": 1e-15}`` for derivatives to rounding.
+
+        Parameters
+        ----------
+        t_end, step : as of ``simulate``; whole steps
+        by : sequence of str
+            Tunable parameters, all of them by default; ``q.hinge``, ``v.hinge`` and internal states, ``z.filtered``,
+            of the initial state. ``q.ball[0]`` of a rotating joint turns it about its own axis x, rad. With
+            constraints, an initial state moves to the nearest one that meets them.
+        of : sequence of str
+            Outputs; all by default.
+        method : str
+            ``generalized_alpha``, ``hht``, ``wbz``, ``newmark`` or ``trapezoidal``.
+        rho_inf, alpha, beta, gamma, initial, parameters, inputs, record_every, t_start, settings : as of ``simulate``
+
+        Returns
+        -------
+        Sensitivities
+            ``derivatives`` of outputs over time, by tangents; ``gradient`` of a number of the whole run, by adjoints.
+
+        Raises
+        ------
+        UsageError
+            Names that are none, a parameter that is fixed, a method without derivatives, a scene with events, sampled
+            states or jumps of forces within the run.
+        NumericalError
+            The run fails, or its linear equations have no solution.
+        """
+        from eomgen.simulation.sensitivities.linearise import sensitivities  # noqa: PLC0415
+
+        return sensitivities(self, t_end, step, by=by, of=of, **options)
 
     def start(
         self,

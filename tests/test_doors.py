@@ -126,6 +126,7 @@ DOORS: dict[str, set[str]] = {
         "lie",
         "linear",
         "progress",
+        "resources",
         "results",
         "system",
         "text",
@@ -277,8 +278,14 @@ ORDER: dict[str, tuple[str, ...]] = {
         "automatic_method checkpoint motions option_types row_times run_metadata simulator_state timing",
         "run_model",
         "outcome recorded_motion side_by_side",
-        "resume simulate simulator",
+        "resume sensitivities simulate simulator",
         "start",
+    ),
+    "simulation.sensitivities": (
+        "equations functionals linear_steps motion",
+        "beginning step_matrices",
+        "run_sensitivities",
+        "linearise",
     ),
     "studies.tuning": (
         "contender demand nearby_conditions scene_text",

@@ -7,6 +7,7 @@ __all__ = [
     "resume",
     "row_times",
     "run_model",
+    "sensitivities",
     "side_by_side",
     "simulate",
     "simulator",

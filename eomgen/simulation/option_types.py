@@ -11,7 +11,15 @@ from eomgen.progress import Progress
 from eomgen.simulation.stepping.controllers import Controller
 from eomgen.simulation.stepping.inputs import LawOverTime, Signal
 
-__all__ = ["Continuation", "EnsembleOptions", "LawOverTime", "MethodOptions", "ResumeOptions", "RunOptions"]
+__all__ = [
+    "Continuation",
+    "EnsembleOptions",
+    "LawOverTime",
+    "MethodOptions",
+    "ResumeOptions",
+    "RunOptions",
+    "SensitivityOptions",
+]
 
 #: What others call options of runs, and their names here.
 KNOWN_ELSEWHERE: Mapping[str, str] = {
@@ -67,6 +75,22 @@ class EnsembleOptions(MethodOptions, total=False):
     initial: Mapping[str, Any] | None
     parameters: Parameters
     record_every: int | None
+
+
+class SensitivityOptions(TypedDict, total=False):
+    """Of ``Model.sensitivities``, besides the end, the step and what is differentiated."""
+
+    method: str | None
+    rho_inf: float | None
+    alpha: float | None
+    beta: float | None
+    gamma: float | None
+    initial: Mapping[str, Any] | None
+    parameters: Parameters
+    inputs: Mapping[str, Signal] | None
+    record_every: int | None
+    t_start: float
+    settings: Mapping[str, float] | None
 
 
 class ResumeOptions(Continuation, total=False):

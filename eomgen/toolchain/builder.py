@@ -37,7 +37,7 @@ from eomgen.toolchain.profiles import profile as profile_named
 
 _LOG = logging.getLogger(__name__)
 _LIBRARY, _LAYOUT, _CDEF, _COMMANDS = "model", "layout.json", "interface.cdef", "commands.txt"
-_LANES = "lanes.so"
+_LANES, _ROUTINE = "lanes.so", "routine.so"
 #: Says why a stepper cannot be made for lanes.
 REFUSED = "refused.txt"
 #: From files and the name of one to its text without directives of the preprocessor.
@@ -290,6 +290,27 @@ class Builder:
         if REFUSED in entry.files:
             return entry.text(REFUSED)
         return LaneLibrary(entry.file(_LANES), cdef, library.layout)
+
+    def build_routine(self, source: str, cdef: str) -> tuple[Any, Any]:
+        """Return ``ffi`` and ``lib`` of one C file that is the same for all models, from the cache where it is there.
+
+        Raises
+        ------
+        ToolchainError
+            There is no compiler, or the file cannot be compiled.
+        """
+        content = f"routine\0{cdef}\0{source}".encode()
+        key = library_key(content, self.compiler, self.profile, self.flags, "abi")
+
+        def fill(folder: Path) -> None:
+            file = folder / "routine.c"
+            file.write_text(source, encoding="utf-8")
+            compile_library(self.compiler, [file], folder / _ROUTINE, self.flags, timeout=self.timeout)
+            file.with_suffix(".o").unlink(missing_ok=True)
+
+        with self.cache.claim(key):
+            entry = self.cache.get(key) or self.cache.put(key, fill)
+        return load_abi(entry.file(_ROUTINE), cdef)
 
     def _wrapper(self, cdef: str, header: str) -> list[Path]:
         """Return the object of the extension module, which is the same for all models; none in the ABI mode."""

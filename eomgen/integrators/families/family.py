@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
 
 from eomgen.errors import Problem, UsageError
 
@@ -155,6 +155,18 @@ class Status:
     advice: str
 
 
+class LinearStep(NamedTuple):
+    """Coefficients of steps of generalized-alpha, of which derivatives of runs are made; ``rate_alpha_m`` and
+    ``rate_gamma`` are those of equations of first order."""
+
+    alpha_m: float
+    alpha_f: float
+    beta: float
+    gamma: float
+    rate_alpha_m: float
+    rate_gamma: float
+
+
 class Family(ABC):
     """Family of integration methods; its instances are methods, checked on construction."""
 
@@ -255,6 +267,11 @@ class Family(ABC):
     def discontinuity_order(self) -> int:
         """Derivatives of forces from this order on may jump within a step."""
         return self.order
+
+    @property
+    def linear_step(self) -> LinearStep | None:
+        """Return the coefficients of a step made linear; None where runs have no derivatives."""
+        return None
 
     def warnings(self, constrained: bool) -> tuple[str, ...]:
         """Return warnings about these settings, one sentence each."""

@@ -28,6 +28,7 @@ from eomgen.integrators.families.family import (
     Family,
     Field,
     GroupFunction,
+    LinearStep,
     MethodName,
     SceneFact,
     Setting,
@@ -259,6 +260,13 @@ class GeneralizedAlpha(Family):
         name = "generalized-alpha" if self.case is None else NAMED_CASES[self.case.name][3]
         form = {STABILISED: ", stabilised index 2", INDEX_3: ", index 3"}[self.form] if constrained else ""
         return f"{name} on Lie groups{form}" + ("" if self.variant == "F0" else f", variant {self.variant}")
+
+    @property
+    def linear_step(self) -> LinearStep | None:
+        if self.form != STABILISED or self.variant != "F0":
+            return None
+        first_order = self.rate_alpha_m, self.rate_gamma
+        return LinearStep(*map(float, (self.alpha_m, self.alpha_f, self.beta, self.gamma, *first_order)))
 
     @property
     def group_functions(self) -> tuple[GroupFunction, ...]:

@@ -113,7 +113,7 @@ def run_chunks(
             table = None
             if inputs is not None:
                 try:
-                    table = _rows_from(stepper, inputs, done, size, start)
+                    table = rows_from(stepper, inputs, done, size, start)
                 except UsageError as error:  # go on to the last step before the one at which the input fails
                     if size > 1:
                         chunk = size // 2
@@ -198,7 +198,7 @@ def _last_step(stepper: Stepper, grid: TimeGrid, inputs: Callable[[Array], Array
     return status, None if status else record[0]
 
 
-def _rows_from(stepper: Stepper, inputs: Callable[[Array], Array], done: int, size: int, start: float) -> Array:
+def rows_from(stepper: Stepper, inputs: Callable[[Array], Array], done: int, size: int, start: float) -> Array:
     """Return rows of inputs (n, nu) for a chunk of steps; the first is the one that the stepper's last step ended
     with."""
     if isinstance(inputs, HeldRows):

@@ -1,0 +1,150 @@
+"""Equations of a step and outputs with their partials at rows of a run, evaluated in batches by compiled terms."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eomgen.arrays import Array
+from eomgen.compiled.model import CompiledModel
+from eomgen.simulation.stepping.states import Prescribed, States
+
+if TYPE_CHECKING:
+    from eomgen.compiled.functions import Functions
+
+#: Terms of which partials are made, as far as a scene has them.
+_TERMS = (
+    *("mass", "residual", "partials", "internal_rate", "internal_partials", "constraint_jacobian"),
+    *("constraint_bias", "velocity_partials", "acceleration_partials", "outputs", "output_partials"),
+    *("parameter_partials", "output_parameter_partials"),
+)
+
+
+@dataclass(frozen=True)
+class Partials:
+    """Partials of the equations e at rows, (n, rows, ...): in q (left-trivialised), v, vdot, z, multipliers and
+    parameters."""
+
+    Jq: Array
+    Jv: Array
+    Ja: Array
+    Jz: Array
+    Jlam: Array
+    P: Array
+
+
+class Equations:
+    """The equations of a step.
+
+    Parameters
+    ----------
+    p : (np,) of the run
+    chosen : columns of the parameters that derivatives are taken by
+    outputs : rows of the outputs that derivatives are taken of
+    holonomic : rows of constraints that positions are held on
+    """
+
+    def __init__(
+        self, model: CompiledModel, p: Array, chosen: Sequence[int], outputs: Sequence[int], holonomic: int
+    ) -> None:
+        self.model, self.p = model.having(_TERMS), p
+        self.chosen, self.outputs, self.holonomic = list(chosen), list(outputs), holonomic
+        self.nv, self.nz, self.nl = model.nv, model.nz, len(model.multipliers)
+        self._functions: Functions = self.model.functions
+
+    def values(self, states: States, given: Prescribed) -> dict[str, Array]:
+        """Return input blocks at rows."""
+        values = {"p": self.p, "t": states.t, "q": states.q, "v": states.v, "a": states.a, "z": states.z}
+        values["lam"] = states.multipliers
+        if given.u is not None:
+            values["u"] = given.u
+        if given.base is not None:
+            values["base"] = given.base
+        return values
+
+    def of(self, term: str, values: Mapping[str, Array]) -> dict[str, Array]:
+        """Return the blocks of a term by name, (n, ...) each; none where the scene has no such term."""
+        if term not in self._functions:
+            return {}
+        found = self._functions(term, values)
+        count = len(values["t"])
+        return {
+            name: np.broadcast_to(array, (count, *array.shape[array.ndim - dimensions :]))
+            for name, array, dimensions in zip(
+                self._functions.output_names(term), found, self._dimensions(term), strict=True
+            )
+        }
+
+    def partials(self, values: Mapping[str, Array]) -> Partials:
+        """Return the partials of e."""
+        nv, nz, nl, nh, count = self.nv, self.nz, self.nl, self.holonomic, len(values["t"])
+        of_residual = self.of("partials", values)
+        by_parameters = self.of("parameter_partials", values)
+        P = self._parameters(by_parameters, "Rp", nv, count)
+        if not nz and not nl:
+            K, C, M = (of_residual[name] for name in "KCM")
+            return Partials(K, C, M, np.zeros((count, nv, 0)), np.zeros((count, nv, 0)), P)
+        rows = nv + nz + nh + nl
+        Jq, Jv, Ja = (np.zeros((count, rows, nv)) for _ in range(3))
+        Jz, Jlam, Jp = (np.zeros((count, rows, size)) for size in (nz, nl, len(self.chosen)))
+        Jq[:, :nv], Jv[:, :nv], Ja[:, :nv], Jp[:, :nv] = *(of_residual[name] for name in "KCM"), P
+        if nz:
+            of_rates, place = self.of("internal_partials", values), slice(nv, nv + nz)
+            Jz[:, :nv] = of_rates.get("Rz", 0.0)
+            Jq[:, place], Jv[:, place] = -of_rates.get("Fq", 0.0), -of_rates.get("Fv", 0.0)
+            Jz[:, place] = -of_rates.get("Fz", 0.0)
+            Jp[:, place] = -self._parameters(by_parameters, "Fp", nz, count)
+        if nl:
+            B = self.of("constraint_jacobian", values)["B"]
+            place, rates = slice(nv + nz, nv + nz + nh), slice(nv + nz + nh, rows)
+            Jlam[:, :nv] = np.swapaxes(B, 1, 2)
+            Jq[:, place], Jp[:, place] = B[:, :nh], self._parameters(by_parameters, "Phip", nh, count)
+            Jq[:, rates], Jv[:, rates] = self.of("velocity_partials", values)["Z"], B
+            Jp[:, rates] = self._parameters(by_parameters, "Zp", nl, count)
+        return Partials(Jq, Jv, Ja, Jz, Jlam, Jp)
+
+    def output_partials(self, values: Mapping[str, Array]) -> tuple[Array, Array]:
+        """Return partials of the outputs, (n, outputs, 3 nv + nz + nl) in q, v, vdot, z, multipliers, and (n, outputs,
+        parameters)."""
+        count, rows = len(values["t"]), len(self.outputs)
+        found = self.of("output_partials", values)
+        sizes = {"Yq": self.nv, "Yv": self.nv, "Ya": self.nv, "Yz": self.nz, "Ylam": self.nl}
+        parts = [
+            found[name][:, self.outputs] if name in found else np.zeros((count, rows, size))
+            for name, size in sizes.items()
+        ]
+        by_parameters = self.of("output_parameter_partials", values)
+        Yp = np.zeros((count, rows, len(self.chosen)))
+        if by_parameters:
+            Yp[:] = by_parameters["Yp"][:, self.outputs][:, :, self.chosen]
+        return np.concatenate(parts, axis=2), Yp
+
+    def acceleration_parameters(self, values: Mapping[str, Array]) -> Array:
+        """Return the partials of the constraints' accelerations in the parameters, (n, rows, parameters)."""
+        return self._parameters(self.of("parameter_partials", values), "Ap", self.nl, len(values["t"]))
+
+    def reaction_partials(self, values: Mapping[str, Array], eta: Array) -> tuple[Array, Array]:
+        """Return partials of B^T eta, holonomic rows alone, in q, (n, nv, nv), and in the parameters, (n, nv,
+        parameters)."""
+        still = {**values, "v": np.zeros_like(values["v"]), "a": np.zeros_like(values["a"])}
+        lam = np.zeros_like(values["lam"])
+        without = {**still, "lam": lam.copy()}
+        lam[:, : self.holonomic] = eta
+        pair = [self.partials({**blocks}) for blocks in ({**still, "lam": lam}, without)]
+        return pair[0].Jq[:, : self.nv] - pair[1].Jq[:, : self.nv], pair[0].P[:, : self.nv] - pair[1].P[:, : self.nv]
+
+    def output_values(self, values: Mapping[str, Array]) -> Array:
+        """Return the outputs, (n, outputs)."""
+        return self.of("outputs", values)["y"][:, self.outputs]
+
+    def _parameters(self, found: Mapping[str, Array], name: str, rows: int, count: int) -> Array:
+        return found[name][:, :, self.chosen] if name in found else np.zeros((count, rows, len(self.chosen)))
+
+    def _dimensions(self, term: str) -> list[int]:
+        """Return how many axes each output of a term has."""
+        functions = self.model.library.layout["functions"]
+        outputs = next(item["outputs"] for item in functions if item["name"] == term)
+        return [len(item["shape"]) for item in outputs]

@@ -1,0 +1,174 @@
+"""Linearised steps of generalized-alpha in C: tangents and adjoints through a part of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from eomgen.arrays import Array
+from eomgen.errors import NumericalError, Problem
+from eomgen.lie.product import Factor
+from eomgen.resources import template_folder
+from eomgen.toolchain.builder import Builder
+
+_CDEF = """\
+typedef struct eg_steps {
+    long nv, nz, nl, nh;
+    long np;
+    long steps, directions;
+    long turns;
+    const long *turn;
+    const double *coefficients;
+    const double *Jq, *Jv, *Ja;
+    const double *Jz;
+    const double *Jlam;
+    const double *P;
+    const double *A, *T;
+    const double *G;
+    const double *N;
+    const double *Np;
+} eg_steps;
+long eomgen_step_room(long nv, long nz, long nl, long nh, long directions);
+long eomgen_step_tangents(const eg_steps *given, const double *dp, double *state, double *record, double *room,
+    long *pivot);
+long eomgen_step_adjoints(const eg_steps *given, const double *direct, double *state, double *gradient,
+    double *multipliers, double *room, long *pivot);
+"""
+
+
+@dataclass(frozen=True)
+class StepMatrices:
+    """Matrices of linearised steps, (steps, ...) each, as ``templates/c/sensitivities/generalized_alpha.c`` says.
+
+    ``rows`` of Jq to P: residual, minus rates of internal states, holonomic constraints, rates of all constraints.
+    A and T have the rotating factors' blocks one behind the other.
+    """
+
+    Jq: Array
+    Jv: Array
+    Ja: Array
+    Jz: Array
+    Jlam: Array
+    P: Array
+    A: Array
+    T: Array
+    G: Array
+    N: Array
+    Np: Array
+
+
+class LinearSteps:
+    """The compiled linearised steps of a run.
+
+    Parameters
+    ----------
+    coefficients : h, alpha_m, alpha_f, beta, gamma, and alpha_m and gamma of equations of first order
+    eta : rows of constraints with multipliers of their velocities
+    """
+
+    def __init__(
+        self,
+        builder: Builder,
+        sizes: Mapping[str, int],
+        factors: Sequence[Factor],
+        coefficients: Sequence[float],
+        eta: int,
+    ) -> None:
+        source = (template_folder() / "c" / "sensitivities" / "generalized_alpha.c").read_text(encoding="utf-8")
+        self._ffi, self._lib = builder.build_routine(source, _CDEF)
+        self._nv, self._nz, self._nl, self._nh = sizes["v"], sizes["z"], sizes["lam"], eta
+        turning = [factor for factor in factors if factor.group != "R"]
+        self._turn = np.array([[factor.v_start, factor.v_size] for factor in turning], dtype=np.int64).reshape(-1, 2)
+        self._coefficients = np.array(coefficients, dtype=float)
+
+    @property
+    def rows(self) -> int:
+        """Equations of a step."""
+        return self._nv + self._nz + self._nh + self._nl
+
+    @property
+    def state_size(self) -> int:
+        """Rows of a state: dq, dv, dvdot, da, dz, dzdot, dr."""
+        return 4 * self._nv + 3 * self._nz
+
+    @property
+    def record_size(self) -> int:
+        """Rows of what is recorded of a step: dq, dv, dvdot, dz, dlam."""
+        return 3 * self._nv + self._nz + self._nl
+
+    def tangents(self, matrices: StepMatrices, dp: Array, state: Array, times: Array) -> Array:
+        """Take tangents through steps: ``state`` (state_size, directions) becomes that of their end.
+
+        Parameters
+        ----------
+        dp : (parameters, directions)
+        times : (steps,) of their ends, for messages
+
+        Returns
+        -------
+        (steps, record_size, directions)
+        """
+        steps, directions = len(matrices.Jq), state.shape[1]
+        record = np.empty((steps, self.record_size, directions))
+        given = self._given(matrices, dp.shape[0], steps, directions)
+        room, pivot = self._room(directions)
+        done = self._lib.eomgen_step_tangents(
+            given[0], self._doubles(np.ascontiguousarray(dp)), self._doubles(state), self._doubles(record), room, pivot
+        )
+        self._check(done, steps, times)
+        return record
+
+    def adjoints(self, matrices: StepMatrices, direct: Array, state: Array, gradient: Array, times: Array) -> Array:
+        """Take adjoints back through steps: ``state`` becomes that of their start, and ``gradient`` (parameters,
+        directions) is added to.
+
+        Parameters
+        ----------
+        direct : (steps, record_size, directions), what functionals take of each row
+
+        Returns
+        -------
+        (steps, rows, directions)
+            The multipliers of the equations of each step.
+        """
+        steps, directions = len(matrices.Jq), state.shape[1]
+        multipliers = np.empty((steps, self.rows, directions))
+        given = self._given(matrices, gradient.shape[0], steps, directions)
+        room, pivot = self._room(directions)
+        done = self._lib.eomgen_step_adjoints(
+            given[0],
+            self._doubles(np.ascontiguousarray(direct)),
+            self._doubles(state),
+            self._doubles(gradient),
+            self._doubles(multipliers),
+            room,
+            pivot,
+        )
+        self._check(done, steps, times)
+        return multipliers
+
+    def _given(self, matrices: StepMatrices, parameters: int, steps: int, directions: int) -> tuple[Any, ...]:
+        """Return the structure of C, and what it points to."""
+        kept = {name: np.ascontiguousarray(array) for name, array in vars(matrices).items()}
+        pointers = {name: self._doubles(array) for name, array in kept.items()}
+        turn = self._ffi.from_buffer("long[]", self._turn)
+        sizes = {"nv": self._nv, "nz": self._nz, "nl": self._nl, "nh": self._nh, "np": parameters}
+        numbers = {"steps": steps, "directions": directions, "turns": len(self._turn), "turn": turn}
+        coefficients = self._doubles(self._coefficients)
+        given = self._ffi.new("eg_steps *", {**sizes, **numbers, "coefficients": coefficients, **pointers})
+        return given, kept, pointers, turn, coefficients
+
+    def _room(self, directions: int) -> tuple[Any, Any]:
+        size = self._lib.eomgen_step_room(self._nv, self._nz, self._nl, self._nh, directions)
+        return self._ffi.new("double[]", size), self._ffi.new("long[]", self.rows)
+
+    def _doubles(self, array: Array) -> Any:
+        return self._ffi.from_buffer("double[]", array)
+
+    def _check(self, done: int, steps: int, times: Array) -> None:
+        if done != steps:
+            what = f"the equations of the step to t = {times[done]:.9g} s, made linear, have no solution"
+            raise NumericalError(Problem("sensitivities", what, "a smaller step, or constraints that do not repeat"))

@@ -1,0 +1,169 @@
+"""sensitivities: a run and its derivatives, with the options of ``simulate``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from eomgen.calls import checked_call
+from eomgen.compiled.arguments import check_name, count_of, number_of
+from eomgen.compiled.initial_state import check_initial
+from eomgen.compiled.model import CompiledModel
+from eomgen.compiled.terms import Parameters
+from eomgen.errors import Problem, UsageError
+from eomgen.integrators.families.family import LinearStep
+from eomgen.integrators.methods import Method
+from eomgen.simulation.motions import refuse_as_inputs
+from eomgen.simulation.option_types import KNOWN_ELSEWHERE
+from eomgen.simulation.sensitivities.run_sensitivities import Sensitivities
+from eomgen.simulation.stepping.inputs import InputSignals, Signal, read_signals
+from eomgen.simulation.stepping.run import Run, scene_inputs
+from eomgen.simulation.stepping.settings import ChosenStepper, chosen_stepper, positive
+from eomgen.simulation.stepping.start_state import start_of, starts_at_equilibrium
+from eomgen.simulation.stepping.stepper import Stepper
+from eomgen.simulation.stepping.time_grid import TimeGrid, time_grid
+
+#: Methods with derivatives of runs.
+METHODS = ("generalized_alpha", "hht", "wbz", "newmark", "trapezoidal")
+
+
+@checked_call(**KNOWN_ELSEWHERE, wrt="by", outputs="of")
+def sensitivities(
+    model: CompiledModel,
+    t_end: float | None = None,
+    step: float | None = None,
+    *,
+    by: Sequence[str] | None = None,
+    of: Sequence[str] | None = None,
+    method: str | None = None,
+    rho_inf: float | None = None,
+    alpha: float | None = None,
+    beta: float | None = None,
+    gamma: float | None = None,
+    initial: Mapping[str, Any] | None = None,
+    parameters: Parameters = None,
+    inputs: Mapping[str, Signal] | None = None,
+    record_every: int | None = None,
+    t_start: float = 0.0,
+    settings: Mapping[str, float] | None = None,
+) -> Sensitivities:
+    """Return derivatives of a run; as ``Model.sensitivities``."""
+    defaults = model.library.layout["defaults"]
+    size = positive("step", defaults["step"] if step is None else step)
+    end = number_of("t_end", t_start + defaults["duration"] if t_end is None else t_end)
+    every = count_of("record_every", defaults["record_every"] if record_every is None else record_every)
+    p = model.evaluator.one_set(parameters, "one run for each")
+    given = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma, "order": None, "tolerance": None}
+    chosen = chosen_stepper(model, method, given, settings)
+    names, columns = _directions(model, by)
+    outputs = _outputs(model, of)
+    grid = time_grid(number_of("t_start", t_start), end, size, chosen.library.real)
+    coefficients = _coefficients(chosen.name, chosen.method, bool(model.nz))
+    _check(model, chosen, grid, initial, columns)
+    refuse_as_inputs(inputs, [motion.name for motion in model.description.motions])
+    from_caller = read_signals(inputs, model.inputs, grid.steps, model.input_units)
+    chosen.check_span(model, None if parameters is None else p, from_caller, grid)
+    signals = InputSignals(model.inputs, from_caller, scene_inputs(model, p), size, grid.start, chosen.left_to_stepper)
+    run = Run(model, chosen.name, chosen.method, chosen.settings_at(size), p, signals, grid, every)
+    changed = bool(initial) or parameters is not None
+    state, _, _ = start_of(run, initial, equilibrium_start=False, changed=changed)
+    return Sensitivities(
+        run, Stepper(chosen.library, run.settings, p), state, (size, *coefficients), names, columns, outputs
+    )
+
+
+def _directions(model: CompiledModel, by: Sequence[str] | None) -> tuple[tuple[str, ...], dict[str, list[int]]]:
+    """Return names of directions, and columns of p, q, v, z among them; parameters come first, then the state."""
+    parameters, states = list(model.parameters), list(model.z_names)
+    rates = list(model.v_names)
+    places = [f"q{name[1:]}" for name in rates]
+    if isinstance(by, str):
+        raise UsageError(Problem("by", f"directions are a list of names, not the text {by!r}", f'by=["{by}"]'))
+    chosen = parameters if by is None else list(by)
+    known = {"p": parameters, "q": places, "v": rates, "z": states}
+    if not chosen:
+        what = "there is nothing to take derivatives by" if by is not None else "the scene has no tunable parameters"
+        hint = f'by=["{places[0]}", "{rates[0]}"], of the initial state' if by is None else 'by=["mass"]'
+        raise UsageError(Problem("by", what, hint))
+    for name in chosen:
+        if not any(name in names for names in known.values()):
+            of_state = str(name).startswith(("q.", "v.", "z."))
+            what = "component of the initial state" if of_state else "parameter"
+            check_name(what, name, [*places, *rates, *states] if of_state else parameters, _fixed(model))
+    columns = {block: [names.index(name) for name in chosen if name in names] for block, names in known.items()}
+    ordered = [known[block][column] for block in "pqvz" for column in columns[block]]
+    if len(set(ordered)) < len(chosen):
+        raise UsageError(Problem("by", "a name is given twice", "each of them once"))
+    return tuple(ordered), columns
+
+
+def _fixed(model: CompiledModel) -> Sequence[str]:
+    return list(model.evaluator.fixed_parameters)
+
+
+def _outputs(model: CompiledModel, of: Sequence[str] | None) -> dict[str, list[int]]:
+    """Return the components of the outputs that are chosen, by name, among all outputs."""
+    places: dict[str, list[int]] = {}
+    count = 0
+    for item in model.library.layout["outputs"]:
+        places[str(item["name"])] = list(range(count, count + int(item["size"])))
+        count += int(item["size"])
+    if isinstance(of, str):
+        raise UsageError(Problem("of", f"outputs are a list of names, not the text {of!r}", f'of=["{of}"]'))
+    for name in of or ():
+        check_name("output", name, list(places))
+    if not places:
+        what = "the scene has no outputs, and derivatives are of outputs"
+        raise UsageError(Problem("of", what, '[outputs.angle] formula = "q.hinge" in the scene'))
+    return places if of is None else {name: places[name] for name in of}
+
+
+def _check(
+    model: CompiledModel,
+    chosen: ChosenStepper,
+    grid: TimeGrid,
+    initial: Mapping[str, Any] | None,
+    columns: Mapping[str, Sequence[int]],
+) -> None:
+    """Raise UsageError for runs without derivatives here, and say why."""
+    layout = chosen.library.layout
+    if "events" in layout["method"]:
+        what = "the scene has events, and across them derivatives are not defined here: their times move, too"
+        raise UsageError(Problem("sensitivities", what, "a scene without events"))
+    if layout["sampled"]:
+        what = "the scene has sampled states, and derivatives are those of steps that end on none of their samples"
+        raise UsageError(Problem("sensitivities", what, "a continuous controller: internal states"))
+    if layout["method"].get("jumps") and len(model.discontinuity_times(grid.start, grid.reached)):
+        first = float(model.discontinuity_times(grid.start, grid.reached)[0])
+        what = f"forces jump at t = {first:.6g} s, where steps are cut in two; these have no derivatives here"
+        raise UsageError(Problem("sensitivities", what, "a smooth law in its place"))
+    if grid.rest:
+        what = f"the last step is shorter than {grid.step:.6g} s, and has no derivatives here"
+        raise UsageError(Problem("t_end", what, f"t_end = {grid.start + grid.whole * grid.step:.9g}"))
+    if not grid.whole:
+        raise UsageError(Problem("t_end", "the run has no step", f"t_end = {grid.start + grid.step:.6g}"))
+    if chosen.library.real != "double":
+        what = f"the model computes with {chosen.library.real}, whose rounding derivatives would be lost in"
+        raise UsageError(Problem("sensitivities", what, 'real = "double"'))
+    check_initial(initial)
+    if starts_at_equilibrium(None, initial is not None, str(layout["defaults"]["start"])):
+        what = "the scene starts at static equilibrium, which parameters move, and that is not in the derivatives"
+        raise UsageError(Problem("start", what, "initial = model.equilibrium().initial, for a start that is held"))
+    if model.initial_at is not None and columns["p"] and not {"q", "v"} <= set(initial or {}):
+        what = "the scene's initial state follows from parameters, and that is not in the derivatives"
+        raise UsageError(Problem("initial", what, 'initial={"q": ..., "v": ...}, for a start that is held'))
+
+
+def _coefficients(name: str, method: Method, internal: bool) -> LinearStep:
+    """Return the coefficients of a method's steps made linear. Raises UsageError where it has none."""
+    known = f"one of {', '.join(METHODS)}"
+    if method.chooses_steps:
+        what = f"{name} chooses its steps, and where they end moves with what derivatives are taken by"
+        raise UsageError(Problem("method", what, known))
+    step = method.linear_step
+    if step is None:
+        raise UsageError(Problem("method", f"{name} has no derivatives of runs here", known))
+    if internal and (step.alpha_m, step.rate_alpha_m) != (step.alpha_f, step.alpha_f):
+        what = f"{name} starts internal states with rates of their rates, which have no derivatives here"
+        raise UsageError(Problem("method", what, "trapezoidal or newmark"))
+    return step

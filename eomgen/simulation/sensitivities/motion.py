@@ -1,0 +1,110 @@
+"""A run whose rows are had again in parts: kept where it is short, else stepped again from checkpoints.
+
+Checkpoints are as many as each part has steps, so memory grows with the square root of the number of steps. What is
+stepped again has the same bits, since a checkpoint is the stepper's whole memory.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from eomgen.arrays import Array
+from eomgen.compiled.initial_state import InitialState
+from eomgen.errors import NumericalError, Problem
+from eomgen.simulation.stepping.chunks import rows_from
+from eomgen.simulation.stepping.inputs import HeldRows
+from eomgen.simulation.stepping.run import Run
+from eomgen.simulation.stepping.stepper import Stepper
+
+#: Bytes of rows that are kept, and steps of a part at least.
+KEPT_BYTES, SHORTEST = 2**25, 64
+
+
+@dataclass(frozen=True)
+class Part:
+    """Rows (steps + 1, width) of a part of a run, the one before its first step included.
+
+    Attributes
+    ----------
+    first : number of its first row in the run
+    a : (nv,) algorithmic acceleration at that row
+    """
+
+    first: int
+    rows: Array
+    a: Array
+
+
+class Motion:
+    """A run that is stepped once forwards, and then again in parts from its end.
+
+    Parameters
+    ----------
+    kept : bytes of rows that are kept
+    """
+
+    def __init__(self, run: Run, stepper: Stepper, state: InitialState, kept: int = KEPT_BYTES) -> None:
+        self.run, self.stepper = run, stepper
+        self.steps = run.grid.whole
+        self.length = max(SHORTEST, math.isqrt(self.steps))
+        self._kept = kept >= 8 * (self.steps + 1) * stepper.sizes["row"]
+        self._parts: list[Part] = []
+        self._checkpoints: list[tuple[int, Any]] = []
+        driven, table = run.driven, None
+        if isinstance(driven, HeldRows):
+            table = driven.over(len(stepper.input_times))
+        elif driven is not None:
+            table = driven(run.grid.start + run.grid.step * stepper.input_times)
+        self._check(stepper.initialize(run.grid.start, state.q, state.v, table, state.z))
+        self.start = {name: stepper.state[place].copy() for name, place in stepper.places.items()}
+        self._first = stepper.memory
+        self._row = stepper.row if table is None else stepper.row_with(np.ascontiguousarray(table))
+
+    def forwards(self) -> Iterator[Part]:
+        """Yield the parts in their order; what going backwards needs is kept."""
+        self.stepper.restore(*self._first)
+        self._parts, self._checkpoints = [], []
+        row = self._row
+        while (done := self.stepper.count) < self.steps:
+            if not self._kept:
+                self._checkpoints.append((done, (row, *self.stepper.memory)))
+            part = self._stepped(row)
+            if self._kept:
+                self._parts.append(part)
+            row = part.rows[-1]
+            yield part
+
+    def backwards(self) -> Iterator[Part]:
+        """Yield the parts from the last to the first."""
+        if not self._parts and not self._checkpoints:
+            for _ in self.forwards():
+                pass
+        if self._kept:
+            yield from reversed(self._parts)
+            return
+        for _, (row, *memory) in reversed(self._checkpoints):
+            self.stepper.restore(*memory)
+            yield self._stepped(row)
+
+    def _stepped(self, row: Array) -> Part:
+        stepper, run = self.stepper, self.run
+        done, a = stepper.count, stepper.state[stepper.places["a"]].copy()
+        size = min(self.length, self.steps - done)
+        table = None if run.driven is None else rows_from(stepper, run.driven, done, size, run.grid.start)
+        record = np.empty((size, stepper.sizes["row"]))
+        status, _ = stepper.run(size, 1, table, record)
+        self._check(status)
+        if stepper.statistics.get("halvings"):
+            what = f"a step near t = {stepper.t:.6g} s converged in halves only, and these have no derivatives"
+            raise NumericalError(Problem("sensitivities", what, f"a step of {0.5 * run.grid.step:.3g} s"))
+        return Part(done, np.concatenate([row[np.newaxis], record]), a)
+
+    def _check(self, status: int) -> None:
+        if status:
+            what = f"the run fails at t = {self.stepper.t:.9g} s: {self.stepper.status_text(status)}"
+            raise NumericalError(Problem("sensitivities", what, "a smaller step; simulate says more of it"))

@@ -1,0 +1,435 @@
+/* Linearised steps of generalized-alpha: tangents and adjoints of a run, exact for its discrete equations.
+ *
+ * SPDX-License-Identifier: MIT
+ * Part of eomgen; the same for all models. Bruls and Cardona 2010; Arnold, Bruls and Cardona 2015; discrete adjoints:
+ * Griewank and Walther, Evaluating Derivatives (2008), chapter 4.
+ *
+ * A step from n to n + 1 with the exponent h D:
+ *   D = v + h ((1/2 - beta) a + beta a') - W B^T eta,  q' = q o exp(h D),  v' = v + h ((1 - gamma) a + gamma a'),
+ *   (1 - alpha_m) a' + alpha_m a = (1 - alpha_f) vdot' + alpha_f vdot,
+ * internal states z with rates r in the same way, of first order, and the equations at the end of the step
+ *   e(q', v', vdot', z', lam', p) + (0, zdot', 0, 0) = 0,
+ * e: residual, minus the rates of internal states, holonomic constraints, rates of all constraints.
+ * dq is left-trivialised: dq' = A dq + h T dD, A = Ad(exp(-h D)) and T the tangent of exp at h D; both are the identity
+ * but for rotations. Unknowns of a step are da', dlam', deta and dr'.
+ *
+ * Matrices are row-major, one behind the other for each step; blocks of directions are (size, directions).
+ */
+#include <math.h>
+#include <string.h>
+
+#if defined(__GNUC__)
+#define EG_SEEN __attribute__((visibility("default")))
+#else
+#define EG_SEEN
+#endif
+
+/* What a caller hands over. Pointers to matrices of steps: as many as there are steps, in their order. */
+typedef struct eg_steps {
+    long nv, nz, nl, nh; /* velocities, internal states, rows of constraints, holonomic ones with eta */
+    long np;             /* parameters */
+    long steps, directions;
+    long turns;          /* rotating factors: first velocity component and size (3 or 6) of each */
+    const long *turn;
+    const double *coefficients; /* h, alpha_m, alpha_f, beta, gamma, and alpha_m and gamma of first order */
+    const double *Jq, *Jv, *Ja; /* (rows, nv): partials of e at the end of a step */
+    const double *Jz;           /* (rows, nz) */
+    const double *Jlam;         /* (rows, nl) */
+    const double *P;            /* (rows, np) */
+    const double *A, *T;        /* of the rotating factors, one behind the other */
+    const double *G;            /* (nh, nv): B W at the start of a step */
+    const double *N;            /* (nv, nv): partials of W B^T eta in q there, */
+    const double *Np;           /* (nv, np): and in the parameters */
+} eg_steps;
+
+typedef struct eg_gains {
+    double h, am, af, gamma, beta, zam, zgamma;
+    double to_vdot; /* d vdot'/d a' */
+    double to_zdot; /* d zdot'/d r' */
+} eg_gains;
+
+static eg_gains eg_gains_of(const double *c)
+{
+    eg_gains g;
+    g.h = c[0];
+    g.am = c[1];
+    g.af = c[2];
+    g.beta = c[3];
+    g.gamma = c[4];
+    g.zam = c[5];
+    g.zgamma = c[6];
+    g.to_vdot = (1.0 - g.am) / (1.0 - g.af);
+    g.to_zdot = (1.0 - g.zam) / (1.0 - g.af);
+    return g;
+}
+
+/* Y += s X (rows, columns) D, D and Y of `count` directions. */
+static void eg_add(double *Y, double s, const double *X, long rows, long columns, const double *D, long count)
+{
+    long i, j, k;
+    for (i = 0; i < rows; ++i)
+        for (j = 0; j < columns; ++j) {
+            const double x = s * X[i * columns + j];
+            if (x != 0.0)
+                for (k = 0; k < count; ++k)
+                    Y[i * count + k] += x * D[j * count + k];
+        }
+}
+
+/* Y += s X^T D. */
+static void eg_add_transposed(double *Y, double s, const double *X, long rows, long columns, const double *D,
+    long count)
+{
+    long i, j, k;
+    for (i = 0; i < rows; ++i)
+        for (j = 0; j < columns; ++j) {
+            const double x = s * X[i * columns + j];
+            if (x != 0.0)
+                for (k = 0; k < count; ++k)
+                    Y[j * count + k] += x * D[i * count + k];
+        }
+}
+
+/* Y += s D. */
+static void eg_add_scaled(double *Y, double s, const double *D, long size)
+{
+    long i;
+    for (i = 0; i < size; ++i)
+        Y[i] += s * D[i];
+}
+
+/* D := X D in the rows of the rotating factors, or X^T D; room: 6 directions. */
+static void eg_turn(const eg_steps *given, const double *X, int transposed, double *D, long count, double *room)
+{
+    long f;
+    for (f = 0; f < given->turns; ++f) {
+        const long first = given->turn[2 * f], size = given->turn[2 * f + 1];
+        memset(room, 0, (size_t)(size * count) * sizeof *room);
+        if (transposed)
+            eg_add_transposed(room, 1.0, X, size, size, D + first * count, count);
+        else
+            eg_add(room, 1.0, X, size, size, D + first * count, count);
+        memcpy(D + first * count, room, (size_t)(size * count) * sizeof *room);
+        X += size * size;
+    }
+}
+
+/* X (rows, nv) times T of a step, into Y. */
+static void eg_times_tangent(const eg_steps *given, const double *X, const double *T, long rows, double *Y)
+{
+    const long nv = given->nv;
+    long f, i, j, k;
+    memcpy(Y, X, (size_t)(rows * nv) * sizeof *Y);
+    for (f = 0; f < given->turns; ++f) {
+        const long first = given->turn[2 * f], size = given->turn[2 * f + 1];
+        for (i = 0; i < rows; ++i)
+            for (j = 0; j < size; ++j) {
+                double total = 0.0;
+                for (k = 0; k < size; ++k)
+                    total += X[i * nv + first + k] * T[k * size + j];
+                Y[i * nv + first + j] = total;
+            }
+        T += size * size;
+    }
+}
+
+/* LU with partial pivoting of a matrix whose rows and columns are scaled by their largest entries; 0: singular. */
+static int eg_factor(double *S, double *row, double *column, long *pivot, long n)
+{
+    long i, j, k;
+    for (i = 0; i < n; ++i) {
+        row[i] = 0.0;
+        for (j = 0; j < n; ++j)
+            row[i] = fmax(row[i], fabs(S[i * n + j]));
+        if (!(row[i] > 0.0) || !(row[i] - row[i] == 0.0))
+            return 0;
+        row[i] = 1.0 / row[i];
+        for (j = 0; j < n; ++j)
+            S[i * n + j] *= row[i];
+    }
+    for (j = 0; j < n; ++j) {
+        column[j] = 0.0;
+        for (i = 0; i < n; ++i)
+            column[j] = fmax(column[j], fabs(S[i * n + j]));
+        if (!(column[j] > 0.0))
+            return 0;
+        column[j] = 1.0 / column[j];
+        for (i = 0; i < n; ++i)
+            S[i * n + j] *= column[j];
+    }
+    for (k = 0; k < n; ++k) {
+        long best = k;
+        for (i = k + 1; i < n; ++i)
+            if (fabs(S[i * n + k]) > fabs(S[best * n + k]))
+                best = i;
+        pivot[k] = best;
+        if (!(fabs(S[best * n + k]) > 0.0))
+            return 0;
+        if (best != k)
+            for (j = 0; j < n; ++j) {
+                const double swap = S[k * n + j];
+                S[k * n + j] = S[best * n + j];
+                S[best * n + j] = swap;
+            }
+        for (i = k + 1; i < n; ++i) {
+            const double factor = S[i * n + k] / S[k * n + k];
+            S[i * n + k] = factor;
+            if (factor != 0.0)
+                for (j = k + 1; j < n; ++j)
+                    S[i * n + j] -= factor * S[k * n + j];
+        }
+    }
+    return 1;
+}
+
+static void eg_swap(double *X, long i, long j, long count)
+{
+    long k;
+    if (i != j)
+        for (k = 0; k < count; ++k) {
+            const double swap = X[i * count + k];
+            X[i * count + k] = X[j * count + k];
+            X[j * count + k] = swap;
+        }
+}
+
+static void eg_scale(double *X, const double *by, long n, long count)
+{
+    long i, k;
+    for (i = 0; i < n; ++i)
+        for (k = 0; k < count; ++k)
+            X[i * count + k] *= by[i];
+}
+
+/* X := S^-1 X. */
+static void eg_solve(const double *S, const double *row, const double *column, const long *pivot, long n, double *X,
+    long count)
+{
+    long i, j, k;
+    eg_scale(X, row, n, count);
+    for (i = 0; i < n; ++i)
+        eg_swap(X, i, pivot[i], count);
+    for (i = 1; i < n; ++i)
+        for (j = 0; j < i; ++j)
+            for (k = 0; k < count; ++k)
+                X[i * count + k] -= S[i * n + j] * X[j * count + k];
+    for (i = n - 1; i >= 0; --i) {
+        for (j = i + 1; j < n; ++j)
+            for (k = 0; k < count; ++k)
+                X[i * count + k] -= S[i * n + j] * X[j * count + k];
+        for (k = 0; k < count; ++k)
+            X[i * count + k] /= S[i * n + i];
+    }
+    eg_scale(X, column, n, count);
+}
+
+/* X := S^-T X. */
+static void eg_solve_transposed(const double *S, const double *row, const double *column, const long *pivot, long n,
+    double *X, long count)
+{
+    long i, j, k;
+    eg_scale(X, column, n, count);
+    for (i = 0; i < n; ++i) {
+        for (k = 0; k < count; ++k)
+            X[i * count + k] /= S[i * n + i];
+        for (j = i + 1; j < n; ++j)
+            for (k = 0; k < count; ++k)
+                X[j * count + k] -= S[i * n + j] * X[i * count + k];
+    }
+    for (i = n - 1; i > 0; --i)
+        for (j = 0; j < i; ++j)
+            for (k = 0; k < count; ++k)
+                X[j * count + k] -= S[i * n + j] * X[i * count + k];
+    for (i = n - 1; i >= 0; --i)
+        eg_swap(X, i, pivot[i], count);
+    eg_scale(X, row, n, count);
+}
+
+/* Where the matrices of a step are. */
+typedef struct eg_step {
+    const double *Jq, *Jv, *Ja, *Jz, *Jlam, *P, *A, *T, *G, *N, *Np;
+} eg_step;
+
+static eg_step eg_step_of(const eg_steps *given, long k)
+{
+    const long nv = given->nv, nz = given->nz, nl = given->nl, nh = given->nh, np = given->np;
+    const long rows = nv + nz + nh + nl;
+    long f, turning = 0;
+    eg_step at;
+    for (f = 0; f < given->turns; ++f)
+        turning += given->turn[2 * f + 1] * given->turn[2 * f + 1];
+    at.Jq = given->Jq + k * rows * nv;
+    at.Jv = given->Jv + k * rows * nv;
+    at.Ja = given->Ja + k * rows * nv;
+    at.Jz = given->Jz + k * rows * nz;
+    at.Jlam = given->Jlam + k * rows * nl;
+    at.P = given->P + k * rows * np;
+    at.A = given->A + k * turning;
+    at.T = given->T + k * turning;
+    at.G = given->G + k * nh * nv;
+    at.N = given->N + k * nv * nv;
+    at.Np = given->Np + k * nv * np;
+    return at;
+}
+
+/* S = d equations/d unknowns (da', dlam', deta, dr'); JT: room for Jq T, (rows, nv). */
+static void eg_matrix(const eg_steps *given, const eg_gains *g, const eg_step *at, double *JT, double *S)
+{
+    const long nv = given->nv, nz = given->nz, nl = given->nl, nh = given->nh, n = nv + nz + nh + nl;
+    long i, j, k;
+    eg_times_tangent(given, at->Jq, at->T, n, JT);
+    for (i = 0; i < n; ++i) {
+        double *line = S + i * n;
+        for (j = 0; j < nv; ++j)
+            line[j] = g->to_vdot * at->Ja[i * nv + j] + g->h * g->gamma * at->Jv[i * nv + j]
+                + g->h * g->h * g->beta * JT[i * nv + j];
+        for (j = 0; j < nl; ++j)
+            line[nv + j] = at->Jlam[i * nl + j];
+        for (j = 0; j < nh; ++j) {
+            double total = 0.0;
+            for (k = 0; k < nv; ++k)
+                total += JT[i * nv + k] * at->G[j * nv + k];
+            line[nv + nl + j] = -g->h * total;
+        }
+        for (j = 0; j < nz; ++j)
+            line[nv + nl + nh + j] = g->h * g->zgamma * at->Jz[i * nz + j] + (i == nv + j ? g->to_zdot : 0.0);
+    }
+}
+
+EG_SEEN long eomgen_step_room(long nv, long nz, long nl, long nh, long directions)
+{
+    const long n = nv + nz + nh + nl;
+    return n * n + n * nv + 2 * n + (n + 5 * nv + 3 * nz + 6) * directions;
+}
+
+/* Tangents through the steps. state, in and out, (4 nv + 3 nz, directions): dq, dv, dvdot, da, dz, dzdot, dr. dp: (np,
+ * directions). record, of each step, (3 nv + nz + nl, directions): dq, dv, dvdot, dz, dlam at its end. Returns the
+ * number of the first step whose matrix is singular, else that of steps. */
+EG_SEEN long eomgen_step_tangents(const eg_steps *given, const double *dp, double *state, double *record, double *room,
+    long *pivot)
+{
+    const long nv = given->nv, nz = given->nz, nl = given->nl, nh = given->nh, np = given->np;
+    const long n = nv + nz + nh + nl, count = given->directions, block = nv * count, small = nz * count;
+    const eg_gains g = eg_gains_of(given->coefficients);
+    double *S = room, *JT = S + n * n, *row = JT + n * nv, *column = row + n, *x = column + n, *D = x + n * count,
+        *temporary = D + block;
+    double *q = state, *v = q + block, *vdot = v + block, *a = vdot + block, *z = a + block, *zdot = z + small,
+        *r = zdot + small;
+    long k;
+    for (k = 0; k < given->steps; ++k) {
+        const eg_step at = eg_step_of(given, k);
+        long i;
+        eg_matrix(given, &g, &at, JT, S);
+        if (!eg_factor(S, row, column, pivot, n))
+            return k;
+        /* what the unknowns leave as it is */
+        memcpy(D, v, (size_t)block * sizeof *D);
+        eg_add_scaled(D, g.h * (0.5 - g.beta), a, block);
+        if (nh) {
+            eg_add(D, -1.0, at.N, nv, nv, q, count);
+            eg_add(D, -1.0, at.Np, nv, np, dp, count);
+        }
+        eg_turn(given, at.A, 0, q, count, temporary);
+        eg_turn(given, at.T, 0, D, count, temporary);
+        eg_add_scaled(q, g.h, D, block);
+        eg_add_scaled(v, g.h * (1.0 - g.gamma), a, block);
+        for (i = 0; i < block; ++i)
+            vdot[i] = (g.am * a[i] - g.af * vdot[i]) / (1.0 - g.af);
+        eg_add_scaled(z, g.h * (1.0 - g.zgamma), r, small);
+        for (i = 0; i < small; ++i)
+            zdot[i] = (g.zam * r[i] - g.af * zdot[i]) / (1.0 - g.af);
+        memset(x, 0, (size_t)(n * count) * sizeof *x);
+        eg_add(x, -1.0, at.Jq, n, nv, q, count);
+        eg_add(x, -1.0, at.Jv, n, nv, v, count);
+        eg_add(x, -1.0, at.Ja, n, nv, vdot, count);
+        eg_add(x, -1.0, at.Jz, n, nz, z, count);
+        eg_add(x, -1.0, at.P, n, np, dp, count);
+        eg_add_scaled(x + block, -1.0, zdot, small);
+        eg_solve(S, row, column, pivot, n, x, count);
+        /* the end of the step */
+        memcpy(a, x, (size_t)block * sizeof *a);
+        eg_add_scaled(vdot, g.to_vdot, a, block);
+        eg_add_scaled(v, g.h * g.gamma, a, block);
+        memset(D, 0, (size_t)block * sizeof *D);
+        eg_add_scaled(D, g.h * g.beta, a, block);
+        if (nh)
+            eg_add_transposed(D, -1.0, at.G, nh, nv, x + (nv + nl) * count, count);
+        eg_turn(given, at.T, 0, D, count, temporary);
+        eg_add_scaled(q, g.h, D, block);
+        memcpy(r, x + (nv + nl + nh) * count, (size_t)small * sizeof *r);
+        eg_add_scaled(z, g.h * g.zgamma, r, small);
+        eg_add_scaled(zdot, g.to_zdot, r, small);
+        memcpy(record, q, (size_t)(3 * block) * sizeof *record);
+        memcpy(record + 3 * block, z, (size_t)small * sizeof *record);
+        memcpy(record + 3 * block + small, x + block, (size_t)(nl * count) * sizeof *record);
+        record += (3 * nv + nz + nl) * count;
+    }
+    return given->steps;
+}
+
+/* Adjoints through the steps, from the last to the first. state, in and out, (4 nv + 3 nz, directions): derivatives of
+ * the functionals in q, v, vdot, a, z, zdot, r at the end of the last step, without what they take of that row
+ * themselves; then at the start of the first. direct, of each step, (3 nv + nz + nl, directions): what functionals take
+ * of the row at its end. gradient: (np, directions), to which the derivatives in parameters are added. multipliers:
+ * those of the equations of each step, (rows, directions). */
+EG_SEEN long eomgen_step_adjoints(const eg_steps *given, const double *direct, double *state, double *gradient,
+    double *multipliers, double *room, long *pivot)
+{
+    const long nv = given->nv, nz = given->nz, nl = given->nl, nh = given->nh, np = given->np;
+    const long n = nv + nz + nh + nl, count = given->directions, block = nv * count, small = nz * count;
+    const eg_gains g = eg_gains_of(given->coefficients);
+    double *S = room, *JT = S + n * n, *row = JT + n * nv, *column = row + n, *D = column + n, *temporary = D + block;
+    double *q = state, *v = q + block, *vdot = v + block, *a = vdot + block, *z = a + block, *zdot = z + small,
+        *r = zdot + small;
+    long k;
+    for (k = given->steps - 1; k >= 0; --k) {
+        const eg_step at = eg_step_of(given, k);
+        const double *own = direct + k * (3 * nv + nz + nl) * count;
+        double *x = multipliers + k * n * count;
+        long i;
+        eg_matrix(given, &g, &at, JT, S);
+        if (!eg_factor(S, row, column, pivot, n))
+            return k;
+        eg_add_scaled(q, 1.0, own, 3 * block);
+        eg_add_scaled(z, 1.0, own + 3 * block, small);
+        /* of the unknowns */
+        memcpy(D, q, (size_t)block * sizeof *D);
+        eg_turn(given, at.T, 1, D, count, temporary);
+        memset(x, 0, (size_t)(n * count) * sizeof *x);
+        for (i = 0; i < block; ++i)
+            x[i] = a[i] + g.h * g.gamma * v[i] + g.to_vdot * vdot[i] + g.h * g.h * g.beta * D[i];
+        memcpy(x + block, own + 3 * block + small, (size_t)(nl * count) * sizeof *x);
+        if (nh)
+            eg_add(x + (nv + nl) * count, -g.h, at.G, nh, nv, D, count);
+        for (i = 0; i < small; ++i)
+            x[(nv + nl + nh) * count + i] = r[i] + g.h * g.zgamma * z[i] + g.to_zdot * zdot[i];
+        eg_solve_transposed(S, row, column, pivot, n, x, count);
+        /* of what the unknowns leave as it is */
+        eg_add_transposed(q, -1.0, at.Jq, n, nv, x, count);
+        eg_add_transposed(v, -1.0, at.Jv, n, nv, x, count);
+        eg_add_transposed(vdot, -1.0, at.Ja, n, nv, x, count);
+        eg_add_transposed(z, -1.0, at.Jz, n, nz, x, count);
+        eg_add_transposed(gradient, -1.0, at.P, n, np, x, count);
+        eg_add_scaled(zdot, -1.0, x + block, small);
+        /* of the start of the step */
+        memcpy(D, q, (size_t)block * sizeof *D);
+        eg_turn(given, at.T, 1, D, count, temporary);
+        for (i = 0; i < block; ++i)
+            D[i] *= g.h;
+        eg_turn(given, at.A, 1, q, count, temporary);
+        if (nh) {
+            eg_add_transposed(q, -1.0, at.N, nv, nv, D, count);
+            eg_add_transposed(gradient, -1.0, at.Np, nv, np, D, count);
+        }
+        for (i = 0; i < block; ++i) {
+            a[i] = g.am / (1.0 - g.af) * vdot[i] + g.h * (1.0 - g.gamma) * v[i] + g.h * (0.5 - g.beta) * D[i];
+            vdot[i] = -g.af / (1.0 - g.af) * vdot[i];
+            v[i] += D[i];
+        }
+        for (i = 0; i < small; ++i) {
+            r[i] = g.h * (1.0 - g.zgamma) * z[i] + g.zam / (1.0 - g.af) * zdot[i];
+            zdot[i] = -g.af / (1.0 - g.af) * zdot[i];
+        }
+    }
+    return given->steps;
+}

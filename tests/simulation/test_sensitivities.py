@@ -1,0 +1,226 @@
+"""Derivatives of whole runs: tangents and adjoints against complex steps of the discrete equations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.errors import NumericalError, UsageError
+from eomgen.integrators.methods import method_named
+from eomgen.model import Model
+from eomgen.scene.builder import SceneBuilder
+from eomgen.scene.scene import Scene
+from eomgen.simulation.sensitivities.motion import Motion
+from eomgen.simulation.sensitivities.run_sensitivities import Sensitivities
+from tests.models.cache import shared_cache
+from tests.oracles.complex_runs import ComplexRun, derivatives
+
+__all__ = ["shared_cache"]
+
+STEP = 0.01
+TO_ROUNDING = {"rtol": 1e-14, "atol": 1e-16}
+
+
+def tree() -> SceneBuilder:
+    """Return a double pendulum with a spring and a damper, all of it tunable."""
+    builder = SceneBuilder("sensitive_tree")
+    for name, value in {"mass": 1.3, "stiffness": 2.1, "damping": 0.3, "length": 0.8}.items():
+        builder.parameter(name, value, tunable=True)
+    builder.parameter("fixed", 0.7)
+    builder.body("one", "mass", center_of_mass=[0, 0, -0.4], inertia=[0.1, 0.12, 0.05])
+    builder.body("two", "fixed", center_of_mass=[0.1, 0, -0.3], inertia=[0.05, 0.06, 0.02])
+    builder.joint("a", "revolute", "base", "one", axis=[0, 1, 0])
+    builder.joint("b", "revolute", "one", "two", axis=[0.3, 1, 0], position=[0, 0, "-length"])
+    builder.effort("spring", "b", "-stiffness*q.b - damping*v.b")
+    builder.output("angle", formula="q.a + q.b**2")
+    return builder.output("two", formula=["v.a*q.b", "mass*a.b"])
+
+
+def turning() -> SceneBuilder:
+    """Return a ball joint and a free body on a base that shakes by a parameter, joined by a spring."""
+    builder = SceneBuilder("sensitive_turns")
+    for name, value in {"mass": 1.3, "length": 0.5, "damping": 0.2, "shake": 0.05}.items():
+        builder.parameter(name, value, tunable=True)
+    builder.base([0, 0, "shake*sin(9*t)"])
+    builder.body("one", "mass", center_of_mass=[0.1, 0, "-length"], inertia=[0.1, 0.12, 0.05])
+    builder.body("two", 0.4, center_of_mass=[0.1, 0.05, -0.3], inertia=[0.05, 0.06, 0.02])
+    builder.joint("a", "spherical", "base", "one")
+    builder.joint("f", "free", "base", "two", position=[0, 0, 1])
+    builder.effort("damper", "a", "-damping*v.a[0]", index=0)
+    builder.point("tip", "one", [0, 0, -0.5]).point("eye", "two", [0.1, 0, 0])
+    builder.spring("rope", "tip", "eye", stiffness=40, length="length", damping="damping")
+    return builder.output("y", formula=["v.a[0]*v.a[1]", "v.f[3]", "a.a[2]"])
+
+
+def loop() -> SceneBuilder:
+    """Return three links that a rod closes to a loop, whose lengths are a parameter."""
+    builder = SceneBuilder("sensitive_loop")
+    for name, value in {"mass": 1.3, "length": 0.5, "damping": 0.2}.items():
+        builder.parameter(name, value, tunable=True)
+    builder.body("one", "mass", center_of_mass=[0.25, 0, 0], inertia=[0.1, 0.12, 0.05])
+    builder.body("two", 0.4, center_of_mass=["length/2", 0.05, 0], inertia=[0.05, 0.06, 0.02])
+    builder.body("three", 0.6, center_of_mass=[0.2, 0.0, 0], inertia=[0.05, 0.06, 0.02])
+    builder.joint("a", "revolute", "base", "one", axis=[0, 1, 0])
+    builder.joint("b", "revolute", "one", "two", axis=[0, 1, 0], position=["length", 0, 0])
+    builder.joint("c", "spherical", "two", "three", position=["length", 0, 0])
+    ends = {"body": "three", "position": [0.3, 0, 0]}, {"body": "base", "position": [0.6, 0.1, 0.2]}
+    builder.constraint("rod", "distance", *ends, length=0.9)
+    builder.effort("damper", "a", "-damping*v.a")
+    return builder.output("y", formula=["v.a*v.b", "a.b", "v.c[1]"])
+
+
+def controlled() -> SceneBuilder:
+    """Return a pendulum with a filter and an integrator whose product acts on it."""
+    builder = SceneBuilder("sensitive_control")
+    for name, value in {"mass": 1.3, "length": 0.5, "lag": 0.2, "gain": 6.0}.items():
+        builder.parameter(name, value, tunable=True)
+    builder.body("one", "mass", center_of_mass=[0.25, 0, "-length"], inertia=[0.1, 0.12, 0.05])
+    builder.joint("a", "revolute", "base", "one", axis=[0, 1, 0])
+    builder.state("filtered", "(q.a - filtered)/lag").state("sum", "v.a*filtered - sum")
+    builder.effort("motor", "a", "-gain*filtered - sum*v.a")
+    return builder.output("y", formula=["v.a*filtered", "a.a", "sum"])
+
+
+def built(builder: SceneBuilder) -> tuple[Scene, Model]:
+    scene = builder.build()
+    return scene, eomgen.build(scene, profile="quick")
+
+
+def check(
+    builder: SceneBuilder,
+    method: str,
+    by: Sequence[str],
+    initial: Mapping[str, Any],
+    steps: int = 12,
+    tolerance: float = 1e-12,
+) -> Sensitivities:
+    """Hold derivatives of a run along directions to complex steps of it, and adjoints to tangents."""
+    scene, model = built(builder)
+    options: dict[str, Any] = {"method": method, "initial": initial, "settings": TO_ROUNDING}
+    found = model.sensitivities(steps * STEP, STEP, by=by, **options)
+    run = model.simulate(steps * STEP, STEP, error_estimate=False, **options)
+    rho = {"rho_inf": model.library.layout["defaults"]["rho_inf"]} if method == "generalized_alpha" else {}
+    oracle = ComplexRun(scene, method_named(method, **rho), STEP)
+    names = {"p": list(model.parameters), "q": [f"q{name[1:]}" for name in model.v_names]}
+    names |= {"v": list(model.v_names), "z": list(model.z_names)}
+    places = [(block, of.index(name)) for name in found.by for block, of in names.items() if name in of]
+    start = {"q": run.q[0], "v": run.v[0], "z": run.z[0]}
+    values, expected = derivatives(oracle, steps, start, model.parameter_array(), places)
+    table = np.concatenate([np.atleast_3d(d).reshape(steps + 1, -1, len(by)) for d in found.derivatives.values()], 1)
+    np.testing.assert_array_equal(found.t, run.t)
+    for name, array in found.outputs.items():
+        np.testing.assert_array_equal(array, run.outputs[name])
+    columns = np.concatenate([array.reshape(steps + 1, -1) for array in found.outputs.values()], axis=1)
+    assert np.max(np.abs(columns - values)) <= tolerance * np.max(np.abs(values))
+    size = np.max(np.abs(expected), axis=(0, 1))
+    assert np.all(size > 0.0)
+    assert np.all(np.max(np.abs(table - expected), axis=(0, 1)) <= tolerance * size)
+    components = [
+        f"{name}[{k}]" if array.ndim > 1 else name
+        for name, array in found.outputs.items()
+        for k in range(array.shape[1] if array.ndim > 1 else 1)
+    ]
+    gradients = found.gradients([f"final({component})" for component in components])
+    assert np.max(np.abs(gradients - table[-1])) <= tolerance * np.max(np.abs(table[-1]))
+    return found
+
+
+@pytest.mark.parametrize("method", ["generalized_alpha", "trapezoidal", "hht"])
+def test_a_tree_by_its_parameters_and_its_initial_state(method: str) -> None:
+    initial = {"a": {"position": 0.7, "velocity": 0.2}, "b": {"position": -0.3, "velocity": 1.0}}
+    check(tree(), method, ["mass", "stiffness", "damping", "length", "q.a", "v.b"], initial)
+
+
+@pytest.mark.parametrize("method", ["generalized_alpha", "trapezoidal"])
+def test_bodies_that_turn_in_space_on_a_base_that_moves_by_a_parameter(method: str) -> None:
+    by = ["mass", "length", "damping", "shake", "q.a[0]", "q.f[1]", "q.f[4]", "v.a[2]", "v.f[3]"]
+    check(turning(), method, by, {"v": [1, 2, -1, 0.5, 2, 0.1, 0.3, 0.2, 0.1]})
+
+
+@pytest.mark.parametrize("method", ["generalized_alpha", "trapezoidal"])
+def test_a_loop_whose_rows_move_with_a_parameter(method: str) -> None:
+    by = ["mass", "length", "damping", "q.a", "v.c[1]"]
+    check(loop(), method, by, {"v": [1, 2, -1, 0.5, 2]})
+
+
+def test_a_controller_with_internal_states() -> None:
+    check(controlled(), "trapezoidal", ["mass", "length", "lag", "gain", "q.a", "v.a", "z.filtered"], {"a": 0.6})
+
+
+def test_functionals_are_sums_over_rows() -> None:
+    _, model = built(tree())
+    found = model.sensitivities(0.2, STEP, by=["mass", "v.a"], initial={"a": 0.5})
+    d, rng = found.derivatives, np.random.default_rng(1)
+    weights = rng.normal(size=(21, 2))
+    of = ["integral(angle)", "mean(two[1])", "sum(two[0])", {"two": weights, "angle": weights[:, 0]}]
+    expected = [
+        np.trapezoid(d["angle"], found.t, axis=0),
+        np.trapezoid(d["two"][:, 1], found.t, axis=0) / 0.2,
+        d["two"][:, 0].sum(axis=0),
+        np.einsum("tk,tkd->d", weights, d["two"]) + weights[:, 0] @ d["angle"],
+    ]
+    np.testing.assert_allclose(found.gradients(of), expected, rtol=1e-12)
+    assert found.gradient("sum(two[0])") == pytest.approx(
+        dict(zip(["mass", "v.a"], expected[2], strict=True)), rel=1e-12
+    )
+    sparse = model.sensitivities(0.2, STEP, by=["mass", "v.a"], initial={"a": 0.5}, record_every=4)
+    np.testing.assert_array_equal(sparse.derivatives["two"], d["two"][::4])
+
+
+def test_long_runs_are_stepped_again_from_checkpoints(monkeypatch: pytest.MonkeyPatch) -> None:
+    _, model = built(tree())
+    kept = model.sensitivities(5.0, STEP, by=["mass", "q.a"], initial={"a": 0.5})
+    monkeypatch.setattr(Motion.__init__, "__defaults__", (0,))
+    again = model.sensitivities(5.0, STEP, by=["mass", "q.a"], initial={"a": 0.5})
+    of = ["final(angle)", "integral(two[1])"]
+    np.testing.assert_array_equal(kept.gradients(of), again.gradients(of))
+    np.testing.assert_array_equal(kept.derivatives["two"], again.derivatives["two"])
+    assert (len(kept._motion._checkpoints), len(again._motion._checkpoints)) == (0, 8)  # 500 steps, 64 in a part
+
+
+def refusal(model: Model, *given: Any, **options: Any) -> str:
+    with pytest.raises((UsageError, NumericalError)) as caught:
+        model.sensitivities(*given, **options)
+    return str(caught.value)
+
+
+def test_what_has_no_derivatives_is_refused_by_name() -> None:
+    _, model = built(tree())
+    assert refusal(model, 0.1, STEP, by=["fixed"]) == (
+        "usage error: the parameter fixed exists, but its value is fixed in the code; try: fixed = { value = ...,"
+        " tunable = true } in the scene's [parameters]"
+    )
+    assert "there is no parameter 'masss'; try: mass" in refusal(model, 0.1, STEP, by=["masss"])
+    assert "there is no component of the initial state 'q.c'" in refusal(model, 0.1, STEP, by=["q.c"])
+    assert "there is no output 'angles'; try: angle" in refusal(model, 0.1, STEP, of=["angles"])
+    assert refusal(model, 0.1, STEP, method="rk4") == (
+        "usage error: method: rk4 has no derivatives of runs here; try: one of generalized_alpha, hht, wbz, newmark,"
+        " trapezoidal"
+    )
+    assert "generalized_alpha_f1 has no derivatives" in refusal(model, 0.1, STEP, method="generalized_alpha_f1")
+    assert "chooses its steps, and where they end moves" in refusal(model, 0.1, STEP, method="rk45")
+    assert "t_end: the last step is shorter than 0.01 s" in refusal(model, 0.105, STEP)
+    assert "by: directions are a list of names, not the text 'mass'; try: by=[\"mass\"]" in refusal(model, by="mass")
+    found = model.sensitivities(0.1, STEP)
+    for of, text in {
+        "final(two)": 'the output two has 2 components, and a functional is one number; try: "final(two[0])"',
+        "last(angle)": "the functional 'last(angle)' is none of a run",
+        "final(anglee)": "there is no output 'anglee'; try: angle",
+    }.items():
+        with pytest.raises(UsageError) as caught:
+            found.gradient(of)
+        assert text in str(caught.value)
+    with pytest.raises(UsageError, match=r"weights of angle have the shape \(3,\)"):
+        found.gradient({"angle": np.ones(3)})
+
+
+def test_events_are_refused_because_their_times_move() -> None:
+    builder = tree().event("passage", "q.a", action="record")
+    _, model = built(builder)
+    assert "the scene has events, and across them derivatives are not defined here: their times move" in refusal(
+        model, 0.1, STEP
+    )
