@@ -4,16 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.compiled.model import CompiledModel
 from eomgen.simulation.stepping.states import Prescribed, States
-
-if TYPE_CHECKING:
-    from eomgen.compiled.functions import Functions
 
 #: Terms of which partials are made, as far as a scene has them.
 _TERMS = (
@@ -53,7 +49,7 @@ class Equations:
         self.model, self.p = model.having(_TERMS), p
         self.chosen, self.outputs, self.holonomic = list(chosen), list(outputs), holonomic
         self.nv, self.nz, self.nl = model.nv, model.nz, len(model.multipliers)
-        self._functions: Functions = self.model.functions
+        self._functions = self.model.functions
 
     def values(self, states: States, given: Prescribed) -> dict[str, Array]:
         """Return input blocks at rows."""
