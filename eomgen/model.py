@@ -13,6 +13,7 @@ from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Inputs, Parameters, States
 
 if TYPE_CHECKING:
+    from eomgen.analysis.base_parameters import BaseParameters
     from eomgen.analysis.buckling import BucklingLoads
     from eomgen.analysis.equilibrium import Equilibrium
     from eomgen.analysis.equilibrium_path import EquilibriumPath
@@ -457,6 +458,30 @@ class Model(CompiledModel):
         from eomgen.analysis.buckling import buckling_loads  # noqa: PLC0415
 
         return buckling_loads(self, parameter, at, count, initial=initial, parameters=parameters, t=t, u=u)
+
+    def base_parameters(self, parameters: Parameters = None, *, seed: int = 0) -> BaseParameters:
+        """Return the least number of combinations of the regressor's parameters that decide inverse dynamics.
+
+        Found at random motions, and held to others. What cannot be told apart is counted with the body nearer to the
+        base. Coefficients are in SI units.
+
+        Parameters
+        ----------
+        parameters : mapping or array
+            As of ``simulate``; lengths decide the combinations.
+        seed : int
+            Of the random motions.
+
+        Raises
+        ------
+        UsageError
+            Constraints, absolute coordinates, bodies that deform.
+        NumericalError
+            Rounding does not let it be told whether some columns are independent.
+        """
+        from eomgen.analysis.base_parameters import base_parameters  # noqa: PLC0415
+
+        return base_parameters(self, parameters, seed=seed)
 
     def steady_motion(
         self,

@@ -241,6 +241,7 @@ ORDER: dict[str, tuple[str, ...]] = {
         "builder",
     ),
     "mechanics": (
+        "linear_parameters",
         "describe extent laws shape_functions",
         "discontinuities tree",
         "beam_axes kinematics summary",

@@ -1,6 +1,7 @@
 """Analyses of a compiled model about one state: equilibria, steady motions, linear models, root loci."""
 
 __all__ = [
+    "base_parameters",
     "bending",
     "buckling",
     "campbell",

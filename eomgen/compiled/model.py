@@ -22,6 +22,7 @@ from eomgen.compiled import (
     frames,
     parameter_partials,
     prescribed,
+    regressor,
     section_loads,
     time_derivatives,
 )
@@ -165,6 +166,8 @@ class CompiledModel:
     internal_rates, internal_partials = equations.internal_rates, equations.internal_partials
     output_parameter_partials = parameter_partials.output_parameter_partials
     parameter_partials = parameter_partials.parameter_partials
+    regressor_parameters = regressor.regressor_parameters
+    regressor = regressor.regressor
     rates, forward_rates, coriolis = time_derivatives.rates, time_derivatives.forward_rates, time_derivatives.coriolis
     mass_rates, coupling_rates = time_derivatives.mass_rates, time_derivatives.coupling_rates
     force_rates, base_motion_rates = time_derivatives.force_rates, time_derivatives.base_motion_rates
@@ -245,6 +248,7 @@ class CompiledModel:
             "large": "iteration" in self.functions,
             "absolute": bool(self.description.joints),
             "outputs": bool(self.library.layout["outputs"]),
+            "rigid_tree": bool(self.description.linear_parameters),
             "tunable": bool(self.parameters),
             "tunable_outputs": bool(self.parameters) and bool(self.library.layout["outputs"]),
             "samples": bool(self.library.layout["sampled"]),

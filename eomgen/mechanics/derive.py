@@ -84,6 +84,7 @@ def _existence_facts(derivation: Derivation) -> set[str]:
         "unconstrained": not constrained,
         "states": bool(scene.states),
         "outputs": bool(scene.outputs),
+        "rigid_tree": not derivation.absolute and not derivation.tree.elastic,
         "tunable": any(parameter.tunable for parameter in scene.parameters),
         "tunable_outputs": bool(scene.outputs) and any(parameter.tunable for parameter in scene.parameters),
         "moving_base": derivation.base.moving,

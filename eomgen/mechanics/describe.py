@@ -9,6 +9,7 @@ from itertools import chain, pairwise
 from eomgen.formula.nodes import ZERO_VECTOR, Formula, Number
 from eomgen.formula.prescribed_motion import Law, constant
 from eomgen.lie.product import Factor
+from eomgen.mechanics.linear_parameters import linear_parameters
 from eomgen.scene.bodies.beam import Beam
 from eomgen.scene.bodies.cosserat import Cosserat
 from eomgen.scene.bodies.model import Body
@@ -60,6 +61,7 @@ def describe(scene: Scene) -> Description:
             _element_stiffness(item.beam) for item in scene.elements if isinstance(item, CosseratBeam)
         ),
         frames=scene.frames,
+        linear_parameters=linear_parameters(scene),
         drawing=_drawing(scene),
         simulation=scene.simulation,
         places={key: location for key, location in scene.source.items() if key.startswith("simulation")},

@@ -9,6 +9,7 @@ __all__ = [
     "critical_points",
     "equilibrium_path",
     "equilibrium_search",
+    "independent_columns",
     "load_steps",
     "redundancy",
     "statics",

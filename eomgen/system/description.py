@@ -33,6 +33,14 @@ def component_names(letter: str, name: str, size: int) -> list[str]:
 
 
 @dataclass(frozen=True)
+class LinearParameter:
+    """A parameter in which inverse dynamics is linear, ``upper.mass``, kg: a column of the regressor."""
+
+    name: str
+    unit: str
+
+
+@dataclass(frozen=True)
 class Coordinates:
     """What the numbers of one factor of the group R are.
 
@@ -277,6 +285,7 @@ class Description:
     exact_beams : of geometrically exact beams: the bodies that are their nodes, by the order along the beam
     element_stiffness : of the elements of these beams, beam by beam
     frames : named frames of bodies
+    linear_parameters : columns of the regressor, where the scene has one
     places : where the keys of ``simulation`` are written, for messages: ``file:line`` by ``simulation.method``
     """
 
@@ -299,6 +308,7 @@ class Description:
     exact_beams: tuple[tuple[str, ...], ...] = ()
     element_stiffness: tuple[ElementStiffness, ...] = ()
     frames: tuple[FixedFrame, ...] = ()
+    linear_parameters: tuple[LinearParameter, ...] = ()
     drawing: Drawing = field(default_factory=Drawing)
     simulation: Simulation = field(default_factory=Simulation)
     places: Mapping[str, str] = field(default_factory=dict)

@@ -28,7 +28,7 @@ class Term:
         Facts of a system of which one must hold; a term without any exists in all systems. Facts: ``constraints``,
         ``unconstrained``, ``states``, ``moving_base``, ``outputs``, ``absolute``, ``elastic``, ``rigid``, ``large``,
         ``exact_beams``, ``events``, ``event_actions``, ``event_impulse``, ``tunable`` (parameters), ``tunable_outputs``
-        (both).
+        (both), ``rigid_tree`` (in joint coordinates).
     on_request : bool
         Recorded only when it is asked for by name.
     quadratic : bool
@@ -277,6 +277,20 @@ _PLAIN = (
         of_motion=True,
     ),
     Term(
+        "regressor",
+        _MOTION,
+        "Y and tau0: tau = Y pi + tau0, pi the inertial parameters of bodies, rotor inertias, coefficients of friction",
+        exists=("rigid_tree",),
+        on_request=True,
+    ),
+    Term(
+        "regressor_parameters",
+        ("p",),
+        "pi: values of the parameters in which inverse dynamics is linear",
+        exists=("rigid_tree",),
+        on_request=True,
+    ),
+    Term(
         "energy",
         _ALL,
         "kinetic and potential energy, non-conservative power, power of base and drivers",
@@ -388,6 +402,8 @@ _ELSEWHERE: Mapping[str, str] = {
     **dict.fromkeys(("vdot", "aba", "forward", "qdd"), "forward_dynamics"),
     **dict.fromkeys(("kinetic", "potential", "energies", "kinetic_energy", "potential_energy", "lagrangian"), "energy"),
     **dict.fromkeys(("derivatives", "gradients", "tangent"), "partials"),
+    **dict.fromkeys(("joint_torque_regressor", "y", "identification"), "regressor"),
+    **dict.fromkeys(("inertial_parameters", "dynamic_parameters", "pi"), "regressor_parameters"),
     **dict.fromkeys(("sensitivity", "sensitivities", "parameter_derivatives", "df_dp"), "parameter_partials"),
     **dict.fromkeys(("stiffness", "damping", "linear"), "linearization"),
     **dict.fromkeys(("kinematics", "forward_kinematics", "positions", "frames"), "poses"),

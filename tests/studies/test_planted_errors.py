@@ -91,6 +91,9 @@ PLANTED = [
     *_of("drone", "output_partials", "Yq Yv Ya Yz Yu Yw"),
     *_of("drone", "parameter_partials", "Rp Fp"),
     *_of("drone", "output_parameter_partials", "Yp"),
+    *_of("drone", "regressor", "tau0", "regressor.Y"),
+    *_of("striker", "regressor", "Y", "regressor.Y, power"),
+    *_of("drone", "regressor_parameters", "pi", "regressor.Y"),
     *_of("gate", "parameter_partials", "Phip Zp Ap"),
     *_of("gate", "constraint", "Phi", "constraint_jacobian.B"),
     *_of("gate", "constraint_velocity", "w"),
@@ -152,6 +155,7 @@ CLAIM_NOTHING = {
     "constraint_size",
     "force",
     "internal_rate",
+    "regressor_parameters",
     *BEHIND_RATES,
 }
 

@@ -11,5 +11,6 @@ WITHIN = [
     "extended_system",
     "partials",
     "reference_efforts",
+    "regressor",
     "separated",
 ]

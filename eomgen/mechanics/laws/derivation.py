@@ -14,6 +14,7 @@ COMMAND = "python -m eomgen.mechanics.laws.derivation eomgen/mechanics/laws/deri
 DERIVATIONS: Mapping[str, Callable[[], Kernel]] = {
     "rotation_of_quaternion": quaternions.rotation,
     "virtual_work_of_rigid_body": rigid_bodies.virtual_work,
+    "regressor_of_rigid_body": rigid_bodies.regressor,
     "kinetic_energy_of_rigid_body": rigid_bodies.kinetic_energy,
     "virtual_work_of_relative_motion": beams.relative_motion,
     "virtual_work_along_elastic_coordinate": beams.elastic_row,

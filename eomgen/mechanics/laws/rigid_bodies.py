@@ -43,6 +43,29 @@ def virtual_work() -> Kernel:
     return kernel_of(results)
 
 
+def regressor() -> Kernel:
+    """Derive the virtual work of a rigid body's inertia forces per unit of each of its inertial parameters.
+
+    The acceleration field is A + (r~ + C) s with a symmetric C, the variation l + w x s. The parameters are m, d and
+    the inertia tensor I = tr(S) 1 - S, which is S = tr(I) / 2 1 - I. Symbols: A0..A2, r0..r2, C00..C22 (upper
+    triangle), w0..w2, l0..l2.
+
+    Returns
+    -------
+    Kernel with results for m, d0, d1, d2, I00, I11, I22, I01, I02, I12.
+    """
+    s, A, r, w, along = (sympy.Matrix(sympy.symbols(f"{name}0:3")) for name in "sArwl")
+    C = sympy.Matrix(3, 3, lambda i, j: sympy.Symbol(f"C{min(i, j)}{max(i, j)}"))
+    work = sympy.Poly(((A + r.cross(s) + C * s).T * (along + w.cross(s)))[0], *s)
+    entries = [sympy.Symbol(f"I{i}{j}") for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
+    tensor = dict(zip(("00", "11", "22", "01", "02", "12"), entries, strict=True))
+    half = (entries[0] + entries[1] + entries[2]) / 2
+    second = {sympy.Symbol(f"S{of}"): (half if of[0] == of[1] else 0) - entry for of, entry in tensor.items()}
+    total = sympy.expand(sum(_integral(powers) * factor for powers, factor in work.terms()).subs(second))
+    linear = [sympy.Symbol("m"), *sympy.symbols("d0:3"), *entries]
+    return kernel_of([sympy.collect(total.coeff(symbol), [*along, *w]) for symbol in linear])
+
+
 def kinetic_energy() -> Kernel:
     """Derive 1/2 int |v + omega x s|^2 dm in the shape integrals m, d = int s dm, S = int s s^T dm."""
     s = sympy.Matrix(sympy.symbols("s0:3"))

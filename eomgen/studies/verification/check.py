@@ -143,7 +143,7 @@ def _claims(space: Space, engine: Engine, system: System, model: Model) -> list[
         *section_claims(space, engine, system, model.scene),
         *rate_claims(space, engine),
         *linear_claims(space, engine, system, model.description),
-        *parameter_claims(space, engine, system),
+        *parameter_claims(space, engine, system, model.description),
         *event_claims(space, engine, system),
     ]
 

@@ -1,0 +1,124 @@
+"""Base parameters: the least number of combinations of inertial and friction parameters that decide inverse dynamics.
+
+What of the regressor's columns depends on others at random motions depends on them by structure: linear relations of
+analytic functions that hold at enough random points hold everywhere (Gautier 1991; Khalil and Dombre 2002, section
+9.4). Columns are kept from the root to the tips, so what cannot be told apart is counted with the body that carries.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eomgen.arrays import Array
+from eomgen.compiled.terms import Parameters
+from eomgen.errors import NumericalError, Problem, UsageError
+from eomgen.solvers.independent_columns import NoGap, independent_columns
+
+if TYPE_CHECKING:
+    from eomgen.compiled.model import CompiledModel
+
+#: Rows of the regressor for each of its columns, and motions at least.
+_ROWS, _MOTIONS = 4, 40
+#: Part of a column that combinations may miss at other motions than those they are from.
+_MISSED = 1e-8
+
+
+@dataclass(frozen=True, repr=False)
+class BaseParameters:
+    """Combinations of the regressor's parameters pi that decide inverse dynamics, and no fewer do.
+
+    tau = Y[:, columns] @ (matrix @ pi) + tau0, where Y and tau0 are those of ``regressor``.
+
+    Attributes
+    ----------
+    parameters : names of the entries of pi
+    columns : (n,) of Y that are independent; the parameter of each leads its combination
+    matrix : (n, parameters) what the combinations are
+    without_effect : parameters that inverse dynamics does not depend on
+    values : (n,) at the values of the scene
+    """
+
+    parameters: tuple[str, ...]
+    columns: tuple[int, ...]
+    matrix: Array
+    without_effect: tuple[str, ...]
+    values: Array
+
+    def __len__(self) -> int:
+        return len(self.columns)
+
+    def __repr__(self) -> str:
+        return f"<BaseParameters: {len(self)} of {len(self.parameters)} parameters>"
+
+    def __str__(self) -> str:
+        lines = [f"{len(self)} combinations of {len(self.parameters)} parameters"]
+        lines += [f"  {text} = {value:.6g}" for text, value in zip(self.expressions, self.values, strict=True)]
+        if self.without_effect:
+            lines.append(f"without effect: {', '.join(self.without_effect)}")
+        return "\n".join(lines)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The parameter that leads each combination."""
+        return tuple(self.parameters[column] for column in self.columns)
+
+    @property
+    def expressions(self) -> tuple[str, ...]:
+        """The combinations in words: ``upper.inertia_yy + 0.16 lower.mass``."""
+        return tuple(_text(row, self.parameters, lead) for row, lead in zip(self.matrix, self.columns, strict=True))
+
+
+def base_parameters(model: CompiledModel, parameters: Parameters = None, *, seed: int = 0) -> BaseParameters:
+    """Return the base parameters; see ``Model.base_parameters``."""
+    if model.multipliers:
+        what = "constraints share efforts out, so fewer combinations decide a motion than those of the tree"
+        raise UsageError(Problem("base_parameters", what, "the scene without its constraints"))
+    p = model.evaluator.one_set(parameters, "base_parameters(...) for each set")
+    pi = model.regressor_parameters(parameters=p)
+    names = tuple(pi)
+    rng = np.random.default_rng(seed)
+    motions = max(_MOTIONS, -(-_ROWS * len(names) // model.nv))
+    try:
+        found = independent_columns(_rows(model, motions, rng, p))
+    except NoGap as error:
+        what = f"it cannot be told how many combinations there are: {error}"
+        hint = "masses, inertias and lengths of like sizes in other units, or another seed"
+        raise NumericalError(Problem("base_parameters", what, hint)) from None
+    matrix = np.zeros((len(found.kept), len(names)))
+    matrix[np.arange(len(found.kept)), found.kept] = 1.0
+    matrix[:, found.others] = found.coefficients
+    _check(_rows(model, motions, rng, p), found.kept, matrix)
+    used = {*found.kept, *found.others}
+    unused = tuple(name for column, name in enumerate(names) if column not in used)
+    return BaseParameters(names, found.kept, matrix, unused, matrix @ np.array([float(value) for value in pi.values()]))
+
+
+def _rows(model: CompiledModel, motions: int, rng: np.random.Generator, p: Array) -> Array:
+    """Return the regressor at random motions, row below row."""
+    q = model.random(motions, generator=rng, parameters=p)
+    v, a = rng.normal(size=(2, motions, model.nv))
+    t = rng.uniform(0.0, model.description.simulation.duration, motions)
+    Y = model.regressor(q, v, a, t, parameters=p).matrix
+    return np.asarray(Y.reshape(-1, Y.shape[-1]))
+
+
+def _check(Y: Array, kept: tuple[int, ...], matrix: Array) -> None:
+    """Raise NumericalError where combinations do not hold at other motions."""
+    sizes = np.linalg.norm(Y, axis=0)
+    missed = np.linalg.norm(Y - Y[:, kept] @ matrix, axis=0)
+    if np.any(missed > _MISSED * np.max(sizes, initial=0.0)):
+        what = "combinations that hold at some random motions do not hold at others"
+        raise NumericalError(Problem("base_parameters", what, "another seed"))
+
+
+def _text(row: Array, names: tuple[str, ...], lead: int) -> str:
+    text = names[lead]
+    for column in np.flatnonzero(row):
+        if column != lead:
+            factor = abs(float(row[column]))
+            sign = "-" if row[column] < 0.0 else "+"
+            text += f" {sign} {'' if factor == 1.0 else f'{factor:.10g} '}{names[column]}"
+    return text
