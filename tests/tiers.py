@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 SLOW: dict[str, tuple[str, ...]] = {
+    "analysis/test_base_parameters.py::test_they_decide_inverse_dynamics_and_no_fewer_do": (),
     "analysis/test_driven_rest.py::test_a_driven_rotor_has_its_gyroscopic_forces": ("equilibrium",),
     "analysis/test_driven_rest.py::test_a_governor_rests_where_centrifugal_force_balances_weight": (),
     "analysis/test_driven_rest.py::test_a_loop_that_goes_with_the_drive_is_refused": (),
@@ -670,6 +671,9 @@ SLOW: dict[str, tuple[str, ...]] = {
     "mechanics/test_frames.py::test_number_of_operations": ("frame_jacobians_aligned",),
     "mechanics/test_joint_forces.py::test_an_explicit_method_says_when_its_step_cannot_resolve_friction": (),
     "mechanics/test_linearization.py::test_random_trees": ("0", "7"),
+    "mechanics/test_parameter_partials.py::test_a_beam": (),
+    "mechanics/test_parameter_partials.py::test_a_machine_with_a_controller_a_road_and_a_moving_base": ("loop-joint",),
+    "mechanics/test_parameter_partials.py::test_random_trees": ("1",),
     "mechanics/test_partials.py::test_partials_against_complex_step": ("11",),
     "mechanics/test_partials.py::test_partials_against_differentiation_of_the_tape": ("20",),
     "mechanics/test_power_balance.py::test_energy_changes_by_the_powers_only": ("0-resting",),
@@ -693,6 +697,9 @@ SLOW: dict[str, tuple[str, ...]] = {
         "distance-False-disc",
         "rolling-False-sphere",
     ),
+    "mechanics/test_regressor.py::test_a_robot_against_pinocchio": ("fixed",),
+    "mechanics/test_regressor.py::test_random_trees_with_loads_friction_and_rotors": ("1",),
+    "mechanics/test_regressor.py::test_where_there_is_none": (),
     "mechanics/test_shape_families.py::test_a_tapered_blade": (),
     "mechanics/test_shape_families.py::test_different_directions_share_mass_but_no_shortening": (),
     "mechanics/test_shape_families.py::test_frequencies_of_uniform_beams": ("polynomial-bending_y-clamped_free",),
