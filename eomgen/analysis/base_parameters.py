@@ -39,6 +39,7 @@ class BaseParameters:
     matrix : (n, parameters) what the combinations are
     without_effect : parameters that inverse dynamics does not depend on
     values : (n,) at the values of the scene
+    units : (n,) of the values
     """
 
     parameters: tuple[str, ...]
@@ -46,6 +47,7 @@ class BaseParameters:
     matrix: Array
     without_effect: tuple[str, ...]
     values: Array
+    units: tuple[str, ...]
 
     def __len__(self) -> int:
         return len(self.columns)
@@ -55,7 +57,8 @@ class BaseParameters:
 
     def __str__(self) -> str:
         lines = [f"{len(self)} combinations of {len(self.parameters)} parameters"]
-        lines += [f"  {text} = {value:.6g}" for text, value in zip(self.expressions, self.values, strict=True)]
+        listed = zip(self.expressions, self.values, self.units, strict=True)
+        lines += [f"  {text} = {value:.6g} {unit}" for text, value, unit in listed]
         if self.without_effect:
             lines.append(f"without effect: {', '.join(self.without_effect)}")
         return "\n".join(lines)
@@ -93,7 +96,9 @@ def base_parameters(model: CompiledModel, parameters: Parameters = None, *, seed
     _check(_rows(model, motions, rng, p), found.kept, matrix)
     used = {*found.kept, *found.others}
     unused = tuple(name for column, name in enumerate(names) if column not in used)
-    return BaseParameters(names, found.kept, matrix, unused, matrix @ np.array([float(value) for value in pi.values()]))
+    values = matrix @ np.array([float(value) for value in pi.values()])
+    units = tuple(model.description.linear_parameters[column].unit for column in found.kept)
+    return BaseParameters(names, found.kept, matrix, unused, values, units)
 
 
 def _rows(model: CompiledModel, motions: int, rng: np.random.Generator, p: Array) -> Array:

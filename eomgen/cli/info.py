@@ -13,6 +13,7 @@ from eomgen.cli.printing import console, counted, print_json
 from eomgen.cli.tables import print_table
 
 if TYPE_CHECKING:
+    from eomgen.scene.scene import Scene
     from eomgen.system.system import Discontinuity, System
 
 
@@ -20,12 +21,18 @@ if TYPE_CHECKING:
 @scene_options
 @terms_option
 @click.option("--method", default=None, metavar="NAME", help="Whose step is counted, operation by operation.")
+@click.option(
+    "--base-parameters",
+    is_flag=True,
+    help="Show which combinations of masses, inertias and friction decide inverse dynamics (compiles the regressor).",
+)
 @json_option
 @debug_option
 def info(
     scene: str,
     terms: list[str] | None,
     method: str | None,
+    base_parameters: bool,
     as_json: bool,
     **reading: Any,
 ) -> None:
@@ -40,6 +47,8 @@ def info(
     data["calibrated"] = [name for item in described_scene.feedback for name in item.calibrated]
     if method is not None:
         data["step"] = operations_of_step(described_scene, method)
+    if base_parameters:
+        data["base_parameters"] = _base_parameters(described_scene)
     data["savings"] = [dataclasses.asdict(saving) for saving in savings(described_scene)]
     if as_json:
         print_json(data)
@@ -82,6 +91,16 @@ def described(system: System) -> dict[str, Any]:
         "dropped": list(system.dropped),
         "notes": list(system.notes),
     }
+
+
+def _base_parameters(scene: Scene) -> dict[str, Any]:
+    """Return the combinations of inertial and friction parameters that decide inverse dynamics, and the others."""
+    from eomgen.pipeline.pipeline import build  # noqa: PLC0415
+
+    found = build(scene, ["inverse_dynamics", "regressor", "regressor_parameters"]).base_parameters()
+    listed = zip(found.expressions, found.values.tolist(), found.units, strict=True)
+    combinations = [{"combination": text, "value": value, "unit": unit} for text, value, unit in listed]
+    return {"of": len(found.parameters), "combinations": combinations, "without_effect": list(found.without_effect)}
 
 
 _LISTED = 8
@@ -183,6 +202,13 @@ def _print(data: dict[str, Any]) -> None:
         parts.append(("all of it", 1, *(step["total"][key] for key in _OPERATIONS)))
         title = f"A step of {step['method']}: {step['total']['flops']} flops, the same every time"
         print_table(title, ("what", "times", "+", "*", "/", "sin, sqrt ..."), parts, numeric=tuple(range(1, 6)))
+    if "base_parameters" in data:
+        out.print()
+        found = data["base_parameters"]
+        rows_of_table = [(row["combination"], f"{row['value']:.6g}", row["unit"]) for row in found["combinations"]]
+        title = f"Base parameters: {len(rows_of_table)} combinations of {found['of']}"
+        print_table(title, ("combination", "value", "unit"), rows_of_table, numeric=(1,))
+        out.print(f"Without effect: {', '.join(found['without_effect']) or 'none'}", markup=False)
     for names in data["joined"]:
         out.print()
         who = "rosenbrock, lsrt2, corrected_predictor and the tdg methods eliminate them without subtraction"

@@ -15,7 +15,7 @@ import pytest
 
 import eomgen
 from eomgen.cli import VERBS, main
-from tests.models.scenes import PENDULUM_TOML
+from tests.models.scenes import INERTIA, LENGTH, MASS, PENDULUM_TOML
 
 
 @pytest.fixture
@@ -109,6 +109,19 @@ def test_info_lists_curves_and_known_jumps(scene_file: Path, capsys: pytest.Capt
     data = json.loads(capsys.readouterr().out)
     assert data["parameter_units"]["length"] == "m"
     assert data["curves"][0] == "hump: a bump 0.1 high over 0.5 from 0" and len(data["jumps"]) == 4
+
+
+def test_info_lists_base_parameters(scene_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["info", str(scene_file), "--base-parameters", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)["base_parameters"]
+    names = [f"link.{name}" for name in ("first_moment_x", "first_moment_z", "inertia_yy")]
+    assert [row["combination"] for row in found["combinations"]] == [*names, "hinge.damping"]
+    assert [row["unit"] for row in found["combinations"]] == ["kg m", "kg m", "kg m^2", "N m s/rad"]
+    assert found["combinations"][2]["value"] == pytest.approx(MASS * LENGTH**2 + INERTIA, rel=1e-12)
+    assert found["of"] == 11 and "link.mass" in found["without_effect"]
+    assert main(["info", str(scene_file), "--base-parameters"]) == 0
+    printed = capsys.readouterr().out
+    assert "Base parameters: 4 combinations of 11" in printed and "Without effect: link.mass, " in printed
 
 
 def test_info_of_constrained_scenes_counts_rows(scene_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
