@@ -75,6 +75,7 @@ SLOW: dict[str, tuple[str, ...]] = {
     "benchmarks/test_scripts.py::test_steps_in_passes_are_compared": (),
     "benchmarks/test_scripts.py::test_steps_of_one_factorization_are_compared": (),
     "benchmarks/test_scripts.py::test_the_top_is_held_against_its_reference": (),
+    "benchmarks/test_scripts.py::test_steppers_in_lanes_have_the_bits_of_one": (),
     "benchmarks/test_scripts.py::test_time_derivatives_meet_the_closed_form": (),
     "benchmarks/test_suite.py::test_rows_are_right_in_small": ("ten_hinges_rk4",),
     "browser/test_animation_page.py::test_a_beam_is_drawn_along_its_bent_axis": ("see-through",),

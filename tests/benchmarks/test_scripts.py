@@ -16,6 +16,7 @@ from benchmarks import (
     equal_elements,
     frame_peers,
     generation_time,
+    lane_steppers,
     lanes,
     large_scenes,
     late_steps,
@@ -51,6 +52,14 @@ def test_lanes_have_the_bits_of_scalar_code(capsys: pytest.CaptureFixture[str], 
     assert capsys.readouterr().out == "panda inverse_dynamics: the same bits\n"
     (row,) = json.loads((tmp_path / "lanes.json").read_text())["rows"]
     assert row["same_bits"] and row["operations"] > 500
+
+
+def test_steppers_in_lanes_have_the_bits_of_one(capsys: pytest.CaptureFixture[str]) -> None:
+    assert lane_steppers.main(["--quick"]) == 0
+    said = capsys.readouterr().out
+    rows = [[cell.strip() for cell in line.split("|")] for line in said.splitlines() if "generalized_alpha" in line]
+    assert [(row[1], row[4]) for row in rows] == [("four_bar", "yes"), ("symmetric_top", "yes")]
+    assert float(re.findall(r"apart by (\S+)", said)[0]) < 1e-12
 
 
 def test_time_derivatives_meet_the_closed_form(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
