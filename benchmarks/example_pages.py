@@ -45,6 +45,8 @@ FREE = "generalized_alpha,generalized_alpha_adaptive,rk4,rk45,taylor"
 BOUND = "generalized_alpha,generalized_alpha_index3,generalized_alpha_adaptive,rk4_partitioned"
 #: Of stiff scenes with constraints, as beams in loops.
 IMPLICIT = "generalized_alpha,generalized_alpha_index3,generalized_alpha_adaptive,rosenbrock"
+#: Of hundreds of free bodies, whose Taylor series are long texts.
+MANY_BODIES = "generalized_alpha,generalized_alpha_adaptive,rk4,rk45"
 
 
 @dataclass(frozen=True)
@@ -63,6 +65,7 @@ STUDIES: Mapping[str, Study] = {
     "active_quarter_car": Study("--t-end 4"),
     "active_vehicle": Study("--t-end 4"),
     "bouncing_ball": Study(),
+    "cable_net": Study("--t-end 0.1", methods=MANY_BODIES, budget=240),
     "double_pendulum_on_shaking_base": Study(),
     "elastic_pendulum": Study(),
     "elastic_slider_crank": Study("--t-end 0.02 --output bending", methods=BOUND),

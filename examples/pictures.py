@@ -383,6 +383,38 @@ def four_bar() -> None:
     save(figure, "four_bar")
 
 
+def cable_net() -> None:
+    model = eomgen.build(FOLDER / "cable_net" / "scene.toml")
+    run = model.simulate()
+    figure = plt.figure(figsize=(9, 6.4), layout="constrained")
+    grid = figure.add_gridspec(2, 3, height_ratios=[1.4, 1.0])
+    for column, moment in enumerate((0.05, 0.15, 0.3)):
+        row = int(np.argmin(np.abs(run.t - moment)))
+        knots = run.q[row].reshape(10, 10, 7)[..., 4:]
+        axes = figure.add_subplot(grid[0, column], projection="3d")
+        for lines, colour in ((knots, BLUE), (knots.transpose(1, 0, 2), "#888888")):
+            for line in lines:
+                axes.plot(*line.T, color=colour, linewidth=0.8)
+        axes.set(xlim=(0.0, 1.1), ylim=(0.0, 1.1), zlim=(-0.35, 0.1), xlabel="x, m", ylabel="y, m")
+        axes.set(xticks=(0.0, 0.5, 1.0), yticks=(0.0, 0.5, 1.0), zticks=(-0.3, 0.0))
+        axes.set_title(f"{run.t[row]:.2f} s", loc="left")
+        axes.view_init(18, -60)
+        axes.set_box_aspect((1.0, 1.0, 0.5), zoom=1.15)
+    axes = figure.add_subplot(grid[1, :])
+    rest = model.equilibrium().q.reshape(10, 10, 7)[..., 4:]
+    fallen = run.q.reshape(-1, 10, 10, 7)[..., 6]
+    axes.fill_between(
+        rest[0, :, 0], fallen.min(axis=(0, 1)), fallen.max(axis=(0, 1)), color=BLUE, alpha=0.15, label="reached in 1 s"
+    )
+    for cable in rest:
+        axes.plot(cable[:, 0], cable[:, 2], "o-", color=VERMILION, markersize=4, linewidth=0.9)
+    axes.plot([], [], "o-", color=VERMILION, markersize=4, label="all cables at rest")
+    axes.plot([0.0, 1.1], [0.0, 0.0], "ks", label="bars")
+    axes.set(xlabel="x, m", ylabel="z, m")
+    axes.legend(frameon=False, loc="lower right")
+    save(figure, "cable_net")
+
+
 def hanging_chain() -> None:
     run = simulated("hanging_chain")
     figure, (left, right) = plt.subplots(1, 2, figsize=(9, 4.0), layout="constrained")
@@ -578,6 +610,7 @@ def main() -> int:
         elastic_full_car,
         elastic_pendulum,
         four_bar,
+        cable_net,
         hanging_chain,
         free_spinning_body,
         quarter_car,

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
+import math
+import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -44,6 +47,7 @@ def info(
     described_scene = load(scene, **reading)
     system = derive(described_scene, terms)
     data = {**described(system), "joined": joined_coordinates(system)}
+    data["repeated"] = dict(described_scene.metadata.get("repeat", {}))
     data["calibrated"] = [name for item in described_scene.feedback for name in item.calibrated]
     if method is not None:
         data["step"] = operations_of_step(described_scene, method)
@@ -150,6 +154,9 @@ def _print(data: dict[str, Any]) -> None:
     out.print(f"[bold]{data['scene']}[/]: {freedom}{' ' if rows else ', '}{rest}")
     if data["description"]:
         out.print(data["description"], markup=False)
+    if data["repeated"]:
+        times = ", ".join(f"{name} {counted(count, 'time')}" for name, count in data["repeated"].items())
+        out.print(f"Repeated: {times}", markup=False)
     groups: dict[str, list[str]] = {}
     for factor in data["groups"]:
         groups.setdefault(factor["group"], []).append(factor["joint"])
@@ -242,7 +249,37 @@ def _by_constraint(rows: list[str]) -> list[tuple[str, int, str]]:
 
 
 def _joined(names: Sequence[str]) -> list[str]:
-    """Return names where many that end in numbers one after the other are one: ``rope.1 to 40``."""
+    """Return names where many that end in numbers one after the other are one, ``rope.1 to 40``, and those of all
+    numbers within a range of each kind, too: ``knot_0_1.position to knot_9_10.position``."""
+    by_text: dict[tuple[str, ...], list[str]] = {}
+    for name in names:
+        by_text.setdefault(_text(name), []).append(name)
+    whole = {
+        text
+        for text, alike in by_text.items()
+        if len(alike) >= _MANY and (len(text) > 2 or text[-1]) and _is_whole_range(alike)
+    }
+    found = dict.fromkeys(
+        f"{by_text[text][0]} to {by_text[text][-1]}" if (text := _text(name)) in whole else name for name in names
+    )
+    return _runs_joined(list(found))
+
+
+def _text(name: str) -> tuple[str, ...]:
+    """Return what is before, between and behind the numbers in a name."""
+    return tuple(re.split(r"\d+", name))
+
+
+def _is_whole_range(names: Sequence[str]) -> bool:
+    """Return whether names that differ in numbers alone are there for all combinations, the last one counting
+    fastest."""
+    numbers = [tuple(map(int, re.findall(r"\d+", name))) for name in names]
+    ranges = [range(first, last + 1) for first, last in zip(numbers[0], numbers[-1], strict=True)]
+    return math.prod(map(len, ranges)) == len(names) and numbers == list(itertools.product(*ranges))
+
+
+def _runs_joined(names: Sequence[str]) -> list[str]:
+    """Return names where many that end in numbers one after the other are one."""
     runs: dict[str, list[list[int]]] = {}
     for name in names:
         stem = name.rstrip("0123456789")

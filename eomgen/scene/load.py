@@ -187,8 +187,10 @@ def from_data(
         report.add("", "the scene is empty", 'format = 1, name = "...", and [bodies] and [joints]')
         report.raise_problems()
     if "repeat" in data:
-        from eomgen.scene.includes.repeat import repeated  # noqa: PLC0415  # most scenes have none
+        from eomgen.scene.includes.repeat import numbers_of_copies, repeated  # noqa: PLC0415  # most scenes have none
 
+        if isinstance(data["repeat"], Mapping):
+            metadata = {**(metadata or {}), "repeat": numbers_of_copies(data)}
         of_copies: dict[str, str] = {}
         data = repeated(data, report, of_copies)
         report.lines = {**report.lines, **of_copies}

@@ -33,6 +33,7 @@ ALIKE = {
 SCENES = sorted({str(path.relative_to(ROOT / "examples")) for path in (ROOT / "examples").glob("*/*.toml")} - ALIKE)
 #: Their functions are of the kinds of smaller scenes, and take a minute of the compiler in four types.
 LARGE = {
+    "cable_net/scene.toml",
     "hanging_chain/scene.toml",
     "elastic_pendulum/scene.toml",
     "elastic_vehicle/full_car.toml",

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import eomgen
+from eomgen.cli import main
 from eomgen.scene.load import load, load_toml
 
 HEAD = 'format = 1\nname = "chain"\n'
@@ -64,6 +65,27 @@ def test_the_net_of_the_page_has_its_knots_and_springs() -> None:
     ends = {(spring.first, spring.second) for spring in scene.elements}  # type: ignore[attr-defined]  # springs
     expected = {(f"eye_{i - 1}_{j}", f"eye_{i}_{j}") for i in range(1, 3) for j in range(3)}
     assert ends == expected | {(f"eye_{i}_{j - 1}", f"eye_{i}_{j}") for i in range(3) for j in range(1, 3)}
+
+
+def test_what_repeats_is_said_by_info(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Names that count over whole ranges are shown by the first and the last; few are listed."""
+    text = """
+[repeat.knots]
+indices = { i = 3, j = [1, 4] }
+bodies."knot_{i}_{j}" = { mass = 0.1, inertia = [1e-5, 1e-5, 1e-5], group = "R3xSO3" }
+joints."free_{i}_{j}" = { type = "free", parent = "base", child = "knot_{i}_{j}" }
+
+[repeat.ends]
+indices = { i = 2 }
+bodies."end_{i}" = { mass = 0.1, inertia = [1e-5, 1e-5, 1e-5], group = "R3xSO3" }
+joints."at_{i}" = { type = "free", parent = "base", child = "end_{i}" }
+"""
+    scene, expected = tmp_path / "net.toml", "knot_0_1.position to knot_2_4.position, end_0.position, end_1.position"
+    scene.write_text(HEAD + 'coordinates = "absolute"\n' + text, encoding="utf-8")
+    assert main(["info", str(scene), "--terms", "energy"]) == 0
+    out = capsys.readouterr().out
+    assert "Repeated: knots 12 times, ends 2 times\n" in out and expected in " ".join(out.split())
+    assert load(scene).metadata["repeat"] == {"knots": 12, "ends": 2}
 
 
 def test_included_files_repeat(tmp_path: Path) -> None:

@@ -19,6 +19,7 @@ SCENES = sorted(
 )
 #: Of these only what differs from smaller scenes is checked here, for the time that compiling all of it takes.
 LONG = {
+    "cable_net/scene.toml": ("coupling", "force", "energy", "inverse_dynamics"),
     "hanging_chain/scene.toml": ("mass", "coupling", "energy", "partials", "accelerations", "jacobians"),
     "sea_arm/links.toml": (
         "mass",

@@ -7,6 +7,7 @@ indices: what is written in a name or within a longer text has to be whole, what
 from __future__ import annotations
 
 import itertools
+import math
 import re
 from collections.abc import Iterator, Mapping, MutableMapping, Sequence
 from typing import Any
@@ -58,15 +59,21 @@ def repeated(data: Mapping[str, Any], report: Report, lines: MutableMapping[str,
         ranges = _ranges(key, table, report)
         if ranges is None:
             continue
-        count = 1
-        for numbers in ranges.values():
-            count *= len(numbers)
-        total += count
+        total += math.prod(len(numbers) for numbers in ranges.values())
         if total > MOST_COPIES:
             report.add(f"{key}.{_INDICES}", f"more than {MOST_COPIES} copies are made", "fewer of them")
             break
         _Copies(key, table, ranges, report, lines, sources).put(made)
     return made
+
+
+def numbers_of_copies(data: Mapping[str, Any]) -> dict[str, int]:
+    """Return how many copies each table ``repeat`` makes of its entries, where what it says is right."""
+    aside = Report("", {})
+    found = {
+        str(name): _ranges("", table, aside) for name, table in data["repeat"].items() if isinstance(table, Mapping)
+    }
+    return {name: math.prod(len(numbers) for numbers in ranges.values()) for name, ranges in found.items() if ranges}
 
 
 def _by_entry(lines: Mapping[str, Any]) -> dict[str, list[tuple[str, Any]]]:
