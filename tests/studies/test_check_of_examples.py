@@ -13,13 +13,15 @@ from eomgen.studies import check
 from eomgen.studies.verification.differences import LADDER
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-#: Of two that differ in the method alone, so not in their equations, one.
+#: Of two that differ in the method alone, so not in their equations, one; of a net, whose matrices of 600 x 600 entries
+#: are written on request only, none.
 SCENES = sorted(
-    path.relative_to(EXAMPLES).as_posix() for path in EXAMPLES.glob("*/*.toml") if not path.stem.endswith("_index3")
+    path.relative_to(EXAMPLES).as_posix()
+    for path in EXAMPLES.glob("*/*.toml")
+    if not path.stem.endswith("_index3") and path.parent.name != "cable_net"
 )
 #: Of these only what differs from smaller scenes is checked here, for the time that compiling all of it takes.
 LONG = {
-    "cable_net/scene.toml": ("coupling", "force", "energy", "inverse_dynamics"),
     "hanging_chain/scene.toml": ("mass", "coupling", "energy", "partials", "accelerations", "jacobians"),
     "sea_arm/links.toml": (
         "mass",

@@ -39,7 +39,8 @@ def read_body(name: str, body: written.Body, values: Values) -> Body:
 def read_body_frame(name: str, frame: written.BodyFrame, bodies: Collection[str], values: Values) -> FixedFrame:
     """Return a frame of a body; ``bodies`` are the names of what can carry it."""
     key = key_of("frames", name)
-    report.check_reference(f"{key}.body", frame.body, [BASE, WORLD, *bodies], "body", values.report)
+    if frame.body not in bodies:
+        report.check_reference(f"{key}.body", frame.body, [BASE, WORLD, *bodies], "body", values.report)
     position = values.vector(f"{key}.position", frame.position, PARAMETERS)
     orientation = read_orientation(key, frame.rotation, frame.orientation, values)
     return FixedFrame(name, frame.body, position, orientation, quaternion_of_matrix(orientation))
@@ -48,5 +49,6 @@ def read_body_frame(name: str, frame: written.BodyFrame, bodies: Collection[str]
 def read_point(name: str, point: written.Point, bodies: Collection[str], values: Values) -> Point:
     """Return a point; ``bodies`` are the names of what can carry it."""
     key = key_of("points", name)
-    report.check_reference(f"{key}.body", point.body, [BASE, WORLD, *bodies], "body", values.report)
+    if point.body not in bodies:
+        report.check_reference(f"{key}.body", point.body, [BASE, WORLD, *bodies], "body", values.report)
     return Point(name, point.body, values.vector(f"{key}.position", point.position, PARAMETERS))

@@ -200,8 +200,8 @@ class _Assembler:
             exact_beams=tuple(name for name, beam in document.beams.items() if is_exact(beam)),
             constraints=(*document.constraints, *sorted(refused["constraints"])),
             reactions=(*document.reactions, *sorted(refused["reactions"])),
-            bodies=tuple(document.bodies),
-            points=(*document.points, *document.frames, *sorted(refused["points"] | refused["frames"])),
+            bodies=dict.fromkeys(document.bodies),  # looked up for every point and force element
+            points=dict.fromkeys([*document.points, *document.frames, *sorted(refused["points"] | refused["frames"])]),
             modes=(*document.modes, *sorted(refused["modes"])),
             references=(*document.references, *sorted(refused["references"])),
             curves=self.curve_table,
@@ -215,7 +215,7 @@ class _Assembler:
         self.judged = {key_of("bodies", body, field) for body in judged for field in ("mass", "inertia")}
         self.values = self.reader()
         self.broken = sorted(refused["bodies"] | refused["beams"])
-        self.bodies = [*document.bodies, *document.beams, *self.broken]
+        self.bodies = dict.fromkeys([*document.bodies, *document.beams, *self.broken])
         self.unresisted: list[str] = []
         self.folder = folder
         self.curves = Curves(self.values, folder)

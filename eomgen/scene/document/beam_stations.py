@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from eomgen.formula.nodes import Vector
 from eomgen.scene.bodies.reading import read_body_frame, read_point
@@ -30,7 +30,7 @@ class _Stations(Attachments):
 
 
 def stations_of(
-    document: written.Document, beams: Sequence[str], bodies: Sequence[str], values: Values
+    document: written.Document, beams: Sequence[str], bodies: Collection[str], values: Values
 ) -> Mapping[str, Sequence[float]]:
     """Return x of every station, m, by beam, NaN where it is not known.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 from eomgen.formula.curves import AnyCurve
@@ -145,8 +145,8 @@ class Names:
     exact_beams: tuple[str, ...] = ()
     constraints: tuple[str, ...] = ()
     reactions: tuple[str, ...] = ()
-    bodies: tuple[str, ...] = ()
-    points: tuple[str, ...] = ()
+    bodies: Collection[str] = ()
+    points: Collection[str] = ()
     modes: tuple[str, ...] = ()
     references: tuple[str, ...] = ()
     curves: Mapping[str, AnyCurve] = field(default_factory=dict)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Mapping
 from operator import itemgetter
 
 from eomgen.errors import DescriptionError, Problem
@@ -87,17 +87,16 @@ class Report:
             raise DescriptionError(problems)
 
 
-def check_reference(key: str, name: str, known: Iterable[str], what: str, report: Report) -> bool:
+def check_reference(key: str, name: str, known: Collection[str], what: str, report: Report) -> bool:
     """Report a reference to something that is not there; tell whether it is."""
-    every = list(known)
-    if name in every:
+    if name in known:
         return True
     whole, _, number = name.rpartition(".")
-    if whole in every and number.isdigit():
+    if whole in known and number.isdigit():
         fault = f"{shown(name)} may be a node of the beam {whole}, and a scene calls nodes by their places"
         report.add(key, fault, f'"{whole}", and a position on it')
         return False
     report.add(
-        key, f"there is no {what} {shown(name)}", nearest(name, every) or f"a [{what.replace(' ', '_')}s] section"
+        key, f"there is no {what} {shown(name)}", nearest(name, known) or f"a [{what.replace(' ', '_')}s] section"
     )
     return False
