@@ -61,22 +61,32 @@ def build_tree(
         BASE: Mount(ROOT, algebra.identity, algebra.zero_vector),
         WORLD_NAME: Mount(WORLD, algebra.identity, algebra.zero_vector),
     }
-    tree = Tree(algebra, (), mounts, parameters, factors, coordinates)
+    tree, links = Tree(algebra, (), mounts, parameters, factors, coordinates), list[Link]()
     for body, joint in zip(scene.bodies, scene.joints, strict=True):
-        tree = _with_body(tree, body, joint, number, merged=joint.name not in apart, along_z=joint.name in along_z)
+        merged, turned = joint.name not in apart, joint.name in along_z
+        tree.mounts[body.name] = _add_body(tree, links, body, joint, number, merged=merged, along_z=turned)
         if body.beam is not None:
-            tree = add_beam(tree, scene, body, joint, number)
+            tree = add_beam(replace(tree, links=tuple(links)), scene, body, joint, number)
+            links = list(tree.links)
     complete = [
         replace(link, inertia=cleaned(algebra, link.inertia)) if link.elastic is None else link.deformed()
-        for link in tree.links
+        for link in links
     ]
     return replace(tree, links=tuple(complete))
 
 
-def _with_body(
-    tree: Tree, body: Body, joint: Joint, number: Callable[[Formula], Scalar], *, merged: bool, along_z: bool
-) -> Tree:
-    """Return the tree with one more body: on links of its own if its joint moves, else on the link that carries it.
+def _add_body(
+    tree: Tree,
+    links: list[Link],
+    body: Body,
+    joint: Joint,
+    number: Callable[[Formula], Scalar],
+    *,
+    merged: bool,
+    along_z: bool,
+) -> Mount:
+    """Add a body to the links of a tree, and return its mount: on links of its own if its joint moves, else on the link
+    that carries it.
 
     Where it is not ``merged``, a body on a fixed joint has a link of its own, too.
     """
@@ -94,17 +104,13 @@ def _with_body(
     if body.beam is not None:
         inertia = no_inertia(algebra)
     if not joint.kind.moves and not merged:
-        link = _fixed_link(algebra, body.name, joint, mount.link, orientation, position, inertia)
-        mounts = {**tree.mounts, body.name: Mount(len(tree.links), algebra.identity, algebra.zero_vector)}
-        return replace(tree, links=(*tree.links, link), mounts=mounts)
+        links.append(_fixed_link(algebra, body.name, joint, mount.link, orientation, position, inertia))
+        return Mount(len(links) - 1, algebra.identity, algebra.zero_vector)
     if not joint.kind.moves:
-        links = list(tree.links)
         if mount.link != ROOT:
             links[mount.link] = links[mount.link].carrying(inertia.moved(orientation, position))
-        return replace(
-            tree, links=tuple(links), mounts={**tree.mounts, body.name: Mount(mount.link, orientation, position)}
-        )
-    links, parent = list(tree.links), mount.link
+        return Mount(mount.link, orientation, position)
+    parent = mount.link
     turned, motions = motions_of(joint, along_z=along_z)
     axes = algebra.matrix(turned)
     orientation = multiply(orientation, axes)
@@ -129,8 +135,7 @@ def _with_body(
             )
         )
         parent, orientation, position = len(links) - 1, algebra.identity, algebra.zero_vector
-    mounts = {**tree.mounts, body.name: Mount(parent, transpose(axes), algebra.zero_vector)}
-    return replace(tree, links=tuple(links), mounts=mounts)
+    return Mount(parent, transpose(axes), algebra.zero_vector)
 
 
 def _fixed_link(

@@ -163,6 +163,8 @@ class Tree:
         Elimination of M from the last component to the first has fill-in only along these parents. Without dependent
         joints they are the tree's own.
         """
+        if not self.following and not any(link.balanced for link in self.links):
+            return self._nearest_above()
         coupled: list[set[int]] = [set() for _ in range(self.nv)]
         above: list[frozenset[int]] = []
         for link in self.links:
@@ -178,6 +180,21 @@ class Tree:
             if before:
                 parents[dof] = max(before)
                 coupled[parents[dof]] |= before
+        return tuple(parents)
+
+    def _nearest_above(self) -> tuple[int, ...]:
+        """Return for each velocity component the nearest one towards the root, where all of a path are coupled."""
+        highest: list[int] = []  # of a link and of those that carry it
+        joints: dict[str, tuple[int, list[int]]] = {}
+        for link in self.links:
+            above = highest[link.parent] if link.parent != ROOT else -1
+            joints.setdefault(link.joint.name, (above, []))[1].extend(link.dofs)
+            highest.append(max((above, *link.dofs)))
+        parents = [-1] * self.nv
+        for above, dofs in joints.values():  # a joint of several motions travels first, and counts its angles first
+            ordered = sorted(dofs)
+            for nearest, dof in zip([above, *ordered], ordered, strict=False):
+                parents[dof] = nearest
         return tuple(parents)
 
     def children(self) -> list[list[int]]:

@@ -59,7 +59,7 @@ def _motions(
     own = {body: _spatial(inertias.get(body), section) for body, section in sections.items()}
     articulated = {body: inertia.copy() for body, inertia in own.items()}
     together = {body: inertia.copy() for body, inertia in own.items()}  # with all joints beyond held
-    passed: dict[str, list[tuple[Joint, Array]]] = {}  # by body: how joints beyond answer a twist of the body
+    answers: dict[str, list[tuple[Joint, Array, Array]]] = {}  # by body: joints on it
     notes = []
     for joint in reversed(joints):
         rotation, shift, S = _moved(joint, values, rng)
@@ -77,7 +77,7 @@ def _motions(
             for motion in (directions[:, size <= _NOTHING] / scale[:, np.newaxis]).T:
                 moved = S @ motion
                 if moved @ own[body] @ moved <= _NOTHING * np.linalg.norm(own[body]) * (moved @ moved):
-                    notes.append(_note(joint, moved, passed.get(body, []), inertias))
+                    notes.append(_note(joint, moved, _beyond(body, answers), inertias))
                     break
             kept = directions[:, size > _NOTHING] / scale[:, np.newaxis]
             answer = -(kept / size[size > _NOTHING]) @ kept.T @ S.T @ inertia
@@ -86,9 +86,24 @@ def _motions(
             articulated[joint.parent] += X.T @ inertia @ X
             together[joint.parent] += X.T @ together[body] @ X
             follow = (np.eye(6) + S @ answer) @ X
-            passed.setdefault(joint.parent, []).append((joint, answer @ X))
-            passed[joint.parent] += [(beyond, rate @ follow) for beyond, rate in passed.get(body, [])]
+            answers.setdefault(joint.parent, []).append((joint, answer @ X, follow))
     return notes[::-1]
+
+
+def _beyond(body: str, answers: Mapping[str, Sequence[tuple[Joint, Array, Array]]]) -> list[tuple[Joint, Array]]:
+    """Return how all joints beyond a body answer its twist.
+
+    Parameters
+    ----------
+    answers : by body, the joints on it, how they answer its twist, and the twist of what they carry
+    """
+    found = []
+    pending = [(item, np.eye(6)) for item in reversed(answers.get(body, ()))]
+    while pending:
+        (joint, rate, follow), twist = pending.pop()
+        found.append((joint, rate @ twist))
+        pending += [(item, follow @ twist) for item in reversed(answers.get(joint.child, ()))]
+    return found
 
 
 def _note(joint: Joint, moved: Array, beyond: Sequence[tuple[Joint, Array]], inertias: Mapping[str, Inertia]) -> str:
