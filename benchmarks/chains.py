@@ -1,9 +1,10 @@
 """Chains of rods that start along x and fall: scenes of any length, and what one of them costs, measured in a process
 of its own.
 
-    python -m benchmarks.chains {joint,absolute} {hinge,ball,tree} LINKS
+    python -m benchmarks.chains {joint,absolute} {hinge,mixed,skew,ball,tree} LINKS
 
-prints JSON: CPU and wall seconds of the build, memory, CPU time per step. ``tree`` is a binary tree of LINKS degrees of
+prints JSON: CPU and wall seconds of the build, memory, CPU time per step. ``mixed``: hinges about coordinate axes of
+both senses in no order; ``skew``: about any axes. ``tree`` is a binary tree of LINKS degrees of
 freedom on skew hinges, every fifth joint a ball.
 """
 
@@ -41,17 +42,27 @@ def scene(coordinates: str, kind: str, links: int, terms: Sequence[str] = ()) ->
     tree."""
     if kind == "tree":
         return _tree(coordinates, links, terms)
+    source = random.Random(1)
     builder = eomgen.SceneBuilder("chain", coordinates=coordinates, terms=terms)
     for k in range(links):
         builder.body(f"rod{k}", MASS, center_of_mass=[LENGTH / 2, 0, 0], inertia=INERTIA.tolist())
         position = [LENGTH if k else 0.0, 0, 0]
         parent = f"rod{k - 1}" if k else "base"
-        if kind == "hinge":
-            builder.joint(f"joint{k}", "revolute", parent, f"rod{k}", axis=[0, 1, 0], position=position)
+        if kind in ("hinge", "mixed", "skew"):
+            axis = _axis(kind, source)
+            builder.joint(f"joint{k}", "revolute", parent, f"rod{k}", axis=axis, position=position)
         else:
             spin = {"velocity": [0, 0, 0.0 if k else 1.0]}
             builder.joint(f"joint{k}", "spherical", parent, f"rod{k}", position=position, initial=spin)
     return builder.simulation(step=STEP, duration=0.5, rho_inf=0.8).build()
+
+
+def _axis(kind: str, source: random.Random) -> list[float]:
+    """Return the axis of the next hinge."""
+    if kind == "skew":
+        return [source.uniform(-1, 1) for _ in range(3)]
+    place, sense = (source.randrange(3), source.choice([-1.0, 1.0])) if kind == "mixed" else (1, 1.0)
+    return [sense if k == place else 0.0 for k in range(3)]
 
 
 def _tree(coordinates: str, freedoms: int, terms: Sequence[str]) -> eomgen.Scene:
