@@ -73,6 +73,35 @@ def loop() -> SceneBuilder:
     return builder.output("y", formula=["v.a*v.b", "a.b", "v.c[1]"])
 
 
+def absolute() -> SceneBuilder:
+    """Return two links in absolute coordinates, with an angle that counts over turns."""
+    builder = SceneBuilder("sensitive_absolute", coordinates="absolute")
+    for name, value in {"mass": 1.3, "length": 0.5, "damping": 0.2}.items():
+        builder.parameter(name, value, tunable=True)
+    builder.body("one", "mass", center_of_mass=[0.25, 0, 0], inertia=[0.1, 0.12, 0.05])
+    builder.body("two", 0.4, center_of_mass=["length/2", 0.05, 0], inertia=[0.05, 0.06, 0.02])
+    builder.joint("a", "revolute", "base", "one", axis=[0, 1, 0])
+    builder.joint("b", "spherical", "one", "two", position=["length", 0, 0])
+    builder.effort("spring", "a", "-damping*v.a - 3*q.a").point("tip", "two", [0.3, 0, 0])
+    return builder.output("y", formula=["v.a", "q.a", "position.tip[2]"])
+
+
+def bending() -> SceneBuilder:
+    """Return a hub that turns a beam with a load at its end."""
+    builder = SceneBuilder("sensitive_beam")
+    for name, value in {"bend": 60.0, "tip": 0.2, "speed": 2.0}.items():
+        builder.parameter(name, value, tunable=True)
+    builder.body("hub", 0.5, center_of_mass=[0, 0, 0], inertia=[0.02, 0.02, 0.02])
+    builder.joint("axle", "revolute", "base", "hub", axis=[0, 1, 0])
+    bent = {"bending_z": {"modes": 2, "stiffness": "bend"}, "bending_y": {"modes": 1, "stiffness": "2*bend"}}
+    builder.beam("rod", 1.0, mass_per_length=0.4, **bent)
+    builder.joint("clamp", "fixed", "hub", "rod")
+    builder.body("load", "tip", center_of_mass=[0, 0, 0.02], inertia=[1e-3, 1e-3, 1e-3])
+    builder.joint("end", "fixed", "rod", "load", position=[1.0, 0, 0])
+    builder.effort("motor", "axle", "speed - v.axle")
+    return builder.output("y", formula=["v.axle", "a.axle", "q.axle"])
+
+
 def controlled() -> SceneBuilder:
     """Return a pendulum with a filter and an integrator whose product acts on it."""
     builder = SceneBuilder("sensitive_control")
@@ -97,14 +126,16 @@ def check(
     initial: Mapping[str, Any],
     steps: int = 12,
     tolerance: float = 1e-12,
+    step: float = STEP,
 ) -> Sensitivities:
     """Hold derivatives of a run along directions to complex steps of it, and adjoints to tangents."""
     scene, model = built(builder)
     options: dict[str, Any] = {"method": method, "initial": initial, "settings": TO_ROUNDING}
-    found = model.sensitivities(steps * STEP, STEP, by=by, **options)
-    run = model.simulate(steps * STEP, STEP, error_estimate=False, **options)
+    found = model.sensitivities(steps * step, step, by=by, **options)
+    run = model.simulate(steps * step, step, error_estimate=False, **options)
     rho = {"rho_inf": model.library.layout["defaults"]["rho_inf"]} if method == "generalized_alpha" else {}
-    oracle = ComplexRun(scene, method_named(method, **rho), STEP)
+    begun = found._motion.start
+    oracle = ComplexRun(scene, method_named(method, **rho), step, slope=bool(np.any(begun["a"] != begun["vdot"])))
     names = {"p": list(model.parameters), "q": [f"q{name[1:]}" for name in model.v_names]}
     names |= {"v": list(model.v_names), "z": list(model.z_names)}
     places = [(block, of.index(name)) for name in found.by for block, of in names.items() if name in of]
@@ -147,8 +178,30 @@ def test_a_loop_whose_rows_move_with_a_parameter(method: str) -> None:
     check(loop(), method, by, {"v": [1, 2, -1, 0.5, 2]})
 
 
+def test_absolute_coordinates_move_onto_their_constraints() -> None:
+    _, model = built(absolute())
+    text = "initial: the scene's initial state follows from parameters, and that is not in the derivatives"
+    assert text in refusal(model, 0.1, STEP)
+    initial = {"q": model.initial_q, "v": model.initial_v}
+    check(absolute(), "generalized_alpha", ["mass", "length", "damping"], initial, steps=8)
+
+
 def test_a_controller_with_internal_states() -> None:
     check(controlled(), "trapezoidal", ["mass", "length", "lag", "gain", "q.a", "v.a", "z.filtered"], {"a": 0.6})
+
+
+@pytest.mark.parametrize("step", [0.001, 0.01])
+def test_a_beam_at_steps_that_resolve_it_and_that_do_not(step: float) -> None:
+    by = ["bend", "tip", "speed", "q.axle"]
+    found = check(bending(), "generalized_alpha", by, {"axle": {"velocity": 1.0}}, steps=10, step=step)
+    begun = found._motion.start
+    assert np.any(begun["a"] != begun["vdot"]) == (step == 0.001)
+
+
+def test_a_first_step_that_damps_is_refused() -> None:
+    _, model = built(bending())
+    text = "the start excites motions that are too fast for the step, and the first step, which damps them, has no"
+    assert text in refusal(model, 0.3, 0.1, initial={"axle": {"velocity": 1.0}})
 
 
 def test_functionals_are_sums_over_rows() -> None:

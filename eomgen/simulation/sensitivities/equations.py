@@ -67,18 +67,19 @@ class Equations:
             return {}
         found = self._functions(term, values)
         count = len(values["t"])
+        by_name = dict(zip(self._functions.output_names(term), found, strict=True))
+        if all(len(array) == count for array in found) and not self._constant(term):
+            return by_name
+        dimensions = zip(by_name.items(), self._dimensions(term), strict=True)
         return {
-            name: np.broadcast_to(array, (count, *array.shape[array.ndim - dimensions :]))
-            for name, array, dimensions in zip(
-                self._functions.output_names(term), found, self._dimensions(term), strict=True
-            )
+            name: np.broadcast_to(array, (count, *array.shape[array.ndim - n :])) for (name, array), n in dimensions
         }
 
     def partials(self, values: Mapping[str, Array]) -> Partials:
         """Return the partials of e."""
         nv, nz, nl, nh, count = self.nv, self.nz, self.nl, self.holonomic, len(values["t"])
         of_residual = self.of("partials", values)
-        by_parameters = self.of("parameter_partials", values)
+        by_parameters = self.of("parameter_partials", values) if self.chosen else {}
         P = self._parameters(by_parameters, "Rp", nv, count)
         if not nz and not nl:
             K, C, M = (of_residual[name] for name in "KCM")
@@ -112,7 +113,7 @@ class Equations:
             found[name][:, self.outputs] if name in found else np.zeros((count, rows, size))
             for name, size in sizes.items()
         ]
-        by_parameters = self.of("output_parameter_partials", values)
+        by_parameters = self.of("output_parameter_partials", values) if self.chosen else {}
         Yp = np.zeros((count, rows, len(self.chosen)))
         if by_parameters:
             Yp[:] = by_parameters["Yp"][:, self.outputs][:, :, self.chosen]
@@ -137,7 +138,14 @@ class Equations:
         return self.of("outputs", values)["y"][:, self.outputs]
 
     def _parameters(self, found: Mapping[str, Array], name: str, rows: int, count: int) -> Array:
-        return found[name][:, :, self.chosen] if name in found else np.zeros((count, rows, len(self.chosen)))
+        if name not in found:
+            return np.zeros((count, rows, len(self.chosen)))
+        whole = self.chosen == list(range(found[name].shape[2]))
+        return found[name] if whole else found[name][:, :, self.chosen]
+
+    def _constant(self, term: str) -> bool:
+        """Return whether a term has no input that differs from row to row."""
+        return not set(self._functions.inputs(term)) - {"p"}
 
     def _dimensions(self, term: str) -> list[int]:
         """Return how many axes each output of a term has."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -60,6 +61,13 @@ class StepMatrices:
     Np: Array
 
 
+@functools.cache
+def _routine() -> tuple[Any, Any]:
+    """Return ``ffi`` and ``lib`` of the compiled linear steps, loaded once."""
+    source = (template_folder() / "c" / "sensitivities" / "generalized_alpha.c").read_text(encoding="utf-8")
+    return Builder().build_routine(source, _CDEF)
+
+
 class LinearSteps:
     """The compiled linearised steps of a run.
 
@@ -71,17 +79,17 @@ class LinearSteps:
 
     def __init__(
         self,
-        builder: Builder,
         sizes: Mapping[str, int],
         factors: Sequence[Factor],
         coefficients: Sequence[float],
         eta: int,
     ) -> None:
-        source = (template_folder() / "c" / "sensitivities" / "generalized_alpha.c").read_text(encoding="utf-8")
-        self._ffi, self._lib = builder.build_routine(source, _CDEF)
+        self._ffi, self._lib = _routine()
         self._nv, self._nz, self._nl, self._nh = sizes["v"], sizes["z"], sizes["lam"], eta
         turning = [factor for factor in factors if factor.group != "R"]
-        self._turn = np.array([[factor.v_start, factor.v_size] for factor in turning], dtype=np.int64).reshape(-1, 2)
+        self._turn = np.array([[factor.v_start, factor.v_size] for factor in turning], dtype=np.dtype("l")).reshape(
+            -1, 2
+        )
         self._coefficients = np.array(coefficients, dtype=float)
 
     @property

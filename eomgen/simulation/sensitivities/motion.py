@@ -21,8 +21,8 @@ from eomgen.simulation.stepping.inputs import HeldRows
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.stepper import Stepper
 
-#: Bytes of rows that are kept, and steps of a part at least.
-KEPT_BYTES, SHORTEST = 2**25, 64
+#: Bytes of rows that are kept; bytes of the matrices of a part, and its steps, that it may have in any case.
+KEPT_BYTES, PART_BYTES, SHORTEST, LONGEST = 2**25, 2**23, 32, 1024
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,8 @@ class Motion:
     def __init__(self, run: Run, stepper: Stepper, state: InitialState, kept: int = KEPT_BYTES) -> None:
         self.run, self.stepper = run, stepper
         self.steps = run.grid.whole
-        self.length = max(SHORTEST, math.isqrt(self.steps))
+        of_step = 32 * (run.model.nv + run.model.nz + 2 * len(run.model.multipliers)) ** 2
+        self.length = max(min(PART_BYTES // of_step, LONGEST), SHORTEST, math.isqrt(self.steps))
         self._kept = kept >= 8 * (self.steps + 1) * stepper.sizes["row"]
         self._parts: list[Part] = []
         self._checkpoints: list[tuple[int, Any]] = []
@@ -62,6 +63,10 @@ class Motion:
             table = driven(run.grid.start + run.grid.step * stepper.input_times)
         self._check(stepper.initialize(run.grid.start, state.q, state.v, table, state.z))
         self.start = {name: stepper.state[place].copy() for name, place in stepper.places.items()}
+        if self.start["history"][0] < 0:
+            what = "the start excites motions that are too fast for the step, and the first step, which damps them, has"
+            hint = f"a step of {0.1 * run.grid.step:.3g} s, or an initial state nearer to balance"
+            raise NumericalError(Problem("sensitivities", f"{what} no derivatives", hint))
         self._first = stepper.memory
         self._row = stepper.row if table is None else stepper.row_with(np.ascontiguousarray(table))
 

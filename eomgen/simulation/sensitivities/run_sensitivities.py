@@ -19,7 +19,6 @@ from eomgen.simulation.sensitivities.step_matrices import step_matrices
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.states import Prescribed, States, states_of
 from eomgen.simulation.stepping.stepper import Stepper
-from eomgen.toolchain.builder import Builder
 
 
 @checked_calls("model.sensitivities(...), which makes one", wrt="by")
@@ -51,7 +50,7 @@ class Sensitivities:
         self._equations = Equations(model, run.parameters, columns["p"], rows, holonomic)
         self._coefficients = tuple(coefficients)
         sizes = model.functions.sizes
-        self._linear = LinearSteps(Builder(), sizes, model.factors, self._coefficients, holonomic)
+        self._linear = LinearSteps(sizes, model.factors, self._coefficients, holonomic)
         self._motion = Motion(run, stepper, state)
         start = self._motion.start
         self._inverse_inertia = start.get("inverse_inertia", np.zeros(0)) if holonomic else np.zeros(0)

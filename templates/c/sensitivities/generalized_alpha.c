@@ -64,9 +64,19 @@ static eg_gains eg_gains_of(const double *c)
 }
 
 /* Y += s X (rows, columns) D, D and Y of `count` directions. */
-static void eg_add(double *Y, double s, const double *X, long rows, long columns, const double *D, long count)
+static void eg_add(double *restrict Y, double s, const double *restrict X, long rows, long columns,
+    const double *restrict D, long count)
 {
     long i, j, k;
+    if (count == 1) {
+        for (i = 0; i < rows; ++i) {
+            double total = 0.0;
+            for (j = 0; j < columns; ++j)
+                total += X[i * columns + j] * D[j];
+            Y[i] += s * total;
+        }
+        return;
+    }
     for (i = 0; i < rows; ++i)
         for (j = 0; j < columns; ++j) {
             const double x = s * X[i * columns + j];
@@ -77,10 +87,18 @@ static void eg_add(double *Y, double s, const double *X, long rows, long columns
 }
 
 /* Y += s X^T D. */
-static void eg_add_transposed(double *Y, double s, const double *X, long rows, long columns, const double *D,
-    long count)
+static void eg_add_transposed(double *restrict Y, double s, const double *restrict X, long rows, long columns,
+    const double *restrict D, long count)
 {
     long i, j, k;
+    if (count == 1) {
+        for (i = 0; i < rows; ++i) {
+            const double x = s * D[i];
+            for (j = 0; j < columns; ++j)
+                Y[j] += X[i * columns + j] * x;
+        }
+        return;
+    }
     for (i = 0; i < rows; ++i)
         for (j = 0; j < columns; ++j) {
             const double x = s * X[i * columns + j];

@@ -1,0 +1,77 @@
+"""The cost of derivatives of a run against that of the run: a seven-axis arm, 24 parameters.
+
+    python -m benchmarks.sensitivities [--steps 2000] [--repeats 7]
+
+Processor time of this process (user), medians of what is run alternately: the run alone, a gradient by adjoints, all
+tangents.
+"""
+
+from __future__ import annotations
+
+import argparse
+import resource
+import statistics
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import eomgen
+from eomgen.model import Model
+
+SCENE = Path(__file__).parents[1] / "examples" / "robot_arm" / "scene.toml"
+STEP = 0.001
+
+
+def arm() -> Model:
+    """Return the arm with the masses and moments of its seven links tunable, 24 parameters."""
+    data: dict[str, Any] = tomllib.loads(SCENE.read_text(encoding="utf-8"))
+    parameters: dict[str, Any] = data.setdefault("parameters", {})
+
+    def tunable(name: str, value: float) -> str:
+        parameters[name] = {"value": value, "tunable": True}
+        return name
+
+    for number, (name, body) in enumerate(data["bodies"].items()):
+        body["mass"] = tunable(f"mass_{name}", body["mass"])
+        for k, axis in enumerate("xyz"):
+            if 3 * number + k < 17:
+                body["center_of_mass"][k] = tunable(f"center_{axis}_{name}", body["center_of_mass"][k])
+    return eomgen.build(data)
+
+
+def seconds(call: Callable[[], object]) -> float:
+    """Return the user time of a call."""
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_utime
+    call()
+    return resource.getrusage(resource.RUSAGE_SELF).ru_utime - before
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--steps", type=int, default=2000)
+    parser.add_argument("--repeats", type=int, default=7)
+    given = parser.parse_args()
+    model = arm()
+    end = given.steps * STEP
+    options: dict[str, Any] = {"initial": {"v": [0.1, 0.2, 0.1, -0.2, 0.1, 0.3, 0.1]}}
+    calls = {
+        "run": lambda: model.simulate(end, STEP, error_estimate=False, **options).q,
+        "gradient": lambda: model.sensitivities(end, STEP, **options).gradient("integral(flange[2])"),
+        "tangents": lambda: model.sensitivities(end, STEP, **options).derivatives,
+    }
+    times: dict[str, list[float]] = {name: [] for name in calls}
+    for call in calls.values():
+        call()
+    for _ in range(given.repeats):
+        for name, call in calls.items():
+            times[name].append(seconds(call))
+    run = statistics.median(times["run"])
+    print(f"{len(model.parameters)} parameters, {given.steps} steps, user time, medians of {given.repeats}")
+    for name, values in times.items():
+        median = statistics.median(values)
+        print(f"{name:10} {1e6 * median / given.steps:8.2f} us/step   {median / run:6.2f} x the run")
+
+
+if __name__ == "__main__":
+    main()
