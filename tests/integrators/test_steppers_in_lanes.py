@@ -37,6 +37,7 @@ CASES = [
     ("quarter_car", "generalized_alpha"),
     ("active_vehicle", "generalized_alpha"),
     ("robot_arm", "taylor"),
+    ("quarter_car", "taylor"),
     ("digital", "rk4"),
     ("digital", "rk45"),
     ("digital", "generalized_alpha"),

@@ -71,6 +71,10 @@ class Expressions(ABC):
         #: Counters that go up once the statement is done.
         self.behind: list[Any] = []
         self._numbers = 0
+        #: Pointers that the function compares with NULL, and whether the operand at hand is evaluated for lanes that do
+        #: not ask for it, too.
+        self._may_be_null = _compared_with_null(routine.node.body)
+        self._unasked = False
 
     #: Where the statement stands.
     region: Region
@@ -160,6 +164,10 @@ class Expressions(ABC):
                 if place.lanes:
                     kind = "real" if isinstance(place.type, Real) else "wholes"
                     return Value(f"eg_gather_{kind}({self.mask()}, {place.text}, {place.lanes})", place.type)
+                if self._unasked and isinstance(node, c_ast.ArrayRef) and isinstance(node.name, c_ast.ID):
+                    name = node.name.name
+                    if name in self._may_be_null and isinstance(place.type, Real):
+                        return Value(f"({name} != NULL ? {place.text} : EG_WIDE(0.0))", place.type)
                 return Value(place.text, place.type)
             case c_ast.UnaryOp():
                 return self._unary(node)
@@ -260,7 +268,7 @@ class Expressions(ABC):
             return Value(f"({one.text} ? {right if joint else constant} : {constant if joint else right})", Truths())
         left = self.truths(one)
         if not _has_calls(node.right):
-            other = self.value(node.right)
+            other = self._for_all(node.right)
             return Value(f"({left} {'&' if joint else '|'} {self.truths(other)})", Truths())
         first, here = self.fresh("first"), self.fresh("m")
         outer = self.region
@@ -271,6 +279,13 @@ class Expressions(ABC):
         found = f"{first} & {right}" if joint else f"{first} | {right}"
         begin = f"const eg_wholes {first} = {left}; eg_wholes {here} = {asked};"
         return Value(f"({{ {begin} eg_any({here}) ? {found} : {first}; }})", Truths())
+
+    def _for_all(self, node: Any) -> Value:
+        """Return an operand that is evaluated in all lanes, also where its condition does not hold."""
+        before, self._unasked = self._unasked, True
+        value = self.value(node)
+        self._unasked = before
+        return value
 
     def _choice(self, node: Any) -> Value:
         condition = self.value(node.cond)
@@ -288,8 +303,10 @@ class Expressions(ABC):
                 here = self.fresh("m")
                 prelude += f"eg_wholes {here} = {outer.mask} & {mask}; "
                 self.region = Region(here, outer)
-            values.append(self.value(branch))
-            self.region = outer
+                values.append(self.value(branch))
+                self.region = outer
+            else:
+                values.append(self._for_all(branch))
         if any(isinstance(value.type, Pointer | Array | Structure) for value in values):
             raise no_lanes(f"an address of its own in each lane: {written(node)}", node)
         one, other, kind = self._common(values[0], values[1], node)
@@ -487,6 +504,24 @@ class Expressions(ABC):
             for item, member in zip(node.exprs, members, strict=False)
         ]
         return "{ " + ", ".join(texts) + " }"
+
+
+def _compared_with_null(node: Any) -> frozenset[str]:
+    """Return the names that a function compares with NULL."""
+
+    class Comparisons(c_ast.NodeVisitor):  # type: ignore[misc]
+        def __init__(self) -> None:
+            self.found: set[str] = set()
+
+        def visit_BinaryOp(self, operation: Any) -> None:
+            names = [side.name for side in (operation.left, operation.right) if isinstance(side, c_ast.ID)]
+            if "NULL" in names:
+                self.found |= {*names} - {"NULL"}
+            self.generic_visit(operation)
+
+    comparisons = Comparisons()
+    comparisons.visit(node)
+    return frozenset(comparisons.found)
 
 
 def _has_calls(node: Any) -> bool:
