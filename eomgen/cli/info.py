@@ -13,6 +13,7 @@ import click
 
 from eomgen.cli.options import debug_option, json_option, scene_options, terms_option
 from eomgen.cli.printing import console, counted, print_json
+from eomgen.cli.random_processes import described_processes, print_processes
 from eomgen.cli.tables import print_table
 
 if TYPE_CHECKING:
@@ -54,6 +55,7 @@ def info(
     if base_parameters:
         data["base_parameters"] = _base_parameters(described_scene)
     data["savings"] = [dataclasses.asdict(saving) for saving in savings(described_scene)]
+    data["random"] = described_processes(described_scene.inputs)
     if as_json:
         print_json(data)
     else:
@@ -176,8 +178,15 @@ def _print(data: dict[str, Any]) -> None:
         out.print()
         units = data["parameter_units"]
         later = dict.fromkeys(data["calibrated"], "calibrated")  # when the model is built
-        values = [(name, later.get(name, f"{value:.9g}"), units[name]) for name, value in data["parameters"].items()]
-        print_table("Tunable parameters", ("name", "value", "unit"), values, numeric=(1,))
+        of_processes = {name for item in data["random"] for name in item["variables"]}
+        values = [
+            (name, later.get(name, f"{value:.9g}"), units[name])
+            for name, value in data["parameters"].items()
+            if name not in of_processes
+        ]
+        if values:
+            print_table("Tunable parameters", ("name", "value", "unit"), values, numeric=(1,))
+    print_processes(data["random"])
     if data["states"]:
         out.print()
         states = [

@@ -13,12 +13,13 @@ from eomgen.arrays import Array
 from eomgen.compiled.model import CompiledModel
 from eomgen.ensembles.distributions import Distribution
 from eomgen.errors import Problem, UsageError
+from eomgen.random_processes import standard_normals
 from eomgen.random_roads import road_harmonics
 from eomgen.simulation.option_types import LawOverTime
 from eomgen.system.signals import Input
 from eomgen.text import shown
 
-#: What of a law may vary: the seed of its random road, a factor of all of it.
+#: What of a law may vary: the seed of its random road or process, a factor of all of it.
 LAWS = ("seed", "scale")
 _SMALLEST = 2.0**-54
 #: Times at which harmonics are summed together: what they take stays in the processor's cache.
@@ -29,7 +30,7 @@ _NAMED = 4
 
 def laws_that_vary(model: CompiledModel) -> list[str]:
     """Return the names ``seed.road`` and ``scale.road`` of the inputs that have them."""
-    seeds = [f"seed.{item.name}" for item in model.description.inputs if item.road is not None]
+    seeds = [f"seed.{item.name}" for item in model.description.inputs if item.road is not None or _own_variables(item)]
     return [*seeds, *(f"scale.{item.name}" for item in model.description.inputs if item.given)]
 
 
@@ -52,13 +53,31 @@ def law_of(model: CompiledModel, name: str, where: str) -> int:
         what = f"there is no input {shown(of)}"
         raise UsageError(Problem(label, what, _others(model, kind)))
     item = model.description.inputs[place]
-    if kind == "seed" and item.road is None:
-        what = f"the input {of} is no random road, so it has no seed"
+    if kind == "seed" and item.random is not None and item.random.follows:
+        leader = item.random.follows
+        what = f"the random process {of} follows {leader}, and has its variables"
+        raise UsageError(Problem(label, what, f"seed.{leader}"))
+    if kind == "seed" and item.road is None and item.random is None:
+        what = f"the input {of} is no random road and no random process, so it has no seed"
         raise UsageError(Problem(label, what, _others(model, kind)))
     if not item.given:
         what = f"the scene gives the input {of} no law that could be multiplied"
         raise UsageError(Problem(label, what, f"{of}, a value that is constant over a run"))
     return place
+
+
+def variables_of_seed(model: CompiledModel, place: int, seed: float) -> dict[str, float]:
+    """Return the values that a seed gives the parameters of the random process that an input is; none of a road, which
+    has no parameters."""
+    process = model.description.inputs[place].random
+    if process is None:
+        return {}
+    own = process.own_variables
+    return dict(zip(own, standard_normals(int(seed), len(own), process.name).tolist(), strict=True))
+
+
+def _own_variables(item: Input) -> bool:
+    return item.random is not None and not item.random.follows
 
 
 def _others(model: CompiledModel, kind: str) -> str:
@@ -84,6 +103,8 @@ def check_tracks(model: CompiledModel, seeds: Mapping[str, int]) -> None:
     """Raise UsageError where seeds, by name with the places of their inputs, are of wheels in the same track."""
     of_track: dict[tuple[str, int], str] = {}
     for name, place in seeds.items():
+        if model.description.inputs[place].random is not None:
+            continue
         track = _track(model.description.inputs[place])
         if (other := of_track.setdefault(track, name)) != name:
             what = f"its wheel runs in the same track as that of {other}, and has the same seed"

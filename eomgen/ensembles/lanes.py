@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from eomgen.arrays import Array
 from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.model import CompiledModel
+from eomgen.ensembles.input_laws import variables_of_seed
 from eomgen.ensembles.variations import VariedOptions, with_scenes_laws
 from eomgen.errors import EomgenError
 from eomgen.simulation.side_by_side import Alike, SideBySide, side_by_side
@@ -46,6 +47,10 @@ class Lanes:
         for item, column in zip(self.options.items, values.T, strict=True):
             if item.block == "parameters":
                 parameters[:, names.index(item.name)] = column
+            elif item.block == "process":
+                drawn = [variables_of_seed(self.model, item.place, seed) for seed in column]
+                places = [names.index(name) for name in drawn[0]]
+                parameters[:, places] = [list(row.values()) for row in drawn]
         alone = np.zeros(len(values), dtype=bool)
         try:
             self.model.parameter_array(parameters)

@@ -23,6 +23,7 @@ from eomgen.ensembles.input_laws import (
     laws_of,
     laws_that_vary,
     own_seed,
+    variables_of_seed,
 )
 from eomgen.errors import Problem, UsageError
 from eomgen.simulation.option_types import LawOverTime
@@ -36,8 +37,8 @@ class Variation:
     Attributes
     ----------
     name : as the caller has it
-    block : ``parameters``, ``inputs``, ``seed`` or ``scale`` of the law of an input, or ``q``, ``v``, ``z`` of the
-        initial state
+    block : ``parameters``, ``inputs``, ``seed`` or ``scale`` of the law of an input, ``process`` for the seed of a
+        random process, whose variables are parameters, or ``q``, ``v``, ``z`` of the initial state
     place : component of an initial state, the input whose law it is, else 0
     unit : of the number
     """
@@ -79,7 +80,9 @@ def find_variation(model: CompiledModel, name: str, where: str = "vary") -> Vari
         return Variation(name, block, place, unit)
     kind, _, of = name.partition(".")
     if kind in LAWS and of:
-        return Variation(name, kind, law_of(model, name, where), "")
+        place = law_of(model, name, where)
+        process = kind == "seed" and model.description.inputs[place].random is not None
+        return Variation(name, "process" if process else kind, place, "")
     if name in model.evaluator.fixed_parameters:
         hint = f"{name} = {{ value = ..., tunable = true }} in the scene's [parameters]"
         raise UsageError(Problem(f"{where} {name}", f"the parameter {name} is fixed in the code", hint))
@@ -106,7 +109,7 @@ def read_varied(
             what = f"a distribution is needed, not {type(how).__name__}"
             hint = f'"normal(1, 0.1)"; values of each sample: table={{{item.name!r}: [...]}}'
             raise UsageError(Problem(f"vary {item.name}", what, hint))
-        if item.block == "seed":
+        if item.block in ("seed", "process"):
             check_seeds(item.name, distributions[-1])
     check_tracks(model, {item.name: item.place for item in found if item.block == "seed"})
     return found, distributions
@@ -136,7 +139,7 @@ def read_table(model: CompiledModel, table: Mapping[str, ArrayLike]) -> tuple[li
             raise UsageError(Problem("table", what, "as many values in each column"))
         check_finite(f"table {name}", column)
     for item, column in zip(found, columns, strict=True):
-        if item.block == "seed":
+        if item.block in ("seed", "process"):
             check_seeds(item.name, Distribution("the column", _values_of(column), whole=is_whole(column)))
     check_tracks(model, {item.name: item.place for item in found if item.block == "seed"})
     return found, np.stack(columns, axis=-1)
@@ -195,6 +198,10 @@ class VariedOptions:
         by_block: dict[str, dict[str, float]] = {}
         for item, value in zip(self.items, values.tolist(), strict=True):
             by_block.setdefault(item.block, {})[item.name] = value
+        for item in self.items:
+            if item.block == "process":
+                drawn = variables_of_seed(self.model, item.place, by_block[item.block][item.name])
+                by_block.setdefault("parameters", {}).update(drawn)
         options = dict(self.common)
         for block in ("parameters", "inputs"):
             if block in by_block:

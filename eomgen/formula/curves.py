@@ -6,7 +6,8 @@ given ends.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Literal
 
@@ -72,6 +73,9 @@ class Curve:
         ``error``: not a number beyond the points, and natural ends (third and fourth derivative zero). ``hold``: the
         values at the ends, and a spline that comes to rest there (first and second derivative zero). ``periodic``: the
         last point is the first of the next period, and a spline is as smooth there as elsewhere.
+    smooth_ends : bool
+        Whether the first three pieces of a spline of ``error``, and the last three, are one polynomial, in place of
+        natural ends: what is smooth is met as closely at the ends as elsewhere.
     """
 
     name: str
@@ -79,6 +83,7 @@ class Curve:
     y: Array
     interpolation: Interpolation = "quintic"
     outside: Outside = "error"
+    smooth_ends: bool = field(default=False, kw_only=True)
 
     def __str__(self) -> str:
         return (
@@ -113,7 +118,7 @@ class Curve:
             wide = np.diff(self.x) > 0.0
             low, rise = self.y[:-1][wide], np.diff(self.y)[wide]
             return np.stack([low, rise / np.diff(self.x)[wide]], axis=1)
-        return _quintic(self.x, self.y, self.outside)
+        return _quintic(self.x, self.y, self.outside, smooth_ends=self.smooth_ends)
 
     @property
     def held(self) -> tuple[float, float]:
@@ -180,13 +185,15 @@ class Curve:
         return value
 
 
-def _quintic(x: Array, y: Array, outside: Outside) -> Array:
+def _quintic(x: Array, y: Array, outside: Outside, *, smooth_ends: bool) -> Array:
     # slow to import, and needed only when deriving
     from scipy.interpolate import PPoly, make_interp_spline  # noqa: PLC0415
 
     ends: Any = "periodic"
     if outside == "hold":
         ends = ([(1, 0.0), (2, 0.0)], [(1, 0.0), (2, 0.0)])
+    elif outside == "error" and smooth_ends:
+        ends = None  # SciPy leaves out the breaks next to the ends
     elif outside == "error":
         ends = ([(3, 0.0), (4, 0.0)], [(3, 0.0), (4, 0.0)])
     if outside == "error" and len(x) == 2:
@@ -194,6 +201,8 @@ def _quintic(x: Array, y: Array, outside: Outside) -> Array:
     if outside == "periodic":
         y = np.append(y[:-1], y[0])
     spline: Any = make_interp_spline(x, y, k=5, bc_type=ends)
+    if ends is None:  # Taylor's at every break, also at those that the spline leaves out
+        return np.stack([spline(x[:-1], power) / math.factorial(power) for power in range(6)], axis=1)
     pieces = PPoly.from_spline(spline)
     piece = np.searchsorted(pieces.x, x[:-1], side="right") - 1  # from_spline keeps empty pieces at the ends
     return np.ascontiguousarray(pieces.c[::-1, piece].T)

@@ -22,7 +22,7 @@ from eomgen.text import NAME_LENGTH, nearest, shown
 
 Sections = dict[str, dict[str, Any]]
 #: Sections whose entries formulas call by their bare names.
-_NAMES = ("parameters", "inputs", "states", "controllers", "curves")
+_NAMES = ("parameters", "inputs", "random", "states", "controllers", "curves")
 #: What formulas of controllers cannot use.
 _OF_ACCELERATIONS = re.compile(r"\b(?:a|acceleration|reaction|drive_effort)\.")
 #: Kinds of outputs whose values formulas call by name.

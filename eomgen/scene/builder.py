@@ -35,6 +35,7 @@ if TYPE_CHECKING:
         OutputKeys,
         ParameterKeys,
         PointKeys,
+        RandomKeys,
         ReactionKeys,
         ReferenceKeys,
         SimulationKeys,
@@ -216,6 +217,13 @@ class SceneBuilder:
         class (A to H, ISO 8608), table, points and bump; besides, one of table, points and wave says its shape.
         """
         return self._enter("inputs", name, formula=formula, **keys)
+
+    @enters("random")
+    def random(self, name: str, type: str | None = None, **keys: Unpack[RandomKeys]) -> Self:
+        """Add a stationary random process, which formulas use by its name; its standard normal variables are tunable
+        parameters.
+        """
+        return self._enter("random", name, type=type, **keys)
 
     @enters("curves")
     def curve(self, name: str, **keys: Unpack[CurveKeys]) -> Self:

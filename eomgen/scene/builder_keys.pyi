@@ -129,6 +129,31 @@ class InputKeys(TypedDict, total=False):
     unit: str | None
     description: str | None
 
+class RandomKeys(TypedDict, total=False):
+    correlation: Mapping[str, float] | None
+    follows: str | None
+    mean: Value | None
+    standard_deviation: Value | None
+    correlation_time: Value | None
+    correlation_length: Value | None
+    decay: Value | None
+    frequency: Value | None
+    damping: Value | None
+    band: Sequence[Value] | None
+    road_class: str | None
+    points: Sequence[Sequence[Value]] | None
+    table: Mapping[str, Any] | None
+    duration: Value | None
+    speed: Value | None
+    offset: Value | None
+    delay: Value | None
+    share: float | None
+    modes: int | None
+    seed: int | None
+    translation: Value | None
+    unit: str | None
+    description: str | None
+
 class CurveKeys(TypedDict, total=False):
     table: Mapping[str, Any] | None
     points: Sequence[Sequence[Value]] | None

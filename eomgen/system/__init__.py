@@ -6,6 +6,7 @@ __all__ = [
     "events",
     "motions",
     "patterns",
+    "random_processes",
     "samples",
     "selection",
     "signals",

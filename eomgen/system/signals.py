@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from eomgen.formula.nodes import Formula, Symbol
+from eomgen.system.random_processes import RandomProcess
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,7 @@ class Input:
     formula : formula of t and parameters, or None
     harmonics : tuples (amplitude, angular frequency, phase), each adding amplitude cos(angular frequency t + phase)
     road : what the harmonics are of, where they are a road's
+    random : what the formula is of, where it is a random process
     """
 
     name: str
@@ -46,6 +48,7 @@ class Input:
     description: str = ""
     harmonics: tuple[tuple[float, float, float], ...] = ()
     road: RoadUnderWheel | None = None
+    random: RandomProcess | None = None
 
     @property
     def given(self) -> bool:

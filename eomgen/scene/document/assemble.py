@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from eomgen.formula.curves import AnyCurve
+from eomgen.formula.nodes import Formula
 from eomgen.scene import scene
 from eomgen.scene.bodies.beam_reading import read_beam
 from eomgen.scene.bodies.cosserat import Cosserat
@@ -50,9 +51,10 @@ from eomgen.scene.joints.reaction_reading import read_reaction
 from eomgen.scene.joints.reading import read_joint
 from eomgen.scene.joints.tree import Link, ordered
 from eomgen.scene.joints.unresisted import unresisted_motions
+from eomgen.scene.random.reading import Processes
 from eomgen.scene.reading.part import Part, signature
 from eomgen.scene.reading.report import Report
-from eomgen.scene.reading.values import Values
+from eomgen.scene.reading.values import UNKNOWN, Values
 from eomgen.scene.signals.curves import Curves, digest
 from eomgen.scene.signals.reading import piece_of, read_input, read_motion, read_output, read_state
 from eomgen.system.description import Point, Simulation
@@ -90,7 +92,8 @@ def assemble(
         assembler.reader().formula(key, text, PARAMETERS)
     result = assembler.fields()
     report.raise_problems()
-    curves = result["curves"]
+    modes = (mode for item in result["inputs"] if item.random is not None for mode in item.random.modes)
+    curves = [*result["curves"], *modes]
     equilibrium_start = result["simulation"].start == "equilibrium"
     outside = [
         note
@@ -133,7 +136,7 @@ def content(document: written.Document) -> bytes:
     data = document.model_dump(mode="json", exclude_none=True, exclude={"include", "repeat"})
     for section in written.SECTIONS:
         data[section] = [[name, entry] for name, entry in data[section].items()]
-    for section in ("reactions", "references", "modes", "events", "frames", "task_frames"):
+    for section in ("reactions", "references", "modes", "events", "frames", "task_frames", "random"):
         if not data[section]:
             del data[section]
     return json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
@@ -181,14 +184,14 @@ class _Assembler:
         }
         self.parameters += [item for motion in self.motions.values() for item in _parameters_of(motion)]
         self.curve_table: dict[str, AnyCurve] = {}
+        self.random_table: dict[str, Formula] = {}
         self.elastic = dict.fromkeys((*document.beams, *sorted(refused["beams"])), 0)
+        tunable = {p.name: p.tunable for p in self.parameters} | dict.fromkeys(sorted(refused["parameters"]), False)
         names = Names(
-            parameters={
-                **{p.name: p.tunable for p in self.parameters},
-                **dict.fromkeys(sorted(refused["parameters"]), False),
-            },
+            parameters=tunable,
             inputs=(*document.inputs, *sorted(refused["inputs"])),
             motions={name: piece_of(motion) for name, motion in self.motions.items()},
+            random=self.random_table,
             states=(
                 *document.states,
                 *sorted(refused["states"]),
@@ -221,6 +224,14 @@ class _Assembler:
         self.curves = Curves(self.values, folder)
         for name, entry in document.curves.items():
             self.curve_table[name] = self.curves.curve(key_of("curves", name), name, entry)
+        processes = Processes(self.values, self.curves, document.simulation.duration)
+        self.random, variables = processes.read(document.random)
+        # what is read from here on knows the variables as parameters
+        self.parameters += variables
+        tunable |= {item.name: True for item in variables}
+        self.values.parameters = {**self.values.parameters, **{item.name: item.value for item in variables}}
+        self.random_table |= {item.name: item.formula for item in self.random if item.formula is not None}
+        self.random_table |= dict.fromkeys(set(document.random) - set(self.random_table) | refused["random"], UNKNOWN)
 
     def reader(self, report: Report | None = None) -> Values:
         """Return a reader of values that has read nothing yet, and reports to the assembler's report or another."""
@@ -285,6 +296,7 @@ class _Assembler:
             made, curves = read_input(name, entry, self.curves, values)
             inputs.append(made)
             self.curve_table |= curves
+        inputs += self.random
         states = [state for name, entry in document.states.items() for state in read_state(name, entry, values)]
         control = read_controllers(
             document.controllers, document.section("springs"), document.outputs, values, self.folder

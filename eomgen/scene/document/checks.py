@@ -9,6 +9,7 @@ import numpy as np
 
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.words import RESERVED
+from eomgen.random_processes import MOST_MODES
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.control.controllers import made_by_controller, outputs_of_controllers, states_of_controllers
 from eomgen.scene.document.schema import SECTIONS, Document, Simulation
@@ -23,6 +24,7 @@ from eomgen.scene.reading.values import Values
 from eomgen.system.description import BASE, WORLD
 from eomgen.system.events import mode_parameter
 from eomgen.system.motions import motion_parameters
+from eomgen.system.random_processes import variables_of
 from eomgen.system.signals import Output
 from eomgen.text import NAME_LENGTH, NAME_RULE, is_legal, key_of, listed, nearest, shown
 
@@ -47,6 +49,7 @@ def check_names(document: Document, refused: Mapping[str, set[str]], report: Rep
 _BARE = {
     "parameters": "a parameter",
     "inputs": "an input",
+    "random": "a random process",
     "states": "a state",
     "controllers": "a controller",
     "curves": "a curve",
@@ -79,6 +82,8 @@ def _fault(section: str, name: str, document: Document) -> tuple[str, str]:
             return f"the name {name} is both {what} and {_BARE[section]}", "another name for one of them"
     if section == "inputs" and name in document.inputs and document.inputs[name].motion:
         return _fault_of_motion(name, document)
+    if section == "random" and name in document.random:
+        return _fault_of_variables(name, document)
     if section == "modes" and mode_parameter(name) in document.parameters:
         return f"the mode {name} is the parameter {mode_parameter(name)}, and there is one of that name", "another name"
     if section == "controllers" and name in document.controllers:
@@ -98,6 +103,19 @@ def _fault_of_motion(name: str, document: Document) -> tuple[str, str]:
             return f"the motion {name} has the parameter {parameter}, whose name is too long", "a shorter name"
         if parameter in others:
             fault = f"the motion {name} has the parameter {parameter}, and there is {others[parameter]} of that name"
+            return fault, "another name for one of them"
+    return "", ""
+
+
+def _fault_of_variables(name: str, document: Document) -> tuple[str, str]:
+    """Return what is wrong with the names of the parameters that a random process has."""
+    last = variables_of(name, MOST_MODES)[-1]
+    if len(last) > NAME_LENGTH:
+        return f"the random process {name} has parameters such as {last}, whose names are too long", "a shorter name"
+    every = set(variables_of(name, MOST_MODES))
+    for section, what in _BARE.items():
+        for taken in every.intersection(document.section(section)):
+            fault = f"the random process {name} has the parameter {taken}, and there is {what} of that name"
             return fault, "another name for one of them"
     return "", ""
 
@@ -194,22 +212,23 @@ def check_inertias(bodies: Iterable[Body], values: Values) -> None:
 
 
 def unused_names(document: Document, values: Values) -> list[str]:
-    """Return a note on the parameters, one on the inputs, one on the curves, and one on each mode and controller, that
-    no formula mentions."""
+    """Return a note on the parameters, one on the inputs, one on the curves, one on the random processes, and one on
+    each mode and controller, that no formula mentions."""
     notes = []
-    for kind, names in (
-        ("parameter", document.parameters),
-        ("input", document.inputs),
-        ("curve", document.curves),
+    mentioned = values.mentioned
+    by_parameters = {name for name in values.names.motions if ("parameter", motion_parameters(name)[0]) in mentioned}
+    by_parameters |= {name for name in document.random if ("parameter", variables_of(name, 1)[0]) in mentioned}
+    for kind, what_it_is, plural, names in (
+        ("parameter", "parameter", "parameters", document.parameters),
+        ("input", "input", "inputs", document.inputs),
+        ("curve", "curve", "curves", document.curves),
+        ("input", "random process", "random processes", document.random),
     ):
-        moved = {name for name in values.names.motions if ("parameter", motion_parameters(name)[0]) in values.mentioned}
-        unused = [name for name in names if (kind, name) not in values.mentioned and name not in moved]
+        unused = [name for name in names if (kind, name) not in mentioned and name not in by_parameters]
         if unused:
-            plural = len(unused) > 1
-            what = (
-                f"the {kind}s {listed(unused)} change nothing" if plural else f"the {kind} {unused[0]} changes nothing"
-            )
-            notes.append(f"{what}: no formula mentions {'them' if plural else 'it'}")
+            several = len(unused) > 1
+            what = f"the {plural} {listed(unused)} change" if several else f"the {what_it_is} {unused[0]} changes"
+            notes.append(f"{what} nothing: no formula mentions {'them' if several else 'it'}")
     for name in document.modes:
         if ("parameter", mode_parameter(name)) not in values.mentioned:
             notes.append(f"the mode {name} changes nothing: no formula mentions it")

@@ -33,10 +33,12 @@ from eomgen.scene.formula.scope import (
     SPRING_FORCE,
     STATE,
     TIME,
+    TRANSLATION,
     Scope,
 )
 from eomgen.scene.joints import frame_schema as schema_places
 from eomgen.scene.joints import schema as schema_joints
+from eomgen.scene.random import schema as schema_random
 from eomgen.scene.reading import rotation_schema
 from eomgen.scene.reading.key_metadata import Table, every_unit, meaning_of, tables_of
 from eomgen.scene.reading.kinds import Description, Finite, Matrix, Triple, Unit, Value, Values
@@ -50,6 +52,7 @@ SCOPES: dict[Scope, str] = {
     FIXED_PARAMETERS: "of fixed parameters",
     PARAMETERS: "of parameters",
     TIME: "of time",
+    TRANSLATION: "of `g`",
     STATE: "of the state",
     LOAD: "of the state and inverse dynamics",
     LOCAL_LOAD: "of the state and inverse dynamics, and of `here`",
@@ -78,6 +81,7 @@ _MODULES = (
     schema_bodies,
     schema_joints,
     schema_signals,
+    schema_random,
     schema_beams,
     schema_control,
     schema_references,

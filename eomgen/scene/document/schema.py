@@ -20,6 +20,7 @@ from eomgen.scene.events.schema import Event, Mode
 from eomgen.scene.forces.register import ELEMENTS
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.joints.schema import Constraint, Joint, Reaction
+from eomgen.scene.random.schema import RandomProcess
 from eomgen.scene.reading.key_metadata import Table, key, optional, shown_power
 from eomgen.scene.reading.kinds import Description, Finite, Triple, Value
 from eomgen.scene.reading.rotation_schema import Rotations
@@ -90,6 +91,7 @@ SECTIONS = (
     "parameters",
     "curves",
     "inputs",
+    "random",
     "states",
     "controllers",
     "bodies",
@@ -167,6 +169,7 @@ class Document(Table, BaseModel):  # the linter knows the children of BaseModel 
     parameters: dict[str, Parameter] = {}
     curves: dict[str, Curve] = {}
     inputs: dict[str, Input] = {}
+    random: dict[str, RandomProcess] = {}
     states: dict[str, State] = {}
     controllers: dict[str, Controller] = {}
     base: Base | None = None

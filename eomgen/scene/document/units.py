@@ -46,7 +46,7 @@ class _Converter:
         self.notes: list[str] = []
         sections = {name: section for name, section in data.items() if isinstance(section, Mapping)}
         self.joints = sections.get("joints", {})
-        bare = ("parameters", "inputs", "states", "controllers", "curves")
+        bare = ("parameters", "inputs", "random", "states", "controllers", "curves")
         entries = {str(name): entry for section in bare for name, entry in sections.get(section, {}).items()}
         self.known = set(entries)
         self.parameters = frozenset(sections.get("parameters", {}))

@@ -65,13 +65,16 @@ def read_included(text: str, names: Names, scope: Scope) -> Formula:
         In the words of the file.
     """
     formula = _read(text, spaces_of(text), names, scope)
-    if not names.modes and not names.motions:
+    if not names.modes and not names.motions and not names.random:
         return formula
-    return _mapped(formula, lambda symbol: _by_parameters(symbol, names))
+    return mapped(formula, lambda symbol: _by_parameters(symbol, names, scope))
 
 
-def _by_parameters(symbol: Symbol, names: Names) -> Formula:
-    """Return a mode as the tunable parameter that holds its value, a motion as its polynomial; others as they are."""
+def _by_parameters(symbol: Symbol, names: Names, scope: Scope) -> Formula:
+    """Return a mode as the tunable parameter that holds its value, a motion as its polynomial, a random process as the
+    input that it is, or, where inputs have no place, as its formula; others as they are."""
+    if symbol.kind == "random":
+        return Symbol("input", symbol.name) if "input" in scope.kinds else names.random[symbol.name]
     if symbol.kind == "input" and symbol.name in names.motions:
         return names.motions[symbol.name]
     return Symbol("parameter", mode_parameter(symbol.name)) if symbol.kind == "mode" else symbol
@@ -94,7 +97,7 @@ def known_there(text: str, names: Collection[str]) -> frozenset[str]:
 
 def _read(text: str, spaces: tuple[Namespace, ...], names: Names, scope: Scope) -> Formula:
     formula = read_formula(text, _visible(names, spaces), scope)
-    return _mapped(formula, lambda symbol: _resolved(symbol, spaces, names)) if spaces else formula
+    return mapped(formula, lambda symbol: _resolved(symbol, spaces, names)) if spaces else formula
 
 
 def _visible(names: Names, spaces: tuple[Namespace, ...]) -> Names:
@@ -167,12 +170,12 @@ def _resolved(symbol: Symbol, spaces: tuple[Namespace, ...], names: Names) -> Fo
     return symbol
 
 
-def _mapped(formula: Formula, rename: Callable[[Symbol], Formula]) -> Formula:
+def mapped(formula: Formula, rename: Callable[[Symbol], Formula]) -> Formula:
     """Return a formula with every symbol replaced; curves are known by themselves, not by their names."""
     if isinstance(formula, Symbol):
         return rename(formula)
     if isinstance(formula, Operation):
-        return replace(formula, arguments=tuple(_mapped(argument, rename) for argument in formula.arguments))
+        return replace(formula, arguments=tuple(mapped(argument, rename) for argument in formula.arguments))
     if isinstance(formula, Application):
-        return replace(formula, argument=_mapped(formula.argument, rename))
+        return replace(formula, argument=mapped(formula.argument, rename))
     return formula

@@ -18,6 +18,7 @@ from eomgen.scene.formula.hints import of_function, of_kind, of_name, of_parts
 from eomgen.scene.formula.scope import (
     DERIVATIVES,
     ENERGIES,
+    GAUSSIAN,
     HERE,
     LOCAL,
     PLACE,
@@ -246,6 +247,11 @@ class _Reader:
                 what = f"{PLACE} is the place along the beam here, and a parameter is called so too"
                 raise self.error(node, what, "another name for the parameter")
             return Symbol("place"), None
+        if name == GAUSSIAN and "gaussian" in self.scope.kinds:
+            if name in self.names.parameters:
+                what = f"{GAUSSIAN} is the Gaussian process here, and a parameter is called so too"
+                raise self.error(node, what, "another name for the parameter")
+            return Symbol("gaussian"), None
         if name in self.names.parameters:
             if self.names.parameters[name] and "fixed" in self.scope.kinds:
                 what = f"the tunable parameter {shown(name)} cannot be used here"
@@ -255,6 +261,9 @@ class _Reader:
         if name in self.names.inputs:
             self.allow(node, "time" if name in self.names.motions else "input", f"the input {shown(name)}")
             return Symbol("input", name), None
+        if name in self.names.random:
+            self.allow(node, "time", f"the random process {shown(name)}")
+            return Symbol("random", name), None
         for kind, names in (("state", self.names.states), ("controller", self.names.controllers)):
             if name in names:
                 self.allow(node, kind, f"the {kind} {shown(name)}")
@@ -267,7 +276,13 @@ class _Reader:
             if name in movable:
                 hint = ON_A_POINT if name in self.names.exact_beams else f"q.{name} or v.{name}"
                 raise self.error(node, f"{shown(name)} is a {what}, not a number", hint)
-        declared = (self.names.parameters, self.names.inputs, self.names.states, self.names.controllers)
+        declared = (
+            self.names.parameters,
+            self.names.inputs,
+            self.names.random,
+            self.names.states,
+            self.names.controllers,
+        )
         known = [*(name for names in declared for name in names), *FUNCTIONS, "t", "pi"]
         hint = IN_RADIANS if name in DEGREES else of_name(name, self.names, self.scope, known)
         raise self.error(node, f"unknown name {shown(name)}", hint)

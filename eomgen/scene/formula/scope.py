@@ -71,6 +71,9 @@ PLACE = "s"
 HERE = "here"
 #: Quantities of the place at which a load acts, with 3 components each.
 LOCAL = ("position", "velocity", "rotation", "angular_velocity")
+#: The name of the Gaussian process that a translation makes another of.
+GAUSSIAN = "g"
+TRANSLATION = Scope(f"{GAUSSIAN}, parameters and curves", frozenset({"parameter", "curve", "gaussian"}))
 TIME = Scope("time, parameters and curves", frozenset({"parameter", "time", "curve"}))
 #: Of drives and lengths over time.
 MOTION = Scope(
@@ -132,12 +135,14 @@ class Names:
     reactions : those that an entry of their own places; every joint and constraint has one besides.
     curves : mapping from name to curve.
     motions : the inputs that are motions, and what they are as formulas of time.
+    random : random processes, and what they are as formulas of time.
     offered : mapping from kind of quantity to the elements that offer it.
     """
 
     parameters: Mapping[str, bool] = field(default_factory=dict)
     inputs: tuple[str, ...] = ()
     motions: Mapping[str, Formula] = field(default_factory=dict)
+    random: Mapping[str, Formula] = field(default_factory=dict)
     states: tuple[str, ...] = ()
     controllers: tuple[str, ...] = ()
     joints: Mapping[str, str] = field(default_factory=dict)
@@ -168,8 +173,10 @@ class Names:
 
     def section_of(self, kind: str) -> str:
         """Return the section of the scene whose entries a kind of symbol names; nothing for time, places,
-        local quantities, energies."""
+        local quantities, energies, and what a translation is of."""
         if kind in self.offered:
             return self.offered[kind].section
         word = QUANTITIES.get(kind, kind)
-        return "" if word in ("time", "place", "local", "energy") else f"{word}s"
+        if word == "random":
+            return word
+        return "" if word in ("time", "place", "local", "energy", "gaussian") else f"{word}s"

@@ -1,0 +1,228 @@
+"""Karhunen-Loeve expansion of a stationary process on a window [0, T]: g(t) = sum sqrt(lambda_i) phi_i(t) z_i.
+
+The z_i are independent standard normal variables, lambda_i and phi_i the eigenvalues and orthonormal eigenfunctions of
+int_0^T R(t - s) phi(s) ds = lambda phi(t), the largest first. Of all expansions in as many variables this one has the
+largest part of the variance: the sum of its lambda_i over R(0) T.
+
+Nystrom's method with Gauss-Legendre nodes on equal panels gives them. Where R has a kink at lag 0 the integrand has one
+at s = t; there the kernel is integrated on both sides of t against Lagrange's polynomials of the panel, so the
+eigenvalues converge as fast as those of smooth kernels. R is the same from both ends of the window, so every phi_i is
+even or odd about its middle, and the two kinds are found apart: eigenvalues that lie side by side are of different
+kinds, and do not mix. Of R = s^2 exp(-abs(tau)/l) they are known in closed form (Ghanem and Spanos 1991).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from eomgen.arrays import Array
+from eomgen.errors import Problem, UsageError
+from eomgen.random_processes.covariance import Covariance, Exponential
+
+#: Most modes: each is a table, and a variable.
+MOST_MODES = 256
+#: Nodes of a panel.
+_NODES = 16
+#: Most nodes of the window.
+_MOST_NODES = 4096
+#: So many nodes for each of the most modes tell whether more are needed.
+_ENOUGH = 4
+#: Change of an eigenvalue by twice as many panels, measured by the largest, by which it is taken as found.
+_CONVERGED = 1e-10
+#: The same after which a window at the largest number of nodes is refused.
+_DOUBTFUL = 1e-5
+#: A negative eigenvalue below this part of the largest is rounding, or the error of a spline through a table.
+_NEGATIVE = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Expansion:
+    """The first modes of a process on a window.
+
+    Attributes
+    ----------
+    duration : T, s or m
+    eigenvalues : (n,), the largest first
+    total : R(0) T, the sum of all eigenvalues
+    function : returns all phi_i (n, m) at times (m,) in the window
+    """
+
+    duration: float
+    eigenvalues: Array
+    total: float
+    function: Callable[[Array], Array]
+
+    @property
+    def captured(self) -> Array:
+        """Part of the variance in the first mode, in the first two, ...: (n,)."""
+        return np.asarray(np.cumsum(self.eigenvalues) / self.total)
+
+    def modes(self, times: Array) -> Array:
+        """Return sqrt(lambda_i) phi_i at times (m,): (n, m)."""
+        return np.asarray(np.sqrt(self.eigenvalues)[:, np.newaxis] * self.function(times))
+
+
+def expand(
+    covariance: Covariance, duration: float, *, share: float | None = None, modes: int | None = None
+) -> Expansion:
+    """Return the modes that have a share of the variance, or as many as are asked for.
+
+    Raises
+    ------
+    UsageError
+        The covariance has a negative eigenvalue; a share that the modes cannot have; more modes than there are.
+    """
+    if isinstance(covariance, Exponential):
+        return _chosen(_closed_form(covariance, duration), share, modes)
+    panels, before = 2, np.zeros(0)
+    while True:
+        found = _nystrom(covariance, duration, panels)
+        try:
+            chosen = _chosen(found, share, modes)
+            values = chosen.eigenvalues
+            change = math.inf
+            if len(values) <= len(before):
+                change = float(np.max(np.abs(values - before[: len(values)]))) / values[0]
+            if change <= _CONVERGED:
+                return chosen
+        except UsageError:
+            if panels * _NODES >= _ENOUGH * MOST_MODES:
+                raise
+            change = math.inf
+        if 2 * panels * _NODES > _MOST_NODES:
+            if change <= _DOUBTFUL:
+                return chosen
+            what = f"the window is too long for the process: its modes are not found with {_MOST_NODES} nodes"
+            raise UsageError(Problem("", what, "a shorter window, a longer correlation"))
+        panels, before = 2 * panels, found.eigenvalues
+
+
+def _chosen(found: Expansion, share: float | None, modes: int | None) -> Expansion:
+    """Return the first modes of an expansion: as many as are asked for, or as have the share."""
+    if modes is None:
+        assert share is not None
+        reached = np.flatnonzero(found.captured >= share)
+        count = int(reached[0]) + 1 if len(reached) else math.inf
+        if count > MOST_MODES:
+            most = min(MOST_MODES, len(found.eigenvalues))
+            has = found.captured[most - 1]
+            what = f"the share {share:.6g} of the variance needs more than {MOST_MODES} modes; {most} have {has:.4f}"
+            raise UsageError(Problem("", what, f"share = {math.floor(has * 1e4) / 1e4:g}, or a shorter window"))
+        modes = int(count)
+    if modes > len(found.eigenvalues):
+        what = (
+            f"the process has {len(found.eigenvalues)} modes in this window beyond rounding, and {modes} are asked for"
+        )
+        raise UsageError(Problem("", what, "fewer modes, or a share"))
+    function = found.function
+    return Expansion(found.duration, found.eigenvalues[:modes], found.total, lambda t: function(t)[:modes])
+
+
+def _nystrom(covariance: Covariance, duration: float, panels: int) -> Expansion:
+    """Return all modes that an even number of panels resolves beyond rounding."""
+    node, weight = np.polynomial.legendre.leggauss(_NODES)
+    width = duration / panels
+    own, own_weights = 0.5 * width * (1.0 + node), 0.5 * width * weight
+    starts = width * np.arange(panels)
+    root = np.sqrt(np.tile(own_weights, panels))
+    half = panels * _NODES // 2
+    # the kernel of two panels depends on how far they are apart
+    offset = width * np.arange(1 - panels // 2, panels)[:, np.newaxis, np.newaxis]
+    apart = covariance.at(own[:, np.newaxis] - own - offset)
+    ratio = np.sqrt(own_weights)
+    apart = apart * ratio[:, np.newaxis] * ratio
+    if not covariance.smooth:
+        block = _across_the_kink(covariance, width, own) * ratio[:, np.newaxis] / ratio
+        apart[panels // 2 - 1] = 0.5 * (block + block.T)
+    which = np.arange(panels) - np.arange(panels // 2)[:, np.newaxis] + panels // 2 - 1
+    kernel = apart[which].transpose(0, 2, 1, 3).reshape(half, 2 * half)
+    near, far = kernel[:, :half], kernel[:, half:][:, ::-1]
+    total = float(covariance.at(np.zeros(1))[0]) * duration
+    values, vectors = [], []
+    for sign in (1.0, -1.0):
+        value, vector = np.linalg.eigh(near + sign * far)
+        values.append(value)
+        vectors.append(np.vstack([vector, sign * vector[::-1]]) / math.sqrt(2.0))
+    every, vector = np.concatenate(values), np.hstack(vectors)
+    order = np.argsort(-every, kind="stable")
+    every, vector = every[order], vector[:, order]
+    if every[-1] < -_NEGATIVE * every[0]:
+        part = every[-1] / every[0]
+        what = f"the covariance is not positive: an eigenvalue of it in the window is {part:.3g} times the largest"
+        raise UsageError(Problem("", what, "a covariance that some process has: its spectrum is nowhere negative"))
+    kept = min(int(np.sum(every > 1e-13 * every[0])), MOST_MODES)
+    shape = vector[:, :kept] / root[:, np.newaxis]
+    shape *= np.where(shape[0] < 0.0, -1.0, 1.0)
+
+    def function(at: Array) -> Array:
+        panel = np.clip((at / width).astype(int), 0, panels - 1)
+        result = np.empty((kept, len(at)))
+        for index in np.unique(panel):
+            here = panel == index
+            result[:, here] = (
+                _lagrange(own, at[here] - starts[index]) @ shape[index * _NODES : (index + 1) * _NODES]
+            ).T
+        return result
+
+    return Expansion(duration, every[:kept], total, function)
+
+
+def _across_the_kink(covariance: Covariance, width: float, own: Array) -> Array:
+    """Return int_0^width R(t_i - s) L_j(s) ds, (nodes, nodes), L_j Lagrange's polynomials of a panel's nodes."""
+    node, weight = np.polynomial.legendre.leggauss(2 * _NODES)
+    rows = []
+    for time in own:
+        row = np.zeros(len(own))
+        for start, end in ((0.0, time), (time, width)):
+            s = start + 0.5 * (end - start) * (1.0 + node)
+            row += (0.5 * (end - start) * weight * covariance.at(time - s)) @ _lagrange(own, s)
+        rows.append(row)
+    return np.array(rows)
+
+
+def _lagrange(nodes: Array, at: Array) -> Array:
+    """Return Lagrange's polynomials of nodes (n,) at places (m,): (m, n), by the barycentric formula."""
+    scale = nodes[-1] - nodes[0]
+    apart = (nodes[:, np.newaxis] - nodes) / scale
+    np.fill_diagonal(apart, 1.0)
+    weights = 1.0 / apart.prod(axis=1)
+    distance = (at[:, np.newaxis] - nodes) / scale
+    row, column = np.nonzero(distance == 0.0)
+    distance[row] = 1.0
+    terms = weights / distance
+    result = terms / terms.sum(axis=1, keepdims=True)
+    result[row] = 0.0
+    result[row, column] = 1.0
+    return np.asarray(result)
+
+
+def _closed_form(covariance: Exponential, duration: float) -> Expansion:
+    """Return the modes of the exponential covariance: cosines and sines about the middle of the window."""
+    half, rate = 0.5 * duration, 1.0 / covariance.scale
+    k = np.arange(MOST_MODES)
+    # x = w half: the even ones solve x tan x = rate half in (k pi, k pi + pi/2), the odd ones -x cot x = rate half in
+    # (k pi + pi/2, k pi + pi): both are x = k pi/2 + atan(rate half / x) with the next quarter for each mode
+    base = 0.5 * math.pi * k
+    low, high = base, base + 0.5 * math.pi
+    for _ in range(200):
+        x = 0.5 * (low + high)
+        above = (x - base) > np.arctan2(rate * half, x)
+        low, high = np.where(above, low, x), np.where(above, x, high)
+    x = 0.5 * (low + high)
+    frequency = x / half
+    variance = covariance.standard_deviation**2
+    values = variance * 2.0 * rate / (frequency**2 + rate**2)
+    even = k % 2 == 0
+    norms = np.sqrt(half + np.where(even, 1.0, -1.0) * np.sin(2.0 * x) / (2.0 * frequency))
+
+    def function(at: Array) -> Array:
+        phase = np.multiply.outer(frequency, at - half)
+        shape = np.where(even[:, np.newaxis], np.cos(phase), np.sin(phase)) / norms[:, np.newaxis]
+        first = np.where(even, np.cos(x), -np.sin(x))
+        return np.asarray(shape * np.where(first < 0.0, -1.0, 1.0)[:, np.newaxis])
+
+    return Expansion(duration, values, variance * duration, function)

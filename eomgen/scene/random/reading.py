@@ -1,0 +1,484 @@
+"""Reading of random processes: their covariance, its modes on the window, and the formula that they are."""
+
+from __future__ import annotations
+
+import functools
+import operator
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from eomgen.errors import UsageError
+from eomgen.formula.curves import Curve
+from eomgen.formula.evaluate import curves, evaluate_batch
+from eomgen.formula.nodes import Application, Formula, Number, Symbol
+from eomgen.random_processes import (
+    Band,
+    Covariance,
+    CovarianceTable,
+    DampedCosine,
+    Expansion,
+    Exponential,
+    KanaiTajimi,
+    Oscillator,
+    RoadProfile,
+    SpectrumTable,
+    SquaredExponential,
+    expand,
+    standard_normals,
+)
+from eomgen.random_roads import FASTEST
+from eomgen.scene.formula.namespaces import mapped
+from eomgen.scene.formula.scope import TRANSLATION
+from eomgen.scene.random import schema as written
+from eomgen.scene.reading.report import check_reference
+from eomgen.scene.reading.values import Values
+from eomgen.scene.signals.curves import Curves
+from eomgen.scene.signals.schema import Shape
+from eomgen.system.random_processes import RandomProcess, variables_of
+from eomgen.system.signals import Input, Parameter
+from eomgen.text import key_of
+
+#: An eigenvalue of a correlation matrix up to which it is taken for singular.
+_SINGULAR = 1e-12
+#: How many standard deviations from its mean a process is looked at, and at how many places.
+_FARTHEST, _PLACES = 6.0, 1201
+#: Points of a table for each mode, and the least of them.
+_POINTS, _FEWEST = 8, 32
+#: Most points of a table.
+_MOST_POINTS = 4096
+#: Error of a table, measured by the largest value of all modes.
+_TABLE_ERROR = 1e-6
+
+
+@dataclass(frozen=True)
+class _Type:
+    """What a type of process takes.
+
+    Attributes
+    ----------
+    over_time, over_distance : its keys over time, over distance; None where it is not known there
+    made : returns the covariance, given the values of the keys and the standard deviation
+    deviation : whether the standard deviation is given
+    """
+
+    over_time: tuple[str, ...] | None
+    over_distance: tuple[str, ...] | None
+    made: Callable[..., Covariance]
+    deviation: bool = True
+
+
+_TABLE = ("points",)
+TYPES: dict[str, _Type] = {
+    "squared_exponential": _Type(("correlation_time",), ("correlation_length",), SquaredExponential),
+    "exponential": _Type(("correlation_time",), ("correlation_length",), Exponential),
+    "damped_cosine": _Type(("decay", "frequency"), None, DampedCosine),
+    "oscillator": _Type(("frequency", "damping"), None, Oscillator),
+    "kanai_tajimi": _Type(("frequency", "damping"), None, KanaiTajimi),
+    "band": _Type(("band",), None, lambda s, ends: Band(s, *ends)),
+    "road": _Type(None, ("road_class",), RoadProfile, deviation=False),
+    "covariance": _Type(_TABLE, _TABLE, CovarianceTable, deviation=False),
+    "spectrum": _Type(_TABLE, _TABLE, lambda curve: SpectrumTable(curve.x, curve.y), deviation=False),
+}
+#: Keys that some types take, as they are written.
+_KEYS = {
+    **dict.fromkeys(("correlation_time", "correlation_length", "decay", "frequency", "damping", "band")),
+    "road_class": "class",
+    "points": "points or table",
+}
+
+
+class Processes:
+    """Reads random processes and notes what is wrong with them.
+
+    Parameters
+    ----------
+    values : Values
+    curves : Curves
+        Reads points and tables.
+    duration : of runs, s: of windows that do not say theirs
+    """
+
+    def __init__(self, values: Values, curves: Curves, duration: float) -> None:
+        self.values = values
+        self.report = values.report
+        self.curves = curves
+        self.duration = duration
+
+    def read(self, entries: Mapping[str, written.RandomProcess]) -> tuple[list[Input], list[Parameter]]:
+        """Return processes as inputs, and the variables of those that follow no other; what cannot be made is
+        reported."""
+        lags = {name: lag for name, entry in entries.items() if (lag := self._lag(name, entry, entries)) is not None}
+        first_of = {name: self._first(name, entry, entries) for name, entry in entries.items() if name in lags}
+        found: dict[str, Input] = {}
+        variables: list[Parameter] = []
+        for name, entry in entries.items():
+            if first_of.get(name) == name:
+                group = [other for other, first in first_of.items() if first == name and entries[other].follows is None]
+                behind = [lag for other, lag in lags.items() if entries[other].follows in group]
+                made = self._leader(name, entry, max(behind, default=0.0), min(behind, default=0.0))
+                if made is not None:
+                    for process in self._group(made, group, entries):
+                        variables += _variables(process)
+                        found[process.name] = _input(process, entries[process.name])
+        for name, entry in entries.items():
+            leader = found.get(entry.follows or "")
+            if leader is not None and leader.random is not None and name in lags:
+                process = replace(
+                    leader.random,
+                    name=name,
+                    lag=lags[name],
+                    follows=leader.name,
+                    translation=self._translation(name, entry),
+                )
+                self._check_map(process)
+                found[name] = _input(process, entry)
+        return [found[name] for name in entries if name in found], variables
+
+    def _first(
+        self, name: str, entry: written.RandomProcess, entries: Mapping[str, written.RandomProcess]
+    ) -> str | None:
+        """Return the process whose covariance a process has: itself, or the one it is correlated with; None where that
+        is not known, which is reported, and for one that follows another."""
+        key = key_of("random", name)
+        if entry.follows is not None:
+            return None
+        if entry.correlation is None:
+            return name
+        others = list(entry.correlation)
+        for other in others:
+            if not check_reference(f"{key}.correlation", other, entries, "random process", self.report):
+                return None
+        own = [other for other in others if entries[other].correlation is None and entries[other].follows is None]
+        if len(own) != 1 or name in others or any(entries[other].follows is not None for other in others):
+            what = "it names one process with a type of its own, and besides only processes that are correlated with it"
+            self.report.add(f"{key}.correlation", what, "one of them with a type")
+            return None
+        for word in written.SHARED:
+            if getattr(entry, word) != written.RandomProcess.model_fields[word].default:
+                self.report.add(
+                    f"{key}.{word}", f"{word} is that of {own[0]}, with which it is correlated", "without it"
+                )
+                return None
+        return own[0]
+
+    def _group(
+        self, first: RandomProcess, names: Sequence[str], entries: Mapping[str, written.RandomProcess]
+    ) -> list[RandomProcess]:
+        """Return a process and those that are correlated with it: sums of the variables of all, by Cholesky's factor of
+        their correlation matrix."""
+        if len(names) == 1:
+            return [first]
+        names = [first.name, *(name for name in names if name != first.name)]
+        matrix = np.eye(len(names))
+        for i, name in enumerate(names):
+            for other, value in (entries[name].correlation or {}).items():
+                j = names.index(other) if other in names else i
+                key = f"{key_of('random', name)}.correlation"
+                if i != j and matrix[i, j] not in (0.0, value):
+                    what = f"its correlation with {other} is {value:.6g} here and {matrix[i, j]:.6g} there"
+                    self.report.add(key, what, "one of them")
+                    return [first]
+                matrix[i, j] = matrix[j, i] = value if i != j else 1.0
+        least = float(np.linalg.eigvalsh(matrix)[0])
+        if least <= _SINGULAR:
+            what = f"no processes have the correlations of {', '.join(names)}: an eigenvalue of their matrix is"
+            hint = "coefficients closer to 0, or follows for one that is the same"
+            self.report.add(f"{key_of('random', names[-1])}.correlation", f"{what} {least:.3g}, not positive", hint)
+            return [first]
+        factor = np.linalg.cholesky(matrix)
+        made = [first]
+        for i, name in enumerate(names[1:], 1):
+            entry, scale = entries[name], 1.0
+            if entry.standard_deviation is not None:
+                key = f"{key_of('random', name)}.standard_deviation"
+                scale = self.values.constant(key, entry.standard_deviation) / first.standard_deviation
+                if not scale > 0.0:
+                    self.report.add(key, "the standard deviation is not positive", "standard_deviation = 1")
+            count, weights = len(first.modes), [scale * float(w) for w in factor[i, : i + 1]]
+            used = [(names[j], weight) for j, weight in enumerate(weights) if weight]
+            process = replace(
+                first,
+                name=name,
+                mean=self.values.constant(f"{key_of('random', name)}.mean", entry.mean),
+                variables=tuple(variable for of, _ in used for variable in variables_of(of, count)),
+                weights=tuple(weight for _, weight in used for _ in range(count)),
+                modes=first.modes * len(used),
+                eigenvalues=tuple(weight**2 * value for _, weight in used for value in first.eigenvalues),
+                total=scale**2 * first.total,
+                seed=entry.seed,
+                translation=self._translation(name, entry),
+                correlation=tuple((entry.correlation or {}).items()),
+            )
+            self._check_map(process)
+            made.append(process)
+        return made
+
+    def _lag(
+        self, name: str, entry: written.RandomProcess, entries: Mapping[str, written.RandomProcess]
+    ) -> float | None:
+        """Return by how much a process is behind the one that it follows, 0 for one that follows none; None where
+        that is not known, which is reported."""
+        key = key_of("random", name)
+        if entry.follows is None:
+            for word in ("offset", "delay"):
+                if getattr(entry, word) is not None:
+                    self.report.add(f"{key}.{word}", f"{word} is of processes that follow another", 'follows = "NAME"')
+                    return None
+            return 0.0
+        if not check_reference(f"{key}.follows", entry.follows, entries, "random process", self.report):
+            return None
+        leader = entries[entry.follows]
+        if leader.follows is not None:
+            what = f"{entry.follows} itself follows {leader.follows}"
+            self.report.add(f"{key}.follows", what, f'follows = "{leader.follows}"')
+            return None
+        for word in written.OWN:
+            if getattr(entry, word) != written.RandomProcess.model_fields[word].default:
+                self.report.add(f"{key}.{word}", f"{word} is that of {entry.follows}, which it follows", "without it")
+                return None
+        right, wrong = ("delay", "offset") if leader.speed is None else ("offset", "delay")
+        value = getattr(entry, right)
+        if getattr(entry, wrong) is not None or value is None:
+            over = "time" if leader.speed is None else "distance"
+            what = f"it follows a process over {over}, and needs {right} alone"
+            self.report.add(key, what, f"{right} = {'0.1' if right == 'delay' else '2.5'}")
+            return None
+        return self.values.constant(f"{key}.{right}", value)
+
+    def _leader(self, name: str, entry: written.RandomProcess, latest: float, earliest: float) -> RandomProcess | None:
+        """Return a process with a covariance of its own; None where it cannot be made.
+
+        ``latest``, ``earliest`` : the largest and the smallest lag of processes that follow it.
+        """
+        key = key_of("random", name)
+        before = len(self.report.found)
+        if entry.type is None:
+            self.report.add(key, "a random process needs its type, or what it follows", 'type = "squared_exponential"')
+            return None
+        speed, duration = self._along(key, entry)
+        covariance = self._covariance(key, name, entry, entry.type)
+        mean = self.values.constant(f"{key}.mean", entry.mean)
+        self._check_extent(key, entry)
+        translation = self._translation(name, entry)
+        if len(self.report.found) > before or covariance is None:
+            return None
+        start = min(-latest, 0.0)
+        end = duration * (speed or 1.0) + max(-earliest, 0.0)
+        share = None if entry.modes is not None else written.SHARE if entry.share is None else entry.share
+        try:
+            expansion = expand(covariance, end - start, share=share, modes=entry.modes)
+        except UsageError as error:
+            (problem,) = error.problems
+            self.report.add(key, problem.what, problem.hint)
+            return None
+        modes = _tables(name, expansion, start)
+        process = RandomProcess(
+            name,
+            entry.type,
+            mean,
+            variables_of(name, len(modes)),
+            (1.0,) * len(modes),
+            modes,
+            tuple(float(value) for value in expansion.eigenvalues),
+            expansion.total,
+            entry.seed,
+            speed,
+            translation=translation,
+        )
+        self._check_map(process)
+        return process
+
+    def _translation(self, name: str, entry: written.RandomProcess) -> Formula | None:
+        if entry.translation is None:
+            return None
+        return self.values.formula(f"{key_of('random', name)}.translation", entry.translation, TRANSLATION)
+
+    def _check_map(self, process: RandomProcess) -> None:
+        """Report a translation that has no value where g may be; note one that turns round there."""
+        formula = process.translation
+        if formula is None or curves(formula):
+            return
+        away = np.linspace(-_FARTHEST, _FARTHEST, _PLACES)
+        g = process.mean + process.standard_deviation * away
+
+        def value_of(symbol: Symbol) -> ArrayLike:
+            return g if symbol.kind == "gaussian" else self.values.parameters[symbol.name]
+
+        value = np.broadcast_to(evaluate_batch(formula, value_of), np.shape(g))
+        key = f"{key_of('random', process.name)}.translation"
+        if not np.all(np.isfinite(value)):
+            worst = int(np.argmin(np.isfinite(value)))
+            what = f"it has no value at g = {g[worst]:.3g}, {abs(away[worst]):.2g} standard deviations from the mean"
+            self.report.add(key, what, "a formula that has one wherever a normal variable may be")
+            return
+        rises = np.diff(value) > 0.0
+        turns = np.flatnonzero(rises[1:] != rises[:-1])
+        if len(turns):
+            nearest_one = int(turns[np.argmin(np.abs(away[turns + 1]))]) + 1
+            what = f"it turns round at g = {g[nearest_one]:.3g}, {abs(away[nearest_one]):.2g} standard deviations"
+            self.values.note([f"{key}: {what} from the mean, so it is no map onto a marginal distribution"])
+
+    def _along(self, key: str, entry: written.RandomProcess) -> tuple[float, float]:
+        """Return speed, 0 over time, and duration of the window."""
+        speed, duration = 0.0, self.duration
+        if entry.speed is not None:
+            speed = self.values.constant(f"{key}.speed", entry.speed)
+            if not 0.0 < speed <= FASTEST:
+                what = f"the speed {speed:.6g} m/s is not between 0 and {FASTEST:.0f}"
+                self.report.add(f"{key}.speed", what, "a speed such as 20")
+        if entry.duration is not None:
+            duration = self.values.constant(f"{key}.duration", entry.duration)
+            if not duration > 0.0:
+                self.report.add(f"{key}.duration", f"the duration {duration:.6g} s is not positive", "15")
+        return speed, duration
+
+    def _check_extent(self, key: str, entry: written.RandomProcess) -> None:
+        if entry.share is not None and entry.modes is not None:
+            self.report.add(f"{key}.modes", "both share and modes say how many modes there are", "one of them")
+        if entry.share is not None and not 0.0 < entry.share < 1.0:
+            what = f"the share {entry.share:.6g} is not between 0 and 1"
+            self.report.add(f"{key}.share", what, "share = 0.99")
+
+    def _covariance(self, key: str, name: str, entry: written.RandomProcess, kind: str) -> Covariance | None:
+        row = TYPES[kind]
+        over, other = ("time", "distance") if entry.speed is None else ("distance", "time")
+        wanted = row.over_time if entry.speed is None else row.over_distance
+        if wanted is None:
+            self.report.add(
+                f"{key}.type", f"{kind} is a process over {other}", "speed = 20" if over == "time" else "no speed"
+            )
+            return None
+        given = {word: getattr(entry, word) for word in _KEYS}
+        if entry.table is not None:
+            given["points"] = entry.points or ()
+        missing = [_KEYS[word] or word for word in wanted if given[word] is None]
+        if missing:
+            self.report.add(
+                key, f"{kind} over {over} needs {' and '.join(missing)}", f"{missing[0].partition(' ')[0]} = ..."
+            )
+        for word, value in given.items():
+            if value is not None and word not in wanted and not missing:
+                written_as = _KEYS[word] or word
+                what = f"{kind} over {over} takes no {written_as}"
+                self.report.add(f"{key}.{written_as.partition(' ')[0]}", what, " and ".join(wanted))
+        deviation = []
+        if row.deviation:
+            written_value = 1.0 if entry.standard_deviation is None else entry.standard_deviation
+            value = self.values.constant(f"{key}.standard_deviation", written_value)
+            if not value > 0.0:
+                what = f"the standard deviation {value:.6g} is not positive"
+                self.report.add(f"{key}.standard_deviation", what, "standard_deviation = 1")
+            deviation = [value]
+        elif entry.standard_deviation is not None:
+            what = f"{kind} says the variance itself, and takes no standard deviation"
+            self.report.add(f"{key}.standard_deviation", what, "without it")
+        if missing:
+            return None
+        before = len(self.report.found)
+        arguments = [self._argument(key, name, entry, word) for word in wanted]
+        return None if len(self.report.found) > before else row.made(*deviation, *arguments)
+
+    def _argument(self, key: str, name: str, entry: written.RandomProcess, word: str) -> object:
+        """Return the value of a key of a covariance."""
+        if word == "road_class":
+            return entry.road_class
+        if word == "points":
+            return self._points(key, name, entry)
+        place, value = f"{key}.{word}", getattr(entry, word)
+        if word == "band":
+            low, high = self.values.constants(place, value)
+            if not 0.0 <= low < high:
+                what = f"the band from {low:.6g} to {high:.6g} Hz is none"
+                self.report.add(place, what, 'band = ["0.5 Hz", "20 Hz"]')
+            return low, high
+        number = self.values.constant(place, value)
+        if not number > 0.0:
+            self.report.add(place, f"{word.replace('_', ' ')} {number:.6g} is not positive", f"{word} = 1")
+        elif word == "damping" and not number < 1.0:
+            self.report.add(place, f"the damping ratio {number:.6g} is not below 1", "damping = 0.6")
+        return number
+
+    def _points(self, key: str, name: str, entry: written.RandomProcess) -> Curve:
+        """Return the points of a covariance or a spectrum; what is wrong with them is reported."""
+        spectrum = entry.type == "spectrum"
+        shape = (
+            Shape(points=entry.points, table=entry.table, interpolation="linear", outside="hold")
+            if spectrum
+            else Shape(points=entry.points, table=entry.table, interpolation="quintic", outside="error")
+        )
+        before = len(self.report.found)
+        curve = self.curves.through_points(key, name, shape)
+        if len(self.report.found) > before:
+            return curve
+        place = f"{key}.{'points' if entry.points is not None else 'table'}"
+        if curve.start < 0.0:
+            what = f"the first {'frequency' if spectrum else 'lag'} {curve.start:.6g} is negative"
+            self.report.add(place, what, "the half from 0 on: the other is the same")
+        elif curve.start > 0.0 and not spectrum:
+            what = f"the first lag is {curve.start:.6g}, so the variance is not known"
+            self.report.add(place, what, "a first point at lag 0")
+        elif not spectrum and not curve.y[0] > 0.0:
+            self.report.add(place, f"the variance {curve.y[0]:.6g}, at lag 0, is not positive", "a larger one")
+        if spectrum and np.any(curve.y < 0.0):
+            worst = int(np.argmin(curve.y))
+            what = f"the density {curve.y[worst]:.6g} at {curve.x[worst]:.6g} is negative"
+            self.report.add(place, what, "a one-sided power spectral density")
+        elif spectrum and not np.any(curve.y > 0.0):
+            self.report.add(place, "the spectrum is zero everywhere", "a positive density somewhere")
+        return curve
+
+
+def _tables(name: str, expansion: Expansion, start: float) -> tuple[Curve, ...]:
+    """Return the modes as splines over x from ``start`` on, through as many points as their error asks for."""
+    points = max(_FEWEST, _POINTS * len(expansion.eigenvalues))
+    while True:
+        x = np.linspace(0.0, expansion.duration, points + 1)
+        y = expansion.modes(x)
+        splines = [Curve(f"{name} mode {k}", start + x, row, smooth_ends=True) for k, row in enumerate(y, 1)]
+        between = 0.5 * (x[1:] + x[:-1])
+        exact = expansion.modes(between)
+        error = max(
+            float(np.max(np.abs(curve(start + between) - row))) for curve, row in zip(splines, exact, strict=True)
+        )
+        if error <= _TABLE_ERROR * float(np.max(np.abs(y))) or 2 * points > _MOST_POINTS:
+            return tuple(splines)
+        points *= 2
+
+
+def _input(process: RandomProcess, entry: written.RandomProcess) -> Input:
+    return Input(process.name, _formula(process), entry.unit, entry.description, random=process)
+
+
+def _variables(process: RandomProcess) -> list[Parameter]:
+    """Return the parameters that are the variables of a process."""
+    names = process.own_variables
+    values = standard_normals(process.seed, len(names), process.name).tolist()
+    return [
+        Parameter(name, value, True, "1", f"standard normal variable of mode {k} of {process.name}")
+        for k, (name, value) in enumerate(zip(names, values, strict=True), 1)
+    ]
+
+
+def _formula(process: RandomProcess) -> Formula:
+    """Return a process as a formula of time and its variables."""
+    x: Formula = Symbol("time")
+    if process.speed:
+        x = process.speed * x
+    if process.lag:
+        x = x - process.lag
+    terms = [
+        (Symbol("parameter", variable) if weight == 1.0 else weight * Symbol("parameter", variable))
+        * Application(mode, x)
+        for variable, weight, mode in zip(process.variables, process.weights, process.modes, strict=True)
+    ]
+    g: Formula = functools.reduce(operator.add, terms, Number(process.mean)) if process.mean else _sum(terms)
+    if process.translation is None:
+        return g
+    return mapped(process.translation, lambda symbol: g if symbol.kind == "gaussian" else symbol)
+
+
+def _sum(terms: Sequence[Formula]) -> Formula:
+    return functools.reduce(operator.add, terms)

@@ -1,0 +1,90 @@
+"""Schema of random processes."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from eomgen.scene.formula.scope import FIXED_PARAMETERS, TRANSLATION
+from eomgen.scene.reading.key_metadata import ANY_UNIT, Table, key, of_fixed_parameters, optional
+from eomgen.scene.reading.kinds import Description, Finite, Pair, Unit, Value
+from eomgen.scene.signals.schema import RoadClass, Seed, TableFile
+
+#: The share of the variance that is kept where a scene does not say.
+SHARE = 0.99
+
+
+class RandomProcess(Table):
+    """A stationary random process g(t), and what it is translated to; formulas use it by its name."""
+
+    type: (
+        Literal[
+            "squared_exponential",
+            "exponential",
+            "damped_cosine",
+            "oscillator",
+            "kanai_tajimi",
+            "band",
+            "road",
+            "covariance",
+            "spectrum",
+        ]
+        | None
+    ) = optional("see below; required unless it follows another")
+    correlation: dict[str, Finite] | None = optional(
+        "correlation coefficients with other processes; it has their covariance, times the square of its own"
+        " `standard_deviation` over theirs",
+        refers="random",
+        kind="numbers by process",
+    )
+    follows: str | None = optional(
+        "the process that this one repeats, later by `delay`, or farther back by `offset`", refers="random"
+    )
+    mean: Value = key("of g", 0.0, unit=ANY_UNIT, names=FIXED_PARAMETERS)
+    standard_deviation: Value | None = of_fixed_parameters(
+        "of g, positive; not for types that say it themselves (`road`, `covariance`, `spectrum`)",
+        unit=ANY_UNIT,
+        shown_default="1",
+    )
+    correlation_time: Value | None = of_fixed_parameters("of `squared_exponential` and `exponential`", unit="s")
+    correlation_length: Value | None = of_fixed_parameters("the same of processes over distance", unit="m")
+    decay: Value | None = of_fixed_parameters("of `damped_cosine`", unit="1/s")
+    frequency: Value | None = of_fixed_parameters(
+        "of `damped_cosine`; natural frequency of `oscillator` and `kanai_tajimi`", unit="rad/s"
+    )
+    damping: Value | None = of_fixed_parameters("damping ratio of `oscillator` and `kanai_tajimi`, between 0 and 1")
+    band: Pair | None = of_fixed_parameters(
+        "of `band`: its lowest and its highest frequency", unit="Hz", kind="[lowest, highest], Hz"
+    )
+    road_class: RoadClass | None = optional(
+        "of `road`, as of roads of [inputs](#inputs)", alias="class", kind="`A` to `H`"
+    )
+    points: Annotated[tuple[Pair, ...], Field(strict=False)] | None = of_fixed_parameters(
+        "of `covariance`: lags from 0 on, and the covariance there; of `spectrum`: frequencies in Hz (over distance in"
+        " cycles/m), and the one-sided power spectral density there",
+        kind="list of [lag or frequency, value]",
+    )
+    table: TableFile | None = optional("the same from a CSV file, with the keys of the tables of [curves](#curves)")
+    duration: Value | None = of_fixed_parameters(
+        "of the window from t = 0 on in which the process is known", unit="s", shown_default="`simulation.duration`"
+    )
+    speed: Value | None = of_fixed_parameters("of a process over distance: that of the vehicle", unit="m/s")
+    offset: Value | None = of_fixed_parameters("of one that follows another over distance", unit="m")
+    delay: Value | None = of_fixed_parameters("of one that follows another over time", unit="s")
+    share: Finite | None = optional("of the variance that the modes capture, below 1", shown_default=f"{SHARE:g}")
+    modes: Annotated[int, Field(ge=1)] | None = optional("number of modes, in place of `share`")
+    seed: Seed = key("of the standard normal variables", 0, kind="whole number from 0")
+    translation: Value | None = optional("what the process is: a formula of g", names=TRANSLATION, shown_default="`g`")
+    unit: Unit = key("label", "")
+    description: Description = key("for tables", "")
+
+
+#: Keys of a process that one which follows it has from it.
+OWN = tuple(
+    word
+    for word in RandomProcess.model_fields
+    if word not in ("follows", "offset", "delay", "translation", "unit", "description")
+)
+#: Keys of a process that one which is correlated with it has from it.
+SHARED = tuple(word for word in OWN if word not in ("correlation", "mean", "standard_deviation", "seed"))

@@ -1,0 +1,143 @@
+"""Modes of processes: closed forms, mpmath, orthonormality, Mercer's sum, and what is refused."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mpmath
+import numpy as np
+import pytest
+
+from eomgen.arrays import Array
+from eomgen.errors import UsageError
+from eomgen.formula.curves import Curve
+from eomgen.random_processes import (
+    MOST_MODES,
+    Covariance,
+    CovarianceTable,
+    DampedCosine,
+    Exponential,
+    KanaiTajimi,
+    Oscillator,
+    RoadProfile,
+    SquaredExponential,
+    expand,
+)
+
+UNIT = SquaredExponential(1.0, 1.0)
+
+
+@dataclass(frozen=True)
+class _Unnamed:
+    """A covariance that nobody knows a closed form of."""
+
+    of: Covariance
+
+    @property
+    def smooth(self) -> bool:
+        return self.of.smooth
+
+    def at(self, lag: Array) -> Array:
+        return self.of.at(lag)
+
+    def density(self, frequency: Array) -> Array:
+        return self.of.density(frequency)
+
+
+@pytest.mark.parametrize(
+    ("covariance", "counts"),
+    [
+        (UNIT, {0.95: 10, 0.99: 14, 0.999: 17, 0.9999: 21, 0.999999: 26}),
+        (Oscillator(1.0, np.hypot(0.2, 1.2), 0.2 / np.hypot(0.2, 1.2)), {0.95: 9, 0.99: 14, 0.999: 26, 0.9999: 53}),
+    ],
+)
+def test_as_many_modes_as_a_share_asks_for(covariance: Covariance, counts: dict[float, int]) -> None:
+    for share, count in counts.items():
+        found = expand(covariance, 15.0, share=share)
+        assert len(found.eigenvalues) == count
+        assert found.captured[-1] >= share > found.captured[-2]
+
+
+def test_the_closed_form_of_the_exponential_meets_its_equations() -> None:
+    found = expand(Exponential(1.0, 1.0), 15.0, modes=100)
+    np.testing.assert_allclose(found.eigenvalues[:3], [1.93378538, 1.75749908, 1.52223483], rtol=0, atol=5e-9)
+    np.testing.assert_allclose(found.captured[[9, 29, 99]], [0.7087, 0.8981, 0.9695], rtol=0, atol=5e-5)
+    with mpmath.workdps(30):  # c = w tan(w a) of the even ones, w = -c tan(w a) of the odd ones
+        for k in (0, 1, 6, 7, 98, 99):
+            start = mpmath.mpf(k) * mpmath.pi / 15
+            if k % 2 == 0:
+                equation = lambda w: mpmath.cos(7.5 * w) - w * mpmath.sin(7.5 * w)  # noqa: E731
+            else:
+                equation = lambda w: w * mpmath.cos(7.5 * w) + mpmath.sin(7.5 * w)  # noqa: E731
+            w = mpmath.findroot(equation, (start + mpmath.mpf("1e-9"), start + mpmath.pi / 15), solver="anderson")
+            assert found.eigenvalues[k] == pytest.approx(float(2 / (w**2 + 1)), rel=2e-14)
+
+
+def test_nystrom_across_the_kink_has_the_digits_of_the_closed_form() -> None:
+    covariance = Exponential(1.3, 0.7)
+    exact, found = expand(covariance, 12.0, modes=60), expand(_Unnamed(covariance), 12.0, modes=60)
+    np.testing.assert_allclose(found.eigenvalues, exact.eigenvalues, rtol=1e-12)
+    times = np.linspace(0.0, 12.0, 500)
+    np.testing.assert_allclose(found.modes(times), exact.modes(times), rtol=0, atol=1e-9)
+
+
+def test_the_first_eigenvalues_of_the_smooth_kernel_by_mpmath() -> None:
+    """Galerkin's method with Legendre's polynomials, quadrature by mpmath's own nodes, 30 digits."""
+    found = expand(SquaredExponential(1.0, 1.0), 3.0, modes=4).eigenvalues
+    with mpmath.workdps(30):
+        nodes = mpmath.calculus.quadrature.GaussLegendre(mpmath.mp).get_nodes(-1, 1, 4, 100)
+        times, weights = [mpmath.mpf("1.5") * (1 + x) for x, _ in nodes], [mpmath.mpf("1.5") * w for _, w in nodes]
+        matrix = mpmath.matrix(len(nodes))
+        for i in range(len(nodes)):
+            for j in range(len(nodes)):
+                matrix[i, j] = mpmath.sqrt(weights[i] * weights[j]) * mpmath.exp(-((times[i] - times[j]) ** 2) / 2)
+        values = sorted((float(value) for value in mpmath.eigsy(matrix, eigvals_only=True)), reverse=True)
+    np.testing.assert_allclose(found, values[:4], rtol=1e-13)
+
+
+@pytest.mark.parametrize(
+    "covariance",
+    [UNIT, DampedCosine(1.2, 0.5, 3.0), KanaiTajimi(0.8, 6.0, 0.5), Exponential(1.0, 2.0), RoadProfile("C")],
+    ids=lambda item: type(item).__name__,
+)
+def test_modes_are_orthonormal_and_sum_up_to_the_covariance(covariance: Covariance) -> None:
+    duration = 10.0
+    found = expand(covariance, duration, modes=24)
+    node, weight = np.polynomial.legendre.leggauss(400)
+    times, weights = 0.5 * duration * (1.0 + node), 0.5 * duration * weight
+    shape = found.function(times)
+    np.testing.assert_allclose(shape * weights @ shape.T, np.eye(24), rtol=0, atol=1e-9)
+    assert np.all(np.diff(found.eigenvalues) <= 0.0)
+    assert np.all(shape[:, 0] > 0.0)  # the sign is the same on every machine
+    apart = covariance.at(times[:, np.newaxis] - times)
+    np.testing.assert_allclose(found.eigenvalues.sum(), found.captured[-1] * found.total, rtol=1e-14)
+    # what is left of the covariance has the trace of the eigenvalues that are left out
+    left = apart - found.modes(times).T @ found.modes(times)
+    assert weights @ np.diag(left) == pytest.approx((1.0 - found.captured[-1]) * found.total, abs=1e-9 * found.total)
+    # each is an eigenfunction, but for the error of plain quadrature at the kink
+    error = (apart * weights) @ shape.T - found.eigenvalues * shape.T
+    assert np.max(np.abs(error)) < (1e-9 if covariance.smooth else 2e-3) * found.eigenvalues[0]
+
+
+def test_a_table_is_what_it_was_sampled_from_and_a_box_is_none() -> None:
+    lags = np.linspace(0.0, 20.0, 201)
+    exact = expand(Exponential(1.0, 2.0), 10.0, modes=20)
+    table = expand(CovarianceTable(Curve("", lags, np.exp(-lags / 2.0))), 10.0, modes=20)
+    np.testing.assert_allclose(table.eigenvalues, exact.eigenvalues, rtol=0, atol=1e-6 * exact.eigenvalues[0])
+    box = CovarianceTable(Curve("", lags, 1.0 / (1.0 + (lags / 3.0) ** 16)))
+    with pytest.raises(UsageError, match=r"the covariance is not positive: an eigenvalue of it in the window is -0\.\d+"
+                                         r" times the largest; try: a covariance that some process has"):  # fmt: skip
+        expand(box, 10.0, share=0.9)
+
+
+def test_shares_that_need_too_many_modes_are_refused_with_the_share_that_does_not() -> None:
+    with pytest.raises(
+        UsageError, match=f"needs more than {MOST_MODES} modes; {MOST_MODES} have 0.9881; try: share = "
+    ):
+        expand(Exponential(1.0, 1.0), 15.0, share=0.999)
+    with pytest.raises(
+        UsageError, match=r"the process has \d+ modes in this window beyond rounding, and 200 are asked"
+    ):
+        expand(UNIT, 1.0, modes=200)
+    with pytest.raises(UsageError, match="needs more than 256 modes"):
+        expand(UNIT, 1e6, share=0.9)

@@ -1,0 +1,384 @@
+"""Random processes of scenes: what they are in Python, in C and in a run, their statistics, and what is refused."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.interpolate import make_interp_spline
+from scipy.stats import skew
+
+import eomgen
+from eomgen.arrays import Array
+from eomgen.cli import main
+from eomgen.errors import DescriptionError
+from eomgen.pipeline.controllers import toml_text
+from eomgen.random_processes import SquaredExponential, expand, standard_normals
+from eomgen.scene.load import from_data
+from eomgen.scene.scene import Scene
+from eomgen.system.random_processes import RandomProcess
+from tests.models.cache import shared_cache
+
+__all__ = ["shared_cache"]
+
+FORCE = {
+    "type": "squared_exponential",
+    "correlation_time": "1 s",
+    "share": 0.9999,
+    "seed": 1,
+    "translation": "F0 * (1 + delta * g)**2",
+}
+DUFFING: dict[str, Any] = {
+    "format": 1,
+    "name": "duffing",
+    "gravity": [0, 0, 0],
+    "parameters": {"F0": 0.5, "delta": {"value": 0.3, "tunable": True}},
+    "random": {"force": FORCE},
+    "bodies": {"mass": {"mass": 1.0}},
+    "joints": {
+        "x": {
+            "type": "prismatic",
+            "parent": "base",
+            "child": "mass",
+            "axis": [1, 0, 0],
+            "initial": {"position": 0.488353313},
+        }
+    },
+    "efforts": {
+        "spring": {"joint": "x", "effort": "-q.x - 0.1 * q.x**3 - 0.2 * v.x"},
+        "excitation": {"joint": "x", "effort": "force"},
+    },
+    "outputs": {"force": {"formula": "force"}},
+    "simulation": {"method": "taylor", "step": 0.05, "duration": 15},
+}
+
+
+def _with(**random: dict[str, Any]) -> dict[str, Any]:
+    """Return the oscillator with other processes, the first of which moves it."""
+    effort = {"joint": "x", "effort": " + ".join(random)}
+    return DUFFING | {"random": random, "efforts": {"excitation": effort}, "outputs": {}}
+
+
+def _loaded(scene: dict[str, Any]) -> Scene:
+    return from_data(scene, file="duffing.toml")
+
+
+def _scene(**random: dict[str, Any]) -> Scene:
+    return _loaded(_with(**random))
+
+
+def _process(scene: Scene, place: int = 0) -> RandomProcess:
+    process = scene.inputs[place].random
+    assert process is not None
+    return process
+
+
+def _sum(process: RandomProcess, z: Array, times: Array) -> Array:
+    """Return the Gaussian process, its modes by their splines in Python."""
+    return process.mean + np.array([mode(times) for mode in process.modes]).T @ z
+
+
+@cache
+def _model() -> eomgen.Model:
+    return eomgen.build(DUFFING, profile="quick")
+
+
+def test_a_run_is_that_of_the_equation_by_hand() -> None:
+    process = _process(_loaded(DUFFING))
+    z = standard_normals(1, len(process.modes), "force")
+    # the same modes by other nodes, on a finer grid
+    grid = np.linspace(0.0, 15.0, 1501)
+    exact = expand(SquaredExponential(1.0, 1.0), 15.0, modes=21)
+    spline = make_interp_spline(grid, 0.5 * (1.0 + 0.3 * exact.modes(grid).T @ z) ** 2, k=5)
+
+    def rate(t: float, y: Array) -> list[float]:
+        return [y[1], float(spline(t)) - y[0] - 0.1 * y[0] ** 3 - 0.2 * y[1]]
+
+    expected = solve_ivp(rate, (0.0, 15.0), [0.488353313, 0.0], method="DOP853", rtol=1e-11, atol=1e-12)
+    run = _model().simulate(method="rk45", tolerance=1e-10)
+    assert run.success, run.message
+    np.testing.assert_allclose([run.q[-1, 0], run.v[-1, 0]], expected.y[:, -1], rtol=0, atol=1e-5)
+    gaussian = _sum(process, z, run.t)
+    np.testing.assert_allclose(run.outputs["force"].ravel(), 0.5 * (1 + 0.3 * gaussian) ** 2, rtol=0, atol=1e-13)
+
+
+def test_variables_are_parameters_and_others_need_no_other_model() -> None:
+    z = np.linspace(-1.0, 1.0, 21)
+    names = _process(_loaded(DUFFING)).variables
+    assert names[0] == "force_z1" and names[-1] == "force_z21"
+    values = dict(zip(names, map(float, z), strict=True))
+    times = np.linspace(0.0, 15.0, 31)
+    found = _model().input_values(times, parameters=values | {"delta": 0.7})[:, 0]
+    expected = 0.5 * (1 + 0.7 * _sum(_process(_loaded(DUFFING)), z, times)) ** 2
+    np.testing.assert_allclose(found, expected, rtol=1e-13)
+
+
+def test_samples_have_the_mean_and_the_covariance_of_the_process() -> None:
+    scene = _scene(force={"type": "oscillator", "frequency": 2.0, "damping": 0.2, "mean": 3.0,
+                          "standard_deviation": 0.5, "share": 0.999})  # fmt: skip
+    process = _process(scene)
+    times = np.array([0.0, 0.4, 1.1, 3.0, 7.5, 15.0])
+    count = 10_000
+    draws = np.random.default_rng(5).standard_normal((count, len(process.modes)))
+    samples = process.mean + draws @ np.array([mode(times) for mode in process.modes])
+    lag = np.abs(times[:, np.newaxis] - times)
+    w = 2.0 * np.sqrt(1.0 - 0.2**2)
+    exact = 0.25 * np.exp(-0.4 * lag) * (np.cos(w * lag) + 0.4 / w * np.sin(w * lag))
+    # variance of a sample covariance of normal variables: (R_ii R_jj + R_ij^2) / n; and what the modes leave out
+    bound = 4.5 * np.sqrt((0.0625 + exact**2) / count) + 0.25 * 0.01
+    assert np.all(np.abs(np.cov(samples.T) - exact) < bound)
+    assert np.all(np.abs(samples.mean(axis=0) - 3.0) < 4.5 * 0.5 / np.sqrt(count))
+    wrong = 0.25 * np.exp(-0.4 * lag) * np.cos(w * lag)
+    assert np.any(np.abs(np.cov(samples.T) - wrong) > bound)
+
+
+def test_a_translated_process_has_the_moments_of_its_marginal() -> None:
+    model, process = _model(), _process(_loaded(DUFFING))
+    variance = float(np.sum([mode(7.0) ** 2 for mode in process.modes]))
+    assert variance == pytest.approx(1.0, abs=1e-4)
+    draws = np.random.default_rng(2).standard_normal((4000, 21))
+    at = np.array([7.0])
+    values = np.array([
+        model.input_values(at, parameters=dict(zip(process.variables, map(float, z), strict=True)))[0, 0] for z in draws
+    ])  # fmt: skip  # a table
+    # F0 (1 + delta g)^2: mean F0 (1 + delta^2), variance F0^2 (4 delta^2 + 2 delta^4)
+    deviation = 0.5 * np.sqrt(4 * 0.09 + 2 * 0.0081)
+    assert values.mean() == pytest.approx(0.545, abs=4 * deviation / np.sqrt(4000))
+    assert values.std() == pytest.approx(deviation, rel=0.06)
+    assert skew(values) == pytest.approx(0.5**3 * (24 * 0.3**4 + 8 * 0.3**6) / deviation**3, abs=0.25)
+
+
+def test_the_same_seed_is_the_same_process_and_another_is_another() -> None:
+    def values(seed: int) -> list[float]:
+        scene = _scene(force=FORCE | {"seed": seed, "translation": "g"})
+        return [item.value for item in scene.parameters if item.name.startswith("force_z")]
+
+    assert values(4) == values(4) != values(5)
+    np.testing.assert_array_equal(values(4), standard_normals(4, 21, "force"))
+
+
+def test_a_wheel_behind_runs_over_what_the_first_one_ran_over() -> None:
+    scene = _with(
+        front={"type": "squared_exponential", "standard_deviation": "1 cm", "correlation_length": "3 m", "speed": 4},
+        rear={"follows": "front", "offset": "2.6 m", "translation": "2 * g"},
+        ahead={"follows": "front", "offset": -0.8},
+    )
+    model = eomgen.build(scene, profile="quick")
+    front, rear = _process(_loaded(scene), 0), _process(_loaded(scene), 1)
+    assert front.window == (-2.6, 60.8) and rear.variables == front.variables
+    times = np.linspace(1.0, 14.0, 40)
+    u = model.input_values(times)
+    assert np.max(np.abs(u[:, 0])) > 5e-3
+    np.testing.assert_allclose(model.input_values(times + 0.65)[:, 1], 2 * u[:, 0], rtol=0, atol=1e-14)
+    np.testing.assert_allclose(model.input_values(times - 0.2)[:, 2], u[:, 0], rtol=0, atol=1e-14)
+    assert np.all(np.isfinite(model.input_values(np.array([0.0, 15.0]))))
+
+
+def test_a_drive_and_the_base_follow_a_process() -> None:
+    scene = _with(shake=FORCE | {"translation": "0.01 * g"})
+    scene["efforts"] = {}
+    joint = DUFFING["joints"]["x"] | {"drive": "shake"}
+    del joint["initial"]
+    scene["joints"] = {"x": joint}
+    run = eomgen.build(scene, profile="quick").simulate(2.0, 0.01, method="generalized_alpha")
+    assert run.success, run.message
+    process = _process(_loaded(scene))
+    expected = 0.01 * _sum(process, standard_normals(1, 21, "shake"), run.t)
+    np.testing.assert_allclose(run.q[:, 0], expected, rtol=0, atol=1e-9)
+    assert not [note for note in _loaded(scene).notes if "changes nothing" in note]
+
+
+def test_a_process_that_nothing_uses_is_noted() -> None:
+    scene = _with(force=FORCE)
+    scene["efforts"] = {}
+    assert "the random process force changes nothing: no formula mentions it" in _loaded(scene).notes
+
+
+def test_a_run_beyond_the_window_is_refused() -> None:
+    with pytest.raises(eomgen.errors.UsageError, match="force mode 1"):
+        _model().simulate(16.0)
+
+
+EXPONENTIAL = {"type": "exponential", "correlation_time": 1.0, "share": 0.9}
+REFUSED: list[tuple[dict[str, Any], str]] = [
+    ({"share": 0.9}, r"\(random.force\): a random process needs its type, or what it follows; try: type = "),
+    ({"type": "exponential"}, r"exponential over time needs correlation_time; try: correlation_time = ..."),
+    (EXPONENTIAL | {"speed": 3.0}, r"exponential over distance needs correlation_length; try"),
+    (EXPONENTIAL | {"correlation_time": -1}, r"correlation time -1 is not positive"),
+    (EXPONENTIAL | {"correlation_length": 1}, r"exponential over time takes no correlation_length; try: correlation"),
+    (EXPONENTIAL | {"share": 1.2}, r"the share 1.2 is not between 0 and 1; try: share = 0.99"),
+    (EXPONENTIAL | {"modes": 3}, r"both share and modes say how many modes there are; try: one of them"),
+    (EXPONENTIAL | {"share": 0.9999}, r"needs more than 256 modes; 256 have 0.9881; try: share = 0.988"),
+    (EXPONENTIAL | {"standard_deviation": 0}, r"the standard deviation 0 is not positive"),
+    (EXPONENTIAL | {"duration": 0}, r"the duration 0 s is not positive"),
+    (EXPONENTIAL | {"delay": 0.1}, r"delay is of processes that follow another; try: follows = "),
+    ({"type": "road", "class": "C"}, r"road is a process over distance; try: speed = 20"),
+    ({"type": "kanai_tajimi", "frequency": 15.0, "damping": 1.0}, r"the damping ratio 1 is not below 1"),
+    ({"type": "kanai_tajimi", "frequency": 15.0, "damping": 0.6, "speed": 2}, r"process over time; try: no speed"),
+    ({"type": "band", "band": [3, 2]}, r"the band from 3 to 2 Hz is none"),
+    ({"type": "road", "class": "C", "speed": 5, "standard_deviation": 1}, r"road says the variance itself"),
+    ({"type": "covariance", "points": [[0, 1], [2, 0.5], [1, 0.2]]}, r"the points are not in order: 1 comes after 2"),
+    ({"type": "covariance", "points": [[1, 1], [2, 0.5]]}, r"the first lag is 1, so the variance is not known"),
+    ({"type": "covariance", "points": [[0, 0], [2, 0.5]]}, r"the variance 0, at lag 0, is not positive"),
+    (
+        {"type": "covariance", "points": [[0, 1], [1, 0.99], [2, -0.99], [3, -1], [9, 0]]},
+        r"covariance is not posi",
+    ),
+    ({"type": "spectrum", "points": [[0, 1], [2, -0.5]]}, r"the density -0.5 at 2 is negative"),
+    ({"type": "spectrum", "points": [[-1, 1], [2, 0.5]]}, r"the first frequency -1 is negative"),
+    ({"type": "spectrum"}, r"spectrum over time needs points or table"),
+    (
+        FORCE | {"translation": "F0 * g + t"},
+        r"time t cannot be used here \(column 10\); try: g, parameters and",
+    ),
+    (FORCE | {"translation": "h**2"}, r"unknown name 'h'"),
+    ({"follows": "wind", "delay": 1}, r"there is no random process 'wind'"),
+]
+
+
+@pytest.mark.parametrize(("entry", "message"), REFUSED)
+def test_what_is_wrong_is_said_once(entry: dict[str, Any], message: str) -> None:
+    with pytest.raises(DescriptionError, match=message) as caught:
+        _scene(force=entry)
+    assert len(caught.value.problems) == 1
+
+
+@pytest.mark.parametrize(
+    ("follower", "message"),
+    [
+        ({"follows": "force"}, r"it follows a process over time, and needs delay alone; try: delay = 0.1"),
+        ({"follows": "force", "offset": 1}, r"it follows a process over time, and needs delay alone"),
+        ({"follows": "force", "delay": 1, "seed": 3}, r"seed is that of force, which it follows; try: without it"),
+        ({"follows": "late", "delay": 1}, r"late itself follows late"),
+    ],
+)
+def test_followers_have_all_but_their_lag_from_the_first(follower: dict[str, Any], message: str) -> None:
+    with pytest.raises(DescriptionError, match=message):
+        _scene(force=FORCE, late=follower)
+
+
+def test_names_of_variables_are_taken() -> None:
+    scene = _with(force=FORCE) | {"parameters": {"F0": 1.0, "delta": 0.3, "force_z7": 2.0}}
+    with pytest.raises(DescriptionError, match="has the parameter force_z7, and there is a parameter of that name"):
+        _loaded(scene)
+
+
+def test_an_included_scene_has_its_processes_under_their_new_names(tmp_path: Path) -> None:
+    more = {"force": FORCE, "late": {"follows": "force", "delay": 1}, "gust": {"correlation": {"force": 0.5}}}
+    (tmp_path / "part.toml").write_text(toml_text(DUFFING | {"random": more}))
+    scene = {"format": 1, "name": "two", "include": {"a": {"file": "part.toml"}, "b": {"file": "part.toml"}}}
+    (tmp_path / "two.toml").write_text(toml_text(scene))
+    model = eomgen.build(tmp_path / "two.toml", profile="quick")
+    assert [item.name for item in model.scene.inputs] == [
+        f"{of}_{name}" for of in "ab" for name in ("force", "late", "gust")
+    ]
+    u = model.input_values(np.array([0.0, 4.0]), parameters={"a_force_z1": 0.0})
+    assert np.all(u[:, 0] != u[:, 3])
+
+
+def test_seeds_vary_in_ensembles_side_by_side_as_scenes_with_these_seeds() -> None:
+    model = _model()
+    options = {"method": "rk4", "step": 0.05}
+    found = model.simulate_many(vary={"seed.force": "values(1, 6)", "delta": "values(0.2, 0.3)"}, **options)
+    variables = _process(_loaded(DUFFING)).variables
+    for row, (seed, delta) in enumerate(zip(found.values["seed.force"], found.values["delta"], strict=True)):
+        drawn = dict(zip(variables, standard_normals(int(seed), 21, "force").tolist(), strict=True))
+        run = model.simulate(parameters=drawn | {"delta": delta}, error_estimate=False, **options)
+        assert found.results["output.force.final"][row] == pytest.approx(
+            float(np.ravel(run.outputs["force"])[-1]), rel=1e-12
+        )
+    assert len(set(found.results["output.force.final"])) == 4
+    with pytest.raises(eomgen.errors.UsageError, match="a seed is a whole number from 0 on"):
+        model.simulate_many(vary={"seed.force": "uniform(0, 9)"})
+
+
+def test_info_shows_the_modes_and_what_they_capture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scene = tmp_path / "duffing.toml"
+    scene.write_text(toml_text(DUFFING))
+    assert main(["info", str(scene), "--json"]) == 0
+    (process,) = json.loads(capsys.readouterr().out)["random"]
+    assert len(process["variables"]) == 21 and process["window"] == [0.0, 15.0]
+    assert process["captured"][-2] < 0.9999 <= process["captured"][-1] and process["standard_deviation"] == 1.0
+    assert main(["info", str(scene)]) == 0
+    text = capsys.readouterr().out
+    assert "force_z1 to force_z21" in text and "99.9942 %" in text and "first modes, 1: 16.4 %," in text
+    assert "force_z7" not in text
+
+
+def test_a_translation_that_turns_round_is_noted_and_one_without_a_value_is_refused() -> None:
+    turned = "random.force.translation: it turns round at g = -3.33, 3.3 standard deviations from the mean"
+    assert any(note.startswith(turned) for note in _loaded(DUFFING).notes)
+    assert not [note for note in _scene(force=FORCE | {"translation": "exp(0.2 * g)"}).notes if "turns" in note]
+    with pytest.raises(DescriptionError, match=r"it has no value at g = -6, 6 standard deviations from the mean"):
+        _scene(force=FORCE | {"translation": "log(2 + g)"})
+
+
+def test_correlated_processes_have_their_correlations_and_a_lag_behind_them() -> None:
+    scene = _scene(
+        u={"type": "oscillator", "frequency": 2.0, "damping": 0.2, "standard_deviation": 2.0, "share": 0.999},
+        v={"correlation": {"u": 0.8}, "standard_deviation": 0.5, "mean": 3.0},
+        w={"correlation": {"u": -0.3, "v": 0.2}},
+        late={"follows": "w", "delay": 1.5},
+    )
+    processes = [_process(scene, k) for k in range(4)]
+    names = [item.name for item in scene.parameters if "_z" in item.name]
+    modes = {name: k for k, name in enumerate(names)}
+    assert len(names) == 3 * len(processes[0].modes) and processes[3].variables == processes[2].variables
+    assert processes[1].own_variables == tuple(name for name in names if name.startswith("v_z"))
+
+    def row(process: RandomProcess, t: float) -> Array:
+        """What each variable adds at a time, (variables,)."""
+        found = np.zeros(len(names))
+        for variable, weight, mode in zip(process.variables, process.weights, process.modes, strict=True):
+            found[modes[variable]] += weight * float(mode(np.array(t - process.lag)))
+        return found
+
+    def covariance(a: int, t: float, b: int, s: float) -> float:
+        return float(row(processes[a], t) @ row(processes[b], s))
+
+    w = 2.0 * np.sqrt(1.0 - 0.2**2)
+    of = lambda lag: np.exp(-0.4 * abs(lag)) * (np.cos(w * lag) + 0.4 / w * np.sin(w * abs(lag)))  # noqa: E731
+    for a, t, b, s, size in ((0, 5, 0, 5.5, 4.0), (0, 5, 1, 5.7, 0.8), (1, 6, 1, 6, 0.25), (2, 9, 1, 8, 0.2),
+                             (0, 3, 2, 3, -1.2), (2, 4, 2, 5, 4.0)):  # fmt: skip
+        assert covariance(a, t, b, s) == pytest.approx(size * of(t - s), abs=4e-3 * 4.0)
+    assert covariance(3, 6.5, 2, 5.0) == pytest.approx(4.0, abs=0.02)
+    assert processes[1].captured[-1] == pytest.approx(processes[0].captured[-1], rel=1e-12)
+    samples = [[item.value for item in scene.parameters if item.name.startswith(f"{name}_z")] for name in "uvw"]
+    assert samples[0] != samples[1] != samples[2]
+
+
+@pytest.mark.parametrize(
+    ("random", "message"),
+    [
+        (
+            {"v": {"correlation": {"u": 0.9}}, "w": {"correlation": {"u": 0.9, "v": -0.9}}},
+            r"\(random.w.correlation\): no processes have the correlations of u, v, w: an eigenvalue of their matrix is"
+            r" -0.8, not positive; try: coefficients closer to 0",
+        ),
+        ({"v": {"correlation": {"u": 1.0}}}, r"an eigenvalue of their matrix is 0, not positive"),
+        ({"v": {"correlation": {"x": 0.5}}}, r"there is no random process 'x'"),
+        ({"v": {"correlation": {"w": 0.5}}, "w": {"correlation": {"v": 0.5}}}, r"one process with a type of its own"),
+        ({"v": {"correlation": {"u": 0.5}, "share": 0.5}}, r"share is that of u, with which it is correlated"),
+        (
+            {"v": {"correlation": {"u": 0.5, "w": 0.1}}, "w": {"correlation": {"u": 0.5, "v": 0.2}}},
+            r"its correlation with v is 0.2 here and 0.1 there; try: one of them",
+        ),
+    ],
+)
+def test_correlations_that_no_processes_have_are_refused(random: dict[str, Any], message: str) -> None:
+    with pytest.raises(DescriptionError, match=message):
+        _scene(u={"type": "squared_exponential", "correlation_time": 1.0}, **random)
+
+
+def test_tables_of_modes_are_short_and_as_close_at_the_ends_as_elsewhere() -> None:
+    modes = _process(_loaded(DUFFING)).modes
+    exact = expand(SquaredExponential(1.0, 1.0), 15.0, modes=21)
+    times = np.linspace(0.0, 15.0, 2001)
+    off = np.array([mode(times) for mode in modes]) - exact.modes(times)
+    assert len(modes[0].x) == 8 * 21 + 1
+    assert np.max(np.abs(off)) < 1e-6 and np.max(np.abs(off[0])) < 2e-9
