@@ -1,0 +1,83 @@
+"""Duffing's oscillator under the square of a Gaussian process: its modes, and the deflection of many samples.
+
+python examples/duffing_random_excitation/demo.py
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import matplotlib as mpl
+
+mpl.use("Agg")
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import eomgen
+from eomgen.random_processes import standard_normals
+
+BLUE, VERMILION, GREEN = "#0072B2", "#D55E00", "#009E73"  # Okabe and Ito
+FOLDER = Path(__file__).parent
+SAMPLES = 2000
+
+
+def scene() -> eomgen.Scene:
+    """Return q'' + 0.2 q' + q + epsilon q^3 = F0 (1 + delta g)^2 with R_g(tau) = exp(-tau^2 / 2), at rest at first."""
+    builder = eomgen.SceneBuilder(
+        "duffing_random_excitation", description="Duffing's oscillator, quadratic random excitation", gravity=[0, 0, 0]
+    )
+    builder.parameter("epsilon", 0.1, tunable=True).parameter("F0", 0.5, tunable=True)
+    builder.parameter("delta", 0.3, tunable=True)
+    builder.random(
+        "force",
+        "squared_exponential",
+        correlation_time="1 s",
+        share=0.9999,
+        seed=1,
+        translation="F0 * (1 + delta * g)**2",
+        unit="N",
+    )
+    builder.body("mass", 1.0)
+    builder.joint("slider", "prismatic", "base", "mass", axis=[1, 0, 0], initial={"position": 0.488353313})
+    builder.effort("spring", joint="slider", effort="-q.slider - epsilon * q.slider**3 - 0.2 * v.slider")
+    builder.effort("excitation", joint="slider", effort="force")
+    builder.output("deflection", formula="q.slider", unit="m")
+    builder.simulation(method="trapezoidal", step=0.05, duration=15.0)
+    return builder.build()
+
+
+def main() -> None:
+    model = eomgen.build(scene())
+    process = next(item.random for item in model.description.inputs if item.random is not None)
+    print(f"{len(process.modes)} modes capture {100 * process.captured[-1]:.4f} % of the variance")
+    found = model.simulate_many(vary={"seed.force": "integers(0, 999999999)"}, samples=SAMPLES, seed=0)
+    last = np.asarray(found.results["output.deflection.final"])
+    print(f"deflection after 15 s: mean {last.mean():.3f} m, standard deviation {last.std():.3f} m")
+
+    figure, ((modes, spectrum), (forces, deflections)) = plt.subplots(2, 2, figsize=(10, 6.5), layout="constrained")
+    times = np.linspace(0.0, 15.0, 301)
+    for mode, colour in zip(process.modes, (BLUE, VERMILION, GREEN), strict=False):
+        modes.plot(times, mode(times), color=colour, label=mode.name)
+    modes.set(xlabel="time, s", title="the first modes, $\\sqrt{\\lambda_i}\\,\\varphi_i$")
+    modes.legend(frameon=False)
+    numbers = np.arange(1, len(process.modes) + 1)
+    spectrum.semilogy(numbers, process.eigenvalues, "o", color=BLUE, label="eigenvalue, s")
+    spectrum.semilogy(numbers, 1.0 - np.array(process.captured), "s", color=VERMILION, label="variance left out")
+    spectrum.set(xlabel="mode", title="Karhunen-Loève spectrum")
+    spectrum.legend(frameon=False)
+    for seed, colour in ((1, BLUE), (2, VERMILION), (3, GREEN)):
+        drawn = standard_normals(seed, len(process.modes), process.name)
+        run = model.simulate(parameters=dict(zip(process.variables, drawn.tolist(), strict=True)))
+        forces.plot(run.t, run.inputs["force"].ravel(), color=colour, label=f"seed {seed}")
+        deflections.plot(run.t, run.q[:, 0], color=colour)
+    forces.set(xlabel="time, s", ylabel="force, N", title="samples of the force")
+    forces.legend(frameon=False)
+    deflections.set(xlabel="time, s", ylabel="deflection, m", title="and the deflection")
+    for axes in figure.axes:
+        axes.grid(alpha=0.3, linewidth=0.5)
+    figure.savefig(FOLDER / "duffing_random_excitation.png", dpi=90)
+
+
+if __name__ == "__main__":
+    main()
