@@ -1,5 +1,6 @@
 # make demo   runs the main jobs: the spin-up beam and the active vehicle, from scene file to figure
 # make test   passes the tests: one witness of each kind; make test-all runs the others
+# make test-long runs what takes most of the time of all, a quarter of an hour: before a release, not for every change
 # make coverage shows which lines the first tier runs, 90 % of them or more
 # make bench  runs eomgen beside its peers, which it installs below .bench, and writes docs/benchmarks.md: a quarter of an hour
 # The others make their own virtual environment in .venv and install what they need.
@@ -11,7 +12,7 @@ BIN := $(VENV)/bin
 INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable
 # An environment or package index set by the user is respected; nothing here names one.
 
-.PHONY: demo test test-all coverage browser lint types golden bench clean
+.PHONY: demo test test-all test-long coverage browser lint types golden bench clean
 
 $(VENV)/made:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -50,7 +51,10 @@ test: $(VENV)/installed-test browser
 	$(BIN)/python -m pytest -n auto -m "not slow"
 
 test-all: $(VENV)/installed-all browser
-	$(BIN)/python -m pytest -n auto -m slow
+	$(BIN)/python -m pytest -n auto -m "slow and not long"
+
+test-long: $(VENV)/installed-all browser
+	$(BIN)/python -m pytest -n auto -m long
 
 coverage: $(VENV)/installed-test browser
 	$(BIN)/python -m pytest -n auto -m "not slow" --cov=eomgen --cov-report=term --cov-fail-under=90

@@ -1,4 +1,4 @@
-"""Gives every test its own reproducible random numbers, and tests of the second tier their mark."""
+"""Gives every test its own reproducible random numbers, and tests of the second and third tier their marks."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ import zlib
 import numpy as np
 import pytest
 
-from tests.tiers import is_slow, stale_entries
+from tests.tiers import is_long, is_slow, stale_entries
 
 # Equations are millions of small objects without circles: to look for circles among them takes a quarter of the time.
 gc.set_threshold(50_000, 20, 20)
@@ -32,6 +32,9 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     for item in items:
         if is_slow(item.nodeid):
             item.add_marker(pytest.mark.slow)
+        if is_long(item.nodeid):
+            item.add_marker(pytest.mark.slow)
+            item.add_marker(pytest.mark.long)
     whole_files = not any("::" in argument for argument in config.args)
     if whole_files and (stale := stale_entries([item.nodeid for item in items])):
         raise pytest.UsageError(f"tests/tiers.py names what is not there: {'; '.join(stale)}")

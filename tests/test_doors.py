@@ -154,6 +154,7 @@ DOORS: dict[str, set[str]] = {
         "version",
     },
     "model": {"analysis", "calls", "compiled", "ensembles", "linear", "progress", "results", "simulation", "spectra"},
+    "reliability": {"arrays", "errors"},
     # verbs
     "pipeline": {
         "arrays",
@@ -188,6 +189,7 @@ DOORS: dict[str, set[str]] = {
         "lie",
         "model",
         "pipeline",
+        "reliability",
         "results",
         "scene",
         "simulation",
@@ -374,6 +376,7 @@ LATE: dict[str, dict[str, str]] = {
     "scene.sources.text": {"files": "for a mistake only"},
     "scene.sources.urdf.source": {"scene.sources.urdf.conversion": "most scenes are no URDF"},
     "studies.ladders.result": {"studies.ladders.plots": "matplotlib; a map is used without it"},
+    "studies.vibration.result": {"studies.vibration.plots": "matplotlib; a study is used without it"},
     "studies.work_precision.result": {"studies.work_precision.plots": "matplotlib; a study is used without it"},
     "simulation.stepping.settings": {
         "formula.jumps": "it evaluates on the tape; most scenes prescribe no motion",

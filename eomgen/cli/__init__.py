@@ -32,6 +32,7 @@ VERBS: dict[str, tuple[str, str]] = {
     "linearize": ("Modes, stability and responses of the linear model.", "eomgen.cli.linearize"),
     "simulate": ("Integrate, and save the solution with plots.", "eomgen.cli.simulate"),
     "ensemble": ("Run many samples of what varies: statistics and sensitivities.", "eomgen.cli.ensemble"),
+    "random": ("Distribution of an output under random processes, and its tails.", "eomgen.cli.random"),
     "animate": ("Write the motion as one HTML page in three dimensions.", "eomgen.cli.animate"),
     "tradeoff": ("Measure speed against accuracy: methods, formulations, steps.", "eomgen.cli.tradeoff"),
     "tune": ("Find the cheapest settings that meet a demand on the error.", "eomgen.cli.tune"),

@@ -1,4 +1,4 @@
-"""Studies of whole scenes: checks of all closed forms, speed against accuracy, tuning, savings."""
+"""Studies of whole scenes: checks of all closed forms, speed against accuracy, tuning, savings, random vibration."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from eomgen.studies.tuning.tune import tune
 from eomgen.studies.verification.check import check
 from eomgen.studies.verification.form_report import Disagreement, FormReport
 from eomgen.studies.verification.report import CheckReport
+from eomgen.studies.vibration import Distribution, RandomVibration, random_vibration
 from eomgen.studies.work_precision.measured import DEMANDS, Point, Slope
 from eomgen.studies.work_precision.result import Tradeoff
 from eomgen.studies.work_precision.study import tradeoff
@@ -23,15 +24,18 @@ __all__ = [
     "Cell",
     "CheckReport",
     "Disagreement",
+    "Distribution",
     "Extremes",
     "FormReport",
     "Point",
+    "RandomVibration",
     "RealTime",
     "Slope",
     "Tradeoff",
     "Tuned",
     "check",
     "extremes",
+    "random_vibration",
     "savings",
     "tradeoff",
     "tune",

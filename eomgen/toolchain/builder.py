@@ -9,7 +9,7 @@ import platform
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -310,7 +310,7 @@ class Builder:
 
         with self.cache.claim(key):
             entry = self.cache.get(key) or self.cache.put(key, fill)
-        return load_abi(entry.file(_ROUTINE), cdef)
+        return _loaded(entry.file(_ROUTINE), cdef)
 
     def _wrapper(self, cdef: str, header: str) -> list[Path]:
         """Return the object of the extension module, which is the same for all models; none in the ABI mode."""
@@ -368,3 +368,9 @@ class Builder:
 
 def _sources(folder: Path) -> Iterator[Path]:
     return (file for file in sorted(folder.iterdir()) if file.suffix in (".c", ".h"))
+
+
+@cache
+def _loaded(routine: Path, cdef: str) -> tuple[Any, Any]:
+    """Return ``ffi`` and ``lib`` of a routine; its declarations take longer to read than it takes to run."""
+    return load_abi(routine, cdef)

@@ -1,0 +1,99 @@
+"""``eomgen random``: the distribution of an output under the random processes of a scene."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from eomgen.cli.options import debug_option, folder_option, json_option, run_options, scene_options
+from eomgen.cli.printing import building, print_json, say
+from eomgen.cli.running import read_scene
+from eomgen.cli.tables import print_table
+
+if TYPE_CHECKING:
+    from eomgen.studies import RandomVibration
+
+#: What tables show of each method, in their order.
+_SHOWN = ("first_order", "second_order", "hermite", "form", "quadratic", "importance_sampling", "monte_carlo")
+
+
+@click.command()
+@scene_options
+@folder_option
+@click.option("--output", required=True, metavar="NAME", help="An output, or a component of it: tip[0].")
+@click.option("--threshold", "thresholds", multiple=True, type=float, metavar="Y", help="May be repeated.")
+@click.option("--points/--no-points", default=True, show_default=True, help="Look for most probable points.")
+@click.option("--monte-carlo", "samples", type=int, default=0, metavar="N", help="Samples beside it.")
+@click.option("--tail-samples", type=int, default=0, metavar="N", help="Of importance sampling at each threshold.")
+@click.option("--hermite", "pairs", type=int, default=0, metavar="N", help="Pairs of points of a Hermite projection.")
+@click.option("--covariance-at", "times", multiple=True, type=float, metavar="T", help="A time, s; may be repeated.")
+@click.option("--level", "levels", multiple=True, type=float, metavar="Y", help="Its first passage; may be repeated.")
+@click.option("--seed", type=int, default=0, show_default=True, metavar="N", help="Of samples.")
+@click.option("--plots/--no-plots", default=True, show_default=True, help="Draw distribution, covariance and modes.")
+@run_options
+@json_option
+@debug_option
+def random(scene: str, folder: str, plots: bool, as_json: bool, **options: Any) -> int:
+    """Find the distribution of an output of a SCENE with random processes at the end of a run.
+
+    Writes random.json, distribution.csv, autocovariance.csv and plots.
+    """
+    from eomgen.pipeline import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
+    from eomgen.studies import random_vibration  # noqa: PLC0415
+
+    words = ("output", "points", "samples", "tail_samples", "pairs", "times", "levels", "seed")
+    own = {name: options.pop(name) for name in words}
+    thresholds = options.pop("thresholds") or None
+    del options["error_estimate"]
+    described = read_scene(scene, options)
+    profile = options.pop("profile")
+    with building(described.name):
+        model = pipeline.built_for_run(described, options["method"], options.get("start"), profile)
+    end, step = options.pop("t_end"), options.pop("step")
+    given = {name: value for name, value in options.items() if value not in (None, {}, [], ())}
+    found = random_vibration(model, own.pop("output"), end, step, thresholds=thresholds, **own, **given)
+    files = found.save(folder) + (found.plot(folder) if plots else [])
+    if as_json:
+        print_json(found.to_dict() | {"files": [file.name for file in files], "folder": str(folder)})
+    else:
+        _print(found)
+    say(f"{found.message}\nwritten to {folder}: {', '.join(file.name for file in files)}")
+    return 0
+
+
+def _print(found: RandomVibration) -> None:
+    rows = [(name, *(f"{value:.6g}" for value in values)) for name, values in found.moments.items()]
+    title = f"{found.scene}: {found.output}{f' in {found.unit}' if found.unit else ''} at t = {found.t:.6g} s"
+    print_table(
+        title,
+        ("by", "mean", "standard deviation", "skewness", "excess kurtosis"),
+        [(name.replace("_", " "), *cells) for name, *cells in rows],
+        numeric=(1, 2, 3, 4),
+    )
+    names = [name for name in _SHOWN if name in found.distributions]
+    table = []
+    for k, threshold in enumerate(found.thresholds):
+        cells = []
+        upper = found.distributions["second_order"].below[k] > 0.5
+        for name in names:
+            one = found.distributions[name]
+            value = float(one.above[k] if upper else one.below[k])
+            cells.append("-" if math.isnan(value) else f"{value:.4g}")
+        table.append((f"{threshold:.6g}", ">" if upper else "<=", *cells))
+    heads = ("threshold", "y is", *(name.replace("_", " ") for name in names))
+    print_table("probabilities", heads, table, numeric=(0, *range(2, len(heads))))
+    if found.first_passage:
+        passage = [
+            (
+                f"{level:.6g}",
+                *(f"{values[name]:.4g}" if name in values else "-" for name in ("crossing_rate", "monte_carlo")),
+            )
+            for level, values in found.first_passage.items()
+        ]
+        print_table(
+            "first passage from below", ("level", "rate of crossings", "monte carlo"), passage, numeric=(0, 1, 2)
+        )
+    costs = [(name.replace("_", " "), f"{cost.runs}", f"{cost.adjoints}") for name, cost in found.costs.items()]
+    print_table("solutions of the equations of motion", ("for", "runs", "adjoint runs"), costs, numeric=(1, 2))

@@ -1,0 +1,37 @@
+"""Distributions of responses to standard normal variables: quadratic forms, most probable points, tails."""
+
+from __future__ import annotations
+
+from eomgen.reliability.distribution import INVERSIONS, Tails
+from eomgen.reliability.most_probable_point import (
+    MostProbablePoint,
+    breitung,
+    first_order,
+    hohenbichler_rackwitz,
+    most_probable_points,
+    rivals,
+)
+from eomgen.reliability.projection import hermite_projection, leading_directions, projected_hessian
+from eomgen.reliability.quadratic_form import QuadraticForm
+from eomgen.reliability.response import Counted, Expansion, Response
+from eomgen.reliability.tail_samples import Estimate, importance_sampling
+
+__all__ = [
+    "INVERSIONS",
+    "Counted",
+    "Estimate",
+    "Expansion",
+    "MostProbablePoint",
+    "QuadraticForm",
+    "Response",
+    "Tails",
+    "breitung",
+    "first_order",
+    "hermite_projection",
+    "hohenbichler_rackwitz",
+    "importance_sampling",
+    "leading_directions",
+    "most_probable_points",
+    "projected_hessian",
+    "rivals",
+]

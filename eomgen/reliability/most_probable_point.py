@@ -1,0 +1,240 @@
+"""The most probable points at which a response takes given values: those nearest to the mean."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import special
+
+from eomgen.arrays import Array
+from eomgen.errors import NumericalError
+from eomgen.reliability.quadratic_form import QuadraticForm
+from eomgen.reliability.response import Expansion, Response
+
+#: The first step along the curve of most probable points, and the longest one, in standard deviations; it grows where
+#: Newton's method needs no more iterations than these.
+_STRIDE, _LONGEST, _EASY = 0.25, 1.0, 3
+#: Newton's iterations at a threshold; distance of z at which they end.
+_ITERATIONS, _CLOSE = 25, 1e-10
+#: Distance from the mean, in standard deviations, beyond which nothing is looked for: P = 8e-24.
+FARTHEST = 10.0
+
+
+@dataclass(frozen=True)
+class MostProbablePoint:
+    """The point nearest to the mean at which a response takes a value.
+
+    Attributes
+    ----------
+    threshold : the value
+    point : (n,)
+    multiplier : of the condition y = threshold
+    expansion : of the response there
+    iterations : of Newton's method from the point before
+    """
+
+    threshold: float
+    point: Array
+    multiplier: float
+    expansion: Expansion
+    iterations: int
+
+    @property
+    def index(self) -> float:
+        """Distance from the mean, positive where the threshold is above the response there (reliability index)."""
+        distance = float(np.linalg.norm(self.point))
+        return distance if self.multiplier <= 0.0 else -distance
+
+    @property
+    def curvatures(self) -> Array:
+        """Principal curvatures (n - 1,) of the limit state, positive where it bends away from the mean, times its
+        distance: those of y above the threshold where the index is positive."""
+        n = len(self.point)
+        gradient = self.expansion.gradient
+        length = float(np.linalg.norm(gradient))
+        normal = gradient / length
+        basis = np.linalg.svd(normal[None])[2][1:] if n > 1 else np.zeros((0, n))
+        found = np.linalg.eigvalsh(basis @ self.expansion.hessian @ basis.T) / length
+        return np.asarray(-found, dtype=float)
+
+    @property
+    def nearest(self) -> bool:
+        """Whether no point near by has the threshold and lies nearer to the mean."""
+        return bool(np.all(1.0 + self.index * self.curvatures > -1e-9))
+
+    @property
+    def form(self) -> QuadraticForm:
+        """The quadratic form that has the response's value, gradient and Hessian at the point."""
+        found = self.expansion
+        return QuadraticForm(found.value, found.gradient, found.hessian).about(self.point, found.value)
+
+
+def first_order(found: MostProbablePoint) -> float:
+    """Return P(y > threshold) where the limit state is a plane.
+
+    References
+    ----------
+    Hasofer, Lind: Exact and invariant second-moment code format, J. Eng. Mech. Div. 100 (1974).
+    """
+    return float(special.ndtr(-found.index))
+
+
+def breitung(found: MostProbablePoint) -> float:
+    """Return P(y > threshold) by the curvatures of the limit state, for a large index.
+
+    References
+    ----------
+    Breitung: Asymptotic approximations for multinormal integrals, J. Eng. Mech. 110 (1984), eq. 17.
+    """
+    return _curved(found, abs(found.index))
+
+
+def hohenbichler_rackwitz(found: MostProbablePoint) -> float:
+    """Return P(y > threshold) by the curvatures of the limit state, for smaller indices too.
+
+    References
+    ----------
+    Hohenbichler, Rackwitz: Improvement of second-order reliability estimates by importance sampling, J. Eng. Mech. 114
+    (1988).
+    """
+    distance = abs(found.index)
+    density = np.exp(-0.5 * distance**2) / np.sqrt(2.0 * np.pi)
+    return _curved(found, float(density / special.ndtr(-distance)))
+
+
+def _curved(found: MostProbablePoint, weight: float) -> float:
+    sign = 1.0 if found.index >= 0.0 else -1.0
+    bent = 1.0 + weight * sign * found.curvatures
+    if np.any(bent <= 0.0):
+        return float("nan")
+    tail = float(special.ndtr(-abs(found.index)) / np.sqrt(np.prod(bent)))
+    return tail if sign > 0 else 1.0 - tail
+
+
+def most_probable_points(response: Response, thresholds: Sequence[float]) -> list[MostProbablePoint]:
+    """Return the most probable points of thresholds, in their order.
+
+    From the mean the curve of most probable points is followed to both sides in steps of a quarter of a standard
+    deviation; each point solves z + m g = 0, y = threshold by Newton's method with the exact Hessian, which converges
+    in a few iterations where methods of gradients zigzag.
+
+    Raises
+    ------
+    NumericalError
+        Where the response has no slope at the mean, or a threshold is not reached.
+    """
+    start = response.expansion(np.zeros(response.size))
+    slope = float(np.linalg.norm(start.gradient))
+    if not slope > 1e-12 * np.linalg.norm(start.hessian):
+        what = "the response has no slope at the mean, so no direction leads to its most probable points"
+        raise NumericalError(what, "Monte Carlo, or a mean that is not an extremum of the response")
+    origin = MostProbablePoint(start.value, np.zeros(response.size), 0.0, start, 0)
+    order = np.argsort(thresholds)
+    found: dict[int, MostProbablePoint] = {}
+    for side in (1.0, -1.0):
+        last = origin
+        chosen = [int(k) for k in order if side * (thresholds[k] - start.value) > 0.0]
+        for k in chosen if side > 0 else reversed(chosen):
+            last = _followed(response, last, float(thresholds[k]))
+            found[k] = last
+    for k, threshold in enumerate(thresholds):
+        if threshold == start.value:
+            found[k] = origin
+    return [found[k] for k in range(len(thresholds))]
+
+
+def _followed(response: Response, last: MostProbablePoint, threshold: float) -> MostProbablePoint:
+    """Follow the curve of most probable points from one to the next threshold."""
+    stride = _STRIDE
+    while True:
+        slope = float(np.linalg.norm(last.expansion.gradient))
+        rest = threshold - last.threshold
+        ahead = np.sign(rest) * min(abs(rest), stride * slope)
+        reached = _newton(response, last, last.threshold + ahead if abs(ahead) < abs(rest) else threshold)
+        if reached is None:
+            stride *= 0.5
+            if stride < 1e-3 * _STRIDE:
+                raise _unreached(last, threshold)
+            continue
+        if reached.threshold == threshold:
+            return reached
+        if np.linalg.norm(reached.point) > FARTHEST:
+            raise _unreached(reached, threshold)
+        last, stride = reached, min(2.0 * stride, _LONGEST) if reached.iterations <= _EASY else stride
+
+
+def _unreached(last: MostProbablePoint, threshold: float) -> NumericalError:
+    far = float(np.linalg.norm(last.point))
+    what = f"the response does not reach {threshold:.6g}: the curve of its most probable points ends at "
+    what += f"{last.threshold:.6g}, {far:.3g} standard deviations from the mean"
+    return NumericalError(what, "a threshold nearer to the mean, or Monte Carlo")
+
+
+def _newton(response: Response, last: MostProbablePoint, threshold: float) -> MostProbablePoint | None:
+    """Return the most probable point next to another; None where Newton's method does not come to it."""
+    z, multiplier, here = last.point, last.multiplier, last.expansion
+    n = len(z)
+    system = np.zeros((n + 1, n + 1))
+    for iteration in range(1, _ITERATIONS + 1):
+        gradient = here.gradient
+        system[:n, :n] = np.eye(n) + multiplier * here.hessian
+        system[:n, n] = system[n, :n] = gradient
+        try:
+            step = np.linalg.solve(system, -np.append(z + multiplier * gradient, here.value - threshold))
+        except np.linalg.LinAlgError:
+            return None
+        if np.linalg.norm(step[:n]) > 2.0 * _LONGEST:
+            return None
+        z, multiplier = z + step[:n], multiplier + float(step[n])
+        here = response.expansion(z)
+        if np.linalg.norm(step[:n]) <= _CLOSE * (1.0 + np.linalg.norm(z)) or _solved(z, multiplier, here, threshold):
+            return MostProbablePoint(threshold, z, multiplier, here, iteration)
+    return None
+
+
+def _solved(z: Array, multiplier: float, here: Expansion, threshold: float) -> bool:
+    """Whether both conditions hold to 1e-9 standard deviations."""
+    slope = float(np.linalg.norm(here.gradient))
+    apart = float(np.linalg.norm(z + multiplier * here.gradient))
+    return apart <= 1e-9 and abs(here.value - threshold) <= 1e-9 * slope
+
+
+def rivals(response: Response, found: MostProbablePoint, starts: int, seed: int) -> list[MostProbablePoint]:
+    """Return other points with the same threshold that lie nearer to the mean than one standard deviation behind it.
+
+    A bistable system has several, and the probability is then some sum of theirs. They are looked for from the mirrored
+    point and from random directions at the same distance, by the method of Hasofer and Lind with Newton's at its end;
+    that none is found is no proof.
+    """
+    random = np.random.default_rng(seed)
+    directions = random.standard_normal((starts, len(found.point)))
+    distance = np.linalg.norm(found.point)
+    begins = [-found.point, *(distance * directions / np.linalg.norm(directions, axis=1)[:, None])]
+    others: list[MostProbablePoint] = []
+    for begin in begins:
+        point = _descended(response, begin, found.threshold)
+        if point is None or np.linalg.norm(point.point) > distance + 1.0:
+            continue
+        if all(np.linalg.norm(point.point - other.point) > _STRIDE for other in (found, *others)):
+            others.append(point)
+    return sorted(others, key=lambda one: float(np.linalg.norm(one.point)))
+
+
+def _descended(response: Response, begin: Array, threshold: float) -> MostProbablePoint | None:
+    """Return the most probable point to which steps of at most one standard deviation lead."""
+    z = begin
+    for _ in range(_ITERATIONS):
+        value, gradient = response.gradient(z)
+        square = float(gradient @ gradient)
+        if not square:
+            return None
+        step = (gradient @ z - value + threshold) / square * gradient - z
+        length = float(np.linalg.norm(step))
+        z = z + step * min(1.0, 1.0 / max(length, 1e-300))
+        if length < _STRIDE:
+            break
+    here = response.expansion(z)
+    multiplier = -float(here.gradient @ z) / float(here.gradient @ here.gradient)
+    return _newton(response, MostProbablePoint(threshold, z, multiplier, here, 0), threshold)

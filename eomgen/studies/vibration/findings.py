@@ -1,0 +1,78 @@
+"""What a study of random vibration finds, as plain data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from eomgen.arrays import Array
+
+
+@dataclass(frozen=True)
+class Distribution:
+    """P(y <= threshold) and P(y > threshold) by one method.
+
+    Attributes
+    ----------
+    below, above : (thresholds,), not a number where the method has none
+    low, high : of P(y <= threshold), (thresholds,): bounds of 95 % confidence where samples were counted, else empty
+    """
+
+    below: Array
+    above: Array
+    low: Array
+    high: Array
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Solutions of the equations of motion, and of their linear ones backwards in time."""
+
+    runs: int
+    adjoints: int
+
+
+@dataclass(frozen=True)
+class Process:
+    """A random process of the scene: its kind, number of variables, and part of the variance that they capture."""
+
+    name: str
+    kind: str
+    variables: int
+    captured: float
+    eigenvalues: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Findings:
+    """The distribution of an output at one time.
+
+    Attributes
+    ----------
+    scene, output, unit : names
+    t : s
+    processes : the scene's
+    thresholds : (n,)
+    moments : of each method: mean, standard deviation, skewness, excess kurtosis
+    distributions : of each method
+    indices : reliability index of each threshold, (n,), not a number where none was looked for
+    times, autocovariance : (m,) in s, and the covariance with the output at ``t`` by method, (m,)
+    first_passage : of each level: its probability over the run by method
+    costs : by method
+    notes : what is in doubt
+    """
+
+    scene: str
+    output: str
+    unit: str
+    t: float
+    processes: tuple[Process, ...]
+    thresholds: Array
+    moments: Mapping[str, tuple[float, float, float, float]]
+    distributions: Mapping[str, Distribution]
+    indices: Array
+    times: Array
+    autocovariance: Mapping[str, Array]
+    first_passage: Mapping[float, Mapping[str, float]]
+    costs: Mapping[str, Cost]
+    notes: Sequence[str]

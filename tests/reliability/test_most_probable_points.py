@@ -1,0 +1,183 @@
+"""Most probable points of the Duffing oscillator under a squared Gaussian process, and probabilities about them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from eomgen.arrays import Array
+from eomgen.errors import NumericalError
+from eomgen.reliability import (
+    INVERSIONS,
+    Counted,
+    Expansion,
+    breitung,
+    first_order,
+    hermite_projection,
+    hohenbichler_rackwitz,
+    importance_sampling,
+    leading_directions,
+    most_probable_points,
+    projected_hessian,
+    rivals,
+)
+from tests.reliability.duffing import NODES, Duffing
+
+#: Quantiles of a million samples, 1e-3 to 0.999 (integrators_and_random_vibration.md 4.6).
+SHARES = np.array([1e-3, 0.01, 0.1, 0.9, 0.99, 0.999])
+QUANTILES = [-1.0978, -0.7159, -0.1798, 1.1862, 1.7565, 2.1683]
+
+
+class Formula:
+    """A response of two variables by a formula: value, gradient and Hessian by hand."""
+
+    size = 2
+
+    def __init__(self, kind: str) -> None:
+        self.kind = kind
+
+    def expansion(self, point: Array) -> Expansion:
+        x, y = point
+        if self.kind == "two valleys":  # x^2 reaches 9 at x = 3 and x = -3; the slope makes one of them nearer
+            return Expansion(x * x + 0.05 * x, np.array([2.0 * x + 0.05, 0.0]), np.diag([2.0, 0.0]))
+        if self.kind == "bounded":
+            bend = 1.0 / np.cosh(x) ** 2
+            return Expansion(np.tanh(x), np.array([bend, 0.0]), np.diag([-2.0 * np.tanh(x) * bend, 0.0]))
+        if self.kind == "flat":
+            return Expansion(x * x + y * y, np.array([2.0 * x, 2.0 * y]), 2.0 * np.eye(2))
+        return Expansion(np.nan, point, np.eye(2))
+
+    def gradient(self, point: Array) -> tuple[float, Array]:
+        found = self.expansion(point)
+        return found.value, found.gradient
+
+    def values(self, points: Array) -> Array:
+        return np.array([self.expansion(point).value for point in points])
+
+
+def test_the_oracle_has_the_gradient_of_complex_steps_and_a_hessian() -> None:
+    duffing = Duffing(0.5, 0.3)
+    point = np.random.default_rng(1).standard_normal(21)
+    found = duffing.expansion(point)
+    turned = duffing.trajectories(point + 1e-30j * np.eye(21))[-1].imag / 1e-30
+    np.testing.assert_allclose(found.gradient, turned, atol=1e-13 * np.abs(turned).max())
+    direction = np.random.default_rng(2).standard_normal(21)
+    ahead, behind = (duffing.expansion(point + side * 1e-5 * direction).gradient for side in (1.0, -1.0))
+    np.testing.assert_allclose(found.hessian @ direction, (ahead - behind) / 2e-5, atol=1e-8)
+
+
+def test_two_quantiles_by_every_order() -> None:
+    counted = Counted(Duffing(0.1, 0.3))
+    low, high = most_probable_points(counted, [QUANTILES[2], QUANTILES[3]])
+    assert counted.expanded <= 36
+    assert counted.solved == 0
+    for found, share in ((low, 0.1), (high, 0.9)):
+        assert found.nearest
+        assert found.iterations <= 6
+        np.testing.assert_allclose(found.point, -found.multiplier * found.expansion.gradient, atol=1e-8)
+        exact = float(INVERSIONS["steepest_descent"](found.form, found.threshold).below)
+        assert exact == pytest.approx(share, abs=2.5e-3)
+        assert abs(1.0 - first_order(found) - share) > 5e-3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("cubic", "largest", "gain"), [(0.1, 2.5e-3, 5.0), (0.5, 8e-3, 5.0)])
+def test_the_distribution_between_the_quantiles_of_samples(cubic: float, largest: float, gain: float) -> None:
+    """Quadratic forms at most probable points against 2e5 samples, whose own error is 1e-3: check 18 of the dossier."""
+    duffing = Duffing(cubic, 0.3)
+    samples = np.concatenate([duffing.values(np.random.default_rng(k).standard_normal((50_000, 21))) for k in range(4)])
+    thresholds = np.quantile(samples, SHARES)
+    found = most_probable_points(duffing, list(thresholds))
+    assert max(one.iterations for one in found) <= 6
+    quadratic = np.array([float(INVERSIONS["steepest_descent"](one.form, one.threshold).below) for one in found])
+    off = np.abs(quadratic - SHARES).max()
+    first = max(abs(1.0 - first_order(one) - share) for one, share in zip(found, SHARES, strict=True))
+    assert off <= largest
+    assert first >= gain * off
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("cubic", [0.1, 0.5])
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_tails_five_standard_deviations_out_against_importance_sampling(cubic: float, side: float) -> None:
+    duffing = Duffing(cubic, 0.3)
+    mean = duffing.expansion(np.zeros(21))
+    reach = {(0.1, 1.0): 3.3, (0.1, -1.0): -2.3, (0.5, 1.0): 1.75, (0.5, -1.0): -1.7}[cubic, side]
+    (found,) = most_probable_points(duffing, [reach])
+    assert 4.0 < side * found.index < 6.0, (found.index, mean.value)
+    estimate = importance_sampling(duffing, found.point, reach, above=side > 0, samples=80_000, seed=4)
+    assert estimate.standard_error < 0.06 * estimate.probability
+    tails = INVERSIONS["steepest_descent"](found.form, reach)
+    quadratic = float(tails.above if side > 0 else tails.below)
+    assert quadratic == pytest.approx(estimate.probability, rel=0.25)
+    plane = first_order(found)
+    assert (plane if side > 0 else 1.0 - plane) > 1.7 * estimate.probability
+
+
+def test_curvatures_of_a_circle_give_its_known_probability() -> None:
+    """P(z1 + c z2^2 / 2 > b): curvature -c; Breitung's (1 + b c')^(-1/2), exact as b grows."""
+
+    class Parabola(Formula):
+        def expansion(self, point: Array) -> Expansion:
+            x, y = point
+            return Expansion(x - 0.2 * y * y, np.array([1.0, -0.4 * y]), np.diag([0.0, -0.4]))
+
+    (found,) = most_probable_points(Parabola(""), [4.0])
+    np.testing.assert_allclose(found.curvatures, [0.4], rtol=1e-12)
+    exact = float(INVERSIONS["steepest_descent"](found.form, 4.0).above)
+    assert first_order(found) / exact > 1.5
+    assert breitung(found) == pytest.approx(first_order(found) / np.sqrt(1.0 + 4.0 * 0.4), rel=1e-12)
+    assert breitung(found) == pytest.approx(exact, rel=0.05)
+    assert hohenbichler_rackwitz(found) == pytest.approx(exact, rel=0.02)
+
+
+def test_a_second_valley_is_found() -> None:
+    (found,) = most_probable_points(Formula("two valleys"), [9.0])
+    assert found.point[0] == pytest.approx(2.975, abs=1e-3)
+    (other,) = rivals(Formula("two valleys"), found, 4, 0)
+    assert other.point[0] == pytest.approx(-3.025, abs=1e-3)
+    low, high = most_probable_points(Duffing(0.1, 0.3), [0.2, 0.8])
+    assert rivals(Duffing(0.1, 0.3), high, 1, 0) == []
+    assert low.index < 0.0 < high.index
+
+
+@pytest.mark.parametrize(
+    ("kind", "text"),
+    [
+        ("bounded", "the response does not reach 1.5: the curve of its most probable points ends at "),
+        (
+            "flat",
+            "the response has no slope at the mean, so no direction leads to its most probable points; try: Monte",
+        ),
+        ("broken", "the response is not finite at a point 0 standard deviations from the mean; try: smaller steps"),
+    ],
+)
+def test_what_has_no_most_probable_point_says_why(kind: str, text: str) -> None:
+    with pytest.raises(NumericalError) as caught:
+        most_probable_points(Counted(Formula(kind)), [1.5])
+    assert text in str(caught.value)
+
+
+@pytest.mark.slow
+def test_projections_onto_hermite_polynomials_mend_the_variance_of_the_mean_expansion() -> None:
+    duffing = Duffing(0.1, 0.3)
+    samples = duffing.values(np.random.default_rng(8).standard_normal((50_000, 21)))
+    about_mean, projected = duffing.expansion(np.zeros(21)).form, hermite_projection(duffing, 32, 0)
+    spread = samples.std()
+    assert abs(about_mean.standard_deviation / spread - 1.0) > 0.05
+    assert abs(projected.standard_deviation / spread - 1.0) < 0.02
+    assert abs(projected.mean - samples.mean()) < 0.02 * spread
+
+
+def test_hessians_of_leading_directions_alone() -> None:
+    gradients = np.array([Duffing(0.1, 0.3, last).expansion(np.zeros(21)).gradient for last in range(20, NODES, 40)])
+    whole = Duffing(0.1, 0.3).expansion(np.zeros(21))
+    errors = []
+    for share in (0.9, 0.99, 1.0):
+        directions = leading_directions(gradients, share)
+        np.testing.assert_allclose(directions.T @ directions, np.eye(directions.shape[1]), atol=1e-13)
+        found = projected_hessian(lambda p: whole.hessian @ p, directions)
+        np.testing.assert_allclose(found @ directions, whole.hessian @ directions, atol=1e-13)
+        errors.append(np.linalg.norm(found - whole.hessian) / np.linalg.norm(whole.hessian))
+    assert errors[0] > errors[1] > errors[2]
+    assert leading_directions(gradients, 0.9).shape[1] < leading_directions(gradients, 0.99).shape[1] <= 7

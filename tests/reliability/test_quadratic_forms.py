@@ -1,0 +1,103 @@
+"""Quadratic forms of normal variables: moments, and distributions against SciPy's chi-square and normal ones."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import integrate, special, stats
+
+from eomgen.errors import ModelError, NumericalError
+from eomgen.reliability import INVERSIONS, QuadraticForm
+from tests.reliability.duffing import Duffing
+
+METHODS = list(INVERSIONS)
+
+
+def chi_square(n: int, offset: float = 0.0) -> QuadraticForm:
+    """Return sum (z + offset)^2 of n variables."""
+    return QuadraticForm(n * offset**2, np.full(n, 2.0 * offset), 2.0 * np.eye(n))
+
+
+@pytest.mark.parametrize(("n", "offset"), [(1, 0.0), (2, 0.0), (7, 0.0), (1, 1.7), (5, 0.4)])
+def test_both_tails_are_those_of_chi_square_to_twelve_digits(n: int, offset: float) -> None:
+    y = np.array([1e-2, 0.3, n, n + 1.0, 5.0, 50.0, 500.0])
+    tails = INVERSIONS["steepest_descent"](chi_square(n, offset), y)
+    oracle = stats.ncx2(n, n * offset**2) if offset else stats.chi2(n)
+    np.testing.assert_allclose(tails.below, oracle.cdf(y), rtol=1e-12)
+    np.testing.assert_allclose(tails.above, oracle.sf(y), rtol=2e-12)
+    assert tails.above[-1] < 1e-80
+
+
+def test_plane_forms_are_normal_and_far_tails_keep_their_digits() -> None:
+    form = QuadraticForm(1.0, np.array([3.0, 4.0]), np.zeros((2, 2)))
+    y = 1.0 + 5.0 * np.array([-30.0, -1e-9, 0.0, 0.4, 20.0])
+    tails = INVERSIONS["steepest_descent"](form, y)
+    np.testing.assert_allclose(tails.below, stats.norm.cdf(y, 1.0, 5.0), rtol=1e-12)
+    np.testing.assert_allclose(tails.above, stats.norm.sf(y, 1.0, 5.0), rtol=1e-12)
+
+
+def test_differences_of_squares_have_both_poles() -> None:
+    """z1^2 - z2^2 is even, and P(> 0) = 1 / 2; its density is K0(|y| / 2) / (2 pi)."""
+    form = QuadraticForm(0.0, np.zeros(2), np.diag([2.0, -2.0]))
+    oracle = integrate.quad(lambda y: special.k0(0.5 * y) / (2.0 * np.pi), 3.0, np.inf, epsabs=0.0, epsrel=1e-12)[0]
+    tails = INVERSIONS["steepest_descent"](form, [0.0, 3.0, -3.0])
+    np.testing.assert_allclose(tails.above, [0.5, oracle, 1.0 - oracle], rtol=1e-11)
+
+
+def test_values_that_a_form_never_takes() -> None:
+    tails = INVERSIONS["steepest_descent"](chi_square(3), [-1.0, -1e-300])
+    np.testing.assert_array_equal(tails.below, 0.0)
+    np.testing.assert_array_equal(tails.above, 1.0)
+    constant = INVERSIONS["steepest_descent"](QuadraticForm(2.0, np.zeros(3), np.zeros((3, 3))), [1.0, 2.0, 3.0])
+    np.testing.assert_array_equal(constant.below, [0.0, 1.0, 1.0])
+
+
+def test_moments_and_distribution_of_the_linear_oscillator() -> None:
+    """Reference digits of integrators_and_random_vibration.md 4.6, where the expansion is exact."""
+    form = Duffing(cubic=0.0, depth=0.3).expansion(np.zeros(21)).form
+    moments = form.mean, form.standard_deviation, form.skewness, form.excess_kurtosis
+    np.testing.assert_allclose(moments, [0.5513826156, 0.5981786089, 0.2159817080, 0.2869210274], rtol=3e-10)
+    reference = [0.17390156, 0.47961108, 0.78275182, 0.98757089]
+    for name, tolerance in (("steepest_descent", 1e-8), ("imhof", 1e-8), ("lugannani_rice", 6e-4)):
+        tails = INVERSIONS[name](form, [0.0, 0.5, 1.0, 2.0])
+        np.testing.assert_allclose(tails.below, reference, atol=tolerance)
+        np.testing.assert_allclose(tails.below + tails.above, 1.0, atol=1e-14)
+    far = [6.0, 40.0]
+    exact, near = (INVERSIONS[name](form, far).above for name in ("steepest_descent", "lugannani_rice"))
+    np.testing.assert_allclose(near, exact, rtol=5e-3)
+    assert 0.0 < exact[1] < 1e-100
+
+
+def test_autocovariance_of_the_linear_oscillator() -> None:
+    forms = [Duffing(0.0, 0.3, last).expansion(np.zeros(21)).form for last in (100, 150, 200, 250, 300)]
+    found = [form.covariance(forms[-1]) for form in forms]
+    np.testing.assert_allclose(found, [-0.08316337, 0.07729040, 0.00998309, -0.16942185, 0.35781765], atol=1e-8)
+
+
+def test_cumulants_are_those_of_samples() -> None:
+    random = np.random.default_rng(3)
+    half = random.standard_normal((4, 4))
+    form = QuadraticForm(0.5, random.standard_normal(4), half + half.T)
+    z = random.standard_normal((400_000, 4))
+    y = form.value + z @ form.gradient + 0.5 * np.einsum("mi,ij,mj->m", z, form.hessian, z)
+    np.testing.assert_allclose(form.cumulants()[:3], [y.mean(), y.var(), stats.kstat(y, 3)], rtol=0.02)
+    at = np.quantile(y, [0.01, 0.3, 0.9, 0.999])
+    below = INVERSIONS["steepest_descent"](form, at).below
+    np.testing.assert_allclose(below, [0.01, 0.3, 0.9, 0.999], atol=0.003)
+
+
+def test_a_form_about_a_point_has_its_value_and_slope_there() -> None:
+    random = np.random.default_rng(5)
+    half, gradient, point = random.standard_normal((3, 3)), random.standard_normal(3), random.standard_normal(3)
+    form = QuadraticForm(0.0, gradient, half + half.T).about(point, 2.5)
+    assert form.value + form.gradient @ point + 0.5 * point @ form.hessian @ point == pytest.approx(2.5, rel=1e-14)
+    np.testing.assert_allclose(form.gradient + form.hessian @ point, gradient, rtol=1e-13)
+
+
+def test_refused_forms_say_why() -> None:
+    with pytest.raises(ModelError, match=r"a quadratic form of 2 variables needs a Hessian \(2, 2\), found \(3, 3\)"):
+        QuadraticForm(0.0, np.zeros(2), np.eye(3))
+    with pytest.raises(ModelError, match="a quadratic form needs finite numbers"):
+        QuadraticForm(np.nan, np.zeros(2), np.eye(2))
+    with pytest.raises(NumericalError, match="of 1 variables falls too slowly for Imhof's integral; try: inversion by"):
+        INVERSIONS["imhof"](chi_square(1), [1.0])
