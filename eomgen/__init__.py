@@ -29,7 +29,17 @@ if TYPE_CHECKING:
     from eomgen.results.solution import Solution
     from eomgen.scene.builder import SceneBuilder
     from eomgen.scene.scene import Scene
-    from eomgen.studies import Extremes, RealTime, Tradeoff, Tuned, extremes, tradeoff, tune
+    from eomgen.studies import (
+        Extremes,
+        RandomVibration,
+        RealTime,
+        Tradeoff,
+        Tuned,
+        extremes,
+        random_vibration,
+        tradeoff,
+        tune,
+    )
     from eomgen.studies.savings.study import savings
     from eomgen.system.system import System
 
@@ -43,6 +53,7 @@ _HOMES = {
     "Scene": "eomgen.scene.scene",
     "System": "eomgen.system.system",
     **dict.fromkeys(("Extremes", "extremes", "RealTime", "Tradeoff", "Tuned", "tradeoff", "tune"), "eomgen.studies"),
+    **dict.fromkeys(("RandomVibration", "random_vibration"), "eomgen.studies"),
     "savings": "eomgen.studies.savings.study",
     "with_controller": "eomgen.pipeline.controllers",
     **dict.fromkeys(
@@ -69,6 +80,7 @@ __all__ = [
     "ModelError",
     "NumericalError",
     "Problem",
+    "RandomVibration",
     "RealTime",
     "Scene",
     "SceneBuilder",
@@ -85,6 +97,7 @@ __all__ = [
     "extremes",
     "generate",
     "load",
+    "random_vibration",
     "savings",
     "spectra",
     "tradeoff",

@@ -80,7 +80,13 @@ def in_backticks(text: str) -> set[str]:
 def test_there_is_something_to_test() -> None:
     assert {block.page for block in WHOLE} == {"README.md", "scene.md"}
     assert len(PIECES) >= 20
-    assert {block.page for block in blocks("python")} == {"README.md", "ensembles.md", "python.md", "urdf_robots.md"}
+    assert {block.page for block in blocks("python")} == {
+        "README.md",
+        "ensembles.md",
+        "python.md",
+        "random_vibration.md",
+        "urdf_robots.md",
+    }
 
 
 @pytest.mark.parametrize("block", WHOLE, ids=place)

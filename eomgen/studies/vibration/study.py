@@ -67,7 +67,7 @@ def random_vibration(
     pairs : of points of the Hermite projection
     times : s, at which the covariance with the output at ``at`` is wanted
     levels : whose first passage within the run is wanted, from below
-    options : of ``simulate``
+    options : of ``simulate``; the method is the scene's where none is given
 
     Raises
     ------
