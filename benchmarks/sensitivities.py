@@ -1,9 +1,9 @@
 """The cost of derivatives of a run against that of the run: a seven-axis arm, 24 parameters.
 
-    python -m benchmarks.sensitivities [--steps 2000] [--repeats 7]
+    python -m benchmarks.sensitivities [--steps 2000] [--repeats 7] [--quick]
 
 Processor time of this process (user), medians of what is run alternately: the run alone, a gradient by adjoints, all
-tangents.
+tangents. The gradient is held against the tangents first.
 """
 
 from __future__ import annotations
@@ -11,10 +11,13 @@ from __future__ import annotations
 import argparse
 import resource
 import statistics
+import sys
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 import eomgen
 from eomgen.model import Model
@@ -47,31 +50,42 @@ def seconds(call: Callable[[], object]) -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_utime - before
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+def main(words: Sequence[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--steps", type=int, default=2000)
     parser.add_argument("--repeats", type=int, default=7)
-    given = parser.parse_args()
+    parser.add_argument("--quick", action="store_true", help="few steps, no times")
+    given = parser.parse_args(words)
     model = arm()
-    end = given.steps * STEP
+    steps = 40 if given.quick else given.steps
+    end = steps * STEP
     options: dict[str, Any] = {"initial": {"v": [0.1, 0.2, 0.1, -0.2, 0.1, 0.3, 0.1]}}
-    calls = {
+    print(f"{len(model.parameters)} parameters: gradient and tangents differ by {difference(model, end, options):.1e}")
+    if given.quick:
+        return 0
+    calls: dict[str, Callable[[], object]] = {
         "run": lambda: model.simulate(end, STEP, error_estimate=False, **options).q,
         "gradient": lambda: model.sensitivities(end, STEP, **options).gradient("integral(flange[2])"),
         "tangents": lambda: model.sensitivities(end, STEP, **options).derivatives,
     }
     times: dict[str, list[float]] = {name: [] for name in calls}
-    for call in calls.values():
-        call()
     for _ in range(given.repeats):
         for name, call in calls.items():
             times[name].append(seconds(call))
     run = statistics.median(times["run"])
-    print(f"{len(model.parameters)} parameters, {given.steps} steps, user time, medians of {given.repeats}")
+    print(f"{steps} steps, user time, medians of {given.repeats}")
     for name, values in times.items():
         median = statistics.median(values)
-        print(f"{name:10} {1e6 * median / given.steps:8.2f} us/step   {median / run:6.2f} x the run")
+        print(f"{name:10} {1e6 * median / steps:8.2f} us/step   {median / run:6.2f} x the run")
+    return 0
+
+
+def difference(model: Model, end: float, options: dict[str, Any]) -> float:
+    """Return how far the gradient of the last height is from the tangents' last row, by the largest of these."""
+    found = model.sensitivities(end, STEP, **options)
+    tangents = found.derivatives["flange"][-1, 2]
+    return float(np.abs(found.gradients(["final(flange[2])"])[0] - tangents).max() / np.abs(tangents).max())
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

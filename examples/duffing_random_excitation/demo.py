@@ -1,10 +1,11 @@
 """Duffing's oscillator under the square of a Gaussian process: its modes, and the deflection of many samples.
 
-python examples/duffing_random_excitation/demo.py
+python examples/duffing_random_excitation/demo.py [--samples 2000] [--out FOLDER]
 """
 
 from __future__ import annotations
 
+import argparse
 from pathlib import Path
 
 import matplotlib as mpl
@@ -19,7 +20,6 @@ from eomgen.random_processes import standard_normals
 
 BLUE, VERMILION, GREEN = "#0072B2", "#D55E00", "#009E73"  # Okabe and Ito
 FOLDER = Path(__file__).parent
-SAMPLES = 2000
 
 
 def scene() -> eomgen.Scene:
@@ -48,10 +48,14 @@ def scene() -> eomgen.Scene:
 
 
 def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--samples", type=int, default=2000)
+    parser.add_argument("--out", type=Path, default=FOLDER)
+    given = parser.parse_args()
     model = eomgen.build(scene())
     process = next(item.random for item in model.description.inputs if item.random is not None)
     print(f"{len(process.modes)} modes capture {100 * process.captured[-1]:.4f} % of the variance")
-    found = model.simulate_many(vary={"seed.force": "integers(0, 999999999)"}, samples=SAMPLES, seed=0)
+    found = model.simulate_many(vary={"seed.force": "integers(0, 999999999)"}, samples=given.samples, seed=0)
     last = np.asarray(found.results["output.deflection.final"])
     print(f"deflection after 15 s: mean {last.mean():.3f} m, standard deviation {last.std():.3f} m")
 
@@ -76,7 +80,8 @@ def main() -> None:
     deflections.set(xlabel="time, s", ylabel="deflection, m", title="and the deflection")
     for axes in figure.axes:
         axes.grid(alpha=0.3, linewidth=0.5)
-    figure.savefig(FOLDER / "duffing_random_excitation.png", dpi=90)
+    given.out.mkdir(parents=True, exist_ok=True)
+    figure.savefig(given.out / "duffing_random_excitation.png", dpi=90)
 
 
 if __name__ == "__main__":

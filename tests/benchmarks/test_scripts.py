@@ -24,6 +24,7 @@ from benchmarks import (
     real_time_steps,
     relative_springs,
     robot_dynamics,
+    sensitivities,
     spin_up_beam,
     stepper_overhead,
     stepping,
@@ -52,6 +53,13 @@ def test_lanes_have_the_bits_of_scalar_code(capsys: pytest.CaptureFixture[str], 
     assert capsys.readouterr().out == "panda inverse_dynamics: the same bits\n"
     (row,) = json.loads((tmp_path / "lanes.json").read_text())["rows"]
     assert row["same_bits"] and row["operations"] > 500
+
+
+@pytest.mark.slow
+def test_gradients_of_a_run_are_its_tangents(capsys: pytest.CaptureFixture[str]) -> None:
+    assert sensitivities.main(["--quick"]) == 0
+    said = re.fullmatch(r"24 parameters: gradient and tangents differ by (\S+)\n", capsys.readouterr().out)
+    assert said is not None and 0.0 < float(said[1]) <= 1e-11
 
 
 def test_steppers_in_lanes_have_the_bits_of_one(capsys: pytest.CaptureFixture[str]) -> None:
