@@ -135,6 +135,8 @@ def test_the_command_prints_writes_and_draws(tmp_path: Path, capsys: pytest.Capt
         ({"output": "y"}, "output: there is no output 'y'; try: one of x, pair"),
         ({"output": "pair"}, "output: 'pair' is no single component of pair; try: pair[0] to pair[1]"),
         ({"thresholds": [np.nan]}, "thresholds: finite numbers are needed"),
+        ({"samples": -1}, "samples: a whole number from 0 on is needed, not -1; try: samples=1000"),
+        ({"seed": 0.5}, "seed: a whole number from 0 on is needed, not 0.5"),
         ({"times": [0.333]}, "times: t = 0.333 s is no row of the run; the nearest one is at 0.35 s"),
     ],
 )

@@ -50,17 +50,18 @@ class RunResponse:
 
     def values(self, points: Array) -> Array:
         """Return the output (m,) at points (m, n), not a number where a run failed."""
-        return self.extremes(points, "final")
+        return self.samples(points)[0]
 
-    def extremes(self, points: Array, which: str) -> Array:
-        """Return ``min``, ``max`` or ``final`` of the output (m,) at points (m, n)."""
+    def samples(self, points: Array) -> tuple[Array, Array]:
+        """Return the output at the end of runs (m,), and its largest value within each, at points (m, n)."""
         self.runs += len(points)
         table = dict(zip(self.variables, points.T, strict=True))
         found = self.model.simulate_many(
             *self.span, table=table, columns=[f"output.{self.output}"], points=2, **self.options
         )
         self.failed += len(found.failed)
-        return np.asarray(found.results[f"output.{self.output}.{which}"], dtype=float)
+        final, highest = (found.results[f"output.{self.output}.{which}"] for which in ("final", "max"))
+        return np.asarray(final, dtype=float), np.asarray(highest, dtype=float)
 
     def expansion(self, point: Array) -> Expansion:
         """Return the output with its gradient (n,) and Hessian (n, n), differences of exact gradients."""

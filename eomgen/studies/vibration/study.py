@@ -72,10 +72,11 @@ def random_vibration(
     Raises
     ------
     UsageError
-        No random process, no such output, a method without derivatives of runs.
+        Counts below 0, no random process, no such output, a method without derivatives of runs.
     NumericalError
         A threshold that is not reached, a run that fails.
     """
+    _check_counts(samples=samples, tail_samples=tail_samples, pairs=pairs, seed=seed)
     end, size = _span(model, at, step)
     processes, variables = processes_of(model)
     _check_output(model, output)
@@ -107,12 +108,10 @@ def random_vibration(
     if samples:
         with _counted(response, costs, "monte_carlo"):
             normal = np.random.default_rng(seed).standard_normal((samples, len(variables)))
-            y = response.values(normal)
+            y, highest = response.samples(normal)
         found["monte_carlo"], moments["monte_carlo"] = _counts(y[np.isfinite(y)], wanted)
-        if levels:
-            highest = response.extremes(normal, "max")
-            for level, values in passage.items():
-                values["monte_carlo"] = float(np.mean(highest[np.isfinite(highest)] > level))
+        for level, values in passage.items():
+            values["monte_carlo"] = float(np.mean(highest[np.isfinite(highest)] > level))
         if response.failed:
             notes.append(f"{response.failed} of {samples} samples failed, and are in no statistics")
     autocovariance: dict[str, Array] = {}
@@ -161,6 +160,12 @@ def processes_of(model: Model) -> tuple[tuple[Process, ...], list[str]]:
         hint = '[random.force] type = "squared_exponential", correlation_time = "1 s", and force in a formula'
         raise UsageError(Problem(model.name, "the scene has no random process", hint))
     return tuple(found), variables
+
+
+def _check_counts(**counts: int) -> None:
+    for name, count in counts.items():
+        if isinstance(count, bool) or not isinstance(count, int) or count < 0:
+            raise UsageError(Problem(name, f"a whole number from 0 on is needed, not {count!r}", f"{name}=1000"))
 
 
 def _span(model: Model, at: float | None, step: float | None) -> tuple[float, float]:
