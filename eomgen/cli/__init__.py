@@ -120,6 +120,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         file = f"{error.filename}: " if error.filename is not None else ""
         reason = error.strerror or error
         click.echo(f"{FileError.title}: {file}{reason}; try: space on the disk, and where the output goes", err=True)
+        _drop_what_cannot_be_written()
         return FileError.exit_code
     except Exception as error:
         if "--debug" in words:
@@ -129,6 +130,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
             err=True,
         )
         return 1
+
+
+def _drop_what_cannot_be_written() -> None:
+    """Leave nothing in stdout that Python would try to write once more when it ends, with an exit code of its own."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _talk() -> None:

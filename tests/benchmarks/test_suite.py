@@ -184,7 +184,7 @@ def test_page_and_readme_are_those_of_the_stored_numbers(capsys: pytest.CaptureF
 #: are left to `make bench`.
 SMALL = (
     *("ten_hinges_rk4", "inverse_dynamics_panda", "inverse_dynamics_panda_many", "two_threads", "duffing_1e-9"),
-    *("fast_top_1e-5", "series_top_1e-9", "chain_call", "four_bar_lanes", "active_vehicle_step"),
+    *("fast_top_1e-5", "chain_call", "four_bar_lanes", "active_vehicle_step"),
 )
 
 

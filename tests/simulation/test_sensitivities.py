@@ -279,3 +279,52 @@ def test_events_are_refused_because_their_times_move() -> None:
     assert "the scene has events, and across them derivatives are not defined here: their times move" in refusal(
         model, 0.1, STEP
     )
+
+
+def test_runs_and_scenes_without_derivatives_say_why() -> None:
+    _, model = built(tree())
+    assert "t_end: the run has no step; try: t_end = 0.01" in refusal(model, 0.0, STEP)
+    assert "of: outputs are a list of names, not the text 'angle'" in refusal(model, 0.1, STEP, of="angle")
+    found = model.sensitivities(0.1, STEP)
+    with pytest.raises(UsageError, match='of: a functional is a text or weights by output, not float; try: "final'):
+        found.gradient(3.0)  # type: ignore[arg-type]  # a mistake on purpose
+    with pytest.raises(UsageError, match="by: there is nothing to take derivatives by"):
+        model.sensitivities(0.1, STEP, by=[])
+    single = eomgen.build(tree().build(), profile="quick", real="float")
+    assert "the model computes with float, whose rounding derivatives would be lost in" in refusal(single, 0.1, STEP)
+    silent = SceneBuilder("silent").parameter("mass", 1.0, tunable=True)
+    silent.body("one", "mass", center_of_mass=[0.1, 0, 0], inertia=[1, 1, 1])
+    silent.joint("a", "revolute", "base", "one", axis=[0, 1, 0])
+    assert "of: the scene has no outputs, and derivatives are of outputs" in refusal(built(silent)[1], 0.1, STEP)
+    sampled = silent.output("y", formula="q.a").state("held", sample=0.01, formula="q.a")
+    assert "the scene has sampled states, and derivatives are those of steps that end on none of their samples" in (
+        refusal(built(sampled)[1], 0.1, STEP, method="trapezoidal")
+    )
+
+
+def test_internal_states_that_start_with_rates_of_rates() -> None:
+    _, model = built(controlled())
+    told = refusal(model, 0.1, STEP, method="generalized_alpha")
+    assert "generalized_alpha starts internal states with rates of their rates, which have no derivatives here" in told
+
+
+def test_forces_that_jump_and_runs_that_fail() -> None:
+    jumping = tree().effort("push", "a", "1 if t < 0.05 else 2")
+    told = refusal(built(jumping)[1], 0.1, STEP)
+    assert "forces jump at t = 0.05 s, where steps are cut in two; these have no derivatives here" in told
+    failing = tree().effort("push", "a", "sqrt(0.055 - t)")
+    with pytest.raises(NumericalError, match=r"sensitivities: the run fails at t = 0\.0[56] s: "):
+        _ = built(failing)[1].sensitivities(0.1, STEP, by=["mass"]).derivatives
+
+
+def test_steps_that_converge_in_halves_or_have_no_solution(monkeypatch: pytest.MonkeyPatch) -> None:
+    _, model = built(tree())
+    found = model.sensitivities(0.1, STEP, by=["mass"])
+    with monkeypatch.context() as patch:
+        patch.setattr(type(found._motion.stepper), "statistics", {"halvings": 1})
+        with pytest.raises(NumericalError, match=r"a step near t = \S+ s converged in halves only, and these have no"):
+            _ = found.derivatives
+    with pytest.raises(
+        NumericalError, match=r"the equations of the step to t = 0\.02 s, made linear, have no solution"
+    ):
+        found._linear._check(1, 3, np.array([0.01, 0.02, 0.03]))
