@@ -8,6 +8,7 @@ distance in m.
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -91,7 +92,7 @@ class DampedCosine:
 
 
 @dataclass(frozen=True)
-class _Filter:
+class _Filter(ABC):
     """White noise behind a filter of second order of natural frequency w0 (rad per unit of the lag), damping ratio z:
     R = s^2 exp(-z w0 abs(tau)) (cos w tau + c sin w abs(tau)), w = w0 sqrt(1 - z^2)."""
 
@@ -101,9 +102,9 @@ class _Filter:
     smooth = False
 
     @property
+    @abstractmethod
     def of_sine(self) -> float:
         """c."""
-        raise NotImplementedError
 
     def at(self, lag: Array) -> Array:
         lag = np.abs(lag)

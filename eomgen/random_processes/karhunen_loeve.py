@@ -74,7 +74,8 @@ def expand(
     Raises
     ------
     UsageError
-        The covariance has a negative eigenvalue; a share that the modes cannot have; more modes than there are.
+        Neither a share nor a number; a covariance with a negative eigenvalue; a share that the modes cannot have; more
+        modes than there are.
     """
     if isinstance(covariance, Exponential):
         return _chosen(_closed_form(covariance, duration), share, modes)
@@ -104,7 +105,10 @@ def expand(
 def _chosen(found: Expansion, share: float | None, modes: int | None) -> Expansion:
     """Return the first modes of an expansion: as many as are asked for, or as have the share."""
     if modes is None:
-        assert share is not None
+        if share is None:
+            raise UsageError(
+                Problem("", "neither a share of the variance nor a number of modes is given", "share = 0.99")
+            )
         reached = np.flatnonzero(found.captured >= share)
         count = int(reached[0]) + 1 if len(reached) else math.inf
         if count > MOST_MODES:

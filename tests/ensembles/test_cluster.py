@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import distributed
 import numpy as np
 import pytest
 
@@ -20,8 +21,6 @@ from eomgen.ensembles import Ensemble, cluster, parts
 from eomgen.ensembles.samples import Block, Failed
 from eomgen.errors import FileError, UsageError
 from tests.ensembles.carts import CART, VARY, bits
-
-distributed = pytest.importorskip("distributed")
 
 OPTIONS: dict[str, Any] = {"vary": VARY, "samples": 40, "seed": 3}
 

@@ -130,6 +130,11 @@ def test_a_table_is_what_it_was_sampled_from_and_a_box_is_none() -> None:
         expand(box, 10.0, share=0.9)
 
 
+def test_a_share_or_a_number_of_modes_is_needed() -> None:
+    with pytest.raises(UsageError, match="neither a share of the variance nor a number of modes is given; try: share"):
+        expand(Exponential(1.0, 1.0), 1.0)
+
+
 def test_shares_that_need_too_many_modes_are_refused_with_the_share_that_does_not() -> None:
     with pytest.raises(
         UsageError, match=f"needs more than {MOST_MODES} modes; {MOST_MODES} have 0.9881; try: share = "
