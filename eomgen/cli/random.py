@@ -16,7 +16,16 @@ if TYPE_CHECKING:
     from eomgen.studies import RandomVibration
 
 #: What tables show of each method, in their order.
-_SHOWN = ("first_order", "second_order", "hermite", "form", "quadratic", "importance_sampling", "monte_carlo")
+_SHOWN = (
+    "first_order",
+    "second_order",
+    "projected",
+    "hermite",
+    "form",
+    "quadratic",
+    "importance_sampling",
+    "monte_carlo",
+)
 
 
 @click.command()
@@ -25,6 +34,8 @@ _SHOWN = ("first_order", "second_order", "hermite", "form", "quadratic", "import
 @click.option("--output", required=True, metavar="NAME", help="An output, or a component of it: tip[0].")
 @click.option("--threshold", "thresholds", multiple=True, type=float, metavar="Y", help="May be repeated.")
 @click.option("--points/--no-points", default=True, show_default=True, help="Look for most probable points.")
+@click.option("--projected", type=float, metavar="SHARE", help="Hessians of the directions with a share of gradients.")
+@click.option("--whole/--no-whole", default=True, show_default=True, help="Hessians of all directions.")
 @click.option("--monte-carlo", "samples", type=int, default=0, metavar="N", help="Samples beside it.")
 @click.option("--tail-samples", type=int, default=0, metavar="N", help="Of importance sampling at each threshold.")
 @click.option("--hermite", "pairs", type=int, default=0, metavar="N", help="Pairs of points of a Hermite projection.")
@@ -43,7 +54,7 @@ def random(scene: str, folder: str, plots: bool, as_json: bool, **options: Any) 
     from eomgen.pipeline import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
     from eomgen.studies import random_vibration  # noqa: PLC0415
 
-    words = ("output", "points", "samples", "tail_samples", "pairs", "times", "levels", "seed")
+    words = ("output", "points", "projected", "whole", "samples", "tail_samples", "pairs", "times", "levels", "seed")
     own = {name: options.pop(name) for name in words}
     thresholds = options.pop("thresholds") or None
     del options["error_estimate"]
@@ -76,7 +87,7 @@ def _print(found: RandomVibration) -> None:
     table = []
     for k, threshold in enumerate(found.thresholds):
         cells = []
-        upper = found.distributions["second_order"].below[k] > 0.5
+        upper = found.distributions[names[1]].below[k] > 0.5
         for name in names:
             one = found.distributions[name]
             value = float(one.above[k] if upper else one.below[k])
@@ -95,5 +106,10 @@ def _print(found: RandomVibration) -> None:
         print_table(
             "first passage from below", ("level", "rate of crossings", "monte carlo"), passage, numeric=(0, 1, 2)
         )
-    costs = [(name.replace("_", " "), f"{cost.runs}", f"{cost.adjoints}") for name, cost in found.costs.items()]
-    print_table("solutions of the equations of motion", ("for", "runs", "adjoint runs"), costs, numeric=(1, 2))
+    costs = [
+        (name.replace("_", " "), f"{cost.runs}", f"{cost.adjoints}", f"{cost.tangents}")
+        for name, cost in found.costs.items()
+    ]
+    print_table(
+        "solutions of the equations of motion", ("for", "runs", "adjoint runs", "tangents"), costs, numeric=(1, 2, 3)
+    )

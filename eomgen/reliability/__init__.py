@@ -11,9 +11,9 @@ from eomgen.reliability.most_probable_point import (
     most_probable_points,
     rivals,
 )
-from eomgen.reliability.projection import hermite_projection, leading_directions, projected_hessian
+from eomgen.reliability.projection import Projected, hermite_projection, leading_directions, projected_hessian
 from eomgen.reliability.quadratic_form import QuadraticForm
-from eomgen.reliability.response import Counted, Expansion, Response
+from eomgen.reliability.response import Counted, Expansion, Multiplied, Response
 from eomgen.reliability.tail_samples import Estimate, importance_sampling
 
 __all__ = [
@@ -22,6 +22,8 @@ __all__ = [
     "Estimate",
     "Expansion",
     "MostProbablePoint",
+    "Multiplied",
+    "Projected",
     "QuadraticForm",
     "Response",
     "Tails",

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.stats import qmc
 
 from eomgen.arrays import Array
 from eomgen.reliability.quadratic_form import QuadraticForm
-from eomgen.reliability.response import Response
+from eomgen.reliability.response import Expansion, Multiplied, Response
 
 
 def hermite_projection(response: Response, pairs: int, seed: int) -> QuadraticForm:
@@ -38,10 +38,49 @@ def leading_directions(gradients: Array, share: float) -> Array:
     return rows[: min(count, len(rows))].T
 
 
-def projected_hessian(product: Callable[[Array], Array], directions: Array) -> Array:
-    """Return a Hessian (n, n) from its products with orthonormal directions (n, r): exact for all pairs of which one
-    lies in their span, zero for the others."""
-    products = np.column_stack([product(direction) for direction in directions.T])
+def projected_hessian(products: Array, directions: Array) -> Array:
+    """Return a Hessian (n, n) from its products (n, r) with orthonormal directions (n, r): exact for all pairs of which
+    one lies in their span, zero for the others."""
     inner = directions.T @ products
     crossed = products @ directions.T
-    return crossed + crossed.T - directions @ (0.5 * (inner + inner.T)) @ directions.T
+    found: Array = crossed + crossed.T - directions @ (0.5 * (inner + inner.T)) @ directions.T
+    return found
+
+
+@dataclass(frozen=True)
+class Projected:
+    """A response whose Hessians are those of a few directions alone (second-order projected differentiation).
+
+    Attributes
+    ----------
+    response : whose Hessians are multiplied by directions
+    directions : (n, r), orthonormal; at each point that of the gradient is added
+    """
+
+    response: Multiplied
+    directions: Array
+
+    @property
+    def size(self) -> int:
+        return self.response.size
+
+    def values(self, points: Array) -> Array:
+        return self.response.values(points)
+
+    def gradient(self, point: Array) -> tuple[float, Array]:
+        return self.response.gradient(point)
+
+    def expansion(self, point: Array) -> Expansion:
+        value, gradient = self.response.gradient(point)
+        directions = _widened(self.directions, gradient)
+        return Expansion(value, gradient, projected_hessian(self.response.products(point, directions), directions))
+
+
+def _widened(directions: Array, vector: Array) -> Array:
+    """Return directions and, where it is none of their span, one more along a vector."""
+    rest = vector - directions @ (directions.T @ vector)
+    rest = rest - directions @ (directions.T @ rest)
+    length = float(np.linalg.norm(rest))
+    if length <= 1e-8 * float(np.linalg.norm(vector)):
+        return directions
+    return np.column_stack([directions, rest / length])

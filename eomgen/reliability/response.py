@@ -42,6 +42,13 @@ class Response(Protocol):
         """Return y with its gradient and Hessian at a point (n,)."""
 
 
+class Multiplied(Response, Protocol):
+    """A response whose Hessian can be multiplied by directions."""
+
+    def products(self, point: Array, directions: Array) -> Array:
+        """Return the Hessian at a point (n,) times directions (n, r): (n, r)."""
+
+
 @dataclass
 class Counted:
     """A response that counts what it is asked.

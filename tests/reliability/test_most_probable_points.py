@@ -11,6 +11,7 @@ from eomgen.reliability import (
     INVERSIONS,
     Counted,
     Expansion,
+    Projected,
     breitung,
     first_order,
     hermite_projection,
@@ -176,8 +177,61 @@ def test_hessians_of_leading_directions_alone() -> None:
     for share in (0.9, 0.99, 1.0):
         directions = leading_directions(gradients, share)
         np.testing.assert_allclose(directions.T @ directions, np.eye(directions.shape[1]), atol=1e-13)
-        found = projected_hessian(lambda p: whole.hessian @ p, directions)
+        found = projected_hessian(whole.hessian @ directions, directions)
         np.testing.assert_allclose(found @ directions, whole.hessian @ directions, atol=1e-13)
         errors.append(np.linalg.norm(found - whole.hessian) / np.linalg.norm(whole.hessian))
     assert errors[0] > errors[1] > errors[2]
     assert leading_directions(gradients, 0.9).shape[1] < leading_directions(gradients, 0.99).shape[1] <= 7
+
+
+class Turned:
+    """A response of 30 variables that bends in three directions alone, none of them that of its slope."""
+
+    size = 30
+
+    def __init__(self) -> None:
+        random = np.random.default_rng(3)
+        self.bending = np.linalg.qr(random.standard_normal((30, 3)))[0]
+        self.slope = random.standard_normal(30)
+        self.multiplied = 0
+
+    def expansion(self, point: Array) -> Expansion:
+        along = self.bending.T @ point
+        value = self.slope @ point + np.cos(along).sum()
+        hessian = -(self.bending * np.cos(along)) @ self.bending.T
+        return Expansion(float(value), self.slope - self.bending @ np.sin(along), hessian)
+
+    def gradient(self, point: Array) -> tuple[float, Array]:
+        found = self.expansion(point)
+        return found.value, found.gradient
+
+    def values(self, points: Array) -> Array:
+        return np.array([self.expansion(point).value for point in points])
+
+    def products(self, point: Array, directions: Array) -> Array:
+        self.multiplied += directions.shape[1]
+        return np.asarray(self.expansion(point).hessian @ directions)
+
+
+def test_a_projected_response_has_its_whole_hessian_where_it_bends_in_these_directions_alone() -> None:
+    turned = Turned()
+    projected = Projected(turned, turned.bending)
+    point = np.random.default_rng(4).standard_normal(30)
+    found, whole = projected.expansion(point), turned.expansion(point)
+    np.testing.assert_allclose(found.hessian, whole.hessian, atol=1e-14)
+    np.testing.assert_array_equal(found.gradient, whole.gradient)
+    assert turned.multiplied == 4
+    projected = Projected(turned, np.zeros((30, 0)))
+    slope = whole.gradient / np.linalg.norm(whole.gradient)
+    np.testing.assert_allclose(projected.expansion(point).hessian @ slope, whole.hessian @ slope, atol=1e-14)
+    turned.multiplied = 0
+    Projected(turned, slope[:, None]).expansion(point)
+    assert turned.multiplied == 1
+
+
+def test_most_probable_points_do_not_hang_on_the_directions_of_hessians() -> None:
+    turned = Turned()
+    (whole,) = most_probable_points(turned, [12.0])
+    (projected,) = most_probable_points(Projected(turned, turned.bending[:, :1]), [12.0])
+    np.testing.assert_allclose(projected.point, whole.point, atol=1e-8)
+    assert projected.index == pytest.approx(whole.index, rel=1e-10)

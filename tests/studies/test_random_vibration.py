@@ -84,7 +84,39 @@ def test_moments_and_tails_at_the_mean_are_those_of_the_oracle(duffing: eomgen.M
     assert found.moments["first_order"][2:] == (0.0, 0.0)
     assert [(one.name, one.variables) for one in found.processes] == [("force", 21)]
     assert found.processes[0].captured >= 0.9999
-    assert vars(found.costs["second_order"]) == {"runs": 43, "adjoints": 43}
+    assert vars(found.costs["second_order"]) == {"runs": 43, "adjoints": 43, "tangents": 0}
+
+
+@pytest.mark.slow
+def test_projected_second_order_costs_two_gradients_for_each_direction(duffing: eomgen.Model) -> None:
+    """Eight directions have 99 % of the squares of the gradients (dossier, 4.4), the slope at the end is one more."""
+    found = study(duffing, thresholds=[1.1862], points=False, projected=0.99, times=[10.0])
+    whole, projected = found.moments["second_order"], found.moments["projected"]
+    assert projected[1] == pytest.approx(whole[1], rel=1e-4)
+    assert projected[0] == pytest.approx(whole[0], abs=6e-3 * whole[1])
+    assert projected != whole
+    runs = 1 + 1 + 2 * 9
+    assert vars(found.costs["projected"]) == {"runs": runs, "adjoints": runs - 1, "tangents": 21}
+    assert vars(found.costs["along_the_run"]) == {"runs": 0, "adjoints": 0, "tangents": 0}
+    assert found.distributions["projected"].below == pytest.approx(found.distributions["second_order"].below, abs=4e-3)
+    alone = study(duffing, thresholds=[1.1862], points=False, projected=0.99, whole=False, times=[10.0])
+    assert list(alone.moments) == ["first_order", "projected"]
+    assert alone.moments["projected"] == projected
+    assert alone.autocovariance["projected"] == pytest.approx(found.autocovariance["second_order"], rel=2e-3)
+    assert alone.costs["autocovariance"].runs == runs - 1
+    assert "to projected second order" in alone.message
+
+
+@pytest.mark.slow
+def test_most_probable_points_with_projected_hessians_are_the_same(duffing: eomgen.Model) -> None:
+    whole, alone = (
+        study(duffing, thresholds=[1.1862], **options) for options in ({}, {"projected": 0.99, "whole": False})
+    )
+    np.testing.assert_allclose(alone.indices, whole.indices, rtol=1e-8)
+    np.testing.assert_allclose(
+        alone.distributions["quadratic"].below, whole.distributions["quadratic"].below, atol=2e-3
+    )
+    assert alone.costs["most_probable_points"].runs < whole.costs["most_probable_points"].runs
 
 
 @pytest.mark.slow
@@ -115,16 +147,28 @@ def test_the_command_prints_writes_and_draws(tmp_path: Path, capsys: pytest.Capt
     file, out = tmp_path / "duffing.toml", tmp_path / "out"
     file.write_text(scene(0.1, 0.5), encoding="utf-8")
     words = ["random", str(file), "--output", "x", "--threshold", "0.2", "--threshold", "0.9", "--monte-carlo", "40"]
-    words += ["--t-end", "3", "--covariance-at", "1.5", "--covariance-at", "3", "--out", str(out)]
+    words += [
+        "--t-end",
+        "3",
+        "--covariance-at",
+        "1.5",
+        "--covariance-at",
+        "3",
+        "--projected",
+        "0.99",
+        "--out",
+        str(out),
+    ]
     assert main(words) == 0
     told = capsys.readouterr()
     assert "quadratic" in told.out and "adjoint runs" in told.out
+    assert "tangents" in told.out and "projected" in told.out
     assert "x at t = 3 s has mean " in told.err
     data = json.loads((out / "random.json").read_text(encoding="utf-8"))
     rows = list(csv.DictReader((out / "distribution.csv").open(encoding="utf-8")))
     assert [float(row["threshold"]) for row in rows] == [0.2, 0.9]
     assert float(rows[0]["quadratic.below"]) == data["distributions"]["quadratic"]["below"][0]
-    assert data["costs"]["monte_carlo"] == {"runs": 40, "adjoints": 0}
+    assert data["costs"]["monte_carlo"] == {"runs": 40, "adjoints": 0, "tangents": 0}
     for name in ("distribution.png", "autocovariance.png", "modes.png"):
         assert (out / name).stat().st_size > 5000
 
@@ -136,6 +180,9 @@ def test_the_command_prints_writes_and_draws(tmp_path: Path, capsys: pytest.Capt
         ({"output": "pair"}, "output: 'pair' is no single component of pair; try: pair[0] to pair[1]"),
         ({"thresholds": [np.nan]}, "thresholds: finite numbers are needed"),
         ({"samples": -1}, "samples: a whole number from 0 on is needed, not -1; try: samples=1000"),
+        ({"projected": 1.0}, "projected: the share 1 is not between 0 and 1; try: projected=0.999"),
+        ({"projected": np.nan}, "projected: the share nan is not between 0 and 1"),
+        ({"whole": False}, "whole: no Hessian is left without the whole one; try: projected=0.999, the share of"),
         ({"seed": 0.5}, "seed: a whole number from 0 on is needed, not 0.5"),
         ({"times": [0.333]}, "times: t = 0.333 s is no row of the run; the nearest one is at 0.35 s"),
     ],

@@ -26,10 +26,11 @@ class Distribution:
 
 @dataclass(frozen=True)
 class Cost:
-    """Solutions of the equations of motion, and of their linear ones backwards in time."""
+    """Solutions of the equations of motion, and of their linear ones backwards and forwards in time."""
 
     runs: int
     adjoints: int
+    tangents: int
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from eomgen.studies.vibration.findings import Distribution, Findings
 _STYLES = {
     "first_order": ("normal, first order at the mean", "#9A9A9A", "--", ""),
     "second_order": ("second order at the mean", "#B8860B", "-.", ""),
+    "projected": ("projected second order at the mean", "#7A4FA3", (0, (6, 2)), ""),
     "hermite": ("Hermite projection", "#3A8F3A", "-", ""),
     "form": ("FORM", "#C43A0B", ":", "x"),
     "quadratic": ("quadratic at most probable points", "#0B62C4", "-", "o"),

@@ -12,6 +12,9 @@ from eomgen.files import make_folder, write_table, write_text
 from eomgen.studies.vibration.findings import Findings
 from eomgen.text import json_text
 
+#: What the message calls a form about the mean.
+_ORDER = {"second_order": "second order", "projected": "projected second order"}
+
 
 class RandomVibration(Findings):
     """The distribution of an output at one time, with what is written and drawn of it."""
@@ -19,9 +22,10 @@ class RandomVibration(Findings):
     @property
     def message(self) -> str:
         """One line: what was found, and what is in doubt."""
-        mean, deviation, *_ = self.moments["second_order"]
+        name = "second_order" if "second_order" in self.moments else "projected"
+        mean, deviation, *_ = self.moments[name]
         text = f"{self.output} at t = {self.t:.6g} s has mean {mean:.6g} and standard deviation {deviation:.6g}"
-        return "; ".join([f"{text}{f' {self.unit}' if self.unit else ''} to second order", *self.notes])
+        return "; ".join([f"{text}{f' {self.unit}' if self.unit else ''} to {_ORDER[name]}", *self.notes])
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything as plain data."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -31,7 +31,8 @@ class RunResponse:
     output : name of an output, or of a component of it, ``tip[0]``
     span : t_end and step, s
     options : of ``simulate``
-    runs, adjoints : solutions of the equations of motion, and of their linear ones backwards in time
+    runs, adjoints, tangents : solutions of the equations of motion, and of their linear ones backwards and forwards
+        in time
     failed : samples whose runs failed
     """
 
@@ -42,7 +43,18 @@ class RunResponse:
     options: Mapping[str, Any]
     runs: int = field(default=0, init=False)
     adjoints: int = field(default=0, init=False)
+    tangents: int = field(default=0, init=False)
     failed: int = field(default=0, init=False)
+
+    @property
+    def spent(self) -> tuple[int, int, int]:
+        """Runs, adjoint runs and tangents until now."""
+        return self.runs, self.adjoints, self.tangents
+
+    def spend(self, more: tuple[int, int, int]) -> None:
+        """Count what another response has cost."""
+        runs, adjoints, tangents = more
+        self.runs, self.adjoints, self.tangents = self.runs + runs, self.adjoints + adjoints, self.tangents + tangents
 
     @property
     def size(self) -> int:
@@ -64,12 +76,17 @@ class RunResponse:
         return np.asarray(final, dtype=float), np.asarray(highest, dtype=float)
 
     def expansion(self, point: Array) -> Expansion:
-        """Return the output with its gradient (n,) and Hessian (n, n), differences of exact gradients."""
+        """Return the output with its gradient (n,) and Hessian (n, n)."""
         value, gradient = self.gradient(point)
-        hessian = np.empty((self.size, self.size))
-        for k, row in enumerate(_APART * np.eye(self.size)):
-            hessian[k] = (self.gradient(point + row)[1] - self.gradient(point - row)[1]) / (2.0 * _APART)
+        hessian = self.products(point, np.eye(self.size))
         return Expansion(value, gradient, 0.5 * (hessian + hessian.T))
+
+    def products(self, point: Array, directions: Array) -> Array:
+        """Return the Hessian at a point times directions (n, r), (n, r): differences of exact gradients."""
+        found = np.empty_like(directions)
+        for k, ahead in enumerate(_APART * directions.T):
+            found[:, k] = (self.gradient(point + ahead)[1] - self.gradient(point - ahead)[1]) / (2.0 * _APART)
+        return found
 
     def gradient(self, point: Array) -> tuple[float, Array]:
         """Return the output, and its derivatives (n,) by one adjoint run."""
@@ -80,9 +97,13 @@ class RunResponse:
 
     def along(self, point: Array) -> tuple[Array, Array, Array]:
         """Return times (rows,), the output (rows,) and its derivatives (rows, n), by tangents along one run."""
-        self.runs += 1
+        self.runs, self.tangents = self.runs + 1, self.tangents + self.size
         found = self._sensitivities(point)
         return found.t, self._column(found.outputs), self._column(found.derivatives)
+
+    def ending(self, time: float) -> RunResponse:
+        """Return the response at another end, which counts for itself."""
+        return replace(self, span=(time, self.span[1]))
 
     def _sensitivities(self, point: Array) -> Any:
         given = dict(self.options)

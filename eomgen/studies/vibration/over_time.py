@@ -1,0 +1,48 @@
+"""Rows of a run at given times, and the first passage of a level along it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy import special
+
+from eomgen.arrays import Array
+from eomgen.errors import Problem, UsageError
+
+
+def rows_at(t: Array, times: Sequence[float]) -> list[int]:
+    rows = [int(np.argmin(np.abs(t - time))) for time in times]
+    for row, time in zip(rows, times, strict=True):
+        if abs(t[row] - time) > 1e-6 * max(1.0, abs(t[-1])):
+            what = f"t = {time:.6g} s is no row of the run; the nearest one is at {t[row]:.9g} s"
+            raise UsageError(Problem("times", what, "whole steps within the run"))
+    return rows
+
+
+def first_passage(t: Array, y: Array, slopes: Array, level: float) -> float:
+    """Return the probability that the output passes a level from below within the run, by its mean rate of crossings.
+
+    To first order y and its rate are Gaussian at every time; crossings are taken as a Poisson process, so what begins
+    above counts as well.
+
+    References
+    ----------
+    Rice: Mathematical analysis of random noise, Bell Syst. Tech. J. 24 (1945); Ditlevsen, Madsen: Structural
+    Reliability Methods (1996), 14.2.
+    """
+    rates = np.gradient(y, t, edge_order=2)
+    slope_rates = np.gradient(slopes, t, axis=0, edge_order=2)
+    spread = np.sqrt(np.sum(slopes**2, axis=1))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        distance = (level - y) / spread
+        coupling = np.sum(slopes * slope_rates, axis=1) / spread
+        mean = rates + coupling * distance
+        own = np.sqrt(np.maximum(np.sum(slope_rates**2, axis=1) - coupling**2, 0.0))
+        ratio = mean / own
+        density = np.exp(-0.5 * distance**2) / (np.sqrt(2.0 * np.pi) * spread)
+        crossings = density * (own * np.exp(-0.5 * ratio**2) / np.sqrt(2.0 * np.pi) + mean * special.ndtr(ratio))
+    crossings = np.where(spread > 0.0, crossings, 0.0)
+    begun = float(special.ndtr(-distance[0])) if spread[0] > 0.0 else float(y[0] > level)
+    integral = float(np.sum(0.5 * (crossings[1:] + crossings[:-1]) * np.diff(t)))
+    return begun + (1.0 - begun) * -float(np.expm1(-integral))
