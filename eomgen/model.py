@@ -291,7 +291,8 @@ class Model(CompiledModel):
         Returns
         -------
         Sensitivities
-            ``derivatives`` of outputs over time, by tangents; ``gradient`` of a number of the whole run, by adjoints.
+            ``derivatives`` of outputs over time, by tangents; ``gradient`` of a number of the whole run, by adjoints,
+            and its ``hessian``.
 
         Raises
         ------

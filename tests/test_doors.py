@@ -291,6 +291,8 @@ ORDER: dict[str, tuple[str, ...]] = {
     "simulation.sensitivities": (
         "equations functionals linear_steps motion",
         "beginning step_matrices",
+        "linear_run",
+        "second_order",
         "run_sensitivities",
         "linearise",
     ),

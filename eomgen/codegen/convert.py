@@ -85,6 +85,7 @@ def to_program(
             "bodies": len(system.bodies),
             "base": BASE_SIZE,
             **{block: size for block, size in system.rate_sizes.items() if size},
+            **system.second_sizes,
         },
         factors=tuple(asdict(factor) for factor in system.factors),
         angles=system.angles,

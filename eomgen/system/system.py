@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 #: Input blocks in the order in which every function takes them.
 INPUT_BLOCKS = (
     "p", "t", "q", "v", "a", "j", "s", "a_higher", "z", "lam", "u", "u_dot", "u_ddot", "u_higher", "base", "base_rates",
+    "weights", "direction",
 )  # fmt: skip  # a table
 
 #: Blocks with the first, the second, and row by row the higher time derivatives of a and u.
@@ -370,6 +371,16 @@ class System:
         higher = max(self.order - 2, 0)
         base = 6 * self.order if self.facts.moving_base else 0
         return {"a_higher": higher * self.nv, "u_higher": higher * self.nu, "base_rates": base}
+
+    @property
+    def second_sizes(self) -> dict[str, int]:
+        """Numbers in the blocks of ``second_partials``; none where that was not asked for."""
+        if "second_partials" not in self.functions:
+            return {}
+        rows = len(self.multipliers)
+        outputs = sum(output.size for output in self.outputs)
+        weights = self.nv + self.nz + self.holonomic + rows + outputs
+        return {"weights": weights, "direction": 3 * self.nv + self.nz + rows + len(self.parameters)}
 
     @property
     def initial_z(self) -> tuple[float, ...]:

@@ -277,6 +277,12 @@ _PLAIN = (
         of_motion=True,
     ),
     Term(
+        "second_partials",
+        (*_ALL, "weights", "direction"),
+        "change along a direction of the gradient of a weighted sum of the equations and outputs",
+        on_request=True,
+    ),
+    Term(
         "regressor",
         _MOTION,
         "Y and tau0: tau = Y pi + tau0, pi the inertial parameters of bodies, rotor inertias, coefficients of friction",

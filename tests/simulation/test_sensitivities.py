@@ -135,7 +135,7 @@ def check(
     found = model.sensitivities(steps * step, step, by=by, **options)
     run = model.simulate(steps * step, step, error_estimate=False, **options)
     rho = {"rho_inf": model.library.layout["defaults"]["rho_inf"]} if method == "generalized_alpha" else {}
-    begun = found._motion.start
+    begun = found._run.motion.start
     oracle = ComplexRun(scene, method_named(method, **rho), step, slope=bool(np.any(begun["a"] != begun["vdot"])))
     names = {"p": list(model.parameters), "q": [f"q{name[1:]}" for name in model.v_names]}
     names |= {"v": list(model.v_names), "z": list(model.z_names)}
@@ -195,7 +195,7 @@ def test_a_controller_with_internal_states() -> None:
 def test_a_beam_at_steps_that_resolve_it_and_that_do_not(step: float) -> None:
     by = ["bend", "tip", "speed", "q.axle"]
     found = check(bending(), "generalized_alpha", by, {"axle": {"velocity": 1.0}}, steps=10, step=step)
-    begun = found._motion.start
+    begun = found._run.motion.start
     assert np.any(begun["a"] != begun["vdot"]) == (step == 0.001)
 
 
@@ -234,7 +234,10 @@ def test_long_runs_are_stepped_again_from_checkpoints(monkeypatch: pytest.Monkey
     of = ["final(angle)", "integral(two[1])"]
     np.testing.assert_allclose(kept.gradients(of), again.gradients(of), rtol=1e-13)
     np.testing.assert_allclose(kept.derivatives["two"], again.derivatives["two"], rtol=1e-12, atol=1e-14)
-    assert (len(kept._motion._checkpoints), len(again._motion._checkpoints)) == (0, 8)  # 500 steps, 64 in a part
+    assert (len(kept._run.motion._checkpoints), len(again._run.motion._checkpoints)) == (
+        0,
+        8,
+    )  # 500 steps, 64 in a part
 
 
 def refusal(model: Model, *given: Any, **options: Any) -> str:
@@ -321,10 +324,10 @@ def test_steps_that_converge_in_halves_or_have_no_solution(monkeypatch: pytest.M
     _, model = built(tree())
     found = model.sensitivities(0.1, STEP, by=["mass"])
     with monkeypatch.context() as patch:
-        patch.setattr(type(found._motion.stepper), "statistics", {"halvings": 1})
+        patch.setattr(type(found._run.motion.stepper), "statistics", {"halvings": 1})
         with pytest.raises(NumericalError, match=r"a step near t = \S+ s converged in halves only, and these have no"):
             _ = found.derivatives
     with pytest.raises(
         NumericalError, match=r"the equations of the step to t = 0\.02 s, made linear, have no solution"
     ):
-        found._linear._check(1, 3, np.array([0.01, 0.02, 0.03]))
+        found._run.linear._check(1, 3, np.array([0.01, 0.02, 0.03]))

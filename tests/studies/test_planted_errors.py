@@ -132,6 +132,8 @@ PLANTED = [
     *_of("drone", "centroidal_momentum_rate", "A_dot"),
     *_of("drone", "centroidal_drift", "drift"),
     *_of("drone", "momenta", "momentum momentum_rate"),
+    *_of("drone", "second_partials", "Hd"),
+    *_of("gate", "second_partials", "Hd"),
 ]
 #: What is done to the largest entry of an output.
 CHANGES: tuple[Callable[[Array], Array], ...] = (

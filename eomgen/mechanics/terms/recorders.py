@@ -20,6 +20,7 @@ from eomgen.mechanics.terms.momenta import momenta
 from eomgen.mechanics.terms.parameters import output_parameter_partials, parameter_partials
 from eomgen.mechanics.terms.regressor import regressor_blocks, regressor_parameters
 from eomgen.mechanics.terms.samples import samples
+from eomgen.mechanics.terms.second_partials import second_partials
 from eomgen.mechanics.terms.section_loads import section_loads
 from eomgen.system.system import Block
 
@@ -61,6 +62,7 @@ RECORDERS: Mapping[str, Callable[[Derivation], list[Block]]] = {
     "output_partials": output_partials,
     "parameter_partials": parameter_partials,
     "output_parameter_partials": output_parameter_partials,
+    "second_partials": second_partials,
     "joint_velocities": joint_velocity_partials,
     "regressor": regressor_blocks,
     "regressor_parameters": regressor_parameters,

@@ -15,7 +15,7 @@ import numpy as np
 from eomgen.arrays import Array
 from eomgen.compiled.constraints import accelerations
 from eomgen.lie import product
-from eomgen.simulation.sensitivities.equations import Equations
+from eomgen.simulation.sensitivities.equations import Equations, Partials
 from eomgen.simulation.stepping.states import Prescribed, States
 
 _STAGES, _WEIGHTS = (0.0, 0.5, 1.0), (-3.0, 4.0, -1.0)
@@ -30,6 +30,25 @@ class Directions:
     dv: Array
     dz: Array
     dp: Array
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A state whose accelerations the start takes: values of input blocks, partials of e there, vdot, and changes."""
+
+    values: dict[str, Array]
+    partials: Partials
+    along: Directions
+    vdot: Array
+    dvdot: Array
+    dlam: Array
+    dzdot: Array
+
+    @property
+    def row(self) -> Array:
+        """Changes of q, v, vdot, z, multipliers and parameters, one column for each direction."""
+        along = self.along
+        return np.concatenate([along.dq, along.dv, self.dvdot, along.dz, self.dlam, along.dp])
 
 
 @dataclass(frozen=True)
@@ -56,23 +75,52 @@ class Beginning:
 
     def tangents(self, along: Directions) -> tuple[Array, Array]:
         """Return the state of ``LinearSteps``, and the row that is recorded, along directions."""
-        dvdot, dlam, dzdot, vdot = self._accelerations(0.0, self.q, self.v, along)
-        slope = _WEIGHTS[0] * dvdot
-        for stage, weight in zip(_STAGES[1:], _WEIGHTS[1:], strict=True) if self.share else ():
+        stages = self._stages(along)
+        dvdot, dlam, dzdot = stages[0].dvdot, stages[0].dlam, stages[0].dzdot
+        slope = np.zeros_like(dvdot)
+        for weight, stage in zip(_WEIGHTS, stages, strict=False):
+            slope = slope + weight * stage.dvdot
+        da = dvdot + self.share * slope
+        state = np.concatenate([along.dq, along.dv, dvdot, da, along.dz, dzdot, dzdot])
+        return np.ascontiguousarray(state), np.concatenate([along.dq, along.dv, dvdot, along.dz, dlam])
+
+    def second_derivatives(self, first: Directions, second: Directions, state: Array, record: Array) -> Array:
+        """Return second derivatives along pairs of directions, (first, second), of state . the state that steps begin
+        with + record . the row that is recorded; of vector coordinates without constraints."""
+        nv, nz = self.equations.nv, self.equations.nz
+        _, _, of_vdot, of_a, _, of_zdot, of_r = np.split(state, np.cumsum([nv, nv, nv, nv, nz, nz]))
+        of_vdot = of_vdot + of_a + record[2 * nv : 3 * nv]
+        of_zdot = of_zdot + of_r
+        found = np.zeros((first.dq.shape[1], second.dq.shape[1]))
+        pairs = list(zip(_STAGES, _WEIGHTS, self._stages(first), self._stages(second), strict=False))
+        for stage, weight, one, other in reversed(pairs):
+            of_this = self.share * weight * of_a + (of_vdot if stage == 0.0 else 0.0)
+            mu = np.linalg.solve(one.partials.Ja[0][:nv].T, of_this)
+            multipliers = np.concatenate([mu, of_zdot if stage == 0.0 else np.zeros(nz)])[np.newaxis]
+            no_outputs = np.zeros((1, len(self.equations.outputs)))
+            changes = self.equations.second_partials(one.values, multipliers, no_outputs, other.row[np.newaxis])
+            found += one.row.T @ changes[0]
+            s = stage * self.step
+            by_q, by_v = (-(multipliers @ J[0])[0] for J in (one.partials.Jq, one.partials.Jv))
+            of_vdot = of_vdot + s * by_v + 0.5 * s * s * by_q  # of what moved the stage
+        return found
+
+    def _stages(self, along: Directions) -> list[Stage]:
+        """Return the states whose accelerations the start takes, with their changes."""
+        stages = [self._stage(0.0, self.q, self.v, along)]
+        vdot, dvdot = stages[0].vdot, stages[0].dvdot
+        for stage in _STAGES[1:] if self.share else ():
             s, half = stage * self.step, 0.5 * stage * self.step
             factors = self.equations.model.factors
             theta = s * (self.v + half * vdot)
             dq = product.transport(factors, theta) @ along.dq
             dq = dq + product.tangent(factors, theta) @ (s * (along.dv + half * dvdot))
             moved = Directions(dq, along.dv + s * dvdot, along.dz, along.dp)
-            q, v = product.update(factors, self.q, theta), self.v + s * vdot
-            slope = slope + weight * self._accelerations(stage, q, v, moved)[0]
-        da = dvdot + self.share * slope
-        state = np.concatenate([along.dq, along.dv, dvdot, da, along.dz, dzdot, dzdot])
-        return np.ascontiguousarray(state), np.concatenate([along.dq, along.dv, dvdot, along.dz, dlam])
+            stages.append(self._stage(stage, product.update(factors, self.q, theta), self.v + s * vdot, moved))
+        return stages
 
-    def _accelerations(self, share: float, q: Array, v: Array, along: Directions) -> tuple[Array, Array, Array, Array]:
-        """Return changes of vdot, multipliers and zdot at a state some share of the step ahead, then vdot."""
+    def _stage(self, share: float, q: Array, v: Array, along: Directions) -> Stage:
+        """Return the accelerations at a state some share of the step ahead, with their changes."""
         equations = self.equations
         nv, nz, nl = equations.nv, equations.nz, equations.nl
         zeros = np.zeros((1, nv)), np.zeros((1, nl))
@@ -87,14 +135,15 @@ class Beginning:
         dzdot = -right[nv : nv + nz]
         M = partials.Ja[0][:nv]
         if not nl:
-            return np.linalg.solve(M, -right[:nv]), np.zeros((0, right.shape[1])), dzdot, vdot
+            dvdot = np.linalg.solve(M, -right[:nv])
+            return Stage(values, partials, along, vdot, dvdot, np.zeros((0, right.shape[1])), dzdot)
         B = equations.of("constraint_jacobian", values)["B"][0]
         by_state = equations.of("acceleration_partials", values)
         below = by_state["Aq"][0] @ along.dq + by_state["Av"][0] @ along.dv
         below = below + equations.acceleration_parameters(values)[0] @ along.dp
         matrix = np.block([[M, B.T], [B, np.zeros((nl, nl))]])
         solution = np.linalg.solve(matrix, -np.concatenate([right[:nv], below]))
-        return solution[:nv], solution[nv:], dzdot, vdot
+        return Stage(values, partials, along, vdot, solution[:nv], solution[nv:], dzdot)
 
     def _solved(self, values: dict[str, Array]) -> tuple[Array, Array]:
         """Return vdot and the multipliers at one state."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -50,6 +51,11 @@ class Equations:
         self.chosen, self.outputs, self.holonomic = list(chosen), list(outputs), holonomic
         self.nv, self.nz, self.nl = model.nv, model.nz, len(model.multipliers)
         self._functions = self.model.functions
+
+    @cached_property
+    def _second(self) -> CompiledModel:
+        """Second derivatives, compiled where they are asked for."""
+        return self.model.having(("second_partials",))
 
     def values(self, states: States, given: Prescribed) -> dict[str, Array]:
         """Return input blocks at rows."""
@@ -118,6 +124,37 @@ class Equations:
         if by_parameters:
             Yp[:] = by_parameters["Yp"][:, self.outputs][:, :, self.chosen]
         return np.concatenate(parts, axis=2), Yp
+
+    def second_partials(self, values: Mapping[str, Array], multipliers: Array, weights: Array, along: Array) -> Array:
+        """Return changes of the gradient of weights . outputs - multipliers . e along directions.
+
+        Parameters
+        ----------
+        multipliers : (n, rows) of e
+        weights : (n, outputs)
+        along : (n, 3 nv + nz + nl + parameters, directions) changes of q, v, vdot, z, multipliers and parameters
+
+        Returns
+        -------
+        (n, 3 nv + nz + nl + parameters, directions)
+        """
+        functions = self._second.functions
+        count, _, directions = along.shape
+        state = along.shape[1] - len(self.chosen)
+        weighted = np.zeros((count, 1, functions.sizes["weights"]))
+        weighted[:, 0, : self.nv] = -multipliers[:, : self.nv]
+        weighted[:, 0, self.nv : self.nv + self.nz] = multipliers[:, self.nv : self.nv + self.nz]
+        rows = slice(self.nv + self.nz, self.nv + self.nz + self.holonomic + self.nl)
+        weighted[:, 0, rows] = -multipliers[:, rows]
+        weighted[:, 0, rows.stop + np.array(self.outputs, dtype=int)] = weights
+        changes = np.zeros((count, directions, functions.sizes["direction"]))
+        changes[:, :, :state] = np.swapaxes(along[:, :state], 1, 2)
+        changes[:, :, state + np.array(self.chosen, dtype=int)] = np.swapaxes(along[:, state:], 1, 2)
+        at_rows = {name: array if name in ("p", "t") else array[:, np.newaxis] for name, array in values.items()}
+        at_rows |= {"t": values["t"][:, np.newaxis], "weights": weighted, "direction": changes}
+        (found,) = functions("second_partials", at_rows)
+        kept = [*range(state), *(state + k for k in self.chosen)]
+        return np.ascontiguousarray(np.swapaxes(np.broadcast_to(found, changes.shape)[:, :, kept], 1, 2))
 
     def acceleration_parameters(self, values: Mapping[str, Array]) -> Array:
         """Return the partials of the constraints' accelerations in the parameters, (n, rows, parameters)."""

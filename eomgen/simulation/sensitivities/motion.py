@@ -70,6 +70,11 @@ class Motion:
         self._first = stepper.memory
         self._row = stepper.row if table is None else stepper.row_with(np.ascontiguousarray(table))
 
+    @property
+    def parts(self) -> int:
+        """Number of parts."""
+        return -(-self.steps // self.length)
+
     def forwards(self) -> Iterator[Part]:
         """Yield the parts in their order; what going backwards needs is kept."""
         self.stepper.restore(*self._first)

@@ -6,18 +6,16 @@ from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
 from eomgen.calls import checked_calls
 from eomgen.compiled.initial_state import InitialState
-from eomgen.simulation.sensitivities.beginning import Beginning, Directions, on_constraints
-from eomgen.simulation.sensitivities.equations import Equations
+from eomgen.errors import Problem, UsageError
+from eomgen.simulation.sensitivities import second_order
 from eomgen.simulation.sensitivities.functionals import Functional, Weights, read_functional
-from eomgen.simulation.sensitivities.linear_steps import LinearSteps, StepMatrices
-from eomgen.simulation.sensitivities.motion import Motion, Part
-from eomgen.simulation.sensitivities.step_matrices import step_matrices
+from eomgen.simulation.sensitivities.linear_run import LinearRun
 from eomgen.simulation.stepping.run import Run
-from eomgen.simulation.stepping.states import Prescribed, States, states_of
 from eomgen.simulation.stepping.stepper import Stepper
 
 
@@ -42,22 +40,13 @@ class Sensitivities:
     ) -> None:
         """Begin the run; ``coefficients``: h and those of ``LinearStep``; ``columns``: of p, q, v and z that are among
         ``by``, in this order."""
-        model = run.model
         self.by = tuple(by)
-        self._run, self._components = run, _counted(outputs)
+        self._components = _counted(outputs)
         rows = [place for places in outputs.values() for place in places]
-        holonomic = int(model.library.layout["sizes"]["holonomic"])
-        self._equations = Equations(model, run.parameters, columns["p"], rows, holonomic)
-        self._coefficients = tuple(coefficients)
-        sizes = model.functions.sizes
-        self._linear = LinearSteps(sizes, model.factors, self._coefficients, holonomic)
-        self._motion = Motion(run, stepper, state)
-        start = self._motion.start
-        self._inverse_inertia = start.get("inverse_inertia", np.zeros(0)) if holonomic else np.zeros(0)
-        self._along, self._state, self._record = self._begun(columns)
+        self._run = LinearRun(run, stepper, state, coefficients, columns, rows)
 
     def __repr__(self) -> str:
-        return f"<Sensitivities of {self._run.model.name} by {', '.join(self.by)}: {self._motion.steps} steps>"
+        return f"<Sensitivities of {self._run.run.model.name} by {', '.join(self.by)}: {self._run.motion.steps} steps>"
 
     # -- tangents ------------------------------------------------------------------------------------------------------
 
@@ -79,22 +68,20 @@ class Sensitivities:
     @cached_property
     def _tables(self) -> tuple[Array, Array, Array]:
         """Times, outputs (n, outputs) and derivatives (n, outputs, directions), by tangents."""
-        state, every = self._state.copy(), self._run.every
+        run = self._run
+        equations, every = run.equations, run.run.every
+        state, record = run.state.copy(), run.record[np.newaxis]
         times, values, derivatives = [], [], []
-        record = self._record[np.newaxis]
-        for part in self._motion.forwards():
-            states, given = self._states(part)
-            matrices, blocks = self._matrices(part, states, given)
-            found = self._linear.tangents(matrices, self._along.dp, state, states.t[1:])
+        for part in map(run.of_part, run.motion.forwards()):
+            found = run.linear.tangents(part.matrices, run.along.dp, state, part.times)
             record = np.concatenate([record, found])
-            chosen = np.flatnonzero((part.first + np.arange(len(states.t))) % every == 0)
+            chosen = np.flatnonzero((part.first + np.arange(len(part.states.t))) % every == 0)
             chosen = chosen[chosen > 0] if part.first else chosen
-            at_rows = {name: array if name == "p" else array[chosen] for name, array in blocks.items()}
-            Y, Yp = self._equations.output_partials(at_rows)
-            times.append(states.t[chosen])
-            values.append(self._equations.output_values(at_rows))
-            dp = self._along.dp[: len(self._equations.chosen)]
-            derivatives.append(Y @ record[chosen] + Yp @ dp)
+            at_rows = {name: array if name == "p" else array[chosen] for name, array in part.blocks.items()}
+            Y, Yp = equations.output_partials(at_rows)
+            times.append(part.states.t[chosen])
+            values.append(equations.output_values(at_rows))
+            derivatives.append(Y @ record[chosen] + Yp @ run.along.dp[: len(equations.chosen)])
             record = found[-1:]
         return np.concatenate(times), np.concatenate(values), np.concatenate(derivatives)
 
@@ -125,92 +112,76 @@ class Sensitivities:
 
     def gradients(self, of: Sequence[Functional]) -> Array:
         """Return the derivatives of several functionals, (functionals, directions), by one adjoint run of all."""
-        size = sum(map(len, self._components.values()))
-        steps = self._motion.steps
-        weights = [read_functional(one, self._components, size, steps + 1) for one in of]
-        state = np.zeros((self._linear.state_size, len(weights)))
-        of_parameters = np.zeros((len(self._along.dp), len(weights)))
-        direct = np.zeros((1, len(self._record), len(weights)))
-        for part in self._motion.backwards():
-            states, given = self._states(part)
-            matrices, blocks = self._matrices(part, states, given)
-            direct = self._of_rows(part, blocks, weights, of_parameters)
-            self._linear.adjoints(matrices, direct[1:], state, of_parameters, states.t[1:])
-        first = direct[0]
-        found: Array = state.T @ self._state + first.T @ self._record + of_parameters.T @ self._along.dp
+        run, weights = self._run, self._weights(of)
+        state = np.zeros((run.linear.state_size, len(weights)))
+        of_parameters = np.zeros((len(run.along.dp), len(weights)))
+        direct = np.zeros((1, len(run.record), len(weights)))
+        for part in map(run.of_part, run.motion.backwards()):
+            direct = run.of_rows(part, run.row_weights(part, weights), of_parameters)
+            run.linear.adjoints(part.matrices, direct[1:], state, of_parameters, part.times)
+        found: Array = state.T @ run.state + direct[0].T @ run.record + of_parameters.T @ run.along.dp
         return found
 
-    def _of_rows(self, part: Part, blocks: Mapping[str, Array], weights: Sequence[Weights], by: Array) -> Array:
-        """Return what functionals take of each row, (rows, record, functionals), and add to the derivatives in
-        parameters; rows that parts share count in the first part alone."""
-        count, steps, step = len(part.rows), self._motion.steps, self._run.grid.step
-        Y, Yp = self._equations.output_partials(blocks)
-        of_outputs = np.stack([one.of_rows(part.first, count, steps, step) for one in weights], axis=2)
-        own = of_outputs[0 if part.first == 0 else 1 :]
-        by[: Yp.shape[2]] += np.einsum("nop,nof->pf", Yp[-len(own) :], own)
-        found: Array = np.swapaxes(Y, 1, 2) @ of_outputs
+    # -- second derivatives --------------------------------------------------------------------------------------------
+
+    def hessian(self, of: Functional) -> Array:
+        """Return the second derivatives of a functional, (directions, directions), in the order of ``by``.
+
+        Parameters
+        ----------
+        of : as of ``gradient``
+
+        Raises
+        ------
+        UsageError
+            As of ``gradient``; scenes whose runs have no second derivatives here.
+        """
+        found: Array = self.hessians([of])[0]
         return found
 
-    # -- parts of the run ----------------------------------------------------------------------------------------------
+    def hessians(self, of: Sequence[Functional]) -> Array:
+        """Return the second derivatives of several functionals, (functionals, directions, directions), by tangents
+        along all directions and one adjoint of each functional."""
+        weights = self._weights(of)
+        self._check_second()
+        return second_order.hessians(self._run, weights)
 
-    def _begun(self, columns: Mapping[str, Sequence[int]]) -> tuple[Directions, Array, Array]:
-        """Return the directions at the start, and what the steps begin with along them."""
-        equations, start, run = self._equations, self._motion.start, self._run
-        count, sizes = len(self.by), {"q": equations.nv, "v": equations.nv, "z": equations.nz}
-        offsets = np.cumsum([0, *(len(columns[name]) for name in "pqvz")])
-        changes = {}
-        for offset, name in zip(offsets[1:], sizes, strict=False):
-            changes[name] = np.zeros((sizes[name], count))
-            changes[name][list(columns[name]), offset + np.arange(len(columns[name]))] = 1.0
-        dp = np.eye(len(columns["p"]), count)
-        along = Directions(changes["q"], changes["v"], changes["z"], dp)
-        z = start.get("z", np.zeros(0))
-        _, alpha_m, alpha_f, *_ = self._coefficients
-        share = alpha_m - alpha_f if np.any(start["a"] != start["vdot"]) else 0.0
-        beginning = Beginning(
-            equations, run.grid.start, run.grid.step, start["q"], start["v"], z, self._prescribed_at, share
-        )
-        if equations.nl:
-            along = on_constraints(beginning, along, self._inverse_inertia)
-        of_equations = Directions(along.dq, along.dv, along.dz, along.dp[: len(columns["p"])])
-        return (along, *beginning.tangents(of_equations))
+    def hessian_products(self, of: Functional, directions: ArrayLike) -> Array:
+        """Return the Hessian of a functional times vectors, by tangents along them and adjoints of second order: as
+        many as there are vectors, however many directions derivatives are taken by.
 
-    def _prescribed_at(self, share: float) -> Prescribed:
-        """Return inputs and base at a share of the first step: rows of inputs are linear in between."""
-        run, equations = self._run, self._equations
-        ends = run.grid.start + run.grid.step * np.array([0.0, 1.0])
-        now = np.array([run.grid.start + share * run.grid.step])
-        base = self._base(now)
-        if not run.model.nu:
-            return Prescribed(None, base)
-        if not run.takes_rows:
-            return Prescribed(run.model.input_values(now, parameters=equations.p), base)
-        first, last = run.signals.rows(ends)
-        return Prescribed(((1.0 - share) * first + share * last)[np.newaxis], base)
+        Parameters
+        ----------
+        of : as of ``gradient``
+        directions : (len(by),) or (len(by), vectors)
 
-    def _base(self, t: Array) -> Array | None:
-        model = self._run.model
-        return model.base(t, parameters=self._equations.p) if model.evaluator.moving_base else None
+        Raises
+        ------
+        UsageError
+            As of ``hessian``; vectors of another length.
+        """
+        (weights,) = self._weights([of])
+        self._check_second()
+        vectors = np.asarray(directions, dtype=float)
+        if vectors.ndim not in (1, 2) or len(vectors) != len(self.by) or not np.all(np.isfinite(vectors)):
+            what = f"vectors have the shape {vectors.shape}" if len(vectors) != len(self.by) else "vectors have nan"
+            raise UsageError(Problem("directions", what, f"finite numbers, ({len(self.by)},) or ({len(self.by)}, n)"))
+        columns = np.ascontiguousarray(vectors.reshape(len(self.by), -1))
+        return second_order.hessian_products(self._run, weights, columns).reshape(vectors.shape)
 
-    def _states(self, part: Part) -> tuple[States, Prescribed]:
-        model = self._run.model
-        states = states_of(part.rows, model)
-        u = None
-        if model.nu and self._run.takes_rows:
-            u = self._run.signals.rows(states.t)
-        elif model.nu:
-            u = model.input_values(states.t, parameters=self._equations.p)
-        return states, Prescribed(u, self._base(states.t))
+    def _check_second(self) -> None:
+        model = self._run.run.model
+        if model.multipliers:
+            what = "the scene has constraints, and its runs have first derivatives alone"
+            raise UsageError(Problem("sensitivities", what, "gradients, differenced"))
+        turning = [factor.name for factor in model.factors if factor.group != "R"]
+        if turning:
+            what = f"{turning[0]} turns in space, and runs with that have first derivatives alone"
+            raise UsageError(Problem("sensitivities", what, "gradients, differenced; hinges instead"))
 
-    def _matrices(self, part: Part, states: States, given: Prescribed) -> tuple[StepMatrices, dict[str, Array]]:
-        """Return the matrices of the steps of a part, and input blocks at all its rows."""
-        blocks = self._equations.values(states, given)
-        behind = {name: array if name == "p" else array[1:] for name, array in blocks.items()}
-        partials = self._equations.partials(behind)
-        return (
-            step_matrices(self._equations, partials, states, given, part.a, self._coefficients, self._inverse_inertia),
-            blocks,
-        )
+    def _weights(self, of: Sequence[Functional]) -> list[Weights]:
+        size, rows = sum(map(len, self._components.values())), self._run.motion.steps + 1
+        return [read_functional(one, self._components, size, rows) for one in of]
 
 
 def _counted(outputs: Mapping[str, Sequence[int]]) -> dict[str, list[int]]:

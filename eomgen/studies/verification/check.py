@@ -21,6 +21,7 @@ from eomgen.studies.verification.claims.motion import motion_claims
 from eomgen.studies.verification.claims.parameters import parameter_claims
 from eomgen.studies.verification.claims.partials import constraint_claims, packed_claims, partial_claims
 from eomgen.studies.verification.claims.rates import rate_claims
+from eomgen.studies.verification.claims.second_partials import second_claims
 from eomgen.studies.verification.claims.sections import section_claims
 from eomgen.studies.verification.engines import Engine, compiled, on_tape
 from eomgen.studies.verification.form_report import FormReport
@@ -144,6 +145,7 @@ def _claims(space: Space, engine: Engine, system: System, model: Model) -> list[
         *rate_claims(space, engine),
         *linear_claims(space, engine, system, model.description),
         *parameter_claims(space, engine, system, model.description),
+        *second_claims(space, engine, system),
         *event_claims(space, engine, system),
     ]
 

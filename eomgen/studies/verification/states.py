@@ -162,6 +162,11 @@ def _completed(
     (residual,) = functions("residual", {**blocks, "t": blocks["t"][0]})
     if not np.isfinite(residual).all():
         return None
+    if "second_partials" in functions:
+        blocks["weights"] = rng.uniform(-1.0, 1.0, functions.sizes["weights"])
+        of_parameters = PART * np.abs(blocks["p"])
+        of_motion = (scales["v"], scales["v"], scales["v"], scales["z"], np.ones(rows), of_parameters)
+        blocks["direction"] = np.concatenate(of_motion) * rng.uniform(-1.0, 1.0, functions.sizes["direction"])
     there = {name: np.array(array, dtype=float) for name, array in blocks.items() if np.size(array)}
     return there if "base" in functions else {name: array for name, array in there.items() if name != "base"}
 

@@ -116,6 +116,7 @@ NAMES = Names(check_prefix, check_identifier, mangle, output_name)
 _POINTERS = {
     "q": "NQ", "v": "NV", "a": "NV", "j": "NV", "s": "NV", "a_higher": "NA_HIGHER", "z": "NZ", "lam": "NLAM", "u": "NU",
     "u_dot": "NU", "u_ddot": "NU", "u_higher": "NU_HIGHER", "base_rates": "NBASE_RATES",
+    "weights": "NWEIGHTS", "direction": "NDIRECTION",
 }  # fmt: skip  # a table
 _DERIVATIVES = ("j", "s", "a_higher", "u_dot", "u_ddot", "u_higher", "base_rates")
 #: What only the functions of a Taylor stepper read.

@@ -13,5 +13,6 @@ WITHIN = [
     "parameters",
     "partials",
     "rates",
+    "second_partials",
     "sections",
 ]

@@ -1,0 +1,177 @@
+"""Second derivatives of whole runs: Hessians against differenced adjoints, remainders of Taylor series, products."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+
+from eomgen.arrays import Array
+from eomgen.errors import UsageError
+from eomgen.model import Model
+from eomgen.simulation.sensitivities import motion
+from eomgen.simulation.sensitivities.motion import Motion
+from eomgen.simulation.sensitivities.run_sensitivities import Sensitivities
+from tests.models.cache import shared_cache
+from tests.simulation.test_sensitivities import (
+    STEP,
+    TO_ROUNDING,
+    absolute,
+    bending,
+    built,
+    controlled,
+    loop,
+    tree,
+    turning,
+)
+
+__all__ = ["shared_cache"]
+
+SWUNG = {"a": {"position": 0.7, "velocity": 0.2}, "b": {"position": -0.3, "velocity": 1.0}}
+OF_TREE = ["mass", "stiffness", "damping", "length", "q.a", "v.b"]
+
+
+def begun(model: Model, found: Sensitivities) -> tuple[dict[str, float], dict[str, Array]]:
+    """Return parameters by name, and the state that a run begins with."""
+    start = found._run.motion.start
+    names = zip(model.parameters, model.parameter_array().tolist(), strict=True)
+    return dict(names), {name: start[name].copy() for name in ("q", "v", "z") if name in start}
+
+
+def moved(model: Model, found: Sensitivities, change: Array) -> dict[str, Any]:
+    """Return ``parameters`` and ``initial`` of a run whose start is changed along the directions."""
+    parameters, state = begun(model, found)
+    names = list(model.v_names)
+    for name, step in zip(found.by, change.tolist(), strict=True):
+        if name in parameters:
+            parameters[name] += step
+        elif name.startswith("z."):
+            state["z"][list(model.z_names).index(name)] += step
+        else:
+            state[name[0]][names.index(f"v{name[1:]}")] += step
+    return {"parameters": parameters, "initial": state}
+
+
+def differenced(model: Model, found: Sensitivities, of: Sequence[str], span: tuple[float, float], method: str) -> Array:
+    """Return Hessians (functionals, n, n) by differences of exact gradients, of order 6."""
+    columns = []
+    for row in np.eye(len(found.by)):
+
+        def slope(size: float, row: Array = row) -> Array:
+            ends = [
+                model.sensitivities(
+                    *span, by=found.by, method=method, settings=TO_ROUNDING, **moved(model, found, sign * size * row)
+                ).gradients(of)
+                for sign in (1.0, -1.0)
+            ]
+            return (ends[0] - ends[1]) / (2.0 * size)
+
+        columns.append((64.0 * slope(5e-4) - 20.0 * slope(1e-3) + slope(2e-3)) / 45.0)
+    return np.stack(columns, axis=-1)
+
+
+def check(
+    builder: Any,
+    method: str,
+    by: Sequence[str],
+    initial: Mapping[str, Any],
+    of: Sequence[str],
+    step: float = STEP,
+) -> None:
+    """Hold Hessians of functionals to differences, and products with vectors to them."""
+    _, model = built(builder)
+    span = (30 * step, step)
+    found = model.sensitivities(*span, by=by, method=method, initial=initial, settings=TO_ROUNDING)
+    hessians = found.hessians(of)
+    expected = differenced(model, found, of, span, method)
+    vectors = np.concatenate([np.eye(len(by)), np.random.default_rng(1).normal(size=(len(by), 2))], axis=1)
+    for functional, H, other in zip(of, hessians, expected, strict=True):
+        size = np.max(np.abs(H))
+        assert np.max(np.abs(H - other)) <= 1e-10 * size  # 5e-9 is asked for
+        np.testing.assert_array_equal(H, H.T)
+        products = found.hessian_products(functional, vectors)
+        assert np.max(np.abs(products - H @ vectors)) <= 1e-13 * size * np.max(np.abs(vectors))
+        column = products[:, : len(by)]
+        assert np.max(np.abs(column - column.T)) <= 1e-14 * size  # before it is taken out
+        np.testing.assert_allclose(found.hessian_products(functional, vectors[:, -1]), products[:, -1], rtol=1e-12)
+
+
+@pytest.mark.parametrize("method", ["generalized_alpha", "trapezoidal", "hht"])
+def test_a_tree_by_its_parameters_and_its_initial_state(method: str) -> None:
+    check(tree(), method, OF_TREE, SWUNG, ["final(angle)", "integral(two[1])", "mean(two[0])", "sum(angle)"])
+
+
+def test_a_controller_with_internal_states() -> None:
+    by = ["mass", "length", "lag", "gain", "q.a", "v.a", "z.filtered"]
+    check(controlled(), "trapezoidal", by, {"a": 0.6}, ["final(y[0])", "mean(y[1])"])
+
+
+@pytest.mark.parametrize("step", [0.001, 0.01])
+def test_a_beam_at_steps_that_resolve_it_and_that_do_not(step: float) -> None:
+    by, initial = ["bend", "tip", "speed", "q.axle"], {"axle": {"velocity": 1.0}}
+    check(bending(), "generalized_alpha", by, initial, ["final(y[0])", "mean(y[1])"], step)
+
+
+def test_what_is_left_of_a_taylor_series_is_of_third_order() -> None:
+    _, model = built(tree())
+    given: dict[str, Any] = {"settings": TO_ROUNDING}
+    found = model.sensitivities(1.0, STEP, by=OF_TREE, initial=SWUNG, **given)
+    d = np.array([0.5, -0.8, 0.3, 0.2, 0.4, -0.6])
+    value, slope = found.outputs["angle"][-1], found.gradients(["final(angle)"])[0] @ d
+    curvature = d @ found.hessian("final(angle)") @ d
+    sizes = 2.0 ** -np.arange(4, 9)
+    left = []
+    for size in sizes:
+        run = model.simulate(1.0, STEP, error_estimate=False, **moved(model, found, size * d), **given)
+        left.append(abs(run.outputs["angle"][-1] - value - size * slope - 0.5 * size**2 * curvature))
+    assert np.polyfit(np.log(sizes), np.log(left), 1)[0] == pytest.approx(3.0, abs=0.1)
+
+
+def test_weights_of_rows_and_several_functionals() -> None:
+    _, model = built(tree())
+    found = model.sensitivities(0.2, STEP, by=OF_TREE, initial=SWUNG)
+    weights = np.random.default_rng(1).normal(size=21)
+    last = np.zeros(21)
+    last[-1] = 1.0
+    one, two, both = found.hessians(["final(angle)", {"angle": weights}, {"angle": 2.0 * last - 3.0 * weights}])
+    np.testing.assert_allclose(both, 2.0 * one - 3.0 * two, atol=1e-13 * np.max(np.abs(both)))
+    np.testing.assert_array_equal(found.hessian("final(angle)"), one)
+
+
+def test_long_runs_are_stepped_again_from_checkpoints(monkeypatch: pytest.MonkeyPatch) -> None:
+    _, model = built(tree())
+    of, vectors = "integral(two[1])", np.eye(2)
+    kept = model.sensitivities(5.0, STEP, by=["mass", "q.a"], initial={"a": 0.5})
+    monkeypatch.setattr(Motion.__init__, "__defaults__", (0,))
+    monkeypatch.setattr(motion, "LONGEST", 64)
+    again = model.sensitivities(5.0, STEP, by=["mass", "q.a"], initial={"a": 0.5})
+    assert (kept._run.motion.parts, again._run.motion.parts) == (1, 8)
+    H = kept.hessian(of)
+    np.testing.assert_allclose(again.hessian(of), H, rtol=1e-12)
+    np.testing.assert_allclose(again.hessian_products(of, vectors), H, rtol=1e-12)
+
+
+def test_runs_and_vectors_without_second_derivatives_say_why() -> None:
+    _, model = built(tree())
+    found = model.sensitivities(0.1, STEP, by=["mass", "q.a"])
+    for vectors, text in {
+        (1.0, 2.0, 3.0): "directions: vectors have the shape (3,); try: finite numbers, (2,) or (2, n)",
+        (1.0, np.nan): "directions: vectors have nan; try: finite numbers, (2,) or (2, n)",
+    }.items():
+        with pytest.raises(UsageError) as caught:
+            found.hessian_products("final(angle)", vectors)
+        assert text in str(caught.value)
+    with pytest.raises(UsageError, match="the functional 'last' is none of a run"):
+        found.hessian("last")
+    for builder, text in (
+        (turning(), "a turns in space, and runs with that have first derivatives alone"),
+        (loop(), "the scene has constraints, and its runs have first derivatives alone"),
+        (absolute(), "the scene has constraints, and its runs have first derivatives alone"),
+    ):
+        _, other = built(builder)
+        initial = {"q": other.initial_q, "v": other.initial_v}
+        with pytest.raises(UsageError) as caught:
+            other.sensitivities(0.1, STEP, by=["mass"], initial=initial).hessian("final(y[0])")
+        assert text in str(caught.value)
