@@ -31,11 +31,13 @@ if TYPE_CHECKING:
     from eomgen.scene.scene import Scene
     from eomgen.studies import (
         Extremes,
+        Identification,
         RandomVibration,
         RealTime,
         Tradeoff,
         Tuned,
         extremes,
+        identify,
         random_vibration,
         tradeoff,
         tune,
@@ -53,7 +55,7 @@ _HOMES = {
     "Scene": "eomgen.scene.scene",
     "System": "eomgen.system.system",
     **dict.fromkeys(("Extremes", "extremes", "RealTime", "Tradeoff", "Tuned", "tradeoff", "tune"), "eomgen.studies"),
-    **dict.fromkeys(("RandomVibration", "random_vibration"), "eomgen.studies"),
+    **dict.fromkeys(("Identification", "RandomVibration", "identify", "random_vibration"), "eomgen.studies"),
     "savings": "eomgen.studies.savings.study",
     "with_controller": "eomgen.pipeline.controllers",
     **dict.fromkeys(
@@ -76,6 +78,7 @@ __all__ = [
     "EomgenError",
     "Extremes",
     "FileError",
+    "Identification",
     "Model",
     "ModelError",
     "NumericalError",
@@ -96,6 +99,7 @@ __all__ = [
     "derive",
     "extremes",
     "generate",
+    "identify",
     "load",
     "random_vibration",
     "savings",

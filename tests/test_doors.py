@@ -180,6 +180,7 @@ DOORS: dict[str, set[str]] = {
     "studies": {
         "analysis",
         "arrays",
+        "calls",
         "compiled",
         "errors",
         "figures",
@@ -321,6 +322,14 @@ ORDER: dict[str, tuple[str, ...]] = {
         "result",
         "study",
     ),
+    "studies.identification": (
+        "combinations measurements",
+        "estimation experiment findings",
+        "plots unknowns",
+        "result",
+        "arguments judgement",
+        "study",
+    ),
     "studies.savings": (
         "variants",
         "study",
@@ -378,6 +387,7 @@ LATE: dict[str, dict[str, str]] = {
     "scene.sources.text": {"files": "for a mistake only"},
     "scene.sources.urdf.source": {"scene.sources.urdf.conversion": "most scenes are no URDF"},
     "studies.ladders.result": {"studies.ladders.plots": "matplotlib; a map is used without it"},
+    "studies.identification.result": {"studies.identification.plots": "matplotlib; a study is used without it"},
     "studies.vibration.result": {"studies.vibration.plots": "matplotlib; a study is used without it"},
     "studies.work_precision.result": {"studies.work_precision.plots": "matplotlib; a study is used without it"},
     "simulation.stepping.settings": {

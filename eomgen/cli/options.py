@@ -17,7 +17,7 @@ from eomgen.units.labels import in_label
 from eomgen.units.parser import is_quantity
 
 if TYPE_CHECKING:
-    from eomgen.system.signals import Input, Parameter, State
+    from eomgen.system.signals import Input, Output, Parameter, State
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 #: A further name and value behind a comma; a call in place of a number.
@@ -99,6 +99,29 @@ def _source_option(source: Source, option: Option) -> Callable[[Command], Comman
     return click.option(name, type=click.Choice(option.choices), default=option.default, show_default=True, help=text)
 
 
+def stepper_options(command: Command) -> Command:
+    """Add the method of runs with its parameters, and the step."""
+    for decorate in (
+        click.option("--gamma", type=float, default=None, help="Of newmark; 1/2 by default, above it order 1."),
+        click.option("--beta", type=float, default=None, help="Of newmark; 1/4 by default."),
+        click.option(
+            "--alpha", type=float, default=None, help="Numerical damping of hht (0 to 1/3), wbz or newmark (0 to 1)."
+        ),
+        click.option(
+            "--rho-inf",
+            type=float,
+            default=None,
+            help="Spectral radius of generalized-alpha at infinite frequency, 0 to 1.",
+        ),
+        click.option(
+            "--method", default=None, help="generalized_alpha, rk4, taylor, auto ...; the scene's by default."
+        ),
+        click.option("--step", default=None, callback=_seconds, metavar="S", help="Step size; the scene's by default."),
+    ):
+        command = decorate(command)
+    return command
+
+
 def run_options(command: Command) -> Command:
     """Add the options of a run."""
     for decorate in (
@@ -116,8 +139,6 @@ def run_options(command: Command) -> Command:
             help="Estimate the discretisation error by runs at other steps or tolerances.",
         ),
         click.option("--record-every", type=int, default=None, metavar="N", help="Steps between recorded rows."),
-        click.option("--gamma", type=float, default=None, help="Of newmark; 1/2 by default, above it order 1."),
-        click.option("--beta", type=float, default=None, help="Of newmark; 1/4 by default."),
         click.option(
             "--order", type=int, default=None, metavar="P", help="Of taylor; what suits the tolerance by default."
         ),
@@ -127,19 +148,7 @@ def run_options(command: Command) -> Command:
             default=None,
             help="Of local errors: generalized-alpha chooses its steps by it, as rk45 and taylor do.",
         ),
-        click.option(
-            "--alpha", type=float, default=None, help="Numerical damping of hht (0 to 1/3), wbz or newmark (0 to 1)."
-        ),
-        click.option(
-            "--rho-inf",
-            type=float,
-            default=None,
-            help="Spectral radius of generalized-alpha at infinite frequency, 0 to 1.",
-        ),
-        click.option(
-            "--method", default=None, help="generalized_alpha, rk4, taylor, auto ...; the scene's by default."
-        ),
-        click.option("--step", default=None, callback=_seconds, metavar="S", help="Step size; the scene's by default."),
+        stepper_options,
         click.option(
             "--t-end", default=None, callback=_seconds, metavar="S", help="End of the run; the scene's by default."
         ),
@@ -167,7 +176,7 @@ def terms_option(command: Command) -> Command:
         default=None,
         metavar="NAME,NAME",
         help="Functions wanted; all that the scene can use by default.",
-        callback=_names,
+        callback=names_of,
     )(command)
 
 
@@ -197,7 +206,7 @@ def assignments(option: str, texts: Sequence[str]) -> dict[str, float | str]:
 
 
 def in_units(
-    option: str, values: Mapping[str, float | str], owners: Iterable[Parameter | Input | State]
+    option: str, values: Mapping[str, float | str], owners: Iterable[Parameter | Input | Output | State]
 ) -> dict[str, float]:
     """Return numbers, those with a unit converted to the unit of what they are given for. Raises UsageError."""
     labels = {owner.name: owner.unit for owner in owners}
@@ -213,5 +222,6 @@ def _folder(context: click.Context, parameter: click.Parameter, value: str) -> s
     return value
 
 
-def _names(context: click.Context, parameter: click.Parameter, value: str | None) -> list[str] | None:
+def names_of(context: click.Context, parameter: click.Parameter, value: str | None) -> list[str] | None:
+    """Return names that commas separate."""
     return None if value is None else [name.strip() for name in value.split(",") if name.strip()]

@@ -1,7 +1,9 @@
-"""Studies of whole scenes: checks of all closed forms, speed against accuracy, tuning, savings, random vibration."""
+"""Studies of whole scenes: checks of all closed forms, speed against accuracy, tuning, savings, random vibration,
+identification."""
 
 from __future__ import annotations
 
+from eomgen.studies.identification import Identification, identify
 from eomgen.studies.ladders.register import LADDERS
 from eomgen.studies.ladders.result import Extremes
 from eomgen.studies.ladders.study import extremes
@@ -27,6 +29,7 @@ __all__ = [
     "Distribution",
     "Extremes",
     "FormReport",
+    "Identification",
     "Point",
     "RandomVibration",
     "RealTime",
@@ -35,6 +38,7 @@ __all__ = [
     "Tuned",
     "check",
     "extremes",
+    "identify",
     "random_vibration",
     "savings",
     "tradeoff",

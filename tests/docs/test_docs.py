@@ -83,6 +83,7 @@ def test_there_is_something_to_test() -> None:
     assert {block.page for block in blocks("python")} == {
         "README.md",
         "ensembles.md",
+        "identification.md",
         "python.md",
         "random_vibration.md",
         "urdf_robots.md",

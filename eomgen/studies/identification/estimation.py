@@ -1,0 +1,212 @@
+"""Weighted least squares with exact derivatives and bounds, with the covariance of what it finds.
+
+SciPy's trust region reflective method (Branch, Coleman and Li 1999) has the steps; where runs fail, it makes its
+trust region smaller. Unknowns whose derivatives are combinations of those of others stay where they start.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from eomgen.arrays import Array
+from eomgen.errors import EomgenError, NumericalError, Problem, UsageError
+from eomgen.studies.identification.combinations import structure
+
+#: Values and derivatives at unknowns (n,): (rows,) and (rows, n).
+Predict = Callable[[Array], tuple[Array, Array]]
+#: Relative change of the sum of squares, and of the unknowns, at which the search ends.
+_CONVERGED = 1e-10
+#: Searches at most, where other unknowns turn out to be independent at the end than at the start.
+_STRUCTURES = 3
+#: Passes by which deviations of columns are found, their relative change at which they end, and their least part of a
+#: column's range: data without noise have none.
+_PASSES, _SAME, _LEAST = 12, 1e-3, 1e-9
+
+
+class Predictions:
+    """Predictions at unknowns, counted, and kept for the last ones."""
+
+    def __init__(self, predict: Predict) -> None:
+        self._predict = predict
+        self._last: tuple[Array, Array, Array] | None = None
+        self.runs = 0
+        self.failures: list[str] = []
+
+    def __call__(self, x: Array) -> tuple[Array, Array] | None:
+        """Return values and derivatives, None where the run fails."""
+        if self._last is None or not np.array_equal(self._last[0], x):
+            self.runs += 1
+            try:
+                values, slopes = self._predict(x)
+            except EomgenError as error:
+                if self.runs == 1 and isinstance(error, UsageError):
+                    raise  # of what is asked for, and not of where the search has come to
+                self.failures.append(error.problems[0].what)
+                return None
+            if not (np.isfinite(values).all() and np.isfinite(slopes).all()):
+                self.failures.append("outputs are no finite numbers")
+                return None
+            self._last = x.copy(), values, slopes
+        return self._last[1:]
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A least-squares fit.
+
+    Attributes
+    ----------
+    x : (n,) unknowns
+    values, J : (rows,) predictions there, and (rows, n) their derivatives
+    deviations : (columns,) of the measured columns
+    converged : whether the search came to its end
+    text : SciPy's, where it did not
+    """
+
+    x: Array
+    values: Array
+    J: Array
+    deviations: Array
+    converged: bool
+    text: str
+
+
+def fit(
+    predict: Predictions,
+    data: Array,
+    columns: Array,
+    x: Array,
+    bounds: tuple[Array, Array],
+    deviations: Array | None,
+    limit: int,
+) -> Fit:
+    """Return the unknowns that fit data best.
+
+    Parameters
+    ----------
+    data : (rows,)
+    columns : (rows,) which column each row is of
+    x : (n,) where the search starts
+    bounds : (n,) each
+    deviations : (columns,) standard deviations of the columns; None: they are estimated from what is left
+    limit : predictions at most in one search
+
+    Raises
+    ------
+    NumericalError
+        The run fails at the start.
+    """
+    first = predict(x)
+    if first is None:
+        what = f"the run fails where the search starts: {predict.failures[0]}"
+        raise NumericalError(Problem("identify", what, "other start values (values=, --set), or a smaller step"))
+    count = int(columns.max()) + 1
+    ranges = np.array([float(np.ptp(data[columns == k])) or 1.0 for k in range(count)])
+    sigma = ranges if deviations is None else deviations
+    kept = list(structure(first[1] / sigma[columns][:, np.newaxis]).kept)
+    for _ in range(_STRUCTURES):
+        found = _weighed(predict, data, columns, x, bounds, sigma, ranges, deviations is not None, kept, limit)
+        x, sigma, before = found.x, found.deviations, kept
+        kept = list(structure(found.J / sigma[columns][:, np.newaxis]).kept)
+        if kept == before:
+            break
+    return found
+
+
+def _weighed(
+    predict: Predictions,
+    data: Array,
+    columns: Array,
+    x: Array,
+    bounds: tuple[Array, Array],
+    sigma: Array,
+    ranges: Array,
+    given: bool,
+    kept: Sequence[int],
+    limit: int,
+) -> Fit:
+    """Return the fit of the unknowns that are kept, with deviations that suit its residuals where none are given."""
+    count = len(sigma)
+    sizes = np.array([np.count_nonzero(columns == k) for k in range(count)])
+    share = max(1.0 - len(kept) / len(data), 1.0 / len(data))
+    for number in range(1 if given or count == 1 else _PASSES):
+        x, converged, text = _searched(predict, data, sigma[columns], x, bounds, kept, limit)
+        if given:
+            break
+        left = _found(predict, x)[0] - data
+        squares = np.array([float(left[columns == k] @ left[columns == k]) for k in range(count)])
+        estimated = np.maximum(np.sqrt(squares / (sizes * share)), _LEAST * ranges)
+        change = float(np.max(np.abs(estimated / sigma - 1.0)))
+        sigma = estimated
+        if number and change < _SAME:
+            break
+    values, J = _found(predict, x)
+    return Fit(x, values, J, sigma, converged, text)
+
+
+def _found(predict: Predictions, x: Array) -> tuple[Array, Array]:
+    found = predict(x)
+    if found is None:
+        raise NumericalError(Problem("identify", f"the run fails: {predict.failures[-1]}", "a smaller step"))
+    return found
+
+
+def _searched(
+    predict: Predictions,
+    data: Array,
+    sigma: Array,
+    x: Array,
+    bounds: tuple[Array, Array],
+    kept: Sequence[int],
+    limit: int,
+) -> tuple[Array, bool, str]:
+    """Return the unknowns at the least sum of squares over those that are kept, and how the search ended."""
+    nothing, chosen = np.full(len(data), np.inf), list(kept)
+
+    def whole(part: Array) -> Array:
+        found = x.copy()
+        found[chosen] = part
+        return found
+
+    def residuals(part: Array) -> Array:
+        found = predict(whole(part))
+        return nothing if found is None else (found[0] - data) / sigma
+
+    def jacobian(part: Array) -> Array:
+        return _found(predict, whole(part))[1][:, chosen] / sigma[:, np.newaxis]
+
+    low, high = bounds
+    found = least_squares(
+        residuals,
+        x[chosen],
+        jac=jacobian,
+        bounds=(low[chosen], high[chosen]),
+        x_scale="jac",
+        ftol=_CONVERGED,
+        xtol=_CONVERGED,
+        gtol=None,
+        max_nfev=limit,
+    )
+    return whole(np.asarray(found.x)), bool(found.status > 0), str(found.message)
+
+
+def covariance(J: Array, sigma: Array) -> Array:
+    """Return the covariance (n, n) of unknowns by independent columns of derivatives (rows, n) and deviations
+    (rows,)."""
+    weighted = J / sigma[:, np.newaxis]
+    norms = np.linalg.norm(weighted, axis=0)
+    R = np.linalg.qr(weighted / norms, mode="r")
+    inverse = np.linalg.solve(R, np.eye(len(norms))) / norms[:, np.newaxis]
+    found: Array = inverse @ inverse.T
+    return found
+
+
+def autocorrelation(left: Sequence[Array]) -> float:
+    """Return the correlation of residuals with those one sample later, over several runs."""
+    products = sum(float(one[1:] @ one[:-1]) for one in left)
+    squares = sum(float(one @ one) for one in left)
+    return products / squares if squares > 0.0 else 0.0

@@ -1,0 +1,198 @@
+"""One measured run on a model: predicted outputs at the measured times, with their derivatives in the unknowns."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from eomgen.arrays import Array
+from eomgen.compiled.initial_state import InitialState
+from eomgen.errors import Problem, UsageError
+from eomgen.lie.product import tangent, update
+from eomgen.simulation.sensitivities.linearise import METHODS
+from eomgen.studies.identification.measurements import Measurements
+from eomgen.text import shown
+
+if TYPE_CHECKING:
+    from eomgen.model import Model
+
+#: What Newton's iteration leaves of steps is divided by these.
+_TIGHT = {"rtol": 1e-13, "atol": 1e-15}
+#: Part of a step by which a time may miss the end of a step, as rounded times of files do.
+_ROUNDED = 1e-6
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Values at times from those at the ends of steps: a cubic through the four nearest ones, of order 4 in the step.
+
+    Attributes
+    ----------
+    steps : of the run
+    places : (n, 4) rows of the run
+    weights : (n, 4)
+    """
+
+    steps: int
+    places: Array
+    weights: Array
+
+    @classmethod
+    def of(cls, t: Array, start: float, step: float) -> Rows:
+        """Return the rows for times (n,) of a run from ``start``, s."""
+        position = (t - start) / step
+        near = np.rint(position)
+        position = np.where(np.abs(position - near) < _ROUNDED, near, position)
+        steps = max(3, int(np.ceil(position[-1])))
+        first = np.clip(np.floor(position).astype(int) - 1, 0, steps - 3)
+        s = position - first
+        nodes = np.arange(4.0)
+        weights = np.empty((len(t), 4))
+        for k in range(4):
+            others = nodes[nodes != k]
+            weights[:, k] = np.prod((s[:, np.newaxis] - others) / (k - others), axis=1)
+        return cls(steps, first[:, np.newaxis] + np.arange(4), weights)
+
+    def at(self, table: Array) -> Array:
+        """Return values (n, ...) from a table of all rows (rows, ...)."""
+        found: Array = np.einsum("nk,nk...->n...", self.weights, table[self.places])
+        return found
+
+
+class Experiment:
+    """One measured run.
+
+    Parameters
+    ----------
+    states : components of the initial state that are unknown
+    initial : the others, and where these start
+    options : of ``sensitivities``
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        data: Measurements,
+        parameters: Sequence[str],
+        states: Sequence[str],
+        initial: InitialState,
+        step: float,
+        start: float | None,
+        options: Mapping[str, Any],
+    ) -> None:
+        self.model, self.data, self.states = model, data, tuple(states)
+        self._start = float(data.t[0]) if start is None else start
+        if data.t[0] < self._start - _ROUNDED * step:
+            what = f"{data.name} begins at t = {data.t[0]:.9g} s, before the run at {self._start:.9g} s"
+            raise UsageError(Problem("t_start", what, f"t_start = {data.t[0]:.9g}, or none"))
+        self._step, self._initial = step, initial
+        self._rows = Rows.of(data.t, self._start, step)
+        self._parameters = tuple(parameters)
+        known = [*(f"q{name[1:]}" for name in model.v_names), *model.v_names, *model.z_names]
+        for name in states:
+            if name not in known:
+                hint = " or ".join(difflib.get_close_matches(str(name), known, n=3)) or f"one of {', '.join(known[:8])}"
+                what = f"there is no component {shown(name)} of the initial state"
+                raise UsageError(Problem("states", what, hint))
+        self._places = [known.index(name) for name in states]
+        self._by = (*parameters, *self._directions(known))
+        self._known = known
+        self._labels = tuple(data.outputs)
+        self.present = np.stack([np.isfinite(values) for values in data.outputs.values()])
+        self._options = dict(options)
+        self._options["inputs"] = {**(self._options.get("inputs") or {}), **self._driven()} or None
+        method = self._options.get("method") or model.library.layout["defaults"]["method"]
+        tight = _TIGHT if method in METHODS else {}  # others are refused, and have settings of their own
+        self._options["settings"] = {**tight, **(self._options.get("settings") or {})} or None
+
+    @property
+    def starts(self) -> Array:
+        """Where the unknown components start, (states,): numbers of the state, 0 of what rotates a joint."""
+        model, state = self.model, self._initial
+        q = np.zeros(model.nv)
+        for factor in model.factors:
+            if factor.group == "R":
+                q[factor.v] = state.q[factor.q]
+        found: Array = np.concatenate([q, state.v, state.z])[self._places]
+        return found
+
+    @property
+    def units(self) -> list[str]:
+        """Units of the unknown components."""
+        model = self.model
+        of_q = [unit.removesuffix("/s") for unit in model.v_units]
+        every = [*of_q, *model.v_units, *model.z_units]
+        return [every[place] for place in self._places]
+
+    def __call__(self, parameters: Mapping[str, float], states: Array) -> tuple[Array, Array]:
+        """Return outputs at the measured times (outputs, n), and derivatives (outputs, n, parameters + states).
+
+        Raises
+        ------
+        EomgenError
+            The run fails.
+        """
+        initial, of_states = self._initial_at(states)
+        names = list(dict.fromkeys(label.partition("[")[0] for label in self._labels))
+        found = self.model.sensitivities(
+            self._start + self._rows.steps * self._step,
+            self._step,
+            by=list(self._by),
+            of=names,
+            parameters=dict(parameters),
+            initial=initial,
+            t_start=self._start,
+            record_every=1,
+            **self._options,
+        )
+        values = np.stack([_component(found.outputs, label) for label in self._labels])
+        slopes = np.stack([_component(found.derivatives, label) for label in self._labels])
+        order = [found.by.index(name) for name in self._by]
+        slopes = slopes[..., order]
+        count = len(self._parameters)
+        changed = np.concatenate([slopes[..., :count], slopes[..., count:] @ of_states], axis=-1)
+        at = self._rows.at
+        return np.stack([at(one) for one in values]), np.stack([at(one) for one in changed])
+
+    def initial_state(self, states: Array) -> dict[str, Array]:
+        """Return the initial state at values of the unknown components, as of ``simulate``."""
+        return self._initial_at(states)[0]
+
+    def _initial_at(self, states: Array) -> tuple[dict[str, Array], Array]:
+        """Return the initial state, and what its directions are by the unknown components, (directions, states)."""
+        model, nv = self.model, self.model.nv
+        whole = np.zeros(2 * nv + model.nz)
+        whole[self._places] = np.asarray(states) - self.starts
+        theta = whole[:nv]
+        q = update(model.factors, self._initial.q, theta)
+        initial = {"q": q, "v": self._initial.v + whole[nv : 2 * nv]}
+        if model.nz:
+            initial["z"] = self._initial.z + whole[2 * nv :]
+        turned = np.eye(len(whole))
+        turned[:nv, :nv] = tangent(model.factors, theta)
+        rows = [self._known.index(name) for name in self._by[len(self._parameters) :]]
+        return initial, turned[np.ix_(rows, self._places)]
+
+    def _directions(self, known: Sequence[str]) -> list[str]:
+        """Return the components that derivatives are taken by: those of a joint that rotates together."""
+        places = set(self._places)
+        for factor in self.model.factors:
+            components = range(factor.v_start, factor.v_start + factor.v_size)
+            if factor.group != "R" and places & set(components):
+                places |= set(components)
+        return [known[place] for place in sorted(places)]
+
+    def _driven(self) -> dict[str, Array]:
+        """Return measured inputs on the grid of the steps, linear between samples."""
+        times = self._start + self._step * np.arange(self._rows.steps + 1)
+        return {name: np.interp(times, self.data.t, values) for name, values in self.data.inputs.items()}
+
+
+def _component(table: Mapping[str, Array], label: str) -> Array:
+    """Return a component of an output, ``tip[0]``."""
+    name, bracket, rest = label.partition("[")
+    return table[name][:, int(rest.rstrip("]"))] if bracket else table[name]

@@ -1,0 +1,207 @@
+"""What a fit tells: which unknowns are determined, their intervals, what is in doubt."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from eomgen.arrays import Array
+from eomgen.studies.identification.combinations import Combination, Structure, form_of, structure, words
+from eomgen.studies.identification.estimation import Fit, Predictions, autocorrelation, covariance
+from eomgen.studies.identification.findings import Column, Estimate, Record
+from eomgen.studies.identification.result import Identification
+from eomgen.studies.identification.unknowns import Unknowns
+
+#: Part of a value by which an estimate may miss its bound.
+_ON_BOUND = 1e-6
+#: Probability beyond which given deviations do not suit the residuals.
+_DOUBT = 1e-3
+#: Correlation of residuals one sample apart, and times its standard error, beyond which they are no noise; and
+#: residuals, as part of the data's spread, that are errors of discretisation in data without noise.
+_COLOURED, _TIMES, _NOISELESS = 0.3, 4.0, 1e-5
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """A fit with what is to be reported of it.
+
+    Attributes
+    ----------
+    given : whether the deviations of the columns are given
+    """
+
+    unknowns: Unknowns
+    fit: Fit
+    predict: Predictions
+    limits: tuple[Array, Array]
+    given: bool
+    confidence: float
+
+    def result(self) -> Identification:
+        unknowns, found = self.unknowns, self.fit
+        names, count = unknowns.names, len(unknowns.names)
+        sigma = found.deviations[unknowns.columns]
+        weighted = found.J / sigma[:, np.newaxis]
+        on_bound = self._on_bound()
+        free = [k for k in range(count) if not on_bound[k]]
+        parts = structure(weighted[:, free])
+        parts = Structure(tuple(free[k] for k in parts.kept), tuple(free[k] for k in parts.others), parts.coefficients)
+        kept = list(parts.kept)
+        freedom = len(unknowns.data) - len(kept)
+        cov = covariance(found.J[:, kept], sigma) if kept else np.zeros((0, 0))
+        left = (unknowns.data - found.values) / sigma
+        if not self.given and freedom > 0:
+            cov = cov * float(left @ left) / freedom
+        spread = np.full(count, np.inf)
+        spread[kept] = np.sqrt(np.diag(cov))
+        decided = [k for k in kept if k not in parts.mixed]
+        times = self._times(freedom)
+        states = [
+            "determined" if k in decided else "on its bound" if on_bound[k] else "undetermined" for k in range(count)
+        ]
+        estimates = []
+        for k, name in enumerate(names):
+            deviation = float(spread[k]) if k in decided else 0.0 if on_bound[k] else np.inf
+            value = float(found.x[k])
+            low, high = value - times * deviation, value + times * deviation
+            start = float(unknowns.start[k])
+            estimates.append(Estimate(name, unknowns.units[k], value, deviation, low, high, start, states[k]))
+        combinations = self._combinations(parts, weighted, spread, times)
+        records = self._records()
+        columns = self._columns(records)
+        correlation = np.full((count, count), np.nan)
+        places = [kept.index(k) for k in decided]
+        inner = cov[np.ix_(places, places)]
+        correlation[np.ix_(decided, decided)] = inner / np.sqrt(np.outer(np.diag(inner), np.diag(inner)))
+        return Identification(
+            unknowns.model.name,
+            tuple(estimates),
+            correlation,
+            combinations,
+            columns,
+            records,
+            self.confidence,
+            "given" if self.given else "estimated",
+            freedom,
+            self.predict.runs,
+            len(self.predict.failures),
+            tuple(self._notes(estimates, combinations, columns, float(left @ left), freedom)),
+        )
+
+    def _times(self, freedom: int) -> float:
+        """Return how many standard deviations an interval reaches: of the normal distribution where noise is given, of
+        Student's where it is estimated."""
+        level = 0.5 + 0.5 * self.confidence
+        if self.given:
+            return float(stats.norm.ppf(level))
+        return float(stats.t.ppf(level, freedom)) if freedom > 0 else np.inf
+
+    def _on_bound(self) -> list[bool]:
+        x, (low, high) = self.fit.x, self.limits
+        near = _ON_BOUND * np.maximum(np.abs(x), np.finfo(float).tiny)
+        return [bool(found) for found in (x - low <= near) | (high - x <= near)]
+
+    def _combinations(self, parts: Structure, weighted: Array, spread: Array, times: float) -> tuple[Combination, ...]:
+        if not parts.mixed:
+            return ()
+        x, names = self.fit.x, self.unknowns.names
+        sigma = self.fit.deviations[self.unknowns.columns]
+
+        def change(at: Array) -> float:
+            moved = self.predict(at)
+            return np.inf if moved is None else float(np.linalg.norm((moved[0] - self.fit.values) / sigma))
+
+        forms = {other: form_of(parts, other, x, weighted, change) for other in parts.others}
+        found = []
+        for k in parts.mixed:
+            row = parts.coefficients[parts.kept.index(k)]
+            others = [other for other, c in zip(parts.others, row, strict=True) if c]
+            kinds = {forms[other] for other in others}
+            form = kinds.pop() if len(kinds) == 1 else "first order"
+            text, value = words(parts, k, names, x, form)
+            deviation = float(spread[k]) * (abs(value / float(x[k])) if form == "product" else 1.0)
+            members = (names[k], *(names[other] for other in others))
+            low, high = value - times * deviation, value + times * deviation
+            found.append(Combination(text, members, form, value, deviation, low, high))
+        return tuple(found)
+
+    def _records(self) -> tuple[Record, ...]:
+        unknowns, x = self.unknowns, self.fit.x
+        found, first = [], 0
+        for number, one in enumerate(unknowns.experiments):
+            model = np.full(one.present.shape, np.nan)
+            count = int(np.count_nonzero(one.present))
+            model[one.present] = self.fit.values[first : first + count]
+            first += count
+            modelled = dict(zip(one.data.outputs, model, strict=True))
+            start = one.initial_state(unknowns.states_of(x, number))
+            found.append(Record(one.data.name, one.data.t, dict(one.data.outputs), modelled, start))
+        return tuple(found)
+
+    def _columns(self, records: Sequence[Record]) -> tuple[Column, ...]:
+        units = {item.name: item.unit for item in self.unknowns.model.description.outputs}
+        found = []
+        for k, label in enumerate(self.unknowns.labels):
+            parts = [one.residuals[label] for one in records if label in one.data]
+            parts = [part[np.isfinite(part)] for part in parts]
+            every = np.concatenate(parts)
+            unit = units.get(label.partition("[")[0], "")
+            rms = float(np.sqrt(np.mean(every**2)))
+            noise = float(self.fit.deviations[k])
+            found.append(Column(label, unit, len(every), noise, rms, autocorrelation(parts)))
+        return tuple(found)
+
+    def _notes(
+        self,
+        estimates: Sequence[Estimate],
+        combinations: Sequence[Combination],
+        columns: Sequence[Column],
+        squares: float,
+        freedom: int,
+    ) -> list[str]:
+        notes = []
+        if not self.fit.converged:
+            notes.append(f"the search did not converge ({self.fit.text})")
+        for one in combinations:
+            notes.append(f"only {one.text} is determined{', to first order' if one.form == 'first order' else ''}")
+        named = {name for one in combinations for name in one.members}
+        lost = [one.name for one in estimates if one.state == "undetermined" and one.name not in named]
+        if lost:
+            notes.append(f"without effect on what was measured: {', '.join(lost)}")
+        bound = [one.name for one in estimates if one.state == "on its bound"]
+        if bound:
+            notes.append(f"on a bound: {', '.join(bound)}; the other intervals are those of this bound")
+        wide = [
+            one.name
+            for one in estimates
+            if one.state == "determined"
+            and one.high - one.low > 2.0 * abs(one.value)
+            and one.name in self.unknowns.parameters
+        ]
+        if wide:
+            notes.append(f"intervals wider than the value: {', '.join(wide)}")
+        if self.given and freedom > 0:
+            ratio = float(np.sqrt(squares / freedom))
+            if stats.chi2.sf(squares, freedom) < _DOUBT:
+                notes.append(
+                    f"residuals are {ratio:.3g} times the deviations given: the model misses something, or these are"
+                    " too small; intervals are too narrow"
+                )
+            elif stats.chi2.cdf(squares, freedom) < _DOUBT:
+                notes.append(f"residuals are {ratio:.3g} times the deviations given, which are too large")
+        spread = [float(np.std(self.unknowns.data[self.unknowns.columns == k])) for k in range(len(columns))]
+        coloured = [
+            one
+            for one, size in zip(columns, spread, strict=True)
+            if one.autocorrelation > max(_COLOURED, _TIMES / np.sqrt(one.samples)) and one.rms > _NOISELESS * size
+        ]
+        if coloured:
+            listed = ", ".join(f"{one.name} {one.autocorrelation:.2f}" for one in coloured)
+            notes.append(
+                f"residuals are no white noise (correlation one sample apart: {listed}): the model misses something, or"
+                " the noise is filtered; intervals are too narrow"
+            )
+        return notes

@@ -1,0 +1,181 @@
+"""Measured data of one run: times, columns that are compared with outputs, columns that drive inputs."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from eomgen.arrays import Array
+from eomgen.errors import Problem, UsageError
+from eomgen.files import read_table
+from eomgen.system.description import component_names
+from eomgen.text import listed, nearest, shown
+
+if TYPE_CHECKING:
+    from eomgen.model import Model
+
+#: A file, or columns by name, t among them.
+Data = str | os.PathLike[str] | Mapping[str, Any]
+MISSING = ("refuse", "drop")
+
+
+@dataclass(frozen=True)
+class Measurements:
+    """Measured data of one run.
+
+    Attributes
+    ----------
+    name : of the file without its ending, or ``run1``
+    t : (n,) s, increasing
+    outputs : by component of an output, (n,); nan where a value is missing
+    inputs : by name of an input of the scene, (n,)
+    dropped : values that are left out because they are missing
+    ignored : columns that are neither, states of the model
+    """
+
+    name: str
+    t: Array
+    outputs: Mapping[str, Array]
+    inputs: Mapping[str, Array]
+    dropped: int
+    ignored: tuple[str, ...]
+
+
+def columns_of(data: Data, number: int) -> tuple[str, dict[str, Array]]:
+    """Return the name and the columns of a file, or of a mapping. Raises FileError, UsageError."""
+    if isinstance(data, str | os.PathLike):
+        path = Path(data)
+        names, table = read_table(path)
+        return path.stem, dict(zip(names, table.T, strict=True))
+    if not isinstance(data, Mapping):
+        what = f"a file or columns by name are needed, not {type(data).__name__}"
+        raise UsageError(Problem("data", what, '"run.csv", or {"t": times, "angle": values}'))
+    columns = {}
+    for name, values in data.items():
+        try:
+            columns[str(name)] = np.array(values, dtype=float)
+        except (TypeError, ValueError):
+            what = f"the column {name} is {type(values).__name__}, no array of numbers"
+            raise UsageError(Problem("data", what, "one number for each time")) from None
+        if columns[str(name)].ndim != 1:
+            what = f"the column {name} has the shape {columns[str(name)].shape}, and one number for each time is needed"
+            raise UsageError(Problem("data", what, f"{name}[0], {name}[1] as columns of their own"))
+    lengths = {name: len(values) for name, values in columns.items()}
+    if len(set(lengths.values())) > 1:
+        what = f"columns differ in length: {', '.join(f'{name} {length}' for name, length in lengths.items())}"
+        raise UsageError(Problem("data", what, "one number for each time, nan where one is missing"))
+    return f"run{number + 1}", columns
+
+
+def measurements(model: Model, data: Data, number: int, chosen: Sequence[str] | None, missing: str) -> Measurements:
+    """Return the data of one run, sorted into outputs and inputs of a model.
+
+    Parameters
+    ----------
+    number : of the run among those given
+    chosen : outputs or their components that are compared; all columns that are outputs by default
+    missing : ``refuse`` or ``drop``
+
+    Raises
+    ------
+    FileError, UsageError
+    """
+    name, columns = columns_of(data, number)
+    t = _times(name, columns)
+    known = _components(model)
+    wanted = None if chosen is None else _wanted(chosen, known)
+    outputs, inputs, ignored = dict[str, Array](), dict[str, Array](), list[str]()
+    for column, values in columns.items():
+        short = column.removeprefix("output.")
+        driven = column.removeprefix("input.")
+        if column == "t":
+            continue
+        if short in known and (wanted is None or short in wanted):
+            outputs[short] = values
+        elif driven in model.inputs:
+            inputs[driven] = values
+        elif wanted is not None or short in known or _of_solution(model, column):
+            ignored.append(column)
+        else:
+            hint = nearest(column, [*known, *model.inputs]) or '[outputs.angle] formula = "q.hinge" in the scene'
+            where = f"{name}, column {shown(column)}"
+            raise UsageError(Problem(where, "it is neither an output nor an input of the scene", hint))
+    if not outputs:
+        what = f"no column is an output of the scene: {listed(columns)}"
+        hint = f"columns named {listed(known)}" if known else '[outputs.angle] formula = "q.hinge" in the scene'
+        raise UsageError(Problem(name, what, hint))
+    absent = [item for item in wanted or () if item not in outputs]
+    if absent:
+        raise UsageError(Problem(name, f"there is no column {absent[0]}", f"one of {listed(columns)}"))
+    return _without_gaps(name, t, outputs, inputs, tuple(ignored), missing)
+
+
+def _times(name: str, columns: Mapping[str, Array]) -> Array:
+    if "t" not in columns:
+        hint = nearest("t", columns) if any(key.lower() in ("t", "time") for key in columns) else listed(columns)
+        raise UsageError(Problem(name, "there is no column t of times in s", f"t in place of one of {hint}"))
+    t = columns["t"]
+    bad = np.flatnonzero(~np.isfinite(t))
+    if len(bad):
+        what = f"{len(bad)} of {len(t)} times are no numbers, the first in row {bad[0] + 1}"
+        raise UsageError(Problem(name, what, "rows with their times"))
+    if len(t) < 2:
+        raise UsageError(Problem(name, f"there are {len(t)} rows, and a run has two at least", "more data"))
+    back = np.flatnonzero(np.diff(t) <= 0.0)
+    if len(back):
+        row = int(back[0])
+        what = f"time does not increase: {t[row + 1]:.9g} s in row {row + 2} follows {t[row]:.9g} s"
+        raise UsageError(Problem(name, what, "rows in the order of their times; several runs as several files"))
+    return t
+
+
+def _components(model: Model) -> list[str]:
+    layout = model.library.layout["outputs"]
+    return [label for item in layout for label in component_names("", str(item["name"]), int(item["size"]))]
+
+
+def _wanted(chosen: Sequence[str], known: Sequence[str]) -> list[str]:
+    """Return the components of outputs that are chosen. Raises UsageError for one that is none."""
+    if isinstance(chosen, str):
+        raise UsageError(Problem("outputs", f"a list of names is needed, not the text {chosen!r}", f'["{chosen}"]'))
+    found = []
+    for name in chosen:
+        labels = [label for label in known if label == name or label.partition("[")[0] == name]
+        if not labels:
+            raise UsageError(Problem("outputs", f"there is no output {shown(name)}", nearest(name, known)))
+        found += labels
+    return found
+
+
+def _of_solution(model: Model, column: str) -> bool:
+    """Return whether a column is one of a solution that is no output: a state, an energy, a multiplier."""
+    states = (*model.q_names, *model.v_names, *model.z_names, *(f"a{name[1:]}" for name in model.v_names))
+    return column in states or column.startswith(("energy.", "multipliers"))
+
+
+def _without_gaps(
+    name: str, t: Array, outputs: dict[str, Array], inputs: dict[str, Array], ignored: tuple[str, ...], missing: str
+) -> Measurements:
+    """Return the data with inputs at every time. Raises UsageError where values are missing and none are dropped."""
+    if missing not in MISSING:
+        raise UsageError(Problem("missing", f"{shown(missing)} is none of the choices", " or ".join(MISSING)))
+    gaps = {column: int(np.count_nonzero(~np.isfinite(values))) for column, values in (outputs | inputs).items()}
+    count = sum(gaps.values())
+    if count and missing == "refuse":
+        rows = ~np.all(np.isfinite(np.stack([*outputs.values(), *inputs.values()])), axis=0)
+        named = ", ".join(f"{column} {gap}" for column, gap in gaps.items() if gap)
+        what = f"{np.count_nonzero(rows)} of {len(t)} rows have missing values ({named})"
+        raise UsageError(Problem(name, what, 'missing="drop", --missing drop: those values are left out'))
+    filled = {}
+    for column, values in inputs.items():
+        there = np.isfinite(values)
+        if not there.any():
+            raise UsageError(Problem(f"{name}, column {column}", "it has no value", "without it: the scene's input"))
+        filled[column] = np.interp(t, t[there], values[there])
+    outputs = {column: np.where(np.isfinite(values), values, np.nan) for column, values in outputs.items()}
+    return Measurements(name, t, outputs, filled, count, ignored)

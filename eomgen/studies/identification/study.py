@@ -1,0 +1,188 @@
+"""identify: unknown parameters and initial states of a scene, from measured runs."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from eomgen.calls import checked_call
+from eomgen.compiled.arguments import check_name
+from eomgen.compiled.initial_state import initial_state
+from eomgen.errors import Problem, UsageError
+from eomgen.model import Model
+from eomgen.pipeline.pipeline import built_for_run
+from eomgen.scene.scene import Scene
+from eomgen.studies.identification.arguments import bounds_of, check_effect, deviations_of
+from eomgen.studies.identification.estimation import Predictions, fit
+from eomgen.studies.identification.experiment import Experiment
+from eomgen.studies.identification.judgement import Judgement
+from eomgen.studies.identification.measurements import Data, Measurements, measurements
+from eomgen.studies.identification.result import Identification
+from eomgen.studies.identification.unknowns import Unknowns
+
+#: Predictions in one search, at most.
+_LIMIT = 200
+
+
+@checked_call(
+    scene="a scene or a model", initial_values="initial", weights="deviations", sigma="deviations", p0="values"
+)
+def identify(
+    scene: Model | Scene | str | os.PathLike[str] | Mapping[str, Any],
+    data: Data | Sequence[Data],
+    parameters: Sequence[str] = (),
+    *,
+    states: Sequence[str] = (),
+    values: Mapping[str, Any] | None = None,
+    initial: Mapping[str, Any] | Sequence[Mapping[str, Any]] | None = None,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    deviations: Mapping[str, float] | float | None = None,
+    outputs: Sequence[str] | None = None,
+    missing: str = "refuse",
+    confidence: float = 0.95,
+    step: float | None = None,
+    t_start: float | None = None,
+    **options: Any,
+) -> Identification:
+    """Return the parameters and initial states of a scene that fit measured runs best, with confidence intervals.
+
+    Least squares of what was measured minus outputs of runs, each column by its standard deviation, with the exact
+    derivatives of the discrete runs.
+
+    Parameters
+    ----------
+    scene : model, Scene, path or mapping
+        A model saves the build.
+    data : path or mapping, or a sequence of them
+        A CSV file, or columns by name; one for each run. ``t`` are times in s; a column of the name of an output, or of
+        a component of it, ``tip[0]``, is compared with it; one of the name of an input drives it, linear in between.
+        Times need not be ends of steps: outputs between these are cubic, of order 4 in the step.
+    parameters : sequence of str
+        Tunable parameters that are unknown.
+    states : sequence of str
+        Components of the initial state that are unknown, of each run: ``q.hinge``, ``v.hinge``, ``z.filtered``. Of a
+        joint that rotates, ``q.ball[0]`` is a rotation in rad about its axis x, from where the scene starts.
+    values : mapping
+        Tunable parameters that differ from the scene's: where unknown ones start, what others are held at.
+    initial : mapping, or a sequence of them
+        As of ``simulate``; one for all runs, or one for each. Where unknown components start.
+    bounds : mapping
+        Name -> (low, high), of parameters and states.
+    deviations : mapping or number
+        Standard deviations of the noise by column; a number is that of all columns. They are estimated, and the
+        intervals with them, where they are not given.
+    outputs : sequence of str
+        Columns that are compared; all that are outputs by default.
+    missing : str
+        ``refuse`` or ``drop``: values that are empty or nan.
+    confidence : float
+        Of the intervals.
+    step : float
+        s; the scene's by default.
+    t_start : float
+        s, of all runs; the first measured time by default. The initial state is that of this time.
+    options : ``method``, ``rho_inf``, ``alpha``, ``beta``, ``gamma``, ``inputs``, ``settings``, as of ``sensitivities``
+
+    Returns
+    -------
+    Identification
+
+    Raises
+    ------
+    UsageError
+        Names that are none, columns that are neither outputs nor inputs, times that do not increase, missing values,
+        fewer samples than unknowns, bounds that exclude the start, an unknown without effect, a method without
+        derivatives.
+    NumericalError
+        The run fails where the search starts.
+    FileError
+        A file that is missing, or no CSV.
+    """
+    model = scene if isinstance(scene, Model) else built_for_run(scene, options.get("method"))
+    _check_lists(parameters=parameters, states=states)
+    for name in parameters:
+        check_name("parameter", name, list(model.parameters), list(model.evaluator.fixed_parameters))
+    held = {name: float(value) for name, value in _held(model, values).items()}
+    share = _share(confidence)
+    given = [data] if isinstance(data, str | os.PathLike | Mapping) else list(data)
+    if not given:
+        raise UsageError(Problem("data", "there are no measured runs", '"run.csv"'))
+    runs = _named_apart([measurements(model, one, k, outputs, missing) for k, one in enumerate(given)])
+    size = float(model.description.simulation.step if step is None else step)
+    if not (np.isfinite(size) and size > 0.0):
+        raise UsageError(Problem("step", f"{size:.6g} s is no step", "a positive time"))
+    p = model.evaluator.one_set({**held} or None, "one set of values")
+    starts = _starts(initial, len(runs))
+    experiments = [
+        Experiment(model, one, parameters, states, initial_state(model, start, p), size, t_start, options)
+        for one, start in zip(runs, starts, strict=True)
+    ]
+    unknowns = Unknowns(model, tuple(parameters), tuple(states), experiments, held)
+    if not unknowns.names:
+        hint = f"parameters={list(model.parameters)[:3]!r}" if model.parameters else 'states=["q.hinge"]'
+        raise UsageError(Problem("parameters", "nothing is unknown", hint))
+    return _identified(unknowns, bounds, deviations, share)
+
+
+def _identified(
+    unknowns: Unknowns,
+    bounds: Mapping[str, tuple[float, float]] | None,
+    deviations: Mapping[str, float] | float | None,
+    confidence: float,
+) -> Identification:
+    names, x = unknowns.names, unknowns.start
+    if len(unknowns.data) < len(names):
+        what = f"there are {len(unknowns.data)} samples for {len(names)} unknowns"
+        raise UsageError(Problem("data", what, "more samples, or fewer unknowns"))
+    limits = bounds_of(unknowns, bounds)
+    sigma = deviations_of(unknowns.labels, deviations)
+    predict = Predictions(unknowns.predict)
+    check_effect(unknowns, predict, x, sigma)
+    found = fit(predict, unknowns.data, unknowns.columns, x, limits, sigma, _LIMIT)
+    return Judgement(unknowns, found, predict, limits, sigma is not None, confidence).result()
+
+
+def _check_lists(**lists: object) -> None:
+    for name, given in lists.items():
+        if isinstance(given, str) or not isinstance(given, Sequence):
+            raise UsageError(Problem(name, f"a list of names is needed, not {given!r}", f'{name}=["..."]'))
+        if len(set(given)) < len(given):
+            raise UsageError(Problem(name, "a name is given twice", "each of them once"))
+
+
+def _held(model: Model, values: Mapping[str, Any] | None) -> dict[str, float]:
+    """Return values of tunable parameters, texts with units brought to theirs. Raises UsageError."""
+    p = model.evaluator.one_set(values, "one set of values")
+    names = list(model.parameters)
+    return {name: float(p[names.index(name)]) for name in values or ()}
+
+
+def _share(confidence: float) -> float:
+    if not 0.0 < confidence < 1.0:
+        raise UsageError(Problem("confidence", f"{confidence!r} is no probability", "confidence=0.95"))
+    return float(confidence)
+
+
+def _named_apart(runs: list[Measurements]) -> list[Measurements]:
+    names = [one.name for one in runs]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise UsageError(Problem("data", f"two runs are named {twice}", "files of different names"))
+    return runs
+
+
+def _starts(
+    initial: Mapping[str, Any] | Sequence[Mapping[str, Any]] | None, count: int
+) -> list[Mapping[str, Any] | None]:
+    if initial is None or isinstance(initial, Mapping):
+        return [initial] * count
+    if isinstance(initial, str) or any(isinstance(one, str) for one in initial):
+        what = f"the state that runs start at is needed, not the name {next(iter(initial))!r}"
+        raise UsageError(Problem("initial", what, 'states=["q.hinge"] for components that are unknown'))
+    if len(initial) != count:
+        what = f"there are {len(initial)} initial states for {count} runs"
+        raise UsageError(Problem("initial", what, "one for all, or one for each"))
+    return list(initial)

@@ -1,0 +1,387 @@
+"""Identification: estimates with intervals, what data do not decide, times off the grid, several runs, mistakes."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.arrays import Array
+from eomgen.cli import main
+from eomgen.errors import FileError, NumericalError, UsageError
+from eomgen.pipeline.pipeline import built_for_run
+from eomgen.scene.load import load_toml
+from eomgen.studies.identification.combinations import structure
+from eomgen.studies.identification.experiment import Rows
+
+SCENE = """
+format = 1
+name = "two_masses"
+gravity = [0, 0, 0]
+simulation = { method = "trapezoidal", step = 0.02, duration = 4 }
+
+[inputs]
+push = { unit = "N" }
+
+[parameters]
+mass_a = { value = 1.0, unit = "kg", tunable = true }
+mass_b = { value = 2.0, unit = "kg", tunable = true }
+stiffness = { value = 30.0, unit = "N/m", tunable = true }
+damping = { value = 1.0, unit = "N s/m", tunable = true }
+far = { value = 1.0, tunable = true }
+fixed = 3.0
+
+[bodies.a]
+mass = "mass_a"
+inertia = [1e-2, 1e-2, 1e-2]
+
+[bodies.b]
+mass = "mass_b"
+inertia = [1e-2, 1e-2, 1e-2]
+
+[joints.slide]
+type = "prismatic"
+parent = "base"
+child = "a"
+axis = [1, 0, 0]
+initial = { position = 0.1 }
+
+[joints.glue]
+type = "fixed"
+parent = "a"
+child = "b"
+
+[efforts.spring]
+joint = "slide"
+effort = "push - sqrt(stiffness)**2 * q.slide - damping * v.slide"
+
+[outputs]
+x = { formula = "q.slide", unit = "m" }
+force = { formula = "stiffness * q.slide", unit = "N" }
+pair = { formula = ["q.slide", "v.slide"] }
+aside = { formula = "far * t" }
+"""
+TRUE = {"mass_a": 1.0, "mass_b": 2.0, "stiffness": 30.0, "damping": 1.0}
+NOISE = 1e-3
+
+
+@pytest.fixture(scope="module")
+def slider() -> eomgen.Model:
+    return built_for_run(load_toml(SCENE))  # as the command builds it
+
+
+def deflection(t: Array, push: float = 0.0, start: float = 0.1, speed: float = 0.0) -> Array:
+    """Return x of 3 x'' + x' + 30 x = push: the closed form."""
+    decay, rate = 1.0 / 6.0, np.sqrt(10.0 - 1.0 / 36.0)
+    away = start - push / 30.0
+    wave = away * np.cos(rate * t) + (speed + decay * away) / rate * np.sin(rate * t)
+    return np.asarray(push / 30.0 + np.exp(-decay * t) * wave)
+
+
+def data(seed: int = 0, count: int = 201, noise: float = NOISE, **given: float) -> dict[str, Array]:
+    t = np.linspace(0.0, 4.0, count)
+    return {"t": t, "x": deflection(t, **given) + noise * np.random.default_rng(seed).standard_normal(count)}
+
+
+def found_by(model: eomgen.Model, given: Any, *names: str, **options: Any) -> eomgen.Identification:
+    values = {"stiffness": 25.0, "damping": 0.5} | options.pop("values", {})
+    return eomgen.identify(model, given, list(names), values=values, **{"step": 0.01} | options)
+
+
+def test_estimates_of_a_damped_oscillation_and_their_covariance(slider: eomgen.Model) -> None:
+    found = found_by(slider, data(), "stiffness", "damping")
+    for name in ("stiffness", "damping"):
+        assert found[name].low < TRUE[name] < found[name].high
+        assert found[name].state == "determined"
+    t = np.linspace(0.0, 4.0, 201)
+    columns = []
+    for k, h in ((0, 1e-4), (1, 1e-4)):
+        pair = []
+        for sign in (1.0, -1.0):
+            stiffness, damping = 30.0 + sign * h * (k == 0), 1.0 + sign * h * (k == 1)
+            decay = damping / 6.0
+            rate = np.sqrt(stiffness / 3.0 - decay**2)
+            pair.append(0.1 * np.exp(-decay * t) * (np.cos(rate * t) + decay / rate * np.sin(rate * t)))
+        columns.append((pair[0] - pair[1]) / (2.0 * h))
+    J = np.stack(columns, axis=1)
+    noise = found.columns[0].deviation
+    assert noise == pytest.approx(NOISE, rel=0.15) and found.noise == "estimated"
+    expected = noise * np.sqrt(np.diag(np.linalg.inv(J.T @ J)))
+    np.testing.assert_allclose([one.deviation for one in found.estimates], expected, rtol=0.01)
+    assert found.degrees_of_freedom == 199
+    # Student's quantile at 199 degrees of freedom, of tables
+    one = found["stiffness"]
+    assert one.high - one.value == pytest.approx(1.972 * one.deviation, rel=1e-3)
+    assert found.parameters == {name: found[name].value for name in ("stiffness", "damping")}
+    assert found.notes == () and found.failed == 0
+
+
+def test_given_deviations_have_normal_intervals_and_are_doubted(slider: eomgen.Model) -> None:
+    fine = found_by(slider, data(), "stiffness", "damping", deviations={"x": NOISE})
+    assert fine.noise == "given" and fine.notes == ()
+    one = fine["damping"]
+    assert one.high - one.value == pytest.approx(1.959964 * one.deviation, rel=1e-5)
+    small = found_by(slider, data(), "stiffness", "damping", deviations=0.5 * NOISE)
+    assert "times the deviations given: the model misses something" in small.message
+    assert small["damping"].deviation == pytest.approx(0.5 * one.deviation, rel=1e-6)
+    large = found_by(slider, data(), "stiffness", "damping", deviations=2.0 * NOISE)
+    assert "which are too large" in large.message
+
+
+@pytest.mark.slow
+def test_intervals_hold_the_truth_as_often_as_they_state(slider: eomgen.Model) -> None:
+    held = np.zeros(2)
+    for seed in range(40):
+        found = found_by(slider, data(seed, 81), "stiffness", "damping", step=0.02, confidence=0.8)
+        held += [one.low < TRUE[one.name] < one.high for one in found.estimates]
+    # 80 % of 40 is 32; 99.8 % of binomial draws are in 24 to 39
+    assert np.all((held >= 24) & (held <= 39))
+
+
+def test_times_off_the_grid_and_the_order_of_interpolation(slider: eomgen.Model) -> None:
+    t = np.sort(np.random.default_rng(1).uniform(0.0, 4.0, 150))
+    given = {"t": t, "x": deflection(t) + NOISE * np.random.default_rng(2).standard_normal(150)}
+    found = found_by(slider, given, "stiffness", "damping", t_start=0.0)
+    assert all(one.low < TRUE[one.name] < one.high for one in found.estimates)
+    misses = []
+    for step in (0.1, 0.05):
+        ends = np.arange(0.0, 4.2, step)
+        rows = Rows.of(t, 0.0, step)
+        misses.append(np.abs(rows.at(np.sin(3.0 * ends)) - np.sin(3.0 * t)).max())
+    assert np.log2(misses[0] / misses[1]) == pytest.approx(4.0, abs=0.4)
+    rows = Rows.of(np.array([0.0, 0.1, 0.3 + 1e-9]), 0.0, 0.1)
+    np.testing.assert_array_equal(rows.at(np.arange(4.0)), [0.0, 1.0, 3.0])
+
+
+def test_derivatives_off_the_grid_are_those_of_the_interpolated_run(slider: eomgen.Model) -> None:
+    """A fit to noise-free data of the model itself ends at its parameters to rounding, wherever samples lie."""
+    t = np.sort(np.random.default_rng(3).uniform(0.0, 2.0, 40))
+    run = slider.simulate(2.1, 0.02, error_estimate=False)
+    given = {"t": t, "x": Rows.of(t, 0.0, 0.02).at(run.outputs["x"])}
+    found = found_by(slider, given, "stiffness", "damping", step=0.02, t_start=0.0)
+    np.testing.assert_allclose([found[name].value for name in ("stiffness", "damping")], [30.0, 1.0], rtol=1e-9)
+    assert found.runs <= 12
+
+
+def test_several_runs_have_initial_states_of_their_own(slider: eomgen.Model) -> None:
+    runs = [data(0, start=0.1), data(1, start=-0.2, speed=0.5), data(2, start=0.0, speed=-1.0)]
+    found = found_by(slider, runs, "stiffness", "damping", states=["q.slide", "v.slide"])
+    names = [one.name for one in found.estimates]
+    assert names == ["stiffness", "damping", *(f"{c}.slide of run{k}" for k in (1, 2, 3) for c in "qv")]
+    truth = [30.0, 1.0, 0.1, 0.0, -0.2, 0.5, 0.0, -1.0]
+    off = [(one.value - true) / one.deviation for one, true in zip(found.estimates, truth, strict=True)]
+    assert np.abs(off).max() < 3.0
+    assert found["v.slide of run3"].unit == "m/s" and found["q.slide of run1"].unit == "m"
+    assert found.records[1].initial["v"][0] == found["v.slide of run2"].value
+    assert set(found.parameters) == {"stiffness", "damping"}
+
+
+def test_an_input_of_the_data_drives_the_run(slider: eomgen.Model) -> None:
+    given = data(0, push=2.0) | {"push": np.full(201, 2.0)}
+    found = found_by(slider, given, "stiffness", "damping", "mass_a")
+    assert all(one.low < TRUE[one.name] < one.high for one in found.estimates)
+    constant = found_by(slider, data(0, push=2.0), "stiffness", "damping", "mass_a", inputs={"push": 2.0})
+    np.testing.assert_allclose(constant["mass_a"].value, found["mass_a"].value, rtol=1e-9)
+
+
+def test_masses_that_move_together_are_known_by_their_sum(slider: eomgen.Model) -> None:
+    given = data(0, push=2.0) | {"input.push": np.full(201, 2.0)}
+    found = found_by(slider, given, "stiffness", "mass_a", "mass_b", values={"mass_a": 1.5})
+    (one,) = found.combinations
+    assert (one.text, one.form, one.members) == ("mass_a + mass_b", "sum", ("mass_a", "mass_b"))
+    assert one.low < 3.0 < one.high
+    assert [item.state for item in found.estimates] == ["determined", "undetermined", "undetermined"]
+    assert found["mass_a"].high == np.inf and found["mass_b"].value == found["mass_b"].start == 2.0
+    assert "only mass_a + mass_b is determined" in found.message
+    assert np.isnan(found.correlation[1]).all() and found.correlation[0, 0] == pytest.approx(1.0)
+
+
+def test_motion_without_forces_decides_ratios_alone(slider: eomgen.Model) -> None:
+    found = found_by(slider, data(), "mass_a", "stiffness", "damping", values={"mass_b": 0.0})
+    texts = {one.text: one for one in found.combinations}
+    assert set(texts) == {"mass_a / damping", "stiffness / damping"}
+    one = texts["stiffness / damping"]
+    assert one.form == "product" and one.low < 30.0 < one.high
+
+
+def test_combinations_of_columns_are_read_from_the_left() -> None:
+    rng = np.random.default_rng(0)
+    J = rng.standard_normal((30, 5))
+    J[:, 2] = 2.0 * J[:, 0] - 1e6 * J[:, 1] * 1e-6
+    J[:, 4] = 0.0
+    found = structure(J)
+    assert found.kept == (0, 1, 3) and found.others == (2, 4) and found.mixed == (0, 1)
+    np.testing.assert_allclose(found.coefficients, [[2.0, 0.0], [-1.0, 0.0], [0.0, 0.0]], atol=1e-12)
+
+
+def test_missing_values_are_refused_or_dropped(slider: eomgen.Model) -> None:
+    given = data()
+    given["x"][[3, 50, 51]] = np.nan
+    with pytest.raises(UsageError, match=r"run1: 3 of 201 rows have missing values \(x 3\); try: missing=\"drop\""):
+        found_by(slider, given, "stiffness")
+    found = found_by(slider, given, "stiffness", "damping", missing="drop")
+    assert found.columns[0].samples == 198 and found.degrees_of_freedom == 196
+    assert np.count_nonzero(np.isnan(found.records[0].residuals["x"])) == 3
+
+
+def test_a_bound_that_holds_an_estimate_is_named(slider: eomgen.Model) -> None:
+    found = found_by(slider, data(), "stiffness", "damping", bounds={"stiffness": (20.0, 28.0)})
+    assert found["stiffness"].state == "on its bound" and found["stiffness"].value == pytest.approx(28.0, rel=1e-5)
+    assert "on a bound: stiffness" in found.message
+    assert "residuals are no white noise (correlation one sample apart: x 0." in found.message
+
+
+def test_runs_that_fail_on_the_way_are_counted(slider: eomgen.Model) -> None:
+    """From far away the first steps lead to stiffnesses that the scene forbids."""
+    found = found_by(slider, data(), "stiffness", "damping", values={"stiffness": 300.0, "damping": 0.2})
+    assert found.failed > 0
+    assert found.runs > found.failed
+
+
+def test_the_command_prints_writes_and_draws(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scene, out = tmp_path / "two_masses.toml", tmp_path / "out"
+    scene.write_text(SCENE, encoding="utf-8")
+    given = data()
+    lines = [f"{t!r};{x!r};" for t, x in zip(given["t"].tolist(), given["x"].tolist(), strict=True)]
+    (tmp_path / "run.csv").write_text("# measured\nt;x;force\n" + "\n".join(lines), encoding="utf-8")
+    words = ["identify", str(scene), "--data", str(tmp_path / "run.csv"), "--parameters", "stiffness,damping"]
+    words += ["--set", "stiffness=25", "--step", "10 ms", "--output", "x", "--bounds", "damping=0:", "--out", str(out)]
+    assert main([*words, "--deviation", "x=1 mm"]) == 0
+    told = capsys.readouterr()
+    assert "deviation, given" in told.out and "95 % from" in told.out
+    assert "2 of 2 unknowns determined by 201 samples" in told.err
+    saved = json.loads((out / "identification.json").read_text(encoding="utf-8"))
+    assert saved["estimates"][0]["low"] < 30.0 < saved["estimates"][0]["high"]
+    rows = list(csv.DictReader((out / "estimates.csv").open(encoding="utf-8")))
+    assert [row["name"] for row in rows] == ["stiffness", "damping"]
+    assert float(rows[0]["value"]) == saved["estimates"][0]["value"]
+    left = list(csv.DictReader((out / "residuals_run.csv").open(encoding="utf-8")))
+    assert float(left[7]["x.residual"]) == float(left[7]["x"]) - float(left[7]["x.model"])
+    assert (out / "fit_run.png").stat().st_size > 5000
+    assert main([*words[:-2], "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["noise"] == "estimated"
+    assert main([*words[:-2], "--bounds", "damping"]) == 2
+    assert "--bounds damping: a name and two numbers are needed" in capsys.readouterr().err
+
+
+def test_data_of_a_solution_are_read_as_they_were_written(slider: eomgen.Model, tmp_path: Path) -> None:
+    run = slider.simulate(2.0, 0.02, inputs={"push": 1.0}, error_estimate=False)
+    run.save(tmp_path / "run.csv")
+    found = found_by(slider, tmp_path / "run.csv", "stiffness", "damping", step=0.02, outputs=["x"])
+    np.testing.assert_allclose(found["stiffness"].value, 30.0, rtol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("", "the file is empty; try: a first line of names"),
+        ("0.0,1.0\n0.1,2.0", "the first line has numbers in place of names"),
+        ("t,x,x\n0,1,2", "the column 'x' is there twice"),
+        ("t,x\n0,1\n1,2,3", "line 3 has 3 cells, and there are 2 names"),
+        ("t,x\n0,1\n1,two", "line 3, column x: 'two' is no number; try: numbers alone, without units"),
+        ("t;x\n0;1,5\n1;2", "line 2, column x: '1,5' is no number; try: a decimal point in place of the comma"),
+    ],
+)
+def test_files_that_are_no_tables(slider: eomgen.Model, tmp_path: Path, text: str, told: str) -> None:
+    file = tmp_path / "run.csv"
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(FileError) as caught:
+        found_by(slider, file, "stiffness")
+    assert told in str(caught.value)
+
+
+def test_a_file_that_is_not_there_or_no_text(slider: eomgen.Model, tmp_path: Path) -> None:
+    (tmp_path / "run1.csv").write_bytes(b"\xff\xfe\x00\x80")
+    with pytest.raises(FileError, match=r"runl.csv: cannot be read: No such file or directory; try: .*run1.csv"):
+        found_by(slider, tmp_path / "runl.csv", "stiffness")
+    with pytest.raises(FileError, match=r"this is no text, and a CSV file is needed"):
+        found_by(slider, tmp_path / "run1.csv", "stiffness")
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"y": 1.0}, "run1, column 'y': it is neither an output nor an input of the scene"),
+        ({"forc": 1.0}, "run1, column 'forc': it is neither an output nor an input of the scene; try: force"),
+        ({"x": None}, "run1: no column is an output of the scene: t; try: columns named x, force"),
+        ({"t": None}, "run1: there is no column t of times in s; try: t in place of one of x"),
+        ({"t": 1.0}, "run1: time does not increase: 1 s in row 2 follows 1 s; try: rows in the order of their times"),
+        ({"t": np.nan}, "run1: 201 of 201 times are no numbers, the first in row 1"),
+        ({"push": np.nan}, "run1: 201 of 201 rows have missing values (push 201)"),
+        ({"x": "text"}, "data: the column x is str, no array of numbers"),
+        ({"x": np.zeros((201, 2))}, "data: the column x has the shape (201, 2)"),
+        ({"x": np.zeros(7)}, "data: columns differ in length: t 201, x 7"),
+    ],
+)
+def test_mistakes_in_data_are_named(slider: eomgen.Model, change: dict[str, Any], told: str) -> None:
+    given: dict[str, Any] = dict(data())
+    for name, value in change.items():
+        if value is None:
+            del given[name]
+        else:
+            given[name] = np.full(201, value) if isinstance(value, float) else value
+    with pytest.raises(UsageError) as caught:
+        found_by(slider, given, "stiffness")
+    assert told in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("names", "options", "told"),
+    [
+        (["stifness"], {}, "there is no parameter 'stifness'; try: stiffness"),
+        (["fixed"], {}, "the parameter fixed exists, but its value is fixed in the code"),
+        ([], {}, "parameters: nothing is unknown; try: parameters=['mass_a', 'mass_b', 'stiffness']"),
+        (["stiffness", "stiffness"], {}, "parameters: a name is given twice"),
+        (["far"], {}, "nothing that was measured depends on far where the search starts; try: other outputs"),
+        (
+            ["stiffness"],
+            {"states": ["q.slid"]},
+            "states: there is no component 'q.slid' of the initial state; try: q.slide",
+        ),
+        (["stiffness"], {"states": "q.slide"}, "states: a list of names is needed, not 'q.slide'"),
+        (["stiffness"], {"bounds": {"stiffness": (26.0, 40.0)}}, "the search starts at 25, outside 26 to 40"),
+        (["stiffness"], {"bounds": {"stiffness": (40.0, 20.0)}}, "bounds of stiffness: 40 is not below 20"),
+        (["stiffness"], {"bounds": {"stiffness": 40.0}}, "bounds of stiffness: 40.0 are no two numbers"),
+        (["stiffness"], {"bounds": {"damping": (0.0, 1.0)}}, "there is no unknown 'damping'"),
+        (["stiffness"], {"deviations": {"y": 1.0}}, "there is no measured column 'y'; try: one of x"),
+        (["stiffness"], {"deviations": -1.0}, "deviations: standard deviations are positive numbers; try: x=0.01"),
+        (["stiffness"], {"outputs": ["z"]}, "outputs: there is no output 'z'"),
+        (["stiffness"], {"outputs": ["force"]}, "run1: no column is an output of the scene: t, x"),
+        (["stiffness"], {"outputs": "x"}, "outputs: a list of names is needed, not the text 'x'"),
+        (["stiffness"], {"missing": "skip"}, "missing: 'skip' is none of the choices; try: refuse or drop"),
+        (["stiffness"], {"confidence": 95}, "confidence: 95 is no probability; try: confidence=0.95"),
+        (["stiffness"], {"t_start": 1.0}, "t_start: run1 begins at t = 0 s, before the run at 1 s"),
+        (["stiffness"], {"step": -1.0}, "step: -1 s is no step"),
+        (["stiffness"], {"initial": ["q.slide"]}, "initial: the state that runs start at is needed, not the name"),
+        (["stiffness"], {"initial": [{}, {}]}, "initial: there are 2 initial states for 1 runs"),
+        (["stiffness"], {"method": "rk4"}, "rk4 has no derivatives of runs here"),
+    ],
+)
+def test_mistakes_in_calls_are_named(
+    slider: eomgen.Model, names: list[str], options: dict[str, Any], told: str
+) -> None:
+    with pytest.raises(UsageError) as caught:
+        found_by(slider, data(), *names, **options)
+    assert told in str(caught.value)
+
+
+def test_too_few_samples_and_no_runs(slider: eomgen.Model) -> None:
+    few = {"t": [0.0, 0.1], "x": [0.1, 0.09]}
+    with pytest.raises(UsageError, match="data: there are 2 samples for 3 unknowns; try: more samples"):
+        found_by(slider, few, "stiffness", "damping", "mass_a")
+    with pytest.raises(UsageError, match="run2: there are 1 rows, and a run has two at least; try: more data"):
+        found_by(slider, [data(), {"t": [0.0], "x": [0.0]}], "stiffness")
+    with pytest.raises(UsageError, match="data: there are no measured runs"):
+        found_by(slider, [], "stiffness")
+
+
+def test_a_run_that_fails_at_the_start_is_the_answer(slider: eomgen.Model) -> None:
+    with pytest.raises(NumericalError, match=r"identify: the run fails where the search starts: .*; try: other start"):
+        found_by(slider, data(), "mass_a", values={"stiffness": -1.0})
+    with pytest.raises(UsageError, match="the mass -5 is negative at mass_a = -5"):
+        found_by(slider, data(), "mass_a", values={"mass_a": -5.0})
