@@ -221,9 +221,10 @@ class SceneBuilder:
     @enters("random")
     def random(self, name: str, type: str | None = None, **keys: Unpack[RandomKeys]) -> Self:
         """Add a stationary random process, which formulas use by its name; its standard normal variables are tunable
-        parameters.
+        parameters. ``road_class`` is a scene file's ``class``.
         """
-        return self._enter("random", name, type=type, **keys)
+        values: dict[str, Any] = dict(keys)
+        return self._enter("random", name, type=type, **{"class": values.pop("road_class", None)}, **values)
 
     @enters("curves")
     def curve(self, name: str, **keys: Unpack[CurveKeys]) -> Self:

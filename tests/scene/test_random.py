@@ -18,7 +18,7 @@ from eomgen.arrays import Array
 from eomgen.cli import main
 from eomgen.errors import DescriptionError
 from eomgen.pipeline.controllers import toml_text
-from eomgen.random_processes import SquaredExponential, expand, standard_normals
+from eomgen.random_processes import RoadProfile, SquaredExponential, expand, standard_normals
 from eomgen.scene.load import from_data
 from eomgen.scene.scene import Scene
 from eomgen.system.random_processes import RandomProcess
@@ -380,5 +380,17 @@ def test_tables_of_modes_are_short_and_as_close_at_the_ends_as_elsewhere() -> No
     exact = expand(SquaredExponential(1.0, 1.0), 15.0, modes=21)
     times = np.linspace(0.0, 15.0, 2001)
     off = np.array([mode(times) for mode in modes]) - exact.modes(times)
-    assert len(modes[0].x) == 8 * 21 + 1
-    assert np.max(np.abs(off)) < 1e-6 and np.max(np.abs(off[0])) < 2e-9
+    assert np.max(np.abs(off)) < 1e-6
+    assert len(modes[0].x) < len(modes[-1].x) <= 257
+
+
+def test_tables_of_a_long_road_are_as_close_as_what_its_share_leaves_out_asks_for() -> None:
+    builder = eomgen.SceneBuilder("road").body("wheel", 1.0).simulation(step=0.01, duration=2.0)
+    builder.random("road", "road", road_class="C", speed=20, share=0.98)
+    builder.joint("wheel", "prismatic", "base", "wheel", axis=[0, 0, 1]).effort("tyre", "wheel", "road - q.wheel")
+    modes = _process(builder.build()).modes
+    exact = expand(RoadProfile("C"), 40.0, share=0.98)
+    x = np.linspace(0.0, 40.0, 4001)
+    off = np.array([mode(x) for mode in modes]) - exact.modes(x)
+    assert np.max(np.abs(off)) < 1e-4 * np.sqrt(0.02) * np.max(exact.modes(x)) * 3.0
+    assert len(modes[0].x) <= 65 and len(modes[-1].x) <= 513
