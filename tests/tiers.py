@@ -249,6 +249,7 @@ SLOW: dict[str, tuple[str, ...]] = {
     "ensembles/test_lanes_of_samples.py::test_a_beam_that_bends_beyond_what_beams_are_for_fails_in_lanes_too": (),
     "ensembles/test_lanes_of_samples.py::test_a_law_beyond_all_bounds_fails_alone": ("rk4",),
     "ensembles/test_lanes_of_samples.py::test_a_sample_that_explodes_is_judged_alone_and_the_others_stay": (),
+    "ensembles/test_lanes_of_samples.py::test_constraints_are_held_to_a_part_of_the_machine": (),
     "ensembles/test_lanes_of_samples.py::test_elements_of_beams_that_turn_too_far_fail_in_lanes_too": (),
     "ensembles/test_lanes_of_samples.py::test_inputs_may_change_with_time": ("rk4-laws",),
     "ensembles/test_lanes_of_samples.py::test_results_are_those_of_runs_one_after_the_other": (
@@ -256,6 +257,7 @@ SLOW: dict[str, tuple[str, ...]] = {
         "{'t_end': 0.37, 'points': 5}",
     ),
     "ensembles/test_lanes_of_samples.py::test_samples_begin_on_their_constraints": (),
+    "ensembles/test_lanes_of_samples.py::test_samples_meet_events_of_their_own": ("stop-rk4-7",),
     "ensembles/test_lanes_of_samples.py::test_what_starts_at_equilibrium_is_told_by_the_option_and_the_scene": (),
     "ensembles/test_simulate_many.py::test_columns_of_a_sample_are_kept_as_parquet": (),
     "ensembles/test_simulate_many.py::test_tables_from_files": (
@@ -709,6 +711,7 @@ SLOW: dict[str, tuple[str, ...]] = {
     "integrators/test_stepper.py::test_spatial_momentum_of_a_free_body_by_the_spatial_variant": (),
     "integrators/test_steppers_in_lanes.py::test_a_lane_that_fails_leaves_the_others_alone": ("generalized_alpha",),
     "integrators/test_steppers_in_lanes.py::test_each_lane_has_the_bits_of_a_run_alone": (),
+    "integrators/test_steppers_in_lanes.py::test_each_lane_meets_its_own_events": ("bouncing_ball-rk4-0.05",),
     "integrators/test_steppers_in_lanes.py::test_held_inputs_are_those_of_each_lane": (),
     "integrators/test_taylor.py::test_a_run_stops_before_a_singularity_with_the_last_good_state": (),
     "integrators/test_taylor.py::test_beams_are_refused_with_what_in_them_has_corners": (),

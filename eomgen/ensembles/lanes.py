@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -15,7 +15,7 @@ from eomgen.compiled.model import CompiledModel
 from eomgen.ensembles.input_laws import variables_of_seed
 from eomgen.ensembles.variations import VariedOptions, with_scenes_laws
 from eomgen.errors import EomgenError
-from eomgen.simulation.side_by_side import Alike, SideBySide, side_by_side
+from eomgen.simulation.side_by_side import Alike, Beside, SideBySide, side_by_side
 
 
 @dataclass
@@ -31,14 +31,14 @@ class Lanes:
     options: VariedOptions
     runs: SideBySide
 
-    def tables(self, values: Array) -> tuple[Array, NDArray[np.bool_]]:
+    def tables(self, values: Array) -> Beside:
         """Return columns (samples, columns, rows) of samples with the values (samples, varied), and which of them have
         to be run alone."""
         parameters, alone = self._parameters(values)
         inputs = self._input_tables(values, parameters) if self.runs.tabled else self._held_inputs(values)
         starts, refused = self._starts(values, parameters)
-        tables, doubtful = self.runs.tables(parameters, inputs, starts)
-        return tables, alone | refused | doubtful
+        found = self.runs.tables(parameters, inputs, starts)
+        return replace(found, alone=found.alone | alone | refused)
 
     def _parameters(self, values: Array) -> tuple[Array, NDArray[np.bool_]]:
         """Return parameters (samples, np), and which of them may be refused; these have the scene's in their place."""

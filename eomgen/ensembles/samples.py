@@ -134,11 +134,15 @@ class Samples:
             if self.stop.is_set():
                 break
             chosen = np.array(others[begin : begin + together])
-            tables, alone = lanes.tables(values[chosen])
-            alone |= ~np.isfinite(tables).all(axis=(1, 2))
-            well = chosen[~alone]
-            rows[well] = tables[~alone][:, :, self.thinned]
-            extremes[well] = extremes_of(tables[~alone])
+            found = lanes.tables(values[chosen])
+            here = np.arange(found.columns.shape[2]) < found.rows[:, np.newaxis]
+            alone = found.alone | ~(np.isfinite(found.columns).all(axis=1) | ~here).all(axis=1)
+            whole = ~alone & (found.rows == len(self.times))
+            rows[chosen[whole]] = found.columns[whole][:, :, self.thinned]
+            extremes[chosen[whole]] = extremes_of(found.columns[whole])
+            for k in np.flatnonzero(~alone & ~whole):
+                place = chosen[k]
+                self._fill(found.columns[k, :, : found.rows[k]], found.ends[k], rows[place], extremes[place])
             left += chosen[alone].tolist()
         return sorted(left)
 
@@ -182,14 +186,18 @@ class Samples:
         if not np.all(np.isfinite(table[:, -1])):
             wrong = [name for name, value in zip(self.columns, table[:, -1], strict=True) if not np.isfinite(value)]
             return f"{wrong[0]} is not finite at the end"
+        self._fill(table, float(solution.t[-1]), rows, extremes)
+        return ""
+
+    def _fill(self, table: Array, end: float, rows: Array, extremes: Array) -> None:
+        """Fill rows (columns, times) and extremes (columns, 3) of the columns (columns, rows) of a run until a time."""
         extremes[:] = extremes_of(table)
         if table.shape[1] == len(self.times):
             rows[:] = table[:, self.thinned]
         else:  # an event has stopped it
-            met = self.thinned[self.times[self.thinned] <= solution.t[-1]]
+            met = self.thinned[self.times[self.thinned] <= end]
             met = met[met < table.shape[1]]
             rows[:, : len(met)] = table[:, met]
-        return ""
 
 
 def how_run(lanes: Lanes | str) -> str:

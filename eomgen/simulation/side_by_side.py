@@ -21,6 +21,7 @@ from eomgen.compiled.consistent_states import ConsistentStates, consistent_sampl
 from eomgen.compiled.lanes import LANES_VARIABLE, Choice
 from eomgen.compiled.lanes import chosen as chosen_lanes
 from eomgen.compiled.model import CompiledModel
+from eomgen.integrators.events import STOPPED
 from eomgen.results.solution import Solution
 from eomgen.simulation.judgement.turned_elements import turned_elements
 from eomgen.simulation.stepping.inputs import HeldRows, InputSignals, LawOverTime, read_signals
@@ -40,7 +41,7 @@ _LOOKED_AT = 17
 _GAIN = 0.2
 #: A velocity that grows so much in the last quarter may be the method's own.
 _GROWTH = 5.0
-#: m, or what a row of constraints holds.
+#: Part of the machine, or rad, by which a constraint may be off, of 1e-3 from which on a run has failed.
 _VIOLATION = 1e-4
 #: Part of its length by which a beam's axis may be shortened, of 1 from which on a run has failed.
 _SHORTENED = 0.9
@@ -77,6 +78,24 @@ class Alike:
         span = float(data["t_start"]), float(data["t_end"]), float(data["settings"]["step"])
         grid = time_grid(*span, model.library.real)
         return cls(str(data["method"]), grid, int(data["record_every"]), _places(model, pilot))
+
+
+@dataclass(frozen=True)
+class Beside:
+    """What runs side by side came to.
+
+    Attributes
+    ----------
+    columns : (runs, columns, rows), not a number behind the last row of a run
+    alone : (runs,), which of them have to be made alone
+    rows : (runs,), how many each has: fewer than others where an event has stopped it, which its last one is of
+    ends : (runs,) s, times of their last rows
+    """
+
+    columns: Array
+    alone: NDArray[np.bool_]
+    rows: NDArray[np.intp]
+    ends: Array
 
 
 @dataclass
@@ -177,8 +196,8 @@ class SideBySide:
         state, _, _ = start_of(run, initial, equilibrium_start=False, changed=changed)
         return np.concatenate([state.q, state.v, state.z])
 
-    def tables(self, parameters: Array, inputs: Array | None, starts: Array) -> tuple[Array, NDArray[np.bool_]]:
-        """Return columns (runs, columns, rows), and which runs have to be made alone.
+    def tables(self, parameters: Array, inputs: Array | None, starts: Array) -> Beside:
+        """Return columns of runs, and which of these have to be made alone.
 
         Parameters
         ----------
@@ -195,17 +214,26 @@ class SideBySide:
         every, whole = self._between, self.run.grid.whole
         held, tables = (None, inputs) if self.tabled else (inputs, None)
         counts = every, whole // every, whole % every
-        found, ends, statuses = stepper.runs(states, parameters, held, *counts, tables)
-        alone = statuses != 0
-        if self.model.multipliers:
-            alone |= ends[:, stepper.places["max_constraint"]][:, 0] > _VIOLATION
-        rows = found[:count]
-        alone, parameters = alone[:count], parameters[:count]
+        found = stepper.runs(states, parameters, held, *counts, tables)
+        rows, modes, ends = (part[:count] for part in found[:3])
+        parameters, statuses = parameters[:count], found[3][:count]
+        stopped = statuses == STOPPED.number
+        alone = (statuses != 0) & (~stopped if not self.tabled else True)
+        number = np.where(stopped, np.isfinite(rows[:, :, 0]).sum(axis=1), rows.shape[1])
+        for k in np.flatnonzero(stopped):  # what comes behind an event that stops a run is looked over as that
+            rows[k, number[k] :], modes[k, number[k] :] = rows[k, number[k] - 1], modes[k, number[k] - 1]
+        present = self._present(parameters, modes)
         with np.errstate(all="ignore"):
-            alone |= ~np.isfinite(rows).all(axis=(1, 2)) | self._grows(rows) | self._gains_energy(rows, parameters)
-            rows = self._asked(rows)
+            alone |= self._breaks_constraints(rows, parameters, ends[:, stepper.places.get("max_constraint", slice(0))])
+            alone |= ~np.isfinite(rows).all(axis=(1, 2)) | self._grows(rows) | self._gains_energy(rows, present)
+            chosen = self._asked(rows.shape[1])
+            asked = np.where(stopped, (chosen < number[:, np.newaxis] - 1).sum(axis=1) + 1, len(chosen))
+            rows, present = rows[:, chosen], present if present.ndim == 2 else present[:, chosen]
             alone |= self._beams_fail(rows, parameters)
-            return self._columns(rows, parameters, None if inputs is None else self._at_rows(inputs[:count])), alone
+            columns = self._columns(rows, present, None if inputs is None else self._at_rows(inputs[:count]))
+        for k in np.flatnonzero(stopped):
+            columns[k, :, asked[k] :] = np.nan
+        return Beside(columns, alone, asked, rows[:, -1, 0])
 
     @property
     def _between(self) -> int:
@@ -216,11 +244,19 @@ class SideBySide:
         parts = [part for part in range(1, every + 1) if every % part == 0 and whole // (every // part) >= _LOOKED_AT]
         return every // parts[0] if parts else 1
 
-    def _asked(self, rows: Array) -> Array:
-        """Return the rows of the run, of all (lanes, rows, width)."""
+    def _asked(self, count: int) -> NDArray[np.intp]:
+        """Return which of so many rows that are looked over are those of the run."""
         chosen = np.arange(0, self.run.grid.whole // self._between + 1, self.run.every // self._between)
-        last = rows.shape[1] - 1
-        return rows[:, np.append(chosen, last) if chosen[-1] != last else chosen]
+        return np.append(chosen, count - 1) if chosen[-1] != count - 1 else chosen
+
+    def _present(self, parameters: Array, modes: Array) -> Array:
+        """Return parameters (lanes, np), or (lanes, rows, np) where modes (lanes, rows, modes) change some."""
+        if not modes.shape[2]:
+            return parameters
+        present = np.repeat(parameters[:, np.newaxis], modes.shape[1], axis=1)
+        places = [mode["parameter"] for mode in self.library.layout["method"]["events"]["modes"]]
+        present[:, :, places] = np.where(np.isnan(modes), present[:, :, places], modes)  # until a lane failed
+        return present
 
     def _at_rows(self, inputs: Array) -> Array:
         """Return inputs at the rows of the run, (lanes, rows, nu)."""
@@ -247,13 +283,14 @@ class SideBySide:
             return given
         return Prescribed(np.where(np.isnan(inputs), given.u, inputs), given.base)
 
-    def _columns(self, rows: Array, parameters: Array, inputs: Array | None) -> Array:
-        """Return columns (lanes, columns, rows) of rows (lanes, rows, width), with inputs (lanes, rows, nu)."""
+    def _columns(self, rows: Array, present: Array, inputs: Array | None) -> Array:
+        """Return columns (lanes, columns, rows) of rows (lanes, rows, width), with parameters of ``_present`` and
+        inputs (lanes, rows, nu)."""
         lanes, count, width = rows.shape
         states = self._states(rows.reshape(-1, width))
         found = np.empty((lanes, len(self.columns), count))
         groups: dict[str, Any] = {}
-        p = np.repeat(parameters, count, axis=0)
+        p = _at_each(present, count)
         u = None if inputs is None else inputs.reshape(-1, inputs.shape[-1])
         needed = {self.places[name][0] for name in self.columns}
         given = Prescribed(None, None)
@@ -288,14 +325,37 @@ class SideBySide:
             found: NDArray[np.bool_] = np.any(after > _GROWTH * np.maximum(before, floor), axis=1)
         return found
 
-    def _gains_energy(self, rows: Array, parameters: Array) -> NDArray[np.bool_]:
+    def _breaks_constraints(self, rows: Array, parameters: Array, largest: Array) -> NDArray[np.bool_]:
+        """Return in which lanes constraints are off by more than a part of the machine, or by an angle of so many rad.
+
+        Parameters
+        ----------
+        largest : (lanes, 1) of all steps, in the units of the rows; (lanes, 0) without constraints
+        """
+        lanes, model = len(rows), self.model
+        if not model.multipliers or not largest.size:
+            return np.zeros(lanes, dtype=bool)
+        scale = np.ones(lanes)
+        lengths = [unit != "1" for unit in model.library.layout["row_units"]]
+        if "constraint_size" in model.functions and any(lengths):
+            looked = rows[:, [0, rows.shape[1] // 2, -1]]
+            t, q = looked[:, :, 0].ravel(), looked[:, :, 1 : 1 + model.nq].reshape(-1, model.nq)
+            p = np.repeat(parameters, looked.shape[1], axis=0)
+            extents = np.asarray(model.evaluate("constraint_size", q, t=t, parameters=p)["extent"])
+            machine = extents.reshape(lanes, -1).max(axis=1)
+            scale = np.where(machine > 0.0, machine, 1.0)
+            scale = scale if all(lengths) else np.minimum(scale, 1.0)
+        found: NDArray[np.bool_] = ~(largest[:, 0] <= _VIOLATION * scale)
+        return found
+
+    def _gains_energy(self, rows: Array, present: Array) -> NDArray[np.bool_]:
         """Return which lanes of a model without power gain energy."""
         lanes, count, width = rows.shape
         if "energy" not in self.model.functions or not self.model.library.layout["facts"]["conservative"]:
             return np.zeros(lanes, dtype=bool)
         chosen = np.unique(np.linspace(0, count - 1, _LOOKED_AT).astype(int))
         states = self._states(rows[:, chosen].reshape(-1, width))
-        p = np.repeat(parameters, len(chosen), axis=0)
+        p = _at_each(present if present.ndim == 2 else present[:, chosen], len(chosen))
         energy = evaluated("energy", self.model, states, prescribed(self.model, states.t, p, None), p)
         total, potential, kinetic = (energy[name].reshape(lanes, -1) for name in ("total", "potential", "kinetic"))
         moving = np.ptp(potential, axis=1) + kinetic.max(axis=1)
@@ -311,6 +371,11 @@ class SideBySide:
         for k in np.flatnonzero(~found) if model.description.exact_beams else ():
             found[k] = bool(turned_elements(model, rows[k, :, 0], rows[k, :, places], parameters[k]))
         return found
+
+
+def _at_each(present: Array, count: int) -> Array:
+    """Return parameters (lanes, np), or (lanes, rows, np), of each of so many rows of each lane, (lanes * rows, np)."""
+    return np.repeat(present, count, axis=0) if present.ndim == 2 else present.reshape(-1, present.shape[2])
 
 
 def _filled(rows: Array, more: int) -> Array:
@@ -356,9 +421,6 @@ def side_by_side(
         return f"the column {unknown[0]} is of runs alone"
     named = {name: options.get(name) for name in ("rho_inf", "alpha", "beta", "gamma", "order", "tolerance")}
     chosen = chosen_stepper(model, alike.method, named, options.get("settings"))
-    method = chosen.library.layout["method"]
-    if "events" in method:
-        return "the scene has events"
     p = model.evaluator.one_set(options.get("parameters"))
     varied = dict.fromkeys(varied_inputs, 0.0)
     given = read_signals({**(options.get("inputs") or {}), **varied}, model.inputs, alike.grid.steps, model.input_units)

@@ -745,52 +745,52 @@ static int bouncing_ball_is_due(int event, long side, const bouncing_ball_event_
  * rows. 0 where M or the rows are singular. Elimination with row scaling and partial pivoting. */
 static int bouncing_ball_impulse(const real *M, const real *C, const real *d, int count, real *v)
 {
-    real A[3][4];
+    real A[12]; /* rows of 4 */
     const int n = 2 + count;
     int i, j, k;
     memset(A, 0, sizeof A);
     for (i = 0; i < 2; ++i)
         for (j = 0; j < 2; ++j)
-            A[i][j] = M[i * 2 + j];
+            A[i * 4 + j] = M[i * 2 + j];
     for (k = 0; k < count; ++k) {
         for (j = 0; j < 2; ++j)
-            A[2 + k][j] = A[j][2 + k] = C[k * 2 + j];
-        A[2 + k][n] = d[k];
+            A[(2 + k) * 4 + j] = A[j * 4 + 2 + k] = C[k * 2 + j];
+        A[(2 + k) * 4 + n] = d[k];
     }
     for (i = 0; i < n; ++i) {
         real largest = K(0.0);
         for (j = 0; j < n; ++j)
-            largest = EG_ABS(A[i][j]) > largest ? EG_ABS(A[i][j]) : largest;
+            largest = EG_ABS(A[i * 4 + j]) > largest ? EG_ABS(A[i * 4 + j]) : largest;
         if (!(largest > K(0.0)) || !(largest - largest == K(0.0)))
             return 0;
         for (j = 0; j <= n; ++j)
-            A[i][j] = A[i][j] / largest;
+            A[i * 4 + j] = A[i * 4 + j] / largest;
     }
     for (k = 0; k < n; ++k) {
         int best = k;
         for (i = k + 1; i < n; ++i)
-            if (EG_ABS(A[i][k]) > EG_ABS(A[best][k]))
+            if (EG_ABS(A[i * 4 + k]) > EG_ABS(A[best * 4 + k]))
                 best = i;
-        if (!(EG_ABS(A[best][k]) > K(256.0) * bouncing_ball_EVENT_EPSILON))
+        if (!(EG_ABS(A[best * 4 + k]) > K(256.0) * bouncing_ball_EVENT_EPSILON))
             return 0;
         for (j = k; j <= n && best != k; ++j) {
-            const real swap = A[k][j];
-            A[k][j] = A[best][j];
-            A[best][j] = swap;
+            const real swap = A[k * 4 + j];
+            A[k * 4 + j] = A[best * 4 + j];
+            A[best * 4 + j] = swap;
         }
         for (i = k + 1; i < n; ++i) {
-            const real factor = A[i][k] / A[k][k];
+            const real factor = A[i * 4 + k] / A[k * 4 + k];
             for (j = k; j <= n && factor != K(0.0); ++j)
-                A[i][j] = A[i][j] - factor * A[k][j];
+                A[i * 4 + j] = A[i * 4 + j] - factor * A[k * 4 + j];
         }
     }
     for (i = n - 1; i >= 0; --i) {
         for (j = i + 1; j < n; ++j)
-            A[i][n] = A[i][n] - A[i][j] * A[j][n];
-        A[i][n] = A[i][n] / A[i][i];
+            A[i * 4 + n] = A[i * 4 + n] - A[i * 4 + j] * A[j * 4 + n];
+        A[i * 4 + n] = A[i * 4 + n] / A[i * 4 + i];
     }
     for (i = 0; i < 2; ++i)
-        v[i] = v[i] + A[i][n];
+        v[i] = v[i] + A[i * 4 + n];
     return 1;
 }
 
@@ -808,8 +808,7 @@ static bouncing_ball_status bouncing_ball_act(const bouncing_ball_parameters *p,
     {
         bouncing_ball_event_impulse(p, state->t, state->q, M, gradient);
     }
-    switch (event) {
-    case 0: /* bounce */
+    if (event == 0) { /* bounce */
         memcpy(C + 0, gradient + 0, 2 * sizeof *C);
         d[count++] = -(K(1.0) + action[0]) * rate;
         if (!bouncing_ball_finite(d, count))
@@ -818,46 +817,49 @@ static bouncing_ball_status bouncing_ball_act(const bouncing_ball_parameters *p,
             return BOUNCING_BALL_EVENT_NEGATIVE_RESTITUTION;
         if (!bouncing_ball_impulse(M, C, d, count, state->v))
             return BOUNCING_BALL_EVENT_WITHOUT_IMPULSE;
-        break;
-    case 2: /* catch */
+    }
+    if (event == 2) { /* catch */
         if (!bouncing_ball_finite(action + 1, 1))
             return BOUNCING_BALL_EVENT_NOT_FINITE;
         state->event_state.mode[0] = action[1];
-        break;
-    default:
-        break;
     }
     (void)p; (void)event; (void)rate; (void)row; (void)state;
     return bouncing_ball_finite(state->q, 2) && bouncing_ball_finite(state->v, 2) ? BOUNCING_BALL_OK
         : BOUNCING_BALL_EVENT_NOT_FINITE;
 }
 
-/* Counts an event at a state; its place in the log, NULL where it is only counted. */
-static bouncing_ball_event *bouncing_ball_count_event(int event, bouncing_ball_state *state,
-    bouncing_ball_workspace *work)
+/* Counts an event at a state; its place in the log, -1 where it is only counted. */
+static long bouncing_ball_count_event(int event, bouncing_ball_state *state, bouncing_ball_workspace *work)
 {
-    bouncing_ball_event *entry = NULL;
+    long place = -1;
+    int i;
     ++state->event_state.count[event];
     state->event_state.time[event] = state->t;
     state->event_state.last = event;
-    if (bouncing_ball_event_counts[event] || work->found_count >= 64)
-        return NULL;
-    entry = work->found + work->found_count++;
-    memset(entry, 0, sizeof *entry);
-    entry->event = event;
-    entry->t = state->t;
-    memcpy(entry->q_before, state->q, sizeof entry->q_before);
-    memcpy(entry->v_before, state->v, sizeof entry->v_before);
-    return entry;
+    if (!bouncing_ball_event_counts[event] && work->found_count < 64) {
+        place = work->found_count++;
+        work->found[place].event = event;
+        work->found[place].t = state->t;
+        for (i = 0; i < 2; ++i)
+            work->found[place].q_before[i] = state->q[i];
+        for (i = 0; i < 2; ++i)
+            work->found[place].v_before[i] = state->v[i];
+    }
+    return place;
 }
 
-static void bouncing_ball_complete_entry(const bouncing_ball_state *state, bouncing_ball_event *entry)
+/* What an event has left, at its place in the log; -1: none. */
+static void bouncing_ball_complete_entry(const bouncing_ball_state *state, long place, bouncing_ball_workspace *work)
 {
-    if (entry == NULL)
+    int i;
+    if (place < 0)
         return;
-    memcpy(entry->q, state->q, sizeof entry->q);
-    memcpy(entry->v, state->v, sizeof entry->v);
-    memcpy(entry->mode, state->event_state.mode, sizeof entry->mode);
+    for (i = 0; i < 2; ++i)
+        work->found[place].q[i] = state->q[i];
+    for (i = 0; i < 2; ++i)
+        work->found[place].v[i] = state->v[i];
+    for (i = 0; i < 1; ++i)
+        work->found[place].mode[i] = state->event_state.mode[i];
 }
 
 /* The sign of a function; on a root, or as near to one as `near`, that of its rate, or what it was. */
@@ -898,7 +900,7 @@ static bouncing_ball_status bouncing_ball_take_events(bouncing_ball_parameters *
         const long side = state->event_state.side[i];
         const real shortest = least[i] > 0.0 ? K(least[i]) : K(1e-09) * settings->step;
         const int soon = state->event_state.count[i] > 0 && state->t - state->event_state.time[i] < shortest;
-        bouncing_ball_event *entry;
+        long place;
         if (!due[i])
             continue;
         if (bouncing_ball_event_acts[i] && (soon || *here >= 32)) {
@@ -906,19 +908,19 @@ static bouncing_ball_status bouncing_ball_take_events(bouncing_ball_parameters *
             return BOUNCING_BALL_EVENTS_ACCUMULATE;
         }
         ++*here;
-        entry = bouncing_ball_count_event(i, state, work);
+        place = bouncing_ball_count_event(i, state, work);
         state->event_state.side[i] = -side;
         if (bouncing_ball_event_acts[i]) {
             status = bouncing_ball_act(p, i, stretch->at_end.rate[i], row, state);
             changed = 1;
             bouncing_ball_take_modes(state, p);
             if (status != BOUNCING_BALL_OK) {
-                work->found_count -= entry != NULL; /* it has left nothing */
+                work->found_count -= place >= 0; /* it has left nothing */
                 return status;
             }
             stopped = stopped || bouncing_ball_event_stops[i];
         }
-        bouncing_ball_complete_entry(state, entry);
+        bouncing_ball_complete_entry(state, place, work);
         if (bouncing_ball_event_acts[i]) { /* what the next one finds */
             status = bouncing_ball_sample_events(p, state, row, &stretch->at_end);
             if (status != BOUNCING_BALL_OK)

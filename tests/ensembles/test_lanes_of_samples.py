@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import eomgen
+from eomgen.ensembles.lanes import Lanes
 from eomgen.ensembles.samples import Samples
 from tests.models.cosserat import beam_scene
 
@@ -256,3 +257,60 @@ def test_a_law_beyond_all_bounds_fails_alone(pushed: eomgen.Model) -> None:
     assert [item.number for item in ensemble.failed] == [1]
     assert "a value became infinite or not a number" in ensemble.failed[0].reason
     assert np.isfinite(ensemble.results["q.hinge.final"][[0, 2]]).all()
+
+
+#: A run ends at the bottom, or is thrown back there; a mode makes it swing in oil once it has turned.
+EVENTS: dict[str, dict[str, Any]] = {
+    "stop": {"when": "q.hinge + 0.3", "direction": "falling", "action": "stop"},
+    "impact": {"when": "q.hinge + 0.3", "direction": "falling", "action": "impact", "restitution": 0.7},
+    "switch": {"when": "v.hinge", "direction": "rising", "action": "switch", "mode": "oil", "to": 1},
+}
+
+
+@pytest.mark.parametrize(
+    ("action", "method", "every"),
+    [("stop", "rk4", 7), ("stop", "generalized_alpha", 1), ("impact", "rk4", 1), ("switch", "rk45", 1)],
+)
+def test_samples_meet_events_of_their_own(
+    action: str, method: str, every: int, lanes: list[object], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = {
+        **SCENE,
+        "modes": {"oil": {"value": 0}},
+        "efforts": {"oil": {"joint": "hinge", "effort": "-mode.oil * v.hinge"}},
+        "outputs": {**SCENE["outputs"], "drag": {"formula": "mode.oil * v.hinge"}},
+        "events": {action: EVENTS[action]},
+    }
+    model = eomgen.build(scene, method=method, profile="reproducible")
+    given = {"columns": ["q.hinge", "a.hinge", "output.drag"], "t_end": 0.9, "record_every": every}
+    beside = found(model, **given)
+    assert lanes and not any(isinstance(item, str) for item in lanes)
+    monkeypatch.setenv("EOMGEN_LANES", "off")
+    alone = found(model, **given)
+    same(beside, alone)
+    assert not alone.failed and beside.how.startswith("side by side")
+    ends = np.isfinite(beside.mean("q.hinge"))
+    stopped = np.abs(beside.results["q.hinge.final"] + 0.3) < 1e-9
+    assert ends.all() and (stopped.any() and not stopped.all()) == (action == "stop")
+    assert np.any(beside.results["output.drag.final"] != 0.0) == (action == "switch")
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0])
+def test_constraints_are_held_to_a_part_of_the_machine(size: float, lanes: list[object]) -> None:
+    scene: dict[str, Any] = {**SCENE, "gravity": [0, 0, -9.81 * size], "parameters": dict(SCENE["parameters"])}
+    rod = {"mass": "mass", "center_of_mass": [0, 0, -0.5 * size], "inertia": [size**2, size**2, size**2]}
+    scene["bodies"] = {"rod": rod, "bob": {"mass": 0.5}}
+    scene["points"] = {"tip": {"body": "rod", "position": [0, 0, -size]}}
+    slide = {"type": "prismatic", "parent": "base", "child": "bob", "axis": [1, 0, 0], "position": [0, 0, -1.6 * size]}
+    scene["joints"] = {**SCENE["joints"], "slide": {**slide, "initial": {"position": -0.6 * size}}}
+    tie = {"type": "distance", "length": size, "first": "tip", "second": {"body": "bob"}}
+    model = eomgen.build({**scene, "constraints": {"tie": tie}}, profile="quick")
+    found(model, vary=None, table={"mass": [1.0, 1.1]}, samples=2, columns=["q.hinge"], t_end=0.05)
+    runs = next(item.runs for item in lanes if isinstance(item, Lanes))
+    start = np.concatenate([[0.0], model.initial_q, model.initial_v])
+    rows, parameters = (
+        np.repeat(start[np.newaxis, np.newaxis], 3, axis=0),
+        np.repeat(runs.run.parameters[np.newaxis], 3, axis=0),
+    )
+    largest = size * np.array([[1e-6], [5e-4], [np.nan]])
+    np.testing.assert_array_equal(runs._breaks_constraints(rows, parameters, largest), [False, True, True])

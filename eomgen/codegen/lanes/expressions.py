@@ -363,6 +363,9 @@ class Expressions(ABC):
         else:
             place = self.place(node.name)
             kind, region, text = place.type, place.region, f"{place.text}.{node.field.name}"
+            if place.lanes and isinstance(kind, Structure):
+                member = self.source.structures[kind.name][node.field.name]
+                return Place(text if isinstance(member, Array) else f"&{text}", member, None, place.lanes)
         if not isinstance(kind, Structure):
             raise no_lanes(f"a member of {kind}", node)
         return Place(text, self.source.structures[kind.name][node.field.name], region)
@@ -376,11 +379,16 @@ class Expressions(ABC):
         region = place.region if isinstance(place.type, Array) else None
         index = self.value(node.subscript)
         kind = element(place.type)
-        if isinstance(index.type, Whole):
+        if place.lanes and isinstance(index.type, Whole) and isinstance(kind, Real | Wholes):
+            return Place(f"{place.text} + {index.text}", kind, None, place.lanes)
+        if isinstance(index.type, Whole) and not place.lanes:
             return Place(f"{place.text}[{index.text}]", kind, region)
-        if not isinstance(kind, Real | Wholes | Constant | Whole):
+        if place.lanes or not isinstance(kind, Real | Wholes | Constant | Whole | Structure):
             raise no_lanes(f"an element of its own in each lane: {written(node)}", node)
         lanes = self.to(index, Wholes(), node)
+        if isinstance(kind, Structure):  # its members lie as many vectors apart as it has
+            apart = f"(int64_t)(sizeof({spelled(kind)}) / sizeof(eg_wide))"
+            return Place(f"{place.text}[0]", kind, None, f"({lanes} * {apart})")
         if isinstance(kind, Constant | Whole):
             looked = "table" if isinstance(kind, Constant) else "counts"
             text = f"eg_look_up_{looked}({self.mask()}, {place.text}, {lanes})"
@@ -477,7 +485,8 @@ class Expressions(ABC):
             if isinstance(kind, Pointer) and not value.null:
                 routine.given.add(parameter)
             texts.append(self.to(value, kind, node) if not isinstance(kind, Pointer) else value.text)
-        return Value(f"{name}({', '.join([self.mask(), *texts])})", in_lanes(routine.result))
+        null = isinstance(routine.result, Pointer) and not routine.gives
+        return Value(f"{name}({', '.join([self.mask(), *texts])})", in_lanes(routine.result), null)
 
     def _learn(self, routine: Routine, parameter: str, kind: Type, node: Any) -> None:
         known = routine.elements.get(parameter)

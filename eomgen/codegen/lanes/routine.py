@@ -280,7 +280,11 @@ class RoutineText(Expressions):
         return f"{place.text} = {pick}({self.mask()}, {text}, {place.text})"
 
     def _return(self, node: Any) -> None:
-        value = "" if node.expr is None else self.to(self.value(node.expr), self.returns, node)
+        value = ""
+        if node.expr is not None:
+            given = self.value(node.expr)
+            self.routine.gives = self.routine.gives or not given.null
+            value = self.to(given, self.returns, node)
         if self.region is self.top:
             if self.top.left and value:
                 value = self._picked("live", value, "result")

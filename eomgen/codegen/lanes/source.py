@@ -49,7 +49,7 @@ class Routine:
     widened : tables of which each lane has its own, since a function takes those and others
     given : pointers among the parameters that some caller gives; others are null
     counters : whole numbers that are nothing but counters of loops
-    one_result : the value returned is the same for all lanes
+    gives : the pointer that is returned, if one is, may be other than null
     """
 
     node: Any
@@ -60,6 +60,7 @@ class Routine:
     widened: set[str] = field(default_factory=set)
     given: set[str] = field(default_factory=set)
     counters: frozenset[str] = frozenset()
+    gives: bool = False
 
     @property
     def name(self) -> str:
@@ -188,6 +189,8 @@ def _read_table(item: Any, source: Source) -> None:
     if item.name is None:  # a structure without a name for the type
         return
     kind = type_of(item.type, source)
+    if isinstance(kind, Array) and isinstance(kind.of, Pointer):  # names, which no lane asks for
+        return
     if "const" not in item.quals and "const" not in _quals(item.type):
         raise no_lanes(f"the variable {item.name} of the whole file", item)
     source.tables[item.name] = shared(kind)

@@ -7,6 +7,7 @@ from typing import Any
 
 from eomgen.codegen.lanes.translate import translated
 from eomgen.codegen.targets.c.target import environment
+from eomgen.integrators.events import MOST, STOPPED
 
 #: The interface of a library of lanes; ``templates/c/lanes/driver.c.jinja`` implements it.
 LANES_CDEF = """\
@@ -17,7 +18,7 @@ void eomgen_lanes_run(const double *parameters, const double *settings, const do
     double *workspace, long steps, long rows, double *record, int *statuses);
 void eomgen_lanes_groups(const double *parameters, const double *settings, const double *inputs,
     const double *table, const double *starts, double *state, double *workspace, long groups, long steps, long rows,
-    long rest, double *record, double *flat, int *statuses);
+    long rest, double *record, double *modes, double *flat, int *statuses);
 void eomgen_lanes_state(const double *state, double *flat);
 """
 _NUMBERS = """\
@@ -55,9 +56,11 @@ def lane_files(
     plain = {**headers, **dict.fromkeys(_OF_THE_LANGUAGE, ""), "eomgen_real.h": _NUMBERS, step: files[step]}
     hooks = {name: method["hooks"].get(name) for name in ("recorded", "end")}
     null: dict[str, tuple[str, ...]] = {**_NULL, "write_row": ()}
+    events = method.get("events", {"modes": ()})
     if not sizes["u"]:
         null = {"initialize": ("u_table",), "loop": (*_NULL["loop"], "u_table", "u"), "write_row": ("inputs",)}
-    roots = {f"{prefix}_{name}": null.get(name, ()) for name in (*null, *filter(None, hooks.values()))}
+    called = (*null, *filter(None, hooks.values()), *(["take_modes"] if events["modes"] else []))
+    roots = {f"{prefix}_{name}": null.get(name, ()) for name in called}
     outputs = {
         f"{prefix}_{function['name']}": [int(output["size"]) for output in function["outputs"]]
         for function in layout["functions"]
@@ -76,6 +79,8 @@ def lane_files(
         row=sum(size for _, size in method["row"]),
         state=method["state"],
         flat_size=sum(max(int(item["size"]), 1) for item in method["state"]),
+        events={"most": MOST, "stop": STOPPED.number} if "events" in method else None,
+        modes=[mode["parameter"] for mode in events["modes"]],
         **hooks,
     )
     text = templates.get_template("c/lanes/stepper.c.jinja").render(prefix=prefix, body=body, driver=driver)

@@ -73,7 +73,7 @@ def _known(source: Source) -> list[tuple[str, frozenset[str], list[tuple[str, Ty
     return [
         (
             name,
-            frozenset(routine.varying | routine.given | routine.widened),
+            frozenset(routine.varying | routine.given | routine.widened | ({"return"} if routine.gives else set())),
             sorted(routine.elements.items(), key=itemgetter(0)),
         )
         for name, routine in source.routines.items()

@@ -34,6 +34,7 @@ class LaneStepper:
         self.lanes = library.lanes
         self.width = sum(int(size) for _, size in method["row"])
         self.places, self.row_places = state_layout(method), row_layout(method)
+        self._modes = len(method.get("events", {"modes": ()})["modes"])
         self._size = max(place.stop for place in self.places.values())
         self._lib, self._ffi = library.lib, library.ffi
         self._settings = np.array([*settings.values(), 0.0])
@@ -93,8 +94,9 @@ class LaneStepper:
         rows: int,
         rest: int,
         tables: Array | None = None,
-    ) -> tuple[Array, Array, NDArray[np.intc]]:
-        """Return rows (n, 1 + rows, width), one more with ``rest``, flat states (n, size) at the end and statuses (n,).
+    ) -> tuple[Array, Array, Array, NDArray[np.intc]]:
+        """Return rows (n, 1 + rows, width), one more with ``rest``, modes (n, 1 + rows, modes) at them, flat states
+        (n, size) at the end and statuses (n,). What an event stops has the row of the event as its last one.
 
         Parameters
         ----------
@@ -106,6 +108,7 @@ class LaneStepper:
         """
         count = len(states)
         record = np.full((count, 1 + rows + (rest > 0), self.width), np.nan)
+        modes = np.full((*record.shape[:2], self._modes), np.nan)
         flat, statuses = np.empty((count, self._size)), np.zeros(count, dtype=np.intc)
         given = [np.ascontiguousarray(part, dtype=float) for part in (parameters, states)]
         beside = None if tables is None else self._beside(tables)
@@ -122,10 +125,11 @@ class LaneStepper:
             rows,
             rest,
             self._doubles(record),
+            self._doubles(modes if self._modes else None),
             self._doubles(flat),
             self._whole(statuses),
         )
-        return record, flat, statuses
+        return record, modes, flat, statuses
 
     def _beside(self, tables: Array) -> Array:
         """Return tables (n, rows, nu) with the numbers of each group of lanes beside one another."""
