@@ -47,8 +47,11 @@ from eomgen.text import shown as quoted
 from eomgen.threads import thread_count
 from eomgen.version import __version__
 
-#: Samples of a block, and blocks of a small ensemble at least.
+#: Samples of a block at most, and blocks of a small ensemble at least.
 _LARGEST_BLOCK, _BLOCKS = 256, 16
+#: Blocks at least, and evaluations times degrees of freedom of one, where its runs are short beside what Python does
+#: for a block.
+_FEW_BLOCKS, _WORTH_A_BLOCK = 4, 50_000
 #: Seconds between two writings of what has been reduced, and how often as long as one takes they are at least.
 _SELDOM, _RARELY = 10.0, 20.0
 #: Files that solutions of samples are kept as.
@@ -94,7 +97,7 @@ def simulate_many(
     if kept and target is None:
         raise UsageError(Problem("keep", "solutions of samples are kept in a folder, and none is given", "folder=..."))
     _check_kind(keep_as)
-    block = max(1, min(_LARGEST_BLOCK, -(-drawn.samples // _BLOCKS)))
+    block = _block(drawn.samples, int(pilot.stats.get("evaluations", 0)) * max(1, model.nv + model.nz))
     described = _described(model, pilot, drawn, items, vary, table, seed, looked_at, times[thinned], block, options)
     runs = None if target is None or not kept else target / "runs"
     varied = VariedOptions(model, items, options)
@@ -135,6 +138,13 @@ def simulate_many(
         how=how,
         notes=tuple(filter(None, (unbalanced(name, samples), "" if pilot.success else _doubt(pilot), *notes))),
     )
+
+
+def _block(samples: int, work: int) -> int:
+    """Return the number of samples of a block, from what one takes: the same on every machine, as a resumed ensemble
+    asks for."""
+    worth = min(-(-samples // _FEW_BLOCKS), -(-_WORTH_A_BLOCK // max(work, 1)))
+    return max(1, min(_LARGEST_BLOCK, max(worth, -(-samples // _BLOCKS))))
 
 
 def _doubt(pilot: Solution) -> str:

@@ -114,6 +114,14 @@ def test_ctrl_c_within_a_reduction_leaves_it_whole(
     assert again.done == 60 and bits(again) == straight
 
 
+@pytest.mark.parametrize(("step", "block"), [(0.5, 16), (1e-4, 5)])
+def test_blocks_of_short_runs_are_larger(cart: eomgen.Model, step: float, block: int) -> None:
+    """Runs of a few evaluations, and of some 10 000 of the 50 000 that are worth a block."""
+    done: list[int] = []
+    cart.simulate_many(1.0, step, vary=VARY, samples=64, progress=lambda number, _: done.append(number))
+    assert done == [*range(block, 64, block), 64]
+
+
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="the killed process is a fork of this one")
 @pytest.mark.parametrize(("owner", "name"), [(Journal, "keep"), (Journal, "write"), (Reduction, "_add_products")])
 def test_a_killed_ensemble_goes_on_to_the_same_bits(
@@ -121,9 +129,9 @@ def test_a_killed_ensemble_goes_on_to_the_same_bits(
 ) -> None:
     """Killed by the system at the seventh block, before it is kept, written, or reduced whole."""
     options = {"vary": VARY, "samples": 60, "seed": 1}
+    for setting in ("_SELDOM", "_RARELY", "_WORTH_A_BLOCK"):  # what is reduced is written at once; small blocks
+        monkeypatch.setattr(sys.modules["eomgen.ensembles.simulate_many"], setting, 0)
     straight = bits(cart.simulate_many(**options))
-    for times in ("_SELDOM", "_RARELY"):  # what is reduced is written at once
-        monkeypatch.setattr(sys.modules["eomgen.ensembles.simulate_many"], times, 0.0)
     if not (child := os.fork()):
         usual, calls = getattr(owner, name), []
 
