@@ -95,6 +95,11 @@ class LinearRun:
         """Return directions without what moves multipliers of velocities, which the equations do not know."""
         return Directions(along.dq, along.dv, along.dz, along.dp[: len(self.columns["p"])])
 
+    def values(self, part: Part) -> tuple[Array, dict[str, Array]]:
+        """Return times and input blocks of the rows of a part."""
+        states, given = self._states(part)
+        return states.t, self.equations.values(states, given)
+
     def of_part(self, part: Part) -> LinearPart:
         """Make a part of the run linear."""
         states, given = self._states(part)

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from eomgen.arrays import Array
 from eomgen.calls import checked_calls
@@ -53,37 +53,51 @@ class Sensitivities:
     @property
     def t(self) -> Array:
         """Times of the rows, (n,), s."""
-        return self._tables[0]
+        return self._rows[0]
 
     @property
     def outputs(self) -> dict[str, Array]:
         """Outputs at the rows, (n,), or (n, size) of those with several components."""
-        return self._by_output(self._tables[1])
+        return self._by_output(self._rows[1])
 
     @property
     def derivatives(self) -> dict[str, Array]:
         """Their derivatives, (n, directions), or (n, size, directions), in the order of ``by``."""
-        return self._by_output(self._tables[2])
+        return self._by_output(self._tables)
 
     @cached_property
-    def _tables(self) -> tuple[Array, Array, Array]:
-        """Times, outputs (n, outputs) and derivatives (n, outputs, directions), by tangents."""
+    def _rows(self) -> tuple[Array, Array]:
+        """Times and outputs (n, outputs), which need no tangents."""
+        run, times, values = self._run, [], []
+        for part in run.motion.forwards():
+            t, blocks = run.values(part)
+            chosen = self._chosen(part.first, len(t))
+            times.append(t[chosen])
+            at_rows = {name: array if name == "p" else array[chosen] for name, array in blocks.items()}
+            values.append(run.equations.output_values(at_rows))
+        return np.concatenate(times), np.concatenate(values)
+
+    def _chosen(self, first: int, count: int) -> NDArray[np.intp]:
+        """Return which rows of a part are recorded; the first one is the last of the part before."""
+        chosen = np.flatnonzero((first + np.arange(count)) % self._run.run.every == 0)
+        return chosen[chosen > 0] if first else chosen
+
+    @cached_property
+    def _tables(self) -> Array:
+        """Derivatives (n, outputs, directions), by tangents."""
         run = self._run
-        equations, every = run.equations, run.run.every
+        equations = run.equations
         state, record = run.state.copy(), run.record[np.newaxis]
-        times, values, derivatives = [], [], []
+        derivatives = []
         for part in map(run.of_part, run.motion.forwards()):
             found = run.linear.tangents(part.matrices, run.along.dp, state, part.times)
             record = np.concatenate([record, found])
-            chosen = np.flatnonzero((part.first + np.arange(len(part.states.t))) % every == 0)
-            chosen = chosen[chosen > 0] if part.first else chosen
+            chosen = self._chosen(part.first, len(part.states.t))
             at_rows = {name: array if name == "p" else array[chosen] for name, array in part.blocks.items()}
             Y, Yp = equations.output_partials(at_rows)
-            times.append(part.states.t[chosen])
-            values.append(equations.output_values(at_rows))
             derivatives.append(Y @ record[chosen] + Yp @ run.along.dp[: len(equations.chosen)])
             record = found[-1:]
-        return np.concatenate(times), np.concatenate(values), np.concatenate(derivatives)
+        return np.concatenate(derivatives)
 
     def _by_output(self, table: Array) -> dict[str, Array]:
         return {

@@ -95,6 +95,8 @@ def random_vibration(
     if samples:
         study.by_samples(samples, wanted, passage)
     covariance = study.along(times, passage, forms) if len(times) or levels else {}
+    if study.response.reason:
+        study.notes.append(f"Hessians are differences of gradients: {study.response.reason}")
     units = {item.name: item.unit for item in model.description.outputs}
     return RandomVibration(
         model.name,
