@@ -290,9 +290,9 @@ ORDER: dict[str, tuple[str, ...]] = {
         "start",
     ),
     "simulation.sensitivities": (
-        "equations functionals linear_steps motion",
+        "equations functionals linear_steps motion turning",
         "beginning step_matrices",
-        "linear_run",
+        "linear_run second_beginning",
         "second_order",
         "run_sensitivities",
         "linearise",

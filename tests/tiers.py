@@ -1266,7 +1266,8 @@ SLOW: dict[str, tuple[str, ...]] = {
     "simulation/test_second_order_sensitivities.py::test_a_tree_by_its_parameters_and_its_initial_state": (
         "trapezoidal",
     ),
-    "simulation/test_second_order_sensitivities.py::test_runs_and_vectors_without_second_derivatives_say_why": (),
+    "simulation/test_second_order_sensitivities.py::test_bodies_that_turn_in_space_on_a_base_that_moves_by_a_parameter": (),
+    "simulation/test_second_order_sensitivities.py::test_constraints_and_starts_that_move_onto_them": (),
     "simulation/test_second_order_sensitivities.py::test_what_is_left_of_a_taylor_series_is_of_third_order": (),
     "simulation/test_sensitivities.py::test_a_beam_at_steps_that_resolve_it_and_that_do_not": (),
     "simulation/test_sensitivities.py::test_a_controller_with_internal_states": (),

@@ -379,7 +379,7 @@ class System:
             return {}
         rows = len(self.multipliers)
         outputs = sum(output.size for output in self.outputs)
-        weights = self.nv + self.nz + self.holonomic + rows + outputs
+        weights = self.nv + self.nz + self.holonomic + 2 * rows + outputs
         return {"weights": weights, "direction": 3 * self.nv + self.nz + rows + len(self.parameters)}
 
     @property

@@ -19,7 +19,8 @@ from tests.oracles.random_scenes import point_outputs, random_scene, with_loads
 from tests.oracles.states import STEP
 
 TERMS = (
-    *("partials", "internal_rate", "internal_partials", "constraint_jacobian", "velocity_partials", "outputs"),
+    *("partials", "internal_rate", "internal_partials", "constraint_jacobian", "velocity_partials"),
+    *("acceleration_partials", "outputs"),
     *("output_partials", "parameter_partials", "output_parameter_partials", "second_partials"),
 )
 
@@ -31,13 +32,13 @@ def gradient(system: System, evaluate: Evaluate, state: dict[str, Array], weight
         name: array for term in TERMS[:-1] if term in system.functions for name, array in evaluate(term, at).items()
     }
     nv, nz, nh, nl = system.nv, system.nz, system.holonomic, len(system.multipliers)
-    r, z, phi, w, y = np.split(weights, np.cumsum([nv, nz, nh, nl]), axis=1)
+    r, z, phi, w, wdot, y = np.split(weights, np.cumsum([nv, nz, nh, nl, nl]), axis=1)
     sizes = {"q": nv, "v": nv, "a": nv, "z": nz, "lam": nl, "p": len(system.parameters)}
     B = found.get("B", np.zeros((len(weights), 0, nv)))
     parts: dict[str, list[tuple[Array, Array]]] = {
         "q": [(r, found["K"]), (phi, B[:, :nh])],
         "v": [(r, found["C"]), (w, B)],
-        "a": [(r, found["M"])],
+        "a": [(r, found["M"]), (wdot, B)],
         "z": [],
         "lam": [(r, np.swapaxes(B, 1, 2))],
         "p": [],
@@ -46,8 +47,10 @@ def gradient(system: System, evaluate: Evaluate, state: dict[str, Array], weight
     for block, (weight, name) in later.items():
         parts[block] += [(weight, found[name])] if name in found else []
     parts["z"] += [(z, found["Fz"])] if "Fz" in found else []
-    parts["q"] += [(w, found["Z"])] if "Z" in found else []
-    of_parameters = (("Rp", r), ("Fp", z), ("Phip", phi), ("Zp", w), ("Yp", y))
+    if nl:
+        parts["q"] += [(w, found["Z"]), (wdot, found["Aq"])]
+        parts["v"] += [(wdot, found["Av"])]
+    of_parameters = (("Rp", r), ("Fp", z), ("Phip", phi), ("Zp", w), ("Ap", wdot), ("Yp", y))
     parts["p"] += [(weight, found[name]) for name, weight in of_parameters if name in found]
     for block in parts:
         parts[block] += [(y, found[f"Y{block}"])] if block != "p" and f"Y{block}" in found else []

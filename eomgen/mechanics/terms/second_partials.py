@@ -1,7 +1,8 @@
 """Second derivatives of a weighted sum of the equations and outputs, along one direction: what adjoints of second
 order take of each state.
 
-    g = d (w . (M a + h + b - Q + B^T lam, zdot, Phi, B v + Phi_t, outputs)) / d (q, v, a, z, lam, p),   Hd = dg along d
+    g = d (w . (M a + h + b - Q + B^T lam, zdot, Phi, B v + Phi_t, B a + g, outputs)) / d (q, v, a, z, lam, p),
+    Hd = dg along d.
 
 g by one reverse sweep, its change along d by one forward sweep over that (Griewank and Walther, Evaluating Derivatives
 (2008), section 5.4), so the cost is a small multiple of that of the equations whatever the number of variables. In q
@@ -15,6 +16,7 @@ from collections.abc import Mapping
 
 from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.kinematics.directions import Seeds, configuration_directions
+from eomgen.mechanics.terms.linearization import constraint_accelerations
 from eomgen.mechanics.terms.parameters import Partials
 from eomgen.symbolic.calculus.partials import jacobian_vector, weighted_gradient
 from eomgen.symbolic.operations import InputSymbol
@@ -37,7 +39,9 @@ def second_partials(derivation: Derivation) -> list[Block]:
                 gradient[direction] = tape.add(gradient[direction], tape.mul(ref, adjoints[key]))
     with tape.block("its change along the direction"):
         changes = jacobian_vector(tape, gradient, {key: _along(tape, tangent) for key, tangent in seeds.items()})
-    what = "change along d of the gradient of w . (residual, zdot, Phi, rates of constraints, outputs)"
+    what = (
+        "change along d of the gradient of w . (residual, zdot, Phi, rates and accelerations of constraints, outputs)"
+    )
     return [Block("Hd", (size,), tuple(changes), what)]
 
 
@@ -49,6 +53,8 @@ def _values(derivation: Derivation) -> list[Ref]:
         values += derivation.internal_rate()[0].refs
     if derivation.constraints is not None:
         values += [*derivation.constraint()[0].refs, *derivation.constraint_velocity()[0].refs]
+        (B,), (g,) = derivation.constraint_jacobian(), derivation.constraint_bias()
+        values += [row.ref for row in constraint_accelerations(derivation, B, g)]
     if derivation.scene.outputs:
         values += derivation.outputs()[0].refs
     return values

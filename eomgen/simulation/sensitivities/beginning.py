@@ -18,7 +18,7 @@ from eomgen.lie import product
 from eomgen.simulation.sensitivities.equations import Equations, Partials
 from eomgen.simulation.stepping.states import Prescribed, States
 
-_STAGES, _WEIGHTS = (0.0, 0.5, 1.0), (-3.0, 4.0, -1.0)
+STAGES, WEIGHTS = (0.0, 0.5, 1.0), (-3.0, 4.0, -1.0)
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,11 @@ class Directions:
 
 @dataclass(frozen=True)
 class Stage:
-    """A state whose accelerations the start takes: values of input blocks, partials of e there, vdot, and changes."""
+    """A state whose accelerations the start takes: values of input blocks, partials of e there, vdot, and changes.
+
+    ``theta``: its increment from the start, which changes by ``dtheta``. ``matrix``: of accelerations and multipliers.
+    ``Aq``, ``Av``: partials of the constraints' accelerations.
+    """
 
     values: dict[str, Array]
     partials: Partials
@@ -43,6 +47,11 @@ class Stage:
     dvdot: Array
     dlam: Array
     dzdot: Array
+    theta: Array
+    dtheta: Array
+    matrix: Array
+    Aq: Array
+    Av: Array
 
     @property
     def row(self) -> Array:
@@ -75,51 +84,31 @@ class Beginning:
 
     def tangents(self, along: Directions) -> tuple[Array, Array]:
         """Return the state of ``LinearSteps``, and the row that is recorded, along directions."""
-        stages = self._stages(along)
+        stages = self.stages(along)
         dvdot, dlam, dzdot = stages[0].dvdot, stages[0].dlam, stages[0].dzdot
         slope = np.zeros_like(dvdot)
-        for weight, stage in zip(_WEIGHTS, stages, strict=False):
+        for weight, stage in zip(WEIGHTS, stages, strict=False):
             slope = slope + weight * stage.dvdot
         da = dvdot + self.share * slope
         state = np.concatenate([along.dq, along.dv, dvdot, da, along.dz, dzdot, dzdot])
         return np.ascontiguousarray(state), np.concatenate([along.dq, along.dv, dvdot, along.dz, dlam])
 
-    def second_derivatives(self, first: Directions, second: Directions, state: Array, record: Array) -> Array:
-        """Return second derivatives along pairs of directions, (first, second), of state . the state that steps begin
-        with + record . the row that is recorded; of vector coordinates without constraints."""
-        nv, nz = self.equations.nv, self.equations.nz
-        _, _, of_vdot, of_a, _, of_zdot, of_r = np.split(state, np.cumsum([nv, nv, nv, nv, nz, nz]))
-        of_vdot = of_vdot + of_a + record[2 * nv : 3 * nv]
-        of_zdot = of_zdot + of_r
-        found = np.zeros((first.dq.shape[1], second.dq.shape[1]))
-        pairs = list(zip(_STAGES, _WEIGHTS, self._stages(first), self._stages(second), strict=False))
-        for stage, weight, one, other in reversed(pairs):
-            of_this = self.share * weight * of_a + (of_vdot if stage == 0.0 else 0.0)
-            mu = np.linalg.solve(one.partials.Ja[0][:nv].T, of_this)
-            multipliers = np.concatenate([mu, of_zdot if stage == 0.0 else np.zeros(nz)])[np.newaxis]
-            no_outputs = np.zeros((1, len(self.equations.outputs)))
-            changes = self.equations.second_partials(one.values, multipliers, no_outputs, other.row[np.newaxis])
-            found += one.row.T @ changes[0]
-            s = stage * self.step
-            by_q, by_v = (-(multipliers @ J[0])[0] for J in (one.partials.Jq, one.partials.Jv))
-            of_vdot = of_vdot + s * by_v + 0.5 * s * s * by_q  # of what moved the stage
-        return found
-
-    def _stages(self, along: Directions) -> list[Stage]:
+    def stages(self, along: Directions) -> list[Stage]:
         """Return the states whose accelerations the start takes, with their changes."""
-        stages = [self._stage(0.0, self.q, self.v, along)]
+        nothing = np.zeros_like(self.v), np.zeros_like(along.dv)
+        stages = [self._stage(0.0, self.q, self.v, along, *nothing)]
         vdot, dvdot = stages[0].vdot, stages[0].dvdot
-        for stage in _STAGES[1:] if self.share else ():
+        for stage in STAGES[1:] if self.share else ():
             s, half = stage * self.step, 0.5 * stage * self.step
             factors = self.equations.model.factors
-            theta = s * (self.v + half * vdot)
-            dq = product.transport(factors, theta) @ along.dq
-            dq = dq + product.tangent(factors, theta) @ (s * (along.dv + half * dvdot))
+            theta, dtheta = s * (self.v + half * vdot), s * (along.dv + half * dvdot)
+            dq = product.transport(factors, theta) @ along.dq + product.tangent(factors, theta) @ dtheta
             moved = Directions(dq, along.dv + s * dvdot, along.dz, along.dp)
-            stages.append(self._stage(stage, product.update(factors, self.q, theta), self.v + s * vdot, moved))
+            q, v = product.update(factors, self.q, theta), self.v + s * vdot
+            stages.append(self._stage(stage, q, v, moved, theta, dtheta))
         return stages
 
-    def _stage(self, share: float, q: Array, v: Array, along: Directions) -> Stage:
+    def _stage(self, share: float, q: Array, v: Array, along: Directions, theta: Array, dtheta: Array) -> Stage:
         """Return the accelerations at a state some share of the step ahead, with their changes."""
         equations = self.equations
         nv, nz, nl = equations.nv, equations.nz, equations.nl
@@ -136,14 +125,17 @@ class Beginning:
         M = partials.Ja[0][:nv]
         if not nl:
             dvdot = np.linalg.solve(M, -right[:nv])
-            return Stage(values, partials, along, vdot, dvdot, np.zeros((0, right.shape[1])), dzdot)
+            none = np.zeros((0, right.shape[1]))
+            return Stage(values, partials, along, vdot, dvdot, none, dzdot, theta, dtheta, M, *np.zeros((2, 0, nv)))
         B = equations.of("constraint_jacobian", values)["B"][0]
         by_state = equations.of("acceleration_partials", values)
         below = by_state["Aq"][0] @ along.dq + by_state["Av"][0] @ along.dv
         below = below + equations.acceleration_parameters(values)[0] @ along.dp
         matrix = np.block([[M, B.T], [B, np.zeros((nl, nl))]])
         solution = np.linalg.solve(matrix, -np.concatenate([right[:nv], below]))
-        return Stage(values, partials, along, vdot, solution[:nv], solution[nv:], dzdot)
+        of_constraints = by_state["Aq"][0], by_state["Av"][0]
+        dvdot, dlam = solution[:nv], solution[nv:]
+        return Stage(values, partials, along, vdot, dvdot, dlam, dzdot, theta, dtheta, matrix, *of_constraints)
 
     def _solved(self, values: dict[str, Array]) -> tuple[Array, Array]:
         """Return vdot and the multipliers at one state."""
@@ -184,15 +176,29 @@ def on_constraints(start: Beginning, along: Directions, inverse_inertia: Array) 
     dv = along.dv - _nearest(M, by_v[nh:], rates)
     if not inverse_inertia.size:
         return Directions(dq, dv, along.dz, along.dp)
-    still = {name: np.repeat(array, nv + 1, axis=0) if name != "p" else array for name, array in values.items()}
-    still["v"] = np.zeros((nv + 1, nv))
-    still["a"] = np.concatenate([np.zeros((1, nv)), np.eye(nv)])
-    moving = equations.partials(still)
-    unit = np.arange(nv)
-    of_inertia = [(array[1:] - array[:1])[unit, unit] for array in (moving.Jq, moving.P)]
-    diagonal = of_inertia[0] @ dq + of_inertia[1] @ along.dp  # change of M_ii
+    by_q, by_p = inertia_partials(start)
+    diagonal = by_q @ dq + by_p @ along.dp  # change of M_ii
     dW = -(inverse_inertia**2)[:, np.newaxis] * diagonal
     return Directions(dq, dv, along.dz, np.concatenate([along.dp, dW]))
+
+
+def inertia_partials(start: Beginning) -> tuple[Array, Array]:
+    """Return the partials of the diagonal of M at the start in q, (nv, nv), and in the parameters, (nv, parameters)."""
+    equations, nv = start.equations, start.equations.nv
+    unit = np.arange(nv)
+    many = States(
+        np.full(nv + 1, start.t),
+        np.repeat(start.q[None], nv + 1, axis=0),
+        np.zeros((nv + 1, nv)),
+        np.concatenate([np.zeros((1, nv)), np.eye(nv)]),
+        np.zeros((nv + 1, equations.nl)),
+        np.repeat(start.z[None], nv + 1, axis=0),
+    )
+    given = start.prescribed_at(0.0)
+    repeated = Prescribed(*(None if array is None else np.repeat(array, nv + 1, axis=0) for array in given))
+    moving = equations.partials(equations.values(many, repeated))
+    by_q, by_p = ((array[1:] - array[:1])[unit, unit] for array in (moving.Jq, moving.P))
+    return by_q, by_p
 
 
 def _nearest(M: Array, B: Array, off: Array) -> Array:

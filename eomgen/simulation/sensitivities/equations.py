@@ -125,36 +125,73 @@ class Equations:
             Yp[:] = by_parameters["Yp"][:, self.outputs][:, :, self.chosen]
         return np.concatenate(parts, axis=2), Yp
 
-    def second_partials(self, values: Mapping[str, Array], multipliers: Array, weights: Array, along: Array) -> Array:
+    def second_partials(
+        self,
+        values: Mapping[str, Array],
+        multipliers: Array,
+        along: Array,
+        weights: Array | None = None,
+        of_accelerations: Array | None = None,
+    ) -> Array:
         """Return changes of the gradient of weights . outputs - multipliers . e along directions.
 
         Parameters
         ----------
         multipliers : (n, rows) of e
-        weights : (n, outputs)
         along : (n, 3 nv + nz + nl + parameters, directions) changes of q, v, vdot, z, multipliers and parameters
+        weights : (n, outputs)
+        of_accelerations : (n, nl), multipliers of the constraints' accelerations
 
         Returns
         -------
         (n, 3 nv + nz + nl + parameters, directions)
         """
-        functions = self._second.functions
+        functions, nv, nz, nh, nl = self._second.functions, self.nv, self.nz, self.holonomic, self.nl
         count, _, directions = along.shape
         state = along.shape[1] - len(self.chosen)
         weighted = np.zeros((count, 1, functions.sizes["weights"]))
-        weighted[:, 0, : self.nv] = -multipliers[:, : self.nv]
-        weighted[:, 0, self.nv : self.nv + self.nz] = multipliers[:, self.nv : self.nv + self.nz]
-        rows = slice(self.nv + self.nz, self.nv + self.nz + self.holonomic + self.nl)
-        weighted[:, 0, rows] = -multipliers[:, rows]
-        weighted[:, 0, rows.stop + np.array(self.outputs, dtype=int)] = weights
+        rows = nv + nz + nh + nl
+        weighted[:, 0, :rows] = -multipliers
+        weighted[:, 0, nv : nv + nz] *= -1.0  # e has minus the rates
+        if of_accelerations is not None:
+            weighted[:, 0, rows : rows + nl] = -of_accelerations
+        if weights is not None:
+            weighted[:, 0, rows + nl + np.array(self.outputs, dtype=int)] = weights
         changes = np.zeros((count, directions, functions.sizes["direction"]))
         changes[:, :, :state] = np.swapaxes(along[:, :state], 1, 2)
         changes[:, :, state + np.array(self.chosen, dtype=int)] = np.swapaxes(along[:, state:], 1, 2)
-        at_rows = {name: array if name in ("p", "t") else array[:, np.newaxis] for name, array in values.items()}
-        at_rows |= {"t": values["t"][:, np.newaxis], "weights": weighted, "direction": changes}
-        (found,) = functions("second_partials", at_rows)
+        at_rows = {name: array if name == "p" else array[:, np.newaxis] for name, array in values.items()}
+        (found,) = functions("second_partials", {**at_rows, "weights": weighted, "direction": changes})
         kept = [*range(state), *(state + k for k in self.chosen)]
         return np.ascontiguousarray(np.swapaxes(np.broadcast_to(found, changes.shape)[:, :, kept], 1, 2))
+
+    def second_reactions(
+        self, values: Mapping[str, Array], eta: Array, weights: Array, along: Array
+    ) -> tuple[Array, Array, Array]:
+        """Return changes of the gradient of weights . B^T eta, holonomic rows alone, in q, eta and the parameters.
+
+        Parameters
+        ----------
+        eta : (n, holonomic)
+        weights : (n, nv)
+        along : (n, nv + holonomic + parameters, directions), of q, eta and parameters
+
+        Returns
+        -------
+        (n, nv, directions), (n, holonomic, directions), (n, parameters, directions)
+        """
+        nv, nh, first = self.nv, self.holonomic, 3 * self.nv + self.nz
+        still = {**values, "v": np.zeros_like(values["v"]), "a": np.zeros_like(values["a"])}
+        lam = np.zeros_like(values["lam"])
+        multipliers = np.zeros((len(eta), nv + self.nz + nh + self.nl))
+        multipliers[:, :nv] = -weights
+        d = np.zeros((len(eta), first + self.nl + len(self.chosen), along.shape[2]))
+        d[:, :nv], d[:, first + self.nl :] = along[:, :nv], along[:, nv + nh :]
+        without = self.second_partials({**still, "lam": lam.copy()}, multipliers, d)
+        lam[:, :nh], d[:, first : first + nh] = eta, along[:, nv : nv + nh]
+        whole = self.second_partials({**still, "lam": lam}, multipliers, d)
+        change = whole - without
+        return change[:, :nv], whole[:, first : first + nh], change[:, first + self.nl :]
 
     def acceleration_parameters(self, values: Mapping[str, Array]) -> Array:
         """Return the partials of the constraints' accelerations in the parameters, (n, rows, parameters)."""

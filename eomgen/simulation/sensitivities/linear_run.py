@@ -30,12 +30,14 @@ class LinearPart:
     first : number of its first row in the run
     states : (rows, ...) each
     matrices : of the steps between rows
+    eta : (rows - 1, holonomic), multipliers of velocities in the steps
     blocks : input blocks at all rows
     """
 
     first: int
     states: States
     matrices: StepMatrices
+    eta: Array
     blocks: dict[str, Array]
 
     @property
@@ -50,7 +52,9 @@ class LinearRun:
     Attributes
     ----------
     columns : of p, q, v and z that derivatives are taken by, in this order
-    along : what the directions change at the start
+    asked : the directions
+    along : what they change at the start, on the constraints
+    inverse_inertia : W = 1/M_ii of the start, by which multipliers move positions; empty where there is none
     state, record : what the steps begin with along them
     """
 
@@ -71,8 +75,11 @@ class LinearRun:
         self.linear = LinearSteps(model.functions.sizes, model.factors, self.coefficients, holonomic)
         self.motion = Motion(run, stepper, state)
         start = self.motion.start
-        self._inverse_inertia = start.get("inverse_inertia", np.zeros(0)) if holonomic else np.zeros(0)
-        self.along = self._directions()
+        self.inverse_inertia = start.get("inverse_inertia", np.zeros(0)) if holonomic else np.zeros(0)
+        self.asked = self._directions()
+        self.along = (
+            on_constraints(self.beginning, self.asked, self.inverse_inertia) if model.multipliers else self.asked
+        )
         self.state, self.record = self.beginning.tangents(self.of_equations(self.along))
 
     @property
@@ -106,10 +113,10 @@ class LinearRun:
         blocks = self.equations.values(states, given)
         behind = {name: array if name == "p" else array[1:] for name, array in blocks.items()}
         partials = self.equations.partials(behind)
-        matrices = step_matrices(
-            self.equations, partials, states, given, part.a, self.coefficients, self._inverse_inertia
+        matrices, eta = step_matrices(
+            self.equations, partials, states, given, part.a, self.coefficients, self.inverse_inertia
         )
-        return LinearPart(part.first, states, matrices, blocks)
+        return LinearPart(part.first, states, matrices, eta, blocks)
 
     def row_weights(self, part: LinearPart, weights: Sequence[Weights]) -> Array:
         """Return the weights of outputs at the rows of a part, (rows, outputs, functionals)."""
@@ -134,8 +141,7 @@ class LinearRun:
         for offset, name in zip(offsets[1:], sizes, strict=False):
             changes[name] = np.zeros((sizes[name], self.size))
             changes[name][list(columns[name]), offset + np.arange(len(columns[name]))] = 1.0
-        along = Directions(changes["q"], changes["v"], changes["z"], np.eye(len(columns["p"]), self.size))
-        return on_constraints(self.beginning, along, self._inverse_inertia) if equations.nl else along
+        return Directions(changes["q"], changes["v"], changes["z"], np.eye(len(columns["p"]), self.size))
 
     def _prescribed_at(self, share: float) -> Prescribed:
         """Return inputs and base at a share of the first step: rows of inputs are linear in between."""

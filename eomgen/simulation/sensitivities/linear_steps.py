@@ -33,10 +33,10 @@ typedef struct eg_steps {
     const double *Np;
 } eg_steps;
 long eomgen_step_room(long nv, long nz, long nl, long nh, long directions);
-long eomgen_step_tangents(const eg_steps *given, const double *dp, double *state, double *record, double *room,
-    long *pivot);
-long eomgen_step_adjoints(const eg_steps *given, const double *direct, double *state, double *gradient,
-    double *multipliers, double *room, long *pivot);
+long eomgen_step_tangents(const eg_steps *given, const double *dp, double *state, double *record, double *eta,
+    double *room, long *pivot);
+long eomgen_step_adjoints(const eg_steps *given, const double *direct, const double *sources, double *state,
+    double *gradient, double *multipliers, double *ends, double *room, long *pivot);
 """
 
 
@@ -107,7 +107,7 @@ class LinearSteps:
         """Rows of what is recorded of a step: dq, dv, dvdot, dz, dlam."""
         return 3 * self._nv + self._nz + self._nl
 
-    def tangents(self, matrices: StepMatrices, dp: Array, state: Array, times: Array) -> Array:
+    def tangents(self, matrices: StepMatrices, dp: Array, state: Array, times: Array) -> tuple[Array, Array]:
         """Take tangents through steps: ``state`` (state_size, directions) becomes that of their end.
 
         Parameters
@@ -117,46 +117,51 @@ class LinearSteps:
 
         Returns
         -------
-        (steps, record_size, directions)
+        record : (steps, record_size, directions)
+        eta : (steps, holonomic rows, directions)
         """
         steps, directions = len(matrices.Jq), state.shape[1]
-        record = np.empty((steps, self.record_size, directions))
+        record, eta = (np.empty((steps, size, directions)) for size in (self.record_size, self._nh))
         given = self._given(matrices, dp.shape[0], steps, directions)
         room, pivot = self._room(directions)
-        done = self._lib.eomgen_step_tangents(
-            given[0], self._doubles(np.ascontiguousarray(dp)), self._doubles(state), self._doubles(record), room, pivot
-        )
-        self._check(done, steps, times)
-        return record
+        arrays = map(self._doubles, (np.ascontiguousarray(dp), state, record, eta))
+        self._check(self._lib.eomgen_step_tangents(given[0], *arrays, room, pivot), steps, times)
+        return record, eta
 
-    def adjoints(self, matrices: StepMatrices, direct: Array, state: Array, gradient: Array, times: Array) -> Array:
+    def adjoints(
+        self,
+        matrices: StepMatrices,
+        direct: Array,
+        state: Array,
+        gradient: Array,
+        times: Array,
+        sources: Array | None = None,
+    ) -> tuple[Array, Array]:
         """Take adjoints back through steps: ``state`` becomes that of their start, and ``gradient`` (parameters,
         directions) is added to.
 
         Parameters
         ----------
         direct : (steps, record_size, directions), what functionals take of each row
+        sources : (steps, 2 nv + holonomic rows, directions), added to the derivatives in q at the start of each step,
+            in its increment h D and in eta
 
         Returns
         -------
-        (steps, rows, directions)
-            The multipliers of the equations of each step.
+        multipliers : (steps, rows, directions)
+            Of the equations of each step.
+        ends : (steps, 2 nv, directions)
+            Derivatives in q at the end of each step, and in D.
         """
         steps, directions = len(matrices.Jq), state.shape[1]
-        multipliers = np.empty((steps, self.rows, directions))
+        multipliers, ends = (np.empty((steps, size, directions)) for size in (self.rows, 2 * self._nv))
         given = self._given(matrices, gradient.shape[0], steps, directions)
         room, pivot = self._room(directions)
-        done = self._lib.eomgen_step_adjoints(
-            given[0],
-            self._doubles(np.ascontiguousarray(direct)),
-            self._doubles(state),
-            self._doubles(gradient),
-            self._doubles(multipliers),
-            room,
-            pivot,
-        )
+        added = self._ffi.NULL if sources is None else self._doubles(np.ascontiguousarray(sources))
+        of_rows, *arrays = map(self._doubles, (np.ascontiguousarray(direct), state, gradient, multipliers, ends))
+        done = self._lib.eomgen_step_adjoints(given[0], of_rows, added, *arrays, room, pivot)
         self._check(done, steps, times)
-        return multipliers
+        return multipliers, ends
 
     def _given(self, matrices: StepMatrices, parameters: int, steps: int, directions: int) -> tuple[Any, ...]:
         """Return the structure of C, and what it points to."""

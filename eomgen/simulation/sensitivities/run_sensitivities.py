@@ -90,7 +90,7 @@ class Sensitivities:
         state, record = run.state.copy(), run.record[np.newaxis]
         derivatives = []
         for part in map(run.of_part, run.motion.forwards()):
-            found = run.linear.tangents(part.matrices, run.along.dp, state, part.times)
+            found, _ = run.linear.tangents(part.matrices, run.along.dp, state, part.times)
             record = np.concatenate([record, found])
             chosen = self._chosen(part.first, len(part.states.t))
             at_rows = {name: array if name == "p" else array[chosen] for name, array in part.blocks.items()}
@@ -157,7 +157,6 @@ class Sensitivities:
         """Return the second derivatives of several functionals, (functionals, directions, directions), by tangents
         along all directions and one adjoint of each functional."""
         weights = self._weights(of)
-        self._check_second()
         return second_order.hessians(self._run, weights)
 
     def hessian_products(self, of: Functional, directions: ArrayLike) -> Array:
@@ -175,23 +174,12 @@ class Sensitivities:
             As of ``hessian``; vectors of another length.
         """
         (weights,) = self._weights([of])
-        self._check_second()
         vectors = np.asarray(directions, dtype=float)
         if vectors.ndim not in (1, 2) or len(vectors) != len(self.by) or not np.all(np.isfinite(vectors)):
             what = f"vectors have the shape {vectors.shape}" if len(vectors) != len(self.by) else "vectors have nan"
             raise UsageError(Problem("directions", what, f"finite numbers, ({len(self.by)},) or ({len(self.by)}, n)"))
         columns = np.ascontiguousarray(vectors.reshape(len(self.by), -1))
         return second_order.hessian_products(self._run, weights, columns).reshape(vectors.shape)
-
-    def _check_second(self) -> None:
-        model = self._run.run.model
-        if model.multipliers:
-            what = "the scene has constraints, and its runs have first derivatives alone"
-            raise UsageError(Problem("sensitivities", what, "gradients, differenced"))
-        turning = [factor.name for factor in model.factors if factor.group != "R"]
-        if turning:
-            what = f"{turning[0]} turns in space, and runs with that have first derivatives alone"
-            raise UsageError(Problem("sensitivities", what, "gradients, differenced; hinges instead"))
 
     def _weights(self, of: Sequence[Functional]) -> list[Weights]:
         size, rows = sum(map(len, self._components.values())), self._run.motion.steps + 1

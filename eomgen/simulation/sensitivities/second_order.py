@@ -1,14 +1,14 @@
 """Second derivatives of functionals of a run, exact for its discrete steps.
 
-Steps have e(x) = 0, x a row with parameters, else they are linear; a functional is a sum of w . y(x) over rows. Along
-directions i and j with tangents dx_i, dx_j and the multipliers mu of its adjoint, its second derivative is
+Steps have e(x) = 0, x a row with parameters; a functional is a sum of w . y(x) over rows. Along directions i and j with
+tangents dx_i, dx_j and the multipliers mu of its adjoint, its second derivative is
 
     sum over rows of  dx_i . K dx_j,  K: second derivatives of w . y - mu . e,
 
-and that of the start: so one sweep of tangents and one of adjoints give a whole Hessian (Griewank and Walther,
-Evaluating Derivatives (2008), section 5.4; Papadimitriou, Mourelatos and Hu 2021). A product with directions d is an
-adjoint of second order: that with K dx_d in place of what the functional takes of rows. Steps are factored once for all
-of their directions.
+and those of increments of rotations and of the start: so one sweep of tangents and one of adjoints give a whole Hessian
+(Griewank and Walther, Evaluating Derivatives (2008), section 5.4; Papadimitriou, Mourelatos and Hu 2021). A product
+with directions d is an adjoint of second order: that with K dx_d in place of what the functional takes of rows. Steps
+are factored once for all of their directions.
 """
 
 from __future__ import annotations
@@ -19,9 +19,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from eomgen.arrays import Array
+from eomgen.lie.product import difference
 from eomgen.simulation.sensitivities.beginning import Directions
 from eomgen.simulation.sensitivities.functionals import Weights
 from eomgen.simulation.sensitivities.linear_run import LinearPart, LinearRun
+from eomgen.simulation.sensitivities.second_beginning import SecondBeginning
+from eomgen.simulation.sensitivities.turning import Turning, turnings
 
 
 @dataclass
@@ -45,6 +48,66 @@ class _Adjoint:
         return cls(*(np.zeros((size, count)) for size in sizes))
 
 
+@dataclass(frozen=True)
+class _Tangents:
+    """A part of a run with its changes along directions.
+
+    Attributes
+    ----------
+    rows : (rows, record_size + parameters, directions)
+    steps : (rows - 1, 2 nv + nh, directions), of q at the start of steps, of increments of what rotates, of eta
+    parameters : (parameters, directions), W behind those of the equations
+    turnings : of the steps
+    """
+
+    part: LinearPart
+    rows: Array
+    steps: Array
+    parameters: Array
+    turnings: list[Turning]
+
+    @property
+    def own(self) -> slice:
+        """Rows that are not the last one of another part."""
+        return slice(0 if self.part.first == 0 else 1, None)
+
+    def changes(self, run: LinearRun, multipliers: Array, ends: Array, weights: Array) -> tuple[Array, Array, Array]:
+        """Return what second derivatives take of rows and of steps, shaped as these, and of parameters by steps.
+
+        Parameters
+        ----------
+        multipliers, ends : (rows - 1, ...) of the adjoint of one functional
+        weights : (rows, outputs)
+        """
+        of_first = np.concatenate([np.zeros((1, multipliers.shape[1])), multipliers])
+        of_rows = run.equations.second_partials(self.part.blocks, of_first, self.rows, weights)
+        of_steps, nv = np.zeros_like(self.steps), run.equations.nv
+        for turning in self.turnings:
+            behind = slice(nv + turning.v.start, nv + turning.v.stop)
+            of_steps[:, turning.v], of_steps[:, behind] = turning.changed(ends[:, :nv], self.steps[:, behind])
+        of_parameters = np.zeros_like(self.parameters)
+        if run.inverse_inertia.size:
+            self._add_reactions(run, ends[:, nv:], of_steps, of_parameters)
+        return of_rows[self.own], of_steps, of_parameters
+
+    def _add_reactions(self, run: LinearRun, of_D: Array, of_steps: Array, of_parameters: Array) -> None:
+        """Add what W B^T eta, by which D is less, takes of steps and of parameters; ``of_D``: derivatives in D."""
+        equations, W, matrices = run.equations, run.inverse_inertia, self.part.matrices
+        nv, chosen = equations.nv, len(equations.chosen)
+        before = {name: array if name == "p" else array[:-1] for name, array in self.part.blocks.items()}
+        dq, deta, dW = self.steps[:, :nv], self.steps[:, 2 * nv :], self.parameters[chosen:]
+        dp = np.broadcast_to(self.parameters[:chosen], (len(dq), *self.parameters[:chosen].shape))
+        along = np.concatenate([dq, deta, dp], axis=1)
+        by_q, by_eta, by_p = equations.second_reactions(before, self.part.eta, -W * of_D, along)
+        by_W = (of_D / W)[:, :, np.newaxis] * dW  # W enters as a factor
+        G, N, Np = matrices.G, matrices.N, matrices.Np[:, :, :chosen]
+        of_steps[:, :nv] += by_q - np.swapaxes(N, 1, 2) @ by_W
+        of_steps[:, 2 * nv :] += by_eta - G @ by_W
+        of_parameters[:chosen] += (by_p - np.swapaxes(Np, 1, 2) @ by_W).sum(axis=0)
+        reaction = (N @ dq + Np @ dp + np.swapaxes(G, 1, 2) @ deta) / W[:, np.newaxis]
+        of_parameters[chosen:] -= np.einsum("nk,nkd->kd", of_D, reaction)
+
+
 def hessians(run: LinearRun, weights: Sequence[Weights]) -> Array:
     """Return second derivatives of functionals, (functionals, directions, directions).
 
@@ -52,47 +115,48 @@ def hessians(run: LinearRun, weights: Sequence[Weights]) -> Array:
     """
     adjoint = _Adjoint.of(run, len(weights))
     found = np.zeros((len(weights), run.size, run.size))
-    for part, along in _parts(run, run.along, run.state, run.record):
-        multipliers, of_outputs = _back(run, part, weights, adjoint)
+    for tangents in _parts(run, run.along, run.state, run.record):
+        multipliers, ends, of_outputs = _back(run, tangents.part, weights, adjoint)
         for number in range(len(weights)):
-            changes = run.equations.second_partials(
-                part.blocks, multipliers[:, :, number], of_outputs[:, :, number], along
+            of_rows, of_steps, of_parameters = tangents.changes(
+                run, multipliers[..., number], ends[..., number], of_outputs[..., number]
             )
-            kept = slice(0 if part.first == 0 else 1, None)
-            rows = along.shape[1] * len(changes[kept])
-            found[number] += along[kept].reshape(rows, -1).T @ changes[kept].reshape(rows, -1)
+            found[number] += _paired(tangents.rows[tangents.own], of_rows)
+            found[number] += _paired(tangents.steps, of_steps) + tangents.parameters.T @ of_parameters
     for number in range(len(weights)):
-        found[number] += run.beginning.second_derivatives(
-            run.of_equations(run.along),
-            run.of_equations(run.along),
-            adjoint.state[:, number],
-            adjoint.record[:, number],
-        )
+        of_start = adjoint.state[:, number], adjoint.record[:, number], adjoint.parameters[len(run.asked.dp) :, number]
+        found[number] += SecondBeginning(run.beginning, run.asked, run.asked, run.inverse_inertia).of(*of_start)
     return 0.5 * (found + np.swapaxes(found, 1, 2))
 
 
 def hessian_products(run: LinearRun, weights: Weights, directions: Array) -> Array:
     """Return the Hessian of a functional times ``directions`` (directions, columns), by adjoints of second order."""
     first, second = _Adjoint.of(run, 1), _Adjoint.of(run, directions.shape[1])
-    chosen = Directions(*(part @ directions for part in vars(run.along).values()))
+    asked, chosen = (Directions(*(part @ directions for part in vars(of).values())) for of in (run.asked, run.along))
     width = run.linear.record_size
-    for part, along in _parts(run, chosen, run.state @ directions, run.record @ directions):
-        multipliers, of_outputs = _back(run, part, [weights], first)
-        changes = run.equations.second_partials(part.blocks, multipliers[:, :, 0], of_outputs[:, :, 0], along)
-        own = changes[0 if part.first == 0 else 1 :, width:]
-        second.parameters[: own.shape[1]] += own.sum(axis=0)
-        second.record = changes[0, :width]
-        run.linear.adjoints(part.matrices, changes[1:, :width], second.state, second.parameters, part.times)
+    for tangents in _parts(run, chosen, run.state @ directions, run.record @ directions):
+        part = tangents.part
+        multipliers, ends, of_outputs = _back(run, part, [weights], first)
+        of_rows, of_steps, of_parameters = tangents.changes(run, multipliers[..., 0], ends[..., 0], of_outputs[..., 0])
+        second.parameters += of_parameters
+        second.parameters[: len(run.asked.dp)] += of_rows[:, width:].sum(axis=0)
+        direct = of_rows[len(of_rows) - len(ends) :, :width]
+        run.linear.adjoints(part.matrices, direct, second.state, second.parameters, part.times, of_steps)
+        second.record = of_rows[0, :width]
     found: Array = run.state.T @ second.state + run.record.T @ second.record + run.along.dp.T @ second.parameters
-    of_start = run.beginning.second_derivatives(
-        run.of_equations(run.along), run.of_equations(chosen), first.state[:, 0], first.record[:, 0]
-    )
-    return found + of_start
+    of_start = first.state[:, 0], first.record[:, 0], first.parameters[len(run.asked.dp) :, 0]
+    return found + SecondBeginning(run.beginning, run.asked, asked, run.inverse_inertia).of(*of_start)
 
 
-def _parts(run: LinearRun, along: Directions, state: Array, record: Array) -> Iterator[tuple[LinearPart, Array]]:
-    """Yield the parts from the last to the first, and changes of rows with parameters along directions, (rows,
-    record_size + parameters, directions)."""
+def _paired(one: Array, other: Array) -> Array:
+    """Return the sum of one^T other over what comes before directions."""
+    rows = one.shape[0] * one.shape[1]
+    found: Array = one.reshape(rows, -1).T @ other.reshape(rows, -1)
+    return found
+
+
+def _parts(run: LinearRun, along: Directions, state: Array, record: Array) -> Iterator[_Tangents]:
+    """Yield the parts from the last to the first with their changes along directions."""
     begins = [(state.copy(), record)]
     parts = run.motion.parts
     if parts > 1:
@@ -100,21 +164,29 @@ def _parts(run: LinearRun, along: Directions, state: Array, record: Array) -> It
             if number == parts - 1:  # its tangents are taken on the way back
                 continue
             made, state = run.of_part(stepped), begins[-1][0].copy()
-            found = run.linear.tangents(made.matrices, along.dp, state, made.times)
+            found, _ = run.linear.tangents(made.matrices, along.dp, state, made.times)
             begins.append((state, found[-1]))
     dp = run.of_equations(along).dp
+    nv, factors = run.equations.nv, run.equations.model.factors
     for part in map(run.of_part, run.motion.backwards()):
         state, record = begins.pop()
-        found = run.linear.tangents(part.matrices, along.dp, state.copy(), part.times)
+        found, eta = run.linear.tangents(part.matrices, along.dp, state.copy(), part.times)
         rows = np.concatenate([record[np.newaxis], found])
-        yield part, np.concatenate([rows, np.broadcast_to(dp, (len(rows), *dp.shape))], axis=1)
+        turning = turnings(factors, difference(factors, part.states.q[:-1], part.states.q[1:]))
+        steps = np.concatenate([rows[:-1, :nv], np.zeros_like(rows[1:, :nv]), eta], axis=1)
+        for one in turning:
+            steps[:, nv + one.v.start : nv + one.v.stop] = one.increments(rows[:-1, :nv], rows[1:, :nv])
+        of_parameters = np.broadcast_to(dp, (len(rows), *dp.shape))
+        yield _Tangents(part, np.concatenate([rows, of_parameters], axis=1), steps, along.dp, turning)
 
 
-def _back(run: LinearRun, part: LinearPart, weights: Sequence[Weights], adjoint: _Adjoint) -> tuple[Array, Array]:
-    """Take adjoints through a part; return the multipliers of the equations of its rows, (rows, equations,
-    functionals), and the weights of outputs, (rows, outputs, functionals), zero where they belong to another part."""
+def _back(
+    run: LinearRun, part: LinearPart, weights: Sequence[Weights], adjoint: _Adjoint
+) -> tuple[Array, Array, Array]:
+    """Take adjoints through a part; return the multipliers and ends of its steps, and the weights of outputs, (rows,
+    outputs, functionals)."""
     of_outputs = run.row_weights(part, weights)
     direct = run.of_rows(part, of_outputs, adjoint.parameters)
-    found = run.linear.adjoints(part.matrices, direct[1:], adjoint.state, adjoint.parameters, part.times)
+    multipliers, ends = run.linear.adjoints(part.matrices, direct[1:], adjoint.state, adjoint.parameters, part.times)
     adjoint.record = direct[0]
-    return np.concatenate([np.zeros((1, *found.shape[1:])), found]), of_outputs
+    return multipliers, ends, of_outputs

@@ -23,8 +23,8 @@ def step_matrices(
     a: Array,
     coefficients: Sequence[float],
     inverse_inertia: Array,
-) -> StepMatrices:
-    """Return the matrices of the steps between states (n + 1), (n, ...) each.
+) -> tuple[StepMatrices, Array]:
+    """Return the matrices of the steps between states (n + 1), (n, ...) each, and eta, (n, holonomic).
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def step_matrices(
     e = partials
     if not equations.holonomic or not inverse_inertia.size:
         none = np.zeros((count, 0, nv)), np.zeros((count, nv, nv)), np.zeros((count, nv, e.P.shape[2]))
-        return StepMatrices(e.Jq, e.Jv, e.Ja, e.Jz, e.Jlam, e.P, A, T, *none)
+        return StepMatrices(e.Jq, e.Jv, e.Ja, e.Jz, e.Jlam, e.P, A, T, *none), np.zeros((count, 0))
     before = States(*(array[:-1] for array in states))
     values = equations.values(before, Prescribed(*(None if array is None else array[:-1] for array in given)))
     B = equations.of("constraint_jacobian", values)["B"][:, : equations.holonomic]
@@ -51,7 +51,7 @@ def step_matrices(
     Np = np.concatenate([inverse_inertia[:, np.newaxis] * of_parameters, reaction * np.eye(nv)], axis=2)
     P = np.concatenate([e.P, np.zeros((*e.P.shape[:2], nv))], axis=2)
     weighed = inverse_inertia[:, np.newaxis] * N
-    return StepMatrices(e.Jq, e.Jv, e.Ja, e.Jz, e.Jlam, P, A, T, G, weighed, Np)
+    return StepMatrices(e.Jq, e.Jv, e.Ja, e.Jz, e.Jlam, P, A, T, G, weighed, Np), eta
 
 
 def _predicted(states: States, a: Array, coefficients: Sequence[float]) -> Array:

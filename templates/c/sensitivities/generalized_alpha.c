@@ -321,10 +321,10 @@ EG_SEEN long eomgen_step_room(long nv, long nz, long nl, long nh, long direction
 }
 
 /* Tangents through the steps. state, in and out, (4 nv + 3 nz, directions): dq, dv, dvdot, da, dz, dzdot, dr. dp: (np,
- * directions). record, of each step, (3 nv + nz + nl, directions): dq, dv, dvdot, dz, dlam at its end. Returns the
- * number of the first step whose matrix is singular, else that of steps. */
-EG_SEEN long eomgen_step_tangents(const eg_steps *given, const double *dp, double *state, double *record, double *room,
-    long *pivot)
+ * directions). record, of each step, (3 nv + nz + nl, directions): dq, dv, dvdot, dz, dlam at its end; eta, of each step,
+ * (nh, directions). Returns the number of the first step whose matrix is singular, else that of steps. */
+EG_SEEN long eomgen_step_tangents(const eg_steps *given, const double *dp, double *state, double *record, double *eta,
+    double *room, long *pivot)
 {
     const long nv = given->nv, nz = given->nz, nl = given->nl, nh = given->nh, np = given->np;
     const long n = nv + nz + nh + nl, count = given->directions, block = nv * count, small = nz * count;
@@ -370,8 +370,10 @@ EG_SEEN long eomgen_step_tangents(const eg_steps *given, const double *dp, doubl
         eg_add_scaled(v, g.h * g.gamma, a, block);
         memset(D, 0, (size_t)block * sizeof *D);
         eg_add_scaled(D, g.h * g.beta, a, block);
-        if (nh)
+        if (nh) {
             eg_add_transposed(D, -1.0, at.G, nh, nv, x + (nv + nl) * count, count);
+            memcpy(eta + k * nh * count, x + (nv + nl) * count, (size_t)(nh * count) * sizeof *eta);
+        }
         eg_turn(given, at.T, 0, D, count, temporary);
         eg_add_scaled(q, g.h, D, block);
         memcpy(r, x + (nv + nl + nh) * count, (size_t)small * sizeof *r);
@@ -389,9 +391,11 @@ EG_SEEN long eomgen_step_tangents(const eg_steps *given, const double *dp, doubl
  * the functionals in q, v, vdot, a, z, zdot, r at the end of the last step, without what they take of that row
  * themselves; then at the start of the first. direct, of each step, (3 nv + nz + nl, directions): what functionals take
  * of the row at its end. gradient: (np, directions), to which the derivatives in parameters are added. multipliers:
- * those of the equations of each step, (rows, directions). */
-EG_SEEN long eomgen_step_adjoints(const eg_steps *given, const double *direct, double *state, double *gradient,
-    double *multipliers, double *room, long *pivot)
+ * those of the equations of each step, (rows, directions). ends, of each step, (2 nv, directions): derivatives in q' and
+ * in D. sources, of each step, (2 nv + nh, directions), or NULL: what is added to the derivatives in q at its start, in
+ * h D and in eta, where these are differentiated once more. */
+EG_SEEN long eomgen_step_adjoints(const eg_steps *given, const double *direct, const double *sources, double *state,
+    double *gradient, double *multipliers, double *ends, double *room, long *pivot)
 {
     const long nv = given->nv, nz = given->nz, nl = given->nl, nh = given->nh, np = given->np;
     const long n = nv + nz + nh + nl, count = given->directions, block = nv * count, small = nz * count;
@@ -403,6 +407,7 @@ EG_SEEN long eomgen_step_adjoints(const eg_steps *given, const double *direct, d
     for (k = given->steps - 1; k >= 0; --k) {
         const eg_step at = eg_step_of(given, k);
         const double *own = direct + k * (3 * nv + nz + nl) * count;
+        const double *source = sources ? sources + k * (2 * nv + nh) * count : sources;
         double *x = multipliers + k * n * count;
         long i;
         eg_matrix(given, &g, &at, JT, S);
@@ -413,12 +418,16 @@ EG_SEEN long eomgen_step_adjoints(const eg_steps *given, const double *direct, d
         /* of the unknowns */
         memcpy(D, q, (size_t)block * sizeof *D);
         eg_turn(given, at.T, 1, D, count, temporary);
+        if (source)
+            eg_add_scaled(D, 1.0, source + block, block);
         memset(x, 0, (size_t)(n * count) * sizeof *x);
         for (i = 0; i < block; ++i)
             x[i] = a[i] + g.h * g.gamma * v[i] + g.to_vdot * vdot[i] + g.h * g.h * g.beta * D[i];
         memcpy(x + block, own + 3 * block + small, (size_t)(nl * count) * sizeof *x);
         if (nh)
             eg_add(x + (nv + nl) * count, -g.h, at.G, nh, nv, D, count);
+        if (nh && source)
+            eg_add_scaled(x + (nv + nl) * count, 1.0, source + 2 * block, nh * count);
         for (i = 0; i < small; ++i)
             x[(nv + nl + nh) * count + i] = r[i] + g.h * g.zgamma * z[i] + g.to_zdot * zdot[i];
         eg_solve_transposed(S, row, column, pivot, n, x, count);
@@ -431,10 +440,16 @@ EG_SEEN long eomgen_step_adjoints(const eg_steps *given, const double *direct, d
         eg_add_scaled(zdot, -1.0, x + block, small);
         /* of the start of the step */
         memcpy(D, q, (size_t)block * sizeof *D);
+        memcpy(ends + 2 * k * block, q, (size_t)block * sizeof *ends);
         eg_turn(given, at.T, 1, D, count, temporary);
+        if (source)
+            eg_add_scaled(D, 1.0, source + block, block);
         for (i = 0; i < block; ++i)
             D[i] *= g.h;
+        memcpy(ends + (2 * k + 1) * block, D, (size_t)block * sizeof *ends);
         eg_turn(given, at.A, 1, q, count, temporary);
+        if (source)
+            eg_add_scaled(q, 1.0, source, block);
         if (nh) {
             eg_add_transposed(q, -1.0, at.N, nv, nv, D, count);
             eg_add_transposed(gradient, -1.0, at.Np, nv, np, D, count);

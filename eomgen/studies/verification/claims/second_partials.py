@@ -13,7 +13,7 @@ from eomgen.system.system import System
 
 #: Terms that the gradient takes where they are there.
 _FIRST = (
-    *("partials", "internal_partials", "constraint_jacobian", "velocity_partials"),
+    *("partials", "internal_partials", "constraint_jacobian", "velocity_partials", "acceleration_partials"),
     *("output_partials", "parameter_partials", "output_parameter_partials"),
 )
 
@@ -29,8 +29,8 @@ def second_claims(space: Space, engine: Engine, system: System) -> list[Claim]:
     def gradient(engine: Engine, state: Blocks) -> Array:
         """Return the gradient in q (left-trivialised), v, a, z, lam and p, (..., components)."""
         found = {name: array for term in _FIRST if term in engine for name, array in engine(term, state).items()}
-        ends = np.cumsum([system.nv, system.nz, system.holonomic, len(system.multipliers)])
-        of = dict(zip(("r", "zdot", "Phi", "w", "y"), np.split(state["weights"], ends, axis=-1), strict=True))
+        ends = np.cumsum([system.nv, system.nz, system.holonomic, len(system.multipliers), len(system.multipliers)])
+        of = dict(zip(("r", "zdot", "Phi", "w", "wdot", "y"), np.split(state["weights"], ends, axis=-1), strict=True))
         batch = state["weights"].shape[:-1]
         parts = []
         for block, size in sizes.items():
@@ -63,12 +63,12 @@ def second_claims(space: Space, engine: Engine, system: System) -> list[Claim]:
 def _rows(block: str, found: Blocks, holonomic: int) -> Iterator[tuple[str, Array]]:
     """Yield what is weighted, and its partials in a block."""
     places = {
-        "q": {"r": "K", "zdot": "Fq", "w": "Z", "y": "Yq"},
-        "v": {"r": "C", "zdot": "Fv", "w": "B", "y": "Yv"},
-        "a": {"r": "M", "y": "Ya"},
+        "q": {"r": "K", "zdot": "Fq", "w": "Z", "wdot": "Aq", "y": "Yq"},
+        "v": {"r": "C", "zdot": "Fv", "w": "B", "wdot": "Av", "y": "Yv"},
+        "a": {"r": "M", "wdot": "B", "y": "Ya"},
         "z": {"r": "Rz", "zdot": "Fz", "y": "Yz"},
         "lam": {"y": "Ylam"},
-        "p": {"r": "Rp", "zdot": "Fp", "Phi": "Phip", "w": "Zp", "y": "Yp"},
+        "p": {"r": "Rp", "zdot": "Fp", "Phi": "Phip", "w": "Zp", "wdot": "Ap", "y": "Yp"},
     }
     for weight, name in places[block].items():
         if name in found:
