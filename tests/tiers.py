@@ -1440,6 +1440,10 @@ SLOW: dict[str, tuple[str, ...]] = {
 #: Which of these only `make test-long` runs: they take most of the time of a file, and it has others of their kind. A key is
 #: a test function; its value is which of its parametrisation (all where it names none).
 LONG: dict[str, tuple[str, ...]] = {
+    "simulation/test_second_order_sensitivities.py::test_constraints_and_starts_that_move_onto_them": (
+        "loop-generalized_alpha-by0",
+        "absolute-generalized_alpha-by2",
+    ),
     "analysis/test_equilibrium.py::test_slender_bodies_and_a_bad_start_are_no_trouble": (),
     "analysis/test_equilibrium.py::test_the_command_line_finds_where_a_scene_rests": (),
     "analysis/test_equilibrium_path.py::test_a_column_bifurcates_at_eulers_loads_and_goes_on_as_the_elastica": (),

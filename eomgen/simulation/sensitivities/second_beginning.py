@@ -147,7 +147,8 @@ class SecondBeginning:
         of_rows = R.T @ back.q
         gamma = back.q - B.T @ of_rows
         moved = [one.dq - asked.dq for one, asked in zip(self.on, self.asked, strict=True)]
-        self._moved(M, B, np.linalg.solve(M, gamma), moved, self.asked)
+        weights = np.asarray(np.linalg.solve(M, gamma), dtype=np.float64)
+        self._moved(M, B, weights, moved, self.asked)
         d = [one.dq for one in self.asked]
         self.found -= 0.5 * self._brackets(gamma, d[1], d[0]) + self._brackets(gamma, moved[1], d[0])
         self.found -= 0.5 * self._brackets(gamma, moved[1], moved[0])
