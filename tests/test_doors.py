@@ -293,7 +293,7 @@ ORDER: dict[str, tuple[str, ...]] = {
         "equations functionals linear_steps motion turning",
         "beginning step_matrices",
         "linear_run second_beginning",
-        "second_order",
+        "input_derivatives second_order",
         "run_sensitivities",
         "linearise",
     ),

@@ -60,6 +60,30 @@ class Stage:
         return np.concatenate([along.dq, along.dv, self.dvdot, along.dz, self.dlam, along.dp])
 
 
+@dataclass
+class StartDerivatives:
+    """Derivatives in parts of the start, as its equations are taken back one by one.
+
+    Attributes
+    ----------
+    q, v, vdot, a, zdot, lam : a is the algorithmic acceleration; of zdot and of the rates that steps carry together
+    """
+
+    q: Array
+    v: Array
+    vdot: Array
+    a: Array
+    zdot: Array
+    lam: Array
+
+    @classmethod
+    def of(cls, state: Array, record: Array, nv: int, nz: int) -> StartDerivatives:
+        """Return those of what steps begin with, ``state``, and of the row that is recorded."""
+        q, v, vdot, a, _, zdot, r = np.split(state, np.cumsum([nv, nv, nv, nv, nz, nz]))
+        of_q, of_v, of_vdot, _, of_lam = np.split(record, np.cumsum([nv, nv, nv, nz]))
+        return cls(q + of_q, v + of_v, vdot + a + of_vdot, a, zdot + r, of_lam)
+
+
 @dataclass(frozen=True)
 class Beginning:
     """The start of a run, made linear.
@@ -92,6 +116,47 @@ class Beginning:
         da = dvdot + self.share * slope
         state = np.concatenate([along.dq, along.dv, dvdot, da, along.dz, dzdot, dzdot])
         return np.ascontiguousarray(state), np.concatenate([along.dq, along.dv, dvdot, along.dz, dlam])
+
+    def taken_back(self, stage: Stage, number: int, back: StartDerivatives) -> tuple[Array, Array, Array]:
+        """Take the accelerations of a stage back to what they follow from.
+
+        Returns
+        -------
+        multipliers : (rows,) of e
+        tau : (nl,) of the constraints' accelerations
+        of_q : (nv,) derivatives in q of the stage
+        """
+        equations = self.equations
+        nv, nz, nl, factors = equations.nv, equations.nz, equations.nl, equations.model.factors
+        of_this, of_lam, of_zdot = self.share * WEIGHTS[number] * back.a, np.zeros(nl), np.zeros(nz)
+        if number == 0:
+            of_this, of_lam, of_zdot = of_this + back.vdot, back.lam, back.zdot
+        solved = np.linalg.solve(stage.matrix.T, np.concatenate([of_this, of_lam]))
+        multipliers = np.concatenate([solved[:nv], of_zdot, np.zeros(equations.holonomic + nl)])
+        tau = solved[nv:]
+        of_q = -(multipliers @ stage.partials.Jq[0]) - tau @ stage.Aq
+        of_v = -(multipliers @ stage.partials.Jv[0]) - tau @ stage.Av
+        s, half = STAGES[number] * self.step, 0.5 * STAGES[number] * self.step
+        of_theta = product.tangent(factors, stage.theta).T @ of_q
+        back.q = back.q + product.transport(factors, stage.theta).T @ of_q
+        back.v = back.v + of_v + s * of_theta
+        back.vdot = back.vdot + s * of_v + s * half * of_theta
+        return multipliers, tau, of_q
+
+    def of_inputs(self, state: Array, record: Array) -> Array:
+        """Return derivatives in the inputs at the first two rows, (2, nu), of state . the state that steps begin with
+        + record . the row that is recorded: between rows inputs are linear."""
+        equations = self.equations
+        nv, nz = equations.nv, equations.nz
+        none = Directions(*(np.zeros((size, 0)) for size in (nv, nv, nz, len(equations.chosen))))
+        back = StartDerivatives.of(state, record, nv, nz)
+        stages = self.stages(none)
+        found = np.zeros((2, equations.model.nu))
+        for number in reversed(range(len(stages))):
+            multipliers, _, _ = self.taken_back(stages[number], number, back)
+            by_u = -(multipliers @ equations.input_partials(stages[number].values)[0][0])
+            found += np.outer([1.0 - STAGES[number], STAGES[number]], by_u)
+        return found
 
     def stages(self, along: Directions) -> list[Stage]:
         """Return the states whose accelerations the start takes, with their changes."""

@@ -50,7 +50,11 @@ class Equations:
         self.model, self.p = model.having(_TERMS), p
         self.chosen, self.outputs, self.holonomic = list(chosen), list(outputs), holonomic
         self.nv, self.nz, self.nl = model.nv, model.nz, len(model.multipliers)
-        self._functions = self.model.functions
+
+    @cached_property
+    def _by_inputs(self) -> CompiledModel:
+        """Partials in inputs, compiled where they are asked for."""
+        return self.model.having(("linearization",))
 
     @cached_property
     def _second(self) -> CompiledModel:
@@ -69,14 +73,16 @@ class Equations:
 
     def of(self, term: str, values: Mapping[str, Array]) -> dict[str, Array]:
         """Return the blocks of a term by name, (n, ...) each; none where the scene has no such term."""
-        if term not in self._functions:
+        model = self._by_inputs if term == "linearization" else self.model
+        functions = model.functions
+        if term not in functions:
             return {}
-        found = self._functions(term, values)
+        found = functions(term, values)
         count = len(values["t"])
-        by_name = dict(zip(self._functions.output_names(term), found, strict=True))
-        if all(len(array) == count for array in found) and not self._constant(term):
+        by_name = dict(zip(functions.output_names(term), found, strict=True))
+        if all(len(array) == count for array in found) and set(functions.inputs(term)) - {"p"}:
             return by_name
-        dimensions = zip(by_name.items(), self._dimensions(term), strict=True)
+        dimensions = zip(by_name.items(), _dimensions(model, term), strict=True)
         return {
             name: np.broadcast_to(array, (count, *array.shape[array.ndim - n :])) for (name, array), n in dimensions
         }
@@ -124,6 +130,23 @@ class Equations:
         if by_parameters:
             Yp[:] = by_parameters["Yp"][:, self.outputs][:, :, self.chosen]
         return np.concatenate(parts, axis=2), Yp
+
+    def input_partials(self, values: Mapping[str, Array]) -> tuple[Array, Array]:
+        """Return partials of e in the inputs, (n, rows, nu), and those of the outputs, (n, outputs, nu)."""
+        inputs, count = self.model.description.inputs, len(values["t"])
+        driven = [number for number, item in enumerate(inputs) if not item.given]
+        given = [number for number, item in enumerate(inputs) if item.given]
+        of_e = np.zeros((count, self.nv + self.nz + self.holonomic + self.nl, len(inputs)))
+        of_outputs = np.zeros((count, len(self.outputs), len(inputs)))
+        linear, outputs = self.of("linearization", values), self.of("output_partials", values)
+        for columns, names in ((driven, ("B0", "Fu", "Yu")), (given, ("E0", "Fw", "Yw"))):
+            rows = (of_e[:, : self.nv], of_e[:, self.nv : self.nv + self.nz], of_outputs)
+            for target, name in zip(rows, names, strict=True):
+                found = (linear | outputs).get(name)
+                if found is not None:
+                    picked = found[:, self.outputs] if target is of_outputs else -found
+                    target[:, :, columns] = picked[:, :, : len(columns)]
+        return of_e, of_outputs
 
     def second_partials(
         self,
@@ -217,12 +240,9 @@ class Equations:
         whole = self.chosen == list(range(found[name].shape[2]))
         return found[name] if whole else found[name][:, :, self.chosen]
 
-    def _constant(self, term: str) -> bool:
-        """Return whether a term has no input that differs from row to row."""
-        return not set(self._functions.inputs(term)) - {"p"}
 
-    def _dimensions(self, term: str) -> list[int]:
-        """Return how many axes each output of a term has."""
-        functions = self.model.library.layout["functions"]
-        outputs = next(item["outputs"] for item in functions if item["name"] == term)
-        return [len(item["shape"]) for item in outputs]
+def _dimensions(model: CompiledModel, term: str) -> list[int]:
+    """Return how many axes each output of a term has."""
+    functions = model.library.layout["functions"]
+    outputs = next(item["outputs"] for item in functions if item["name"] == term)
+    return [len(item["shape"]) for item in outputs]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from eomgen.calls import checked_call
@@ -11,6 +11,7 @@ from eomgen.compiled.initial_state import check_initial
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
+from eomgen.formula.evaluate import symbols
 from eomgen.integrators.families.family import LinearStep
 from eomgen.integrators.methods import Method
 from eomgen.simulation.motions import refuse_as_inputs
@@ -62,6 +63,7 @@ def sensitivities(
     _check(model, chosen, grid, initial, columns)
     refuse_as_inputs(inputs, [motion.name for motion in model.description.motions])
     from_caller = read_signals(inputs, model.inputs, grid.steps, model.input_units)
+    _check_formulas(model, from_caller, [list(model.parameters)[column] for column in columns["p"]])
     chosen.check_span(model, None if parameters is None else p, from_caller, grid)
     signals = InputSignals(model.inputs, from_caller, scene_inputs(model, p), size, grid.start, chosen.left_to_stepper)
     run = Run(model, chosen.name, chosen.method, chosen.settings_at(size), p, signals, grid, every)
@@ -152,6 +154,18 @@ def _check(
     if model.initial_at is not None and columns["p"] and not {"q", "v"} <= set(initial or {}):
         what = "the scene's initial state follows from parameters, and that is not in the derivatives"
         raise UsageError(Problem("initial", what, 'initial={"q": ..., "v": ...}, for a start that is held'))
+
+
+def _check_formulas(model: CompiledModel, given: Collection[str], by: Sequence[str]) -> None:
+    """Raise UsageError for an input of the caller whose formula in the scene knows a parameter of ``by``: partials
+    would be those of the formula."""
+    for item in model.description.inputs:
+        if item.name not in given or item.formula is None:
+            continue
+        inside = [symbol.name for symbol in symbols(item.formula) if symbol.kind == "parameter" and symbol.name in by]
+        if inside:
+            what = f"the input {item.name} is given, but derivatives by {inside[0]} are those of its formula"
+            raise UsageError(Problem("inputs", what, f"by=... without {inside[0]}, or {item.name} by its formula"))
 
 
 def _coefficients(name: str, method: Method, internal: bool) -> LinearStep:

@@ -14,6 +14,7 @@ from eomgen.compiled.initial_state import InitialState
 from eomgen.errors import Problem, UsageError
 from eomgen.simulation.sensitivities import second_order
 from eomgen.simulation.sensitivities.functionals import Functional, Weights, read_functional
+from eomgen.simulation.sensitivities.input_derivatives import input_derivatives
 from eomgen.simulation.sensitivities.linear_run import LinearRun
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.stepper import Stepper
@@ -180,6 +181,37 @@ class Sensitivities:
             raise UsageError(Problem("directions", what, f"finite numbers, ({len(self.by)},) or ({len(self.by)}, n)"))
         columns = np.ascontiguousarray(vectors.reshape(len(self.by), -1))
         return second_order.hessian_products(self._run, weights, columns).reshape(vectors.shape)
+
+    # -- inputs -------------------------------------------------------------------------------------------------------
+
+    def input_gradient(self, of: Functional) -> dict[str, Array]:
+        """Return the derivatives of a functional in the value of each input at each row, (steps + 1,), by one adjoint.
+
+        Inputs are those that the caller gives and those without a formula; between rows they are linear, which the
+        start alone sees. The derivative in a number that is given at all times is their sum.
+
+        Parameters
+        ----------
+        of : as of ``gradient``
+
+        Raises
+        ------
+        UsageError
+            As of ``gradient``; scenes whose inputs all follow formulas, or have none.
+        """
+        run, (weights,) = self._run, self._weights([of])
+        inputs = run.run.model.description.inputs
+        columns = {
+            item.name: number
+            for number, item in enumerate(inputs)
+            if not item.given or item.name in run.run.signals.given
+        }
+        if not columns:
+            what = "the scene has no inputs" if not inputs else "all inputs follow formulas of the scene"
+            hint = 'inputs={"command": ...}' if not inputs else f'inputs={{"{inputs[0].name}": ...}}, to give values'
+            raise UsageError(Problem("input_gradient", what, hint))
+        table = input_derivatives(run, weights)
+        return {name: table[:, column] for name, column in columns.items()}
 
     def _weights(self, of: Sequence[Functional]) -> list[Weights]:
         size, rows = sum(map(len, self._components.values())), self._run.motion.steps + 1

@@ -14,33 +14,19 @@ M (v' - v) = B^T sigma, w(q, v') = 0.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.lie import product
 from eomgen.simulation.sensitivities.beginning import (
-    STAGES,
-    WEIGHTS,
     Beginning,
     Directions,
+    StartDerivatives,
     inertia_partials,
     on_constraints,
 )
 from eomgen.simulation.sensitivities.turning import turnings
-
-
-@dataclass
-class _Derivatives:
-    """Derivatives of what is differentiated, in parts of the start, as the equations are taken back one by one."""
-
-    q: Array
-    v: Array
-    vdot: Array
-    a: Array
-    zdot: Array
-    lam: Array
 
 
 class SecondBeginning:
@@ -67,9 +53,7 @@ class SecondBeginning:
         """Return second derivatives, (first, second), of state . the state that steps begin with + record . the row
         that is recorded + of_inertia . W."""
         nv, nz, nh = self.equations.nv, self.equations.nz, self.equations.holonomic
-        q, v, vdot, a, _, zdot, r = np.split(state, np.cumsum([nv, nv, nv, nv, nz, nz]))
-        of_q, of_v, of_vdot, _, of_lam = np.split(record, np.cumsum([nv, nv, nv, nz]))
-        back = _Derivatives(q + of_q, v + of_v, vdot + a + of_vdot, a, zdot + r, of_lam)
+        back = StartDerivatives.of(state, record, nv, nz)
         for number in reversed(range(len(self.stages[0]))):
             self._acceleration(number, back)
         if self.W.size:
@@ -82,32 +66,16 @@ class SecondBeginning:
             self.found -= 0.5 * self._brackets(back.q, self.asked[1].dq, self.asked[0].dq)
         return self.found
 
-    def _acceleration(self, number: int, back: _Derivatives) -> None:
+    def _acceleration(self, number: int, back: StartDerivatives) -> None:
         """Take accelerations and multipliers of a stage."""
-        equations, start = self.equations, self.start
-        nv, nz, nl, factors = equations.nv, equations.nz, equations.nl, equations.model.factors
         one, other = (stages[number] for stages in self.stages)
-        of_this = start.share * WEIGHTS[number] * back.a
-        of_lam, of_zdot = np.zeros(nl), np.zeros(nz)
-        if number == 0:
-            of_this, of_lam, of_zdot = of_this + back.vdot, back.lam, back.zdot
-        solved = np.linalg.solve(one.matrix.T, np.concatenate([of_this, of_lam]))
-        rest = np.zeros(equations.holonomic + nl)
-        multipliers, tau = np.concatenate([solved[:nv], of_zdot, rest]), solved[nv:]
+        multipliers, tau, of_q = self.start.taken_back(one, number, back)
         self._pair(one.row, other.row, multipliers, tau, number)
-        by_q, by_v = (
-            -(multipliers @ J[0]) - tau @ A for J, A in ((one.partials.Jq, one.Aq), (one.partials.Jv, one.Av))
-        )
-        s, half = STAGES[number] * start.step, 0.5 * STAGES[number] * start.step
-        for turning in turnings(factors, one.theta[np.newaxis]):
-            changed = turning.changed(by_q[np.newaxis], other.dtheta[np.newaxis, turning.v])
+        for turning in turnings(self.equations.model.factors, one.theta[np.newaxis]):
+            changed = turning.changed(of_q[np.newaxis], other.dtheta[np.newaxis, turning.v])
             self.found += self.on[0].dq[turning.v].T @ changed[0][0] + one.dtheta[turning.v].T @ changed[1][0]
-        of_theta = product.tangent(factors, one.theta).T @ by_q
-        back.q = back.q + product.transport(factors, one.theta).T @ by_q
-        back.v = back.v + by_v + s * of_theta
-        back.vdot = back.vdot + s * by_v + s * half * of_theta
 
-    def _inertia(self, of_inertia: Array, back: _Derivatives) -> None:
+    def _inertia(self, of_inertia: Array, back: StartDerivatives) -> None:
         """Take W = 1/M_ii."""
         nv, W, size = self.equations.nv, self.W, len(self.asked[0].dp)
         dW = [one.dp[size:] for one in self.on]
@@ -123,7 +91,7 @@ class SecondBeginning:
         self.found += rows[0].T @ changes.sum(axis=0)
         back.q = back.q - omega @ inertia_partials(self.start)[0]
 
-    def _velocity(self, back: _Derivatives) -> None:
+    def _velocity(self, back: StartDerivatives) -> None:
         """Take velocities that are moved onto the constraints."""
         equations, stage = self.equations, self.stages[0][0]
         nv, nz, nh, nl, size = equations.nv, equations.nz, equations.holonomic, equations.nl, len(self.asked[0].dp)
@@ -137,7 +105,7 @@ class SecondBeginning:
         self._pair(rows[0], rows[1], tau, np.zeros(nl))
         back.q = back.q - tau @ stage.partials.Jq[0]
 
-    def _position(self, back: _Derivatives) -> None:
+    def _position(self, back: StartDerivatives) -> None:
         """Take positions that are moved onto the constraints."""
         equations, stage, size = self.equations, self.stages[0][0], len(self.asked[0].dp)
         nv, nz, nh, nl = equations.nv, equations.nz, equations.holonomic, equations.nl

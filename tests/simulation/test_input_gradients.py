@@ -1,0 +1,124 @@
+"""Derivatives of runs in inputs: in the value at each row, against differences of runs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from eomgen.arrays import Array
+from eomgen.errors import UsageError
+from eomgen.model import Model
+from eomgen.scene.builder import SceneBuilder
+from tests.models.cache import shared_cache
+from tests.simulation.test_sensitivities import STEP, TO_ROUNDING, built, tree
+
+__all__ = ["shared_cache"]
+
+STEPS = 20
+
+
+def driven() -> SceneBuilder:
+    """Return a double pendulum with two driven inputs, of which forces and outputs are no linear functions, and one
+    with a formula; a filter follows one of them."""
+    builder = SceneBuilder("driven_arm").parameter("mass", 1.3, tunable=True).parameter("height", 0.2, tunable=True)
+    builder.input("torque").input("road", "height*sin(5*t)").input("command")
+    builder.body("one", "mass", center_of_mass=[0, 0, -0.4], inertia=[0.1, 0.12, 0.05])
+    builder.body("two", 0.7, center_of_mass=[0.1, 0, -0.3], inertia=[0.05, 0.06, 0.02])
+    builder.joint("a", "revolute", "base", "one", axis=[0, 1, 0])
+    builder.joint("b", "revolute", "one", "two", axis=[0.3, 1, 0], position=[0, 0, -0.8])
+    builder.effort("m", "a", "torque*cos(q.b) + road").effort("n", "b", "command**2 - 0.3*v.b - filtered")
+    builder.state("filtered", "(command*torque - filtered)/0.1")
+    return builder.output("y", formula=["q.a*torque", "v.b", "a.b*command"])
+
+
+def differenced(
+    model: Model, inputs: dict[str, Array], of: str, column: int, place: tuple[str, int], **run: Any
+) -> float:
+    """Return the derivative of a functional in one sample, by differences of runs of order 6."""
+
+    def value(size: float) -> float:
+        changed = {name: array.copy() for name, array in inputs.items()}
+        changed[place[0]][place[1]] += size
+        found = model.simulate(STEPS * STEP, STEP, error_estimate=False, inputs=changed, **run)
+        y = found.outputs["y"][:, column]
+        return float(y[-1] if of == "final" else y.sum())
+
+    slopes = [(value(size) - value(-size)) / (2.0 * size) for size in (0.01, 0.02, 0.04)]
+    return (64.0 * slopes[0] - 20.0 * slopes[1] + slopes[2]) / 45.0
+
+
+@pytest.mark.parametrize("method", ["trapezoidal", "newmark"])
+def test_samples_against_differences(method: str) -> None:
+    _, model = built(driven())
+    rng = np.random.default_rng(2)
+    inputs = {name: rng.normal(size=STEPS + 1) for name in ("torque", "road", "command")}
+    run: dict[str, Any] = {"method": method, "settings": TO_ROUNDING, "initial": {"a": 0.4}}
+    found = model.sensitivities(STEPS * STEP, STEP, by=["mass"], inputs=inputs, **run)
+    for of, column in (("final", 1), ("sum", 0), ("sum", 2)):
+        gradient = found.input_gradient(f"{of}(y[{column}])")
+        assert list(gradient) == ["torque", "road", "command"]
+        for name, row in (("torque", 0), ("torque", 1), ("command", 0), ("command", 7), ("road", 1), ("torque", STEPS)):
+            expected = differenced(model, inputs, of, column, (name, row), **run)
+            assert abs(gradient[name][row] - expected) <= 1e-9 * np.max(np.abs(gradient[name]))
+
+
+def test_the_start_takes_inputs_within_the_first_step() -> None:
+    """Of generalized-alpha, whose algorithmic acceleration has the rate of the accelerations."""
+    builder = tree().input("push").effort("pushed", "b", "push*(1 + q.a)")
+    _, model = built(builder)
+    inputs = {"push": np.cos(np.arange(STEPS + 1))}
+    run: dict[str, Any] = {"settings": TO_ROUNDING, "initial": {"a": 0.4}}
+    found = model.sensitivities(STEPS * STEP, STEP, by=["mass"], inputs=inputs, **run)
+    gradient = found.input_gradient("sum(angle)")["push"]
+    sums = []
+    for row in (0, 1, 9):
+        values = []
+        for size in (0.01, -0.01):
+            changed = inputs["push"].copy()
+            changed[row] += size
+            given = {"inputs": {"push": changed}, **run}
+            values.append(model.simulate(STEPS * STEP, STEP, error_estimate=False, **given).outputs["angle"].sum())
+        sums.append((values[0] - values[1]) / 0.02)
+    np.testing.assert_allclose(gradient[[0, 1, 9]], sums, rtol=1e-6)
+    assert np.min(np.abs(gradient[[0, 1]])) > 1e-7
+
+
+def test_a_number_for_the_whole_run_and_the_rows_of_a_part(monkeypatch: pytest.MonkeyPatch) -> None:
+    _, model = built(driven())
+    by, held = ["mass"], {"torque": 0.3, "command": 0.5}
+    found = model.sensitivities(2.0, STEP, by=by, inputs=held, method="trapezoidal", settings=TO_ROUNDING)
+    gradient = found.input_gradient("mean(y[1])")
+    assert list(gradient) == ["torque", "command"]
+
+    def mean(torque: float) -> float:
+        given = {"method": "trapezoidal", "settings": TO_ROUNDING, "inputs": {**held, "torque": torque}}
+        run = model.simulate(2.0, STEP, error_estimate=False, **given)
+        return float(np.trapezoid(run.outputs["y"][:, 1], run.t) / 2.0)
+
+    slope = (8.0 * (mean(0.301) - mean(0.299)) - (mean(0.302) - mean(0.298))) / 0.012
+    assert gradient["torque"].sum() == pytest.approx(slope, rel=1e-9)
+    monkeypatch.setattr("eomgen.simulation.sensitivities.motion.LONGEST", 64)
+    parts = model.sensitivities(2.0, STEP, by=by, inputs=held, method="trapezoidal", settings=TO_ROUNDING)
+    assert parts._run.motion.parts == 4
+    for name, array in parts.input_gradient("mean(y[1])").items():
+        np.testing.assert_allclose(array, gradient[name], rtol=1e-12, atol=1e-16)
+
+
+def test_what_has_no_derivatives_in_inputs_is_said() -> None:
+    _, model = built(tree())
+    with pytest.raises(UsageError, match=r'input_gradient: the scene has no inputs; try: inputs=\{"command": ...\}'):
+        model.sensitivities(0.1, STEP, by=["mass"]).input_gradient("final(angle)")
+    _, road = built(tree().input("road", "0.1*sin(t)").effort("bump", "a", "road"))
+    with pytest.raises(UsageError, match=r"all inputs follow formulas of the scene; try: inputs="):
+        road.sensitivities(0.1, STEP, by=["mass"]).input_gradient("final(angle)")
+    _, other = built(driven())
+    run: dict[str, Any] = {"inputs": {"road": 0.1}, "method": "trapezoidal"}
+    with pytest.raises(UsageError) as caught:
+        other.sensitivities(0.1, STEP, **run)
+    assert str(caught.value) == (
+        "usage error: inputs: the input road is given, but derivatives by height are those of its formula; try: by=..."
+        " without height, or road by its formula"
+    )
+    assert other.sensitivities(0.1, STEP, by=["mass"], **run).gradient("final(y[1])")["mass"] != 0.0
