@@ -24,7 +24,7 @@ _CONVERGED = 1e-10
 _STRUCTURES = 3
 #: Passes by which deviations of columns are found, their relative change at which they end, and their least part of a
 #: column's range: data without noise have none.
-_PASSES, _SAME, _LEAST = 12, 1e-3, 1e-9
+_PASSES, _SAME, _LEAST = 12, 3e-3, 1e-9
 
 
 class Predictions:

@@ -35,11 +35,13 @@ class Rows:
     steps : of the run
     places : (n, 4) rows of the run
     weights : (n, 4)
+    ends : (n,) rows of the run where all times are ends of steps
     """
 
     steps: int
     places: Array
     weights: Array
+    ends: Array | None
 
     @classmethod
     def of(cls, t: Array, start: float, step: float) -> Rows:
@@ -55,10 +57,13 @@ class Rows:
         for k in range(4):
             others = nodes[nodes != k]
             weights[:, k] = np.prod((s[:, np.newaxis] - others) / (k - others), axis=1)
-        return cls(steps, first[:, np.newaxis] + np.arange(4), weights)
+        ends = position.astype(int) if np.all(position == near) else None
+        return cls(steps, first[:, np.newaxis] + np.arange(4), weights, ends)
 
     def at(self, table: Array) -> Array:
         """Return values (n, ...) from a table of all rows (rows, ...)."""
+        if self.ends is not None:
+            return np.asarray(table[self.ends])
         found: Array = np.einsum("nk,nk...->n...", self.weights, table[self.places])
         return found
 
@@ -89,7 +94,7 @@ class Experiment:
         if data.t[0] < self._start - _ROUNDED * step:
             what = f"{data.name} begins at t = {data.t[0]:.9g} s, before the run at {self._start:.9g} s"
             raise UsageError(Problem("t_start", what, f"t_start = {data.t[0]:.9g}, or none"))
-        self._step, self._initial = step, initial
+        self.step, self._initial = step, initial
         self._rows = Rows.of(data.t, self._start, step)
         self._parameters = tuple(parameters)
         known = [*(f"q{name[1:]}" for name in model.v_names), *model.v_names, *model.z_names]
@@ -139,8 +144,8 @@ class Experiment:
         initial, of_states = self._initial_at(states)
         names = list(dict.fromkeys(label.partition("[")[0] for label in self._labels))
         found = self.model.sensitivities(
-            self._start + self._rows.steps * self._step,
-            self._step,
+            self._start + self._rows.steps * self.step,
+            self.step,
             by=list(self._by),
             of=names,
             parameters=dict(parameters),
@@ -151,12 +156,13 @@ class Experiment:
         )
         values = np.stack([_component(found.outputs, label) for label in self._labels])
         slopes = np.stack([_component(found.derivatives, label) for label in self._labels])
-        order = [found.by.index(name) for name in self._by]
-        slopes = slopes[..., order]
-        count = len(self._parameters)
-        changed = np.concatenate([slopes[..., :count], slopes[..., count:] @ of_states], axis=-1)
+        if found.by != self._by:
+            slopes = slopes[..., [found.by.index(name) for name in self._by]]
+        if self.states:
+            count = len(self._parameters)
+            slopes = np.concatenate([slopes[..., :count], slopes[..., count:] @ of_states], axis=-1)
         at = self._rows.at
-        return np.stack([at(one) for one in values]), np.stack([at(one) for one in changed])
+        return np.stack([at(one) for one in values]), np.stack([at(one) for one in slopes])
 
     def initial_state(self, states: Array) -> dict[str, Array]:
         """Return the initial state at values of the unknown components, as of ``simulate``."""
@@ -188,7 +194,7 @@ class Experiment:
 
     def _driven(self) -> dict[str, Array]:
         """Return measured inputs on the grid of the steps, linear between samples."""
-        times = self._start + self._step * np.arange(self._rows.steps + 1)
+        times = self._start + self.step * np.arange(self._rows.steps + 1)
         return {name: np.interp(times, self.data.t, values) for name, values in self.data.inputs.items()}
 
 

@@ -18,6 +18,7 @@ class Estimate:
     name, unit : names; a component of an initial state is ``q.hinge``, of several runs ``q.hinge of run1``
     value, deviation : estimate and its standard deviation, infinite where the data do not decide it
     low, high : confidence interval, infinite likewise
+    bias : what the steps of the runs move it by, estimated by runs at half of them; nan where these fail
     start : where the search began
     state : ``determined``, ``undetermined``, or ``on its bound``, whose interval is that of the bound alone
     """
@@ -28,6 +29,7 @@ class Estimate:
     deviation: float
     low: float
     high: float
+    bias: float
     start: float
     state: str
 

@@ -9,12 +9,17 @@ import numpy as np
 from scipy import stats
 
 from eomgen.arrays import Array
+from eomgen.errors import EomgenError
 from eomgen.studies.identification.combinations import Combination, Structure, form_of, structure, words
 from eomgen.studies.identification.estimation import Fit, Predictions, autocorrelation, covariance
 from eomgen.studies.identification.findings import Column, Estimate, Record
 from eomgen.studies.identification.result import Identification
 from eomgen.studies.identification.unknowns import Unknowns
 
+#: Combinations that the message has in words, and their members.
+_NAMED = 4
+#: Standard deviations by which steps may move an estimate.
+_BIASED = 0.25
 #: Part of a value by which an estimate may miss its bound.
 _ON_BOUND = 1e-6
 #: Probability beyond which given deviations do not suit the residuals.
@@ -30,10 +35,12 @@ class Judgement:
 
     Attributes
     ----------
+    finer : the same at half the step
     given : whether the deviations of the columns are given
     """
 
     unknowns: Unknowns
+    finer: Unknowns
     fit: Fit
     predict: Predictions
     limits: tuple[Array, Array]
@@ -53,10 +60,10 @@ class Judgement:
         freedom = len(unknowns.data) - len(kept)
         cov = covariance(found.J[:, kept], sigma) if kept else np.zeros((0, 0))
         left = (unknowns.data - found.values) / sigma
-        if not self.given and freedom > 0:
-            cov = cov * float(left @ left) / freedom
         spread = np.full(count, np.inf)
         spread[kept] = np.sqrt(np.diag(cov))
+        bias = np.zeros(count)
+        bias[kept] = self._bias(weighted[:, kept], sigma)
         decided = [k for k in kept if k not in parts.mixed]
         times = self._times(freedom)
         states = [
@@ -68,7 +75,9 @@ class Judgement:
             value = float(found.x[k])
             low, high = value - times * deviation, value + times * deviation
             start = float(unknowns.start[k])
-            estimates.append(Estimate(name, unknowns.units[k], value, deviation, low, high, start, states[k]))
+            estimates.append(
+                Estimate(name, unknowns.units[k], value, deviation, low, high, float(bias[k]), start, states[k])
+            )
         combinations = self._combinations(parts, weighted, spread, times)
         records = self._records()
         columns = self._columns(records)
@@ -90,6 +99,15 @@ class Judgement:
             len(self.predict.failures),
             tuple(self._notes(estimates, combinations, columns, float(left @ left), freedom)),
         )
+
+    def _bias(self, weighted: Array, sigma: Array) -> Array:
+        """Return what errors of steps, of order two, move the unknowns that are kept by, (kept,)."""
+        try:
+            values, _ = self.finer.predict(self.fit.x)
+        except EomgenError:
+            return np.full(weighted.shape[1], np.nan)
+        errors = (self.fit.values - values) * 4.0 / 3.0 / sigma
+        return np.asarray(-np.linalg.lstsq(weighted, errors, rcond=None)[0])
 
     def _times(self, freedom: int) -> float:
         """Return how many standard deviations an interval reaches: of the normal distribution where noise is given, of
@@ -162,11 +180,18 @@ class Judgement:
         squares: float,
         freedom: int,
     ) -> list[str]:
+        spread = [float(np.std(self.unknowns.data[self.unknowns.columns == k])) for k in range(len(columns))]
         notes = []
         if not self.fit.converged:
             notes.append(f"the search did not converge ({self.fit.text})")
-        for one in combinations:
-            notes.append(f"only {one.text} is determined{', to first order' if one.form == 'first order' else ''}")
+        for one in combinations[:_NAMED]:
+            if len(one.members) <= _NAMED:
+                to_first = ", to first order" if one.form == "first order" else ""
+                notes.append(f"only {one.text} is determined{to_first}")
+            else:
+                notes.append(f"{one.members[0]} cannot be told from {len(one.members) - 1} others")
+        if len(combinations) > _NAMED:
+            notes.append(f"{len(combinations) - _NAMED} more combinations")
         named = {name for one in combinations for name in one.members}
         lost = [one.name for one in estimates if one.state == "undetermined" and one.name not in named]
         if lost:
@@ -183,6 +208,16 @@ class Judgement:
         ]
         if wide:
             notes.append(f"intervals wider than the value: {', '.join(wide)}")
+        moved = [one for one in estimates if one.state == "determined" and abs(one.bias) > _BIASED * one.deviation]
+        worst = max(moved, key=lambda one: abs(one.bias) / one.deviation, default=None)
+        # data without noise would ask for any step
+        if worst is not None and any(one.rms > _NOISELESS * size for one, size in zip(columns, spread, strict=True)):
+            times = abs(worst.bias) / worst.deviation
+            step = self.unknowns.experiments[0].step
+            notes.append(
+                f"the step of {step:.3g} s moves estimates, {worst.name} by {times:.2g} standard deviations: a step of"
+                f" {step * (_BIASED / times) ** 0.5:.2g} s would leave a quarter of one"
+            )
         if self.given and freedom > 0:
             ratio = float(np.sqrt(squares / freedom))
             if stats.chi2.sf(squares, freedom) < _DOUBT:
@@ -192,7 +227,6 @@ class Judgement:
                 )
             elif stats.chi2.cdf(squares, freedom) < _DOUBT:
                 notes.append(f"residuals are {ratio:.3g} times the deviations given, which are too large")
-        spread = [float(np.std(self.unknowns.data[self.unknowns.columns == k])) for k in range(len(columns))]
         coloured = [
             one
             for one, size in zip(columns, spread, strict=True)

@@ -69,10 +69,10 @@ class Identification(Findings):
         write_text(files[0], json_text(self.to_dict()) + "\n")
         stream = io.StringIO()
         writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(("name", "unit", "value", "deviation", "low", "high", "start", "state"))
+        writer.writerow(("name", "unit", "value", "deviation", "low", "high", "bias", "start", "state"))
         writer.writerows(vars(one).values() for one in self.estimates)
         writer.writerows(
-            (one.text, "", one.value, one.deviation, one.low, one.high, "", one.form) for one in self.combinations
+            (one.text, "", one.value, one.deviation, one.low, one.high, "", "", one.form) for one in self.combinations
         )
         write_text(files[1], stream.getvalue())
         for record in self.records:

@@ -116,19 +116,25 @@ def identify(
         raise UsageError(Problem("step", f"{size:.6g} s is no step", "a positive time"))
     p = model.evaluator.one_set({**held} or None, "one set of values")
     starts = _starts(initial, len(runs))
-    experiments = [
-        Experiment(model, one, parameters, states, initial_state(model, start, p), size, t_start, options)
-        for one, start in zip(runs, starts, strict=True)
-    ]
-    unknowns = Unknowns(model, tuple(parameters), tuple(states), experiments, held)
+    states_at = [initial_state(model, start, p) for start in starts]
+
+    def at(h: float) -> Unknowns:
+        experiments = [
+            Experiment(model, one, parameters, states, begun, h, t_start, options)
+            for one, begun in zip(runs, states_at, strict=True)
+        ]
+        return Unknowns(model, tuple(parameters), tuple(states), experiments, held)
+
+    unknowns = at(size)
     if not unknowns.names:
         hint = f"parameters={list(model.parameters)[:3]!r}" if model.parameters else 'states=["q.hinge"]'
         raise UsageError(Problem("parameters", "nothing is unknown", hint))
-    return _identified(unknowns, bounds, deviations, share)
+    return _identified(unknowns, at(0.5 * size), bounds, deviations, share)
 
 
 def _identified(
     unknowns: Unknowns,
+    finer: Unknowns,
     bounds: Mapping[str, tuple[float, float]] | None,
     deviations: Mapping[str, float] | float | None,
     confidence: float,
@@ -142,7 +148,7 @@ def _identified(
     predict = Predictions(unknowns.predict)
     check_effect(unknowns, predict, x, sigma)
     found = fit(predict, unknowns.data, unknowns.columns, x, limits, sigma, _LIMIT)
-    return Judgement(unknowns, found, predict, limits, sigma is not None, confidence).result()
+    return Judgement(unknowns, finer, found, predict, limits, sigma is not None, confidence).result()
 
 
 def _check_lists(**lists: object) -> None:

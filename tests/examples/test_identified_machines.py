@@ -1,0 +1,115 @@
+"""The identified machines: true values are within intervals of 95 % in 90 of 100 draws of the noise."""
+
+from __future__ import annotations
+
+import importlib.util
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import eomgen
+from eomgen.arrays import Array
+from eomgen.pipeline.pipeline import built_for_run
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+def demo(name: str) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(name, EXAMPLES / name / "demo.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="module")
+def quarter_car() -> Callable[[int], eomgen.Identification]:
+    code = demo("identified_quarter_car")
+    model = built_for_run(code.scene())
+    return lambda seed: eomgen.identify(
+        model, code.measured(model, seed), list(code.UNKNOWN), values=code.UNKNOWN, step=code.STEP
+    )
+
+
+@pytest.fixture(scope="module")
+def arm() -> Callable[[int], eomgen.Identification]:
+    code = demo("identified_arm")
+    measurement = code.Measurement(built_for_run(code.scene()))
+    found: Callable[[int], eomgen.Identification] = measurement.identified
+    return found
+
+
+def distances(found: eomgen.Identification, true: dict[str, float]) -> Array:
+    """Return errors of the estimates by their deviations."""
+    return np.array([(one.value - true[one.name]) / one.deviation for one in found.estimates])
+
+
+QUARTER_CAR = {"sprung_mass": 240.0, "unsprung_mass": 36.0, "spring": 16000.0, "damper": 980.0, "tyre": 160000.0}
+
+
+def arm_parameters() -> dict[str, float]:
+    code = demo("identified_arm")
+    true = {f"viscous{k}": value for k, value in enumerate(code.VISCOUS, 1)}
+    true |= {f"dry{k}": value for k, value in enumerate(code.DRY, 1)}
+    return true | {"payload_mass": 3.0} | {f"payload_{k}": value for k, value in (code.CENTRE | code.INERTIA).items()}
+
+
+@pytest.mark.slow
+def test_the_quarter_car_is_known_from_one_run(quarter_car: Callable[[int], eomgen.Identification]) -> None:
+    found = quarter_car(0)
+    assert np.abs(distances(found, QUARTER_CAR)).max() < 3.5
+    assert found.notes == () and {one.state for one in found.estimates} == {"determined"}
+
+
+@pytest.mark.slow
+def test_intervals_of_the_quarter_car_hold_the_truth(quarter_car: Callable[[int], eomgen.Identification]) -> None:
+    check_coverage(quarter_car, QUARTER_CAR)
+
+
+@pytest.mark.slow
+def test_intervals_of_the_arm_hold_the_truth(arm: Callable[[int], eomgen.Identification]) -> None:
+    true = arm_parameters()
+    assert len(true) == 24
+    assert np.abs(distances(arm(0), true)).max() < 4.0
+    check_coverage(arm, true)
+    spent = []
+    for seed in range(5):
+        before = time.process_time()
+        arm(seed)
+        spent.append(time.process_time() - before)
+    assert min(spent) < 1.0
+
+
+def check_coverage(identified: Callable[[int], eomgen.Identification], true: dict[str, float]) -> None:
+    """Assert that each interval, and the ellipsoid of all, hold the truth in 90 of 100 draws; 95 are expected."""
+    held, whole, level = np.zeros(len(true)), 0, stats.chi2.ppf(0.95, len(true))
+    for seed in range(100):
+        found = identified(seed)
+        assert found.notes == ()
+        off = distances(found, true)
+        held += [one.low < true[one.name] < one.high for one in found.estimates]
+        whole += off @ np.linalg.solve(found.correlation, off) < level
+    assert held.min() >= 90 and whole >= 90, f"{held}, {whole}"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("identified_quarter_car", ["5 of 5 unknowns determined", "spring / tyre = 0.09"]),
+        ("identified_arm", ["24 of 24 unknowns determined", "s of processor time"]),
+    ],
+)
+def test_the_demos_print_and_draw(tmp_path: Path, name: str, told: list[str]) -> None:
+    command = [sys.executable, str(EXAMPLES / name / "demo.py"), "--out", str(tmp_path)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
+    assert done.returncode == 0, done.stderr
+    assert all(text in done.stdout for text in told), done.stdout
+    assert (tmp_path / f"{name}.png").stat().st_size > 20_000
