@@ -249,7 +249,9 @@ SLOW: dict[str, tuple[str, ...]] = {
     "ensembles/test_lanes_of_samples.py::test_a_beam_that_bends_beyond_what_beams_are_for_fails_in_lanes_too": (),
     "ensembles/test_lanes_of_samples.py::test_a_law_beyond_all_bounds_fails_alone": ("rk4",),
     "ensembles/test_lanes_of_samples.py::test_a_sample_that_explodes_is_judged_alone_and_the_others_stay": (),
+    "ensembles/test_lanes_of_samples.py::test_bases_and_drives_are_laws_of_each_sample": (),
     "ensembles/test_lanes_of_samples.py::test_constraints_are_held_to_a_part_of_the_machine": (),
+    "ensembles/test_lanes_of_samples.py::test_controllers_in_c_are_called_for_each_sample": (),
     "ensembles/test_lanes_of_samples.py::test_elements_of_beams_that_turn_too_far_fail_in_lanes_too": (),
     "ensembles/test_lanes_of_samples.py::test_inputs_may_change_with_time": ("rk4-laws",),
     "ensembles/test_lanes_of_samples.py::test_results_are_those_of_runs_one_after_the_other": (

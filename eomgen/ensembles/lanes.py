@@ -38,7 +38,7 @@ class Lanes:
         inputs = self._input_tables(values, parameters) if self.runs.tabled else self._held_inputs(values)
         starts, refused = self._starts(values, parameters)
         found = self.runs.tables(parameters, inputs, starts)
-        return replace(found, alone=found.alone | alone | refused)
+        return replace(found, alone=found.alone | alone | refused | self.runs.unfollowed(parameters))
 
     def _parameters(self, values: Array) -> tuple[Array, NDArray[np.bool_]]:
         """Return parameters (samples, np), and which of them may be refused; these have the scene's in their place."""

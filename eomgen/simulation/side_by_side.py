@@ -21,13 +21,14 @@ from eomgen.compiled.consistent_states import ConsistentStates, consistent_sampl
 from eomgen.compiled.lanes import LANES_VARIABLE, Choice
 from eomgen.compiled.lanes import chosen as chosen_lanes
 from eomgen.compiled.model import CompiledModel
+from eomgen.formula.evaluate import symbols
 from eomgen.integrators.events import STOPPED
 from eomgen.results.solution import Solution
 from eomgen.simulation.judgement.turned_elements import turned_elements
 from eomgen.simulation.stepping.inputs import HeldRows, InputSignals, LawOverTime, read_signals
 from eomgen.simulation.stepping.lane_stepper import LaneStepper
 from eomgen.simulation.stepping.run import Run, scene_inputs
-from eomgen.simulation.stepping.settings import chosen_stepper
+from eomgen.simulation.stepping.settings import chosen_stepper, followed_laws
 from eomgen.simulation.stepping.start_state import start_of, starts_at_equilibrium
 from eomgen.simulation.stepping.states import Prescribed, States, evaluated, prescribed
 from eomgen.simulation.stepping.stepper import times_of_inputs
@@ -118,7 +119,7 @@ class SideBySide:
     @property
     def together(self) -> int:
         """Samples whose rows are looked at together: whole groups of lanes, within a part of the memory."""
-        numbers = (self.run.grid.whole // self.run.every + 2) * self.width
+        numbers = (self.run.grid.whole // self.run.every + 3) * self.width
         if self.tabled:
             numbers += len(self._input_times) * self.model.nu
         groups = max(1, int(_NUMBERS / (numbers * self.library.lanes)))
@@ -139,7 +140,8 @@ class SideBySide:
         """Times of the rows of such inputs, s."""
         within = np.array(self.library.layout["method"]["input_times"])
         grid = self.run.grid
-        return times_of_inputs(within, float(self.run.settings["step"]), 0, grid.whole, grid.start)
+        times = times_of_inputs(within, float(self.run.settings["step"]), 0, grid.whole, grid.start)
+        return np.concatenate([times, times[-1] + grid.rest * within[1:]]) if grid.rest else times
 
     @cached_property
     def _common_inputs(self) -> Array:
@@ -179,6 +181,17 @@ class SideBySide:
         driven = self.run.driven
         return driven.row if isinstance(driven, HeldRows) else None
 
+    def unfollowed(self, parameters: Array) -> NDArray[np.bool_]:
+        """Return at which parameters (n, np) a drive, or the law of the base, cannot be followed, (n,); what the run
+        that all have in common follows is looked at no more."""
+        names, run = list(self.model.parameters), self.run
+        in_laws = {symbol.name for law in self.model.description.laws for symbol in symbols(law.formula)}
+        places = [names.index(name) for name in in_laws.intersection(names)]
+        found = np.zeros(len(parameters), dtype=bool)
+        for k in np.flatnonzero((parameters[:, places] != run.parameters[places]).any(axis=1)):
+            found[k] = bool(followed_laws(self.model, run.method, parameters[k], run.grid)[0])
+        return found
+
     def assembled(self, q: Array, v: Array, parameters: Array) -> ConsistentStates | None:
         """Return the states nearest to guesses q (n, nq), v (n, nv) that meet the constraints, at parameters (n, np);
         None where each is to be looked at by ``start_of``, since rows that follow from others elsewhere may not
@@ -213,11 +226,13 @@ class SideBySide:
         stepper = LaneStepper(self.library, self.run.settings)
         every, whole = self._between, self.run.grid.whole
         held, tables = (None, inputs) if self.tabled else (inputs, None)
-        counts = every, whole // every, whole % every
+        counts = every, whole // every, whole % every, self.run.grid.rest
         found = stepper.runs(states, parameters, held, *counts, tables)
         rows, modes, ends = (part[:count] for part in found[:3])
         parameters, statuses = parameters[:count], found[3][:count]
         stopped = statuses == STOPPED.number
+        if self.run.grid.rest:
+            rows[statuses == 0, -1, 0] = self.run.grid.end
         alone = (statuses != 0) & (~stopped if not self.tabled else True)
         number = np.where(stopped, np.isfinite(rows[:, :, 0]).sum(axis=1), rows.shape[1])
         for k in np.flatnonzero(stopped):  # what comes behind an event that stops a run is looked over as that
@@ -260,10 +275,10 @@ class SideBySide:
 
     def _at_rows(self, inputs: Array) -> Array:
         """Return inputs at the rows of the run, (lanes, rows, nu)."""
-        whole, every = self.run.grid.whole, self.run.every
-        steps = np.arange(0, whole + 1, every)
-        if steps[-1] != whole:
-            steps = np.append(steps, whole)
+        grid = self.run.grid
+        steps = np.arange(0, grid.whole + 1, self.run.every)
+        if steps[-1] != grid.steps:
+            steps = np.append(steps, grid.steps)
         if inputs.ndim == 2:
             return np.repeat(inputs[:, np.newaxis], len(steps), axis=1)
         each: int = self.library.layout["method"]["rows_per_step"]
@@ -412,10 +427,6 @@ def side_by_side(
     of_scene = str(model.library.layout["defaults"]["start"])
     if starts_at_equilibrium(options.get("start"), given_start, of_scene):
         return "samples start at equilibrium"
-    if alike.grid.rest:
-        return "the last step is shorter than the others"
-    if any(not law.constant for law in model.description.laws):
-        return "laws of time are judged for each sample"
     unknown = [name for name in columns if name not in alike.places]
     if unknown:
         return f"the column {unknown[0]} is of runs alone"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import re
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -75,7 +76,16 @@ def same(one: eomgen.Ensemble, other: eomgen.Ensemble) -> None:
 
 
 @pytest.mark.parametrize(
-    "options", [{}, {"record_every": 3}, {"record_every": 25, "points": 2}, {"t_end": 0.37, "points": 5}], ids=str
+    "options",
+    [
+        {},
+        {"record_every": 3},
+        {"record_every": 25, "points": 2},
+        {"t_end": 0.37, "points": 5},
+        {"t_end": 0.505, "record_every": 7},
+        {"t_end": 0.003},
+    ],
+    ids=str,
 )
 def test_results_are_those_of_runs_one_after_the_other(
     swing: eomgen.Model,
@@ -122,7 +132,6 @@ def test_a_refused_parameter_fails_alone(swing: eomgen.Model) -> None:
 @pytest.mark.parametrize(
     ("options", "why"),
     [
-        ({"t_end": 0.505}, "the last step is shorter than the others"),
         ({"controllers": {}}, "controllers is given"),
     ],
 )
@@ -237,8 +246,9 @@ def pushed(request: pytest.FixtureRequest) -> eomgen.Model:
         {"inputs": {"hold": np.linspace(0.0, 1.0, 51) ** 2}, "record_every": 4},
         {"vary": VARY | {"scale.push": "uniform(0.5, 2)", "hold": "uniform(-1, 1)"}, "t_end": 0.37},
         {"vary": VARY | {"hold": "uniform(-1, 1)"}},
+        {"inputs": {"push": lambda t: np.exp(-t)}, "t_end": 0.504, "record_every": 3},
     ],
-    ids=["function", "table", "laws", "held"],
+    ids=["function", "table", "laws", "held", "shorter"],
 )
 def test_inputs_may_change_with_time(
     pushed: eomgen.Model, lanes: list[object], monkeypatch: pytest.MonkeyPatch, options: dict[str, Any]
@@ -259,6 +269,30 @@ def test_a_law_beyond_all_bounds_fails_alone(pushed: eomgen.Model) -> None:
     assert np.isfinite(ensemble.results["q.hinge.final"][[0, 2]]).all()
 
 
+@pytest.mark.parametrize("method", ["rk4_partitioned", "generalized_alpha"])
+def test_bases_and_drives_are_laws_of_each_sample(
+    method: str, lanes: list[object], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What jumps at the parameters of a sample alone is refused as a run alone refuses it."""
+    scene: dict[str, Any] = {**SCENE, "parameters": {**SCENE["parameters"], "shake": {"value": 0.05, "tunable": True}}}
+    scene["base"] = {"position": ["shake * sin(5 * t)", 0, "0.01 * cos(9 * t)"]}
+    scene["bodies"] = {"arm": {"mass": 1.0, "inertia": [0.1, 0.1, 0.1]}, **SCENE["bodies"]}
+    drive = "shake * t**2 if shake < 0.08 or t < 0.2 else 1"
+    turn = {"type": "revolute", "parent": "base", "child": "arm", "axis": [0, 0, 1], "drive": drive}
+    scene["joints"] = {"turn": turn, "hinge": {**SCENE["joints"]["hinge"], "parent": "arm"}}
+    model = eomgen.build(scene, method=method, profile="reproducible")
+    table = {"shake": [0.05, 0.02, 0.09, 0.07, 0.05], "mass": [1.0, 1.0, 1.0, 1.0, 1.2]}
+    given = {"vary": None, "table": table, "samples": 5}
+    beside = found(model, **given)
+    assert lanes and not any(isinstance(item, str) for item in lanes)
+    monkeypatch.setenv("EOMGEN_LANES", "off")
+    alone = found(model, **given)
+    same(beside, alone)
+    assert [item.number for item in alone.failed] == [2] and beside.failed == alone.failed
+    assert "jump" in beside.failed[0].reason
+    assert beside.deviation("output.height[2]")[-1] > 1e-4
+
+
 #: A run ends at the bottom, or is thrown back there; a mode makes it swing in oil once it has turned.
 EVENTS: dict[str, dict[str, Any]] = {
     "stop": {"when": "q.hinge + 0.3", "direction": "falling", "action": "stop"},
@@ -269,7 +303,7 @@ EVENTS: dict[str, dict[str, Any]] = {
 
 @pytest.mark.parametrize(
     ("action", "method", "every"),
-    [("stop", "rk4", 7), ("stop", "generalized_alpha", 1), ("impact", "rk4", 1), ("switch", "rk45", 1)],
+    [("stop", "rk4", 7), ("stop", "generalized_alpha", 1), ("impact", "rk4", 1), ("switch", "rk45", 3)],
 )
 def test_samples_meet_events_of_their_own(
     action: str, method: str, every: int, lanes: list[object], monkeypatch: pytest.MonkeyPatch
@@ -282,7 +316,11 @@ def test_samples_meet_events_of_their_own(
         "events": {action: EVENTS[action]},
     }
     model = eomgen.build(scene, method=method, profile="reproducible")
-    given = {"columns": ["q.hinge", "a.hinge", "output.drag"], "t_end": 0.9, "record_every": every}
+    given = {
+        "columns": ["q.hinge", "a.hinge", "output.drag"],
+        "t_end": 0.905 if every == 3 else 0.9,
+        "record_every": every,
+    }
     beside = found(model, **given)
     assert lanes and not any(isinstance(item, str) for item in lanes)
     monkeypatch.setenv("EOMGEN_LANES", "off")
@@ -314,3 +352,33 @@ def test_constraints_are_held_to_a_part_of_the_machine(size: float, lanes: list[
     )
     largest = size * np.array([[1e-6], [5e-4], [np.nan]])
     np.testing.assert_array_equal(runs._breaks_constraints(rows, parameters, largest), [False, True, True])
+
+
+LAW = """\
+/* memory is the integral; it gives up where the angle is too large */
+int law(double t, const double *signals, double *values, double *memory)
+{
+    memory[0] += 0.02 * signals[0];
+    values[0] = -8.0 * signals[0] - 3.0 * memory[0] + 0.1 * t;
+    return signals[0] > 0.9 ? 7 : 0;
+}
+"""
+
+
+def test_controllers_in_c_are_called_for_each_sample(
+    lanes: list[object], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    (tmp_path / "law.c").write_text(LAW)
+    servo = {"type": "sampled", "sample": "20 ms", "signals": {"angle": "q.hinge"}, "memory": 1}
+    scene = {**SCENE, "controllers": {"servo": {**servo, "source": str(tmp_path / "law.c"), "function": "law"}}}
+    scene["efforts"] = {"motor": {"joint": "hinge", "effort": "servo"}}
+    model = eomgen.build(scene, method="rk4", profile="reproducible")
+    table = {"q.hinge": [0.1, 0.95, -0.3, 0.5, 0.7], "mass": [1.0, 1.1, 0.9, 1.0, 1.2]}
+    given = {"vary": None, "table": table, "samples": 5, "step": 0.007, "t_end": 0.49}
+    beside = found(model, **given)
+    assert lanes and not any(isinstance(item, str) for item in lanes)
+    monkeypatch.setenv("EOMGEN_LANES", "off")
+    alone = found(model, **given)
+    same(beside, alone)
+    assert beside.failed == alone.failed and [item.number for item in alone.failed] == [1]
+    assert "servo" in alone.failed[0].reason and "7" in alone.failed[0].reason

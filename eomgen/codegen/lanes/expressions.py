@@ -68,6 +68,7 @@ class Expressions(ABC):
         self.source, self.routine, self.outputs = source, routine, outputs
         self.called: list[str] = []
         self.functions: set[str] = set()
+        self.foreign: set[str] = set()
         #: Counters that go up once the statement is done.
         self.behind: list[Any] = []
         self._numbers = 0
@@ -414,7 +415,23 @@ class Expressions(ABC):
             return self._routine(name, given, node)
         if name in self.outputs:
             return self._function(name, given, node)
+        if name in self.source.foreign:
+            return self._foreign(name, given, node)
         raise no_lanes(f"a call of {written(node.name)}", node)
+
+    def _foreign(self, name: str, given: list[Any], node: Any) -> Value:
+        """Return the call of a function that knows of one trajectory, with sizes behind its arrays."""
+        texts = []
+        for item, kind in zip(given, self.source.foreign[name], strict=True):
+            value = self.value(item)
+            if isinstance(kind, Real):
+                texts.append(self.to(value, kind, node))
+            elif isinstance(value.type, Array) and isinstance(value.type.of, Real):
+                texts.append(f"{value.text}, {value.type.size}")
+            else:
+                raise no_lanes(f"an array of unknown size: {written(item)}", node)
+        self.foreign.add(name)
+        return Value(f"eg_each_{name}({', '.join([self.mask(), *texts])})", Wholes())
 
     def _arithmetic(self, name: str, given: list[Any], node: Any) -> Value:
         texts, made, behind = [], [], []

@@ -78,6 +78,8 @@ class Source:
     routines: dict[str, Routine] = field(default_factory=dict)
     #: Functions of the model, compiled for lanes from their own text: types of their parameters.
     functions: dict[str, list[Type]] = field(default_factory=dict)
+    #: Functions of others, which are called lane by lane: types of their parameters.
+    foreign: dict[str, list[Type]] = field(default_factory=dict)
     #: Texts of declarations, in their order.
     texts: list[str] = field(default_factory=list)
 
@@ -93,6 +95,8 @@ def read(tree: Any, outputs: Mapping[str, list[int]]) -> Source:
         elif isinstance(item, c_ast.Decl) and isinstance(item.type, c_ast.FuncDecl):
             if item.name in outputs:
                 source.functions[item.name] = [kind for _, kind in _parameters(item.type, source)]
+            else:
+                _read_foreign(item, source)
         elif isinstance(item, c_ast.Decl):
             _read_table(item, source)
     return source
@@ -173,6 +177,13 @@ def _parameters(node: Any, source: Source) -> list[tuple[str, Type]]:
             kind = Pointer(kind.of)
         found.append((parameter.name or "", kind))
     return found
+
+
+def _read_foreign(item: Any, source: Source) -> None:
+    """Note a function of numbers and of arrays of them that gives a whole number."""
+    kinds = [kind for _, kind in _parameters(item.type, source)]
+    if type_of(item.type.type, source) == Whole() and all(kind in (Real(), Pointer(Real())) for kind in kinds):
+        source.foreign[item.name] = kinds
 
 
 def _read_routine(item: Any, source: Source) -> None:

@@ -18,7 +18,7 @@ void eomgen_lanes_run(const double *parameters, const double *settings, const do
     double *workspace, long steps, long rows, double *record, int *statuses);
 void eomgen_lanes_groups(const double *parameters, const double *settings, const double *inputs,
     const double *table, const double *starts, double *state, double *workspace, long groups, long steps, long rows,
-    long rest, double *record, double *modes, double *flat, int *statuses);
+    long rest, double shorter, double *record, double *modes, double *flat, int *statuses);
 void eomgen_lanes_state(const double *state, double *flat);
 """
 _NUMBERS = """\

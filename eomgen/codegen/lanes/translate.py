@@ -8,7 +8,7 @@ order (Karrenberg and Hack 2011, whole-function vectorisation; Pharr and Mark 20
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from operator import itemgetter
 
 from pycparser import CParser
@@ -90,6 +90,8 @@ def _file(source: Source, made: Mapping[str, RoutineText], outputs: Mapping[str,
         )
         parts.append(f"void {name}({parameters});")
         parts.append(_masked(name, source, outputs[name]))
+    for name in sorted({name for routine in made.values() for name in routine.foreign}):
+        parts.append(_each(name, source.foreign[name]))
     parts += [made[name].signature + ";" for name in order]
     parts += [_both(source, made[name], outputs) for name in order]
     return "\n\n".join(parts) + "\n"
@@ -109,6 +111,40 @@ def _both(source: Source, found: RoutineText, outputs: Mapping[str, list[int]]) 
 
 def _is_void(found: RoutineText) -> bool:
     return isinstance(found.returns, Void)
+
+
+def _each(name: str, kinds: Sequence[Type]) -> str:
+    """Return the call of a function of one trajectory for one lane after the other."""
+    plain = [f"{'double *' if isinstance(kind, Pointer) else 'double '}x{i}" for i, kind in enumerate(kinds)]
+    taken, before, filled, given, behind = [], [], [], [], []
+    for i, kind in enumerate(kinds):
+        if not isinstance(kind, Pointer):
+            taken.append(f"real x{i}")
+            given.append(f"x{i}[lane]")
+            continue
+        taken.append(f"real *x{i}, int n{i}")
+        before.append(f"    double y{i}[n{i}];")
+        filled += [f"        for (i = 0; i < n{i}; ++i)", f"            y{i}[i] = x{i}[i][lane];"]
+        behind += [f"        for (i = 0; i < n{i}; ++i)", f"            x{i}[i][lane] = y{i}[i];"]
+        given.append(f"y{i}")
+    lines = [
+        f"int {name}({', '.join(plain)});",
+        f"static eg_wholes eg_each_{name}({', '.join(['eg_wholes mask', *taken])})",
+        "{",
+        *before,
+        "    eg_wholes found = {0};",
+        "    int lane, i;",
+        "    for (lane = 0; lane < EG_LANES; ++lane) {",
+        "        if (!mask[lane])",
+        "            continue;",
+        *filled,
+        f"        found[lane] = {name}({', '.join(given)});",
+        *behind,
+        "    }",
+        "    return found;",
+        "}",
+    ]
+    return "\n".join(lines)
 
 
 def _masked(name: str, source: Source, sizes: list[int]) -> str:

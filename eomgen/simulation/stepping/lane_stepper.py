@@ -93,21 +93,25 @@ class LaneStepper:
         steps: int,
         rows: int,
         rest: int,
+        shorter: float = 0.0,
         tables: Array | None = None,
     ) -> tuple[Array, Array, Array, NDArray[np.intc]]:
-        """Return rows (n, 1 + rows, width), one more with ``rest``, modes (n, 1 + rows, modes) at them, flat states
-        (n, size) at the end and statuses (n,). What an event stops has the row of the event as its last one.
+        """Return rows (n, 1 + rows, width), one more each with ``rest`` and ``shorter``, modes (n, ..., modes) at
+        them, flat states (n, size) at the end and statuses (n,).
+
+        What an event stops has the row of the event as its last one.
 
         Parameters
         ----------
         states, parameters, inputs : as of ``start``, (n, ...), n a multiple of the lanes
         steps, rows : a row behind each ``steps`` steps; the first one is that of the start
         rest : steps before one row more, if any
+        shorter : size of a last step, s, if there is one
         tables : (n, 1 + rows of inputs of all steps, nu)
             Inputs that change with time, in place of ``inputs``.
         """
         count = len(states)
-        record = np.full((count, 1 + rows + (rest > 0), self.width), np.nan)
+        record = np.full((count, 1 + rows + (rest > 0) + (shorter > 0.0), self.width), np.nan)
         modes = np.full((*record.shape[:2], self._modes), np.nan)
         flat, statuses = np.empty((count, self._size)), np.zeros(count, dtype=np.intc)
         given = [np.ascontiguousarray(part, dtype=float) for part in (parameters, states)]
@@ -124,6 +128,7 @@ class LaneStepper:
             steps,
             rows,
             rest,
+            shorter,
             self._doubles(record),
             self._doubles(modes if self._modes else None),
             self._doubles(flat),
