@@ -3,7 +3,7 @@
     python -m benchmarks.sensitivities [--steps 2000] [--repeats 7] [--quick]
 
 Processor time of this process (user), medians of what is run alternately: the run alone, a gradient by adjoints, all
-tangents. The gradient is held against the tangents first.
+tangents, a Hessian. The gradient is held against the tangents first.
 """
 
 from __future__ import annotations
@@ -67,6 +67,7 @@ def main(words: Sequence[str] | None = None) -> int:
         "run": lambda: model.simulate(end, STEP, error_estimate=False, **options).q,
         "gradient": lambda: model.sensitivities(end, STEP, **options).gradient("integral(flange[2])"),
         "tangents": lambda: model.sensitivities(end, STEP, **options).derivatives,
+        "Hessian": lambda: model.sensitivities(end, STEP, **options).hessian("integral(flange[2])"),
     }
     times: dict[str, list[float]] = {name: [] for name in calls}
     for _ in range(given.repeats):

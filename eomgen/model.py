@@ -273,7 +273,7 @@ class Model(CompiledModel):
         """Return derivatives of a run's outputs in parameters and the initial state, exact for its discrete steps.
 
         The run is that of ``simulate`` with the same options. What Newton's iteration leaves of its steps is in the
-        derivatives, too: ``settings={"rtol": 1e-13, "atol": 1e-15}`` for derivatives to rounding.
+        derivatives, too: ``settings={"rtol": 1e-16, "atol": 1e-18}`` for derivatives to rounding.
 
         Parameters
         ----------

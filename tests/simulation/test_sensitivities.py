@@ -23,7 +23,7 @@ from tests.oracles.complex_runs import ComplexRun, derivatives
 __all__ = ["shared_cache"]
 
 STEP = 0.01
-TO_ROUNDING = {"rtol": 1e-14, "atol": 1e-16}
+TO_ROUNDING = {"rtol": 1e-16, "atol": 1e-18}
 
 
 def tree() -> SceneBuilder:

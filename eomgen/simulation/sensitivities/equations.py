@@ -121,15 +121,18 @@ class Equations:
         count, rows = len(values["t"]), len(self.outputs)
         found = self.of("output_partials", values)
         sizes = {"Yq": self.nv, "Yv": self.nv, "Ya": self.nv, "Yz": self.nz, "Ylam": self.nl}
-        parts = [
-            found[name][:, self.outputs] if name in found else np.zeros((count, rows, size))
-            for name, size in sizes.items()
-        ]
+        Y = np.zeros((count, rows, sum(sizes.values())))
+        first = 0
+        for name, size in sizes.items():
+            if name in found:
+                Y[:, :, first : first + size] = self._rows(found[name])
+            first += size
         by_parameters = self.of("output_parameter_partials", values) if self.chosen else {}
-        Yp = np.zeros((count, rows, len(self.chosen)))
-        if by_parameters:
-            Yp[:] = by_parameters["Yp"][:, self.outputs][:, :, self.chosen]
-        return np.concatenate(parts, axis=2), Yp
+        if not by_parameters:
+            return Y, np.zeros((count, rows, len(self.chosen)))
+        Yp = self._rows(by_parameters["Yp"])
+        whole = self.chosen == list(range(Yp.shape[2]))
+        return Y, Yp if whole else Yp[:, :, self.chosen]
 
     def input_partials(self, values: Mapping[str, Array]) -> tuple[Array, Array]:
         """Return partials of e in the inputs, (n, rows, nu), and those of the outputs, (n, outputs, nu)."""
@@ -233,6 +236,10 @@ class Equations:
     def output_values(self, values: Mapping[str, Array]) -> Array:
         """Return the outputs, (n, outputs)."""
         return self.of("outputs", values)["y"][:, self.outputs]
+
+    def _rows(self, of_outputs: Array) -> Array:
+        """Return the rows of the chosen outputs, (n, outputs, ...)."""
+        return of_outputs if self.outputs == list(range(of_outputs.shape[1])) else of_outputs[:, self.outputs]
 
     def _parameters(self, found: Mapping[str, Array], name: str, rows: int, count: int) -> Array:
         if name not in found:

@@ -32,6 +32,8 @@ typedef struct eg_steps {
     const double *N;
     const double *Np;
 } eg_steps;
+void eomgen_step_products(long steps, long rows, long columns, long directions, const double *X, const double *D,
+    double *Y);
 long eomgen_step_room(long nv, long nz, long nl, long nh, long directions);
 long eomgen_step_tangents(const eg_steps *given, const double *dp, double *state, double *record, double *eta,
     double *room, long *pivot);
@@ -162,6 +164,14 @@ class LinearSteps:
         done = self._lib.eomgen_step_adjoints(given[0], of_rows, added, *arrays, room, pivot)
         self._check(done, steps, times)
         return multipliers, ends
+
+    def products(self, matrices: Array, columns: Array) -> Array:
+        """Return products of (n, rows, size) and (n, size, directions)."""
+        count, rows, size = matrices.shape
+        found = np.empty((count, rows, columns.shape[2]))
+        kept = np.ascontiguousarray(matrices), np.ascontiguousarray(columns), found
+        self._lib.eomgen_step_products(count, rows, size, columns.shape[2], *map(self._doubles, kept))
+        return found
 
     def _given(self, matrices: StepMatrices, parameters: int, steps: int, directions: int) -> tuple[Any, ...]:
         """Return the structure of C, and what it points to."""

@@ -94,9 +94,11 @@ class Sensitivities:
             found, _ = run.linear.tangents(part.matrices, run.along.dp, state, part.times)
             record = np.concatenate([record, found])
             chosen = self._chosen(part.first, len(part.states.t))
-            at_rows = {name: array if name == "p" else array[chosen] for name, array in part.blocks.items()}
+            whole = len(chosen) == len(part.states.t)
+            at_rows = {name: array if whole or name == "p" else array[chosen] for name, array in part.blocks.items()}
             Y, Yp = equations.output_partials(at_rows)
-            derivatives.append(Y @ record[chosen] + Yp @ run.along.dp[: len(equations.chosen)])
+            by_state = run.linear.products(Y, record if whole else record[chosen])
+            derivatives.append(by_state + np.tensordot(Yp, run.along.dp[: len(equations.chosen)], 1))
             record = found[-1:]
         return np.concatenate(derivatives)
 

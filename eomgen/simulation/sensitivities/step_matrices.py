@@ -36,7 +36,7 @@ def step_matrices(
     A, T = _turning(factors, states.q)
     e = partials
     if not equations.holonomic or not inverse_inertia.size:
-        none = np.zeros((count, 0, nv)), np.zeros((count, nv, nv)), np.zeros((count, nv, e.P.shape[2]))
+        none = tuple(np.zeros((count, 0, 0)) for _ in range(3))
         return StepMatrices(e.Jq, e.Jv, e.Ja, e.Jz, e.Jlam, e.P, A, T, *none), np.zeros((count, 0))
     before = States(*(array[:-1] for array in states))
     values = equations.values(before, Prescribed(*(None if array is None else array[:-1] for array in given)))

@@ -39,7 +39,7 @@ typedef struct eg_steps {
     const double *A, *T;        /* of the rotating factors, one behind the other */
     const double *G;            /* (nh, nv): B W at the start of a step */
     const double *N;            /* (nv, nv): partials of W B^T eta in q there, */
-    const double *Np;           /* (nv, np): and in the parameters */
+    const double *Np;           /* (nv, np): and in the parameters; neither without holonomic ones */
 } eg_steps;
 
 typedef struct eg_gains {
@@ -63,34 +63,83 @@ static eg_gains eg_gains_of(const double *c)
     return g;
 }
 
+#if defined(__GNUC__)
+#if defined(__AVX512F__)
+#define EG_WIDE 8
+#else
+#define EG_WIDE 4
+#endif
+/* Neighbouring directions side by side. */
+typedef double eg_vector __attribute__((vector_size(8 * EG_WIDE), aligned(8), may_alias));
+#endif
+
+/* Y (directions) += s times the sum of X[t step] D[t] (directions) over so many terms. Sums of four vectors stay in
+ * registers; coefficients that are 0 by the structure of the equations are passed over. */
+static void eg_accumulate(double *restrict Y, double s, const double *restrict X, long step, long terms,
+    const double *restrict D, long count)
+{
+    long k = 0, t;
+#if defined(__GNUC__)
+    for (; k + 4 * EG_WIDE <= count; k += 4 * EG_WIDE) {
+        eg_vector a = { 0.0 }, b = { 0.0 }, c = { 0.0 }, d = { 0.0 }, *to = (eg_vector *)(Y + k);
+        for (t = 0; t < terms; ++t) {
+            const double x = X[t * step];
+            const eg_vector *from = (const eg_vector *)(D + t * count + k);
+            if (x == 0.0)
+                continue;
+            a += x * from[0];
+            b += x * from[1];
+            c += x * from[2];
+            d += x * from[3];
+        }
+        to[0] += s * a;
+        to[1] += s * b;
+        to[2] += s * c;
+        to[3] += s * d;
+    }
+    for (; k + 2 * EG_WIDE <= count; k += 2 * EG_WIDE) {
+        eg_vector a = { 0.0 }, b = { 0.0 }, *to = (eg_vector *)(Y + k);
+        for (t = 0; t < terms; ++t) {
+            const double x = X[t * step];
+            const eg_vector *from = (const eg_vector *)(D + t * count + k);
+            if (x == 0.0)
+                continue;
+            a += x * from[0];
+            b += x * from[1];
+        }
+        to[0] += s * a;
+        to[1] += s * b;
+    }
+    for (; k + EG_WIDE <= count; k += EG_WIDE) {
+        eg_vector a = { 0.0 };
+        for (t = 0; t < terms; ++t)
+            if (X[t * step] != 0.0)
+                a += X[t * step] * *(const eg_vector *)(D + t * count + k);
+        *(eg_vector *)(Y + k) += s * a;
+    }
+#endif
+    for (; k < count; ++k) {
+        double total = 0.0;
+        for (t = 0; t < terms; ++t)
+            total += X[t * step] * D[t * count + k];
+        Y[k] += s * total;
+    }
+}
+
 /* Y += s X (rows, columns) D, D and Y of `count` directions. */
 static void eg_add(double *restrict Y, double s, const double *restrict X, long rows, long columns,
     const double *restrict D, long count)
 {
-    long i, j, k;
-    if (count == 1) {
-        for (i = 0; i < rows; ++i) {
-            double total = 0.0;
-            for (j = 0; j < columns; ++j)
-                total += X[i * columns + j] * D[j];
-            Y[i] += s * total;
-        }
-        return;
-    }
+    long i;
     for (i = 0; i < rows; ++i)
-        for (j = 0; j < columns; ++j) {
-            const double x = s * X[i * columns + j];
-            if (x != 0.0)
-                for (k = 0; k < count; ++k)
-                    Y[i * count + k] += x * D[j * count + k];
-        }
+        eg_accumulate(Y + i * count, s, X + i * columns, 1, columns, D, count);
 }
 
 /* Y += s X^T D. */
 static void eg_add_transposed(double *restrict Y, double s, const double *restrict X, long rows, long columns,
     const double *restrict D, long count)
 {
-    long i, j, k;
+    long i, j;
     if (count == 1) {
         for (i = 0; i < rows; ++i) {
             const double x = s * D[i];
@@ -99,13 +148,8 @@ static void eg_add_transposed(double *restrict Y, double s, const double *restri
         }
         return;
     }
-    for (i = 0; i < rows; ++i)
-        for (j = 0; j < columns; ++j) {
-            const double x = s * X[i * columns + j];
-            if (x != 0.0)
-                for (k = 0; k < count; ++k)
-                    Y[j * count + k] += x * D[i * count + k];
-        }
+    for (j = 0; j < columns; ++j)
+        eg_accumulate(Y + j * count, s, X + j, columns, rows, D, count);
 }
 
 /* Y += s D. */
@@ -219,24 +263,27 @@ static void eg_scale(double *X, const double *by, long n, long count)
             X[i * count + k] *= by[i];
 }
 
+static void eg_divide(double *X, double by, long count)
+{
+    const double factor = 1.0 / by;
+    long k;
+    for (k = 0; k < count; ++k)
+        X[k] *= factor;
+}
+
 /* X := S^-1 X. */
 static void eg_solve(const double *S, const double *row, const double *column, const long *pivot, long n, double *X,
     long count)
 {
-    long i, j, k;
+    long i;
     eg_scale(X, row, n, count);
     for (i = 0; i < n; ++i)
         eg_swap(X, i, pivot[i], count);
     for (i = 1; i < n; ++i)
-        for (j = 0; j < i; ++j)
-            for (k = 0; k < count; ++k)
-                X[i * count + k] -= S[i * n + j] * X[j * count + k];
+        eg_accumulate(X + i * count, -1.0, S + i * n, 1, i, X, count);
     for (i = n - 1; i >= 0; --i) {
-        for (j = i + 1; j < n; ++j)
-            for (k = 0; k < count; ++k)
-                X[i * count + k] -= S[i * n + j] * X[j * count + k];
-        for (k = 0; k < count; ++k)
-            X[i * count + k] /= S[i * n + i];
+        eg_accumulate(X + i * count, -1.0, S + i * n + i + 1, 1, n - 1 - i, X + (i + 1) * count, count);
+        eg_divide(X + i * count, S[i * n + i], count);
     }
     eg_scale(X, column, n, count);
 }
@@ -245,19 +292,14 @@ static void eg_solve(const double *S, const double *row, const double *column, c
 static void eg_solve_transposed(const double *S, const double *row, const double *column, const long *pivot, long n,
     double *X, long count)
 {
-    long i, j, k;
+    long i;
     eg_scale(X, column, n, count);
     for (i = 0; i < n; ++i) {
-        for (k = 0; k < count; ++k)
-            X[i * count + k] /= S[i * n + i];
-        for (j = i + 1; j < n; ++j)
-            for (k = 0; k < count; ++k)
-                X[j * count + k] -= S[i * n + j] * X[i * count + k];
+        eg_accumulate(X + i * count, -1.0, S + i, n, i, X, count);
+        eg_divide(X + i * count, S[i * n + i], count);
     }
-    for (i = n - 1; i > 0; --i)
-        for (j = 0; j < i; ++j)
-            for (k = 0; k < count; ++k)
-                X[j * count + k] -= S[i * n + j] * X[i * count + k];
+    for (i = n - 2; i >= 0; --i)
+        eg_accumulate(X + i * count, -1.0, S + (i + 1) * n + i, n, n - 1 - i, X + (i + 1) * count, count);
     for (i = n - 1; i >= 0; --i)
         eg_swap(X, i, pivot[i], count);
     eg_scale(X, row, n, count);
@@ -285,8 +327,8 @@ static eg_step eg_step_of(const eg_steps *given, long k)
     at.A = given->A + k * turning;
     at.T = given->T + k * turning;
     at.G = given->G + k * nh * nv;
-    at.N = given->N + k * nv * nv;
-    at.Np = given->Np + k * nv * np;
+    at.N = given->N + (nh ? k * nv * nv : 0);
+    at.Np = given->Np + (nh ? k * nv * np : 0);
     return at;
 }
 
@@ -312,6 +354,17 @@ static void eg_matrix(const eg_steps *given, const eg_gains *g, const eg_step *a
         for (j = 0; j < nz; ++j)
             line[nv + nl + nh + j] = g->h * g->zgamma * at->Jz[i * nz + j] + (i == nv + j ? g->to_zdot : 0.0);
     }
+}
+
+/* Y := X D of each of so many rows: X (rows, columns), D (columns, directions), one behind the other. */
+EG_SEEN void eomgen_step_products(long steps, long rows, long columns, long directions, const double *X, const double *D,
+    double *Y)
+{
+    long k;
+    memset(Y, 0, (size_t)(steps * rows * directions) * sizeof *Y);
+    for (k = 0; k < steps; ++k)
+        eg_add(Y + k * rows * directions, 1.0, X + k * rows * columns, rows, columns, D + k * columns * directions,
+            directions);
 }
 
 EG_SEEN long eomgen_step_room(long nv, long nz, long nl, long nh, long directions)
