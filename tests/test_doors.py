@@ -328,6 +328,7 @@ ORDER: dict[str, tuple[str, ...]] = {
         "plots unknowns",
         "result",
         "arguments judgement",
+        "torques",
         "study",
     ),
     "studies.savings": (

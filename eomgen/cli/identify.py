@@ -65,6 +65,13 @@ if TYPE_CHECKING:
     show_default=True,
     help="What is done where values are missing.",
 )
+@click.option(
+    "--by",
+    type=click.Choice(["run", "torque"]),
+    default="run",
+    show_default=True,
+    help="Outputs of runs; or efforts at each time with q, v and a, by the regressor.",
+)
 @click.option("--confidence", type=float, default=0.95, show_default=True, metavar="P", help="Of the intervals.")
 @click.option("--t-start", type=float, default=None, metavar="S", help="Of the runs; the first time by default.")
 @click.option("--out", "folder", default=None, metavar="DIR", help="Folder for the table, residuals and figures.")
@@ -83,7 +90,7 @@ def identify(scene: str, folder: str | None, as_json: bool, **options: Any) -> i
     from eomgen.pipeline import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
     from eomgen.studies import identify as study  # noqa: PLC0415
 
-    own = {name: options.pop(name) for name in ("data", "missing", "confidence", "t_start")}
+    own = {name: options.pop(name) for name in ("data", "missing", "confidence", "t_start", "by")}
     unknown, states, outputs = (list(options.pop(name) or ()) for name in ("unknown", "states", "outputs"))
     bounds, deviations = _bounds(options.pop("bounds")), options.pop("deviations")
     described = read_scene(scene, options)
@@ -99,7 +106,7 @@ def identify(scene: str, folder: str | None, as_json: bool, **options: Any) -> i
         unknown,
         states=states,
         values=values,
-        bounds=bounds,
+        bounds=bounds or None,
         deviations=sigma,
         outputs=outputs or None,
         **own,

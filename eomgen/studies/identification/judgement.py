@@ -65,7 +65,7 @@ class Judgement:
         bias = np.zeros(count)
         bias[kept] = self._bias(weighted[:, kept], sigma)
         decided = [k for k in kept if k not in parts.mixed]
-        times = self._times(freedom)
+        times = interval(self.confidence, freedom, given=self.given)
         states = [
             "determined" if k in decided else "on its bound" if on_bound[k] else "undetermined" for k in range(count)
         ]
@@ -108,14 +108,6 @@ class Judgement:
             return np.full(weighted.shape[1], np.nan)
         errors = (self.fit.values - values) * 4.0 / 3.0 / sigma
         return np.asarray(-np.linalg.lstsq(weighted, errors, rcond=None)[0])
-
-    def _times(self, freedom: int) -> float:
-        """Return how many standard deviations an interval reaches: of the normal distribution where noise is given, of
-        Student's where it is estimated."""
-        level = 0.5 + 0.5 * self.confidence
-        if self.given:
-            return float(stats.norm.ppf(level))
-        return float(stats.t.ppf(level, freedom)) if freedom > 0 else np.inf
 
     def _on_bound(self) -> list[bool]:
         x, (low, high) = self.fit.x, self.limits
@@ -239,3 +231,12 @@ class Judgement:
                 " the noise is filtered; intervals are too narrow"
             )
         return notes
+
+
+def interval(confidence: float, freedom: int, *, given: bool) -> float:
+    """Return how many standard deviations an interval reaches: of the normal distribution where noise is given, of
+    Student's where it is estimated."""
+    level = 0.5 + 0.5 * confidence
+    if given:
+        return float(stats.norm.ppf(level))
+    return float(stats.t.ppf(level, freedom)) if freedom > 0 else np.inf

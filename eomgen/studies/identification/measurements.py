@@ -86,7 +86,7 @@ def measurements(model: Model, data: Data, number: int, chosen: Sequence[str] | 
     FileError, UsageError
     """
     name, columns = columns_of(data, number)
-    t = _times(name, columns)
+    t = times_of(name, columns)
     known = _components(model)
     wanted = None if chosen is None else _wanted(chosen, known)
     outputs, inputs, ignored = dict[str, Array](), dict[str, Array](), list[str]()
@@ -115,7 +115,8 @@ def measurements(model: Model, data: Data, number: int, chosen: Sequence[str] | 
     return _without_gaps(name, t, outputs, inputs, tuple(ignored), missing)
 
 
-def _times(name: str, columns: Mapping[str, Array]) -> Array:
+def times_of(name: str, columns: Mapping[str, Array]) -> Array:
+    """Return the column of times, (n,) in s, which increase. Raises UsageError."""
     if "t" not in columns:
         hint = nearest("t", columns) if any(key.lower() in ("t", "time") for key in columns) else listed(columns)
         raise UsageError(Problem(name, "there is no column t of times in s", f"t in place of one of {hint}"))
@@ -158,12 +159,16 @@ def _of_solution(model: Model, column: str) -> bool:
     return column in states or column.startswith(("energy.", "multipliers"))
 
 
+def check_missing(missing: str) -> None:
+    """Raise UsageError for what is none of ``MISSING``."""
+    if missing not in MISSING:
+        raise UsageError(Problem("missing", f"{shown(missing)} is none of the choices", " or ".join(MISSING)))
+
+
 def _without_gaps(
     name: str, t: Array, outputs: dict[str, Array], inputs: dict[str, Array], ignored: tuple[str, ...], missing: str
 ) -> Measurements:
     """Return the data with inputs at every time. Raises UsageError where values are missing and none are dropped."""
-    if missing not in MISSING:
-        raise UsageError(Problem("missing", f"{shown(missing)} is none of the choices", " or ".join(MISSING)))
     gaps = {column: int(np.count_nonzero(~np.isfinite(values))) for column, values in (outputs | inputs).items()}
     count = sum(gaps.values())
     if count and missing == "refuse":

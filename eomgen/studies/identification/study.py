@@ -19,12 +19,14 @@ from eomgen.studies.identification.arguments import bounds_of, check_effect, dev
 from eomgen.studies.identification.estimation import Predictions, fit
 from eomgen.studies.identification.experiment import Experiment
 from eomgen.studies.identification.judgement import Judgement
-from eomgen.studies.identification.measurements import Data, Measurements, measurements
+from eomgen.studies.identification.measurements import Data, Measurements, check_missing, measurements
 from eomgen.studies.identification.result import Identification
+from eomgen.studies.identification.torques import identified_by_torque
 from eomgen.studies.identification.unknowns import Unknowns
 
 #: Predictions in one search, at most.
 _LIMIT = 200
+_WAYS = ("run", "torque")
 
 
 @checked_call(
@@ -45,6 +47,7 @@ def identify(
     confidence: float = 0.95,
     step: float | None = None,
     t_start: float | None = None,
+    by: str = "run",
     **options: Any,
 ) -> Identification:
     """Return the parameters and initial states of a scene that fit measured runs best, with confidence intervals.
@@ -84,6 +87,9 @@ def identify(
         s; the scene's by default.
     t_start : float
         s, of all runs; the first measured time by default. The initial state is that of this time.
+    by : str
+        ``run``, or ``torque``: from q, v, a and efforts at each time, by the regressor. ``parameters`` are then those
+        of ``regressor_parameters``, or all base parameters where none is named.
     options : ``method``, ``rho_inf``, ``alpha``, ``beta``, ``gamma``, ``inputs``, ``settings``, as of ``sensitivities``
 
     Returns
@@ -103,14 +109,21 @@ def identify(
     """
     model = scene if isinstance(scene, Model) else built_for_run(scene, options.get("method"))
     _check_lists(parameters=parameters, states=states)
+    check_missing(missing)
+    if by not in _WAYS:
+        raise UsageError(Problem("by", f"{by!r} is none of the choices", " or ".join(_WAYS)))
+    if by == "torque":
+        of_runs = {"states": states or None, "bounds": bounds, "initial": initial, "outputs": outputs}
+        _check_unused({**of_runs, "step": step, "t_start": t_start, **options})
+        of_values = _held(model, values)
+        return identified_by_torque(
+            model, _several(data), parameters, of_values, deviations, missing, _share(confidence)
+        )
     for name in parameters:
         check_name("parameter", name, list(model.parameters), list(model.evaluator.fixed_parameters))
     held = {name: float(value) for name, value in _held(model, values).items()}
     share = _share(confidence)
-    given = [data] if isinstance(data, str | os.PathLike | Mapping) else list(data)
-    if not given:
-        raise UsageError(Problem("data", "there are no measured runs", '"run.csv"'))
-    runs = _named_apart([measurements(model, one, k, outputs, missing) for k, one in enumerate(given)])
+    runs = _named_apart([measurements(model, one, k, outputs, missing) for k, one in enumerate(_several(data))])
     size = float(model.description.simulation.step if step is None else step)
     if not (np.isfinite(size) and size > 0.0):
         raise UsageError(Problem("step", f"{size:.6g} s is no step", "a positive time"))
@@ -149,6 +162,23 @@ def _identified(
     check_effect(unknowns, predict, x, sigma)
     found = fit(predict, unknowns.data, unknowns.columns, x, limits, sigma, _LIMIT)
     return Judgement(unknowns, finer, found, predict, limits, sigma is not None, confidence).result()
+
+
+def _several(data: Data | Sequence[Data]) -> list[Data]:
+    """Return the measured runs. Raises UsageError where there is none."""
+    given = [data] if isinstance(data, str | os.PathLike | Mapping) else list(data)
+    if not given:
+        raise UsageError(Problem("data", "there are no measured runs", '"run.csv"'))
+    return given
+
+
+def _check_unused(options: Mapping[str, object]) -> None:
+    """Raise UsageError for what belongs to runs, where no run is made."""
+    given = [name for name, value in options.items() if value is not None]
+    if given:
+        raise UsageError(
+            Problem(given[0], "by torque no run is made that it could belong to", 'by="run", or without it')
+        )
 
 
 def _check_lists(**lists: object) -> None:

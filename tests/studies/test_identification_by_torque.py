@@ -1,0 +1,222 @@
+"""Identification from inverse dynamics: base parameters of a two-link arm from motions and efforts."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.arrays import Array
+from eomgen.cli import main
+from eomgen.errors import UsageError
+from eomgen.pipeline.pipeline import built_for_run
+from eomgen.scene.load import load_toml
+
+#: Builds of the regressor and of base parameters take seconds.
+pytestmark = pytest.mark.slow
+
+SCENE = """
+format = 1
+name = "two_links"
+gravity = [0, 0, -10]
+
+[inputs]
+motor = { unit = "N m" }
+
+[bodies.upper]
+mass = 2.0
+center_of_mass = [0, 0, -0.3]
+inertia = [0.05, 0.06, 0.02]
+
+[bodies.lower]
+mass = 1.0
+center_of_mass = [0.02, 0, -0.2]
+inertia = [0.02, 0.03, 0.01]
+
+[joints.shoulder]
+type = "revolute"
+parent = "base"
+child = "upper"
+axis = [0, 1, 0]
+damping = 0.4
+
+[joints.elbow]
+type = "revolute"
+parent = "upper"
+child = "lower"
+axis = [0, 1, 0]
+position = [0, 0, -0.5]
+damping = 0.2
+
+[efforts.drive]
+joint = "elbow"
+effort = "motor"
+
+[outputs]
+angle = { formula = "q.elbow" }
+"""
+#: By hand: what a planar arm is moved by, Khalil and Dombre 2002, example 9.2.
+TRUE = {
+    "upper.inertia_yy": 0.06 + 2.0 * 0.09 + 1.0 * 0.25,
+    "upper.first_moment_x": 0.0,
+    "upper.first_moment_z": -0.6 - 0.5 * 1.0,
+    "lower.inertia_yy": 0.03 + 1.0 * (0.2**2 + 0.02**2),
+    "lower.first_moment_x": 0.02,
+    "lower.first_moment_z": -0.2,
+    "shoulder.damping": 0.4,
+    "elbow.damping": 0.2,
+}
+NOISE = np.array([0.3, 0.05])
+
+
+@pytest.fixture(scope="module")
+def arm() -> eomgen.Model:
+    return built_for_run(load_toml(SCENE))
+
+
+def data(seed: int = 0, rows: int = 300, motor: float = 0.0) -> dict[str, Array]:
+    """Return a motion with its efforts by the equations of a double pendulum, written by hand."""
+    t = np.linspace(0.0, 6.0, rows)
+    q, v, a = (np.zeros((rows, 2)) for _ in range(3))
+    for k, terms in enumerate((((1.3, 0.8), (2.9, 0.5)), ((1.7, 1.1), (4.1, 0.4)))):
+        for omega, size in terms:
+            q[:, k] += size * np.sin(omega * t + k)
+            v[:, k] += size * omega * np.cos(omega * t + k)
+            a[:, k] -= size * omega**2 * np.sin(omega * t + k)
+    first, second = q[:, 0], q.sum(axis=1)
+    I1, X1, Z1, I2, X2, Z2, d1, d2 = TRUE.values()
+    # d/dt of the momenta of links that turn about y by q1 and q1 + q2; a point (x, z) of a link turned by s is at
+    # (x cos s + z sin s, z cos s - x sin s)
+    c, s = np.cos(q[:, 1]), np.sin(q[:, 1])
+    along, across = -0.5 * (Z2 * c - X2 * s), -0.5 * (-Z2 * s - X2 * c)  # of l (m c), and its derivative in q2
+    sum_a, sum_v = a.sum(axis=1), v.sum(axis=1)
+    lower = I2 * sum_a + along * a[:, 0] - across * v[:, 0] ** 2 - 10.0 * (X2 * np.cos(second) + Z2 * np.sin(second))
+    upper = I1 * a[:, 0] + along * sum_a + across * sum_v**2 - 10.0 * (X1 * np.cos(first) + Z1 * np.sin(first))
+    tau = np.column_stack([upper + lower + d1 * v[:, 0], lower + d2 * v[:, 1] - motor])
+    tau = tau + NOISE * np.random.default_rng(seed).standard_normal((rows, 2))
+    columns = {"t": t, "tau.shoulder": tau[:, 0], "tau.elbow": tau[:, 1]}
+    for letter, table in (("q", q), ("v", v), ("a", a)):
+        columns |= {f"{letter}.shoulder": table[:, 0], f"{letter}.elbow": table[:, 1]}
+    return columns
+
+
+def test_the_motion_by_hand_is_that_of_the_scene(arm: eomgen.Model) -> None:
+    given = data()
+    q, v, a = (np.column_stack([given[f"{c}.shoulder"], given[f"{c}.elbow"]]) for c in "qva")
+    tau = np.column_stack([given["tau.shoulder"], given["tau.elbow"]])
+    left = tau - eomgen.build(load_toml(SCENE)).inverse_dynamics(q, v, a, u=np.zeros((300, 1)))
+    np.testing.assert_allclose(left.std(axis=0), NOISE, rtol=0.1)
+
+
+def test_base_parameters_from_noisy_efforts(arm: eomgen.Model) -> None:
+    found = eomgen.identify(arm, data(), by="torque")
+    assert [one.name.split()[0] for one in found.estimates] == list(arm.base_parameters().names)
+    assert len(found.estimates) == 8 and found.runs == 0
+    for one in found.estimates:
+        lead = one.name.split()[0]
+        assert abs(one.value - TRUE[lead]) < 3.5 * one.deviation, one.name
+        assert one.start == pytest.approx(TRUE[lead], abs=1e-12) and one.state == "determined"
+    np.testing.assert_allclose([one.deviation for one in found.columns], NOISE, rtol=0.1)
+    assert found.degrees_of_freedom == 592 and [one.unit for one in found.columns] == ["N m", "N m"]
+    assert found.notes == ()
+
+
+def test_intervals_hold_the_truth_as_often_as_they_state(arm: eomgen.Model) -> None:
+    held = np.zeros(8)
+    for seed in range(100):
+        found = eomgen.identify(arm, data(seed), by="torque")
+        held += [one.low < TRUE[one.name.split()[0]] < one.high for one in found.estimates]
+    assert held.min() >= 88
+
+
+def test_chosen_parameters_with_the_others_held(arm: eomgen.Model) -> None:
+    names = ["lower.mass", "lower.inertia_yy", "upper.inertia_yy", "upper.inertia_zz", "elbow.damping"]
+    found = eomgen.identify(
+        arm,
+        [data(0), data(1)],
+        names,
+        by="torque",
+        deviations=dict(zip(("tau.shoulder", "tau.elbow"), NOISE.tolist(), strict=True)),
+    )
+    assert [one.text for one in found.combinations] == []
+    damping = found["elbow.damping"]
+    assert damping.low < 0.2 < damping.high and found.noise == "given"
+    assert found["upper.inertia_zz"].state == "undetermined" and found["upper.inertia_zz"].value == pytest.approx(0.02)
+    assert "these motions need nothing of upper.inertia_zz" in found.message
+    # the lower link's mass acts at the elbow: 0.25 m^2 of it as inertia, 0.5 m as first moment
+    three = eomgen.identify(arm, data(), ["upper.first_moment_z", "lower.mass", "upper.inertia_yy"], by="torque")
+    first, second = three.combinations
+    assert (
+        first.text == "upper.first_moment_z + 2 upper.inertia_yy" and second.text == "lower.mass + 4 upper.inertia_yy"
+    )
+    assert first.low < -0.6 + 2.0 * 0.24 < first.high and second.low < 1.0 + 4.0 * 0.24 < second.high
+
+
+def test_what_one_slow_motion_does_not_decide_is_counted_together(arm: eomgen.Model) -> None:
+    given = data()
+    still = {name: np.zeros(300) for name in given if name[0] in "va"}
+    given |= still | {"q.elbow": np.zeros(300), "tau.shoulder": np.zeros(300), "tau.elbow": np.zeros(300)}
+    found = eomgen.identify(arm, given, ["upper.first_moment_z", "lower.mass", "lower.first_moment_z"], by="torque")
+    (one,) = found.combinations
+    assert (one.text, one.form) == ("upper.first_moment_z - 0.5 lower.mass", "sum")
+    assert "only upper.first_moment_z - 0.5 lower.mass is determined" in found.message
+
+
+def test_an_input_that_was_measured_is_counted(arm: eomgen.Model) -> None:
+    given = data(0, motor=5.0) | {"motor": np.full(300, 5.0)}
+    found = eomgen.identify(arm, given, by="torque")
+    plain = eomgen.identify(arm, data(0), by="torque")
+    np.testing.assert_allclose(
+        [one.value for one in found.estimates], [one.value for one in plain.estimates], atol=1e-9
+    )
+    alone = {name: values for name, values in given.items() if not name.startswith("tau.")}
+    assert eomgen.identify(arm, alone, by="torque").columns[1].rms > 0.0
+
+
+@pytest.mark.parametrize(
+    ("drop", "change", "options", "told"),
+    [
+        (["a.elbow"], {}, {}, "run1: the columns a.elbow are missing, and inverse dynamics needs all of q, v and a"),
+        (["tau.elbow"], {}, {}, "run1: the efforts tau.elbow are missing; try: 0 where there is none"),
+        (["tau.elbow", "tau.shoulder"], {}, {}, "run1: there is neither a column of efforts nor one of an input"),
+        ([], {"tau.elbo": 0.0}, {}, "run1, column 'tau.elbo': no joint has this effort; try: tau.shoulder"),
+        ([], {"v.elbow": np.nan}, {}, "run1: 300 of 300 rows have missing values; try: missing="),
+        ([], {}, {"parameters": ["lower.mas"]}, "there is no parameter of the regressor 'lower.mas'"),
+        ([], {}, {"states": ["q.elbow"]}, "states: by torque no run is made that it could belong to"),
+        ([], {}, {"step": 0.1}, "step: by torque no run is made that it could belong to"),
+        ([], {}, {"by": "effort"}, "by: 'effort' is none of the choices; try: run or torque"),
+        ([], {}, {"missing": "skip"}, "missing: 'skip' is none of the choices"),
+        ([], {}, {"deviations": {"tau.knee": 1.0}}, "there is no measured column 'tau.knee'"),
+    ],
+)
+def test_mistakes_are_named(
+    arm: eomgen.Model, drop: list[str], change: dict[str, float], options: dict[str, Any], told: str
+) -> None:
+    given = {name: values for name, values in data().items() if name not in drop}
+    given |= {name: np.full(300, value) for name, value in change.items()}
+    with pytest.raises(UsageError) as caught:
+        eomgen.identify(arm, given, **{"by": "torque"} | options)
+    assert told in str(caught.value)
+
+
+def test_rows_with_gaps_are_dropped_and_few_rows_refused(arm: eomgen.Model) -> None:
+    given = data()
+    given["q.elbow"][:5] = np.nan
+    assert eomgen.identify(arm, given, by="torque", missing="drop").degrees_of_freedom == 582
+    few = {name: values[:3] for name, values in data().items()}
+    with pytest.raises(UsageError, match="data: there are 6 samples for 8 unknowns"):
+        eomgen.identify(arm, few, by="torque")
+
+
+def test_the_command_reads_efforts(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "arm.toml").write_text(SCENE, encoding="utf-8")
+    given = data()
+    rows = [",".join(map(repr, row)) for row in np.column_stack(list(given.values())).tolist()]
+    (tmp_path / "run.csv").write_text("\n".join([",".join(given), *rows]), encoding="utf-8")
+    words = ["identify", str(tmp_path / "arm.toml"), "--data", str(tmp_path / "run.csv"), "--by", "torque"]
+    assert main([*words, "--out", str(tmp_path / "out")]) == 0
+    assert "8 of 8 unknowns determined by 600 samples" in capsys.readouterr().err
+    assert (tmp_path / "out" / "fit_run.png").stat().st_size > 5000
