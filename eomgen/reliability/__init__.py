@@ -5,10 +5,12 @@ from __future__ import annotations
 from eomgen.reliability.distribution import INVERSIONS, Tails
 from eomgen.reliability.most_probable_point import (
     MostProbablePoint,
+    Unreached,
     breitung,
     first_order,
     hohenbichler_rackwitz,
     most_probable_points,
+    points_on_curve,
     rivals,
 )
 from eomgen.reliability.projection import Projected, hermite_projection, leading_directions, projected_hessian
@@ -27,6 +29,7 @@ __all__ = [
     "QuadraticForm",
     "Response",
     "Tails",
+    "Unreached",
     "breitung",
     "first_order",
     "hermite_projection",
@@ -34,6 +37,7 @@ __all__ = [
     "importance_sampling",
     "leading_directions",
     "most_probable_points",
+    "points_on_curve",
     "projected_hessian",
     "rivals",
 ]

@@ -116,6 +116,22 @@ def _curved(found: MostProbablePoint, weight: float) -> float:
 def most_probable_points(response: Response, thresholds: Sequence[float]) -> list[MostProbablePoint]:
     """Return the most probable points of thresholds, in their order.
 
+    Raises
+    ------
+    NumericalError
+        Where the response has no slope at the mean, or the curve of most probable points does not come to a threshold.
+    """
+    found, missed = points_on_curve(response, thresholds)
+    if missed:
+        raise missed[min(missed)]
+    return [found[k] for k in range(len(thresholds))]
+
+
+def points_on_curve(
+    response: Response, thresholds: Sequence[float]
+) -> tuple[dict[int, MostProbablePoint], dict[int, Unreached]]:
+    """Return the most probable points of thresholds by their places, and why others have none.
+
     From the mean the curve of most probable points is followed to both sides in steps of a quarter of a standard
     deviation; each point solves z + m g = 0, y = threshold by Newton's method with the exact Hessian, which converges
     in a few iterations where methods of gradients zigzag.
@@ -123,7 +139,7 @@ def most_probable_points(response: Response, thresholds: Sequence[float]) -> lis
     Raises
     ------
     NumericalError
-        Where the response has no slope at the mean, or a threshold is not reached.
+        Where the response has no slope at the mean.
     """
     start = response.expansion(np.zeros(response.size))
     slope = float(np.linalg.norm(start.gradient))
@@ -133,16 +149,33 @@ def most_probable_points(response: Response, thresholds: Sequence[float]) -> lis
     origin = MostProbablePoint(start.value, np.zeros(response.size), 0.0, start, 0)
     order = np.argsort(thresholds)
     found: dict[int, MostProbablePoint] = {}
+    missed: dict[int, Unreached] = {}
     for side in (1.0, -1.0):
-        last = origin
+        last, ended = origin, False
         chosen = [int(k) for k in order if side * (thresholds[k] - start.value) > 0.0]
         for k in chosen if side > 0 else reversed(chosen):
-            last = _followed(response, last, float(thresholds[k]))
-            found[k] = last
+            if ended:
+                missed[k] = Unreached(last, float(thresholds[k]))
+                continue
+            try:
+                last = found[k] = _followed(response, last, float(thresholds[k]))
+            except Unreached as error:
+                last, missed[k], ended = error.last, error, True
     for k, threshold in enumerate(thresholds):
         if threshold == start.value:
             found[k] = origin
-    return [found[k] for k in range(len(thresholds))]
+    return found, missed
+
+
+class Unreached(NumericalError):
+    """The curve of most probable points ends before a threshold; ``last``: at which point."""
+
+    def __init__(self, last: MostProbablePoint, threshold: float) -> None:
+        far = float(np.linalg.norm(last.point))
+        what = f"the curve of most probable points from the mean does not come to {threshold:.6g}: it ends at "
+        what += f"{last.threshold:.6g}, {far:.3g} standard deviations out, where the response has its bound or folds"
+        super().__init__(what, "a threshold nearer to the mean, or Monte Carlo without most probable points")
+        self.last = last
 
 
 def _followed(response: Response, last: MostProbablePoint, threshold: float) -> MostProbablePoint:
@@ -156,20 +189,13 @@ def _followed(response: Response, last: MostProbablePoint, threshold: float) -> 
         if reached is None:
             stride *= 0.5
             if stride < 1e-3 * _STRIDE:
-                raise _unreached(last, threshold)
+                raise Unreached(last, threshold)
             continue
         if reached.threshold == threshold:
             return reached
         if np.linalg.norm(reached.point) > FARTHEST:
-            raise _unreached(reached, threshold)
+            raise Unreached(reached, threshold)
         last, stride = reached, min(2.0 * stride, _LONGEST) if reached.iterations <= _EASY else stride
-
-
-def _unreached(last: MostProbablePoint, threshold: float) -> NumericalError:
-    far = float(np.linalg.norm(last.point))
-    what = f"the response does not reach {threshold:.6g}: the curve of its most probable points ends at "
-    what += f"{last.threshold:.6g}, {far:.3g} standard deviations from the mean"
-    return NumericalError(what, "a threshold nearer to the mean, or Monte Carlo")
 
 
 def _newton(response: Response, last: MostProbablePoint, threshold: float) -> MostProbablePoint | None:

@@ -14,7 +14,8 @@ _BLOCK = 4096
 
 
 class Estimate(NamedTuple):
-    """A probability, its standard error, and the number of samples."""
+    """A probability, its standard error, and the number of samples; not a number where the response has no value at
+    some of them, for nothing is known of these."""
 
     probability: float
     standard_error: float
@@ -36,8 +37,8 @@ def importance_sampling(
         z = point + random.standard_normal((min(_BLOCK, samples - begin), len(point)))
         weights = np.exp(0.5 * point @ point - z @ point)
         y = response.values(z)
-        parts = np.where((y > threshold) == above, weights, 0.0)
+        parts = np.where(np.isnan(y), np.nan, np.where((y > threshold) == above, weights, 0.0))
         total += float(parts.sum())
         squares += float((parts**2).sum())
     mean = total / samples
-    return Estimate(mean, float(np.sqrt(max(squares / samples - mean**2, 0.0) / samples)), samples)
+    return Estimate(mean, float(np.sqrt(np.maximum(squares / samples - mean**2, 0.0) / samples)), samples)

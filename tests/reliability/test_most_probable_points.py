@@ -19,6 +19,7 @@ from eomgen.reliability import (
     importance_sampling,
     leading_directions,
     most_probable_points,
+    points_on_curve,
     projected_hessian,
     rivals,
 )
@@ -145,7 +146,7 @@ def test_a_second_valley_is_found() -> None:
 @pytest.mark.parametrize(
     ("kind", "text"),
     [
-        ("bounded", "the response does not reach 1.5: the curve of its most probable points ends at "),
+        ("bounded", "the curve of most probable points from the mean does not come to 1.5: it ends at "),
         (
             "flat",
             "the response has no slope at the mean, so no direction leads to its most probable points; try: Monte",
@@ -157,6 +158,26 @@ def test_what_has_no_most_probable_point_says_why(kind: str, text: str) -> None:
     with pytest.raises(NumericalError) as caught:
         most_probable_points(Counted(Formula(kind)), [1.5])
     assert text in str(caught.value)
+
+
+def test_thresholds_beyond_the_end_of_the_curve_leave_the_others_theirs() -> None:
+    found, missed = points_on_curve(Formula("bounded"), [1.5, 0.5, 2.0, -0.5])
+    assert [found[k].point[0] for k in (1, 3)] == pytest.approx([np.arctanh(0.5), -np.arctanh(0.5)])
+    assert sorted(missed) == [0, 2]
+    assert missed[0].last is missed[2].last
+    assert 0.99 < missed[0].last.threshold <= 1.0
+
+
+def test_samples_without_a_value_make_no_probability() -> None:
+    class Broken(Formula):
+        def values(self, points: Array) -> Array:
+            return np.where(points[:, 0] < 3.5, points[:, 0], np.nan)
+
+    for above in (True, False):
+        estimate = importance_sampling(Broken(""), np.array([2.0, 0.0]), 2.0, above=above, samples=500, seed=0)
+        assert np.isnan(estimate.probability) and np.isnan(estimate.standard_error)
+    fine = importance_sampling(Broken(""), np.array([-2.0, 0.0]), -2.0, above=False, samples=500, seed=0)
+    assert fine.probability == pytest.approx(0.02275, rel=0.2)
 
 
 @pytest.mark.slow

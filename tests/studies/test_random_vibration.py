@@ -215,5 +215,21 @@ def test_a_scene_without_processes_and_a_threshold_out_of_reach() -> None:
     with pytest.raises(UsageError, match="plain: the scene has no random process"):
         random_vibration(eomgen.build(plain, method="trapezoidal"), "x", 1.0, 0.05, method="trapezoidal")
     few = built(scene(0.1, 0.5))
-    with pytest.raises(NumericalError, match=r"the response does not reach -0\.5: the curve of its most probable"):
+    with pytest.raises(NumericalError, match=r"from the mean does not come to -0\.5: it ends at 0\.\d+, \d+ standard"):
         random_vibration(few, "pair[0]", 0.5, 0.1, thresholds=[-0.5], method="trapezoidal")
+    found = random_vibration(few, "pair[0]", 0.5, 0.1, thresholds=[-0.5, 0.5], method="trapezoidal")
+    assert np.isnan(found.indices[0]) and np.isfinite(found.indices[1])
+    assert np.isnan(found.distributions["form"].below[0]) and np.isfinite(found.distributions["form"].below[1])
+    assert "-0.5 have none, trust samples there" in found.message
+
+
+@pytest.mark.slow
+def test_a_bistable_scene_says_that_its_forms_are_none() -> None:
+    text = scene(0.1, 0.99).replace("0.5 * (1 + 0.3 * g)**2", "0.4 * g").replace("0.48835331267141746", "1.0")
+    text = text.replace("duration = 15", "duration = 10")
+    text = text.replace("force - q.slide - cubic * q.slide**3 - 0.2", "force + q.slide - q.slide**3 - 0.3")
+    found = random_vibration(built(text), "x", 10.0, 0.05, thresholds=[0.0, -1.0], samples=400, method="trapezoidal")
+    assert "P(y <= 0) is 0.8" in found.message and "+- 0.03 by samples: the response is no quadratic" in found.message
+    assert "misses 32 samples by 1." in found.message
+    assert "the curve of most probable points ends at -0.87" in found.message
+    assert found.distributions["monte_carlo"].below[1] > 0.05

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from scipy import special, stats
@@ -13,6 +13,7 @@ from eomgen.reliability import (
     MostProbablePoint,
     QuadraticForm,
     Response,
+    Unreached,
     breitung,
     first_order,
     hohenbichler_rackwitz,
@@ -24,6 +25,8 @@ from eomgen.studies.vibration.run_response import RunResponse
 
 #: Directions in which a second most probable point is looked for.
 _DIRECTIONS = 2
+#: Standard errors of samples, and share of the probability, by which a form may be off.
+_SURE, _LIKE = 3.0, 0.2
 _NONE: Array = np.zeros(0)
 
 
@@ -72,11 +75,60 @@ def doubts_of(response: Response, reached: Sequence[MostProbablePoint], seed: in
     return notes
 
 
-def tails_of(response: RunResponse, reached: Sequence[MostProbablePoint], samples: int, seed: int) -> Distribution:
+def unreached(missed: Mapping[int, Unreached], thresholds: Array) -> list[str]:
+    """Return notes on thresholds that have no most probable point, one for each end of the curve of these."""
+    ends: dict[int, list[int]] = {}
+    for k in sorted(missed, key=lambda k: float(thresholds[k])):
+        ends.setdefault(id(missed[k].last), []).append(k)
+    notes = []
+    for places in ends.values():
+        last = missed[places[0]].last
+        names = ", ".join(f"{thresholds[k]:.6g}" for k in places)
+        far = float(np.linalg.norm(last.point))
+        notes.append(
+            f"the curve of most probable points ends at {last.threshold:.6g}, {far:.3g} standard deviations out, where"
+            f" the response has its bound or folds: {names} have none, trust samples there"
+        )
+    return notes
+
+
+def disagreements(reached: Sequence[MostProbablePoint], form: Distribution, sampled: Distribution) -> list[str]:
+    """Return notes on thresholds whose quadratic form gives another probability than samples about their point."""
+    notes = []
+    for k, one in enumerate(reached):
+        side = "above" if one.index >= 0.0 else "below"
+        ours, theirs = float(getattr(form, side)[k]), float(getattr(sampled, side)[k])
+        error = 0.5 * float(sampled.high[k] - sampled.low[k]) / 1.96
+        if abs(ours - theirs) > _SURE * error + _LIKE * max(ours, theirs):
+            sign = ">" if side == "above" else "<="
+            notes.append(
+                f"P(y {sign} {one.threshold:.6g}) is {ours:.3g} by the quadratic form and {theirs:.2g} +- {error:.1g}"
+                " by samples: the response is no quadratic form there, trust samples"
+            )
+    return notes
+
+
+def spread(one: Distribution, places: Sequence[int], count: int) -> Distribution:
+    """Return a distribution of all thresholds, not a number where one has no point."""
+
+    def wide(values: Array) -> Array:
+        found = np.full(count, np.nan)
+        found[list(places)] = values
+        return found
+
+    return Distribution(*(wide(part) if len(part) else part for part in (one.below, one.above, one.low, one.high)))
+
+
+def tails_of(
+    response: RunResponse, reached: Sequence[MostProbablePoint], samples: int, seed: int, *, nearest: float = 0.0
+) -> Distribution:
+    """Return probabilities by samples about most probable points; about the mean of those nearer to it, whose regions
+    are too wide for samples elsewhere."""
     below, above, low, high = (np.empty(len(reached)) for _ in range(4))
     for k, one in enumerate(reached):
         upper = one.index >= 0.0
-        estimate = importance_sampling(response, one.point, one.threshold, above=upper, samples=samples, seed=seed + k)
+        centre = one.point if abs(one.index) >= nearest else 0.0 * one.point
+        estimate = importance_sampling(response, centre, one.threshold, above=upper, samples=samples, seed=seed + k)
         tail, spread = estimate.probability, 1.96 * estimate.standard_error
         above[k] = tail if upper else 1.0 - tail
         below[k] = 1.0 - tail if upper else tail

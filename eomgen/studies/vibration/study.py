@@ -18,9 +18,19 @@ from eomgen.reliability import (
     QuadraticForm,
     hermite_projection,
     leading_directions,
-    most_probable_points,
+    points_on_curve,
 )
-from eomgen.studies.vibration.distributions import at_points, doubts_of, moments_of, of_form, of_samples, tails_of
+from eomgen.studies.vibration.distributions import (
+    at_points,
+    disagreements,
+    doubts_of,
+    moments_of,
+    of_form,
+    of_samples,
+    spread,
+    tails_of,
+    unreached,
+)
 from eomgen.studies.vibration.findings import Cost, Distribution
 from eomgen.studies.vibration.inputs import check_counts, check_output, processes_of, span_of, thresholds_of
 from eomgen.studies.vibration.over_time import first_passage, rows_at
@@ -29,6 +39,13 @@ from eomgen.studies.vibration.run_response import RunResponse
 
 if TYPE_CHECKING:
     from eomgen.model import Model
+
+#: Samples about each most probable point that its form is held against, where no more are asked for.
+_FEW = 200
+#: Distance of a most probable point from the mean below which these samples are about the mean.
+_NEAREST = 1.5
+#: Samples that the form about the mean is held against; what it may miss of them, by their standard deviation.
+_TRIED, _MISSED = 32, 0.5
 
 
 def random_vibration(
@@ -95,6 +112,7 @@ def random_vibration(
     if samples:
         study.by_samples(samples, wanted, passage)
     covariance = study.along(times, passage, forms) if len(times) or levels else {}
+    study.check_form(form)
     if study.response.reason:
         study.notes.append(f"Hessians are differences of gradients: {study.response.reason}")
     units = {item.name: item.unit for item in model.description.outputs}
@@ -168,18 +186,49 @@ class _Study:
                 forms["hermite"] = hermite_projection(self._expanded, pairs, self.seed)
         return forms
 
+    def check_form(self, form: QuadraticForm) -> None:
+        """Note where the form about the mean is far from what a few samples are."""
+        points = np.random.default_rng(self.seed + 1).standard_normal((_TRIED, self.response.size))
+        with self._counted("check"):
+            y = self.response.values(points)
+        bent = 0.5 * np.einsum("mi,ij,mj->m", points, form.hessian, points)
+        off = y - (form.value + points @ form.gradient + bent)
+        failed = int(np.count_nonzero(~np.isfinite(y)))
+        if failed:
+            self.notes.append(f"{failed} of {_TRIED} samples fail, so what is said of the output leaves them out")
+        if _TRIED - failed < 2:
+            return
+        missed = float(np.sqrt(np.nanmean(off**2) / np.nanvar(y))) if np.nanvar(y) > 0.0 else 0.0
+        if missed > _MISSED:
+            self.notes.append(
+                f"the quadratic form about the mean misses {_TRIED - failed} samples by {missed:.2g} of their standard"
+                " deviation: its moments are no more than a guess, and so are distributions near the mean"
+            )
+
     def about_points(self, wanted: Array, tail_samples: int) -> Array:
         """Find the most probable points of thresholds and the distributions about them; return their indices."""
         with self._counted("most_probable_points"):
-            reached = most_probable_points(self._expanded, wanted.tolist())
+            found, missed = points_on_curve(self._expanded, wanted.tolist())
+        if not found:
+            raise missed[min(missed)]
+        self.notes += unreached(missed, wanted)
+        places, reached = sorted(found), [found[k] for k in sorted(found)]
         with self._counted("other_points"):
             self.notes += doubts_of(self._expanded, reached, self.seed)
-        self.distributions |= at_points(reached)
+        about = at_points(reached)
+        with self._counted("importance_sampling"):
+            failed, nearest = self.response.failed, 0.0 if tail_samples else _NEAREST
+            sampled = tails_of(self.response, reached, tail_samples or _FEW, self.seed, nearest=nearest)
+            failed = self.response.failed - failed
+        self.notes += disagreements(reached, about["quadratic"], sampled)
         if tail_samples:
-            with self._counted("importance_sampling"):
-                found = tails_of(self.response, reached, tail_samples, self.seed)
-            self.distributions["importance_sampling"] = found
-        return np.array([one.index for one in reached])
+            about["importance_sampling"] = sampled
+        if failed:
+            self.notes.append(f"{failed} samples about most probable points failed: thresholds with such have none")
+        self.distributions |= {name: spread(one, places, len(wanted)) for name, one in about.items()}
+        indices = np.full(len(wanted), np.nan)
+        indices[places] = [one.index for one in reached]
+        return indices
 
     def by_samples(self, count: int, wanted: Array, passage: dict[float, dict[str, float]]) -> None:
         """Count samples, at the end and by the largest value within their runs."""
