@@ -14,6 +14,7 @@ from eomgen.random_processes.covariance import (
 )
 from eomgen.random_processes.draws import standard_normals
 from eomgen.random_processes.karhunen_loeve import MOST_MODES, Expansion, expand
+from eomgen.random_processes.translation import translated_correlation, underlying
 
 __all__ = [
     "MOST_MODES",
@@ -30,4 +31,6 @@ __all__ = [
     "SquaredExponential",
     "expand",
     "standard_normals",
+    "translated_correlation",
+    "underlying",
 ]

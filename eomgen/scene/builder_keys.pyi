@@ -151,6 +151,8 @@ class RandomKeys(TypedDict, total=False):
     modes: int | None
     seed: int | None
     translation: Value | None
+    quantiles: Sequence[Sequence[Value]] | None
+    covariance_of: str | None
     unit: str | None
     description: str | None
 

@@ -11,14 +11,16 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.interpolate import make_interp_spline
-from scipy.stats import skew
+from scipy.stats import norm, skew
 
 import eomgen
 from eomgen.arrays import Array
 from eomgen.cli import main
-from eomgen.errors import DescriptionError
+from eomgen.errors import DescriptionError, UsageError
+from eomgen.formula.curves import Curve
+from eomgen.formula.nodes import Application
 from eomgen.pipeline.controllers import toml_text
-from eomgen.random_processes import RoadProfile, SquaredExponential, expand, standard_normals
+from eomgen.random_processes import RoadProfile, SquaredExponential, expand, standard_normals, translated_correlation
 from eomgen.scene.load import from_data
 from eomgen.scene.scene import Scene
 from eomgen.system.random_processes import RandomProcess
@@ -238,6 +240,22 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ),
     (FORCE | {"translation": "h**2"}, r"unknown name 'h'"),
     ({"follows": "wind", "delay": 1}, r"there is no random process 'wind'"),
+    (EXPONENTIAL | {"quantiles": [[0.1, 2], [0.5, 1], [0.9, 3]]}, r"quantiles are three points or more, probabilities"),
+    (EXPONENTIAL | {"quantiles": [[0.1, 2], [0.5, 3]]}, r"quantiles are three points or more"),
+    (EXPONENTIAL | {"quantiles": [[0, 2], [0.5, 3], [0.9, 4]]}, r"quantiles are three points or more"),
+    (
+        EXPONENTIAL | {"quantiles": [[0.1, 2], [0.5, 3], [0.9, 4]], "translation": "g"},
+        r"both translation and quantiles say what the process is",
+    ),
+    (EXPONENTIAL | {"covariance_of": "translated"}, r"covariance_of translated needs a translation or quantiles of a"),
+    (
+        EXPONENTIAL | {"covariance_of": "translated", "translation": "exp(g)", "mean": 1},
+        r"needs a translation or quantiles of a standard normal g; try: translation = ..., without mean",
+    ),
+    (
+        {"type": "damped_cosine", "decay": 0.1, "frequency": 3, "covariance_of": "translated", "translation": "exp(g)"},
+        r"no Gaussian process has a translation with the correlation -0.901 at the lag 1.04: of this one",
+    ),
 ]
 
 
@@ -394,3 +412,42 @@ def test_tables_of_a_long_road_are_as_close_as_what_its_share_leaves_out_asks_fo
     off = np.array([mode(x) for mode in modes]) - exact.modes(x)
     assert np.max(np.abs(off)) < 1e-4 * np.sqrt(0.02) * np.max(exact.modes(x)) * 3.0
     assert len(modes[0].x) <= 65 and len(modes[-1].x) <= 513
+
+
+def test_quantiles_are_those_of_the_process_and_it_is_straight_beyond_them() -> None:
+    quantiles = [[0.01, -3.0], [0.2, -1.0], [0.5, 0.5], [0.9, 2.0], [0.99, 6.0]]
+    process = _process(_scene(force=EXPONENTIAL | {"quantiles": quantiles}))
+    assert isinstance(process.translation, Application) and isinstance(process.translation.curve, Curve)
+    (share, value), curve = np.array(quantiles).T, process.translation.curve
+    np.testing.assert_allclose(curve(norm.ppf(share)), value, atol=2e-3)
+    x = np.linspace(-6.0, 6.0, 1000)
+    assert np.all(np.diff(curve(x)) > 0.0)
+    np.testing.assert_allclose(np.diff(curve(np.array([3.0, 4.0, 5.0])), 2), 0.0, atol=1e-3)
+
+
+def test_a_translated_process_has_the_correlation_that_is_asked_for() -> None:
+    """Of exp(g) it is (exp(r) - 1) / (e - 1): the closed form, and samples of the process at two times."""
+    asked = {"type": "exponential", "correlation_time": 2.0, "share": 0.995, "duration": 4.0}
+    process = _process(_scene(force=asked | {"covariance_of": "translated", "translation": "exp(g)"}))
+    modes = np.array([mode(np.array([1.0, 2.0])) for mode in process.modes])
+    found = float(modes[:, 0] @ modes[:, 1])
+    wanted = float(np.exp(-0.5))
+    assert found == pytest.approx(np.log(1.0 + wanted * (np.e - 1.0)), abs=5e-3)
+    z = np.random.default_rng(0).standard_normal((200_000, len(modes))) @ modes
+    assert np.corrcoef(np.exp(z).T)[0, 1] == pytest.approx(wanted, abs=0.015)
+
+
+def test_a_correlation_of_a_translation_that_no_gaussian_process_makes_in_this_window_is_refused() -> None:
+    asked = {"type": "squared_exponential", "correlation_time": 1.0, "duration": 4.0, "share": 0.99}
+    with pytest.raises(DescriptionError, match="no Gaussian process is translated to this covariance: its own"):
+        _scene(force=asked | {"covariance_of": "translated", "translation": "exp(g)"})
+
+
+def test_correlations_of_translations_have_their_closed_forms() -> None:
+    r = np.array([-1.0, -0.5, 0.3, 1.0])
+    lognormal = translated_correlation(np.exp, r)
+    np.testing.assert_allclose(lognormal, (np.exp(r) - 1.0) / (np.e - 1.0), atol=1e-12)
+    square = translated_correlation(lambda g: (1.0 + 0.3 * g) ** 2, r)
+    np.testing.assert_allclose(square, (0.36 * r + 2.0 * 0.3**4 * r**2) / (0.36 + 2.0 * 0.3**4), atol=1e-12)
+    with pytest.raises(UsageError, match="the translation has no variance"):
+        translated_correlation(lambda g: 0.0 * g + 3.0, r)

@@ -7,11 +7,13 @@ import math
 import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from eomgen.errors import UsageError
+from eomgen.arrays import Array
+from eomgen.errors import Problem, UsageError
 from eomgen.formula.curves import Curve
 from eomgen.formula.evaluate import curves, evaluate_batch
 from eomgen.formula.nodes import Application, Formula, Number, Symbol
@@ -29,6 +31,7 @@ from eomgen.random_processes import (
     SquaredExponential,
     expand,
     standard_normals,
+    underlying,
 )
 from eomgen.random_roads import FASTEST
 from eomgen.scene.formula.namespaces import mapped
@@ -50,6 +53,8 @@ _FARTHEST, _PLACES = 6.0, 1201
 _POINTS, _FEWEST = 8, 32
 #: Most points of a table.
 _MOST_POINTS = 4096
+#: Quantiles at least, standard deviations to which their map is known, and points of it.
+_FEWEST_QUANTILES, _BEYOND, _MAP_POINTS = 3, 12.0, 401
 #: Error of a table, measured by the largest value of all modes; the same by the standard deviation that is left out.
 _TABLE_ERROR, _OF_THE_REST = 1e-6, 1e-4
 
@@ -270,10 +275,16 @@ class Processes:
         end = duration * (speed or 1.0) + max(-earliest, 0.0)
         share = None if entry.modes is not None else written.SHARE if entry.share is None else entry.share
         try:
+            if entry.covariance_of == "translated":
+                covariance = self._underlying(key, entry, covariance, translation, end - start)
             expansion = expand(covariance, end - start, share=share, modes=entry.modes)
         except UsageError as error:
             (problem,) = error.problems
-            self.report.add(key, problem.what, problem.hint)
+            what, hint = problem.what, problem.hint
+            if entry.covariance_of == "translated" and what.startswith("the covariance is not positive"):
+                what = f"no Gaussian process is translated to this covariance: its own would not be one: {what}"
+                hint = "a translation nearer to a straight one, or the covariance of g itself"
+            self.report.add(key, what, hint)
             return None
         modes = _tables(name, expansion, start)
         process = RandomProcess(
@@ -293,9 +304,66 @@ class Processes:
         return process
 
     def _translation(self, name: str, entry: written.RandomProcess) -> Formula | None:
+        key = key_of("random", name)
+        if entry.quantiles is not None:
+            if entry.translation is not None:
+                self.report.add(f"{key}.quantiles", "both translation and quantiles say what the process is", "one")
+                return None
+            return self._quantiles(f"{key}.quantiles", name, entry)
         if entry.translation is None:
             return None
-        return self.values.formula(f"{key_of('random', name)}.translation", entry.translation, TRANSLATION)
+        return self.values.formula(f"{key}.translation", entry.translation, TRANSLATION)
+
+    def _quantiles(self, key: str, name: str, entry: written.RandomProcess) -> Formula | None:
+        """Return the monotone map of a normal variable of this mean and deviation to one with these quantiles: straight
+        beyond the first and the last of them."""
+        from scipy.interpolate import PchipInterpolator  # noqa: PLC0415  # slow to import; most processes have none
+
+        points = [self.values.constants(f"{key}[{k}]", pair) for k, pair in enumerate(entry.quantiles or ())]
+        share, value = np.array(points, dtype=float).reshape(-1, 2).T
+        rising = len(share) >= _FEWEST_QUANTILES and np.all(np.diff(share) > 0.0) and np.all(np.diff(value) > 0.0)
+        if not rising or share[0] <= 0.0 or share[-1] >= 1.0:
+            what = "quantiles are three points or more, probabilities between 0 and 1 and values that both rise"
+            self.report.add(key, what, "quantiles = [[0.1, 2.0], [0.5, 3.0], [0.9, 5.0]]")
+            return None
+        normal = np.array([NormalDist().inv_cdf(float(part)) for part in share])
+        x = np.linspace(-_BEYOND, _BEYOND, _MAP_POINTS)
+        spline = PchipInterpolator(normal, value)
+        slopes = spline(normal[[0, -1]], 1)
+        y = spline(np.clip(x, normal[0], normal[-1]))
+        y += slopes[0] * np.minimum(x - normal[0], 0.0) + slopes[1] * np.maximum(x - normal[-1], 0.0)
+        mean = self.values.constant(f"{key_of('random', name)}.mean", entry.mean)
+        written_value = 1.0 if entry.standard_deviation is None else entry.standard_deviation
+        deviation = self.values.constant(f"{key_of('random', name)}.standard_deviation", written_value)
+        g: Formula = Symbol("gaussian") if mean == 0.0 else Symbol("gaussian") - mean
+        return Application(Curve(f"{name} quantiles", x, y), g if deviation == 1.0 else g / deviation)
+
+    def _underlying(
+        self,
+        key: str,
+        entry: written.RandomProcess,
+        covariance: Covariance,
+        translation: Formula | None,
+        window: float,
+    ) -> Covariance:
+        """Return the covariance of g whose translation has the one that is asked for. Raises UsageError."""
+        if translation is None or entry.mean not in (0, 0.0) or entry.standard_deviation not in (None, 1, 1.0):
+            what = "covariance_of translated needs a translation or quantiles of a standard normal g"
+            raise UsageError(Problem(key, what, "translation = ..., without mean and standard_deviation"))
+        formula = translation
+        if entry.quantiles is None and curves(formula):
+            what = "covariance_of translated knows formulas and quantiles, and the translation has a curve"
+            raise UsageError(Problem(key, what, "quantiles"))
+
+        def map_of(g: Array) -> Array:
+            if isinstance(formula, Application) and isinstance(formula.curve, Curve):
+                return np.asarray(formula.curve(np.clip(g, -_BEYOND, _BEYOND)))
+            value = evaluate_batch(
+                formula, lambda symbol: g if symbol.kind == "gaussian" else self.values.parameters[symbol.name]
+            )
+            return np.asarray(np.broadcast_to(value, np.shape(g)))
+
+        return underlying(covariance, map_of, window)
 
     def _check_map(self, process: RandomProcess) -> None:
         """Report a translation that has no value where g may be; note one that turns round there."""

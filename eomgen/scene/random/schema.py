@@ -76,6 +76,13 @@ class RandomProcess(Table):
     modes: Annotated[int, Field(ge=1)] | None = optional("number of modes, in place of `share`")
     seed: Seed = key("of the standard normal variables", 0, kind="whole number from 0")
     translation: Value | None = optional("what the process is: a formula of g", names=TRANSLATION, shown_default="`g`")
+    quantiles: Annotated[tuple[Pair, ...], Field(strict=False)] | None = of_fixed_parameters(
+        "in place of `translation`: probabilities between 0 and 1, and the values that are not exceeded with them",
+        kind="list of [probability, value]",
+    )
+    covariance_of: Literal["gaussian", "translated"] = key(
+        "what has the covariance of `type`: g, or, but for its size, what g is translated to", "gaussian"
+    )
     unit: Unit = key("label", "")
     description: Description = key("for tables", "")
 
@@ -84,7 +91,7 @@ class RandomProcess(Table):
 OWN = tuple(
     word
     for word in RandomProcess.model_fields
-    if word not in ("follows", "offset", "delay", "translation", "unit", "description")
+    if word not in ("follows", "offset", "delay", "translation", "quantiles", "unit", "description")
 )
 #: Keys of a process that one which is correlated with it has from it.
 SHARED = tuple(word for word in OWN if word not in ("correlation", "mean", "standard_deviation", "seed"))
