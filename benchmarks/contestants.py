@@ -153,6 +153,7 @@ _CPP_VARIANTS = {
     "mass": ("crba local", "crba world"),
     "forward_dynamics": ("aba local", "aba world", "crba, bias, cholesky"),
     "partials": ("analytic derivatives",),
+    "regressor": ("joint torque regressor",),
 }
 
 

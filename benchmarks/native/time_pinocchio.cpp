@@ -10,6 +10,7 @@
 #include <pinocchio/algorithm/aba.hpp>
 #include <pinocchio/algorithm/cholesky.hpp>
 #include <pinocchio/algorithm/crba.hpp>
+#include <pinocchio/algorithm/regressor.hpp>
 #include <pinocchio/algorithm/rnea-derivatives.hpp>
 #include <pinocchio/algorithm/rnea.hpp>
 
@@ -58,6 +59,10 @@ static void derivatives(const State &s)
     pin::computeRNEADerivatives(model, *data, s.q, s.v, s.x, K, C, M);
     sink = K(0, 0);
 }
+static void regressor(const State &s)
+{
+    sink = pin::computeJointTorqueRegressor(model, *data, s.q, s.v, s.x)(0, 0);
+}
 
 struct Variant
 {
@@ -93,6 +98,9 @@ static const std::map<std::string, Variant> variants = {
           append(row, C);
           append(row, symmetric(M));
       }}},
+    {"joint torque regressor",
+     {[](long n) { repeat(n, regressor); },
+      [](std::vector<double> &row) { append(row, data->jointTorqueRegressor); }}},
 };
 
 int main(int count, char **words)

@@ -22,6 +22,7 @@ from benchmarks import (
     late_steps,
     measure,
     real_time_steps,
+    regressor,
     relative_springs,
     robot_dynamics,
     sensitivities,
@@ -46,6 +47,13 @@ def test_robot_dynamics_finds_its_own_numbers_right(tmp_path: Path, capsys: pyte
         for function in ("inverse_dynamics", "forward_dynamics")
         for flags in ("O3", "fast")
     ]
+
+
+@pytest.mark.slow
+def test_the_regressor_is_pinocchios(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert regressor.main(["--quick", "--work", str(tmp_path)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.partition(",")[0] for line in lines] == [f"panda eomgen {flags}: right" for flags in ("O3", "fast")]
 
 
 def test_lanes_have_the_bits_of_scalar_code(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

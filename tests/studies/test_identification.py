@@ -221,6 +221,15 @@ def test_motion_without_forces_decides_ratios_alone(slider: eomgen.Model) -> Non
     assert one.form == "product" and one.low < 30.0 < one.high
 
 
+def test_what_is_hardly_determined_is_named_with_its_direction(slider: eomgen.Model) -> None:
+    """A push of 1 mN among motions by its thousandfold: all forces could be twice as large."""
+    given = data(0, push=1e-3) | {"push": np.full(201, 1e-3)}
+    found = found_by(slider, given, "mass_a", "stiffness", "damping", values={"mass_b": 0.0, "mass_a": 3.0})
+    assert found.combinations == ()
+    said = "intervals wider than the value: mass_a, stiffness, damping; least determined, in shares of their values: "
+    assert said + "0.58 mass_a + 0.58 stiffness + 0.58 damping" in found.message
+
+
 def test_combinations_of_columns_are_read_from_the_left() -> None:
     rng = np.random.default_rng(0)
     J = rng.standard_normal((30, 5))

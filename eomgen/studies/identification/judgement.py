@@ -18,6 +18,8 @@ from eomgen.studies.identification.unknowns import Unknowns
 
 #: Combinations that the message has in words, and their members.
 _NAMED = 4
+#: Share of a direction that a member has at least to be named.
+_SHARE = 0.2
 #: Standard deviations by which steps may move an estimate.
 _BIASED = 0.25
 #: Part of a value by which an estimate may miss its bound.
@@ -199,7 +201,7 @@ class Judgement:
             and one.name in self.unknowns.parameters
         ]
         if wide:
-            notes.append(f"intervals wider than the value: {', '.join(wide)}")
+            notes.append(f"intervals wider than the value: {', '.join(wide)}{self._least_determined(estimates)}")
         moved = [one for one in estimates if one.state == "determined" and abs(one.bias) > _BIASED * one.deviation]
         worst = max(moved, key=lambda one: abs(one.bias) / one.deviation, default=None)
         # data without noise would ask for any step
@@ -231,6 +233,21 @@ class Judgement:
                 " the noise is filtered; intervals are too narrow"
             )
         return notes
+
+    def _least_determined(self, estimates: Sequence[Estimate]) -> str:
+        """Return the last right singular vector of the derivatives by unknowns in shares of their values, in words."""
+        x = self.fit.x
+        chosen = [k for k, one in enumerate(estimates) if one.state == "determined" and x[k] != 0.0]
+        sigma = self.fit.deviations[self.unknowns.columns]
+        _, _, rows = np.linalg.svd(
+            self.fit.J[:, chosen] * np.abs(x[chosen]) / sigma[:, np.newaxis], full_matrices=False
+        )
+        shares = rows[-1] * np.sign(rows[-1][np.argmax(np.abs(rows[-1]))])
+        parts = [(float(c), estimates[k].name) for k, c in zip(chosen, shares, strict=True) if abs(c) > _SHARE]
+        if len(parts) < 2:
+            return ""
+        text = "".join(f" {'-' if c < 0.0 else '+'} {abs(c):.2f} {name}" for c, name in parts).removeprefix(" + ")
+        return f"; least determined, in shares of their values: {text.strip()}"
 
 
 def interval(confidence: float, freedom: int, *, given: bool) -> float:
