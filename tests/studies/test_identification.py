@@ -391,6 +391,20 @@ def test_mistakes_in_calls_are_named(
     assert told in str(caught.value)
 
 
+@pytest.mark.slow
+def test_starts_that_move_with_what_is_unknown_are_refused(slider: eomgen.Model) -> None:
+    resting = built_for_run(load_toml(SCENE.replace("duration = 4 }", 'duration = 4, start = "equilibrium" }')))
+    with pytest.raises(UsageError, match="initial: the scene starts at static equilibrium, which parameters move"):
+        found_by(resting, data(), "stiffness")
+    found = found_by(resting, data(), "stiffness", "damping", initial={"slide": 0.1})
+    assert found["stiffness"].low < 30.0 < found["stiffness"].high
+    absolute = SCENE.replace("format = 1", 'format = 1\ncoordinates = "absolute"').replace(
+        'mass = "mass_a"', 'mass = "mass_a"\ncenter_of_mass = ["0.1 * far", 0, 0]'
+    )
+    with pytest.raises(UsageError, match="initial: the scene's initial state follows from parameters"):
+        found_by(built_for_run(load_toml(absolute)), data(), "stiffness")
+
+
 def test_too_few_samples_and_no_runs(slider: eomgen.Model) -> None:
     few = {"t": [0.0, 0.1], "x": [0.1, 0.09]}
     with pytest.raises(UsageError, match="data: there are 2 samples for 3 unknowns; try: more samples"):

@@ -129,6 +129,8 @@ def identify(
         raise UsageError(Problem("step", f"{size:.6g} s is no step", "a positive time"))
     p = model.evaluator.one_set({**held} or None, "one set of values")
     starts = _starts(initial, len(runs))
+    for one in starts:
+        _check_start(model, one, parameters)
     states_at = [initial_state(model, start, p) for start in starts]
 
     def at(h: float) -> Unknowns:
@@ -162,6 +164,16 @@ def _identified(
     check_effect(unknowns, predict, x, sigma)
     found = fit(predict, unknowns.data, unknowns.columns, x, limits, sigma, _LIMIT)
     return Judgement(unknowns, finer, found, predict, limits, sigma is not None, confidence).result()
+
+
+def _check_start(model: Model, initial: Mapping[str, Any] | None, parameters: Sequence[str]) -> None:
+    """Raise UsageError where the initial state moves with what is unknown, which derivatives leave out."""
+    if not initial and model.library.layout["defaults"]["start"] == "equilibrium":
+        what = "the scene starts at static equilibrium, which parameters move, and that is not in the derivatives"
+        raise UsageError(Problem("initial", what, "initial=model.equilibrium().initial, with states=[...] if unknown"))
+    if parameters and model.initial_at is not None and not {"q", "v"} <= set(initial or {}):
+        what = "the scene's initial state follows from parameters, and that is not in the derivatives"
+        raise UsageError(Problem("initial", what, 'initial={"q": ..., "v": ...}, with states=[...] if unknown'))
 
 
 def _several(data: Data | Sequence[Data]) -> list[Data]:
