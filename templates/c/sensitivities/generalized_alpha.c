@@ -153,10 +153,14 @@ static void eg_add_transposed(double *restrict Y, double s, const double *restri
 }
 
 /* Y += s D. */
-static void eg_add_scaled(double *Y, double s, const double *D, long size)
+static void eg_add_scaled(double *restrict Y, double s, const double *restrict D, long size)
 {
-    long i;
-    for (i = 0; i < size; ++i)
+    long i = 0;
+#if defined(__GNUC__)
+    for (; i + EG_WIDE <= size; i += EG_WIDE)
+        *(eg_vector *)(Y + i) += s * *(const eg_vector *)(D + i);
+#endif
+    for (; i < size; ++i)
         Y[i] += s * D[i];
 }
 
@@ -255,20 +259,23 @@ static void eg_swap(double *X, long i, long j, long count)
         }
 }
 
-static void eg_scale(double *X, const double *by, long n, long count)
+/* X *= s. */
+static void eg_multiply(double *X, double s, long count)
 {
-    long i, k;
-    for (i = 0; i < n; ++i)
-        for (k = 0; k < count; ++k)
-            X[i * count + k] *= by[i];
+    long k = 0;
+#if defined(__GNUC__)
+    for (; k + EG_WIDE <= count; k += EG_WIDE)
+        *(eg_vector *)(X + k) *= s;
+#endif
+    for (; k < count; ++k)
+        X[k] *= s;
 }
 
-static void eg_divide(double *X, double by, long count)
+static void eg_scale(double *X, const double *by, long n, long count)
 {
-    const double factor = 1.0 / by;
-    long k;
-    for (k = 0; k < count; ++k)
-        X[k] *= factor;
+    long i;
+    for (i = 0; i < n; ++i)
+        eg_multiply(X + i * count, by[i], count);
 }
 
 /* X := S^-1 X. */
@@ -283,7 +290,7 @@ static void eg_solve(const double *S, const double *row, const double *column, c
         eg_accumulate(X + i * count, -1.0, S + i * n, 1, i, X, count);
     for (i = n - 1; i >= 0; --i) {
         eg_accumulate(X + i * count, -1.0, S + i * n + i + 1, 1, n - 1 - i, X + (i + 1) * count, count);
-        eg_divide(X + i * count, S[i * n + i], count);
+        eg_multiply(X + i * count, 1.0 / S[i * n + i], count);
     }
     eg_scale(X, column, n, count);
 }
@@ -296,7 +303,7 @@ static void eg_solve_transposed(const double *S, const double *row, const double
     eg_scale(X, column, n, count);
     for (i = 0; i < n; ++i) {
         eg_accumulate(X + i * count, -1.0, S + i, n, i, X, count);
-        eg_divide(X + i * count, S[i * n + i], count);
+        eg_multiply(X + i * count, 1.0 / S[i * n + i], count);
     }
     for (i = n - 2; i >= 0; --i)
         eg_accumulate(X + i * count, -1.0, S + (i + 1) * n + i, n, n - 1 - i, X + (i + 1) * count, count);
@@ -389,7 +396,6 @@ EG_SEEN long eomgen_step_tangents(const eg_steps *given, const double *dp, doubl
     long k;
     for (k = 0; k < given->steps; ++k) {
         const eg_step at = eg_step_of(given, k);
-        long i;
         eg_matrix(given, &g, &at, JT, S);
         if (!eg_factor(S, row, column, pivot, n))
             return k;
@@ -404,11 +410,11 @@ EG_SEEN long eomgen_step_tangents(const eg_steps *given, const double *dp, doubl
         eg_turn(given, at.T, 0, D, count, temporary);
         eg_add_scaled(q, g.h, D, block);
         eg_add_scaled(v, g.h * (1.0 - g.gamma), a, block);
-        for (i = 0; i < block; ++i)
-            vdot[i] = (g.am * a[i] - g.af * vdot[i]) / (1.0 - g.af);
+        eg_multiply(vdot, -g.af / (1.0 - g.af), block);
+        eg_add_scaled(vdot, g.am / (1.0 - g.af), a, block);
         eg_add_scaled(z, g.h * (1.0 - g.zgamma), r, small);
-        for (i = 0; i < small; ++i)
-            zdot[i] = (g.zam * r[i] - g.af * zdot[i]) / (1.0 - g.af);
+        eg_multiply(zdot, -g.af / (1.0 - g.af), small);
+        eg_add_scaled(zdot, g.zam / (1.0 - g.af), r, small);
         memset(x, 0, (size_t)(n * count) * sizeof *x);
         eg_add(x, -1.0, at.Jq, n, nv, q, count);
         eg_add(x, -1.0, at.Jv, n, nv, v, count);
