@@ -133,6 +133,28 @@ def test_curvatures_of_a_circle_give_its_known_probability() -> None:
     assert hohenbichler_rackwitz(found) == pytest.approx(exact, rel=0.02)
 
 
+def test_a_point_with_nearer_ones_beside_it_is_none() -> None:
+    class Bowl(Formula):  # x + y^2 / 2 = 2 is nearer to the mean beside (2, 0), at (1, sqrt 2)
+        def expansion(self, point: Array) -> Expansion:
+            x, y = point
+            return Expansion(x + 0.5 * y * y, np.array([1.0, y]), np.diag([0.0, 1.0]))
+
+    (near, far) = most_probable_points(Bowl(""), [0.5, 2.0])
+    assert near.nearest and not far.nearest
+    assert np.isnan(breitung(far))
+
+
+def test_a_valley_far_behind_is_no_rival() -> None:
+    class Steep(Formula):  # x^2 + 3 x = 9 at 1.85 and -4.85
+        def expansion(self, point: Array) -> Expansion:
+            x, _ = point
+            return Expansion(x * x + 3.0 * x, np.array([2.0 * x + 3.0, 0.0]), np.diag([2.0, 0.0]))
+
+    (found,) = most_probable_points(Steep(""), [9.0])
+    assert found.index == pytest.approx(-1.5 + np.sqrt(11.25), rel=1e-9)
+    assert rivals(Steep(""), found, 4, 0) == []
+
+
 def test_a_second_valley_is_found() -> None:
     (found,) = most_probable_points(Formula("two valleys"), [9.0])
     assert found.point[0] == pytest.approx(2.975, abs=1e-3)

@@ -101,3 +101,13 @@ def test_refused_forms_say_why() -> None:
         QuadraticForm(np.nan, np.zeros(2), np.eye(2))
     with pytest.raises(NumericalError, match="of 1 variables falls too slowly for Imhof's integral; try: inversion by"):
         INVERSIONS["imhof"](chi_square(1), [1.0])
+
+
+def test_the_saddle_point_formula_has_its_limit_at_the_mean() -> None:
+    """Lugannani and Rice at the mean: 1/2 + K''' / (6 sqrt(2 pi) K''^1.5), K'' = 2 n and K''' = 8 n of chi-square."""
+    n = 7
+    limit = 0.5 + 8.0 * n / (6.0 * np.sqrt(2.0 * np.pi) * (2.0 * n) ** 1.5)
+    away = np.sqrt(2.0 * n) * np.array([0.0, 1e-6, -1e-6])
+    tails = INVERSIONS["lugannani_rice"](chi_square(n), n + away)
+    np.testing.assert_allclose(tails.below, limit, atol=1e-6)
+    assert tails.below[0] == pytest.approx(limit, rel=1e-12)

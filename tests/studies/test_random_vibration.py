@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 import eomgen
 from eomgen.cli import main
@@ -16,6 +17,7 @@ from eomgen.errors import NumericalError, UsageError
 from eomgen.scene.load import load_toml
 from eomgen.studies import RandomVibration, random_vibration
 from eomgen.studies.vibration.inputs import processes_of
+from eomgen.studies.vibration.over_time import first_passage
 from eomgen.studies.vibration.run_response import RunResponse
 from tests.reliability.duffing import Duffing
 
@@ -233,3 +235,21 @@ def test_a_bistable_scene_says_that_its_forms_are_none() -> None:
     assert "misses 32 samples by 1." in found.message
     assert "the curve of most probable points ends at -0.87" in found.message
     assert found.distributions["monte_carlo"].below[1] > 0.05
+
+
+def test_rates_of_crossings_are_the_closed_forms() -> None:
+    """cos(w t) z1 + sin(w t) z2: w exp(-b^2 / 2) / 2 pi (Rice); c t + z and (1 + t) z pass b once: by distributions."""
+    t, b = np.linspace(0.0, 2.0, 4001), 1.3
+    up = norm.sf(b)
+
+    def of(integral: float) -> float:
+        return float(up + (1.0 - up) * -np.expm1(-integral))
+
+    w, none = 5.0, np.zeros_like(t)
+    turning = np.stack([np.cos(w * t), np.sin(w * t)], axis=1)
+    rate = w / (2.0 * np.pi) * np.exp(-0.5 * b**2)
+    assert first_passage(t, none, turning, b) == pytest.approx(of(2.0 * rate), rel=1e-5)
+    drift = first_passage(t, 0.4 * t, np.ones((len(t), 1)), b)
+    assert drift == pytest.approx(of(norm.cdf(b) - norm.cdf(b - 0.8)), rel=1e-5)
+    growing = first_passage(t, none, (1.0 + t)[:, None], b)
+    assert growing == pytest.approx(of(norm.cdf(b) - norm.cdf(b / 3.0)), rel=1e-5)
