@@ -12,6 +12,7 @@ from eomgen.reliability.most_probable_point import (
     most_probable_points,
     points_on_curve,
     rivals,
+    why_it_ends,
 )
 from eomgen.reliability.projection import Projected, hermite_projection, leading_directions, projected_hessian
 from eomgen.reliability.quadratic_form import QuadraticForm
@@ -40,4 +41,5 @@ __all__ = [
     "points_on_curve",
     "projected_hessian",
     "rivals",
+    "why_it_ends",
 ]

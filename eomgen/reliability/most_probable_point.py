@@ -167,13 +167,20 @@ def points_on_curve(
     return found, missed
 
 
+def why_it_ends(last: MostProbablePoint) -> str:
+    """Return why the curve of most probable points is followed no farther than to one."""
+    if np.linalg.norm(last.point) > FARTHEST:
+        return "beyond which nothing is so probable as 1e-23"
+    return "where the response has its bound or folds"
+
+
 class Unreached(NumericalError):
     """The curve of most probable points ends before a threshold; ``last``: at which point."""
 
     def __init__(self, last: MostProbablePoint, threshold: float) -> None:
         far = float(np.linalg.norm(last.point))
         what = f"the curve of most probable points from the mean does not come to {threshold:.6g}: it ends at "
-        what += f"{last.threshold:.6g}, {far:.3g} standard deviations out, where the response has its bound or folds"
+        what += f"{last.threshold:.6g}, {far:.3g} standard deviations out, {why_it_ends(last)}"
         super().__init__(what, "a threshold nearer to the mean, or Monte Carlo without most probable points")
         self.last = last
 

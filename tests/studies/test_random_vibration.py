@@ -210,6 +210,16 @@ def test_mistakes_are_named(duffing: eomgen.Model, options: dict[str, Any], text
     assert text in str(caught.value)
 
 
+def test_methods_without_derivatives_and_thresholds_too_far_out_are_named() -> None:
+    few = built(scene(0.1, 0.5))
+    with pytest.raises(UsageError, match="rk4"):
+        random_vibration(eomgen.build(load_toml(scene(0.1, 0.5)), method="rk4"), "x", 1.0, 0.05, method="rk4")
+    with pytest.raises(
+        NumericalError, match=r"does not come to 1e\+09: it ends at .* beyond which nothing is so probable"
+    ):
+        random_vibration(few, "x", 1.0, 0.1, thresholds=[1e9], method="trapezoidal")
+
+
 def test_a_scene_without_processes_and_a_threshold_out_of_reach() -> None:
     plain = {"format": 1, "name": "plain", "bodies": {"mass": {"mass": 1, "inertia": [1, 1, 1]}}}
     plain |= {"joints": {"slide": {"type": "prismatic", "parent": "base", "child": "mass", "axis": [1, 0, 0]}}}
@@ -217,7 +227,7 @@ def test_a_scene_without_processes_and_a_threshold_out_of_reach() -> None:
     with pytest.raises(UsageError, match="plain: the scene has no random process"):
         random_vibration(eomgen.build(plain, method="trapezoidal"), "x", 1.0, 0.05, method="trapezoidal")
     few = built(scene(0.1, 0.5))
-    with pytest.raises(NumericalError, match=r"from the mean does not come to -0\.5: it ends at 0\.\d+, \d+ standard"):
+    with pytest.raises(NumericalError, match=r"from the mean does not come to -0\.5: it ends at 0\.\d+, [\d.]+ standard"):
         random_vibration(few, "pair[0]", 0.5, 0.1, thresholds=[-0.5], method="trapezoidal")
     found = random_vibration(few, "pair[0]", 0.5, 0.1, thresholds=[-0.5, 0.5], method="trapezoidal")
     assert np.isnan(found.indices[0]) and np.isfinite(found.indices[1])

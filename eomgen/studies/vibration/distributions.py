@@ -19,6 +19,7 @@ from eomgen.reliability import (
     hohenbichler_rackwitz,
     importance_sampling,
     rivals,
+    why_it_ends,
 )
 from eomgen.studies.vibration.findings import Distribution
 from eomgen.studies.vibration.run_response import RunResponse
@@ -86,8 +87,8 @@ def unreached(missed: Mapping[int, Unreached], thresholds: Array) -> list[str]:
         names = ", ".join(f"{thresholds[k]:.6g}" for k in places)
         far = float(np.linalg.norm(last.point))
         notes.append(
-            f"the curve of most probable points ends at {last.threshold:.6g}, {far:.3g} standard deviations out, where"
-            f" the response has its bound or folds: {names} have none, trust samples there"
+            f"the curve of most probable points ends at {last.threshold:.6g}, {far:.3g} standard deviations out,"
+            f" {why_it_ends(last)}: {names} have none, trust samples there"
         )
     return notes
 

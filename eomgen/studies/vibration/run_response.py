@@ -153,10 +153,11 @@ class RunResponse:
         parameters = {**(given.pop("parameters", None) or {}), **dict(zip(self.variables, point.tolist(), strict=True))}
         settings = {**_TIGHT, **(given.pop("settings", None) or {})}
         name = self.output.partition("[")[0]
+        given |= {"by": list(self.variables), "of": [name], "parameters": parameters}
         try:
-            return self.model.sensitivities(
-                *self.span, by=list(self.variables), of=[name], parameters=parameters, settings=settings, **given
-            )
+            return self.model.sensitivities(*self.span, settings=settings, **given)
+        except UsageError:  # methods without Newton's iteration have other settings, and no derivatives, which they say
+            return self.model.sensitivities(*self.span, **given)
         except NumericalError as error:
             far = float(np.linalg.norm(point))
             what = f"the run {far:.3g} standard deviations from the mean fails: {error.problems[0].what}"
