@@ -1161,6 +1161,8 @@ SLOW: dict[str, tuple[str, ...]] = {
 #: Which of these only `make test-long` runs: they take most of the time of a file, and it has others of their kind. A key is
 #: a test function; its value is which of its parametrisation (all where it names none).
 LONG: dict[str, tuple[str, ...]] = {
+    "examples/test_identified_machines.py::test_intervals_of_the_arm_hold_the_truth": (),
+    "examples/test_identified_machines.py::test_intervals_of_the_quarter_car_hold_the_truth": (),
     "simulation/test_second_order_sensitivities.py::test_constraints_and_starts_that_move_onto_them": (
         "loop-generalized_alpha-by0",
         "absolute-generalized_alpha-by2",

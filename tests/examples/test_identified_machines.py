@@ -74,17 +74,21 @@ def test_intervals_of_the_quarter_car_hold_the_truth(quarter_car: Callable[[int]
 
 
 @pytest.mark.slow
-def test_intervals_of_the_arm_hold_the_truth(arm: Callable[[int], eomgen.Identification]) -> None:
+def test_the_arm_is_known_from_one_run_within_a_second(arm: Callable[[int], eomgen.Identification]) -> None:
     true = arm_parameters()
     assert len(true) == 24
     assert np.abs(distances(arm(0), true)).max() < 4.0
-    check_coverage(arm, true)
     spent = []
-    for seed in range(5):
+    for seed in range(3):
         before = time.process_time()
         arm(seed)
         spent.append(time.process_time() - before)
     assert min(spent) < 1.0
+
+
+@pytest.mark.slow
+def test_intervals_of_the_arm_hold_the_truth(arm: Callable[[int], eomgen.Identification]) -> None:
+    check_coverage(arm, arm_parameters())
 
 
 def check_coverage(identified: Callable[[int], eomgen.Identification], true: dict[str, float]) -> None:
