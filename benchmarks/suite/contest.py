@@ -71,6 +71,7 @@ class Entry:
     """A contestant: a script in ``contestants``, the group that it runs in, and what it is told.
 
     ``small`` replaces items of ``task`` where the suite is quick. ``threads`` other than 1 runs on as many cores.
+    ``patience``: seconds until an answer; Pinocchio's headers alone take some minutes to compile.
     """
 
     name: str
@@ -79,7 +80,7 @@ class Entry:
     task: Mapping[str, Any] = field(default_factory=dict)
     small: Mapping[str, Any] = field(default_factory=dict)
     threads: int = 1
-    patience: float = 240.0
+    patience: float = 600.0
 
 
 @contextmanager

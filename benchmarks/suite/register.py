@@ -92,7 +92,7 @@ def _ensemble(problem: str, samples: int, target: float, peers: Sequence[Entry])
 OWN_METHODS = {"methods": ["taylor", "rk45", "rk4"], "workers": 1}
 REFERENCES = ("heyoka_ensemble.py", "scipy_ensemble.py")
 HEYOKA = Entry("heyoka", "heyoka_ensemble.py")
-DIFFRAX = Entry("diffrax", "diffrax_ensemble.py", JAX)
+DIFFRAX = Entry("diffrax", "diffrax_ensemble.py", JAX, {"samples": 1024})
 SCIPY = Entry("SciPy", "scipy_ensemble.py", task={"samples": 16}, small={"samples": 2})
 MJX = Entry("MJX", "mjx_ensemble.py", JAX, {"samples": 256, "halvings": list(range(8, 18))}, {"halvings": [10, 16]})
 PER_TRAJECTORY = "trajectory of 10 s"

@@ -18,6 +18,8 @@ from eomgen.reliability.response import Expansion, Response
 _STRIDE, _LONGEST, _EASY = 0.25, 1.0, 3
 #: Newton's iterations at a threshold; distance of z at which they end.
 _ITERATIONS, _CLOSE = 25, 1e-10
+#: Iterations after which the Hessian is taken anew.
+_RENEWED = 6
 #: Distance from the mean, in standard deviations, beyond which nothing is looked for: P = 8e-24.
 FARTHEST = 10.0
 
@@ -206,32 +208,45 @@ def _followed(response: Response, last: MostProbablePoint, threshold: float) -> 
 
 
 def _newton(response: Response, last: MostProbablePoint, threshold: float) -> MostProbablePoint | None:
-    """Return the most probable point next to another; None where Newton's method does not come to it."""
-    z, multiplier, here = last.point, last.multiplier, last.expansion
+    """Return the most probable point next to another; None where Newton's method does not come to it.
+
+    The Hessian is that of the point before, corrected on the way by what the gradient changes along each step
+    (symmetric, of rank one), and taken anew where that takes long: a gradient costs a run and its adjoint, a Hessian as
+    many tangents as there are variables.
+    """
+    z, multiplier, gradient, value = last.point, last.multiplier, last.expansion.gradient, last.expansion.value
     n = len(z)
+    hessian = last.expansion.hessian.copy()
     system = np.zeros((n + 1, n + 1))
     for iteration in range(1, _ITERATIONS + 1):
-        gradient = here.gradient
-        system[:n, :n] = np.eye(n) + multiplier * here.hessian
+        system[:n, :n] = np.eye(n) + multiplier * hessian
         system[:n, n] = system[n, :n] = gradient
         try:
-            step = np.linalg.solve(system, -np.append(z + multiplier * gradient, here.value - threshold))
+            step = np.linalg.solve(system, -np.append(z + multiplier * gradient, value - threshold))
         except np.linalg.LinAlgError:
             return None
-        if np.linalg.norm(step[:n]) > 2.0 * _LONGEST:
+        length = float(np.linalg.norm(step[:n]))
+        if length > 2.0 * _LONGEST:
             return None
-        z, multiplier = z + step[:n], multiplier + float(step[n])
-        here = response.expansion(z)
-        if np.linalg.norm(step[:n]) <= _CLOSE * (1.0 + np.linalg.norm(z)) or _solved(z, multiplier, here, threshold):
-            return MostProbablePoint(threshold, z, multiplier, here, iteration)
+        z, multiplier, before = z + step[:n], multiplier + float(step[n]), gradient
+        value, gradient = response.gradient(z)
+        if length <= _CLOSE * (1.0 + np.linalg.norm(z)) or _solved(z, multiplier, value - threshold, gradient):
+            return MostProbablePoint(threshold, z, multiplier, response.expansion(z), iteration)
+        if iteration % _RENEWED == 0:
+            hessian = response.expansion(z).hessian.copy()
+            continue
+        missed = gradient - before - hessian @ step[:n]
+        along = float(missed @ step[:n])
+        if abs(along) > 1e-8 * length * float(np.linalg.norm(missed)):
+            hessian += np.outer(missed, missed) / along
     return None
 
 
-def _solved(z: Array, multiplier: float, here: Expansion, threshold: float) -> bool:
+def _solved(z: Array, multiplier: float, off: float, gradient: Array) -> bool:
     """Whether both conditions hold to 1e-9 standard deviations."""
-    slope = float(np.linalg.norm(here.gradient))
-    apart = float(np.linalg.norm(z + multiplier * here.gradient))
-    return apart <= 1e-9 and abs(here.value - threshold) <= 1e-9 * slope
+    slope = float(np.linalg.norm(gradient))
+    apart = float(np.linalg.norm(z + multiplier * gradient))
+    return apart <= 1e-9 and abs(off) <= 1e-9 * slope
 
 
 def rivals(response: Response, found: MostProbablePoint, starts: int, seed: int) -> list[MostProbablePoint]:

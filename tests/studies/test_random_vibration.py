@@ -193,6 +193,7 @@ def test_the_command_prints_writes_and_draws(tmp_path: Path, capsys: pytest.Capt
     ("options", "text"),
     [
         ({"output": "y"}, "output: there is no output 'y'; try: one of x, pair"),
+        ({"output": 1}, "output: a name is needed, not int; try: one of x, pair"),
         ({"output": "pair"}, "output: 'pair' is no single component of pair; try: pair[0] to pair[1]"),
         ({"thresholds": [np.nan]}, "thresholds: finite numbers are needed"),
         ({"samples": -1}, "samples: a whole number from 0 on is needed, not -1; try: samples=1000"),

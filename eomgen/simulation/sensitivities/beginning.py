@@ -7,7 +7,7 @@ begin with their rates alone.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -106,9 +106,8 @@ class Beginning:
     prescribed_at: Callable[[float], Prescribed]
     share: float
 
-    def tangents(self, along: Directions) -> tuple[Array, Array]:
+    def tangents(self, along: Directions, stages: Sequence[Stage]) -> tuple[Array, Array]:
         """Return the state of ``LinearSteps``, and the row that is recorded, along directions."""
-        stages = self.stages(along)
         dvdot, dlam, dzdot = stages[0].dvdot, stages[0].dlam, stages[0].dzdot
         slope = np.zeros_like(dvdot)
         for weight, stage in zip(WEIGHTS, stages, strict=False):

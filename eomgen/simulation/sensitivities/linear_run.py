@@ -54,6 +54,7 @@ class LinearRun:
     columns : of p, q, v and z that derivatives are taken by, in this order
     asked : the directions
     along : what they change at the start, on the constraints
+    stages : the states whose accelerations the start takes, with their changes
     inverse_inertia : W = 1/M_ii of the start, by which multipliers move positions; empty where there is none
     state, record : what the steps begin with along them
     """
@@ -80,7 +81,8 @@ class LinearRun:
         self.along = (
             on_constraints(self.beginning, self.asked, self.inverse_inertia) if model.multipliers else self.asked
         )
-        self.state, self.record = self.beginning.tangents(self.of_equations(self.along))
+        self.stages = self.beginning.stages(self.of_equations(self.along))
+        self.state, self.record = self.beginning.tangents(self.of_equations(self.along), self.stages)
 
     @property
     def size(self) -> int:

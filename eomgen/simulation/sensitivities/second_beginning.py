@@ -14,13 +14,13 @@ M (v' - v) = B^T sigma, w(q, v') = 0.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.lie import product
 from eomgen.simulation.sensitivities.beginning import (
-    Beginning,
     Directions,
     StartDerivatives,
     inertia_partials,
@@ -28,26 +28,27 @@ from eomgen.simulation.sensitivities.beginning import (
 )
 from eomgen.simulation.sensitivities.turning import turnings
 
+if TYPE_CHECKING:
+    from eomgen.simulation.sensitivities.linear_run import LinearRun
+
 
 class SecondBeginning:
     """Second derivatives of the start along pairs of directions.
 
     Parameters
     ----------
-    first, second : as they are asked for
-    inverse_inertia : (nv,) W; empty where there is none
+    run : whose directions are the first ones
+    second : as they are asked for; the same without
     """
 
-    def __init__(self, start: Beginning, first: Directions, second: Directions, inverse_inertia: Array) -> None:
-        self.start, self.asked, self.W = start, (first, second), inverse_inertia
-        self.equations = start.equations
-        self.on = self.asked
-        if self.equations.nl:
-            self.on = (on_constraints(start, first, inverse_inertia), on_constraints(start, second, inverse_inertia))
-        size = len(first.dp)
-        along = [Directions(one.dq, one.dv, one.dz, one.dp[:size]) for one in self.on]
-        self.stages = [start.stages(one) for one in along]
-        self.found = np.zeros((first.dq.shape[1], second.dq.shape[1]))
+    def __init__(self, run: LinearRun, second: Directions | None = None) -> None:
+        self.start, self.W, self.equations = run.beginning, run.inverse_inertia, run.equations
+        self.asked, self.on, self.stages = (run.asked,) * 2, (run.along,) * 2, (run.stages,) * 2
+        if second is not None:
+            on = on_constraints(self.start, second, self.W) if self.equations.nl else second
+            self.asked, self.on = (run.asked, second), (run.along, on)
+            self.stages = run.stages, self.start.stages(run.of_equations(on))
+        self.found = np.zeros((run.size, self.asked[1].dq.shape[1]))
 
     def of(self, state: Array, record: Array, of_inertia: Array) -> Array:
         """Return second derivatives, (first, second), of state . the state that steps begin with + record . the row

@@ -125,7 +125,7 @@ def hessians(run: LinearRun, weights: Sequence[Weights]) -> Array:
             found[number] += _paired(tangents.steps, of_steps) + tangents.parameters.T @ of_parameters
     for number in range(len(weights)):
         of_start = adjoint.state[:, number], adjoint.record[:, number], adjoint.parameters[len(run.asked.dp) :, number]
-        found[number] += SecondBeginning(run.beginning, run.asked, run.asked, run.inverse_inertia).of(*of_start)
+        found[number] += SecondBeginning(run).of(*of_start)
     return 0.5 * (found + np.swapaxes(found, 1, 2))
 
 
@@ -145,7 +145,7 @@ def hessian_products(run: LinearRun, weights: Weights, directions: Array) -> Arr
         second.record = of_rows[0, :width]
     found: Array = run.state.T @ second.state + run.record.T @ second.record + run.along.dp.T @ second.parameters
     of_start = first.state[:, 0], first.record[:, 0], first.parameters[len(run.asked.dp) :, 0]
-    return found + SecondBeginning(run.beginning, run.asked, asked, run.inverse_inertia).of(*of_start)
+    return found + SecondBeginning(run, asked).of(*of_start)
 
 
 def _paired(one: Array, other: Array) -> Array:

@@ -55,10 +55,12 @@ def span_of(model: Model, at: float | None, step: float | None) -> tuple[float, 
 
 def check_output(model: Model, output: str) -> None:
     sizes = {str(item["name"]): int(item["size"]) for item in model.library.layout["outputs"]}
+    known = f"one of {', '.join(sizes)}" if sizes else "[outputs.x] in the scene"
+    if not isinstance(output, str):
+        raise UsageError(Problem("output", f"a name is needed, not {type(output).__name__}", known))
     name, bracket, rest = output.partition("[")
     if name not in sizes:
-        what = f"there is no output {name!r}"
-        raise UsageError(Problem("output", what, f"one of {', '.join(sizes)}" if sizes else "[outputs.x] in the scene"))
+        raise UsageError(Problem("output", f"there is no output {name!r}", known))
     size = sizes[name]
     place = rest.rstrip("]")
     if bool(bracket) != (size > 1) or (bracket and not (place.isdigit() and int(place) < size)):

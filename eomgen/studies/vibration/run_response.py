@@ -49,6 +49,7 @@ class RunResponse:
     failed: int = field(default=0, init=False)
     reason: str = field(default="", init=False)
     _last: tuple[Array, Sensitivities] | None = field(default=None, init=False)
+    _slope: tuple[Array, float, Array] | None = field(default=None, init=False)
 
     @property
     def spent(self) -> tuple[int, int, int]:
@@ -126,10 +127,13 @@ class RunResponse:
         return found
 
     def gradient(self, point: Array) -> tuple[float, Array]:
-        """Return the output, and its derivatives (n,) by one adjoint run."""
-        self._spend(0, 1)
-        found = self._sensitivities(point)
-        return float(self._column(found.outputs)[-1]), found.gradients([self._functional])[0]
+        """Return the output, and its derivatives (n,) by one adjoint run; those before where the point is the same."""
+        if self._slope is None or not np.array_equal(self._slope[0], point):
+            found = self._sensitivities(point)
+            value, gradient = float(self._column(found.outputs)[-1]), found.gradients([self._functional])[0]
+            self._slope = np.array(point), value, gradient
+            self._spend(0, 1)
+        return self._slope[1], self._slope[2]
 
     def along(self, point: Array) -> tuple[Array, Array, Array]:
         """Return times (rows,), the output (rows,) and its derivatives (rows, n), by tangents along one run."""
