@@ -292,7 +292,8 @@ ORDER: dict[str, tuple[str, ...]] = {
     "simulation.sensitivities": (
         "equations functionals linear_steps motion turning",
         "beginning step_matrices",
-        "linear_run second_beginning",
+        "linear_run",
+        "second_beginning",
         "input_derivatives second_order",
         "run_sensitivities",
         "linearise",
