@@ -1,6 +1,6 @@
 # make demo   runs the main jobs: the spin-up beam and the active vehicle, from scene file to figure
 # make test   passes the tests: one witness of each kind; make test-all runs the others
-# make test-long runs what takes most of the time of all, a quarter of an hour: before a release, not for every change
+# make test-long runs what takes most of the time of all, half an hour: before a release, not for every change
 # make coverage shows which lines the first tier runs, 90 % of them or more
 # make bench  runs eomgen beside its peers, which it installs below .bench, and writes docs/benchmarks.md: a quarter of an hour
 # The others make their own virtual environment in .venv and install what they need.

@@ -83,7 +83,7 @@ def test_the_frame_has_the_spread_of_lyapunovs_equation() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("example", "says"),
-    [("quarter_car_on_random_road", "travel"), ("frame_in_earthquake", "first passage of 60 mm")],
+    [("quarter_car_on_random_road", "with stops"), ("frame_in_earthquake", "first passage of 60 mm")],
 )
 def test_the_demo_draws_its_distribution(example: str, says: str, tmp_path: Path) -> None:
     command = [sys.executable, str(EXAMPLES / example / "demo.py"), "--samples", "400", "--out", str(tmp_path)]

@@ -52,7 +52,8 @@ def judged(
         smooth = ~(singular | non_smooth.any(axis=(-2, -1)))
         allowed = BARS * found.bar + sizes.differences
         failures += _worst(claim, names, finite & ~non_smooth, value, found.best, allowed, "finite differences")
-        failures += _worst(claim, names, finite, value, exact, sizes.exact, "complex step")
+        sided = non_smooth if claim.sided else np.zeros_like(non_smooth)
+        failures += _worst(claim, names, finite & ~sided, value, exact, sizes.exact, "complex step")
         undecided |= bool((finite & ~np.isfinite(exact) & ~np.isfinite(found.bar)).any())
         with np.errstate(all="ignore"):
             by_step = np.max((np.abs(found.ladder - value) / sizes.state)[:, smooth], axis=(1, 2, 3), initial=0.0)

@@ -87,6 +87,7 @@ class Claim:
     size : callable, optional
         Natural magnitude (...) of what is compared, where sums may cancel.
     functions : names of the functions that the source needs
+    sided : whether two exact derivations may take different sides of a kink, as second derivatives of ``min(x, x)`` do
     """
 
     name: str
@@ -102,6 +103,7 @@ class Claim:
     rows: tuple[str, ...] = ()
     columns: tuple[str, ...] = ()
     functions: tuple[str, ...] = field(default=())
+    sided: bool = False
 
 
 def output(function: str, name: str) -> Value:

@@ -56,6 +56,7 @@ def second_claims(space: Space, engine: Engine, system: System) -> list[Claim]:
             directions=direction,
             rows=names,
             functions=("partials",),
+            sided=True,
         )
     ]
 
