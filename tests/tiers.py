@@ -1421,7 +1421,7 @@ LONG: dict[str, tuple[str, ...]] = {
     "examples/test_quarter_car.py::test_steady_motion_is_the_sum_of_harmonic_responses": ("0.0", "2000.0"),
     "examples/test_random_excitation.py::test_the_demo_draws_its_distribution": (
         "frame_in_earthquake-first passage of 60 mm",
-        "quarter_car_on_random_road-travel",
+        "quarter_car_on_random_road-with stops",
     ),
     "examples/test_random_excitation.py::test_the_quarter_car_has_the_spread_of_its_frequency_responses": (),
     "examples/test_roll_up.py::test_ends_of_circles_meet": ("5-1.0", "8-2.0"),
