@@ -274,7 +274,7 @@ ORDER: dict[str, tuple[str, ...]] = {
         "reading symbolic_kernel",
     ),
     "integrators": (
-        "harmonics newton step_splitting",
+        "compositions harmonics newton step_splitting",
         "step_work",
         "families",
         "events methods samples stepper_layout",

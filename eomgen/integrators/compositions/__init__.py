@@ -1,0 +1,7 @@
+"""Symplectic compositions of drifts and kicks: coefficients by rule, order conditions, stability limits, errors."""
+
+__all__ = ["Composition", "composition_named", "compositions", "leapfrog_recursion", "order_of"]
+
+from eomgen.integrators.compositions.composition import Composition
+from eomgen.integrators.compositions.order_conditions import order_of
+from eomgen.integrators.compositions.table import composition_named, compositions, leapfrog_recursion

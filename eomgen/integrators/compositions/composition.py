@@ -1,0 +1,171 @@
+"""``Composition``: one step of a symplectic method as drifts and kicks in turn, and what follows from them.
+
+A drift moves coordinates with momenta held, a kick changes momenta with coordinates held. Time is a coordinate, so it
+moves in drifts: a force that depends on time is evaluated at the time that drifts have come to.
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from eomgen.arrays import Array
+from eomgen.errors import Problem, UsageError
+from eomgen.integrators.compositions.order_conditions import order_of
+
+Part = Literal["drift", "kick"]
+
+#: |trace|/2 of a step of the oscillator beyond 1 that counts as rounding of tabulated coefficients.
+_ROUNDED_TRACE = 1e-9
+#: Points by which the stability limit is looked for, for each unit of omega h.
+_POINTS = 500
+
+
+@dataclass(frozen=True)
+class Composition:
+    """A symmetric composition of drifts and kicks, its order checked on construction.
+
+    Attributes
+    ----------
+    name : with which ``composition_named`` makes it
+    order : even; of the flows of any two operators
+    first : what a step begins and ends with
+    fractions : of a step, of drifts and kicks in turn, beginning with ``first``
+    source : where it was published
+
+    Raises
+    ------
+    UsageError
+        Fractions that are not symmetric, do not sum up to 1 or do not have the order.
+    """
+
+    name: str
+    order: int
+    first: Part
+    fractions: tuple[float, ...]
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        if len(self.fractions) % 2 == 0 or self.fractions != self.fractions[::-1]:
+            raise _wrong(self.name, "is not symmetric: a step backwards would not undo it", "the order of its list")
+        for part, sums in (("drifts", math.fsum(self.drifts)), ("kicks", math.fsum(self.kicks))):
+            if abs(sums - 1) > 4e-15:
+                raise _wrong(self.name, f"has {part} that sum up to {sums:.15g} instead of 1", "its coefficients")
+        order = order_of(self.fractions, self.order)
+        if order != self.order:
+            what = f"is said to have order {self.order}, and its coefficients have order {order}"
+            raise _wrong(self.name, what, "its coefficients, and whether its list begins with a drift or a kick")
+
+    @property
+    def drifts(self) -> tuple[float, ...]:
+        """Fractions of the drifts of a step; one more than kicks if a step begins with a drift, else one less."""
+        return self.fractions[0 if self.first == "drift" else 1 :: 2]
+
+    @property
+    def kicks(self) -> tuple[float, ...]:
+        """Fractions of the kicks of a step."""
+        return self.fractions[0 if self.first == "kick" else 1 :: 2]
+
+    @property
+    def gradients(self) -> int:
+        """Evaluations of the force in each of many steps, where adjacent parts of steps are merged."""
+        return len(self.fractions) // 2
+
+    @functools.cached_property
+    def kick_times(self) -> tuple[float, ...]:
+        """Fractions of the step at which kicks are: sums of the drifts before each."""
+        moved = tuple(itertools.accumulate(self.drifts, initial=0.0))
+        return moved[1:-1] if self.first == "drift" else (*moved[:-1], 1.0)
+
+    def parts(self, steps: int = 1) -> Iterator[tuple[Part, float]]:
+        """Yield what is done in a number of steps, as (drift or kick, fraction of a step), adjacent parts merged."""
+        kinds: tuple[Part, Part] = ("drift", "kick") if self.first == "drift" else ("kick", "drift")
+        last = len(self.fractions) - 1
+        for step in range(steps):
+            for place, fraction in enumerate(self.fractions):
+                if place == 0 and step:
+                    continue  # it is part of the last one
+                merged = place == last and step < steps - 1
+                yield kinds[place % 2], fraction + (self.fractions[0] if merged else 0.0)
+
+    def exchanged(self) -> Composition:
+        """Return the same fractions with kicks for drifts and drifts for kicks, which has the same order."""
+        other: Part = "kick" if self.first == "drift" else "drift"
+        return Composition(self.name, self.order, other, self.fractions, self.source)
+
+    def oscillator(self, steps: Array) -> Array:
+        """Return the matrices by which steps change (q, p) of the oscillator q'' = -q, shape (..., 2, 2).
+
+        Parameters
+        ----------
+        steps : any shape; in 1/omega
+        """
+        matrices = np.broadcast_to(np.eye(2), (*np.shape(steps), 2, 2)).copy()
+        for part, fraction in self.parts():
+            moved = np.asarray(steps) * fraction
+            if part == "drift":
+                matrices[..., 0, :] += moved[..., None] * matrices[..., 1, :]
+            else:
+                matrices[..., 1, :] -= moved[..., None] * matrices[..., 0, :]
+        return matrices
+
+    @functools.cached_property
+    def stability_limit(self) -> float:
+        """Largest omega h up to which all smaller steps keep oscillations bounded: the first at which half the trace
+        of the oscillator's matrix leaves [-1, 1].
+
+        Where it only touches the bounds, which tabulated coefficients do up to rounding, steps remain stable.
+        """
+
+        def beyond(steps: Array) -> Array:
+            matrices = self.oscillator(steps)
+            return np.asarray(np.abs(matrices[..., 0, 0] + matrices[..., 1, 1]) / 2 - 1)
+
+        for start in range(2 * self.gradients + 1):  # no composition is stable beyond twice its kicks
+            grid = np.linspace(start, start + 1, _POINTS + 1)
+            found = beyond(grid)
+            # a maximum between two points may lie beyond the bound though both points do not
+            peaks = 1 + np.flatnonzero((found[1:-1] >= found[:-2]) & (found[1:-1] >= found[2:]) & (found[1:-1] > -1e-4))
+            finer = [np.linspace(grid[peak - 1], grid[peak + 1], 513) for peak in peaks]
+            points = np.unique(np.concatenate([grid, *finer]))
+            outside = np.flatnonzero(beyond(points) > _ROUNDED_TRACE)
+            if len(outside) and outside[0]:
+                return _bisected(beyond, points[outside[0] - 1], points[outside[0]])
+        raise AssertionError("unreachable: the trace is a polynomial of even degree in the step")
+
+    @functools.cached_property
+    def error_constant(self) -> float:
+        """The limit of sqrt(rho)/(omega h)^order for small steps, where rho sin^2 is the mean energy error that an
+        oscillator of thermal energy has after any number of steps, in units of the temperature.
+
+        With b and c, the entries beside the diagonal of the oscillator's matrix, rho = -(b + c)^2/(2 b c) (Blanes,
+        Casas, Sanz-Serna, SIAM J. Sci. Comput. 36 (2014) A1556).
+        """
+        degree = self.order + 2
+        rows = np.zeros((2, 2, degree))  # of (q, p), as power series in the step
+        rows[0, 0, 0] = rows[1, 1, 0] = 1.0
+        for part, fraction in self.parts():
+            moved, by, sign = (0, 1, 1.0) if part == "drift" else (1, 0, -1.0)
+            rows[moved, :, 1:] += sign * fraction * rows[by, :, :-1]
+        return float(abs(rows[0, 1, -1] + rows[1, 0, -1]) / math.sqrt(2.0))
+
+
+def _bisected(beyond: Callable[[Array], Array], inside: float, outside: float) -> float:
+    """Return where a function passes zero between two steps."""
+    for _ in range(60):
+        middle = (inside + outside) / 2
+        if beyond(np.asarray(middle)) > 0:
+            outside = middle
+        else:
+            inside = middle
+    return float(inside)
+
+
+def _wrong(name: str, what: str, hint: str) -> UsageError:
+    return UsageError(Problem("composition", f"{name} {what}", hint))

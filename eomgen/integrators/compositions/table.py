@@ -1,0 +1,170 @@
+"""The table of compositions: those of tabulated coefficients, and recursions of leapfrogs for any even order."""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import re
+from collections.abc import Mapping
+from decimal import Decimal, localcontext
+
+from eomgen.errors import Problem, UsageError
+from eomgen.integrators.compositions.composition import Composition, Part
+from eomgen.text import nearest, shown
+
+#: Digits with which coefficients are worked out before they are rounded.
+_DIGITS = 40
+#: Orders up to which a recursion is made: 3^9 leapfrogs are no method.
+HIGHEST_ORDER = 12
+_RECURSION = "Creutz and Gocksch 1989; Suzuki 1990; Yoshida 1990"
+#: Recursions by name: leapfrogs on either side of the backward one.
+_FORWARD: Mapping[str, int] = {"yoshida": 1, "suzuki": 2}
+
+
+def leapfrog_recursion(order: int, forward: int, first: Part = "drift", name: str = "") -> Composition:
+    """Return the composition of an even order by recursion of leapfrogs, each level with ``forward`` steps on either
+    side of a backward one:
+
+        S_{m+2}(h) = S_m(e)^i S_m(-s e) S_m(e)^i,   s = (2 i)^(1/(m + 1)),   e = h/(2 i - s)
+
+    Parameters
+    ----------
+    order : 2 to ``HIGHEST_ORDER``
+    forward : i, at least 1; 1 is Yoshida's (Forest and Ruth's at order 4), 2 Suzuki's
+    first : what a step begins and ends with
+
+    Raises
+    ------
+    UsageError
+        An odd or too high order, or fewer than one step.
+    """
+    if order not in range(2, HIGHEST_ORDER + 1, 2) or forward < 1:
+        what = f"there is no recursion of leapfrogs of order {order} with {forward} on either side"
+        raise UsageError(Problem("composition", what, f"an even order of 2 to {HIGHEST_ORDER}, and at least 1"))
+    label = name or (f"creutz_gocksch{order}_{forward}" if order > 2 else "leapfrog")
+    return Composition(label, order, first, _recursion(order, forward), _RECURSION)
+
+
+@functools.cache
+def _recursion(order: int, forward: int) -> tuple[float, ...]:
+    """Return the fractions of a recursion, half steps of adjacent leapfrogs merged."""
+    with localcontext() as context:
+        context.prec = _DIGITS
+        leapfrogs = [Decimal(1)]
+        for level in range(2, order, 2):
+            back = Decimal(2 * forward) ** (Decimal(1) / Decimal(level + 1))
+            ahead = 1 / (2 * forward - back)
+            sides = [ahead] * forward
+            leapfrogs = [outer * inner for outer in (*sides, -back * ahead, *sides) for inner in leapfrogs]
+        halves = [Decimal(0), *(leapfrog / 2 for leapfrog in leapfrogs), Decimal(0)]
+        between = [before + after for before, after in itertools.pairwise(halves)]
+        turns = [value for pair in zip(between, leapfrogs, strict=False) for value in pair] + [between[-1]]
+        return tuple(float(value) for value in turns)
+
+
+def _symmetric(*half: Decimal) -> tuple[float, ...]:
+    """Return a list of odd length from its first half and what is in the middle."""
+    return tuple(float(value) for value in (*half, *half[-2::-1]))
+
+
+def _two_kicks(outer: Decimal) -> tuple[float, ...]:
+    """Return drifts of ``outer``, the rest and ``outer`` with half a kick between them."""
+    return _symmetric(outer, Decimal("0.5"), 1 - 2 * outer)
+
+
+def _three_kicks(outer: Decimal, kick: Decimal) -> tuple[float, ...]:
+    return _symmetric(outer, kick, Decimal("0.5") - outer, 1 - 2 * kick)
+
+
+def _five_kicks(outer: Decimal, kick: Decimal, drift: Decimal, second: Decimal) -> tuple[float, ...]:
+    """Return five kicks between six drifts, or the other way round, from the first two of each."""
+    return _symmetric(outer, kick, drift, second, Decimal("0.5") - outer - drift, 1 - 2 * (kick + second))
+
+
+def _minimum_norm() -> tuple[float, ...]:
+    """Return the two kicks whose commutators of third order have the smallest norm."""
+    with localcontext() as context:
+        context.prec = _DIGITS
+        root = (2 * Decimal(326).sqrt() + 36) ** (Decimal(1) / 3)
+        return _two_kicks(Decimal("0.5") - root / 12 + 1 / (6 * root))
+
+
+_OMELYAN = "Omelyan, Mryglod and Folk 2003"
+_BLANES = "Blanes, Casas and Sanz-Serna 2014"
+#: Tabulated compositions by name: order, source, and fractions by what a step begins with; where there is one list, it
+#: serves both. The parameters of Omelyan, Mryglod and Folk's order 4 are those of the position version for steps that
+#: begin with a drift and those of the velocity version for the others; mixed up they have order 2 or less.
+_TABULATED: Mapping[str, tuple[int, str, Mapping[Part, tuple[float, ...]]]] = {
+    "leapfrog": (2, "Verlet 1967", {"drift": (0.5, 1.0, 0.5)}),
+    "minimum_norm2": (2, _OMELYAN, {"drift": _minimum_norm()}),
+    "bcss2": (2, _BLANES, {"drift": _two_kicks(Decimal("0.21178"))}),
+    "bcss3": (2, _BLANES, {"drift": _three_kicks(Decimal("0.11888010966548"), Decimal("0.29619504261126"))}),
+    "omf4": (
+        4,
+        _OMELYAN,
+        {
+            "drift": _five_kicks(
+                Decimal("0.2750081212332419"),
+                Decimal("-0.08442961950707149"),
+                Decimal("-0.1347950099106792"),
+                Decimal("0.3549000571574260"),
+            ),
+            "kick": _five_kicks(
+                Decimal("0.08398315262876693"),
+                Decimal("0.2539785108410595"),
+                Decimal("0.6822365335719091"),
+                Decimal("-0.03230286765269967"),
+            ),
+        },
+    ),
+}
+#: Names that have their order in them, and the leapfrogs on either side of the backward one.
+_BY_RULE = re.compile(r"(yoshida|suzuki|creutz_gocksch)(\d+)(?:_(\d+))?")
+#: What a composition is called elsewhere.
+_ALIASES: Mapping[str, str] = {
+    "verlet": "leapfrog",
+    "stoermer_verlet": "leapfrog",
+    "forest_ruth": "yoshida4",
+    "forest_ruth4": "yoshida4",
+    "mn2": "minimum_norm2",
+}
+
+
+def composition_named(name: str, first: Part = "drift") -> Composition:
+    """Return a composition by its name: ``leapfrog``, ``minimum_norm2``, ``bcss2``, ``bcss3``, ``omf4``, or by rule
+    ``yoshida<order>``, ``suzuki<order>``, ``creutz_gocksch<order>_<leapfrogs on either side>``.
+
+    Parameters
+    ----------
+    first : what a step begins and ends with, ``drift`` or ``kick``
+
+    Raises
+    ------
+    UsageError
+        An unknown name, with the nearest ones, or an order that the rule does not make.
+    """
+    key = str(name).lower().replace("-", "_")
+    return _made(_ALIASES.get(key, key), first)
+
+
+@functools.lru_cache(maxsize=256)
+def _made(name: str, first: Part) -> Composition:
+    if first not in ("drift", "kick"):
+        raise UsageError(Problem("first", f"a step begins with a drift or a kick, not with {shown(first)}", "drift"))
+    if name in _TABULATED:
+        order, source, lists = _TABULATED[name]
+        return Composition(name, order, first, lists.get(first, lists["drift"]), source)
+    rule = _BY_RULE.fullmatch(name)
+    if rule is None or (rule[1] in _FORWARD) == bool(rule[3]):
+        known = dict.fromkeys((*_TABULATED, "yoshida4", "yoshida6", "suzuki4", "suzuki6"))
+        hint = nearest(name, known) or "yoshida<order>, suzuki<order> or one of " + ", ".join(_TABULATED)
+        raise UsageError(Problem("composition", f"there is no composition {shown(name)}", hint))
+    return leapfrog_recursion(int(rule[2]), _FORWARD.get(rule[1]) or int(rule[3]), first, name)
+
+
+@functools.cache
+def compositions(first: Part = "drift") -> tuple[Composition, ...]:
+    """Return the compositions of the table, and of the rules those of orders 4 to 8 that are in use."""
+    rules = [f"{rule}{order}" for order in (4, 6, 8) for rule in _FORWARD]
+    names = (*_TABULATED, *rules, "creutz_gocksch4_3", "creutz_gocksch4_4")
+    return tuple(_made(name, first) for name in names)
