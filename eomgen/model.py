@@ -285,7 +285,8 @@ class Model(CompiledModel):
         of : sequence of str
             Outputs; all by default.
         method : str
-            ``generalized_alpha``, ``hht``, ``wbz``, ``newmark`` or ``trapezoidal``.
+            ``generalized_alpha``, ``hht``, ``wbz``, ``newmark``, ``trapezoidal``; ``tdg1``, ``tdg1_star``, ``tdg2``,
+            ``tdg2s`` or ``tdg3``, without second derivatives and those by inputs.
         rho_inf, alpha, beta, gamma, initial, parameters, inputs, record_every, t_start, settings : as of ``simulate``
 
         Returns

@@ -291,8 +291,9 @@ ORDER: dict[str, tuple[str, ...]] = {
     ),
     "simulation.sensitivities": (
         "equations functionals linear_steps motion turning",
-        "beginning step_matrices",
+        "beginning galerkin_steps step_matrices",
         "linear_run",
+        "alpha_run galerkin_run",
         "second_beginning",
         "input_derivatives second_order",
         "run_sensitivities",

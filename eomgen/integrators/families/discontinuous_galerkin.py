@@ -45,6 +45,7 @@ from eomgen.integrators.families.family import (
     DenseOutput,
     Field,
     GroupFunction,
+    LinearPasses,
     MethodName,
     Setting,
     Sizes,
@@ -184,6 +185,21 @@ class DiscontinuousGalerkin(OneFactorization):
             "refined": self.refined and not system.facts.constant_mass,
             "input_times": [0.0, *(float(node) for node in found.nodes)],
         }
+
+    @property
+    def linear_step(self) -> LinearPasses:
+        found = self.operators
+        return LinearPasses(
+            float(self.gamma),
+            self.passes,
+            self.refined,
+            [float(node) for node in found.nodes],
+            numbers(product(found.modes, found.first)),
+            numbers(product(found.modes, found.integration)),
+            numbers(found.modes),
+            numbers(found.values),
+            numbers(found.derivative),
+        )
 
     def work(self, system: System, method: Mapping[str, Any]) -> tuple[Work, ...]:
         from eomgen.integrators.step_work import (  # noqa: PLC0415

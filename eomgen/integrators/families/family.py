@@ -167,6 +167,32 @@ class LinearStep(NamedTuple):
     rate_gamma: float
 
 
+class LinearPasses(NamedTuple):
+    """What is needed of steps in passes to make them linear, see ``families.discontinuous_galerkin``; matrices act on
+    values at the nodes.
+
+    Attributes
+    ----------
+    gamma : the one eigenvalue of the first pass, in shares of a step
+    passes : int
+    refined : whether accelerations of nodes are corrected once by the factors of the step
+    nodes : shares of a step
+    first, later : integrals over the step as coefficients, of the first pass and of later ones
+    modes, values : coefficients of values, and values of coefficients
+    derivative : of polynomials that vanish at the start of the step
+    """
+
+    gamma: float
+    passes: int
+    refined: bool
+    nodes: Sequence[float]
+    first: Sequence[Sequence[float]]
+    later: Sequence[Sequence[float]]
+    modes: Sequence[Sequence[float]]
+    values: Sequence[Sequence[float]]
+    derivative: Sequence[Sequence[float]]
+
+
 class Family(ABC):
     """Family of integration methods; its instances are methods, checked on construction."""
 
@@ -269,7 +295,7 @@ class Family(ABC):
         return self.order
 
     @property
-    def linear_step(self) -> LinearStep | None:
+    def linear_step(self) -> LinearStep | LinearPasses | None:
         """Return the coefficients of a step made linear; None where runs have no derivatives."""
         return None
 

@@ -100,3 +100,9 @@ def _places(name: str, components: Mapping[str, Sequence[int]]) -> list[int]:
         return [components[match[1]][int(match[2])]]
     check_name("output", name, list(components))
     return list(components[name])
+
+
+def component(tables: Mapping[str, Array], label: str) -> Array:
+    """Return the table of an output, or of one of its components, ``tip[0]``: (rows, ...) of (rows, size, ...)."""
+    name, bracket, rest = label.partition("[")
+    return tables[name][:, int(rest.rstrip("]"))] if bracket else tables[name]

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from eomgen.arrays import Array
+from eomgen.simulation.sensitivities.alpha_run import AlphaRun
 from eomgen.simulation.sensitivities.functionals import Weights
-from eomgen.simulation.sensitivities.linear_run import LinearRun
 
 
-def input_derivatives(run: LinearRun, weights: Weights) -> Array:
+def input_derivatives(run: AlphaRun, weights: Weights) -> Array:
     """Return derivatives of a functional in the inputs at the rows, (steps + 1, nu).
 
     A step takes inputs at its end, an output at its row, and the start within the first step, between two rows.

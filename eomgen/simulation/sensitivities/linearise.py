@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from eomgen.calls import checked_call
 from eomgen.compiled.arguments import check_name, count_of, number_of
-from eomgen.compiled.initial_state import check_initial
+from eomgen.compiled.initial_state import InitialState, check_initial
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.evaluate import symbols
-from eomgen.integrators.families.family import LinearStep
-from eomgen.integrators.methods import Method
+from eomgen.integrators.families.family import LinearPasses, LinearStep
+from eomgen.integrators.methods import METHOD_NAMES, Method, method_named
 from eomgen.simulation.motions import refuse_as_inputs
 from eomgen.simulation.option_types import KNOWN_ELSEWHERE
+from eomgen.simulation.sensitivities.alpha_run import AlphaRun
+from eomgen.simulation.sensitivities.galerkin_run import GalerkinMotion, GalerkinRun
+from eomgen.simulation.sensitivities.linear_run import LinearRun
+from eomgen.simulation.sensitivities.motion import Motion
 from eomgen.simulation.sensitivities.run_sensitivities import Sensitivities
 from eomgen.simulation.stepping.inputs import InputSignals, Signal, read_signals
 from eomgen.simulation.stepping.run import Run, scene_inputs
@@ -24,8 +29,15 @@ from eomgen.simulation.stepping.start_state import start_of, starts_at_equilibri
 from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.simulation.stepping.time_grid import TimeGrid, time_grid
 
-#: Methods with derivatives of runs.
-METHODS = ("generalized_alpha", "hht", "wbz", "newmark", "trapezoidal")
+#: What Newton's iteration leaves of steps is divided by these, where derivatives are to be better than runs.
+_TIGHT = {"rtol": 1e-13, "atol": 1e-15}
+
+
+def newton_settings(model: CompiledModel, method: str | None) -> dict[str, float]:
+    """Return settings by which Newton's iteration leaves nothing of a method's steps that counts in derivatives; none
+    for methods without it. Raises UsageError for a method that there is not."""
+    name = model.library.layout["built_method"] if method is None else method
+    return dict(_TIGHT) if isinstance(method_named(name).linear_step, LinearStep) else {}
 
 
 @checked_call(**KNOWN_ELSEWHERE, wrt="by", outputs="of")
@@ -55,11 +67,13 @@ def sensitivities(
     every = count_of("record_every", defaults["record_every"] if record_every is None else record_every)
     p = model.evaluator.one_set(parameters, "one run for each")
     given = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma, "order": None, "tolerance": None}
-    chosen = chosen_stepper(model, method, given, settings)
+    chosen = chosen_stepper(model, method, given, None)
+    linear_step = _linear_step(chosen.name, chosen.method, bool(model.nz))
+    if settings is not None:  # which a method without derivatives need not know
+        chosen = chosen_stepper(model, method, given, settings)
     names, columns = _directions(model, by)
     outputs = _outputs(model, of)
     grid = time_grid(number_of("t_start", t_start), end, size, chosen.library.real)
-    coefficients = _coefficients(chosen.name, chosen.method, bool(model.nz))
     _check(model, chosen, grid, initial, columns)
     refuse_as_inputs(inputs, [motion.name for motion in model.description.motions])
     from_caller = read_signals(inputs, model.inputs, grid.steps, model.input_units)
@@ -69,9 +83,27 @@ def sensitivities(
     run = Run(model, chosen.name, chosen.method, chosen.settings_at(size), p, signals, grid, every)
     changed = bool(initial) or parameters is not None
     state, _, _ = start_of(run, initial, equilibrium_start=False, changed=changed)
-    return Sensitivities(
-        run, Stepper(chosen.library, run.settings, p), state, (size, *coefficients), names, columns, outputs
-    )
+    rows = [place for places in outputs.values() for place in places]
+    stepper = Stepper(chosen.library, run.settings, p)
+    return Sensitivities(_linear_run(run, stepper, state, linear_step, columns, rows), names, outputs)
+
+
+def _linear_run(
+    run: Run,
+    stepper: Stepper,
+    state: InitialState,
+    step: LinearStep | LinearPasses,
+    columns: Mapping[str, Sequence[int]],
+    rows: Sequence[int],
+) -> LinearRun[Any]:
+    """Return the run with its linear steps, which are those of the method."""
+    model = run.model
+    if isinstance(step, LinearStep):
+        of_step = 32 * (model.nv + model.nz + 2 * len(model.multipliers)) ** 2
+        return AlphaRun(Motion(run, stepper, state, of_step), step, columns, rows)
+    state_size = 3 * model.nv + model.nz
+    of_step = 8 * state_size * (state_size + len(columns["p"])) * (4 * len(step.nodes) + 8)
+    return GalerkinRun(GalerkinMotion(run, stepper, state, of_step), step, columns, rows)
 
 
 def _directions(model: CompiledModel, by: Sequence[str] | None) -> tuple[tuple[str, ...], dict[str, list[int]]]:
@@ -168,16 +200,26 @@ def _check_formulas(model: CompiledModel, given: Collection[str], by: Sequence[s
             raise UsageError(Problem("inputs", what, f"by=... without {inside[0]}, or {item.name} by its formula"))
 
 
-def _coefficients(name: str, method: Method, internal: bool) -> LinearStep:
+def _linear_step(name: str, method: Method, internal: bool) -> LinearStep | LinearPasses:
     """Return the coefficients of a method's steps made linear. Raises UsageError where it has none."""
-    known = f"one of {', '.join(METHODS)}"
     if method.chooses_steps:
         what = f"{name} chooses its steps, and where they end moves with what derivatives are taken by"
-        raise UsageError(Problem("method", what, known))
+        raise UsageError(Problem("method", what, _with_derivatives()))
     step = method.linear_step
     if step is None:
-        raise UsageError(Problem("method", f"{name} has no derivatives of runs here", known))
-    if internal and (step.alpha_m, step.rate_alpha_m) != (step.alpha_f, step.alpha_f):
+        raise UsageError(Problem("method", f"{name} has no derivatives of runs here", _with_derivatives()))
+    if internal and isinstance(step, LinearStep) and (step.alpha_m, step.rate_alpha_m) != (step.alpha_f, step.alpha_f):
         what = f"{name} starts internal states with rates of their rates, which have no derivatives here"
-        raise UsageError(Problem("method", what, "trapezoidal or newmark"))
+        raise UsageError(Problem("method", what, "trapezoidal, newmark or tdg2"))
     return step
+
+
+def _with_derivatives() -> str:
+    """Return the methods whose runs have derivatives, as advice; those that need parameters have none."""
+    named = []
+    for name in dict.fromkeys(METHOD_NAMES.values()):
+        with contextlib.suppress(UsageError):
+            made = method_named(name)
+            if made.linear_step is not None and not made.chooses_steps:
+                named.append(name)
+    return f"one of {', '.join(named)}"

@@ -32,12 +32,13 @@ class Part:
     Attributes
     ----------
     first : number of its first row in the run
-    a : (nv,) algorithmic acceleration at that row
+    memory : what the stepper has kept beside rows: the algorithmic acceleration at the first row, (nv,); of methods in
+        passes the accelerations that each step begins with, (steps, nv)
     """
 
     first: int
     rows: Array
-    a: Array
+    memory: Array
 
 
 class Motion:
@@ -45,13 +46,13 @@ class Motion:
 
     Parameters
     ----------
+    of_step : bytes of the matrices of a step
     kept : bytes of rows that are kept
     """
 
-    def __init__(self, run: Run, stepper: Stepper, state: InitialState, kept: int = KEPT_BYTES) -> None:
+    def __init__(self, run: Run, stepper: Stepper, state: InitialState, of_step: int, kept: int = KEPT_BYTES) -> None:
         self.run, self.stepper = run, stepper
         self.steps = run.grid.whole
-        of_step = 32 * (run.model.nv + run.model.nz + 2 * len(run.model.multipliers)) ** 2
         self.length = max(min(PART_BYTES // of_step, LONGEST), SHORTEST, math.isqrt(self.steps))
         self._kept = kept >= 8 * (self.steps + 1) * stepper.sizes["row"]
         self._parts: list[Part] = []
@@ -61,9 +62,9 @@ class Motion:
             table = driven.over(len(stepper.input_times))
         elif driven is not None:
             table = driven(run.grid.start + run.grid.step * stepper.input_times)
-        self._check(stepper.initialize(run.grid.start, state.q, state.v, table, state.z))
+        self.check(stepper.initialize(run.grid.start, state.q, state.v, table, state.z))
         self.start = {name: stepper.state[place].copy() for name, place in stepper.places.items()}
-        if self.start["history"][0] < 0:
+        if "history" in self.start and self.start["history"][0] < 0:
             what = "the start excites motions that are too fast for the step, and the first step, which damps them, has"
             hint = f"a step of {0.1 * run.grid.step:.3g} s, or an initial state nearer to balance"
             raise NumericalError(Problem("sensitivities", f"{what} no derivatives", hint))
@@ -103,18 +104,25 @@ class Motion:
 
     def _stepped(self, row: Array) -> Part:
         stepper, run = self.stepper, self.run
-        done, a = stepper.count, stepper.state[stepper.places["a"]].copy()
+        done = stepper.count
         size = min(self.length, self.steps - done)
         table = None if run.driven is None else rows_from(stepper, run.driven, done, size, run.grid.start)
         record = np.empty((size, stepper.sizes["row"]))
-        status, _ = stepper.run(size, 1, table, record)
-        self._check(status)
+        memory = self._taken(size, table, record)
         if stepper.statistics.get("halvings"):
             what = f"a step near t = {stepper.t:.6g} s converged in halves only, and these have no derivatives"
             raise NumericalError(Problem("sensitivities", what, f"a step of {0.5 * run.grid.step:.3g} s"))
-        return Part(done, np.concatenate([row[np.newaxis], record]), a)
+        return Part(done, np.concatenate([row[np.newaxis], record]), memory)
 
-    def _check(self, status: int) -> None:
+    def _taken(self, size: int, table: Array | None, record: Array) -> Array:
+        """Take steps, fill their rows, and return what the stepper had kept beside rows."""
+        a = self.stepper.state[self.stepper.places["a"]].copy()
+        status, _ = self.stepper.run(size, 1, table, record)
+        self.check(status)
+        return a
+
+    def check(self, status: int) -> None:
+        """Raise NumericalError where a call of the stepper failed."""
         if status:
             what = f"the run fails at t = {self.stepper.t:.9g} s: {self.stepper.status_text(status)}"
             raise NumericalError(Problem("sensitivities", what, "a smaller step; simulate says more of it"))

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from eomgen.arrays import Array
 from eomgen.calls import checked_calls
-from eomgen.compiled.initial_state import InitialState
 from eomgen.errors import Problem, UsageError
 from eomgen.simulation.sensitivities import second_order
+from eomgen.simulation.sensitivities.alpha_run import AlphaRun
 from eomgen.simulation.sensitivities.functionals import Functional, Weights, read_functional
 from eomgen.simulation.sensitivities.input_derivatives import input_derivatives
 from eomgen.simulation.sensitivities.linear_run import LinearRun
-from eomgen.simulation.stepping.run import Run
-from eomgen.simulation.stepping.stepper import Stepper
 
 
 @checked_calls("model.sensitivities(...), which makes one", wrt="by")
@@ -29,22 +28,11 @@ class Sensitivities:
     by : what derivatives are taken by, in the order of their last axis
     """
 
-    def __init__(
-        self,
-        run: Run,
-        stepper: Stepper,
-        state: InitialState,
-        coefficients: Sequence[float],
-        by: Sequence[str],
-        columns: Mapping[str, Sequence[int]],
-        outputs: Mapping[str, Sequence[int]],
-    ) -> None:
-        """Begin the run; ``coefficients``: h and those of ``LinearStep``; ``columns``: of p, q, v and z that are among
-        ``by``, in this order."""
+    def __init__(self, run: LinearRun[Any], by: Sequence[str], outputs: Mapping[str, Sequence[int]]) -> None:
+        """Begin; ``outputs``: places of the components of each among those that the run has derivatives of."""
         self.by = tuple(by)
         self._components = _counted(outputs)
-        rows = [place for places in outputs.values() for place in places]
-        self._run = LinearRun(run, stepper, state, coefficients, columns, rows)
+        self._run = run
 
     def __repr__(self) -> str:
         return f"<Sensitivities of {self._run.run.model.name} by {', '.join(self.by)}: {self._run.motion.steps} steps>"
@@ -91,13 +79,13 @@ class Sensitivities:
         state, record = run.state.copy(), run.record[np.newaxis]
         derivatives = []
         for part in map(run.of_part, run.motion.forwards()):
-            found, _ = run.linear.tangents(part.matrices, run.along.dp, state, part.times)
+            found = run.tangents(part, run.along.dp, state)
             record = np.concatenate([record, found])
             chosen = self._chosen(part.first, len(part.states.t))
             whole = len(chosen) == len(part.states.t)
             at_rows = {name: array if whole or name == "p" else array[chosen] for name, array in part.blocks.items()}
             Y, Yp = equations.output_partials(at_rows)
-            by_state = run.linear.products(Y, record if whole else record[chosen])
+            by_state = run.products(Y, record if whole else record[chosen])
             derivatives.append(by_state + np.tensordot(Yp, run.along.dp[: len(equations.chosen)], 1))
             record = found[-1:]
         return np.concatenate(derivatives)
@@ -130,12 +118,12 @@ class Sensitivities:
     def gradients(self, of: Sequence[Functional]) -> Array:
         """Return the derivatives of several functionals, (functionals, directions), by one adjoint run of all."""
         run, weights = self._run, self._weights(of)
-        state = np.zeros((run.linear.state_size, len(weights)))
+        state = np.zeros((len(run.state), len(weights)))
         of_parameters = np.zeros((len(run.along.dp), len(weights)))
         direct = np.zeros((1, len(run.record), len(weights)))
         for part in map(run.of_part, run.motion.backwards()):
             direct = run.of_rows(part, run.row_weights(part, weights), of_parameters)
-            run.linear.adjoints(part.matrices, direct[1:], state, of_parameters, part.times)
+            run.take_back(part, direct[1:], state, of_parameters)
         found: Array = state.T @ run.state + direct[0].T @ run.record + of_parameters.T @ run.along.dp
         return found
 
@@ -160,7 +148,7 @@ class Sensitivities:
         """Return the second derivatives of several functionals, (functionals, directions, directions), by tangents
         along all directions and one adjoint of each functional."""
         weights = self._weights(of)
-        return second_order.hessians(self._run, weights)
+        return second_order.hessians(self._implicit("hessian"), weights)
 
     def hessian_products(self, of: Functional, directions: ArrayLike) -> Array:
         """Return the Hessian of a functional times vectors, by tangents along them and adjoints of second order: as
@@ -182,7 +170,9 @@ class Sensitivities:
             what = f"vectors have the shape {vectors.shape}" if len(vectors) != len(self.by) else "vectors have nan"
             raise UsageError(Problem("directions", what, f"finite numbers, ({len(self.by)},) or ({len(self.by)}, n)"))
         columns = np.ascontiguousarray(vectors.reshape(len(self.by), -1))
-        return second_order.hessian_products(self._run, weights, columns).reshape(vectors.shape)
+        return second_order.hessian_products(self._implicit("hessian_products"), weights, columns).reshape(
+            vectors.shape
+        )
 
     # -- inputs -------------------------------------------------------------------------------------------------------
 
@@ -201,7 +191,7 @@ class Sensitivities:
         UsageError
             As of ``gradient``; scenes whose inputs all follow formulas, or have none.
         """
-        run, (weights,) = self._run, self._weights([of])
+        run, (weights,) = self._implicit("input_gradient"), self._weights([of])
         inputs = run.run.model.description.inputs
         columns = {
             item.name: number
@@ -214,6 +204,14 @@ class Sensitivities:
             raise UsageError(Problem("input_gradient", what, hint))
         table = input_derivatives(run, weights)
         return {name: table[:, column] for name, column in columns.items()}
+
+    def _implicit(self, wanted: str) -> AlphaRun:
+        """Return the run where its steps are those of generalized-alpha. Raises UsageError."""
+        if not isinstance(self._run, AlphaRun):
+            name = self._run.run.name
+            what = f"runs of {name} have derivatives and gradients here, but neither second ones nor those by inputs"
+            raise UsageError(Problem(wanted, what, "generalized_alpha or trapezoidal"))
+        return self._run
 
     def _weights(self, of: Sequence[Functional]) -> list[Weights]:
         size, rows = sum(map(len, self._components.values())), self._run.motion.steps + 1

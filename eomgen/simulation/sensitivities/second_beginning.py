@@ -29,7 +29,7 @@ from eomgen.simulation.sensitivities.beginning import (
 from eomgen.simulation.sensitivities.turning import turnings
 
 if TYPE_CHECKING:
-    from eomgen.simulation.sensitivities.linear_run import LinearRun
+    from eomgen.simulation.sensitivities.alpha_run import AlphaRun
 
 
 class SecondBeginning:
@@ -41,7 +41,7 @@ class SecondBeginning:
     second : as they are asked for; the same without
     """
 
-    def __init__(self, run: LinearRun, second: Directions | None = None) -> None:
+    def __init__(self, run: AlphaRun, second: Directions | None = None) -> None:
         self.start, self.W, self.equations = run.beginning, run.inverse_inertia, run.equations
         self.asked, self.on, self.stages = (run.asked,) * 2, (run.along,) * 2, (run.stages,) * 2
         if second is not None:

@@ -20,9 +20,9 @@ import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.lie.product import difference
+from eomgen.simulation.sensitivities.alpha_run import AlphaPart, AlphaRun
 from eomgen.simulation.sensitivities.beginning import Directions
 from eomgen.simulation.sensitivities.functionals import Weights
-from eomgen.simulation.sensitivities.linear_run import LinearPart, LinearRun
 from eomgen.simulation.sensitivities.second_beginning import SecondBeginning
 from eomgen.simulation.sensitivities.turning import Turning, turnings
 
@@ -43,7 +43,7 @@ class _Adjoint:
     record: Array
 
     @classmethod
-    def of(cls, run: LinearRun, count: int) -> _Adjoint:
+    def of(cls, run: AlphaRun, count: int) -> _Adjoint:
         sizes = run.linear.state_size, len(run.along.dp), run.linear.record_size
         return cls(*(np.zeros((size, count)) for size in sizes))
 
@@ -60,7 +60,7 @@ class _Tangents:
     turnings : of the steps
     """
 
-    part: LinearPart
+    part: AlphaPart
     rows: Array
     steps: Array
     parameters: Array
@@ -71,7 +71,7 @@ class _Tangents:
         """Rows that are not the last one of another part."""
         return slice(0 if self.part.first == 0 else 1, None)
 
-    def changes(self, run: LinearRun, multipliers: Array, ends: Array, weights: Array) -> tuple[Array, Array, Array]:
+    def changes(self, run: AlphaRun, multipliers: Array, ends: Array, weights: Array) -> tuple[Array, Array, Array]:
         """Return what second derivatives take of rows and of steps, shaped as these, and of parameters by steps.
 
         Parameters
@@ -90,7 +90,7 @@ class _Tangents:
             self._add_reactions(run, ends[:, nv:], of_steps, of_parameters)
         return of_rows[self.own], of_steps, of_parameters
 
-    def _add_reactions(self, run: LinearRun, of_D: Array, of_steps: Array, of_parameters: Array) -> None:
+    def _add_reactions(self, run: AlphaRun, of_D: Array, of_steps: Array, of_parameters: Array) -> None:
         """Add what W B^T eta, by which D is less, takes of steps and of parameters; ``of_D``: derivatives in D."""
         equations, W, matrices = run.equations, run.inverse_inertia, self.part.matrices
         nv, chosen = equations.nv, len(equations.chosen)
@@ -108,7 +108,7 @@ class _Tangents:
         of_parameters[chosen:] -= np.einsum("nk,nkd->kd", of_D, reaction)
 
 
-def hessians(run: LinearRun, weights: Sequence[Weights]) -> Array:
+def hessians(run: AlphaRun, weights: Sequence[Weights]) -> Array:
     """Return second derivatives of functionals, (functionals, directions, directions).
 
     They are symmetric but for rounding, which is taken out: half the sum with the transpose.
@@ -129,7 +129,7 @@ def hessians(run: LinearRun, weights: Sequence[Weights]) -> Array:
     return 0.5 * (found + np.swapaxes(found, 1, 2))
 
 
-def hessian_products(run: LinearRun, weights: Weights, directions: Array) -> Array:
+def hessian_products(run: AlphaRun, weights: Weights, directions: Array) -> Array:
     """Return the Hessian of a functional times ``directions`` (directions, columns), by adjoints of second order."""
     first, second = _Adjoint.of(run, 1), _Adjoint.of(run, directions.shape[1])
     asked, chosen = (Directions(*(part @ directions for part in vars(of).values())) for of in (run.asked, run.along))
@@ -155,7 +155,7 @@ def _paired(one: Array, other: Array) -> Array:
     return found
 
 
-def _parts(run: LinearRun, along: Directions, state: Array, record: Array) -> Iterator[_Tangents]:
+def _parts(run: AlphaRun, along: Directions, state: Array, record: Array) -> Iterator[_Tangents]:
     """Yield the parts from the last to the first with their changes along directions."""
     begins = [(state.copy(), record)]
     parts = run.motion.parts
@@ -180,9 +180,7 @@ def _parts(run: LinearRun, along: Directions, state: Array, record: Array) -> It
         yield _Tangents(part, np.concatenate([rows, of_parameters], axis=1), steps, along.dp, turning)
 
 
-def _back(
-    run: LinearRun, part: LinearPart, weights: Sequence[Weights], adjoint: _Adjoint
-) -> tuple[Array, Array, Array]:
+def _back(run: AlphaRun, part: AlphaPart, weights: Sequence[Weights], adjoint: _Adjoint) -> tuple[Array, Array, Array]:
     """Take adjoints through a part; return the multipliers and ends of its steps, and the weights of outputs, (rows,
     outputs, functionals)."""
     of_outputs = run.row_weights(part, weights)

@@ -13,15 +13,14 @@ from eomgen.arrays import Array
 from eomgen.compiled.initial_state import InitialState
 from eomgen.errors import Problem, UsageError
 from eomgen.lie.product import tangent, update
-from eomgen.simulation.sensitivities.linearise import METHODS
+from eomgen.simulation.sensitivities.functionals import component
+from eomgen.simulation.sensitivities.linearise import newton_settings
 from eomgen.studies.identification.measurements import Measurements
 from eomgen.text import shown
 
 if TYPE_CHECKING:
     from eomgen.model import Model
 
-#: What Newton's iteration leaves of steps is divided by these.
-_TIGHT = {"rtol": 1e-13, "atol": 1e-15}
 #: Part of a step by which a time may miss the end of a step, as rounded times of files do.
 _ROUNDED = 1e-6
 
@@ -110,8 +109,7 @@ class Experiment:
         self.present = np.stack([np.isfinite(values) for values in data.outputs.values()])
         self._options = dict(options)
         self._options["inputs"] = {**(self._options.get("inputs") or {}), **self._driven()} or None
-        method = self._options.get("method") or model.library.layout["defaults"]["method"]
-        tight = _TIGHT if method in METHODS else {}  # others are refused, and have settings of their own
+        tight = newton_settings(model, self._options.get("method"))
         self._options["settings"] = {**tight, **(self._options.get("settings") or {})} or None
 
     @property
@@ -154,8 +152,8 @@ class Experiment:
             record_every=1,
             **self._options,
         )
-        values = np.stack([_component(found.outputs, label) for label in self._labels])
-        slopes = np.stack([_component(found.derivatives, label) for label in self._labels])
+        values = np.stack([component(found.outputs, label) for label in self._labels])
+        slopes = np.stack([component(found.derivatives, label) for label in self._labels])
         if found.by != self._by:
             slopes = slopes[..., [found.by.index(name) for name in self._by]]
         if self.states:
@@ -196,9 +194,3 @@ class Experiment:
         """Return measured inputs on the grid of the steps, linear between samples."""
         times = self._start + self.step * np.arange(self._rows.steps + 1)
         return {name: np.interp(times, self.data.t, values) for name, values in self.data.inputs.items()}
-
-
-def _component(table: Mapping[str, Array], label: str) -> Array:
-    """Return a component of an output, ``tip[0]``."""
-    name, bracket, rest = label.partition("[")
-    return table[name][:, int(rest.rstrip("]"))] if bracket else table[name]

@@ -11,6 +11,8 @@ import numpy as np
 from eomgen.arrays import Array
 from eomgen.errors import NumericalError, UsageError
 from eomgen.reliability import Expansion
+from eomgen.simulation.sensitivities.functionals import component
+from eomgen.simulation.sensitivities.linearise import newton_settings
 
 if TYPE_CHECKING:
     from eomgen.model import Model
@@ -18,8 +20,6 @@ if TYPE_CHECKING:
 
 #: Steps of z by which gradients are differenced: the third derivative of a response of order 1 leaves 2e-9 of it.
 _APART = 1e-4
-#: What Newton's iteration leaves of steps is divided by these.
-_TIGHT = {"rtol": 1e-13, "atol": 1e-15}
 
 
 @dataclass
@@ -130,7 +130,7 @@ class RunResponse:
         """Return the output, and its derivatives (n,) by one adjoint run; those before where the point is the same."""
         if self._slope is None or not np.array_equal(self._slope[0], point):
             found = self._sensitivities(point)
-            value, gradient = float(self._column(found.outputs)[-1]), found.gradients([self._functional])[0]
+            value, gradient = float(component(found.outputs, self.output)[-1]), found.gradients([self._functional])[0]
             self._slope = np.array(point), value, gradient
             self._spend(0, 1)
         return self._slope[1], self._slope[2]
@@ -139,7 +139,7 @@ class RunResponse:
         """Return times (rows,), the output (rows,) and its derivatives (rows, n), by tangents along one run."""
         self._spend(0, 0, self.size)
         found = self._sensitivities(point)
-        return found.t, self._column(found.outputs), self._column(found.derivatives)
+        return found.t, component(found.outputs, self.output), component(found.derivatives, self.output)
 
     def ending(self, time: float) -> RunResponse:
         """Return the response at another end, which counts for itself."""
@@ -155,18 +155,12 @@ class RunResponse:
     def _begun(self, point: Array) -> Sensitivities:
         given = dict(self.options)
         parameters = {**(given.pop("parameters", None) or {}), **dict(zip(self.variables, point.tolist(), strict=True))}
-        settings = {**_TIGHT, **(given.pop("settings", None) or {})}
+        settings = {**newton_settings(self.model, given.get("method")), **(given.pop("settings", None) or {})}
         name = self.output.partition("[")[0]
         given |= {"by": list(self.variables), "of": [name], "parameters": parameters}
         try:
-            return self.model.sensitivities(*self.span, settings=settings, **given)
-        except UsageError:  # methods without Newton's iteration have other settings, and no derivatives, which they say
-            return self.model.sensitivities(*self.span, **given)
+            return self.model.sensitivities(*self.span, settings=settings or None, **given)
         except NumericalError as error:
             far = float(np.linalg.norm(point))
             what = f"the run {far:.3g} standard deviations from the mean fails: {error.problems[0].what}"
             raise NumericalError(what, "smaller steps, or thresholds nearer to the mean") from error
-
-    def _column(self, tables: Mapping[str, Array]) -> Array:
-        name, _, rest = self.output.partition("[")
-        return tables[name][:, int(rest.rstrip("]"))] if rest else tables[name]

@@ -1,0 +1,106 @@
+"""Runs of time-discontinuous Galerkin methods made linear: products of each step's own derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from eomgen.arrays import Array
+from eomgen.integrators.families.family import LinearPasses
+from eomgen.simulation.sensitivities.galerkin_steps import GalerkinSteps
+from eomgen.simulation.sensitivities.linear_run import LinearPart, LinearRun
+from eomgen.simulation.sensitivities.motion import Motion, Part
+from eomgen.simulation.stepping.states import Prescribed, States
+
+
+class GalerkinMotion(Motion):
+    """A run whose accelerations at the starts of steps are no rows: slopes of the steps before."""
+
+    def _taken(self, size: int, table: Array | None, record: Array) -> Array:
+        stepper, rows = self.stepper, len(self.stepper.input_times) - 1
+        memory = np.empty((size, self.run.model.nv))
+        for number in range(size):
+            memory[number] = stepper.state[stepper.places["vdot"]]
+            inputs = None if table is None else table[number * rows : (number + 1) * rows + 1]
+            self.check(stepper.run(1, 1, inputs, record[number : number + 1])[0])
+        return memory
+
+
+@dataclass(frozen=True)
+class GalerkinPart(LinearPart):
+    """A part of a run made linear.
+
+    Attributes
+    ----------
+    by_start, by_parameters : (steps, size, size) and (steps, size, parameters), changes of (q, v, a, z) over a step
+    accelerations : (rows, nv, size + parameters), of those of the rows, which a of the steps does not enter
+    """
+
+    by_start: Array
+    by_parameters: Array
+    accelerations: Array
+
+
+class GalerkinRun(LinearRun[GalerkinPart]):
+    """A run of a time-discontinuous Galerkin method with its linear steps."""
+
+    def __init__(
+        self, motion: Motion, method: LinearPasses, columns: Mapping[str, Sequence[int]], rows: Sequence[int]
+    ) -> None:
+        super().__init__(motion, columns, rows)
+        self.method = method
+        self.along, equations = self.asked, self.equations
+        start = {name: array[np.newaxis] for name, array in motion.start.items()}
+        none = np.zeros((1, 0))
+        t = np.array([self.run.grid.start])
+        states = States(t, start["q"], start["v"], start["vdot"], none, start.get("z", none))
+        blocks = equations.values(states, self.prescribed(states.t))
+        along, nothing = self.along, np.zeros_like(self.along.dv)
+        moved = np.concatenate([along.dq, along.dv, nothing, along.dz, along.dp])
+        da = self._accelerations(blocks)[0] @ moved
+        self.state = np.concatenate([along.dq, along.dv, da, along.dz])
+        self.record = self.state
+
+    def of_part(self, part: Part) -> GalerkinPart:
+        states, given = self.states(part)
+        t, step, nodes = states.t[:-1], self.run.grid.step, self.method.nodes
+        before = States(*(array[:-1] for array in states))._replace(a=part.memory)
+        at_start = Prescribed(*(None if array is None else array[:-1] for array in given))
+        times = np.stack([states.t[1:] if node == nodes[-1] else t + node * step for node in nodes], axis=1)
+        at_nodes = times, [self.prescribed(column) for column in times.T]
+        steps = GalerkinSteps(self.equations, self.method, before, at_start, step, at_nodes)
+        by_start, by_parameters = steps.taken()
+        blocks = self.equations.values(states, given)
+        return GalerkinPart(part.first, states, blocks, by_start, by_parameters, self._accelerations(blocks))
+
+    def tangents(self, part: GalerkinPart, dp: Array, state: Array) -> Array:
+        steps, nv = len(part.by_start), self.equations.nv
+        found = np.empty((steps, *state.shape))
+        of_parameters = part.by_parameters @ dp
+        for number in range(steps):
+            state[:] = part.by_start[number] @ state + of_parameters[number]
+            found[number] = state
+        moved = np.concatenate([found, np.broadcast_to(dp, (steps, *dp.shape))], axis=1)
+        found[:, 2 * nv : 3 * nv] = part.accelerations[1:] @ moved
+        return found
+
+    def take_back(self, part: GalerkinPart, direct: Array, state: Array, gradient: Array) -> None:
+        nv, size = self.equations.nv, len(state)
+        own = direct.copy()
+        own[:, 2 * nv : 3 * nv] = 0.0
+        taken = np.swapaxes(part.accelerations[1:], 1, 2) @ direct[:, 2 * nv : 3 * nv]
+        own += taken[:, :size]
+        gradient += taken[:, size:].sum(axis=0)
+        for number in reversed(range(len(own))):
+            state += own[number]
+            gradient += part.by_parameters[number].T @ state
+            state[:] = part.by_start[number].T @ state
+
+    def _accelerations(self, blocks: dict[str, Array]) -> Array:
+        """Return the partials of the accelerations of rows in q, v, a (0), z and the parameters."""
+        found, nv = self.equations.partials(blocks), self.equations.nv
+        J = np.concatenate([found.Jq, found.Jv, np.zeros_like(found.Ja), found.Jz, found.P], axis=2)[:, :nv]
+        solved: Array = -np.linalg.solve(found.Ja[:, :nv], J)
+        return solved

@@ -1,0 +1,262 @@
+"""Time-discontinuous Galerkin steps made linear: what a step makes of changes of its start, statement by statement.
+
+A step is not the limit of an iteration but a fixed number of passes (``integrators.families.discontinuous_galerkin``),
+so its derivatives are those of the passes themselves. Each correction solves, with the partials at the start,
+
+    M d_v + gain (K T s + C d_v + R_z d_z) = b,   d_z - gain dF/d(q, v, z) . d = b_z,   s = b_theta + gain d_v,
+
+whose left side is e' x for x = (gain T s, gain d_v, d_v, gain d_z) in (q, v, a, z). It changes by e''[x, .] with the
+start, which ``second_partials`` gives. All steps of a part are taken at once, and each along the unit changes
+of (q, v, a, z) at its start and of the parameters; a are the accelerations that it begins with, the slope of the step
+before at its end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from eomgen.arrays import Array
+from eomgen.integrators.families.family import LinearPasses
+from eomgen.lie import numeric, product
+from eomgen.lie.groups import Group, group_named
+from eomgen.lie.product import Factor
+from eomgen.simulation.sensitivities.equations import Equations
+from eomgen.simulation.stepping.states import Prescribed, States
+
+#: An imaginary increment whose square is nothing: derivatives to rounding (Squire and Trapp 1998).
+_TINY = 1e-100
+GroupMatrix = Callable[[Group, Any], Any]
+
+
+@dataclass
+class _Along:
+    """A vector at (n,) steps with its changes: value (n, size), by (n, size, directions)."""
+
+    value: Array
+    by: Array
+
+    @classmethod
+    def zero(cls, count: int, size: int, directions: int) -> _Along:
+        return cls(np.zeros((count, size)), np.zeros((count, size, directions)))
+
+    def __add__(self, other: _Along) -> _Along:
+        return _Along(self.value + other.value, self.by + other.by)
+
+    def __sub__(self, other: _Along) -> _Along:
+        return _Along(self.value - other.value, self.by - other.by)
+
+    def __rmul__(self, factor: float) -> _Along:
+        return _Along(factor * self.value, factor * self.by)
+
+    def __getitem__(self, part: slice) -> _Along:
+        return _Along(self.value[:, part], self.by[:, part])
+
+    def times(self, matrix: Array) -> _Along:
+        """Return the product of matrices (n, rows, size) that do not change."""
+        return _Along((matrix @ self.value[..., np.newaxis])[..., 0], matrix @ self.by)
+
+    def below(self, other: _Along) -> _Along:
+        return _Along(np.concatenate([self.value, other.value], 1), np.concatenate([self.by, other.by], 1))
+
+
+def _weighed(weights: Sequence[float], vectors: Sequence[_Along]) -> _Along:
+    """Return a sum of vectors."""
+    found = weights[0] * vectors[0]
+    for weight, vector in zip(weights[1:], vectors[1:], strict=True):
+        found = found + weight * vector
+    return found
+
+
+class GalerkinSteps:
+    """Steps from states at (n,) rows.
+
+    Parameters
+    ----------
+    states : at the starts; their accelerations are those that the steps begin with
+    given : there
+    step : s
+    at_nodes : times (n, nodes), and inputs and base at each
+    """
+
+    def __init__(
+        self,
+        equations: Equations,
+        method: LinearPasses,
+        states: States,
+        given: Prescribed,
+        step: float,
+        at_nodes: tuple[Array, Sequence[Prescribed]],
+    ) -> None:
+        self.equations, self.method, self.step, self.start = equations, method, step, states
+        self.times, self.given = at_nodes
+        self.factors = equations.model.factors
+        self.nv, self.nz = equations.nv, equations.nz
+        self.size, self.rows = 3 * self.nv + self.nz, self.nv + self.nz
+        self.directions, self.gain = self.size + len(equations.chosen), method.gamma * step
+        self.values = equations.values(states, given)
+        found = equations.partials(self.values)
+        self.M, self.Jq, self.K = found.Ja, found.Jq, self.gain * found.Jq
+        self.T = product.tangent(self.factors, self.gain * states.v)
+        matrix = np.concatenate([found.Ja + self.gain * (found.Jv + self.K @ self.T), self.gain * found.Jz], axis=2)
+        matrix[:, self.nv :, self.nv :] += np.eye(self.nz)
+        self.matrix = matrix
+        unit = np.broadcast_to(np.eye(self.directions), (len(states.t), self.directions, self.directions))
+        ends = np.cumsum([self.nv, self.nv, self.nv, self.nz])
+        self.q_by, self.v_by, _, self.z_by, _ = np.split(unit, ends, axis=1)
+
+    def taken(self) -> tuple[Array, Array]:
+        """Take the steps; return changes of (q, v, a, z) at their ends by those at their starts, (n, size, size), and
+        by the parameters, (n, size, parameters)."""
+        nv, nz, nodes = self.nv, self.nz, range(len(self.method.nodes))
+        count = len(self.start.t)
+        theta, v, z = ([_Along.zero(count, size, self.directions) for _ in nodes] for size in (nv, nv, nz))
+        for number in range(self.method.passes):
+            forces, rates = [], []
+            for node in nodes:
+                found = self._at_node(number, node, theta[node], v, z[node])
+                forces.append(found[0])
+                rates.append(found[1])
+            integral = self.method.later if number else self.method.first
+            right, theta_right = [], []
+            for mode in nodes:
+                of_forces = _weighed([self.step * x for x in integral[mode]], forces)
+                of_theta = _weighed([self.step * x for x in integral[mode]], rates)
+                if number:
+                    gone = _weighed(self.method.modes[mode], z)
+                    of_forces = of_forces - _Along.zero(count, nv, self.directions).below(gone)
+                    of_theta = of_theta - _weighed(self.method.modes[mode], theta)
+                right.append(of_forces)
+                theta_right.append(of_theta)
+            changes = self._corrected(right, theta_right)
+            for node in nodes:
+                of_node = self.method.values[node]
+                theta[node] = theta[node] + _weighed(of_node, [change[0] for change in changes])
+                v[node] = v[node] + _weighed(of_node, [change[1][:nv] for change in changes])
+                z[node] = z[node] + _weighed(of_node, [change[1][nv:] for change in changes])
+        dq = self._turned(theta[-1])
+        slope = _weighed([x / self.step for x in self.method.derivative[-1]], v)
+        whole = np.concatenate([dq, self.v_by + v[-1].by, slope.by, self.z_by + z[-1].by], axis=1)
+        return whole[:, :, : self.size], whole[:, :, self.size :]
+
+    def _turned(self, theta: _Along) -> Array:
+        """Return changes of q o exp(theta), (n, nv, directions)."""
+        moved = product.transport(self.factors, theta.value) @ self.q_by
+        found: Array = moved + product.tangent(self.factors, theta.value) @ theta.by
+        return found
+
+    def _at_node(self, number: int, node: int, theta: _Along, v: list[_Along], z: _Along) -> tuple[_Along, _Along]:
+        """Return what forces and rates of z are missing, and the rates of theta, at a node before a pass."""
+        start, nv = self.start, self.nv
+        a = _Along.zero(len(start.t), nv, self.directions)
+        v_now = _Along(start.v, self.v_by) + v[node]
+        rate, q, dq = v_now, start.q, self.q_by
+        if number:
+            a = _weighed([x / self.step for x in self.method.derivative[node]], v)
+            q, dq = product.update(self.factors, start.q, theta.value), self._turned(theta)
+            rate = self._group(numeric.tangent_inverse, theta, v_now)
+        z_now = _Along(start.z, self.z_by) + z
+        moved = (q, dq), v_now, z_now
+        if not (number and self.method.refined):
+            return -1.0 * self._equations(node, *moved, a), rate
+        missing = self._equations(node, *moved, a)
+        none = _Along.zero(len(start.t), self.nz, self.directions)
+        x = self._solved(missing[:nv].below(none), _Along.zero(len(start.t), nv, self.directions))[1]
+        forces = -1.0 * self._equations(node, *moved, a - x[:nv])
+        inertial = self._of_inertia(x)
+        return (forces[:nv] - inertial).below(forces[nv:]), rate
+
+    def _equations(self, node: int, q: tuple[Array, Array], v: _Along, z: _Along, a: _Along) -> _Along:
+        """Return e, with the inputs and the base of a node."""
+        equations, start = self.equations, self.start
+        states = States(self.times[:, node], q[0], v.value, a.value, start.multipliers, z.value)
+        values = equations.values(states, self.given[node])
+        (r,) = equations.of("residual", values).values()
+        if self.nz:
+            r = np.concatenate([r, -equations.of("internal_rate", values)["zdot"]], axis=1)
+        partials = equations.partials(values)
+        by = partials.Jq @ q[1] + partials.Jv @ v.by + partials.Ja @ a.by + partials.Jz @ z.by
+        by[:, :, self.size :] += partials.P
+        return _Along(r, by)
+
+    def _corrected(self, right: list[_Along], theta_right: list[_Along]) -> list[tuple[_Along, _Along]]:
+        """Return the corrections of theta and of (v, z), polynomial by polynomial."""
+        found: list[tuple[_Along, _Along]] = []
+        count = len(self.start.t)
+        carried = _Along.zero(count, self.rows, self.directions)
+        theta_carried = _Along.zero(count, self.nv, self.directions)
+        for of_forces, of_theta in zip(right, theta_right, strict=True):
+            b, b_theta = of_forces - carried, of_theta - theta_carried
+            d_theta, d = self._solved(b, b_theta)
+            theta_carried = d_theta - b_theta
+            carried = self._of_inertia(d).below(d[self.nv :]) - b
+            found.append((d_theta, d))
+        return found
+
+    def _solved(self, right: _Along, theta_right: _Along) -> tuple[_Along, _Along]:
+        """Return d_theta and (d_v, d_z) of the linear equations of a correction."""
+        nv, gain = self.nv, self.gain
+        b = right.value - (self.K @ (self.T @ theta_right.value[..., np.newaxis]))[..., 0]
+        x = np.linalg.solve(self.matrix, b[..., np.newaxis])[..., 0]
+        s = theta_right.value + gain * x[:, :nv]
+        d_theta = (self.T @ s[..., np.newaxis])[..., 0]
+        along = np.concatenate([gain * d_theta, gain * x[:, :nv], x[:, :nv], gain * x[:, nv:]], axis=1)
+        of_T = gain * self._along_group(numeric.tangent, gain * self.start.v, s) @ self.v_by
+        turned = of_T + self.T @ theta_right.by
+        by = np.linalg.solve(self.matrix, right.by - self._second(along) - self.K @ turned)
+        return _Along(d_theta, turned + gain * self.T @ by[:, :nv]), _Along(x, by)
+
+    def _of_inertia(self, x: _Along) -> _Along:
+        """Return M of the start times the part of v of a vector."""
+        nv = self.nv
+        along = np.zeros((len(x.value), self.size))
+        along[:, 2 * nv : 3 * nv] = x.value[:, :nv]
+        moved = x[:nv].times(self.M[:, :nv])
+        return _Along(moved.value, moved.by + self._second(along)[:, :nv])
+
+    def _second(self, along: Array) -> Array:
+        """Return how e' along changes with the start, (n, rows, directions), along (n, size).
+
+        ``second_partials`` has how gradients change along it; on groups the two are apart by a bracket of increments.
+        """
+        equations, count, rows = self.equations, len(along), self.rows
+        values = {name: array if name == "p" else np.repeat(array, rows, axis=0) for name, array in self.values.items()}
+        multipliers = np.tile(-np.eye(rows), (count, 1))
+        changes = np.zeros((count * rows, self.directions, 1))
+        changes[:, : self.size, 0] = np.repeat(along, rows, axis=0)
+        found = equations.second_partials(values, multipliers, changes)
+        found = found.reshape(count, rows, self.directions)
+        if self._rotating:
+            nv = self.nv
+            found[:, :, :nv] -= self.Jq @ product.bracket_matrix(self.factors, along[:, :nv])
+        return found
+
+    def _group(self, matrix: GroupMatrix, theta: _Along, x: _Along) -> _Along:
+        """Return a matrix of theta times x; the identity where nothing rotates."""
+        found = _Along(x.value.copy(), x.by.copy())
+        for factor in self._rotating:
+            group, part = group_named(factor.group, factor.v_size), factor.v
+            at = matrix(group, theta.value[:, part])
+            found.value[:, part] = (at @ x.value[:, part, np.newaxis])[..., 0]
+            found.by[:, part] = at @ x.by[:, part]
+        found.by += self._along_group(matrix, theta.value, x.value) @ theta.by
+        return found
+
+    def _along_group(self, matrix: GroupMatrix, theta: Array, x: Array) -> Array:
+        """Return partials in theta of a matrix of theta times x, (n, nv, nv); 0 where nothing rotates."""
+        found = np.zeros((len(theta), self.nv, self.nv))
+        for factor in self._rotating:
+            group, part = group_named(factor.group, factor.v_size), factor.v
+            for k in range(factor.v_size):
+                moved = theta[:, part].astype(complex)
+                moved[:, k] += 1j * _TINY
+                change = matrix(group, moved).imag / _TINY
+                found[:, part, part.start + k] = (change @ x[:, part, np.newaxis])[..., 0]
+        return found
+
+    @property
+    def _rotating(self) -> list[Factor]:
+        return [factor for factor in self.factors if factor.group != "R"]
