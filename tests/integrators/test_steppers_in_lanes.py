@@ -32,6 +32,7 @@ CASES = [
     ("symmetric_top", "generalized_alpha"),
     ("free_spinning_body", "rk45"),
     ("free_spinning_body", "taylor"),
+    ("pendulum_on_shaking_base", "omf4"),
     ("elastic_pendulum", "generalized_alpha"),
     ("robot_arm", "rk4"),
     ("quarter_car", "generalized_alpha"),

@@ -63,3 +63,25 @@ def constrained(otherwise: str) -> Need:
     """Return the need of a method that eliminates constraints; ``otherwise`` does its work where there are none."""
     reason = f"it eliminates constraint equations, and {otherwise} does the same work where there are none"
     return Need("constraints", True, reason, otherwise)
+
+
+_OTHERWISE = "rattlie, which keeps energies where inertia varies, or rk4"
+#: Of compositions of drifts and kicks: the two parts of the Hamiltonian have exact motions.
+CONSTANT_INERTIA = Need(
+    "constant_mass",
+    True,
+    "its drifts are exact at constant velocities, which momenta are where inertia does not change with the position",
+    _OTHERWISE,
+)
+NO_VELOCITY_FORCES = Need(
+    "velocity_forces",
+    False,
+    "its kicks hold positions while velocities change, so forces of dampers and friction have no place in them",
+    _OTHERWISE,
+)
+NO_INNER_STATES = Need(
+    "internal_states",
+    False,
+    "its drifts and kicks move positions and velocities alone",
+    "rk4, or generalized_alpha for stiff ones",
+)

@@ -13,6 +13,7 @@ from eomgen.errors import Problem, UsageError
 from eomgen.extensions import broken, extensions, loaded
 from eomgen.integrators.families.adaptive_discontinuous_galerkin import AdaptiveDiscontinuousGalerkin
 from eomgen.integrators.families.adaptive_generalized_alpha import AdaptiveGeneralizedAlpha
+from eomgen.integrators.families.composition import SymplecticComposition
 from eomgen.integrators.families.corrected_predictor import CorrectedPredictor
 from eomgen.integrators.families.discontinuous_galerkin import DiscontinuousGalerkin
 from eomgen.integrators.families.dormand_prince import DormandPrince
@@ -40,6 +41,7 @@ BUILT_IN: tuple[type[Family], ...] = (
     Rosenbrock,
     CorrectedPredictor,
     Rattlie,
+    SymplecticComposition,
     DiscontinuousGalerkin,
     AdaptiveDiscontinuousGalerkin,
     Taylor,
@@ -91,6 +93,8 @@ _ELSEWHERE: Mapping[str, str] = {
     **dict.fromkeys(("bdf", "lsoda", "radau", "ode15s", "ode23t", "ida", "cvode"), _STIFF),
     **dict.fromkeys(("ode45", "rk23", "dop853", "dopri5", "rkf45", "ode113", "dp45"), _ADAPTIVE),
     **dict.fromkeys(("euler", "forward_euler", "semi_implicit_euler", "rk2", "rk", "runge_kutta"), "rk4"),
+    **dict.fromkeys(("verlet", "velocity_verlet", "stoermer_verlet"), "leapfrog"),
+    **dict.fromkeys(("forest_ruth", "ruth4"), "yoshida4"),
     **dict.fromkeys(("implicit_euler", "backward_euler"), _STIFF),
 }
 
