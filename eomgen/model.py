@@ -95,8 +95,8 @@ class Model(CompiledModel):
               steps are its own and ``step`` the spacing of the time grid on which it gives states.
             - For real time, of order 2, with one factorization a step and no iteration, on trees and loops:
               ``rosenbrock`` and ``lsrt2``; ``corrected_predictor`` where forces are measured.
-            - For long conservative motions, of order 2, on trees and constraints: ``rattlie``, which is variational. Where
-              inertia is constant and no force depends on velocities, symplectic compositions of kicks and drifts:
+            - For long conservative motions, of order 2, on trees and constraints: ``rattlie``, which is variational.
+              Where inertia is constant and no force depends on velocities, symplectic compositions of kicks and drifts:
               ``leapfrog``, ``minimum_norm2`` and ``bcss3`` of order 2, ``yoshida4``, ``suzuki4`` and ``omf4`` of order
               4, ``yoshida6`` and ``suzuki6`` of order 6, ``yoshida8`` of order 8.
             - For stiff motions at high accuracy, with one factorization a step and no iteration, time-discontinuous
