@@ -13,8 +13,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from eomgen.errors import ModelError, Problem
-from eomgen.integrators.compositions import composition_named
-from eomgen.integrators.compositions.composition import Composition
+from eomgen.integrators.compositions import Composition, composition_named
 from eomgen.integrators.families.family import (
     BAD_ARGUMENT,
     NOT_FINITE,
