@@ -11,24 +11,28 @@ the saddle point is dropped.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import optimize, special
+from scipy import special
 
 from eomgen.arrays import Array
 from eomgen.errors import NumericalError
 from eomgen.reliability.quadratic_form import QuadraticForm
 
 Complex = NDArray[np.complex128]
+#: One quadratic form, or one for each threshold.
+Forms = QuadraticForm | Sequence[QuadraticForm]
 
 #: Distance of nodes along the path, in standard deviations of the Gaussian that the integrand is there, and their
 #: number: the next one is exp(-8.6^2 / 2) = 9e-17 of the first.
 _APART, _NODES = 1.0 / 16.0, 138
 #: Corrections of a node by Newton's method, at most.
 _CORRECTIONS = 20
+#: Halvings of an interval with a saddle, and Newton's steps behind them.
+_HALVINGS, _POLISHED = 40, 3
 #: Difference to a third of the nodes, relative, beyond which the integral is refused.
 _DIFFERENCE = 1e-6
 #: Panels of Imhof's integral, at most.
@@ -45,61 +49,92 @@ class Tails(NamedTuple):
 
 
 class _Generating:
-    """K - s y and its derivatives for thresholds (m,) at s (m,)."""
+    """K - s y and its derivatives for thresholds (m,), each with its own form or all with the same, at s (m,)."""
 
-    def __init__(self, form: QuadraticForm, thresholds: Array) -> None:
-        values, slopes = form.principal
-        scale = max(form.standard_deviation, np.finfo(float).tiny)
+    def __init__(self, forms: Sequence[QuadraticForm], thresholds: Array) -> None:
+        scales = np.maximum([form.standard_deviation for form in forms], np.finfo(float).tiny)
+        principal = [np.stack(parts) / scales[:, None] for parts in zip(*(form.principal for form in forms))]
         #: Standardised, so that steps and tolerances need no units.
-        self.values, self.slopes = values / scale, slopes / scale
-        self.offsets = (form.value - thresholds) / scale
+        self.values, self.slopes = (np.broadcast_to(part, (thresholds.size, part.shape[1])) for part in principal)
+        self.offsets = (np.array([form.value for form in forms]) - thresholds) / scales
 
     def __call__(self, s: Complex | Array, rows: NDArray[np.intp]) -> Complex:
-        bent = 1.0 - s[:, None] * self.values
-        half = -0.5 * np.log(bent) + 0.5 * (s[:, None] * self.slopes) ** 2 / bent
+        bent = 1.0 - s[:, None] * self.values[rows]
+        half = -0.5 * np.log(bent) + 0.5 * (s[:, None] * self.slopes[rows]) ** 2 / bent
         return np.asarray(s * self.offsets[rows] + half.sum(axis=1))
 
     def first(self, s: Complex | Array, rows: NDArray[np.intp]) -> Complex:
-        bent, z = 1.0 - s[:, None] * self.values, s[:, None]
-        parts = 0.5 * self.values / bent + self.slopes**2 * z * (1.0 - 0.5 * z * self.values) / bent**2
+        values, z = self.values[rows], s[:, None]
+        bent = 1.0 - z * values
+        parts = 0.5 * values / bent + self.slopes[rows] ** 2 * z * (1.0 - 0.5 * z * values) / bent**2
         return np.asarray(self.offsets[rows] + parts.sum(axis=1))
 
-    def second(self, s: Complex | Array) -> Complex:
-        bent = 1.0 - s[:, None] * self.values
-        parts = 0.5 * self.values**2 / bent**2 + self.slopes**2 / bent**3
+    def second(self, s: Complex | Array, rows: NDArray[np.intp]) -> Complex:
+        values = self.values[rows]
+        bent = 1.0 - s[:, None] * values
+        parts = 0.5 * values**2 / bent**2 + self.slopes[rows] ** 2 / bent**3
         return np.asarray(parts.sum(axis=1))
 
-    def third(self, s: Array) -> Array:
-        bent = 1.0 - s[:, None] * self.values
-        parts = self.values**3 / bent**3 + 3.0 * self.values * self.slopes**2 / bent**4
+    def third(self, s: Array, rows: NDArray[np.intp]) -> Array:
+        values = self.values[rows]
+        bent = 1.0 - s[:, None] * values
+        parts = values**3 / bent**3 + 3.0 * values * self.slopes[rows] ** 2 / bent**4
         return np.asarray(parts.sum(axis=1))
 
-    def slope(self, s: float, row: int) -> float:
-        """d(K - s y)/ds, where it is infinite beyond the strip of its poles."""
-        return float(np.real(self.first(np.array([s]), np.array([row]))[0]))
+    def beside(self, u: Complex, s: Array, rows: NDArray[np.intp]) -> tuple[Complex, Complex]:
+        """Return K(s + u) - K(s) and its derivative, s saddles, whose slope is left out with its rounding."""
+        values, at = self.values[rows], u[:, None]
+        bent = 1.0 - s[:, None] * values
+        ahead, x = bent - at * values, at * values / bent
+        squares = (self.slopes[rows] / bent) ** 2
+        rise = -0.5 * (np.log1p(-x) + x) + 0.5 * squares * at**2 / ahead
+        slope = 0.5 * x * values / ahead + 0.5 * squares * at * (bent + ahead) / ahead**2
+        return np.asarray(rise.sum(axis=1)), np.asarray(slope.sum(axis=1))
 
-    def saddle(self, row: int) -> float:
-        """Return s between the poles where K' = y; an infinity where y is no value of the form."""
-        low, high = min(self.values.min(), 0.0), max(self.values.max(), 0.0)
-        at_zero = self.slope(0.0, row)
-        if at_zero == 0.0:
-            return 0.0
-        sign = -1.0 if at_zero > 0.0 else 1.0
-        edge = 1.0 / (high if sign > 0 else low) if (high if sign > 0 else low) else sign * np.inf
-        inner, outer = 0.0, sign * 1.0
+    def saddles(self) -> Array:
+        """Return s (m,) between the poles where K' = y; an infinity where y is no value of the form.
+
+        K' rises all along the strip between the poles, so the interval about a saddle is halved.
+        """
+        rows = np.arange(self.offsets.size)
+        at_zero = np.real(self.first(np.zeros(rows.size), rows))
+        sign = np.where(at_zero > 0.0, -1.0, 1.0)
+        poles = np.maximum(np.max(sign[:, None] * self.values, axis=1), 0.0)
+        with np.errstate(divide="ignore"):
+            edge = sign / poles
+        found = np.where(at_zero == 0.0, 0.0, sign * np.inf)
+        inner, outer = np.zeros(rows.size), sign * 1.0
+        ahead, held = np.flatnonzero(at_zero), []
         for _ in range(200):
-            if np.isfinite(edge) and abs(outer) >= abs(edge):
-                outer = 0.5 * (inner + edge)
-            if self.slope(outer, row) * at_zero <= 0.0:
-                return float(optimize.brentq(self.slope, inner, outer, args=(row,), xtol=1e-15, rtol=1e-14))
-            inner = outer
-            outer = 2.0 * outer if not np.isfinite(edge) else 0.5 * (outer + edge)
-            if abs(outer) > 1e12:
+            beyond = np.abs(outer) >= np.abs(edge)
+            outer = np.where(beyond, 0.5 * (inner + np.where(beyond, edge, 0.0)), outer)
+            passed = np.real(self.first(outer[ahead], ahead)) * np.sign(at_zero[ahead]) <= 0.0
+            held.append(ahead[passed])
+            ahead = ahead[~passed]
+            if not ahead.size:
                 break
-        return sign * np.inf
+            inner[ahead] = outer[ahead]
+            near, far = 2.0 * outer[ahead], 0.5 * (outer[ahead] + edge[ahead])
+            outer[ahead] = np.where(np.isfinite(edge[ahead]), far, near)
+            ahead = ahead[np.abs(outer[ahead]) <= 1e12]
+        inside = np.concatenate(held) if held else ahead
+        if inside.size:
+            found[inside] = self._halved(inner[inside], outer[inside], inside, at_zero[inside])
+        return found
+
+    def _halved(self, inner: Array, outer: Array, rows: NDArray[np.intp], at_zero: Array) -> Array:
+        """Return saddles between ``inner``, where K' - y has the sign that it has at zero, and ``outer``."""
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (inner + outer)
+            before = np.real(self.first(middle, rows)) * np.sign(at_zero) > 0.0
+            inner, outer = np.where(before, middle, inner), np.where(before, outer, middle)
+        s = 0.5 * (inner + outer)
+        for _ in range(_POLISHED):
+            s = s - np.real(self.first(s, rows) / self.second(s, rows))
+        return np.asarray(s)
 
 
-def steepest_descent(form: QuadraticForm, thresholds: ArrayLike) -> Tails:
+def steepest_descent(forms: Forms, thresholds: ArrayLike) -> Tails:
     """Return both tails at thresholds (m,): the inversion integral along the path of steepest descent.
 
     On that path from the saddle point the exponent falls as t^2 / 2 by its parameter t, so the integrand is a Gaussian
@@ -117,23 +152,23 @@ def steepest_descent(form: QuadraticForm, thresholds: ArrayLike) -> Tails:
     in normal random variables, SIAM J. Sci. Stat. Comput. 1 (1980).
     """
     y, shape = _flat(thresholds)
-    generating, saddles, below, above = _begun(form, y)
+    generating, saddles, below, above = _begun(forms, y)
     rows = np.flatnonzero(np.isfinite(saddles))
     if not rows.size:
         return Tails(below.reshape(shape), above.reshape(shape))
     s0 = saddles[rows]
     depth = np.real(generating(s0, rows))
     w = np.sign(s0) * np.sqrt(np.maximum(-2.0 * depth, 0.0))
-    curvature = np.real(generating.second(s0))
+    curvature = np.real(generating.second(s0, rows))
     integral, thirds = np.zeros(rows.size), np.zeros(rows.size)
-    s, t = s0.astype(complex), 0.0
+    u, t = np.zeros(rows.size, dtype=complex), 0.0
     direction = 1j / np.sqrt(curvature)
     for node in range(_NODES):
         ahead = (node + 0.5) * _APART
-        s = _on_path(generating, rows, s + direction * (ahead - t), depth - 0.5 * ahead**2)
-        t, direction = ahead, -ahead / generating.first(s, rows)
+        u, slope = _on_path(generating, s0, rows, u + direction * (ahead - t), ahead)
+        t, direction = ahead, -ahead / slope
         # the path is symmetric about the real axis: the real parts of both halves of the integral cancel
-        part = np.imag(direction / s - 1.0 / (ahead - 1j * w)) * np.exp(-0.5 * ahead**2)
+        part = np.imag(direction / (s0 + u) - 1.0 / (ahead - 1j * w)) * np.exp(-0.5 * ahead**2)
         integral += part * _APART
         if node % 3 == 1:
             thirds += 3.0 * part * _APART
@@ -149,18 +184,21 @@ def steepest_descent(form: QuadraticForm, thresholds: ArrayLike) -> Tails:
     return Tails(below.reshape(shape), above.reshape(shape))
 
 
-def _on_path(generating: _Generating, rows: NDArray[np.intp], guess: Complex, wanted: Array) -> Complex:
-    """Return s with K - s y as wanted, next to a guess."""
-    s = guess
+def _on_path(
+    generating: _Generating, saddles: Array, rows: NDArray[np.intp], guess: Complex, t: float
+) -> tuple[Complex, Complex]:
+    """Return u next to a guess where K has fallen by t^2 / 2 from a saddle, and the slope of K there."""
+    u = guess
     for _ in range(_CORRECTIONS):
-        step = (generating(s, rows) - wanted) / generating.first(s, rows)
-        s = s - step
-        if np.all(np.abs(step) <= 1e-13 * np.abs(s)):
+        rise, slope = generating.beside(u, saddles, rows)
+        step = (rise + 0.5 * t**2) / slope
+        u = u - step
+        if np.all(np.abs(step) <= 1e-9 * np.abs(u)):  # Newton's next step is its square
             break
-    return s
+    return u, generating.beside(u, saddles, rows)[1]
 
 
-def lugannani_rice(form: QuadraticForm, thresholds: ArrayLike) -> Tails:
+def lugannani_rice(forms: Forms, thresholds: ArrayLike) -> Tails:
     """Return both tails at thresholds (m,) by the saddle point alone.
 
     References
@@ -169,21 +207,21 @@ def lugannani_rice(form: QuadraticForm, thresholds: ArrayLike) -> Tails:
     Appl. Prob. 12 (1980), eq. 2.
     """
     y, shape = _flat(thresholds)
-    generating, saddles, below, above = _begun(form, y)
+    generating, saddles, below, above = _begun(forms, y)
     rows = np.flatnonzero(np.isfinite(saddles))
     s0 = saddles[rows]
     w = np.sign(s0) * np.sqrt(np.maximum(-2.0 * np.real(generating(s0, rows)), 0.0))
-    second = np.real(generating.second(s0))
+    second = np.real(generating.second(s0, rows))
     u = s0 * np.sqrt(second)
     with np.errstate(divide="ignore", invalid="ignore"):
         between = np.exp(-0.5 * w**2) / np.sqrt(2.0 * np.pi) * (1.0 / w - 1.0 / u)
-    limit = generating.third(s0) / (6.0 * np.sqrt(2.0 * np.pi) * second**1.5)
+    limit = generating.third(s0, rows) / (6.0 * np.sqrt(2.0 * np.pi) * second**1.5)
     between = np.where(np.abs(w) < _AT_THE_MEAN, limit, between)
     below[rows], above[rows] = special.ndtr(w) + between, special.ndtr(-w) - between
     return Tails(below.reshape(shape), above.reshape(shape))
 
 
-def imhof(form: QuadraticForm, thresholds: ArrayLike) -> Tails:
+def imhof(forms: Forms, thresholds: ArrayLike) -> Tails:
     """Return both tails at thresholds (m,) by the integral along the imaginary axis; small tails lose their digits.
 
     Raises
@@ -196,14 +234,14 @@ def imhof(form: QuadraticForm, thresholds: ArrayLike) -> Tails:
     Imhof: Computing the distribution of quadratic forms in normal variables, Biometrika 48 (1961), eq. 3.2.
     """
     y, shape = _flat(thresholds)
-    generating, saddles, below, above = _begun(form, y)
+    generating, saddles, below, above = _begun(forms, y)
     rows = np.flatnonzero(np.isfinite(saddles))
-    edge = _where_it_ends(generating)
     with np.errstate(over="ignore", under="ignore"):
         for row in rows:
+            edge = _where_it_ends(generating, row)
             panels = max(64, int(np.ceil(edge * (1.0 + abs(generating.offsets[row])) / np.pi)))
             if panels > _PANELS:
-                what = f"the characteristic function of {len(form.gradient)} variables falls too slowly"
+                what = f"the characteristic function of {generating.values.shape[1]} variables falls too slowly"
                 what += " for Imhof's integral"
                 raise NumericalError(what, "inversion by steepest_descent")
             nodes, weights = _panels(edge, panels)
@@ -213,10 +251,9 @@ def imhof(form: QuadraticForm, thresholds: ArrayLike) -> Tails:
     return Tails(below.reshape(shape), above.reshape(shape))
 
 
-def _where_it_ends(generating: _Generating) -> float:
-    """Return u from which on the characteristic function, by u, is below rounding."""
-    edge = 1.0
-    row = np.zeros(1, dtype=np.intp)
+def _where_it_ends(generating: _Generating, number: int) -> float:
+    """Return u from which on the characteristic function of a row, by u, is below rounding."""
+    edge, row = 1.0, np.array([number])
     while edge < 1e8 and np.exp(np.real(generating(np.array([1j * edge]), row)))[0] / edge > 1e-17:
         edge *= 1.25
     return edge
@@ -236,19 +273,20 @@ def _flat(thresholds: ArrayLike) -> tuple[Array, tuple[int, ...]]:
     return y.ravel(), y.shape
 
 
-def _begun(form: QuadraticForm, y: Array) -> tuple[_Generating, Array, Array, Array]:
+def _begun(given: Forms, y: Array) -> tuple[_Generating, Array, Array, Array]:
     """Return the generating function, saddles, and the tails where a form has no spread or never comes."""
-    if not form.standard_deviation > 0.0:
-        below = np.where(y >= form.value, 1.0, 0.0)
-        return _Generating(form, y), np.full(y.size, np.inf), below, 1.0 - below
-    generating = _Generating(form, y)
-    saddles = np.array([generating.saddle(row) for row in range(y.size)])
+    forms = [given] if isinstance(given, QuadraticForm) else list(given)
+    generating = _Generating(forms, y)
+    spread = np.broadcast_to([form.standard_deviation > 0.0 for form in forms], y.shape)
+    fixed = np.broadcast_to([form.value for form in forms], y.shape)
+    saddles = np.where(spread, generating.saddles(), np.inf)
     below = np.where(saddles > 0.0, 1.0, 0.0)
+    below = np.where(spread, below, np.where(y >= fixed, 1.0, 0.0))
     return generating, saddles, below, 1.0 - below
 
 
 #: How a distribution of a quadratic form is found, by name.
-INVERSIONS: Mapping[str, Callable[[QuadraticForm, ArrayLike], Tails]] = {
+INVERSIONS: Mapping[str, Callable[[Forms, ArrayLike], Tails]] = {
     "steepest_descent": steepest_descent,
     "imhof": imhof,
     "lugannani_rice": lugannani_rice,

@@ -41,16 +41,15 @@ def of_form(form: QuadraticForm, thresholds: Array) -> Distribution:
 
 
 def at_points(reached: Sequence[MostProbablePoint]) -> dict[str, Distribution]:
-    quadratic = [INVERSIONS["steepest_descent"](one.form, one.threshold) for one in reached]
-    saddle = [INVERSIONS["lugannani_rice"](one.form, one.threshold) for one in reached]
+    forms, thresholds = [one.form for one in reached], [one.threshold for one in reached]
     found = {
         "form": _of_upper([first_order(one) for one in reached]),
         "breitung": _of_upper([breitung(one) for one in reached]),
         "hohenbichler_rackwitz": _of_upper([hohenbichler_rackwitz(one) for one in reached]),
     }
-    for name, tails in (("lugannani_rice", saddle), ("quadratic", quadratic)):
-        below, above = (np.array([float(getattr(one, side)) for one in tails]) for side in ("below", "above"))
-        found[name] = Distribution(below, above, _NONE, _NONE)
+    for name, inversion in (("lugannani_rice", "lugannani_rice"), ("quadratic", "steepest_descent")):
+        tails = INVERSIONS[inversion](forms, thresholds)
+        found[name] = Distribution(tails.below, tails.above, _NONE, _NONE)
     return found
 
 
