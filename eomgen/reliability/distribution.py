@@ -53,9 +53,11 @@ class _Generating:
 
     def __init__(self, forms: Sequence[QuadraticForm], thresholds: Array) -> None:
         scales = np.maximum([form.standard_deviation for form in forms], np.finfo(float).tiny)
-        principal = [np.stack(parts) / scales[:, None] for parts in zip(*(form.principal for form in forms))]
-        #: Standardised, so that steps and tolerances need no units.
-        self.values, self.slopes = (np.broadcast_to(part, (thresholds.size, part.shape[1])) for part in principal)
+        # standardised, so that steps and tolerances need no units
+        values, slopes = (np.stack([form.principal[k] for form in forms]) / scales[:, None] for k in (0, 1))
+        self.values, self.slopes = (
+            np.broadcast_to(part, (thresholds.size, part.shape[1])) for part in (values, slopes)
+        )
         self.offsets = (np.array([form.value for form in forms]) - thresholds) / scales
 
     def __call__(self, s: Complex | Array, rows: NDArray[np.intp]) -> Complex:
@@ -238,7 +240,7 @@ def imhof(forms: Forms, thresholds: ArrayLike) -> Tails:
     rows = np.flatnonzero(np.isfinite(saddles))
     with np.errstate(over="ignore", under="ignore"):
         for row in rows:
-            edge = _where_it_ends(generating, row)
+            edge = _where_it_ends(generating, int(row))
             panels = max(64, int(np.ceil(edge * (1.0 + abs(generating.offsets[row])) / np.pi)))
             if panels > _PANELS:
                 what = f"the characteristic function of {generating.values.shape[1]} variables falls too slowly"

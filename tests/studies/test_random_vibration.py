@@ -63,13 +63,19 @@ formula = ["q.slide", "v.slide"]
 
 
 def scene(cubic: float, share: float = 0.9999) -> str:
-    start = {0.0: 0.5, 0.1: 0.48835331267141746}[cubic]
+    start = {0.0: 0.5, 0.1: 0.48835331272856514}[cubic]
     return SCENE.replace("CUBIC", f"{cubic}").replace("SHARE", f"{share}").replace("START", f"{start!r}")
 
 
 @pytest.fixture(scope="module")
 def duffing() -> eomgen.Model:
     return built(scene(0.1))
+
+
+@pytest.fixture(scope="module")
+def swinging() -> eomgen.Model:
+    """The same from a start that is no equilibrium."""
+    return built(scene(0.1).replace("0.48835331272856514", "0.45"))
 
 
 def built(text: str) -> eomgen.Model:
@@ -88,7 +94,7 @@ def test_moments_and_tails_at_the_mean_are_those_of_the_oracle(duffing: eomgen.M
     assert found.moments["first_order"][2:] == (0.0, 0.0)
     assert [(one.name, one.variables) for one in found.processes] == [("force", 21)]
     assert found.processes[0].captured >= 0.9999
-    assert vars(found.costs["second_order"]) == {"runs": 1, "adjoints": 2, "tangents": 21}
+    assert vars(found.costs["second_order"]) == {"runs": 0, "adjoints": 1, "tangents": 0}
 
 
 def test_the_expansion_is_that_of_differences(duffing: eomgen.Model) -> None:
@@ -99,15 +105,47 @@ def test_the_expansion_is_that_of_differences(duffing: eomgen.Model) -> None:
     point = 0.5 * np.random.default_rng(2).standard_normal(21)
     one, other = exact.expansion(point), differenced.expansion(point)
     assert (one.value, *one.gradient) == (other.value, *other.gradient)
-    np.testing.assert_allclose(one.hessian, other.hessian, atol=1e-8)
+    np.testing.assert_allclose(one.hessian, other.hessian, atol=5e-8)
     np.testing.assert_allclose(exact.products(point, np.eye(21)[:, 3:5]), one.hessian[:, 3:5], atol=1e-13)
-    assert (exact.spent, differenced.spent) == ((1, 2 + 3, 21 + 2), (43, 43, 0))
+    assert (exact.spent, differenced.spent) == ((1, 1 + 3, 21 + 2), (43, 43, 0))
+
+
+def test_solutions_are_as_many_as_outputs_where_the_state_stays_as_it_is(duffing: eomgen.Model) -> None:
+    """Check 19 of the dossier: one adjoint for all times, and the numbers of the general way; N tangents elsewhere."""
+    variables, options = processes_of(duffing)[1], {"method": "trapezoidal"}
+    still, general = (RunResponse(duffing, variables, "x", (15.0, 0.05), options) for _ in range(2))
+    general.stationary = None
+    mean = np.zeros(21)
+    for one, other in zip(still.expansion(mean), general.expansion(mean), strict=True):
+        np.testing.assert_allclose(one, other, rtol=0, atol=2e-15)
+    for one, other in zip(still.along(mean), general.along(mean), strict=True):
+        np.testing.assert_allclose(one, other, rtol=0, atol=1e-14)
+    assert (still.spent, general.spent) == ((0, 1, 0), (1, 1, 21 + 21))
+    earlier, alone = still.ending(7.5), general.ending(7.5)
+    np.testing.assert_allclose(earlier.products(mean, np.eye(21)), alone.expansion(mean).hessian, rtol=0, atol=2e-15)
+    assert (earlier.spent, still.spent, alone.spent) == ((0, 0, 0), (0, 1, 0), (1, 1, 21))
+    found = study(duffing, thresholds=[0.5], points=False, times=[2.5, 5.0, 10.0], projected=0.99)
+    spent = [vars(found.costs[name]) for name in ("projected", "second_order", "along_the_run", "autocovariance")]
+    assert [tuple(one.values()) for one in spent] == [(0, 1, 0), (0, 0, 0), (0, 0, 0), (0, 0, 0)]
+
+
+def test_solutions_elsewhere_are_a_run_an_adjoint_and_a_tangent_for_each_variable(swinging: eomgen.Model) -> None:
+    response = RunResponse(swinging, processes_of(swinging)[1], "x", (15.0, 0.05), {"method": "trapezoidal"})
+    assert response.stationary is None
+    point = np.full(21, 0.1)
+    fresh = response.expansion(point)
+    assert response.spent == (1, 1, 21)
+    again = RunResponse(swinging, response.variables, "x", (15.0, 0.05), {"method": "trapezoidal"})
+    value, gradient = again.gradient(point)
+    assert (value, *gradient) == (fresh.value, *fresh.gradient)
+    np.testing.assert_array_equal(again.expansion(point).hessian, fresh.hessian)
+    assert again.spent == (1, 1, 21)
 
 
 @pytest.mark.slow
-def test_projected_second_order_costs_a_tangent_and_an_adjoint_for_each_direction(duffing: eomgen.Model) -> None:
+def test_projected_second_order_costs_a_tangent_and_an_adjoint_for_each_direction(swinging: eomgen.Model) -> None:
     """Eight directions have 99 % of the squares of the gradients (dossier, 4.4), the slope at the end is one more."""
-    found = study(duffing, thresholds=[1.1862], points=False, projected=0.99, times=[10.0])
+    found = study(swinging, thresholds=[1.1862], points=False, projected=0.99, times=[10.0])
     whole, projected = found.moments["second_order"], found.moments["projected"]
     assert projected[1] == pytest.approx(whole[1], rel=1e-4)
     assert projected[0] == pytest.approx(whole[0], abs=6e-3 * whole[1])
@@ -115,7 +153,7 @@ def test_projected_second_order_costs_a_tangent_and_an_adjoint_for_each_directio
     assert vars(found.costs["projected"]) == {"runs": 1, "adjoints": 2 + 9, "tangents": 21 + 9}
     assert vars(found.costs["along_the_run"]) == {"runs": 0, "adjoints": 0, "tangents": 0}
     assert found.distributions["projected"].below == pytest.approx(found.distributions["second_order"].below, abs=4e-3)
-    alone = study(duffing, thresholds=[1.1862], points=False, projected=0.99, whole=False, times=[10.0])
+    alone = study(swinging, thresholds=[1.1862], points=False, projected=0.99, whole=False, times=[10.0])
     assert list(alone.moments) == ["first_order", "projected"]
     assert alone.moments["projected"] == projected
     assert alone.autocovariance["projected"] == pytest.approx(found.autocovariance["second_order"], rel=2e-3)
@@ -238,7 +276,7 @@ def test_a_scene_without_processes_and_a_threshold_out_of_reach() -> None:
 
 @pytest.mark.slow
 def test_a_bistable_scene_says_that_its_forms_are_none() -> None:
-    text = scene(0.1, 0.99).replace("0.5 * (1 + 0.3 * g)**2", "0.4 * g").replace("0.48835331267141746", "1.0")
+    text = scene(0.1, 0.99).replace("0.5 * (1 + 0.3 * g)**2", "0.4 * g").replace("0.48835331272856514", "1.0")
     text = text.replace("duration = 15", "duration = 10")
     text = text.replace("force - q.slide - cubic * q.slide**3 - 0.2", "force + q.slide - q.slide**3 - 0.3")
     found = random_vibration(built(text), "x", 10.0, 0.05, thresholds=[0.0, -1.0], samples=400, method="trapezoidal")

@@ -90,8 +90,8 @@ class AlphaRun(LinearRun[AlphaPart]):
     def tangents(self, part: AlphaPart, dp: Array, state: Array) -> Array:
         return self.linear.tangents(part.matrices, dp, state, part.times)[0]
 
-    def take_back(self, part: AlphaPart, direct: Array, state: Array, gradient: Array) -> None:
-        self.linear.adjoints(part.matrices, direct, state, gradient, part.times)
+    def take_back(self, part: AlphaPart, direct: Array, state: Array, gradient: Array) -> tuple[Array, Array]:
+        return self.linear.adjoints(part.matrices, direct, state, gradient, part.times)
 
     def products(self, matrices: Array, columns: Array) -> Array:
         return self.linear.products(matrices, columns)

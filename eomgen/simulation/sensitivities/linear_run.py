@@ -91,13 +91,17 @@ class LinearRun(ABC, Generic[Made]):
         """
 
     @abstractmethod
-    def take_back(self, part: Made, direct: Array, state: Array, gradient: Array) -> None:
+    def take_back(self, part: Made, direct: Array, state: Array, gradient: Array) -> tuple[Array, Array] | None:
         """Take adjoints back through the steps of a part: ``state`` becomes that of their start, and ``gradient``
         (parameters, functionals) is added to.
 
         Parameters
         ----------
         direct : (steps, record, functionals), what functionals take of the ends of the steps
+
+        Returns
+        -------
+        multipliers and ends of the steps, of methods with second derivatives
         """
 
     def products(self, matrices: Array, columns: Array) -> Array:

@@ -72,6 +72,16 @@ class Motion:
         self._row = stepper.row if table is None else stepper.row_with(np.ascontiguousarray(table))
 
     @property
+    def first_row(self) -> Array:
+        """The row at the start, (width,)."""
+        return self._row
+
+    @property
+    def kept(self) -> bool:
+        """Whether rows are kept, and not stepped again."""
+        return self._kept
+
+    @property
     def parts(self) -> int:
         """Number of parts."""
         return -(-self.steps // self.length)

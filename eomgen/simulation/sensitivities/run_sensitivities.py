@@ -17,6 +17,7 @@ from eomgen.simulation.sensitivities.alpha_run import AlphaRun
 from eomgen.simulation.sensitivities.functionals import Functional, Weights, read_functional
 from eomgen.simulation.sensitivities.input_derivatives import input_derivatives
 from eomgen.simulation.sensitivities.linear_run import LinearRun
+from eomgen.simulation.sensitivities.stationary_run import StationaryRun
 
 
 @checked_calls("model.sensitivities(...), which makes one", wrt="by")
@@ -33,6 +34,7 @@ class Sensitivities:
         self.by = tuple(by)
         self._components = _counted(outputs)
         self._run = run
+        self._known: tuple[tuple[Functional, ...], second_order.Gradients] | None = None
 
     def __repr__(self) -> str:
         return f"<Sensitivities of {self._run.run.model.name} by {', '.join(self.by)}: {self._run.motion.steps} steps>"
@@ -118,6 +120,10 @@ class Sensitivities:
     def gradients(self, of: Sequence[Functional]) -> Array:
         """Return the derivatives of several functionals, (functionals, directions), by one adjoint run of all."""
         run, weights = self._run, self._weights(of)
+        if isinstance(run, AlphaRun):
+            known = second_order.gradients(run, weights)
+            self._known = (tuple(of), known) if all(isinstance(one, str) for one in of) else None
+            return known.values
         state = np.zeros((len(run.state), len(weights)))
         of_parameters = np.zeros((len(run.along.dp), len(weights)))
         direct = np.zeros((1, len(run.record), len(weights)))
@@ -147,8 +153,35 @@ class Sensitivities:
     def hessians(self, of: Sequence[Functional]) -> Array:
         """Return the second derivatives of several functionals, (functionals, directions, directions), by tangents
         along all directions and one adjoint of each functional."""
-        weights = self._weights(of)
-        return second_order.hessians(self._implicit("hessian"), weights)
+        return self.expansions(of)[1]
+
+    def expansions(self, of: Sequence[Functional]) -> tuple[Array, Array]:
+        """Return the gradients and the second derivatives of several functionals, (functionals, directions) and
+        (functionals, directions, directions).
+
+        Both are of the same adjoints: those of ``gradients`` of the same texts just before, where the run keeps its
+        rows (``keeps_adjoints``), else one of each functional.
+        """
+        known = self._known[1] if self._known is not None and self._known[0] == tuple(of) else None
+        return second_order.hessians(self._implicit("hessian"), self._weights(of), known)
+
+    @property
+    def keeps_adjoints(self) -> bool:
+        """Whether the run is short enough to keep its rows, and so the adjoints of its functionals."""
+        return self._run.motion.kept
+
+    def stationary(self, of: Sequence[str]) -> StationaryRun | None:
+        """Return derivatives of outputs, or of components of them, at all rows by one adjoint of each.
+
+        None where the state does not stay as it is at the start, or derivatives are by the start.
+
+        Raises
+        ------
+        UsageError
+            Unknown outputs, outputs of several components.
+        """
+        weights = self._weights([f"final({one})" for one in of])
+        return StationaryRun.of(self._run, weights) if isinstance(self._run, AlphaRun) else None
 
     def hessian_products(self, of: Functional, directions: ArrayLike) -> Array:
         """Return the Hessian of a functional times vectors, by tangents along them and adjoints of second order: as

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -46,6 +47,35 @@ class _Adjoint:
     def of(cls, run: AlphaRun, count: int) -> _Adjoint:
         sizes = run.linear.state_size, len(run.along.dp), run.linear.record_size
         return cls(*(np.zeros((size, count)) for size in sizes))
+
+
+class Swept(NamedTuple):
+    """What adjoints of functionals left in a part.
+
+    Attributes
+    ----------
+    multipliers, ends : of its steps, as of ``LinearSteps.adjoints``
+    of_outputs : weights of outputs at its rows, (rows, outputs, functionals)
+    """
+
+    multipliers: Array
+    ends: Array
+    of_outputs: Array
+
+
+@dataclass
+class Gradients:
+    """Gradients of functionals, and what their adjoints left.
+
+    Attributes
+    ----------
+    values : (functionals, directions)
+    parts : from the last to the first; none of runs whose rows are not kept
+    """
+
+    values: Array
+    parts: list[Swept]
+    adjoint: _Adjoint
 
 
 @dataclass(frozen=True)
@@ -108,15 +138,30 @@ class _Tangents:
         of_parameters[chosen:] -= np.einsum("nk,nkd->kd", of_D, reaction)
 
 
-def hessians(run: AlphaRun, weights: Sequence[Weights]) -> Array:
-    """Return second derivatives of functionals, (functionals, directions, directions).
+def gradients(run: AlphaRun, weights: Sequence[Weights]) -> Gradients:
+    """Return the gradients of functionals by one adjoint run of all."""
+    adjoint, parts = _Adjoint.of(run, len(weights)), []
+    for part in map(run.of_part, run.motion.backwards()):
+        swept = _back(run, part, weights, adjoint)
+        if run.motion.kept:
+            parts.append(swept)
+    found: Array = adjoint.state.T @ run.state + adjoint.record.T @ run.record
+    found += adjoint.parameters.T @ run.along.dp
+    return Gradients(found, parts, adjoint)
+
+
+def hessians(run: AlphaRun, weights: Sequence[Weights], known: Gradients | None = None) -> tuple[Array, Array]:
+    """Return gradients of functionals, (functionals, directions), and second derivatives, (functionals, directions,
+    directions); adjoints that are known are not solved again.
 
     They are symmetric but for rounding, which is taken out: half the sum with the transpose.
     """
-    adjoint = _Adjoint.of(run, len(weights))
+    swept = list(known.parts) if known is not None else []
+    adjoint = known.adjoint if known is not None and swept else _Adjoint.of(run, len(weights))
     found = np.zeros((len(weights), run.size, run.size))
-    for tangents in _parts(run, run.along, run.state, run.record):
-        multipliers, ends, of_outputs = _back(run, tangents.part, weights, adjoint)
+    for number_of_part, tangents in enumerate(_parts(run, run.along, run.state, run.record)):
+        of_part = swept[number_of_part] if swept else _back(run, tangents.part, weights, adjoint)
+        multipliers, ends, of_outputs = of_part
         for number in range(len(weights)):
             of_rows, of_steps, of_parameters = tangents.changes(
                 run, multipliers[..., number], ends[..., number], of_outputs[..., number]
@@ -126,7 +171,8 @@ def hessians(run: AlphaRun, weights: Sequence[Weights]) -> Array:
     for number in range(len(weights)):
         of_start = adjoint.state[:, number], adjoint.record[:, number], adjoint.parameters[len(run.asked.dp) :, number]
         found[number] += SecondBeginning(run).of(*of_start)
-    return 0.5 * (found + np.swapaxes(found, 1, 2))
+    first: Array = adjoint.state.T @ run.state + adjoint.record.T @ run.record + adjoint.parameters.T @ run.along.dp
+    return first, 0.5 * (found + np.swapaxes(found, 1, 2))
 
 
 def hessian_products(run: AlphaRun, weights: Weights, directions: Array) -> Array:
@@ -180,11 +226,10 @@ def _parts(run: AlphaRun, along: Directions, state: Array, record: Array) -> Ite
         yield _Tangents(part, np.concatenate([rows, of_parameters], axis=1), steps, along.dp, turning)
 
 
-def _back(run: AlphaRun, part: AlphaPart, weights: Sequence[Weights], adjoint: _Adjoint) -> tuple[Array, Array, Array]:
-    """Take adjoints through a part; return the multipliers and ends of its steps, and the weights of outputs, (rows,
-    outputs, functionals)."""
+def _back(run: AlphaRun, part: AlphaPart, weights: Sequence[Weights], adjoint: _Adjoint) -> Swept:
+    """Take adjoints through a part."""
     of_outputs = run.row_weights(part, weights)
     direct = run.of_rows(part, of_outputs, adjoint.parameters)
-    multipliers, ends = run.linear.adjoints(part.matrices, direct[1:], adjoint.state, adjoint.parameters, part.times)
+    multipliers, ends = run.take_back(part, direct[1:], adjoint.state, adjoint.parameters)
     adjoint.record = direct[0]
-    return multipliers, ends, of_outputs
+    return Swept(multipliers, ends, of_outputs)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -17,6 +18,9 @@ from eomgen.simulation.sensitivities.linearise import newton_settings
 if TYPE_CHECKING:
     from eomgen.model import Model
     from eomgen.simulation.sensitivities.run_sensitivities import Sensitivities
+    from eomgen.simulation.sensitivities.stationary_run import StationaryRun
+
+Derived = TypeVar("Derived")
 
 #: Steps of z by which gradients are differenced: the third derivative of a response of order 1 leaves 2e-9 of it.
 _APART = 1e-4
@@ -50,17 +54,15 @@ class RunResponse:
     reason: str = field(default="", init=False)
     _last: tuple[Array, Sensitivities] | None = field(default=None, init=False)
     _slope: tuple[Array, float, Array] | None = field(default=None, init=False)
+    _longer: RunResponse | None = field(default=None, init=False)
 
     @property
     def spent(self) -> tuple[int, int, int]:
         """Runs, adjoint runs and tangents until now."""
         return self.runs, self.adjoints, self.tangents
 
-    def spend(self, more: tuple[int, int, int]) -> None:
-        """Count what another response has cost."""
-        self._spend(*more)
-
-    def _spend(self, runs: int, adjoints: int = 0, tangents: int = 0) -> None:
+    def spend(self, runs: int, adjoints: int = 0, tangents: int = 0) -> None:
+        """Count solutions, also those of another response."""
         self.runs, self.adjoints, self.tangents = self.runs + runs, self.adjoints + adjoints, self.tangents + tangents
 
     @property
@@ -77,7 +79,7 @@ class RunResponse:
 
     def samples(self, points: Array) -> tuple[Array, Array]:
         """Return the output at the end of runs (m,), and its largest value within each, at points (m, n)."""
-        self._spend(len(points))
+        self.spend(len(points))
         table = dict(zip(self.variables, points.T, strict=True))
         found = self.model.simulate_many(
             *self.span, table=table, columns=[f"output.{self.output}"], points=2, **self.options
@@ -87,29 +89,59 @@ class RunResponse:
         return np.asarray(final, dtype=float), np.asarray(highest, dtype=float)
 
     def expansion(self, point: Array) -> Expansion:
-        """Return the output with its gradient (n,) and Hessian (n, n): one run, its tangents in all directions, and
-        adjoint runs."""
-        value, gradient = self.gradient(point)
+        """Return the output with its gradient (n,) and Hessian (n, n): one run, its tangents in all directions, and one
+        adjoint run; one adjoint run alone about a state that stays as it is."""
+        if (still := self._still_at(point)) is not None:
+            return Expansion(*self.gradient(point), self._bent_still(still, np.eye(self.size)))
         found = self._sensitivities(point)
-        hessian = self._exactly(lambda: found.hessian(self._functional))
-        if hessian is None:
-            hessian = self._differenced(point, np.eye(self.size))
-        else:
-            self._spend(0, 1, self.size)
-        return Expansion(value, gradient, 0.5 * (hessian + hessian.T))
+        derived = self._exactly(lambda: found.expansions([self._functional]))
+        if derived is None:
+            return Expansion(*self.gradient(point), self._differenced(point, np.eye(self.size)))
+        known = self._slope is not None and np.array_equal(self._slope[0], point)
+        self.spend(0, 0 if known and found.keeps_adjoints else 1, self.size)
+        self._slope = np.array(point), float(component(found.outputs, self.output)[-1]), derived[0][0]
+        return Expansion(*self._slope[1:], derived[1][0])
+
+    @cached_property
+    def stationary(self) -> StationaryRun | None:
+        """Derivatives at all rows about the mean where the state stays as it is there, which takes no run."""
+        if self._longer is not None:  # which has its rows up to here
+            return self._longer.stationary
+        return self._begun(np.zeros(self.size)).stationary([self.output])
+
+    def _still_at(self, point: Array) -> StationaryRun | None:
+        """Return derivatives about a state that stays as it is, where a point is the mean and there is one."""
+        return None if np.any(point) else self.stationary
+
+    def _of_still(self, still: StationaryRun) -> tuple[int, float, Array]:
+        """Return the row of the end, the output and its gradient (n,) there, and count what adjoints they took."""
+        row, before = int(np.argmin(np.abs(still.t - self.span[0]))), still.solutions
+        value, gradient = float(still.outputs[row, 0]), still.gradients[row, 0]
+        self.spend(0, still.solutions - before)
+        return row, value, gradient
+
+    def _bent_still(self, still: StationaryRun, directions: Array) -> Array:
+        """Return the Hessian at the end times directions."""
+        row, *_ = self._of_still(still)
+        before = still.solutions
+        hessian = self._exactly(lambda: still.hessian(0, row))
+        self.spend(0, still.solutions - before)
+        return self._differenced(np.zeros(self.size), directions) if hessian is None else hessian @ directions
 
     def products(self, point: Array, directions: Array) -> Array:
         """Return the Hessian at a point times directions (n, r), (n, r): for each direction a tangent, and the adjoint
         of that."""
+        if (still := self._still_at(point)) is not None:
+            return self._bent_still(still, directions)
         count = directions.shape[1]
         found = self._sensitivities(point)
         products = self._exactly(lambda: found.hessian_products(self._functional, directions))
         if products is None:
             return self._differenced(point, directions)
-        self._spend(0, 1 + count, count)
+        self.spend(0, 1 + count, count)
         return products
 
-    def _exactly(self, derived: Callable[[], Array]) -> Array | None:
+    def _exactly(self, derived: Callable[[], Derived]) -> Derived | None:
         """Return exact second derivatives; None of scenes that have none, which is noted."""
         if self.reason:
             return None
@@ -128,28 +160,37 @@ class RunResponse:
 
     def gradient(self, point: Array) -> tuple[float, Array]:
         """Return the output, and its derivatives (n,) by one adjoint run; those before where the point is the same."""
+        if (still := self._still_at(point)) is not None:
+            return self._of_still(still)[1:]
         if self._slope is None or not np.array_equal(self._slope[0], point):
             found = self._sensitivities(point)
             value, gradient = float(component(found.outputs, self.output)[-1]), found.gradients([self._functional])[0]
             self._slope = np.array(point), value, gradient
-            self._spend(0, 1)
+            self.spend(0, 1)
         return self._slope[1], self._slope[2]
 
     def along(self, point: Array) -> tuple[Array, Array, Array]:
         """Return times (rows,), the output (rows,) and its derivatives (rows, n), by tangents along one run."""
-        self._spend(0, 0, self.size)
+        if (still := self._still_at(point)) is not None:
+            self._of_still(still)
+            rows = slice(None, None, still.run.run.every)
+            return still.t[rows], still.outputs[rows, 0], still.gradients[rows, 0]
+        self.spend(0, 0, self.size)
         found = self._sensitivities(point)
         return found.t, component(found.outputs, self.output), component(found.derivatives, self.output)
 
     def ending(self, time: float) -> RunResponse:
-        """Return the response at another end, which counts for itself."""
-        return replace(self, span=(time, self.span[1]))
+        """Return the response at another end, which counts for itself; about a state that stays as it is it takes no
+        further adjoints."""
+        other = replace(self, span=(time, self.span[1]))
+        other._longer = self
+        return other
 
     def _sensitivities(self, point: Array) -> Sensitivities:
         """Return derivatives of the run at a point, the one before where it is the same."""
         if self._last is None or not np.array_equal(self._last[0], point):
             self._last = np.array(point), self._begun(point)
-            self._spend(1)
+            self.spend(1)
         return self._last[1]
 
     def _begun(self, point: Array) -> Sensitivities:

@@ -271,7 +271,7 @@ class _Study:
         other = self.response.ending(time)
         expanded = other if self.directions is None else Projected(other, self.directions)
         form = expanded.expansion(np.zeros(size)).form
-        self.response.spend(other.spent)
+        self.response.spend(*other.spent)
         return form
 
 

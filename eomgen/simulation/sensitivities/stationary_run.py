@@ -1,0 +1,195 @@
+"""Derivatives of a run whose state stays as it is, while what drives it changes with time in other directions.
+
+Where the constant state solves the equations at all rows, and their partials in the state are the same at all of them,
+the steps made linear do not change from one to the next: the adjoint of an output at row n is that at the last row,
+shifted by as many rows. One adjoint for each output gives its gradients at all rows, sums of its multipliers with the
+partials in the parameters at earlier rows; those of a coordinate are its tangents, so second derivatives take no more
+than the coordinates by which the equations or the outputs bend (Papadimitriou, Mourelatos and Hu 2021).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+from scipy import signal
+
+from eomgen.arrays import Array
+from eomgen.simulation.sensitivities.alpha_run import AlphaPart, AlphaRun
+from eomgen.simulation.sensitivities.functionals import Weights
+from eomgen.simulation.sensitivities.linear_steps import StepMatrices
+from eomgen.simulation.sensitivities.motion import Part
+from eomgen.simulation.sensitivities.second_beginning import SecondBeginning
+
+#: What acceleration the constant state may leave, by the largest that a parameter makes; the same of rates.
+_BALANCED = 1e-9
+#: What partials in the state may differ from row to row, by the largest of them.
+_CONSTANT = 1e-12
+#: Bytes of partials at all rows above which a run is taken part by part, by its own state.
+_MOST_BYTES = 2**27
+#: Rows that are looked at before all of them are.
+_FEW = 8
+#: An output whose partials in the state are those of others but for this part is none of its own.
+_SPANNED = 1e-12
+
+
+class StationaryRun:
+    """Gradients and Hessians of outputs at rows of a run with a constant state.
+
+    Attributes
+    ----------
+    solutions : adjoints that were solved until now
+    """
+
+    def __init__(self, run: AlphaRun, part: AlphaPart, outputs: Sequence[Array]) -> None:
+        """``outputs``: weights of the run's outputs, (outputs,) each."""
+        self.run, self.part = run, part
+        self.weights = np.stack(outputs, axis=1)
+        Y, self._by_parameters = run.equations.output_partials(part.blocks)
+        self._asked: Array = Y[0].T @ self.weights  # (record, outputs)
+        self.solutions = 0
+
+    @classmethod
+    def of(cls, run: AlphaRun, weights: Sequence[Weights]) -> StationaryRun | None:
+        """Return it where the state is constant and derivatives are by parameters of scenes without constraints and
+        rotations beyond angles; None elsewhere."""
+        size = run.size * (run.motion.steps + 1) * (run.equations.nv + run.equations.nz + len(run.equations.outputs))
+        plain = not run.equations.nl and all(factor.group == "R" for factor in run.run.model.factors)
+        if not plain or len(run.along.dp) < run.size or 8 * size > _MOST_BYTES:
+            return None
+        row = run.motion.first_row
+        rows = np.repeat(row[np.newaxis], run.motion.steps + 1, axis=0)
+        rows[:, 0] = run.run.grid.start + run.run.grid.step * np.arange(len(rows))
+        for chosen in (rows[:: -(-len(rows) // _FEW)], rows):  # a few of them tell at once of most scenes
+            part = run.of_part(Part(0, chosen, run.motion.start["a"]))
+            if not _is_constant(run, part):
+                return None
+        return cls(run, part, [one.outputs for one in weights])
+
+    @cached_property
+    def t(self) -> Array:
+        """Times of the rows, (n,), s."""
+        return self.part.states.t
+
+    @cached_property
+    def outputs(self) -> Array:
+        """Outputs at the rows, (n, outputs)."""
+        return self.run.equations.output_values(self.part.blocks) @ self.weights
+
+    @cached_property
+    def gradients(self) -> Array:
+        """Derivatives of the outputs at the rows, (n, outputs, parameters)."""
+        of_state = self._tangents(self._asked, self._responses)
+        return np.asarray(of_state + np.einsum("nop,of->nfp", self._by_parameters, self.weights))
+
+    def hessian(self, number: int, row: int) -> Array:
+        """Return the second derivatives of an output at a row, (parameters, parameters)."""
+        equations, blocks, size = self.run.equations, self.part.blocks, self.run.size
+        multipliers, states = (array[..., number] for array in self._responses)
+        own = {name: array if name == "p" else array[: row + 1] for name, array in blocks.items()}
+        rows, of_rows = self._changes[: row + 1], np.zeros((row + 1, multipliers.shape[1]))
+        of_rows[1:] = multipliers[:row][::-1]
+        weights = np.zeros((row + 1, len(self.weights)))
+        weights[row] = self.weights[:, number]
+        bent = equations.second_partials(own, of_rows, rows, weights)
+        found: Array = np.einsum("nri,nrj->ij", rows, bent, optimize=True)
+        record = np.zeros(self.run.linear.record_size) if row else self._asked[:, number]
+        state = states[row - 1] if row else np.zeros(self.run.linear.state_size)
+        found += SecondBeginning(self.run).of(state, record, np.zeros(0))
+        return 0.5 * (found + found.T).reshape(size, size)
+
+    @cached_property
+    def _responses(self) -> tuple[Array, Array]:
+        """Multipliers (steps, rows, outputs) and derivatives in the state that the last of so many steps begins with,
+        (steps, state, outputs), of the outputs."""
+        return self._solved(self._asked)
+
+    def _solved(self, of_record: Array) -> tuple[Array, Array]:
+        """Return the same of components of the row, (record, columns), by one adjoint of each."""
+        run, steps, columns = self.run, self.run.motion.steps, of_record.shape[1]
+        self.solutions += columns
+        one = StepMatrices(*(array[:1] for array in vars(self.part.matrices).values()))
+        state, direct = np.zeros((run.linear.state_size, columns)), of_record[np.newaxis]
+        unused, multipliers, states = np.zeros((run.size, columns)), [], []
+        for _ in range(steps):
+            found, _ = run.linear.adjoints(one, direct, state, unused, self.part.times[:1])
+            multipliers.append(found[0])
+            states.append(state.copy())
+            direct = np.zeros_like(direct)
+        return np.stack(multipliers), np.stack(states)
+
+    def _tangents(self, of_record: Array, responses: tuple[Array, Array]) -> Array:
+        """Return changes of components (record, columns) of the rows along the parameters, (n, columns, parameters)."""
+        run, by_parameters = self.run, self.part.matrices.P
+        multipliers, states = responses
+        found = np.empty((len(self.t), of_record.shape[1], run.size))
+        found[0] = of_record.T @ run.record
+        found[1:] = np.swapaxes(states, 1, 2) @ run.state
+        for row in np.flatnonzero(np.any(by_parameters, axis=(0, 2))):
+            for column in range(of_record.shape[1]):
+                pushed = signal.fftconvolve(multipliers[:, row, column, np.newaxis], by_parameters[:, row], axes=0)
+                found[1:, column] -= pushed[: len(by_parameters)]
+        return found
+
+    @cached_property
+    def _changes(self) -> Array:
+        """Changes of rows and parameters along the parameters, (n, record + parameters, parameters), where anything
+        bends by them; 0 elsewhere."""
+        run, size = self.run, self.run.size
+        found = np.zeros((len(self.t), run.linear.record_size + size, size))
+        found[:, run.linear.record_size :] = np.eye(size)
+        bending = self._bending()
+        if not bending:
+            return found
+        basis = np.eye(run.linear.record_size)[:, bending]
+        shares = np.linalg.lstsq(self._asked, basis, rcond=None)[0]
+        left = np.linalg.norm(basis - self._asked @ shares, axis=0) > _SPANNED
+        known = self._tangents(self._asked, self._responses)
+        found[:, bending] = np.einsum("nfp,fc->ncp", known, shares)
+        if left.any():
+            rest = np.array(bending)[left]
+            others = basis[:, left]
+            found[:, rest] = self._tangents(others, self._solved(others))
+        return found
+
+    def _bending(self) -> list[int]:
+        """Return the components of the rows by which equations or outputs have second derivatives.
+
+        All of them are contracted with random numbers at once: none is 0 by chance.
+        """
+        equations, random = self.run.equations, np.random.default_rng(0)
+        rows, width, outputs = len(self.t), self.run.linear.record_size, len(equations.outputs)
+        along = np.zeros((rows, width + self.run.size, width))
+        along[:, :width] = np.eye(width)
+        of_rows = np.broadcast_to(random.uniform(0.5, 1.5, self.run.linear.rows), (rows, self.run.linear.rows))
+        weights = np.broadcast_to(random.uniform(0.5, 1.5, outputs), (rows, outputs))
+        bent = equations.second_partials(self.part.blocks, of_rows, along, weights)
+        return [int(column) for column in np.flatnonzero(np.any(bent, axis=(0, 1)))]
+
+
+def _is_constant(run: AlphaRun, part: AlphaPart) -> bool:
+    """Return whether the first row solves the equations at all rows, and their partials in the state are the same."""
+    equations, states, blocks = run.equations, part.states, part.blocks
+    if np.any(states.v):
+        return False
+    partials = equations.partials(blocks)
+    by_output, _ = equations.output_partials(blocks)
+    for matrices in (partials.Jq, partials.Jv, partials.Ja, partials.Jz, by_output):
+        if np.any(np.abs(matrices - matrices[0]) > _CONSTANT * np.max(np.abs(matrices[0]), initial=0.0)):
+            return False
+    nv = equations.nv
+    residual = equations.of("residual", {**blocks, "a": np.zeros_like(states.a)})["r"][:, :, np.newaxis]
+    inverse = np.linalg.inv(partials.Ja[0, :nv, :nv])
+    span = float(states.t[-1] - states.t[0])
+    pushed = np.abs(partials.P[:, :nv]) + span * np.abs(partials.Jz[:, :nv]) @ np.abs(partials.P[:, nv:])
+    left, largest = (
+        float(np.max(np.einsum("nri,rs,nsi->ni", one, inverse, one), initial=0.0)) for one in (residual, pushed)
+    )
+    if not left <= _BALANCED**2 * largest:
+        return False
+    if not equations.nz:
+        return True
+    rate = equations.of("internal_rate", blocks)["zdot"]
+    sizes = np.abs(partials.Jz[:, nv:]) @ np.abs(states.z[0])
+    return bool(np.all(np.abs(rate) <= _BALANCED * (sizes + np.max(np.abs(partials.P[:, nv:]), axis=(0, 2)))))
