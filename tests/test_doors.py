@@ -295,7 +295,7 @@ ORDER: dict[str, tuple[str, ...]] = {
         "linear_run",
         "alpha_run galerkin_run",
         "second_beginning",
-        "input_derivatives second_order",
+        "input_derivatives second_order stationary_run",
         "run_sensitivities",
         "linearise",
     ),
