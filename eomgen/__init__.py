@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from eomgen.version import __version__
 
 if TYPE_CHECKING:
-    from eomgen import control, spectra
+    from eomgen import control, spectra, waves
     from eomgen.errors import (
         DescriptionError,
         EomgenError,
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from eomgen.system.system import System
 
 #: Rooms that callers use as they are.
-_ROOMS = ("control", "spectra")
+_ROOMS = ("control", "spectra", "waves")
 _HOMES = {
     **dict.fromkeys(("load", "derive", "generate", "build"), "eomgen.pipeline.pipeline"),
     "Model": "eomgen.model",
@@ -106,6 +106,7 @@ __all__ = [
     "spectra",
     "tradeoff",
     "tune",
+    "waves",
     "with_controller",
 ]
 

@@ -155,6 +155,7 @@ DOORS: dict[str, set[str]] = {
     },
     "model": {"analysis", "calls", "compiled", "ensembles", "linear", "progress", "results", "simulation", "spectra"},
     "reliability": {"arrays", "errors"},
+    "waves": {"arrays", "codegen", "errors", "symbolic", "toolchain"},
     # verbs
     "pipeline": {
         "arrays",
@@ -333,6 +334,12 @@ ORDER: dict[str, tuple[str, ...]] = {
         "torques",
         "study",
     ),
+    "waves": (
+        "derivation derived",
+        "pairs",
+        "routines",
+        "sea",
+    ),
     "studies.savings": (
         "variants",
         "study",
@@ -402,7 +409,7 @@ LATE: dict[str, dict[str, str]] = {
     "simulation.run_model": {"analysis.linearize": "SciPy; only linear models about motions need it"},
     "system.system": {"symbolic.reading": "SymPy; only for reading a term"},
 }
-SYMPY_ROOMS = {"symbolic", "mechanics", "lie"}
+SYMPY_ROOMS = {"symbolic", "mechanics", "lie", "waves"}
 NO_PICKLE_NO_EVAL = {"pickle", "marshal", "shelve", "dill", "cloudpickle"}
 
 

@@ -1,5 +1,5 @@
 """Scheduling of statements: plans, rerolled loops, Maps, assembly of matrices."""
 
-__all__ = []
+__all__ = ["scheduler"]
 #: Open to the other parts of ``codegen`` as well.
 WITHIN = ["maps", "matrix_assembly", "matrix_products", "scheduler", "stretches"]

@@ -1,0 +1,394 @@
+"""A sea of Lagrangian waves: motion of labelled particles, the surface they make, and what is met at fixed points."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from eomgen.arrays import Array
+from eomgen.errors import NumericalError, Problem, UsageError
+from eomgen.waves.pairs import COLUMNS, ENTRIES, Case, Dispersion, gravity_waves
+from eomgen.waves.routines import Routines, Waves, geometry_of, kinematics_of, routines
+
+STANDARD_GRAVITY = 9.81
+#: Bytes of the table of pairs at most.
+MOST_MEMORY = 2_000_000_000
+#: Labels that are found for points on the water are off by this part of the shortest wave length at most.
+CLOSE = 1e-10
+_ROUNDS = 60
+#: A / (k^2 h^3) from which on second order is not enough.
+MOST_URSELL = 0.1
+
+
+@dataclass(frozen=True)
+class Components:
+    """Sinusoidal components A cos(kx x + ky y - w t + phase).
+
+    Attributes
+    ----------
+    vectors : (n, 2) array
+        Wave vectors in rad/m, in the direction in which the waves run.
+    amplitude : (n,) array, m
+    phase : (n,) array, rad
+    """
+
+    vectors: Array
+    amplitude: Array
+    phase: Array
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Particles at one time.
+
+    Attributes
+    ----------
+    position, velocity, acceleration : (points, 3) arrays in m, m/s, m/s^2
+        z upwards from the mean level of the water at rest.
+    pressure : (points,) array, m^2/s^2
+        Above that of the air, divided by the density.
+    """
+
+    position: Array
+    velocity: Array
+    acceleration: Array
+    pressure: Array
+
+
+@dataclass(frozen=True)
+class Surface:
+    """The surface at labels, at one time.
+
+    Attributes
+    ----------
+    position : (points, 3) array, m
+    slope : (points, 2) array
+        Of the elevation along x and y; infinite where the surface is upright.
+    curvature : (points,) array, 1/m
+        Mean curvature, half the sum of the principal ones, negative at crests.
+    jacobian : (points,) array
+        Of the map from labels to x and y; negative where the surface is folded over.
+    """
+
+    position: Array
+    slope: Array
+    curvature: Array
+    jacobian: Array
+
+
+class Sea:
+    """A sea of components with all their sums and differences of second order, each water particle followed.
+
+    Parameters
+    ----------
+    components : Components
+    depth : float
+        Of the water in m; infinite by default.
+    order : 1 or 2
+    gravity : float, m/s^2
+    dispersion : callable
+        Angular frequency of a ``WaveNumber``. What of it changes sign with the wave vector has to be U . k, with the
+        velocity U of a uniform current; the rest has to be sqrt(G k tanh k h) with one G, gravity or what acts in its
+        place, because the pressure at the surface is constant for no other.
+
+    Raises
+    ------
+    UsageError
+        Components, a depth, an order or a dispersion relation that cannot be.
+    """
+
+    def __init__(
+        self,
+        components: Components,
+        depth: float = math.inf,
+        *,
+        order: int = 2,
+        gravity: float = STANDARD_GRAVITY,
+        dispersion: Dispersion = gravity_waves,
+    ) -> None:
+        _check(components, depth, order, gravity)
+        self.depth, self.order, self.gravity = float(depth), order, float(gravity)
+        self.dispersion = dispersion
+        vectors = np.asarray(components.vectors, dtype=float)
+        heading = vectors[0] / np.hypot(*vectors[0])
+        across = vectors @ np.array([-heading[1], heading[0]])
+        along = vectors @ heading
+        self.spread = bool(np.any(np.abs(across) > 1e-14 * np.abs(along)) or np.any(along <= 0.0))
+        #: columns: the direction of the waves and the one across it, for waves of one direction
+        self._axes = np.eye(2) if self.spread else np.array([heading, [-heading[1], heading[0]]]).T
+        columns = self._of(surface=True).components(vectors, self._numbers(0.0))
+        order_of = np.argsort(columns[COLUMNS.index("w")], kind="stable")
+        self.vectors = np.ascontiguousarray(vectors[order_of])
+        self.amplitude = np.ascontiguousarray(np.asarray(components.amplitude, dtype=float)[order_of])
+        self.phase = np.ascontiguousarray(np.asarray(components.phase, dtype=float)[order_of])
+        columns = columns[:, order_of]
+        self.frequency = columns[COLUMNS.index("w")]
+        self.current, self.restoring = self._current_and_restoring(columns)
+        self._warn_of_shallow_water()
+
+    @classmethod
+    def of_one_wave(
+        cls,
+        wave_number: float,
+        amplitude: float,
+        depth: float = math.inf,
+        *,
+        order: int = 2,
+        gravity: float = STANDARD_GRAVITY,
+    ) -> Sea:
+        """Return the sea of one regular wave along x, with a crest at the label 0 at t = 0; at first order in deep
+        water it is Gerstner's, which is exact."""
+        single = Components(np.array([[wave_number, 0.0]]), np.array([amplitude]), np.zeros(1))
+        return cls(single, depth, order=order, gravity=gravity)
+
+    @property
+    def mean_square_slope(self) -> float:
+        """Sum of (k A)^2 / 2 coth^2 k h: the variance of the derivatives by labels of the horizontal displacement."""
+        row = dict(zip(COLUMNS, self._surface_tables[0], strict=True))
+        return float(0.5 * np.sum((row["k"] * self.amplitude * row["C"]) ** 2))
+
+    @property
+    def fold_probability(self) -> float:
+        """The part of labels at which waves of first order and of one direction fold over: erfc(1/sqrt(2 mss)) / 2."""
+        return 0.5 * math.erfc(1.0 / math.sqrt(2.0 * self.mean_square_slope)) if np.any(self.amplitude) else 0.0
+
+    # -- what the components are made of ----------------------------------------------------------------------------
+
+    def _numbers(self, c: float) -> Array:
+        restoring = getattr(self, "restoring", self.gravity)  # which the components' own table has yet to tell
+        return np.array([restoring, self.depth if math.isfinite(self.depth) else 0.0, c])
+
+    def _of(self, *, surface: bool) -> Routines:
+        return routines(Case(math.isfinite(self.depth), self.spread, surface), self.dispersion)
+
+    def _current_and_restoring(self, columns: Array) -> tuple[Array, float]:
+        row = dict(zip(COLUMNS, columns, strict=True))
+        vectors, doppler = self.vectors, row["doppler"]
+        current = np.zeros(2)
+        if np.any(doppler):
+            current = np.linalg.lstsq(vectors, doppler, rcond=None)[0]
+            if np.abs(vectors @ current - doppler).max() > 1e-9 * np.abs(doppler).max():
+                what = "what changes sign with the wave vector is not linear in it, so it is no uniform current's"
+                raise UsageError(Problem("Sea: dispersion", what, "w.gravity_waves + U * w.kx"))
+        restoring = row["w"] ** 2 * row["C"] / row["k"]
+        if np.ptp(restoring) > 1e-9 * restoring.max():
+            what = (
+                f"w^2 coth(k h) / k is {restoring.min():.6g} to {restoring.max():.6g} m/s^2; the pressure at the"
+                " surface is the same everywhere only where it is the same for all waves"
+            )
+            raise UsageError(
+                Problem("Sea: dispersion", what, "w.gravity_waves, with terms that are linear in kx and ky")
+            )
+        return current, float(np.mean(restoring))
+
+    @cached_property
+    def _surface_tables(self) -> tuple[Array, Array, Array | None, Array]:
+        return self._tables(0.0)
+
+    def _tables(self, c: float) -> tuple[Array, Array, Array | None, Array]:
+        """Return columns, what components make of themselves, the table of pairs and the levels at a depth."""
+        made, p = self._of(surface=c == 0.0), self._numbers(c)
+        given = np.array([self.gravity, p[1], p[2]])
+        columns = made.components(self.vectors, given)
+        own = made.own(columns, p)
+        square = self.amplitude**2
+        raised = 0.25 * np.sum(square * columns[COLUMNS.index("w")] ** 2 * columns[COLUMNS.index("s")])
+        level = np.array([own[4] @ square, raised, own[5] @ square, own[6] @ square])
+        twice = np.ascontiguousarray(own[[0, 1, 2, 3] if self.spread else [0, 1, 3]])
+        return columns, twice, made.pairs(columns, p) if self.order == 2 else None, level
+
+    def _waves(self, time: float) -> Waves:
+        return Waves(self.amplitude, np.remainder(self.phase - self.frequency * time, 2.0 * math.pi), time)
+
+    # -- labels -----------------------------------------------------------------------------------------------------
+
+    def motion(self, labels: ArrayLike, time: float, c: float = 0.0) -> Motion:
+        """Return where the particles with labels are, how they move, and the pressure there.
+
+        Parameters
+        ----------
+        labels : (points, 2) array, m
+            Where particles would be in water at rest, from above.
+        time : float, s
+        c : float, m
+            Their height in water at rest: 0 at the surface, negative below.
+        """
+        own = self._own_labels(labels)
+        columns, twice, table, level = self._surface_tables if c == 0.0 else self._tables(c)
+        found = self._of(surface=c == 0.0).kinematics(
+            columns, self._waves(time), twice, table, level, self._numbers(c), own
+        )
+        row = dict(zip(kinematics_of(self.spread), found, strict=True))
+        moved, velocity, acceleration = (self._vectors(row, kind) for kind in "dva")
+        moved[:, :2] += np.asarray(labels, dtype=float) + self.current * time
+        moved[:, 2] += c
+        velocity[:, :2] += self.current
+        return Motion(moved, velocity, acceleration, row["p"] - self.restoring * c)
+
+    def derivatives(self, labels: ArrayLike, time: float, c: float = 0.0) -> tuple[Array, Array]:
+        """Return derivatives of positions by labels a and b.
+
+        Returns
+        -------
+        first : (points, 3, 2) array
+            Of x, y, z by a and b.
+        second : (points, 3, 3) array, 1/m
+            Of x, y, z by aa, ab, bb.
+        """
+        own = self._own_labels(labels)
+        columns, twice, table, _ = self._surface_tables if c == 0.0 else self._tables(c)
+        found = self._of(surface=c == 0.0).geometry(columns, self._waves(time), twice, table, own)
+        row = dict(zip(geometry_of(self.spread), found, strict=True))
+        zero, points = np.zeros(own.shape[1]), own.shape[1]
+        cells = [[row.get(f"x{axis}{by}", zero) for by in ("a", "b", "aa", "ab", "bb")] for axis in "xyz"]
+        all_of = np.moveaxis(np.array(cells), 2, 0)
+        first, second = all_of[:, :, :2].copy(), np.empty((points, 3, 2, 2))
+        first[:, 0, 0] += 1.0
+        first[:, 1, 1] += 1.0
+        second[:, :, 0, 0], second[:, :, 1, 1] = all_of[:, :, 2], all_of[:, :, 4]
+        second[:, :, 0, 1] = second[:, :, 1, 0] = all_of[:, :, 3]
+        turn = np.eye(3)
+        turn[:2, :2] = self._axes
+        first = np.einsum("xy,nyi,ai->nxa", turn, first, self._axes)
+        second = np.einsum("xy,nyij,ai,bj->nxab", turn, second, self._axes, self._axes)
+        return first, np.stack((second[:, :, 0, 0], second[:, :, 0, 1], second[:, :, 1, 1]), axis=2)
+
+    def surface(self, labels: ArrayLike, time: float) -> Surface:
+        """Return the surface at labels (points, 2)."""
+        first, second = self.derivatives(labels, time)
+        along, across = first[:, :, 0], first[:, :, 1]
+        normal = np.cross(along, across)
+        length = np.linalg.norm(normal, axis=1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            slope = -normal[:, :2] / normal[:, 2:]
+            E, F, G = (np.einsum("nx,nx->n", x, y) for x, y in ((along, along), (along, across), (across, across)))
+            L, M, N = (np.einsum("nx,nx->n", second[:, :, k], normal) / length for k in range(3))
+            curvature = 0.5 * (E * N - 2.0 * F * M + G * L) / (E * G - F * F)
+        # a cusp has no tangent: an upright one is met from both sides
+        slope = np.where(np.isnan(slope), np.inf, slope)
+        return Surface(self.motion(labels, time).position, slope, curvature, normal[:, 2])
+
+    # -- fixed points -----------------------------------------------------------------------------------------------
+
+    def labels_at(self, points: ArrayLike, time: float) -> Array:
+        """Return the labels (points, 2) of the particles of the surface that are above points (points, 2) in the plane.
+
+        Newton's method from the point itself, with steps that are halved where they do not come closer.
+
+        Raises
+        ------
+        NumericalError
+            The surface is folded there, or the search finds no particle.
+        """
+        wanted = np.asarray(points, dtype=float)
+        labels = wanted - self.current * time
+        scale = 2.0 * math.pi / np.hypot(*self.vectors.T).max()
+        off = self.motion(labels, time).position[:, :2] - wanted
+        for _ in range(_ROUNDS):
+            distance = np.hypot(*off.T)
+            open_ = distance > CLOSE * scale
+            if not np.any(open_):
+                return labels
+            first, _ = self.derivatives(labels[open_], time)
+            step = np.linalg.solve(first[:, :2, :], off[open_][:, :, None])[:, :, 0]
+            long = np.hypot(*step.T)
+            step *= np.minimum(1.0, 0.25 * scale / np.maximum(long, 1e-300))[:, None]
+            factor = np.ones(len(step))
+            at, best = labels[open_], distance[open_]
+            for _ in range(8):
+                tried = at - factor[:, None] * step
+                found = self.motion(tried, time).position[:, :2] - wanted[open_]
+                worse = np.hypot(*found.T) > best
+                if not np.any(worse):
+                    break
+                factor[worse] *= 0.5
+            labels[open_], off[open_] = tried, found
+        bad = wanted[np.argmax(np.hypot(*off.T))]
+        what = f"no single particle of the surface is above x = {bad[0]:.6g} m, y = {bad[1]:.6g} m at t = {time:.6g} s"
+        hint = "waves that are less steep: where the Jacobian of surface(labels, t) is negative, the water folds over"
+        raise NumericalError(Problem("Sea.labels_at", what, hint))
+
+    def at(self, points: ArrayLike, time: float) -> Motion:
+        """Return the particles of the surface that are above points (points, 2) in the plane; see ``labels_at``."""
+        return self.motion(self.labels_at(points, time), time)
+
+    def elevation(self, x: ArrayLike, y: ArrayLike, time: float) -> Array:
+        """Return the height of the surface in m above points of the plane, of the shape of x and y together."""
+        return self._above(x, y, time, "position")[..., 2]
+
+    def velocity(self, x: ArrayLike, y: ArrayLike, time: float) -> Array:
+        """Return velocities (..., 3) in m/s of the water's surface above points of the plane."""
+        return self._above(x, y, time, "velocity")
+
+    def acceleration(self, x: ArrayLike, y: ArrayLike, time: float) -> Array:
+        """Return accelerations (..., 3) in m/s^2 of the water's surface above points of the plane."""
+        return self._above(x, y, time, "acceleration")
+
+    def _above(self, x: ArrayLike, y: ArrayLike, time: float, what: str) -> Array:
+        x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
+        found = getattr(self.at(np.column_stack((x.ravel(), y.ravel())), time), what)
+        return np.asarray(found).reshape(*x.shape, 3)
+
+    def _warn_of_shallow_water(self) -> None:
+        if not math.isfinite(self.depth) or self.order == 1 or not np.any(self.amplitude):
+            return
+        k = float(np.hypot(*self.vectors[np.argmax(self.amplitude)]))
+        ursell = math.sqrt(float(np.sum(self.amplitude**2))) / (k**2 * self.depth**3)
+        if ursell > MOST_URSELL:
+            warnings.warn(
+                f"Sea: A / (k^2 h^3) = {ursell:.3g} for the largest wave, k = {k:.4g} rad/m; an expansion of second"
+                f" order holds below {MOST_URSELL:g}. Lower waves or deeper water",
+                RuntimeWarning,
+                stacklevel=3,
+            )
+
+    def _own_labels(self, labels: ArrayLike) -> Array:
+        """Return labels along and across the waves' direction, (2, points)."""
+        return np.ascontiguousarray((np.asarray(labels, dtype=float) @ self._axes).T)
+
+    def _vectors(self, row: dict[str, Array], kind: str) -> Array:
+        along, up = row[f"{kind}x"], row[f"{kind}z"]
+        across = row[f"{kind}y"] if self.spread else np.zeros_like(along)
+        return np.column_stack((np.column_stack((along, across)) @ self._axes.T, up))
+
+
+def _check(components: Components, depth: float, order: int, gravity: float) -> None:
+    """Raise UsageError for what cannot be a sea."""
+    vectors, amplitude, phase = (np.asarray(x, dtype=float) for x in vars(components).values())
+    where = "Sea: components"
+    if vectors.ndim != 2 or vectors.shape[1] != 2 or not len(vectors):
+        raise UsageError(Problem(where, f"wave vectors have the shape {vectors.shape}", "(n, 2), at least one"))
+    if amplitude.shape != (len(vectors),) or phase.shape != (len(vectors),):
+        what = f"{len(vectors)} wave vectors have amplitudes of shape {amplitude.shape} and phases of {phase.shape}"
+        raise UsageError(Problem(where, what, f"({len(vectors)},) each"))
+    if not all(np.all(np.isfinite(x)) for x in (vectors, amplitude, phase)):
+        raise UsageError(Problem(where, "a wave vector, an amplitude or a phase is no finite number"))
+    if np.any(amplitude < 0.0):
+        raise UsageError(Problem(where, f"the amplitude {amplitude.min():.6g} m is negative", "the phase + pi"))
+    if order not in (1, 2):
+        raise UsageError(Problem("Sea: order", f"there is no order {order}", "1 or 2"))
+    if not gravity > 0.0 or not math.isfinite(gravity):
+        raise UsageError(Problem("Sea: gravity", f"{gravity:.6g} m/s^2 is not above 0", f"{STANDARD_GRAVITY}"))
+    if not depth > 0.0:
+        raise UsageError(Problem("Sea: depth", f"{depth:.6g} m is not above 0", "math.inf for water without a bottom"))
+    k = np.hypot(*vectors.T)
+    if not np.all(k > 0.0):
+        number = int(np.argmin(k))
+        what = f"component {number} has the wave vector (0, 0), which is a change of the water's level and no wave"
+        raise UsageError(Problem(where, what, "components with a wave number above 0"))
+    if len(np.unique(vectors, axis=0)) < len(vectors):
+        raise UsageError(Problem(where, "two components have the same wave vector", "one with the sum of both"))
+    steep = k * amplitude / np.tanh(np.minimum(k * depth, 700.0))
+    if np.any(steep >= 1.0):
+        number = int(np.argmax(steep))
+        what = f"component {number} has k A coth(k h) = {steep[number]:.4g}; from 1 on a wave crosses itself"
+        raise UsageError(Problem(where, what, f"an amplitude below {amplitude[number] / steep[number]:.4g} m"))
+    if order == 2 and 4.0 * len(k) ** 2 * len(ENTRIES) > MOST_MEMORY:
+        what = f"{len(k)} components have {len(k) * (len(k) - 1) // 2} pairs, whose table takes"
+        need = 4.0 * len(k) ** 2 * len(ENTRIES) / 1e9
+        raise UsageError(Problem(where, f"{what} {need:.3g} GB", "fewer components, or order = 1"))

@@ -1,0 +1,135 @@
+"""Waves of second order in the equations of motion themselves: what is left is of third order."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from eomgen.errors import UsageError
+from eomgen.symbolic.scalar import Scalar
+from eomgen.waves import Components, Sea, WaveNumber, gravity_waves, pairs
+from eomgen.waves.derived import KERNELS
+from tests.waves.residuals import Residuals, residuals, three_waves
+
+SPREAD = ((0.05, 0.01), (0.055, -0.035), (-0.02, 0.075))
+CASES = {
+    "spread": SPREAD,
+    "equal lengths": ((0.05, 0.0), (0.03, 0.04), (0.06, 0.02)),
+    "standing": ((0.05, 0.0), (-0.05, 0.0), (0.03, 0.05)),
+    "nearly standing": ((0.05, 0.0), (-0.0501, 0.0), (0.07, 0.0)),
+    "one direction": ((0.05, 0.0), (0.055, 0.0), (0.08, 0.0)),
+    "one oblique direction": ((0.03, 0.04), (0.06, 0.08), (0.033, 0.044)),
+}
+
+
+def at_two_steepnesses(
+    vectors: tuple[tuple[float, float], ...],
+    depth: float,
+    order: int = 2,
+    dispersion: Callable[[WaveNumber], Scalar] = gravity_waves,
+) -> tuple[Residuals, Residuals]:
+    depths = (0.0, -1.0, -6.0, -15.0)
+    one, other = (
+        residuals(Sea(three_waves(small, vectors), depth, order=order, dispersion=dispersion), depths)
+        for small in (0.01, 0.005)
+    )
+    return one, other
+
+
+@pytest.mark.parametrize("depth", [math.inf, 20.0])
+@pytest.mark.parametrize("vectors", CASES.values(), ids=CASES)
+def test_residuals_are_of_third_order(vectors: tuple[tuple[float, float], ...], depth: float) -> None:
+    one, other = at_two_steepnesses(vectors, depth)
+    orders = np.log2(one.of_equations / other.of_equations)
+    assert orders == pytest.approx([3.0, 3.0, 3.0], abs=0.03)
+    assert other.pressure < 1e-12
+    assert other.bottom < 1e-11
+
+
+@pytest.mark.parametrize(
+    ("depth", "most"), [(math.inf, (3.60e-6, 2.44e-6, 3.48e-5)), (20.0, (4.12e-6, 3.18e-6, 4.04e-5))]
+)
+def test_residuals_are_as_small_as_those_of_the_reference(depth: float, most: tuple[float, ...]) -> None:
+    """Those of a prototype in NumPy are greatest at 400 random labels of all depths and times; here a quarter of the
+    labels is at the surface, where residuals are greatest, so they may be half as large again."""
+    left = residuals(Sea(three_waves(0.005, SPREAD), depth), (0.0, -1.0, -6.0, -15.0))
+    assert np.all(left.of_equations < 1.5 * np.array(most))
+
+
+def test_first_order_alone_leaves_residuals_of_second_order() -> None:
+    one, other = at_two_steepnesses(SPREAD, 20.0, order=1)
+    orders = np.log2(one.of_equations / other.of_equations)
+    assert orders == pytest.approx([2.0, 2.0, 2.0], abs=0.05)
+
+
+def test_equal_lengths_in_finite_depth_need_their_standing_part(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without Q, which is proportional to 1/sinh^2 k h, the surface bears a pressure of second order."""
+    whole = KERNELS["degenerate"]
+    steps = tuple(("number", 0.0) if step == ("symbol", "s_i") else step for step in whole.steps)
+    without = {**KERNELS, "degenerate": type(whole)(steps, whole.results)}
+    monkeypatch.setattr(pairs, "KERNELS", without)
+    # a relation of its own, so that no compiled routine is shared with other tests
+    one, other = at_two_steepnesses(CASES["equal lengths"], 20.0, dispersion=lambda wave: wave.gravity_waves)
+    assert np.log2(one.pressure / other.pressure) == pytest.approx(2.0, abs=0.02)
+    assert other.pressure > 1e-7
+
+
+@pytest.mark.parametrize("steepness", [0.1, 0.5, 0.9, 0.999])
+def test_gerstner_waves_are_exact(steepness: float) -> None:
+    """Of one wave of first order in deep water, with J = 1 - (k A)^2 exp(2 k c): momentum and continuity hold."""
+    k, g, t = 0.05, 9.81, 3.7
+    sea = Sea.of_one_wave(k, steepness / k, order=1)
+    assert sea.frequency[0] ** 2 == pytest.approx(g * k, rel=1e-15)
+    labels = np.column_stack((np.linspace(-70.0, 70.0, 41), np.zeros(41)))
+    for c in (0.0, -3.0, -25.0):
+        motion, (first, _) = sea.motion(labels, t, c), sea.derivatives(labels, t, c)
+        xa, za = first[:, 0, 0], first[:, 2, 0]
+        # the displacement is the gradient of a harmonic function
+        xc, zc = za, 2.0 - xa
+        ax, az = motion.acceleration[:, 0], motion.acceleration[:, 2]
+        tangential = ax * xa + (az + g) * za
+        # p = -g c + p1, with p1 = 0; what it lacks by c alone is the k A^2 w^2 exp(2 k c) of Gerstner's pressure
+        downwards = ax * xc + (az + g) * zc - g + k * (sea.frequency[0] * steepness / k) ** 2 * math.exp(2.0 * k * c)
+        assert np.abs(motion.pressure + g * c).max() < 1e-13 * g / k
+        assert np.abs(tangential).max() < 1e-14 * g
+        assert np.abs(downwards).max() < 1e-14 * g
+        assert xa * zc - xc * za == pytest.approx(1.0 - steepness**2 * math.exp(2.0 * k * c), abs=1e-14)
+
+
+def test_another_dispersion_relation_is_one_line() -> None:
+    """A current: compiled kernels, and particles that drift with it, hold the equations to third order."""
+
+    def on_a_current(w: WaveNumber) -> Scalar:
+        return w.gravity_waves + w.kx * 0.8 - w.ky * 0.3
+
+    one, other = at_two_steepnesses(SPREAD, 20.0, dispersion=on_a_current)
+    assert np.log2(one.of_equations / other.of_equations) == pytest.approx([3.0, 3.0, 3.0], abs=0.03)
+    assert other.pressure < 1e-12
+    sea = Sea(three_waves(0.005, SPREAD), 20.0, dispersion=on_a_current)
+    assert sea.current == pytest.approx([0.8, -0.3], abs=1e-12)
+    # at a fixed point a wave has the frequency that the line says
+    one_wave = Components(np.array([(0.05, 0.01)]), np.array([1e-3]), np.zeros(1))
+    alone = Sea(one_wave, 20.0, dispersion=on_a_current)
+    period = 2.0 * math.pi / (alone.frequency[0] + 0.8 * 0.05 - 0.3 * 0.01)
+    now, later = (alone.elevation([3.0, 40.0], [1.0, 7.0], t) for t in (0.0, period))
+    assert later == pytest.approx(now, abs=1e-9)
+
+
+def test_a_reduced_gravity_is_one_line() -> None:
+    """Waves of a layer below a lighter one, which takes a part of the weight."""
+    sea = Sea(three_waves(0.005, SPREAD), 20.0, dispersion=lambda w: w.sqrt(w.g * 0.02 * w.k * w.tanh(w.k * w.h)))
+    assert sea.restoring == pytest.approx(0.02 * 9.81, rel=1e-12)
+    assert residuals(sea, (0.0, -6.0)).pressure < 1e-12
+
+
+def test_relations_under_which_the_surface_bears_pressure_are_refused() -> None:
+    with pytest.raises(
+        UsageError, match=r"w\^2 coth\(k h\) / k is .* the pressure at the surface is the same"
+    ) as refused:
+        Sea(three_waves(0.005, SPREAD), 20.0, dispersion=lambda w: w.sqrt((w.g + w.k * w.k * 7.3e-5) * w.k))
+    assert "try: w.gravity_waves, with terms that are linear in kx and ky" in str(refused.value)
+    with pytest.raises(UsageError, match="is not linear in it, so it is no uniform current's; try"):
+        Sea(three_waves(0.005, SPREAD), 20.0, dispersion=lambda w: w.gravity_waves + w.kx * w.k * 0.1)

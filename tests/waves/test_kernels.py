@@ -1,0 +1,160 @@
+"""Kernels of pairs against arithmetic of 60 digits, their operations, and what a case leaves out."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from mpmath import cosh, hypot, mpf
+
+import eomgen
+from eomgen.waves import Components, Sea, derivation
+from eomgen.waves.derived import KERNELS
+from eomgen.waves.pairs import COLUMNS, Case, PairTape
+from eomgen.waves.routines import routines, sources
+from tests.waves import oracle
+
+Vector = tuple[float, float]
+
+
+def kernel(first: Vector, second: Vector, depth: float | None, c: float, *, spread: bool) -> dict[str, float]:
+    """Return the compiled kernel of a pair, the faster component first."""
+    made, p = routines(Case(depth is not None, spread, c == 0.0)), np.array([9.81, depth or 0.0, c])
+    columns = made.components(np.array([second, first]), p)
+    assert columns[COLUMNS.index("w"), 0] <= columns[COLUMNS.index("w"), 1]
+    return dict(zip(made.case.entries, made.pairs(columns, p)[:, 0].tolist(), strict=True))
+
+
+TURNED = (0.055 * math.cos(math.pi / 6.0), 0.055 * math.sin(math.pi / 6.0))
+
+
+@pytest.mark.parametrize(
+    ("other", "depth", "plus", "minus"),
+    [
+        ((0.055, 0.0), None, 0.0, 0.367270336401),
+        ((0.055, 0.0), 40.0, 0.034346447812, 2.20207490674),
+        ((0.055, 0.0), 20.0, 0.400865416304, 8.23823413652),
+        ((0.055, 0.0), 6.0, 17.0713784885, 339.502340618),
+        (TURNED, None, -0.0464781172408, 0.0608572815046),
+        (TURNED, 20.0, 0.290646001954, 0.155512133220),
+        ((-0.08, 0.0), None, -0.442944691807, 0.0),
+        ((-0.08, 0.0), 20.0, -0.430909734708, -0.0336247319918),
+    ],
+)
+def test_potentials_of_a_pair_are_those_of_the_table(
+    other: Vector, depth: float | None, plus: float, minus: float
+) -> None:
+    """The table has them for each of both orders, the other component first: a difference changes its sign."""
+    found = kernel(other, (0.05, 0.0), depth, 0.0, spread=True)
+    assert found["Bp"] / 2.0 == pytest.approx(plus, rel=1e-11, abs=1e-14)
+    assert found["Bm"] / 2.0 == pytest.approx(-minus, rel=1e-11, abs=1e-14)
+
+
+GEOMETRIES = {
+    "behind one another": (0.0, 1.1),
+    "nearly equal": (0.0, 1.0 + 1e-6),
+    "three times as long": (0.0, 3.0),
+    "oblique": (0.5, 1.1),
+    "oblique and nearly as long": (0.5, 1.0 + 1e-6),
+    "nearly equal and nearly parallel": (1e-3, 1.001),
+    "across": (2.0, 1.5),
+    "opposed": (math.pi, 1.2),
+}
+
+
+@pytest.mark.parametrize(("angle", "ratio"), GEOMETRIES.values(), ids=GEOMETRIES)
+def test_kernels_have_nine_digits_in_any_depth(angle: float, ratio: float) -> None:
+    depth = 20.0
+    for kd in 10.0 ** np.arange(-3.0, 3.1, 0.5):
+        k = float(kd) / depth
+        first = (ratio * k * math.cos(angle), ratio * k * math.sin(angle) if angle not in (0.0, math.pi) else 0.0)
+        for c in (0.0, -min(0.3 / k, 0.5 * depth)):
+            exact = oracle.pair(first, (k, 0.0), depth, c)
+            for spread in (True, False) if angle == 0.0 else (True,):
+                _compare(kernel(first, (k, 0.0), depth, c, spread=spread), exact, (first, (k, 0.0)), depth, c)
+
+
+def _compare(
+    found: dict[str, float], exact: dict[str, Any], vectors: tuple[Vector, Vector], depth: float, c: float
+) -> None:
+    """Compare to nine digits, and to rounding where terms cancel that are equal in deep water."""
+    k = math.hypot(*vectors[0])
+    natural = {"B": math.sqrt(9.81 / k), "w": 0.0}
+    for name in set(found) - {"Dx", "Dy"}:
+        expected = exact[name]
+        if name.startswith("B"):  # of both orders, and at the depth
+            sign = 1 if name == "Bp" else -1
+            length = hypot(*(mpf(x) + sign * mpf(y) for x, y in zip(*vectors, strict=True)))
+            expected *= 2 * cosh(length * (c + mpf(depth))) / cosh(length * mpf(depth))
+        floor = 1e-15 * natural.get(name[0], k / abs(math.tanh(k * depth)) ** 2)
+        assert abs(found[name] - expected) <= 1e-9 * abs(expected) + floor, (name, vectors, c)
+
+
+def test_operations_of_a_pair_are_within_their_budgets() -> None:
+    """Every addition, product, quotient and function counted as one; committed counts, so that a change is seen."""
+    counts = {
+        (case.finite, case.spread, case.surface): PairTape(case).counts.statements
+        for case in (Case(a, b, c) for a in (False, True) for b in (False, True) for c in (False, True))
+    }
+    assert counts == {
+        (False, False, False): 35,
+        (False, False, True): 27,
+        (False, True, False): 116,
+        (False, True, True): 96,
+        (True, False, False): 144,
+        (True, False, True): 93,
+        (True, True, False): 215,
+        (True, True, True): 155,
+    }
+    assert counts[False, False, True] <= 40
+    assert counts[True, True, True] <= 160
+
+
+def test_deep_water_of_one_direction_has_no_sums() -> None:
+    case = Case(finite=False, spread=False, surface=True)
+    tables, sums = sources(case)
+    assert case.entries == ("Bm", "Xm", "Zm", "w")
+    assert "real sp = " not in sums
+    assert "real sp = " in sources(Case(finite=True, spread=False, surface=True))[1]
+    assert "EG_SQRT" not in tables.partition("eomgen_wave_pairs")[2]
+    whole = PairTape(case)
+    assert whole.own[:4] == (1, 1, 1, 1), "the sum of a component with itself is zero by structure"
+
+
+def three(spread: bool, depth: float) -> Sea:
+    """Three waves along x; with a fourth of no height across them for the kernels of several directions."""
+    vectors: Sequence[Vector] = ((0.05, 0.0), (0.055, 0.0), (0.08, 0.0), (0.0, 0.06))
+    count = 4 if spread else 3
+    amplitude, phase = np.array([1.0, 0.7, 0.5, 0.0]), np.array([0.3, 1.0, 2.0, 0.0])
+    return Sea(Components(np.array(vectors[:count]), amplitude[:count], phase[:count]), depth)
+
+
+@pytest.mark.parametrize("c", [0.0, -4.0])
+def test_pruned_kernels_are_the_whole_ones(c: float) -> None:
+    labels = np.random.default_rng(2).uniform(-100.0, 100.0, (30, 2))
+    for one, other in (
+        (three(False, math.inf), three(True, math.inf)),
+        (three(False, 20.0), three(True, 20.0)),
+        (three(False, math.inf), three(False, 20000.0)),
+        (three(True, math.inf), three(True, 20000.0)),
+    ):
+        pruned, whole = one.motion(labels, 5.0, c), other.motion(labels, 5.0, c)
+        for name in ("position", "velocity", "acceleration"):
+            assert getattr(pruned, name) == pytest.approx(getattr(whole, name), rel=1e-13, abs=1e-13)
+        assert pruned.pressure == pytest.approx(whole.pressure, abs=1e-12)
+
+
+def test_stored_kernels_are_those_that_the_equations_give() -> None:
+    assert (Path(eomgen.__file__).parent / "waves" / "derived.py").read_text(encoding="utf-8") == derivation.module()
+    assert set(KERNELS) == {"sum", "difference", "degenerate"}
+
+
+@pytest.mark.slow
+def test_the_hierarchy_is_solved_by_the_velocity_that_kernels_are_made_of() -> None:
+    """With xi and u gradients of harmonic functions, eta_t = (xi . grad) u + grad Phi holds continuity and vorticity of
+    second order, and p2 = -|u|^2/2 - xi . u_t - Phi_t - g eta_z momentum: shown with waves of general profiles."""
+    assert derivation.second_order_residuals() == {"momentum": 0, "continuity": 0, "vorticity": 0}

@@ -1,0 +1,151 @@
+"""The surface: at labels, and above fixed points, where it is that of the classical theories."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from eomgen.errors import NumericalError
+from eomgen.waves import Components, Sea
+from tests.waves import stokes
+from tests.waves.residuals import three_waves
+
+SPREAD = ((0.05, 0.01), (0.055, -0.035), (-0.02, 0.075))
+
+
+@pytest.fixture(scope="module")
+def sea() -> Sea:
+    return Sea(three_waves(0.06, SPREAD), 20.0)
+
+
+LABELS = np.random.default_rng(4).uniform(-100.0, 100.0, (9, 2))
+
+
+def test_derivatives_by_labels_are_those_of_positions(sea: Sea) -> None:
+    first, second = sea.derivatives(LABELS, 3.0)
+    d = 1e-3
+    for axis, move in enumerate(d * np.eye(2)):
+        there, here = sea.motion(LABELS + move, 3.0), sea.motion(LABELS - move, 3.0)
+        assert first[:, :, axis] == pytest.approx((there.position - here.position) / (2.0 * d), abs=1e-9)
+        change = (sea.derivatives(LABELS + move, 3.0)[0] - sea.derivatives(LABELS - move, 3.0)[0]) / (2.0 * d)
+        assert second[:, :, axis : axis + 2] == pytest.approx(change, abs=1e-9)
+
+
+def test_velocity_and_acceleration_are_those_of_positions(sea: Sea) -> None:
+    d = 1e-4
+    before, now, after = (sea.motion(LABELS, t) for t in (3.0 - d, 3.0, 3.0 + d))
+    assert now.velocity == pytest.approx((after.position - before.position) / (2.0 * d), abs=1e-8)
+    assert now.acceleration == pytest.approx((after.velocity - before.velocity) / (2.0 * d), abs=1e-8)
+
+
+def test_slopes_and_curvature_are_those_of_elevations(sea: Sea) -> None:
+    points, t, d = LABELS[:5], 3.0, 1e-2
+    labels = sea.labels_at(points, t)
+    assert sea.motion(labels, t).position[:, :2] == pytest.approx(points, abs=1e-8)
+    grid = np.array([[sea.elevation(*(points + np.array([i, j]) * d).T, t) for j in (-1, 0, 1)] for i in (-1, 0, 1)])
+    zx, zy = (grid[2, 1] - grid[0, 1]) / (2.0 * d), (grid[1, 2] - grid[1, 0]) / (2.0 * d)
+    zxx, zyy = (
+        (grid[2, 1] + grid[0, 1] - 2.0 * grid[1, 1]) / d**2,
+        (grid[1, 2] + grid[1, 0] - 2.0 * grid[1, 1]) / d**2,
+    )
+    zxy = (grid[2, 2] + grid[0, 0] - grid[0, 2] - grid[2, 0]) / (4.0 * d**2)
+    steep = 1.0 + zx**2 + zy**2
+    mean = ((1.0 + zy**2) * zxx - 2.0 * zx * zy * zxy + (1.0 + zx**2) * zyy) / (2.0 * steep**1.5)
+    found = sea.surface(labels, t)
+    assert found.slope == pytest.approx(np.column_stack((zx, zy)), abs=1e-6)
+    assert found.curvature == pytest.approx(mean, abs=1e-5)
+    assert np.all(found.jacobian > 0.0)
+
+
+def _eulerian(x: np.ndarray, k: np.ndarray, a: np.ndarray, phase: np.ndarray, t: float, order: int) -> np.ndarray:
+    """Elevation of deep water by Stokes's expansion at fixed points."""
+    theta = k[:, None] * x - np.sqrt(9.81 * k)[:, None] * t + phase[:, None]
+    total = (a[:, None] * np.cos(theta)).sum(axis=0)
+    for i in range(len(k) if order == 2 else 0):
+        for j in range(len(k)):
+            pair = 0.25 * a[i] * a[j]
+            total = total + pair * (k[i] + k[j]) * np.cos(theta[i] + theta[j])
+            total = total - pair * abs(k[i] - k[j]) * np.cos(theta[i] - theta[j])
+    return np.asarray(total)
+
+
+def test_fixed_points_see_stokes_waves_to_third_order() -> None:
+    k, x, t = np.array([0.05, 0.055, 0.08]), np.linspace(-100.0, 100.0, 200), 5.0
+    vectors = np.column_stack((k, np.zeros(3)))
+    errors = {1: [], 2: []}  # type: dict[int, list[float]]
+    for small in (0.02, 0.01, 0.005):
+        waves = three_waves(small, tuple(map(tuple, vectors)))
+        for order in (1, 2):
+            there = Sea(waves, order=order).elevation(x, 0.0, t)
+            errors[order].append(np.abs(there - _eulerian(x, k, waves.amplitude, waves.phase, t, 2)).max())
+    assert np.log2(errors[2][1] / errors[2][2]) == pytest.approx(3.0, abs=0.05)
+    assert np.log2(errors[1][1] / errors[1][2]) == pytest.approx(2.0, abs=0.1)
+
+
+@pytest.mark.parametrize("kh", [0.5, 1.0, 2.0, 6.0])
+def test_the_second_harmonic_is_that_of_stokes(kh: float) -> None:
+    k, steepness = 0.05, 0.01
+    x = np.linspace(0.0, 2.0 * math.pi / k, 64, endpoint=False)
+    wave = Sea.of_one_wave(k, steepness / k, kh / k)
+    second = 2.0 * np.fft.rfft(wave.elevation(x, 0.0, 0.0))[2].real / 64.0
+    expected = 0.25 * steepness**2 / k * math.cosh(kh) * (2.0 + math.cosh(2.0 * kh)) / math.sinh(kh) ** 3
+    assert second == pytest.approx(expected, rel=1e-3)
+
+
+@pytest.mark.parametrize(("steepness", "celerity", "most"), [(0.2, 1.020203, 0.0031), (0.3, 1.046016, 0.0125)])
+def test_steep_waves_are_near_exact_ones(steepness: float, celerity: float, most: float) -> None:
+    k = 0.05
+    x, eta, c = stokes.deep_wave(k, 2.0 * steepness / k)
+    assert c / math.sqrt(9.81 / k) == pytest.approx(celerity, abs=2e-6)
+    found = Sea.of_one_wave(k, steepness / k).elevation(x, 0.0, 0.0)
+    assert np.abs(found - eta).max() <= most * 2.0 * steepness / k
+    linear = steepness / k * np.cos(k * x)
+    assert np.abs(linear - eta).max() > 10.0 * most * steepness / k
+
+
+def test_particles_drift_as_stokes_says() -> None:
+    k, amplitude = 0.05, 2.0
+    for depth, surface in ((math.inf, 1.0), (20.0, math.cosh(2.0) / (2.0 * math.sinh(1.0) ** 2))):
+        sea = Sea.of_one_wave(k, amplitude, depth)
+        period = 2.0 * math.pi / sea.frequency[0]
+        start, end = (sea.motion([[7.0, 0.0]], t).position[0] for t in (0.0, 100.0 * period))
+        drift = amplitude**2 * k * sea.frequency[0] * surface
+        assert (end[0] - start[0]) / (100.0 * period) == pytest.approx(drift, rel=1e-9)
+        assert end[2] == pytest.approx(start[2], abs=1e-9)
+
+
+def test_waves_of_one_direction_turn_with_it() -> None:
+    """The same sea along x and along another direction, which has kernels of one direction too."""
+    angle = 0.7
+    turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+    along = three_waves(0.06, ((0.05, 0.0), (0.055, 0.0), (0.08, 0.0)))
+    turned = Components(along.vectors @ turn.T, along.amplitude, along.phase)
+    one, other = Sea(along, 20.0), Sea(turned, 20.0)
+    assert not one.spread
+    assert not other.spread
+    found, expected = other.motion(LABELS @ turn.T, 3.0), one.motion(LABELS, 3.0)
+    for name in ("position", "velocity", "acceleration"):
+        vectors = getattr(expected, name)
+        expected_there = np.column_stack((vectors[:, :2] @ turn.T, vectors[:, 2]))
+        assert getattr(found, name) == pytest.approx(expected_there, abs=1e-11)
+    first, second = one.surface(LABELS, 3.0), other.surface(LABELS @ turn.T, 3.0)
+    assert second.slope == pytest.approx(first.slope @ turn.T, abs=1e-11)
+    assert second.curvature == pytest.approx(first.curvature, abs=1e-12)
+
+
+def test_a_cusp_has_no_tangent_but_a_height() -> None:
+    sea = Sea.of_one_wave(0.05, (1.0 - 1e-15) / 0.05, order=1)
+    found = sea.surface([[0.0, 0.0]], 0.0)
+    assert np.all(np.isfinite(found.position))
+    assert not np.any(np.isnan(found.slope))
+
+
+def test_water_that_folds_over_is_said_to() -> None:
+    k = np.array([0.05, 0.11, 0.23])
+    steep = Components(np.column_stack((k, 0.0 * k)), 0.7 / k, np.zeros(3))
+    with pytest.raises(
+        NumericalError, match=r"no single particle of the surface is above x = .* t = 0 s; try: waves that"
+    ):
+        Sea(steep, order=1).labels_at([[x, 0.0] for x in np.linspace(-10.0, 10.0, 41)], 0.0)
