@@ -87,6 +87,7 @@ def test_there_is_something_to_test() -> None:
         "python.md",
         "random_vibration.md",
         "urdf_robots.md",
+        "waves.md",
     }
 
 
