@@ -59,6 +59,11 @@ def listed(names: Iterable[str]) -> str:
     return ", ".join(every[:_LISTED]) + more
 
 
+def counted(count: int, singular: str, plural: str = "") -> str:
+    """Return a count with its noun: ``1 body``, ``2 bodies``."""
+    return f"{count} {singular if count == 1 else plural or singular + 's'}"
+
+
 def nearest(name: str, known: Iterable[str]) -> str:
     """Return a hint: the known names closest to ``name``, or what names there are."""
     every = [candidate for candidate in itertools.islice(known, _COMPARED) if is_legal(candidate)]

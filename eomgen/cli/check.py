@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from eomgen.cli.options import debug_option, json_option, scene_options
-from eomgen.cli.printing import building, counted, print_json, say
+from eomgen.cli.printing import building, print_json, say
 from eomgen.cli.tables import print_table
 from eomgen.errors import NumericalError
 from eomgen.study_defaults import CHECK_SEED, CHECK_STATES
+from eomgen.text import counted
 
 if TYPE_CHECKING:
     from eomgen.studies import CheckReport, FormReport

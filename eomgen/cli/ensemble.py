@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,12 +9,13 @@ import click
 
 from eomgen.cli import INTERRUPTED
 from eomgen.cli.options import debug_option, folder_option, json_option, run_options, scene_options
-from eomgen.cli.printing import building, counted, print_json, say
+from eomgen.cli.printing import building, print_json, say
 from eomgen.cli.running import read_scene
 from eomgen.cli.tables import print_table
 from eomgen.errors import FileError, NumericalError, Problem, UsageError
+from eomgen.files import read_cells
 from eomgen.progress import terminal_bar
-from eomgen.text import shown
+from eomgen.text import counted, shown
 from eomgen.units.parser import is_quantity
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ def ensemble(scene: str, folder: str, plots: bool, as_json: bool, **options: Any
     own = {name: options.pop(name) for name in words}
     columns, vary = options.pop("columns"), _varied(options.pop("vary"))
     file = options.pop("table")
-    table = None if file is None else _read_table(Path(file))
+    table = None if file is None else _read_samples(Path(file))
     if not vary and table is None:
         what, hint = "nothing varies: all samples would be the same", "--vary 'mass=normal(1, 0.1)', or --table FILE"
         raise UsageError(Problem("--vary", what, hint))
@@ -142,32 +142,14 @@ def _varied(texts: tuple[str, ...]) -> dict[str, str]:
     return found
 
 
-def _read_table(path: Path) -> dict[str, list[float | str]]:
+def _read_samples(path: Path) -> dict[str, list[float | str]]:
     """Return the columns of a CSV table with a row of names; words with units as they are. Raises FileError."""
-    import csv  # noqa: PLC0415  # only where a table is given
-
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-        first = next((line for line in text.splitlines() if line and not line.startswith("#")), "")
-        reader = csv.reader(io.StringIO(text), delimiter=next((mark for mark in "\t;" if mark in first), ","))
-        lines = [(reader.line_num, line) for line in reader if any(line) and not line[0].startswith("#")]
-    except OSError as error:
-        raise FileError(Problem(str(path), f"cannot be read: {error.strerror or error}", "another path")) from None
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise FileError(Problem(str(path), f"this is no CSV table: {error}", "UTF-8 text with commas")) from None
-    if len(lines) < 2:
-        what = "the table has no rows below its names"
-        raise FileError(Problem(str(path), what, "a row of names, then a row of numbers for each sample"))
-    names = [name.strip() for name in lines[0][1]]
-    if len(set(names)) < len(names):
-        raise FileError(Problem(str(path), "a name stands over two columns", "each name once"))
-    rows = []
-    for number, line in lines[1:]:
-        if len(line) != len(names):
-            what = f"the row has {counted(len(line), 'value')}, and there are {counted(len(names), 'name')}"
-            raise FileError(Problem(f"{path}, line {number}", what, "a value for each name"))
-        rows.append([_cell(f"{path}, line {number}", word.strip()) for word in line])
-    return {name: [row[k] for row in rows] for k, name in enumerate(names)}
+    names, rows = read_cells(path)
+    values = [
+        [_cell(f"{where}, column {name}", word) for name, word in zip(names, cells, strict=True)]
+        for where, cells in rows
+    ]
+    return {name: [row[k] for row in values] for k, name in enumerate(names)}
 
 
 def _cell(where: str, word: str) -> float | str:

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from eomgen.cli.options import debug_option, json_option, scene_options
-from eomgen.cli.printing import counted, print_json, say
+from eomgen.cli.printing import print_json, say
 from eomgen.cli.tables import print_table
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.progress import terminal_bar
 from eomgen.scene.sources.register import all_options
 from eomgen.study_defaults import EXTREMES_BUDGET, EXTREMES_LIMIT
-from eomgen.text import listed
+from eomgen.text import counted, listed
 
 if TYPE_CHECKING:
     from eomgen.studies import Cell, Extremes

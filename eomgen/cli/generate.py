@@ -7,7 +7,8 @@ from typing import Any
 import click
 
 from eomgen.cli.options import debug_option, folder_option, json_option, scene_options, terms_option
-from eomgen.cli.printing import counted, print_json, say
+from eomgen.cli.printing import print_json, say
+from eomgen.text import counted
 
 
 @click.command()

@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from eomgen.cli.options import debug_option, json_option, scene_options, terms_option
-from eomgen.cli.printing import console, counted, print_json
+from eomgen.cli.printing import console, print_json
 from eomgen.cli.random_processes import described_processes, print_processes
 from eomgen.cli.tables import print_table
+from eomgen.text import counted
 
 if TYPE_CHECKING:
     from eomgen.scene.scene import Scene

@@ -23,12 +23,12 @@ from eomgen.cli.options import (
     set_option,
     time_option,
 )
-from eomgen.cli.printing import building, counted, print_json, say
+from eomgen.cli.printing import building, print_json, say
 from eomgen.cli.ride import RideRequest
 from eomgen.cli.running import read_scene
 from eomgen.cli.tables import print_table
 from eomgen.errors import Problem, UsageError
-from eomgen.text import json_text
+from eomgen.text import counted, json_text
 
 if TYPE_CHECKING:
     from eomgen.linear.campbell import Campbell

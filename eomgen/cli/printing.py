@@ -43,11 +43,6 @@ def print_json(data: Any) -> None:
     click.echo(json_text(data))
 
 
-def counted(count: int, singular: str, plural: str = "") -> str:
-    """Return a count with its noun: ``1 body``, ``2 bodies``."""
-    return f"{count} {singular if count == 1 else plural or singular + 's'}"
-
-
 def say(text: str) -> None:
     """Print a line of talk to stderr."""
     click.echo(text, err=True)

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from eomgen.cli.options import debug_option, folder_option, json_option, run_options, scene_options
-from eomgen.cli.printing import counted, print_json, say
+from eomgen.cli.printing import print_json, say
 from eomgen.cli.running import outcome_code, read_scene, run
 from eomgen.cli.tables import print_table
-from eomgen.text import json_text
+from eomgen.text import counted, json_text
 
 if TYPE_CHECKING:
     from eomgen.model import Model

@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from eomgen.cli.options import assignments, debug_option, folder_option, in_units, json_option, scene_options
-from eomgen.cli.printing import counted, print_json, say
+from eomgen.cli.printing import print_json, say
 from eomgen.cli.tables import print_table
 from eomgen.errors import Problem, UsageError
 from eomgen.progress import terminal_bar
 from eomgen.scene.sources.register import all_options
 from eomgen.study_defaults import MEASURE, TRADEOFF_BUDGET, TRADEOFF_REPEATS
+from eomgen.text import counted
 
 if TYPE_CHECKING:
     from eomgen.studies import Point, Tradeoff

@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from eomgen.cli.options import assignments, debug_option, in_units, json_option, scene_options
-from eomgen.cli.printing import console, counted, print_json, say
+from eomgen.cli.printing import console, print_json, say
 from eomgen.cli.tables import print_table
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.files import check_writable
 from eomgen.scene.sources.register import all_options
 from eomgen.study_defaults import MEASURE, OUTPUT, TUNE_BUDGET
+from eomgen.text import counted
 
 if TYPE_CHECKING:
     from eomgen.studies import RealTime, Tuned

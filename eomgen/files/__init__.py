@@ -1,10 +1,10 @@
-"""Files that eomgen writes: text, tables as CSV, archives of arrays; whole or not at all. Measured tables that it
+"""Files that eomgen writes: text, tables as CSV, archives of arrays; whole or not at all. Tables that it
 reads."""
 
 from __future__ import annotations
 
 from eomgen.files.archives import read_arrays, write_arrays
-from eomgen.files.csv_reading import read_table
+from eomgen.files.csv_reading import read_cells, read_table
 from eomgen.files.csv_tables import write_table
 from eomgen.files.nearby import nearby
 from eomgen.files.writing import check_writable, make_folder, write_bytes, write_text
@@ -14,6 +14,7 @@ __all__ = [
     "make_folder",
     "nearby",
     "read_arrays",
+    "read_cells",
     "read_table",
     "write_arrays",
     "write_bytes",

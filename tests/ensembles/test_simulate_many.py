@@ -309,7 +309,7 @@ def test_the_command_writes_what_it_found(tmp_path: Path, capsys: pytest.Capture
     assert said in capsys.readouterr().err
     table.write_text("mass,push\n1\n", encoding="utf-8")
     assert main(["ensemble", str(scene), "--out", str(tmp_path / "u"), "--table", str(table)]) == 7
-    assert "line 2: the row has 1 value, and there are 2 names; try: a value for each name" in capsys.readouterr().err
+    assert "line 2: the row has 1 cell, and there are 2 names; try: a cell for each name" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -317,11 +317,15 @@ def test_the_command_writes_what_it_found(tmp_path: Path, capsys: pytest.Capture
     [
         ("\ufeffmass;push\n# of Monday\n1;0\n\n2000 g;2 N\n", ""),
         ("mass\tpush\n1\t0\n2\t0.002 kN\n", ""),
-        ("mass,push\n\n1,0\n2,\n", "line 4: a cell is empty; try: numbers in the scene's units, or with units: 250 mm"),
-        ("mass,push\n1,x\n", "line 2: 'x' is not a number"),
+        (
+            "mass,push\n\n1,0\n2,\n",
+            "line 4, column push: a cell is empty; try: numbers in the scene's units, or with units: 250 mm",
+        ),
+        ("mass,push\n1,x\n", "line 2, column push: 'x' is not a number"),
         ("mass,push\n", "the table has no rows below its names"),
-        ("mass,mass\n1,2\n", "a name stands over two columns"),
+        ("mass,mass\n1,2\n", "the column 'mass' is there twice"),
     ],
+    ids=["semicolons", "tabs", "empty cell", "word", "no rows", "twice"],
 )
 def test_tables_from_files(tmp_path: Path, capsys: pytest.CaptureFixture[str], text: str, said: str) -> None:
     scene, table, out = tmp_path / "cart.toml", tmp_path / "table.csv", tmp_path / "out"

@@ -303,7 +303,9 @@ def test_data_of_a_solution_are_read_as_they_were_written(slider: eomgen.Model, 
         ("", "the file is empty; try: a first line of names"),
         ("0.0,1.0\n0.1,2.0", "the first line has numbers in place of names"),
         ("t,x,x\n0,1,2", "the column 'x' is there twice"),
-        ("t,x\n0,1\n1,2,3", "line 3 has 3 cells, and there are 2 names"),
+        ("t,x\n0,1\n1,2,3", "line 3: the row has 3 cells, and there are 2 names"),
+        ('t,x\n0,"1\n1,2"', "line 2: this is no CSV: unexpected end of data"),
+        ("t,x", "the table has no rows below its names"),
         ("t,x\n0,1\n1,two", "line 3, column x: 'two' is no number; try: numbers alone, without units"),
         ("t;x\n0;1,5\n1;2", "line 2, column x: '1,5' is no number; try: a decimal point in place of the comma"),
     ],
@@ -320,7 +322,7 @@ def test_a_file_that_is_not_there_or_no_text(slider: eomgen.Model, tmp_path: Pat
     (tmp_path / "run1.csv").write_bytes(b"\xff\xfe\x00\x80")
     with pytest.raises(FileError, match=r"runl.csv: cannot be read: No such file or directory; try: .*run1.csv"):
         found_by(slider, tmp_path / "runl.csv", "stiffness")
-    with pytest.raises(FileError, match=r"this is no text, and a CSV file is needed"):
+    with pytest.raises(FileError, match=r"this is no text in UTF-8, and a CSV file is needed"):
         found_by(slider, tmp_path / "run1.csv", "stiffness")
 
 

@@ -205,6 +205,15 @@ def covariance(J: Array, sigma: Array) -> Array:
     return found
 
 
+def correlation(cov: Array, kept: Sequence[int], chosen: Sequence[int], count: int) -> Array:
+    """Return the correlation (count, count) of chosen unknowns, nan of others; cov (kept, kept) is of those kept."""
+    places = [kept.index(k) for k in chosen]
+    inner = cov[np.ix_(places, places)]
+    found = np.full((count, count), np.nan)
+    found[np.ix_(chosen, chosen)] = inner / np.sqrt(np.outer(np.diag(inner), np.diag(inner)))
+    return found
+
+
 def autocorrelation(left: Sequence[Array]) -> float:
     """Return the correlation of residuals with those one sample later, over several runs."""
     products = sum(float(one[1:] @ one[:-1]) for one in left)

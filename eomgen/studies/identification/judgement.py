@@ -11,7 +11,7 @@ from scipy import stats
 from eomgen.arrays import Array
 from eomgen.errors import EomgenError
 from eomgen.studies.identification.combinations import Combination, Structure, form_of, structure, words
-from eomgen.studies.identification.estimation import Fit, Predictions, autocorrelation, covariance
+from eomgen.studies.identification.estimation import Fit, Predictions, autocorrelation, correlation, covariance
 from eomgen.studies.identification.findings import Column, Estimate, Record
 from eomgen.studies.identification.result import Identification
 from eomgen.studies.identification.unknowns import Unknowns
@@ -83,14 +83,10 @@ class Judgement:
         combinations = self._combinations(parts, weighted, spread, times)
         records = self._records()
         columns = self._columns(records)
-        correlation = np.full((count, count), np.nan)
-        places = [kept.index(k) for k in decided]
-        inner = cov[np.ix_(places, places)]
-        correlation[np.ix_(decided, decided)] = inner / np.sqrt(np.outer(np.diag(inner), np.diag(inner)))
         return Identification(
             unknowns.model.name,
             tuple(estimates),
-            correlation,
+            correlation(cov, kept, decided, count),
             combinations,
             columns,
             records,

@@ -17,7 +17,7 @@ from eomgen.compiled.arguments import check_name
 from eomgen.errors import Problem, UsageError
 from eomgen.studies.identification.arguments import deviations_of
 from eomgen.studies.identification.combinations import Combination, Structure, structure, words
-from eomgen.studies.identification.estimation import autocorrelation, covariance
+from eomgen.studies.identification.estimation import autocorrelation, correlation, covariance
 from eomgen.studies.identification.findings import Column, Estimate, Record
 from eomgen.studies.identification.judgement import interval
 from eomgen.studies.identification.measurements import Data, columns_of, times_of
@@ -97,12 +97,12 @@ def identified_by_torque(
         raise UsageError(Problem("data", what, "more samples, or fewer unknowns"))
     solution = _solved(A, right, start, sigma)
     times = interval(confidence, solution.freedom, given=sigma is not None)
-    estimates, combinations, correlation = _estimates(solution, names, start, units, times)
+    estimates, combinations, correlations = _estimates(solution, names, start, units, times)
     columns, records = _fitted(model, motions, right - A @ solution.x, solution.deviations)
     return Identification(
         model.name,
         tuple(estimates),
-        correlation,
+        correlations,
         tuple(combinations),
         columns,
         records,
@@ -190,11 +190,7 @@ def _estimates(
         members = (names[k], *(names[other] for other, c in zip(parts.others, row, strict=True) if c))
         reach = times * float(spread[k])
         combinations.append(Combination(text, members, "sum", value, float(spread[k]), value - reach, value + reach))
-    correlation = np.full((len(names), len(names)), np.nan)
-    places = [kept.index(k) for k in decided]
-    inner = solution.covariance[np.ix_(places, places)]
-    correlation[np.ix_(decided, decided)] = inner / np.sqrt(np.outer(np.diag(inner), np.diag(inner)))
-    return estimates, combinations, correlation
+    return estimates, combinations, correlation(solution.covariance, kept, decided, len(names))
 
 
 def _fitted(
