@@ -229,7 +229,7 @@ SLOW: dict[str, tuple[str, ...]] = {
     "ensembles/test_lanes_of_samples.py::test_samples_begin_on_their_constraints": (),
     "ensembles/test_lanes_of_samples.py::test_samples_meet_events_of_their_own": (),
     "ensembles/test_lanes_of_samples.py::test_what_starts_at_equilibrium_is_told_by_the_option_and_the_scene": (),
-    "ensembles/test_simulate_many.py::test_blocks_of_short_runs_are_larger": ("0.5-16",),
+    "ensembles/test_simulate_many.py::test_blocks_of_short_runs_are_larger": ("0.5-64",),
     "ensembles/test_simulate_many.py::test_columns_of_a_sample_are_kept_as_parquet": (),
     "ensembles/test_simulate_many.py::test_tables_from_files": ("tabs", "empty cell", "word", "no rows", "twice"),
     "ensembles/test_simulate_many.py::test_the_command_writes_what_it_found": (),

@@ -64,6 +64,7 @@ class Journal:
         now = json.loads(text)
         if before != now:
             differ = sorted(name for name in {*before, *now} if before.get(name) != now.get(name))
+            differ = [name for name in differ if name != "block"] or differ  # its size follows from the others
             what = f"holds an ensemble with other {', '.join(differ)}"
             raise FileError(Problem(str(path.parent), what, "the same options again, or another folder"))
 

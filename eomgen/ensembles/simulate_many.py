@@ -49,9 +49,11 @@ from eomgen.version import __version__
 
 #: Samples of a block at most, and blocks of a small ensemble at least.
 _LARGEST_BLOCK, _BLOCKS = 256, 16
-#: Blocks at least, and evaluations times degrees of freedom of one, where its runs are short beside what Python does
-#: for a block.
+#: Blocks at least that threads share, and evaluations times degrees of freedom of one, where its runs are short beside
+#: what Python does for a block.
 _FEW_BLOCKS, _WORTH_A_BLOCK = 4, 50_000
+#: Samples of such a block at most, and numbers that are kept of all of them.
+_LARGEST_OF_SHORT_RUNS, _NUMBERS_OF_A_BLOCK = 4096, 2**20
 #: Seconds between two writings of what has been reduced, and how often as long as one takes they are at least.
 _SELDOM, _RARELY = 10.0, 20.0
 #: Files that solutions of samples are kept as.
@@ -97,7 +99,8 @@ def simulate_many(
     if kept and target is None:
         raise UsageError(Problem("keep", "solutions of samples are kept in a folder, and none is given", "folder=..."))
     _check_kind(keep_as)
-    block = _block(drawn.samples, int(pilot.stats.get("evaluations", 0)) * max(1, model.nv + model.nz))
+    work_of_one = int(pilot.stats.get("evaluations", 0)) * max(1, model.nv + model.nz)
+    block = _block(drawn.samples, work_of_one, len(looked_at) * len(thinned))
     described = _described(model, pilot, drawn, items, vary, table, seed, looked_at, times[thinned], block, options)
     runs = None if target is None or not kept else target / "runs"
     varied = VariedOptions(model, items, options)
@@ -140,11 +143,12 @@ def simulate_many(
     )
 
 
-def _block(samples: int, work: int) -> int:
-    """Return the number of samples of a block, from what one takes: the same on every machine, as a resumed ensemble
-    asks for."""
-    worth = min(-(-samples // _FEW_BLOCKS), -(-_WORTH_A_BLOCK // max(work, 1)))
-    return max(1, min(_LARGEST_BLOCK, max(worth, -(-samples // _BLOCKS))))
+def _block(samples: int, work: int, numbers: int) -> int:
+    """Return the number of samples of a block, from the work of one and what is kept of it: the same on every machine,
+    as a resumed ensemble asks for."""
+    worth = min(-(-_WORTH_A_BLOCK // max(work, 1)), _LARGEST_OF_SHORT_RUNS, _NUMBERS_OF_A_BLOCK // numbers)
+    shared = worth if samples <= worth else min(worth, -(-samples // _FEW_BLOCKS))
+    return max(1, shared, min(_LARGEST_BLOCK, -(-samples // _BLOCKS)))
 
 
 def _doubt(pilot: Solution) -> str:
@@ -328,7 +332,7 @@ def _described(
     """Return what the samples depend on, as JSON data."""
     data = pilot.metadata
     how = {name: item.text if isinstance(item, Distribution) else item for name, item in (vary or {}).items()}
-    digest = [] if table is None else design.values(0, design.samples).tolist()
+    digest = "" if table is None else _digest([design.values(0, design.samples)])
     return {
         "scene": model.name,
         "fingerprint": model.library.layout.get("fingerprint", ""),

@@ -47,7 +47,7 @@ _VIOLATION = 1e-4
 #: Part of its length by which a beam's axis may be shortened, of 1 from which on a run has failed.
 _SHORTENED = 0.9
 #: Numbers of rows that are looked at together, and groups of lanes, at most.
-_NUMBERS, _GROUPS = 4e6, 64
+_NUMBERS, _GROUPS = 4e6, 1024
 #: Options of ``simulate`` with which samples may run side by side.
 _OPTIONS = {
     *("method", "rho_inf", "alpha", "beta", "gamma", "order", "tolerance", "settings"),

@@ -3,7 +3,9 @@
 Unlike ``jets``, which records every order, this records two functions: the values at order 0, and coefficient k from
 those before it. What is not linear makes products whose inner sums, sum_{i=1}^{k-1} left_i right_{k-i}, hold
 coefficients of lower orders only; a driver takes all of them together before coefficient k is asked for. What is left
-is linear, and the same for every k. Recurrences: Griewank and Walther, Evaluating Derivatives (2008), table 13.2.
+is linear, and the same for every k. Functions of what is linear in time, as waves of constant frequency, need no sum:
+their coefficient k is a multiple of coefficient k - 1 of their slope. Recurrences: Griewank and Walther, Evaluating
+Derivatives (2008), table 13.2.
 """
 
 from __future__ import annotations
@@ -16,8 +18,9 @@ from eomgen.symbolic.operations import CurveLike, InputSymbol, Op
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 
 #: Blocks that coefficient k is made of, besides the coefficients k of what the caller drives: inner sums, order 0 of
-#: both factors of the products, values kept from order 0, and (k, 1/k).
-SUMS, LEFT, RIGHT, KEPT, ORDER = "sums", "left", "right", "kept", "order"
+#: both factors of the products, values kept from order 0, coefficients k - 1 of slopes, and (k, 1/k, h/(k + 1), h) with
+#: coefficient 1 of time, h.
+SUMS, LEFT, RIGHT, KEPT, PREVIOUS, ORDER = "sums", "left", "right", "kept", "previous", "order"
 _PAIRS = {Op.SIN: 0, Op.COS: 1, Op.SINH: 0, Op.COSH: 1}
 
 
@@ -39,16 +42,21 @@ class Series:
         Factors of the products, by number.
     kept : list of Ref
         Values of order 0 that coefficient k reads as components of ``KEPT``.
+    previous : list of Term
+        Slopes whose coefficient k - 1 coefficient k reads as components of ``PREVIOUS``.
+    time : Ref, optional
+        Coefficient k of time, which has none beyond the first.
     """
 
-    def __init__(self, tape: Tape) -> None:
-        self.tape = tape
+    def __init__(self, tape: Tape, time: Ref | None = None) -> None:
+        self.tape, self.time = tape, time
         self.left: list[Term] = []
         self.right: list[Term] = []
         self.kept: list[Ref] = []
+        self.previous: list[Term] = []
         self._slots: dict[Ref, Ref] = {}
         self._pairs: dict[tuple[bool, Term], tuple[Term, Term]] = {}
-        self.k, self.per_k = tape.input(ORDER, 0), tape.input(ORDER, 1)
+        self.k, self.per_k, self.step = (tape.input(ORDER, place) for place in (0, 1, 3))
 
     # -- what products need -----------------------------------------------------------------------------------------
 
@@ -83,6 +91,42 @@ class Series:
     def weighted(self, term: Term) -> Term:
         """Return k x_k as a factor: the rate of x, shifted by one."""
         return Term(ZERO, self.tape.mul(self.k, term.next))
+
+    # -- what is linear in time -------------------------------------------------------------------------------------
+
+    def rate(self, x: Term) -> Ref | None:
+        """Return dx/dt as coefficient k reads it, where x is linear in time; None elsewhere."""
+        return self._rate(x.next) if self.time is not None else None
+
+    def _rate(self, ref: Ref) -> Ref | None:
+        tape = self.tape
+        if ref < 0:
+            rate = self._rate(-ref)
+            return None if rate is None else -rate
+        if ref == self.time:
+            return ONE
+        op = tape.op[ref]
+        if op not in (Op.ADD, Op.SUB, Op.MUL):
+            return None
+        first, second = tape.operands(ref)
+        if op is Op.MUL:
+            factor, other = (first, second) if self._is_steady(first) else (second, first)
+            rate = self._rate(other) if self._is_steady(factor) else None
+            return None if rate is None else tape.mul(factor, rate)
+        rates = self._rate(first), self._rate(second)
+        if rates[0] is None or rates[1] is None:
+            return None
+        return tape.add(rates[0], rates[1] if op is Op.ADD else -rates[1])
+
+    def _is_steady(self, ref: Ref) -> bool:
+        symbol = self.tape.symbol(abs(ref))
+        return self.tape.number(ref) is not None or (symbol is not None and symbol.block == KEPT)
+
+    def _after(self, rate: Ref, slope: Term) -> Ref:
+        """Return coefficient k of z, z' = slope times a rate that does not change in time."""
+        before = self.tape.input(PREVIOUS, len(self.previous))
+        self.previous.append(slope)
+        return self.tape.mul(self.tape.mul(self.per_k, self.tape.mul(self.step, rate)), before)
 
     # -- linear operations ------------------------------------------------------------------------------------------
 
@@ -149,6 +193,12 @@ class Series:
         values = [self.tape.call(op, x.value) for op in ops]
         if x.next == ZERO:
             return Term(values[0], ZERO), Term(values[1], ZERO)
+        if (rate := self.rate(x)) is not None:
+            first = len(self.previous)
+            sine = Term(values[0], self._after(rate, Term(values[1], ZERO)))
+            cosine = Term(values[1], self._after(rate if hyperbolic else -rate, sine))
+            self.previous[first] = cosine
+            return sine, cosine
         numbers = (self.open_product(), self.open_product())
         rates = [
             self._from_derivative(number, x, Term(other, ZERO))
@@ -162,6 +212,8 @@ class Series:
 
     def from_slope(self, value: Ref, x: Term, slope: Term) -> Term:
         """z' = slope x', with the slope known before z."""
+        if (rate := self.rate(x)) is not None:
+            return Term(value, self._after(rate, slope))
         number = self.open_product()
         z = Term(value, self._from_derivative(number, x, slope))
         self.close_product(number, self.weighted(x), slope)
@@ -172,6 +224,10 @@ class Series:
 
     def exponential_of(self, value: Ref, x: Term) -> Term:
         """z' = z x'."""
+        if (rate := self.rate(x)) is not None:
+            z = Term(value, self._after(rate, Term(value, ZERO)))
+            self.previous[-1] = z
+            return z
         number = self.open_product()
         z = Term(value, self._from_derivative(number, x, Term(value, ZERO)))
         self.close_product(number, self.weighted(x), z)

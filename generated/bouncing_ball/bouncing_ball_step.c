@@ -187,10 +187,10 @@ static real bouncing_ball_reach(const bouncing_ball_settings *settings, const bo
             K(0.01) * work->extent[0]) + finest * length;
         at_last = bouncing_ball_larger(bouncing_ball_larger(length_last, guess * length_way_last) / allowed, at_last);
         before = bouncing_ball_larger(bouncing_ball_larger(length_before, guess * length_way_before) / allowed, before);
-        reach = EG_POW(at_last, K(-1.0) / (real)last); /* infinite where the coefficient is zero */
+        at_last = -EG_LOG(at_last) / (real)last; /* infinite where the coefficient is zero */
         if (last > 2)
-            before = EG_POW(before, K(-1.0) / (real)(last - 1));
-        reach = last > 2 && before < reach ? before : reach;
+            before = -EG_LOG(before) / (real)(last - 1);
+        reach = EG_EXP(last > 2 && before < at_last ? before : at_last);
         reach = reach < longest ? reach : longest;
         if (reach > K(0.5) * guess && reach < K(2.0) * guess)
             break;
@@ -214,7 +214,7 @@ static bouncing_ball_status bouncing_ball_expand(const bouncing_ball_parameters 
     for (i = 0; i < 2; ++i)
         work->v_row[2 + i] = step * work->v_rate[i];
     for (k = 1; k < last; ++k) {
-        const real order[3] = { (real)k, K(1.0) / (real)k, step / (real)(k + 1) };
+        const real order[4] = { (real)k, K(1.0) / (real)k, step / (real)(k + 1), step };
         bouncing_ball_series_next(work->q_row + k * 2, work->v_row + k * 2, work->kept, order, work->q_row
             + (k + 1) * 2, work->v_row + (k + 1) * 2);
         (void)order;
@@ -238,28 +238,36 @@ static bouncing_ball_status bouncing_ball_expand(const bouncing_ball_parameters 
 
 /* The series at a time after its start: q, v into the workspace, rates to
  * v_rate. */
-static void bouncing_ball_at(bouncing_ball_workspace *work, real time, real *v_rate)
+static void bouncing_ball_at(const bouncing_ball_settings *settings, bouncing_ball_workspace *work, real time,
+    real *v_rate)
 {
+    const int last = (int)settings->order;
     const real share = time / work->spacing;
+    real q[2], v[2], v_dot[2];
     int k, i;
     for (i = 0; i < 2; ++i) {
-        work->q[i] = work->q_row[work->order * 2 + i];
+        q[i] = work->q_row[last * 2 + i];
     }
     for (i = 0; i < 2; ++i) {
-        work->v[i] = work->v_row[work->order * 2 + i];
-        v_rate[i] = K(0.0);
+        v[i] = work->v_row[last * 2 + i];
+        v_dot[i] = K(0.0);
     }
-    for (k = (int)work->order - 1; k >= 0; --k) {
+    for (k = last - 1; k >= 0; --k) {
         for (i = 0; i < 2; ++i) {
-            work->q[i] = work->q[i] * share + work->q_row[k * 2 + i];
+            q[i] = q[i] * share + work->q_row[k * 2 + i];
         }
         for (i = 0; i < 2; ++i) {
-            v_rate[i] = v_rate[i] * share + work->v[i];
-            work->v[i] = work->v[i] * share + work->v_row[k * 2 + i];
+            v_dot[i] = v_dot[i] * share + v[i];
+            v[i] = v[i] * share + work->v_row[k * 2 + i];
         }
     }
-    for (i = 0; i < 2; ++i)
-        v_rate[i] = v_rate[i] / work->spacing;
+    for (i = 0; i < 2; ++i) {
+        work->q[i] = q[i];
+    }
+    for (i = 0; i < 2; ++i) {
+        work->v[i] = v[i];
+        v_rate[i] = v_dot[i] / work->spacing;
+    }
     work->quaternion_error = bouncing_ball_normalize(work->q);
 }
 
@@ -300,9 +308,9 @@ bouncing_ball_status bouncing_ball_initialize(const bouncing_ball_parameters *p,
 /* Moves to a time after the start of the series and evaluates accelerations there; *agrees tells whether they are
  * those that the series says, as far as the tolerance lets expect. Only what series know of is in their coefficients:
  * one may have been trusted for too long. */
-static bouncing_ball_status bouncing_ball_move(const bouncing_ball_parameters *p, bouncing_ball_workspace *work,
-    real time, const real *u,
-    bouncing_ball_statistics *statistics, int *agrees)
+static bouncing_ball_status bouncing_ball_move(const bouncing_ball_parameters *p,
+    const bouncing_ball_settings *settings,
+    bouncing_ball_workspace *work, real time, const real *u, bouncing_ball_statistics *statistics, int *agrees)
 {
     const real begin = work->begin, high = begin + (work->begin_low + time);
     const real closest = bouncing_ball_larger(work->tolerance, K(450.0) * bouncing_ball_EPSILON);
@@ -311,7 +319,7 @@ static bouncing_ball_status bouncing_ball_move(const bouncing_ball_parameters *p
     bouncing_ball_status status;
     int i;
     *agrees = 0;
-    bouncing_ball_at(work, time, v_said);
+    bouncing_ball_at(settings, work, time, v_said);
     if (!(bouncing_ball_finite(work->q, 2) && bouncing_ball_finite(work->v, 2)))
         return BOUNCING_BALL_NOT_FINITE;
     work->begin_low = (begin - high) + (work->begin_low + time);
@@ -354,7 +362,7 @@ static bouncing_ball_status bouncing_ball_advance(const bouncing_ball_parameters
             status = BOUNCING_BALL_STEP_TOO_SMALL;
             break;
         }
-        status = bouncing_ball_move(p, work, work->length, u, statistics, &agrees);
+        status = bouncing_ball_move(p, settings, work, work->length, u, statistics, &agrees);
         if (agrees) {
             work->previous_length = work->length;
             return bouncing_ball_expand(p, settings, work, statistics);
@@ -369,16 +377,16 @@ static bouncing_ball_status bouncing_ball_advance(const bouncing_ball_parameters
 
 /* Takes the state at a time within the series, which is not used beyond it, or not even so far, where it disagrees
  * with the equations: a force that is not felt at its start is in none of its coefficients. */
-static int bouncing_ball_take(const bouncing_ball_parameters *p, bouncing_ball_workspace *work, real time,
-    const real *u,
-    bouncing_ball_state *state)
+static int bouncing_ball_take(const bouncing_ball_parameters *p, const bouncing_ball_settings *settings,
+    bouncing_ball_workspace *work,
+    real time, const real *u, bouncing_ball_state *state)
 {
     const real begin = work->begin, begin_low = work->begin_low;
     int agrees;
     if (work->tolerance == K(0.0) || time <= K(0.0)) {
-        bouncing_ball_at(work, time, work->v_rate);
+        bouncing_ball_at(settings, work, time, work->v_rate);
     } else {
-        (void)bouncing_ball_move(p, work, time, u, &state->statistics, &agrees);
+        (void)bouncing_ball_move(p, settings, work, time, u, &state->statistics, &agrees);
         work->begin = begin;
         work->begin_low = begin_low;
         if (!agrees) {
@@ -435,7 +443,7 @@ static bouncing_ball_status bouncing_ball_take_step(const bouncing_ball_paramete
     next.t = next.origin + settings->step * (real)next.count;
     time = (next.t - work->begin) - work->begin_low;
     while (status == BOUNCING_BALL_OK && !(time <= K(1.0000000001) * work->length
-        && bouncing_ball_take(p, work, time, u_table, &next))) {
+        && bouncing_ball_take(p, settings, work, time, u_table, &next))) {
         if (next.statistics.expansions - known >= 100000)
             status = BOUNCING_BALL_TOO_MANY_STEPS;
         else

@@ -16,7 +16,7 @@ from eomgen.codegen.series.recurrence import NEXT, Recurrence
 from eomgen.mechanics.derive import derive
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import Op
-from eomgen.symbolic.series import KEPT, LEFT, ORDER, RIGHT, SUMS
+from eomgen.symbolic.series import KEPT, LEFT, ORDER, PREVIOUS, RIGHT, SUMS
 from eomgen.system.system import System
 from tests.integrators.test_taylor import SCENES, controlled_scene, flyer_scene
 
@@ -32,14 +32,17 @@ def coefficients(recurrence: Recurrence, start: Mapping[str, Array]) -> dict[str
     left, right = (np.zeros((LAST, size)) for _ in range(2))
     left[0], right[0] = (evaluate(tape, [term.value for term in side], start) for side in (series.left, series.right))
     kept = evaluate(tape, series.kept, start)
+    previous = evaluate(tape, [term.value for term in series.previous], start)
     found = {name: [start[name], evaluate(tape, [term.value for term in rates[name]], start)] for name in blocks}
     for k in range(1, LAST):
         sums = sum((left[i] * right[k - i] for i in range(1, k)), np.zeros(size))
         known = {NEXT[name]: found[name][k] for name in blocks} | {"t_k": np.array([1.0 if k == 1 else 0.0])}
-        known |= {SUMS: sums, LEFT: left[0], RIGHT: right[0], KEPT: kept, ORDER: np.array([k, 1 / k])}
+        known |= {SUMS: sums, LEFT: left[0], RIGHT: right[0], KEPT: kept}
+        known |= {PREVIOUS: previous, ORDER: np.array([k, 1 / k, 1 / (k + 1), 1.0])}
         left[k], right[k] = (
             evaluate(tape, [term.next for term in side], known) for side in (series.left, series.right)
         )
+        previous = evaluate(tape, [term.next for term in series.previous], known)
         for name in blocks:
             found[name].append(evaluate(tape, [term.next for term in rates[name]], known) / (k + 1))
     return {name: np.array(rows) for name, rows in found.items()}
@@ -110,6 +113,16 @@ def test_budgets_of_planar_chains(links: int) -> None:
     products, operations = BUDGETS[links]
     assert len(series.left) <= products
     assert series.tape.counts([term.next for term in terms]).flops <= operations
+
+
+def test_waves_of_constant_frequency_cost_no_product() -> None:
+    """x'' = x - x^3 + cos(1.2 t + 0.3) + sin(0.7 t): the square and the cube are products, waves are not."""
+    builder = eomgen.SceneBuilder("oscillator", gravity=[0, 0, 0])
+    builder.body("mass", 1.0)
+    builder.joint("slide", "prismatic", "base", "mass", axis=[1, 0, 0])
+    builder.effort("spring", "slide", "q.slide - q.slide**3 + cos(1.2 * t + 0.3) + sin(0.7 * t)")
+    series = Recurrence(derive(builder.build()), by_inverse=True).series
+    assert len(series.left) == 2 and len(series.previous) == 4
 
 
 def test_without_the_inertia_matrix_forward_dynamics_serves() -> None:

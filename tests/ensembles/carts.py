@@ -2,6 +2,12 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+
 from eomgen.ensembles import Ensemble
 
 CART = """
@@ -38,3 +44,11 @@ def bits(found: Ensemble) -> list[bytes]:
     """Return all statistics of an ensemble, and all that is known of its samples, to the bit."""
     samples = [*found.values.values(), *found.results.values()]
     return [array.tobytes() for array in (*found.reduction.arrays().values(), *samples)]
+
+
+@contextmanager
+def small_blocks() -> Iterator[None]:
+    """Blocks of a sixteenth of all samples, however short their runs are."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys.modules["eomgen.ensembles.simulate_many"], "_WORTH_A_BLOCK", 0)
+        yield

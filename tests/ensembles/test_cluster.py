@@ -20,9 +20,15 @@ import eomgen
 from eomgen.ensembles import Ensemble, cluster, parts
 from eomgen.ensembles.samples import Block, Failed
 from eomgen.errors import FileError, UsageError
-from tests.ensembles.carts import CART, VARY, bits
+from tests.ensembles.carts import CART, VARY, bits, small_blocks
 
 OPTIONS: dict[str, Any] = {"vary": VARY, "samples": 40, "seed": 3}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def several_blocks() -> Iterator[None]:
+    with small_blocks():
+        yield
 
 
 @pytest.fixture(scope="module")

@@ -6,6 +6,7 @@ import json
 import os
 import signal
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from eomgen.cli import main
 from eomgen.ensembles.journal import Journal
 from eomgen.ensembles.reductions import Reduction
 from eomgen.errors import FileError, UsageError
-from tests.ensembles.carts import CART, VARY, bits
+from tests.ensembles.carts import CART, VARY, bits, small_blocks
 
 
 @pytest.fixture(scope="module")
@@ -74,6 +75,13 @@ def test_a_grid_and_a_table_run_their_samples(cart: eomgen.Model) -> None:
     np.testing.assert_allclose(measured.results["output.place.final"], [2.0, 2.0], atol=1e-10)
 
 
+@pytest.fixture
+def several_blocks() -> Iterator[None]:
+    with small_blocks():
+        yield
+
+
+@pytest.mark.usefixtures("several_blocks")
 def test_bits_do_not_depend_on_workers_or_interruptions(cart: eomgen.Model, tmp_path: Path) -> None:
     options = {"vary": VARY, "samples": 120, "design": "sobol", "seed": 1}
     straight = bits(cart.simulate_many(**options, workers=1))
@@ -94,6 +102,7 @@ def test_bits_do_not_depend_on_workers_or_interruptions(cart: eomgen.Model, tmp_
     assert again.done == 120 and not again.interrupted and bits(again) == straight
 
 
+@pytest.mark.usefixtures("several_blocks")
 def test_ctrl_c_within_a_reduction_leaves_it_whole(
     cart: eomgen.Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -114,12 +123,20 @@ def test_ctrl_c_within_a_reduction_leaves_it_whole(
     assert again.done == 60 and bits(again) == straight
 
 
-@pytest.mark.parametrize(("step", "block"), [(0.5, 16), (1e-4, 5)])
+@pytest.mark.parametrize(("step", "block"), [(0.5, 64), (1e-3, 16), (1e-4, 5)])
 def test_blocks_of_short_runs_are_larger(cart: eomgen.Model, step: float, block: int) -> None:
-    """Runs of a few evaluations, and of some 10 000 of the 50 000 that are worth a block."""
+    """Runs of a few evaluations, of some 1000, and of some 10 000 of the 50 000 that are worth a block."""
     done: list[int] = []
     cart.simulate_many(1.0, step, vary=VARY, samples=64, progress=lambda number, _: done.append(number))
     assert done == [*range(block, 64, block), 64]
+
+
+def test_blocks_of_short_runs_keep_to_some_memory(cart: eomgen.Model, monkeypatch: pytest.MonkeyPatch) -> None:
+    """640 runs of one step, of which two numbers each are kept."""
+    done: list[int] = []
+    monkeypatch.setattr(sys.modules["eomgen.ensembles.simulate_many"], "_NUMBERS_OF_A_BLOCK", 100)
+    cart.simulate_many(0.1, 0.1, vary=VARY, samples=640, points=2, progress=lambda number, _: done.append(number))
+    assert done == [*range(50, 640, 50), 640]
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="the killed process is a fork of this one")
@@ -129,7 +146,7 @@ def test_a_killed_ensemble_goes_on_to_the_same_bits(
 ) -> None:
     """Killed by the system at the seventh block, before it is kept, written, or reduced whole."""
     options = {"vary": VARY, "samples": 60, "seed": 1}
-    for setting in ("_SELDOM", "_RARELY", "_WORTH_A_BLOCK"):  # what is reduced is written at once; small blocks
+    for setting in ("_SELDOM", "_RARELY", "_WORTH_A_BLOCK"):  # what is reduced is written at once; several blocks
         monkeypatch.setattr(sys.modules["eomgen.ensembles.simulate_many"], setting, 0)
     straight = bits(cart.simulate_many(**options))
     if not (child := os.fork()):

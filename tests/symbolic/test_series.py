@@ -8,28 +8,31 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
+from eomgen.formula.curves import Curve
 from eomgen.symbolic.calculus.jets import jets
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import UNARY, InputSymbol, Op
-from eomgen.symbolic.series import KEPT, LEFT, ORDER, RIGHT, SUMS, Series, Term, record_series
+from eomgen.symbolic.series import KEPT, LEFT, ORDER, PREVIOUS, RIGHT, SUMS, Series, Term, record_series
 from eomgen.symbolic.tape import ONE, Tape
 from tests.symbolic.random_tapes import build, programs
 from tests.symbolic.test_jets import ORDER as JET_ORDER
 from tests.symbolic.test_jets import X, at, moving_inputs, record
 
 
-def coefficients(source, outputs, paths, order):
-    """Return the Taylor coefficients (order + 1, outputs) that the recurrence gives along paths of the inputs x."""
-    series = Series(Tape())
-    tape = series.tape
+def coefficients(source, outputs, paths, order, *, time=False):
+    """Return the Taylor coefficients (order + 1, outputs) that the recurrence gives along paths of the inputs x, and
+    how many products they need; ``time``: the first input is known to be linear."""
+    tape = Tape()
+    series = Series(tape, time=tape.input("x_k", 0) if time else None)
     inputs = {InputSymbol("x", k): Term(tape.input("x", k), tape.input("x_k", k)) for k in range(len(paths))}
     terms = record_series(series, source, outputs, inputs, {})
     size = len(series.left)
-    values = {"x": [path[0] for path in paths]}
+    values = {"x": [path[0] for path in paths], "p": [1.3]}
     left, right = (np.zeros((order + 1, size)) for _ in range(2))
     left[0] = evaluate(tape, [term.value for term in series.left], values)
     right[0] = evaluate(tape, [term.value for term in series.right], values)
     kept = evaluate(tape, series.kept, values)
+    previous = evaluate(tape, [term.value for term in series.previous], values)
     found = [evaluate(tape, [term.value for term in terms], values)]
     for k in range(1, order + 1):
         sums = sum((left[i] * right[k - i] for i in range(1, k)), np.zeros(size))
@@ -39,17 +42,19 @@ def coefficients(source, outputs, paths, order):
             LEFT: left[0],
             RIGHT: right[0],
             KEPT: kept,
-            ORDER: [k, 1 / k],
+            PREVIOUS: previous,
+            ORDER: [k, 1 / k, 1 / (k + 1), paths[0][1]],
         }
         left[k] = evaluate(tape, [term.next for term in series.left], blocks)
         right[k] = evaluate(tape, [term.next for term in series.right], blocks)
+        previous = evaluate(tape, [term.next for term in series.previous], blocks)
         found.append(evaluate(tape, [term.next for term in terms], blocks))
-    return np.array(found)
+    return np.array(found), size
 
 
 def by_jets(source, outputs, paths):
     found = jets(source, outputs, moving_inputs(source, len(paths)), JET_ORDER)
-    return np.array([evaluate(source, jet, at(paths)) for jet in found]).T
+    return np.array([evaluate(source, jet, at(paths) | {"p": [1.3]}) for jet in found]).T
 
 
 @pytest.mark.parametrize(
@@ -62,7 +67,7 @@ def test_every_operation_is_that_of_jets(op):
         output = record(tape, op, x, y)
         outputs = [output, tape.mul(output, x), tape.select(tape.call(Op.LT, x, y), output, y)]
         expected = by_jets(tape, outputs, paths)
-        assert coefficients(tape, outputs, paths, JET_ORDER) == pytest.approx(expected, rel=1e-12, abs=1e-14)
+        assert coefficients(tape, outputs, paths, JET_ORDER)[0] == pytest.approx(expected, rel=1e-12, abs=1e-14)
 
 
 @settings(max_examples=150, deadline=None)
@@ -75,11 +80,38 @@ def test_random_tapes_are_those_of_jets(program):
     ]
     tape, _, outputs = build(program)
     expected = by_jets(tape, outputs, paths)
-    found = coefficients(tape, outputs, paths, JET_ORDER)
+    found, _ = coefficients(tape, outputs, paths, JET_ORDER)
     assert np.allclose(found, expected, rtol=1e-9, atol=1e-10 * (1 + np.abs(expected).max()))
 
 
-def test_closed_forms_of_high_order():
+def of_time():
+    """Return a tape with functions of what is linear in the input 0, and of what is not."""
+    tape = Tape()
+    t, y, p = (tape.input("x", 0), tape.input("x", 1), tape.input("p", 0))
+    phase = tape.sub(tape.mul(tape.mul(p, tape.constant(1.7)), t), tape.sub(p, tape.mul(t, tape.constant(0.3))))
+    linear = [tape.call(op, phase) for op in (Op.SIN, Op.COS, Op.SINH, Op.COSH, Op.EXP)]
+    x = np.linspace(-9.0, 9.0, 7)
+    curve = Curve("hill", x, 3.0 / (1.0 + x**2))
+    linear.append(tape.curve(curve, 0, tape.sub(tape.constant(0.1), phase)))
+    return (
+        tape,
+        linear,
+        [tape.call(Op.SIN, tape.mul(t, phase)), tape.mul(linear[0], y), tape.call(Op.EXP, tape.mul(t, y))],
+    )
+
+
+def test_functions_of_what_is_linear_in_time_need_no_product():
+    tape, linear, others = of_time()
+    paths = [[0.37, 0.5, *[0.0] * 5], X[1]]
+    expected = by_jets(tape, [*linear, *others], paths)
+    for outputs, columns, most in ((linear, slice(6), 0), ([*linear, *others], slice(None), 7)):
+        found, products = coefficients(tape, outputs, paths, JET_ORDER, time=True)
+        assert found == pytest.approx(expected[:, columns], rel=1e-12, abs=1e-14)
+        assert products <= most < coefficients(tape, outputs, paths, JET_ORDER)[1]
+
+
+@pytest.mark.parametrize("time", [False, True])
+def test_closed_forms_of_high_order(time):
     order = 24
     tape = Tape()
     t = tape.input("x", 0)
@@ -90,7 +122,7 @@ def test_closed_forms_of_high_order():
         tape.call(Op.LOG, t),
     ]
     start = 0.5
-    found = coefficients(tape, outputs, [[start, 1.0, *[0.0] * order]], order)
+    found, _ = coefficients(tape, outputs, [[start, 1.0, *[0.0] * order]], order, time=time)
     k = np.arange(order + 1)
     factorial = np.array([math.factorial(n) for n in k], float)
     assert found[:, 0] == pytest.approx(np.exp(start) / factorial, rel=1e-14)

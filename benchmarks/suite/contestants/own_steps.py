@@ -57,8 +57,9 @@ def first_build(_: dict[str, Any]) -> Prepared:
 
     def taken() -> float:
         with tempfile.TemporaryDirectory() as folder:
-            generation_time.in_process("stages", case, Path(folder), mark="warm")  # the wrapper that all models share
-            return generation_time.in_process("stages", case, Path(folder), mark="measured")["wall"]
+            told = {"what": "first build", "case": case, "cache": Path(folder), "profile": "fast"}
+            generation_time.in_process(**told, mark="warm")  # the wrapper that all models share
+            return generation_time.in_process(**told, mark="measured")["wall"]
 
     return Prepared(list, 1, lambda: [1.0], ["eomgen"], taken=taken)
 

@@ -9,13 +9,13 @@ from eomgen.codegen.program import OutputArray, ProgramFunction
 from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, PART_LIMIT, schedule
 from eomgen.codegen.series.breakpoints import breakpoints_in_time, has_nodes
 from eomgen.codegen.series.recurrence import NEXT, Recurrence
-from eomgen.symbolic.series import KEPT, LEFT, ORDER, RIGHT, SUMS
+from eomgen.symbolic.series import KEPT, LEFT, ORDER, PREVIOUS, RIGHT, SUMS
 from eomgen.symbolic.tape import Ref, Tape
 from eomgen.system.system import Discontinuity, System
 
 #: Input blocks of both functions, in the order of their arguments.
 START_BLOCKS = ("p", "t", "q", "v", "z", "u", "followed")
-NEXT_BLOCKS = (*NEXT.values(), SUMS, LEFT, RIGHT, KEPT, ORDER)
+NEXT_BLOCKS = (*NEXT.values(), SUMS, LEFT, RIGHT, KEPT, PREVIOUS, ORDER)
 #: Numbers in a vector; rows of products are filled up to whole ones.
 LANES = 8
 
@@ -25,8 +25,8 @@ def series_functions(
 ) -> tuple[tuple[ProgramFunction, ...], dict[str, Any], tuple[Discontinuity, ...]]:
     """Return ``series_start``, ``series_next``, ``extent``, what a driver needs, and times at which a series ends.
 
-    What it needs are sizes, ``products``, ``kept``, and ``room`` of a row of products, and ``kinds``: which components
-    of q and of v are angles, and which are lengths.
+    What it needs are sizes, ``products``, ``kept``, ``previous``, and ``room`` of a row of products, and ``kinds``:
+    which components of q and of v are angles, and which are lengths.
 
     Raises ModelError where the motion has no Taylor series.
     """
@@ -38,10 +38,12 @@ def series_functions(
         ("left_0", [term.value for term in series.left], "left factors of the products"),
         ("right_0", [term.value for term in series.right], "right factors"),
         ("kept_0", series.kept, "what coefficients of all orders need"),
+        ("previous_0", [term.value for term in series.previous], "slopes of functions of what is linear in time"),
     ]
     later: list[tuple[str, Sequence[Ref], str]] = [
         ("left_k", [term.next for term in series.left], "coefficient k of the left factors, or k times it"),
         ("right_k", [term.next for term in series.right], "coefficient k of the right factors"),
+        ("previous_k", [term.next for term in series.previous], "coefficient k of the slopes"),
     ]
     for block, terms in sorted(recurrence.rates.items()):
         start.append((f"{block}_1", [term.value for term in terms], f"rate of {block}"))
@@ -60,6 +62,7 @@ def series_functions(
     needed = {
         "products": len(series.left),
         "kept": len(series.kept),
+        "previous": len(series.previous),
         "room": room,
         "lanes": LANES,
         "kinds": kinds(system),

@@ -16,7 +16,7 @@ from eomgen.codegen.series.functions import extent_function, kinds, program_func
 from eomgen.codegen.series.recurrence import NEXT, Recurrence
 from eomgen.symbolic.map import splice
 from eomgen.symbolic.operations import LEAVES, InputSymbol, Op
-from eomgen.symbolic.series import KEPT, LEFT, ORDER, RIGHT, SUMS
+from eomgen.symbolic.series import KEPT, LEFT, ORDER, PREVIOUS, RIGHT, SUMS
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 from eomgen.system.system import System
 
@@ -58,7 +58,7 @@ def rate_functions(system: System, curve_numbers: dict[int, int]) -> tuple[tuple
         first += size
     functions.insert(0, program_function(tape, "series_rates", description, BLOCKS, given, curve_numbers))
     functions += extent_function(system, curve_numbers)
-    return tuple(functions), {"products": 0, "room": 0, HELD: len(held), "kinds": kinds(system)}
+    return tuple(functions), {"products": 0, "previous": 0, "room": 0, HELD: len(held), "kinds": kinds(system)}
 
 
 def _recorded(recurrence: Recurrence) -> tuple[Tape, list[tuple[str, int, str]], list[Ref]]:
@@ -69,9 +69,10 @@ def _recorded(recurrence: Recurrence) -> tuple[Tape, list[tuple[str, int, str]],
         LEFT: [term.value for term in series.left],
         RIGHT: [term.value for term in series.right],
         KEPT: series.kept,
+        PREVIOUS: [term.value for term in series.previous],
         **{NEXT[block]: [term.value for term in terms] for block, terms in rates},
     }
-    bindings = {InputSymbol(NEXT["t"], 0): ONE, InputSymbol(ORDER, 0): ONE, InputSymbol(ORDER, 1): ONE}
+    bindings = {InputSymbol(NEXT["t"], 0): ONE} | {InputSymbol(ORDER, place): ONE for place in (0, 1, 3)}
     bindings |= {InputSymbol(SUMS, number): ZERO for number in range(len(series.left))}
     copied = iter(splice(tape, source, [ref for refs in values.values() for ref in refs], {}))
     for block, refs in values.items():

@@ -36,10 +36,9 @@ class Recurrence:
     def __init__(self, system: System, *, by_inverse: bool) -> None:
         self.system = system
         self.by_inverse = by_inverse
-        self.series = Series(Tape())
-        self.source = Tape()
+        tape, self.source = Tape(), Tape()
+        self.series = Series(tape, time=tape.input(NEXT["t"], 0))
         self._bindings = self._time_functions()
-        tape = self.series.tape
         sizes = {"t": 1, "q": system.nq, "v": system.nv, "z": system.nz}
         self._given = {
             InputSymbol(block, index): Term(tape.input(block, index), tape.input(NEXT[block], index))

@@ -120,7 +120,7 @@ _POINTERS = {
 }  # fmt: skip  # a table
 _DERIVATIVES = ("j", "s", "a_higher", "u_dot", "u_ddot", "u_higher", "base_rates")
 #: What only the functions of a Taylor stepper read.
-_SERIES = ("followed", "t_k", "q_k", "v_k", "z_k", "sums", "left", "right", "kept", "held", "order")
+_SERIES = ("followed", "t_k", "q_k", "v_k", "z_k", "sums", "left", "right", "kept", "previous", "held", "order")
 
 
 def _starts(items: Sequence[Addition]) -> dict[tuple[int, ...], int]:

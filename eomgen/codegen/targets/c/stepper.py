@@ -441,6 +441,9 @@ class Calls:
             texts[f"{block}_next"] = f"work->{block}_row + (k + 1) * {sizes[block]}"
         for name in ("left", "right", "kept"):
             texts |= {name: f"work->{name}", f"{name}_0": f"work->{name}", f"{name}_k": f"work->{name} + k * {room}"}
+        size = self.program.method.get("previous", 0)
+        texts |= {"previous_0": "work->previous", "previous_k": f"work->previous + k * {size}"}
+        texts["previous"] = f"work->previous + (k - 1) * {size}"
         texts |= {name: f"work->{name}" for name in ("u", "followed", "sums", "held", "extent")}
         arguments = [*function.inputs, *(output.argument for output in function.outputs)]
         return f"{self.program.prefix}_{function.name}({', '.join(texts[name] for name in arguments)});"
