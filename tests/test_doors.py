@@ -30,7 +30,7 @@ DOORS: dict[str, set[str]] = {
     "attributes_elsewhere": set(),
     "calls": {"attributes_elsewhere", "errors", "system.terms", "text"},
     "extensions": {"errors", "text"},
-    "files": {"arrays", "errors"},
+    "files": {"arrays", "errors", "text"},
     "resources": {"errors"},
     "figures": {"errors"},
     "html": set(),
