@@ -283,8 +283,8 @@ class Model(CompiledModel):
         t_end, step : as of ``simulate``; whole steps
         by : sequence of str
             Tunable parameters, all of them by default; ``q.hinge``, ``v.hinge`` and internal states, ``z.filtered``,
-            of the initial state. ``q.ball[0]`` of a rotating joint turns it about its own axis x, rad. With
-            constraints, an initial state moves to the nearest one that meets them.
+            of the initial state. ``q.ball[0]`` of a rotating joint turns it about its own axis x, rad. What the run
+            starts from is in the derivatives: static equilibrium of the scene's start, steps onto constraints.
         of : sequence of str
             Outputs; all by default.
         method : str

@@ -292,7 +292,8 @@ ORDER: dict[str, tuple[str, ...]] = {
     ),
     "simulation.sensitivities": (
         "equations functionals linear_steps motion turning",
-        "beginning galerkin_steps step_matrices",
+        "following_start galerkin_steps",
+        "beginning step_matrices",
         "linear_run",
         "alpha_run galerkin_run",
         "second_beginning",

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain, groupby
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from eomgen.formula.nodes import Symbol
 from eomgen.lie import numeric
 from eomgen.lie.groups import SE3
+from eomgen.lie.product import difference
 from eomgen.mechanics.constraints.counted_angles import counted_angles
 from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.tree.base import base_law
@@ -21,6 +23,9 @@ from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.geometry.rotations import quaternion_of_matrix
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.evaluate import evaluate
+
+#: An imaginary increment whose square is nothing: derivatives to rounding (Squire and Trapp 1998).
+_TINY = 1e-100
 
 
 def joint_start(derivation: Derivation) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -85,12 +90,38 @@ def absolute_start(derivation: Derivation) -> tuple[tuple[float, ...], tuple[flo
 
     The references of counted angles follow the poses in q.
     """
-    poses, twists, angles = _bodies_at_start(derivation.scene)
+    q, v = _absolute_start(derivation, _defaults(derivation.scene))
+    return tuple(map(float, q)), tuple(map(float, v))
+
+
+def absolute_start_slopes(
+    derivation: Derivation, names: Sequence[str]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    """Return the partials of q (left-trivialised) and v in tunable parameters, (nv, names) each, by complex steps; None
+    with nodes of geometrically exact beams, which are placed in real numbers."""
+    scene, factors = derivation.scene, derivation.tree.factors
+    if any(isinstance(element, CosseratBeam) for element in scene.elements):
+        return None
+    tunable = [parameter.name for parameter in scene.parameters if parameter.tunable]
+    values = _defaults(scene)["p"]
+    q = np.array(_absolute_start(derivation, {"p": values})[0])
+    slopes = np.zeros((2, derivation.tree.nv, len(names)))
+    for column, name in enumerate(names):
+        moved = values.astype(complex)
+        moved[tunable.index(name)] += 1j * _TINY
+        at, v = _absolute_start(derivation, {"p": moved})
+        slopes[0, :, column], slopes[1, :, column] = difference(factors, q, at).imag / _TINY, v.imag / _TINY
+    return slopes[0], slopes[1]
+
+
+def _absolute_start(derivation: Derivation, p: Mapping[str, NDArray[Any]]) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Return q and v of the absolute bodies with parameters p, complex ones too."""
+    poses, twists, angles = _bodies_at_start(derivation.scene, p)
     numbers = {body.name: number for number, body in enumerate(derivation.scene.bodies)}
     places = [part.ref for link in derivation.tree.links for part in derivation.tree.mounts[link.name].position]
-    offsets = -np.array(evaluate(derivation.tape, places, _defaults(derivation.scene)), dtype=float).reshape(-1, 3)
+    offsets = -evaluate(derivation.tape, places, p).reshape(-1, 3)
     nq = sum(factor.q_size for factor in derivation.tree.factors)
-    q, v = np.concatenate([np.zeros(nq), angles]), np.zeros(derivation.tree.nv)
+    q, v = np.concatenate([np.zeros(nq), angles]), np.zeros(derivation.tree.nv, dtype=angles.dtype)
     for link, factor, offset in zip(derivation.tree.links, derivation.tree.factors, offsets, strict=True):
         pose, twist = poses[numbers[link.name]], twists[numbers[link.name]]
         R = _matrix(pose[:4])
@@ -104,36 +135,37 @@ def absolute_start(derivation: Derivation) -> tuple[tuple[float, ...], tuple[flo
                 q[position][:4], v[speed][:3] = pose[:4], twist[:3]
             case _:
                 q[position][:3], v[speed][:3] = pose[4:] + R @ offset, R @ velocity
-    return tuple(map(float, q)), tuple(map(float, v))
+    return q, v
 
 
 def _defaults(scene: Scene) -> dict[str, NDArray[np.float64]]:
     return {"p": np.array([parameter.value for parameter in scene.parameters if parameter.tunable])}
 
 
-def _bodies_at_start(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+def _bodies_at_start(scene: Scene, p: Mapping[str, NDArray[Any]]) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
     beams = tuple(element for element in scene.elements if isinstance(element, CosseratBeam))
     bare = replace(scene, constraints=(), states=(), controllers=(), elements=beams)
     tree = Derivation(replace(bare, coordinates="joint"))
     initial_q, initial_v = joint_start(tree)
-    inputs = _defaults(scene) | {
+    inputs: dict[str, NDArray[Any]] = {
+        **p,
         "t": np.zeros(1),
         "q": np.array(initial_q),
         "v": np.array(initial_v),
     }
     if scene.base is not None:
         law = base_law(tree.algebra, scene.base, tree.tree.parameters)
-        inputs["base"] = np.array(evaluate(tree.tape, [value.ref for value in law], inputs))
+        inputs["base"] = evaluate(tree.tape, [value.ref for value in law], inputs)
     (pose,), (twist,) = tree.poses(), tree.twists()
     angles = [tree.quantities(Symbol("q", *angle)).ref for angle in counted_angles(scene)]
     return (
-        np.array(evaluate(tree.tape, pose.refs, inputs)).reshape(-1, 7),
-        np.array(evaluate(tree.tape, twist.refs, inputs)).reshape(-1, 6),
-        np.array(evaluate(tree.tape, angles, inputs), dtype=float).reshape(-1),
+        evaluate(tree.tape, pose.refs, inputs).reshape(-1, 7),
+        evaluate(tree.tape, twist.refs, inputs).reshape(-1, 6),
+        evaluate(tree.tape, angles, inputs).reshape(-1),
     )
 
 
-def _matrix(quaternion: NDArray[np.float64]) -> NDArray[np.float64]:
+def _matrix(quaternion: NDArray[Any]) -> NDArray[Any]:
     w, x, y, z = quaternion
     return np.array(
         [

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from operator import attrgetter
 from typing import TYPE_CHECKING
@@ -15,7 +15,9 @@ from eomgen.scene.scene import Scene
 from eomgen.system.terms import PURPOSES
 
 if TYPE_CHECKING:
+    from eomgen.arrays import Array
     from eomgen.compiled.model import Gains, Start
+    from eomgen.mechanics.derivation import Derivation
     from eomgen.solvers.constraint_rows import EveryRow
     from eomgen.system.system import System
 
@@ -56,19 +58,35 @@ def _gains(scene: Scene, build: Build) -> Gains | None:
     return gains
 
 
-def _start(scene: Scene) -> Start | None:
-    """Return what puts absolute bodies where the joints' initial state has them."""
-    if scene.coordinates != "absolute":
-        return None
+@dataclass(frozen=True)
+class AbsoluteStart:
+    """What puts absolute bodies where the joints' initial state has them, at values of the tunable parameters."""
 
-    def start(parameters: Mapping[str, float]) -> tuple[Sequence[float], Sequence[float]]:
+    scene: Scene
+
+    def __call__(self, parameters: Mapping[str, float]) -> tuple[Sequence[float], Sequence[float]]:
+        """Return q and v."""
+        from eomgen.mechanics.initial_coordinates import absolute_start  # noqa: PLC0415  # imports SymPy
+
+        return absolute_start(self._derivation(parameters))
+
+    def slopes(self, parameters: Mapping[str, float], names: Sequence[str]) -> tuple[Array, Array] | None:
+        """Return the partials of q (left-trivialised) and v in parameters, (nv, names) each; None where there are none
+        here."""
+        from eomgen.mechanics.initial_coordinates import absolute_start_slopes  # noqa: PLC0415  # imports SymPy
+
+        return absolute_start_slopes(self._derivation(parameters), names)
+
+    def _derivation(self, parameters: Mapping[str, float]) -> Derivation:
         from eomgen.mechanics.derivation import Derivation  # noqa: PLC0415  # imports SymPy
-        from eomgen.mechanics.initial_coordinates import absolute_start  # noqa: PLC0415
 
+        scene = self.scene
         changed = tuple(replace(item, value=parameters.get(item.name, item.value)) for item in scene.parameters)
-        return absolute_start(Derivation(replace(scene, parameters=changed)))
+        return Derivation(replace(scene, parameters=changed))
 
-    return start
+
+def _start(scene: Scene) -> Start | None:
+    return AbsoluteStart(scene) if scene.coordinates == "absolute" else None
 
 
 def _every_row(scene: Scene) -> EveryRow:

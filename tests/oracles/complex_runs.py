@@ -71,6 +71,33 @@ class ComplexRun:
             rows.append(self._outputs(k * self.h, q, v, z, vdot, lam))
         return np.stack(rows, axis=1)
 
+    def rest(self, q: Array, z: Array, p: Array) -> tuple[Array, Array]:
+        """Return q and z (runs, ...) where forces balance and internal states stay, next to real q and z, with complex
+        parameters (runs, np)."""
+        self.p = np.asarray(p, dtype=complex)
+        still, nv, held = np.zeros((len(p), self.nv)), self.nv, self.nl - self.nh
+        q0, z0 = (np.repeat(np.array([part], complex), len(p), axis=0) for part in (q, z))
+
+        def moved(x: Array) -> tuple[Array, Array, Array]:
+            theta, lam, dz = np.split(x, [nv, nv + self.nl], axis=1)
+            return product.update(self.system.factors, q0, theta), lam, z0 + dz
+
+        def equations(x: Array) -> Array:
+            at, lam, at_z = moved(x)
+            parts = [self._of("residual", 0.0, at, still, at_z, a=still, lam=lam)["r"]]
+            if self.nl:
+                parts.append(self._of("constraint", 0.0, at, still, at_z)["Phi"])
+                parts.append(np.zeros((len(p), held)))
+            if self.nz:
+                parts.append(self._of("internal_rate", 0.0, at, still, at_z)["zdot"])
+            return np.concatenate(parts, axis=1)
+
+        x = np.zeros((len(p), nv + self.nl + self.nz), complex)
+        for _ in range(12):
+            x = x - solved(_differenced(equations, x), equations(x))
+        at, _, at_z = moved(x)
+        return at, at_z
+
     def _blocks(self, t: float, q: Array, v: Array, z: Array) -> dict[str, Any]:
         blocks: dict[str, Any] = {"p": self.p, "t": np.full((len(q), 1), t), "q": q, "v": v, "z": z}
         for name, function in (("base", "base"), ("u", "inputs")):
@@ -101,7 +128,7 @@ class ComplexRun:
     def _on_constraints(self, q: Array, v: Array, z: Array) -> tuple[Array, Array]:
         if not self.nl:
             return q, v
-        for _ in range(4):
+        for _ in range(8):
             M, B = self._of("mass", 0.0, q, v, z)["M"], self._of("constraint_jacobian", 0.0, q, v, z)["B"]
             by_row = np.linalg.solve(M, np.swapaxes(B, 1, 2))
             if self.nh:

@@ -11,7 +11,7 @@ import numpy as np
 from eomgen.arrays import Array
 from eomgen.integrators.families.family import LinearStep
 from eomgen.simulation.sensitivities.beginning import Beginning, Directions, on_constraints
-from eomgen.simulation.sensitivities.linear_run import LinearPart, LinearRun
+from eomgen.simulation.sensitivities.linear_run import LinearPart, LinearRun, Start
 from eomgen.simulation.sensitivities.linear_steps import LinearSteps, StepMatrices
 from eomgen.simulation.sensitivities.motion import Motion, Part
 from eomgen.simulation.sensitivities.step_matrices import step_matrices
@@ -46,15 +46,16 @@ class AlphaRun(LinearRun[AlphaPart]):
         self,
         motion: Motion,
         method: LinearStep,
+        start: Start,
         columns: Mapping[str, Sequence[int]],
         rows: Sequence[int],
     ) -> None:
-        super().__init__(motion, columns, rows)
-        model, start = self.run.model, motion.start
+        super().__init__(motion, start, columns, rows)
+        model, begun = self.run.model, motion.start
         self.coefficients = (self.run.grid.step, *method)
         holonomic = self.equations.holonomic
         self.linear = LinearSteps(model.functions.sizes, model.factors, self.coefficients, holonomic)
-        self.inverse_inertia = start.get("inverse_inertia", np.zeros(0)) if holonomic else np.zeros(0)
+        self.inverse_inertia = begun.get("inverse_inertia", np.zeros(0)) if holonomic else np.zeros(0)
         self.along = (
             on_constraints(self.beginning, self.asked, self.inverse_inertia) if model.multipliers else self.asked
         )
@@ -68,9 +69,9 @@ class AlphaRun(LinearRun[AlphaPart]):
         _, alpha_m, alpha_f, *_ = self.coefficients
         share = alpha_m - alpha_f if np.any(start["a"] != start["vdot"]) else 0.0
         z = start.get("z", np.zeros(0))
-        return Beginning(
-            self.equations, run.grid.start, run.grid.step, start["q"], start["v"], z, self._prescribed_at, share
-        )
+        state = start["q"], start["v"], z
+        times = run.grid.start, run.grid.step
+        return Beginning(self.equations, *times, *state, self._prescribed_at, share, self.start.asked)
 
     def of_equations(self, along: Directions) -> Directions:
         """Return directions without what moves multipliers of velocities, which the equations do not know."""

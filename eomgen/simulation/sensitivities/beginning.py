@@ -14,8 +14,10 @@ import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.compiled.constraints import accelerations
+from eomgen.compiled.initial_state import InitialState
 from eomgen.lie import product
 from eomgen.simulation.sensitivities.equations import Equations, Partials
+from eomgen.simulation.sensitivities.following_start import FINITE, moved_positions, moved_velocities
 from eomgen.simulation.stepping.states import Prescribed, States
 
 STAGES, WEIGHTS = (0.0, 0.5, 1.0), (-3.0, 4.0, -1.0)
@@ -95,6 +97,7 @@ class Beginning:
     q, v, z : the initial state
     prescribed_at : inputs and base at a share of the first step
     share : alpha_m - alpha_f; 0 where vddot is left out
+    asked : the initial state before it was moved onto the constraints
     """
 
     equations: Equations
@@ -105,6 +108,14 @@ class Beginning:
     z: Array
     prescribed_at: Callable[[float], Prescribed]
     share: float
+    asked: InitialState
+
+    @property
+    def moved_far(self) -> bool:
+        """Whether the state that was asked for is another than that which steps onto the constraints lead to."""
+        q = product.difference(self.equations.model.factors, self.asked.q, self.q)
+        off = [np.max(np.abs(x), initial=0.0) for x in (q, self.asked.v - self.v, self.q, self.v)]
+        return bool(off[0] > FINITE * (1.0 + off[2]) or off[1] > FINITE * (1.0 + off[3]))
 
     def tangents(self, along: Directions, stages: Sequence[Stage]) -> tuple[Array, Array]:
         """Return the state of ``LinearSteps``, and the row that is recorded, along directions."""
@@ -212,8 +223,9 @@ class Beginning:
 
 
 def on_constraints(start: Beginning, along: Directions, inverse_inertia: Array) -> Directions:
-    """Return directions whose states stay on the constraints, moved there by the nearest change in the metric of M, as
-    runs move their initial states; behind dp the changes of W = 1/M_ii, by which multipliers move positions.
+    """Return directions whose states stay on the constraints, moved there as runs move their initial states: by the
+    nearest change in the metric of M, and by the steps from the state that was asked for; behind dp the changes of
+    W = 1/M_ii, by which multipliers move positions.
 
     Parameters
     ----------
@@ -229,15 +241,21 @@ def on_constraints(start: Beginning, along: Directions, inverse_inertia: Array) 
         np.zeros((1, equations.nl)),
         start.z[None],
     )
-    values = equations.values(states, start.prescribed_at(0.0))
+    given = start.prescribed_at(0.0)
+    values = equations.values(states, given)
     partials = equations.partials(values)
     M = partials.Ja[0][:nv]
     by_q, by_v, by_p = partials.Jq[0][nv + nz :], partials.Jv[0][nv + nz :], partials.P[0][nv + nz :]
-    dq = along.dq
+    dq, dv, far = along.dq, along.dv, start.moved_far
     if nh:
+        if far:
+            dq = moved_positions(equations, start.asked, start.t, given, dq, along.dp)
         dq = dq - _nearest(M, by_q[:nh], by_q[:nh] @ dq + by_p[:nh] @ along.dp)
-    rates = by_q[nh:] @ dq + by_v[nh:] @ along.dv + by_p[nh:] @ along.dp
-    dv = along.dv - _nearest(M, by_v[nh:], rates)
+    if far:
+        behind = InitialState(start.q, start.asked.v, start.z)
+        dv = moved_velocities(equations, behind, start.t, given, dq, dv, along.dp)
+    rates = by_q[nh:] @ dq + by_v[nh:] @ dv + by_p[nh:] @ along.dp
+    dv = dv - _nearest(M, by_v[nh:], rates)
     if not inverse_inertia.size:
         return Directions(dq, dv, along.dz, along.dp)
     by_q, by_p = inertia_partials(start)

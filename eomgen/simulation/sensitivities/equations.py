@@ -15,7 +15,15 @@ from eomgen.simulation.stepping.states import Prescribed, States
 #: Terms of which partials are made, as far as a scene has them.
 _TERMS = (
     *("mass", "residual", "partials", "internal_rate", "internal_partials", "constraint_jacobian"),
-    *("constraint_bias", "velocity_partials", "acceleration_partials", "outputs", "output_partials"),
+    *(
+        "constraint",
+        "constraint_velocity",
+        "constraint_bias",
+        "velocity_partials",
+        "acceleration_partials",
+        "outputs",
+        "output_partials",
+    ),
     *("parameter_partials", "output_parameter_partials"),
 )
 

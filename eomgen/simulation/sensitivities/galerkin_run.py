@@ -10,7 +10,7 @@ import numpy as np
 from eomgen.arrays import Array
 from eomgen.integrators.families.family import LinearPasses
 from eomgen.simulation.sensitivities.galerkin_steps import GalerkinSteps
-from eomgen.simulation.sensitivities.linear_run import LinearPart, LinearRun
+from eomgen.simulation.sensitivities.linear_run import LinearPart, LinearRun, Start
 from eomgen.simulation.sensitivities.motion import Motion, Part
 from eomgen.simulation.stepping.states import Prescribed, States
 
@@ -47,15 +47,20 @@ class GalerkinRun(LinearRun[GalerkinPart]):
     """A run of a time-discontinuous Galerkin method with its linear steps."""
 
     def __init__(
-        self, motion: Motion, method: LinearPasses, columns: Mapping[str, Sequence[int]], rows: Sequence[int]
+        self,
+        motion: Motion,
+        method: LinearPasses,
+        start: Start,
+        columns: Mapping[str, Sequence[int]],
+        rows: Sequence[int],
     ) -> None:
-        super().__init__(motion, columns, rows)
+        super().__init__(motion, start, columns, rows)
         self.method = method
         self.along, equations = self.asked, self.equations
-        start = {name: array[np.newaxis] for name, array in motion.start.items()}
+        begun = {name: array[np.newaxis] for name, array in motion.start.items()}
         none = np.zeros((1, 0))
         t = np.array([self.run.grid.start])
-        states = States(t, start["q"], start["v"], start["vdot"], none, start.get("z", none))
+        states = States(t, begun["q"], begun["v"], begun["vdot"], none, begun.get("z", none))
         blocks = equations.values(states, self.prescribed(states.t))
         along, nothing = self.along, np.zeros_like(self.along.dv)
         moved = np.concatenate([along.dq, along.dv, nothing, along.dz, along.dp])

@@ -13,8 +13,10 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from eomgen.arrays import Array
+from eomgen.compiled.initial_state import InitialState
 from eomgen.simulation.sensitivities.beginning import Directions
 from eomgen.simulation.sensitivities.equations import Equations
+from eomgen.simulation.sensitivities.following_start import at_rest
 from eomgen.simulation.sensitivities.functionals import Weights
 from eomgen.simulation.sensitivities.motion import Motion, Part
 from eomgen.simulation.stepping.run import Run
@@ -42,6 +44,23 @@ class LinearPart:
         return self.states.t[1:]
 
 
+@dataclass(frozen=True)
+class Start:
+    """What the state that a run starts from follows from.
+
+    Attributes
+    ----------
+    asked : the state before it was moved onto the constraints
+    at_rest : whether it is static equilibrium
+    slopes : changes of q (left-trivialised) and v by the parameters, (nv, parameters) each, of what is asked for; at
+        rest of v alone; None where parameters do not move it
+    """
+
+    asked: InitialState
+    at_rest: bool = False
+    slopes: tuple[Array, Array] | None = None
+
+
 Made = TypeVar("Made", bound=LinearPart)
 
 
@@ -51,7 +70,8 @@ class LinearRun(ABC, Generic[Made]):
     Attributes
     ----------
     columns : of p, q, v and z that derivatives are taken by, in this order
-    asked : the directions
+    asked : the directions, with what parameters move of the state that is asked for
+    follows : whether they move any of it
     along : what they change at the start
     state, record : what the steps begin with along them, and the first row: dq, dv, dvdot, dz, dlam
     """
@@ -59,9 +79,10 @@ class LinearRun(ABC, Generic[Made]):
     along: Directions
     state: Array
     record: Array
+    follows: bool
 
-    def __init__(self, motion: Motion, columns: Mapping[str, Sequence[int]], rows: Sequence[int]) -> None:
-        self.motion, self.columns = motion, columns
+    def __init__(self, motion: Motion, start: Start, columns: Mapping[str, Sequence[int]], rows: Sequence[int]) -> None:
+        self.motion, self.columns, self.start = motion, columns, start
         self.run: Run = motion.run
         model = self.run.model
         holonomic = int(model.library.layout["sizes"]["holonomic"])
@@ -130,14 +151,21 @@ class LinearRun(ABC, Generic[Made]):
 
     def _directions(self) -> Directions:
         """Return the directions at the start."""
-        equations, columns = self.equations, self.columns
+        equations, columns, run, start = self.equations, self.columns, self.run, self.start
         sizes = {"q": equations.nv, "v": equations.nv, "z": equations.nz}
+        count = len(columns["p"])
         offsets = np.cumsum([0, *(len(columns[name]) for name in "pqvz")])
         changes = {}
         for offset, name in zip(offsets[1:], sizes, strict=False):
             changes[name] = np.zeros((sizes[name], self.size))
             changes[name][list(columns[name]), offset + np.arange(len(columns[name]))] = 1.0
-        return Directions(changes["q"], changes["v"], changes["z"], np.eye(len(columns["p"]), self.size))
+        if count and start.slopes is not None:
+            changes["q"][:, :count], changes["v"][:, :count] = start.slopes
+        if count and start.at_rest:
+            given = self.prescribed(np.array([run.grid.start]))
+            changes["q"][:, :count], changes["z"][:, :count] = at_rest(equations, start.asked, run.grid.start, given)
+        self.follows = any(np.any(change[:, :count]) for change in changes.values())
+        return Directions(changes["q"], changes["v"], changes["z"], np.eye(count, self.size))
 
     def prescribed(self, times: Array) -> Prescribed:
         """Return inputs and base at times (n,)."""

@@ -6,9 +6,12 @@ import contextlib
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
+from eomgen.arrays import Array
 from eomgen.calls import checked_call
 from eomgen.compiled.arguments import check_name, count_of, number_of
-from eomgen.compiled.initial_state import InitialState, check_initial
+from eomgen.compiled.initial_state import InitialState, check_initial, initial_state
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
@@ -19,7 +22,7 @@ from eomgen.simulation.motions import refuse_as_inputs
 from eomgen.simulation.option_types import KNOWN_ELSEWHERE
 from eomgen.simulation.sensitivities.alpha_run import AlphaRun
 from eomgen.simulation.sensitivities.galerkin_run import GalerkinMotion, GalerkinRun
-from eomgen.simulation.sensitivities.linear_run import LinearRun
+from eomgen.simulation.sensitivities.linear_run import LinearRun, Start
 from eomgen.simulation.sensitivities.motion import Motion
 from eomgen.simulation.sensitivities.run_sensitivities import Sensitivities
 from eomgen.simulation.stepping.inputs import InputSignals, Signal, read_signals
@@ -74,7 +77,7 @@ def sensitivities(
     names, columns = _directions(model, by)
     outputs = _outputs(model, of)
     grid = time_grid(number_of("t_start", t_start), end, size, chosen.library.real)
-    _check(model, chosen, grid, initial, columns)
+    _check(model, chosen, grid, initial)
     refuse_as_inputs(inputs, [motion.name for motion in model.description.motions])
     from_caller = read_signals(inputs, model.inputs, grid.steps, model.input_units)
     _check_formulas(model, from_caller, [list(model.parameters)[column] for column in columns["p"]])
@@ -82,10 +85,48 @@ def sensitivities(
     signals = InputSignals(model.inputs, from_caller, scene_inputs(model, p), size, grid.start, chosen.left_to_stepper)
     run = Run(model, chosen.name, chosen.method, chosen.settings_at(size), p, signals, grid, every)
     changed = bool(initial) or parameters is not None
-    state, _, _ = start_of(run, initial, equilibrium_start=False, changed=changed)
+    at_rest = starts_at_equilibrium(None, initial is not None, str(defaults["start"]))
+    state, _, _ = start_of(run, initial, equilibrium_start=at_rest, changed=changed)
+    start = _start(model, initial, p, state, [list(model.parameters)[k] for k in columns["p"]], at_rest=at_rest)
     rows = [place for places in outputs.values() for place in places]
     stepper = Stepper(chosen.library, run.settings, p)
-    return Sensitivities(_linear_run(run, stepper, state, linear_step, columns, rows), names, outputs)
+    return Sensitivities(_linear_run(run, stepper, state, linear_step, start, columns, rows), names, outputs)
+
+
+def _start(
+    model: CompiledModel,
+    initial: Mapping[str, Any] | None,
+    p: Array,
+    state: InitialState,
+    by: Sequence[str],
+    *,
+    at_rest: bool,
+) -> Start:
+    """Return what the state that a run starts from follows from; ``by``: parameters. Raises UsageError."""
+    asked = initial_state(model, initial, p)
+    if at_rest:
+        asked = InitialState(state.q, asked.v, state.z)
+    if model.initial_at is None or not by or {"q", "v"} <= set(initial or {}) or (at_rest and not np.any(asked.v)):
+        return Start(asked, at_rest)
+    parameters = dict(zip(model.parameters, p.tolist(), strict=True))
+    slopes = getattr(model.initial_at, "slopes", lambda *_: None)(parameters, by)
+    if slopes is None:
+        what = "the scene's initial state follows from parameters, and that is not in the derivatives"
+        raise UsageError(Problem("initial", what, 'initial={"q": ..., "v": ...}, for a start that is held'))
+    if at_rest:
+        return Start(asked, at_rest, slopes)
+    if not initial:  # where the joints have the bodies, before loops are closed
+        q, v = (np.array(part, dtype=float) for part in model.initial_at(parameters))
+        asked = InitialState(q, v, asked.z)
+    for name, value in (initial or {}).items():
+        factor = next((factor for factor in model.factors if factor.name == name), None)
+        parts = set(value) if isinstance(value, Mapping) else {"position"}
+        for block, part, slope in (("q", "position", slopes[0]), ("v", "velocity", slopes[1])):
+            if name == block:
+                slope[:] = 0.0
+            elif factor is not None and part in parts:
+                slope[factor.v] = 0.0
+    return Start(asked, slopes=slopes)
 
 
 def _linear_run(
@@ -93,6 +134,7 @@ def _linear_run(
     stepper: Stepper,
     state: InitialState,
     step: LinearStep | LinearPasses,
+    start: Start,
     columns: Mapping[str, Sequence[int]],
     rows: Sequence[int],
 ) -> LinearRun[Any]:
@@ -100,10 +142,10 @@ def _linear_run(
     model = run.model
     if isinstance(step, LinearStep):
         of_step = 32 * (model.nv + model.nz + 2 * len(model.multipliers)) ** 2
-        return AlphaRun(Motion(run, stepper, state, of_step), step, columns, rows)
+        return AlphaRun(Motion(run, stepper, state, of_step), step, start, columns, rows)
     state_size = 3 * model.nv + model.nz
     of_step = 8 * state_size * (state_size + len(columns["p"])) * (4 * len(step.nodes) + 8)
-    return GalerkinRun(GalerkinMotion(run, stepper, state, of_step), step, columns, rows)
+    return GalerkinRun(GalerkinMotion(run, stepper, state, of_step), step, start, columns, rows)
 
 
 def _directions(model: CompiledModel, by: Sequence[str] | None) -> tuple[tuple[str, ...], dict[str, list[int]]]:
@@ -157,7 +199,6 @@ def _check(
     chosen: ChosenStepper,
     grid: TimeGrid,
     initial: Mapping[str, Any] | None,
-    columns: Mapping[str, Sequence[int]],
 ) -> None:
     """Raise UsageError for runs without derivatives here, and say why."""
     layout = chosen.library.layout
@@ -180,12 +221,6 @@ def _check(
         what = f"the model computes with {chosen.library.real}, whose rounding derivatives would be lost in"
         raise UsageError(Problem("sensitivities", what, 'real = "double"'))
     check_initial(initial)
-    if starts_at_equilibrium(None, initial is not None, str(layout["defaults"]["start"])):
-        what = "the scene starts at static equilibrium, which parameters move, and that is not in the derivatives"
-        raise UsageError(Problem("start", what, "initial = model.equilibrium().initial, for a start that is held"))
-    if model.initial_at is not None and columns["p"] and not {"q", "v"} <= set(initial or {}):
-        what = "the scene's initial state follows from parameters, and that is not in the derivatives"
-        raise UsageError(Problem("initial", what, 'initial={"q": ..., "v": ...}, for a start that is held'))
 
 
 def _check_formulas(model: CompiledModel, given: Collection[str], by: Sequence[str]) -> None:

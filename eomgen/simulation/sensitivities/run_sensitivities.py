@@ -163,7 +163,7 @@ class Sensitivities:
         rows (``keeps_adjoints``), else one of each functional.
         """
         known = self._known[1] if self._known is not None and self._known[0] == tuple(of) else None
-        return second_order.hessians(self._implicit("hessian"), self._weights(of), known)
+        return second_order.hessians(self._twice("hessian"), self._weights(of), known)
 
     @property
     def keeps_adjoints(self) -> bool:
@@ -203,9 +203,7 @@ class Sensitivities:
             what = f"vectors have the shape {vectors.shape}" if len(vectors) != len(self.by) else "vectors have nan"
             raise UsageError(Problem("directions", what, f"finite numbers, ({len(self.by)},) or ({len(self.by)}, n)"))
         columns = np.ascontiguousarray(vectors.reshape(len(self.by), -1))
-        return second_order.hessian_products(self._implicit("hessian_products"), weights, columns).reshape(
-            vectors.shape
-        )
+        return second_order.hessian_products(self._twice("hessian_products"), weights, columns).reshape(vectors.shape)
 
     # -- inputs -------------------------------------------------------------------------------------------------------
 
@@ -245,6 +243,21 @@ class Sensitivities:
             what = f"runs of {name} have derivatives and gradients here, but neither second ones nor those by inputs"
             raise UsageError(Problem(wanted, what, "generalized_alpha or trapezoidal"))
         return self._run
+
+    def _twice(self, wanted: str) -> AlphaRun:
+        """Return the run where it has second derivatives. Raises UsageError."""
+        run = self._implicit(wanted)
+        if run.follows:
+            what = (
+                "the state that the run starts from follows from parameters, and its second derivatives are not known"
+            )
+            raise UsageError(Problem(wanted, what, 'initial={"q": ..., "v": ...}, for a start that is held'))
+        if run.equations.nl and run.beginning.moved_far:
+            what = "the initial state is moved onto the constraints, and second derivatives of how are not known"
+            raise UsageError(
+                Problem(wanted, what, 'state = model.consistent(q, v), and initial={"q": state.q, "v": state.v}')
+            )
+        return run
 
     def _weights(self, of: Sequence[Functional]) -> list[Weights]:
         size, rows = sum(map(len, self._components.values())), self._run.motion.steps + 1

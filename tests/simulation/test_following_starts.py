@@ -1,0 +1,238 @@
+"""Derivatives of runs whose start follows from parameters: rest, corrections onto constraints, absolute bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+
+from eomgen.arrays import Array
+from eomgen.compiled.initial_state import initial_state
+from eomgen.errors import UsageError
+from eomgen.integrators.methods import method_named
+from eomgen.model import Model
+from eomgen.scene.builder import SceneBuilder
+from eomgen.simulation.sensitivities.run_sensitivities import Sensitivities
+from tests.models.cache import shared_cache
+from tests.oracles.complex_galerkin import ComplexGalerkinRun
+from tests.oracles.complex_runs import STEP as TINY
+from tests.oracles.complex_runs import ComplexRun, derivatives
+from tests.simulation.test_sensitivities import STEP, TO_ROUNDING, built, loop, refusal, tree
+
+__all__ = ["shared_cache"]
+
+STEPS = 6
+
+
+def table_of(found: Sensitivities) -> Array:
+    """Return derivatives (rows, components, directions)."""
+    tables = [np.atleast_3d(d).reshape(len(found.t), -1, len(found.by)) for d in found.derivatives.values()]
+    return np.concatenate(tables, axis=1)
+
+
+def hold(found: Sensitivities, expected: Array, tolerance: float) -> None:
+    """Hold tangents to those that are expected, and adjoints to tangents."""
+    table, size = table_of(found), np.max(np.abs(expected), axis=(0, 1))
+    assert np.all(size > 0.0)
+    assert np.all(np.max(np.abs(table - expected), axis=(0, 1)) <= tolerance * size)
+    components = [
+        f"{name}[{k}]" if array.ndim > 1 else name
+        for name, array in found.outputs.items()
+        for k in range(array.shape[1] if array.ndim > 1 else 1)
+    ]
+    gradients = found.gradients([f"final({component})" for component in components])
+    assert np.max(np.abs(gradients - table[-1])) <= tolerance * np.max(np.abs(table[-1]))
+
+
+def oracle_of(model: Model, scene: Any, method: str, found: Sensitivities) -> ComplexRun | ComplexGalerkinRun:
+    if method.startswith("tdg"):
+        return ComplexGalerkinRun(scene, method, STEP)
+    begun = found._run.motion.start
+    rho = {"rho_inf": model.library.layout["defaults"]["rho_inf"]} if method == "generalized_alpha" else {}
+    return ComplexRun(scene, method_named(method, **rho), STEP, slope=bool(np.any(begun["a"] != begun["vdot"])))
+
+
+def refused_twice(found: Sensitivities, output: str) -> str:
+    told = []
+    calls: Sequence[Callable[[], object]] = (
+        lambda: found.hessian(f"final({output})"),
+        lambda: found.hessian_products(f"final({output})", np.ones(len(found.by))),
+    )
+    for call in calls:
+        with pytest.raises(UsageError) as caught:
+            call()
+        told.append(str(caught.value).partition(": ")[2].partition(": ")[2])
+    assert told[0] == told[1]
+    return told[0]
+
+
+def resting_tree() -> SceneBuilder:
+    """Return the double pendulum at rest, pushed aside by a parameter and then shaken."""
+    return tree().effort("push", "a", "0.5*length + 2*sin(3*t)").simulation(start="equilibrium")
+
+
+def resting_loop() -> SceneBuilder:
+    """Return two links that a rod closes to a loop, at rest on a spring: multipliers carry weight there."""
+    builder = SceneBuilder("resting_loop")
+    for name, value in {"mass": 1.3, "length": 0.5, "stiffness": 6.0}.items():
+        builder.parameter(name, value, tunable=True)
+    builder.body("one", "mass", center_of_mass=[0.25, 0, 0], inertia=[0.1, 0.12, 0.05])
+    builder.body("two", 0.4, center_of_mass=["length/2", 0.05, 0.1], inertia=[0.05, 0.06, 0.02])
+    builder.joint("a", "revolute", "base", "one", axis=[0, 1, 0])
+    builder.joint("b", "revolute", "one", "two", axis=[0, 1, 0], position=["length", 0, 0])
+    ends = {"body": "two", "position": ["length", 0, 0]}, {"body": "base", "position": [0.6, 0.1, 0.2]}
+    builder.constraint("rod", "distance", *ends, length=0.5)
+    builder.effort("spring", "a", "-stiffness*(q.a - length) + 3*sin(5*t)")
+    return builder.output("y", formula=["v.a*v.b", "a.b", "q.a"]).simulation(start="equilibrium")
+
+
+def resting_controller() -> SceneBuilder:
+    """Return a pendulum that a controller with internal states holds up, at rest."""
+    builder = SceneBuilder("resting_control")
+    for name, value in {"mass": 1.3, "lag": 0.2, "gain": 9.0, "wanted": 0.4}.items():
+        builder.parameter(name, value, tunable=True)
+    builder.body("one", "mass", center_of_mass=[0.25, 0, -0.3], inertia=[0.1, 0.12, 0.05])
+    builder.joint("a", "revolute", "base", "one", axis=[0, 1, 0])
+    builder.state("filtered", "(q.a - filtered)/lag").state("other", "wanted**2*filtered - other")
+    builder.effort("motor", "a", "-gain*(filtered + other - wanted) - 0.3*v.a + 2*sin(4*t)")
+    return builder.output("y", formula=["q.a", "a.a", "other"]).simulation(start="equilibrium")
+
+
+@pytest.mark.parametrize(
+    ("builder", "method", "by"),
+    [
+        (resting_tree, "generalized_alpha", ["mass", "stiffness", "length"]),
+        (resting_tree, "tdg2", ["mass", "stiffness", "length"]),
+        (resting_controller, "trapezoidal", ["mass", "lag", "gain", "wanted"]),
+        pytest.param(resting_loop, "generalized_alpha", ["mass", "length", "stiffness"], marks=pytest.mark.slow),
+    ],
+)
+def test_a_start_at_rest_moves_with_parameters(
+    builder: Callable[[], SceneBuilder], method: str, by: Sequence[str]
+) -> None:
+    scene, model = built(builder())
+    settings = None if method.startswith("tdg") else TO_ROUNDING
+    found = model.sensitivities(STEPS * STEP, STEP, by=by, method=method, settings=settings)
+    begun = found._run.motion.start
+    p = np.repeat(np.array([model.parameter_array()], complex), len(by), axis=0)
+    for number, name in enumerate(by):
+        p[number, list(model.parameters).index(name)] += 1j * TINY
+    rest = ComplexRun(scene, method_named("trapezoidal"), STEP)
+    q, z = rest.rest(begun["q"], begun.get("z", np.zeros(0)), p)
+    np.testing.assert_allclose(q[0].real, begun["q"], atol=1e-11)
+    assert np.max(np.abs(q.imag)) > 1e-3 * TINY
+    outputs = oracle_of(model, scene, method, found).outputs(STEPS, q, np.zeros((len(by), model.nv)), z, p)
+    hold(found, np.moveaxis(outputs.imag / TINY, 0, -1), 1e-10)  # rest is found to 1e-11 of the forces
+    if method != "tdg2":
+        output = next(iter(found.outputs)) if found.outputs[next(iter(found.outputs))].ndim == 1 else "y[0]"
+        assert refused_twice(found, output) == (
+            "the state that the run starts from follows from parameters, and its second derivatives are not known; try:"
+            ' initial={"q": ..., "v": ...}, for a start that is held'
+        )
+
+
+def test_a_start_at_rest_that_is_held_or_moved_by_hand() -> None:
+    _, model = built(resting_tree())
+    options: dict[str, Any] = {"by": ["length", "q.a"], "settings": TO_ROUNDING}
+    whole = model.sensitivities(STEPS * STEP, STEP, **options)
+    held = model.sensitivities(STEPS * STEP, STEP, initial=model.equilibrium().initial, **options)
+    of_start, of_rest = (found.derivatives["angle"][:, 1] for found in (whole, held))
+    np.testing.assert_allclose(of_start, of_rest, rtol=1e-9)  # q.a: of the state that the run starts from
+    assert np.max(np.abs(whole.derivatives["angle"][:, 0] - held.derivatives["angle"][:, 0])) > 1e-3
+    assert held.hessian("final(angle)").shape == (2, 2)
+
+
+def test_rest_that_nothing_determines_or_beside_what_moves() -> None:
+    builder = SceneBuilder("sliding_rest").parameter("mass", 1.0, tunable=True)
+    builder.body("one", "mass", center_of_mass=[0.1, 0, 0], inertia=[0.1, 0.1, 0.1]).body("two", 2.0)
+    builder.joint("slide", "prismatic", "base", "two", axis=[1, 0, 0])
+    builder.joint("hinge", "revolute", "two", "one", axis=[0, 1, 0]).output("y", formula="q.slide")
+    told = refusal(built(builder.simulation(start="equilibrium"))[1], 0.1, STEP)
+    assert told == (
+        "usage error: start: the scene starts at static equilibrium, and nothing determines where that is along slide;"
+        " try: a spring at slide; or initial = model.equilibrium().initial, for a start that is held"
+    )
+    shaken = resting_tree().base([0, 0, "0.01*sin(9*t)"])
+    assert refusal(built(shaken)[1], 0.1, STEP) == (
+        "usage error: start: the scene starts at static equilibrium beside what moves, and how parameters move that is"
+        " not known; try: initial = model.equilibrium().initial, for a start that is held"
+    )
+
+
+@pytest.mark.parametrize(
+    ("method", "initial"),
+    [
+        ("generalized_alpha", {"a": {"position": 0.15, "velocity": 1.0}, "b": -0.1}),
+        pytest.param("trapezoidal", {"v": [1, 2, -1, 0.5, 2]}, marks=pytest.mark.slow),
+    ],
+)
+def test_a_start_far_off_the_constraints_moves_as_its_steps_onto_them_do(method: str, initial: dict[str, Any]) -> None:
+    scene, model = built(loop())
+    by = ["mass", "length", "damping", "q.a", "q.c[0]", "v.c[1]"]
+    found = model.sensitivities(STEPS * STEP, STEP, by=by, method=method, initial=initial, settings=TO_ROUNDING)
+    assert found._run.beginning.moved_far
+    asked = initial_state(model, initial, model.parameter_array())
+    names = {"p": list(model.parameters), "q": [f"q{name[1:]}" for name in model.v_names], "v": list(model.v_names)}
+    places = [(block, of.index(name)) for name in found.by for block, of in names.items() if name in of]
+    oracle = oracle_of(model, scene, method, found)
+    assert isinstance(oracle, ComplexRun)
+    start = {"q": asked.q, "v": asked.v, "z": asked.z}
+    hold(found, derivatives(oracle, STEPS, start, model.parameter_array(), places)[1], 1e-12)
+    assert refused_twice(found, "y[0]") == (
+        "the initial state is moved onto the constraints, and second derivatives of how are not known; try: state ="
+        ' model.consistent(q, v), and initial={"q": state.q, "v": state.v}'
+    )
+
+
+def raised() -> SceneBuilder:
+    """Return two links in absolute coordinates that start turned and moving, joined where a parameter says."""
+    builder = SceneBuilder("raised_absolute", coordinates="absolute")
+    for name, value in {"length": 0.5, "offset": 0.05}.items():
+        builder.parameter(name, value, tunable=True)
+    builder.body("one", 1.3, center_of_mass=[0.25, 0, "offset"], inertia=[0.1, 0.12, 0.05])
+    builder.body("two", 0.4, center_of_mass=["length/2", 0.05, 0], inertia=[0.05, 0.06, 0.02])
+    builder.joint("a", "revolute", "base", "one", axis=[0, 1, 0], initial={"position": 0.4, "velocity": 0.7})
+    builder.joint(
+        "b",
+        "revolute",
+        "one",
+        "two",
+        axis=[0, 0, 1],
+        position=["length", 0, 0],
+        initial={"position": 0.3, "velocity": -1},
+    )
+    builder.point("tip", "two", [0.3, 0, 0.1])
+    return builder.effort("spring", "a", "-3*q.a").output("y", formula=["q.a", "v.b", "position.tip[2]"])
+
+
+def test_absolute_bodies_start_where_the_joints_have_them() -> None:
+    """Against differences of whole runs, extrapolated."""
+    _, model = built(raised())
+    by, options = ["length", "offset"], {"settings": TO_ROUNDING}
+    found = model.sensitivities(STEPS * STEP, STEP, by=by, **options)
+
+    def differenced(name: str, value: float, size: float) -> Array:
+        ends = [
+            model.simulate(
+                STEPS * STEP, STEP, parameters={name: value + sign * size}, error_estimate=False, **options
+            ).outputs["y"]
+            for sign in (1.0, -1.0)
+        ]
+        return (ends[0] - ends[1]) / (2.0 * size)
+
+    columns = []
+    for name in by:
+        value, size = model.parameters[name], 4e-3
+        slopes = [differenced(name, value, size / 2**k) for k in range(3)]
+        once = [(4.0 * slopes[k + 1] - slopes[k]) / 3.0 for k in range(2)]
+        columns.append((16.0 * once[1] - once[0]) / 15.0)
+    hold(found, np.stack(columns, axis=-1), 1e-9)
+    assert refused_twice(found, "y[0]").startswith("the state that the run starts from follows from parameters")
+    place = next(k for k, factor in enumerate(model.factors) if factor.name == "two")
+    factor = model.factors[place]
+    kept = {"two": {"position": model.initial_q[factor.q].tolist()}}
+    slopes_kept = model.sensitivities(STEPS * STEP, STEP, by=by, initial=kept, **options)._run.asked
+    assert not np.any(slopes_kept.dq[factor.v]) and np.any(slopes_kept.dv[factor.v])
+    assert np.any(found._run.asked.dq[factor.v])
