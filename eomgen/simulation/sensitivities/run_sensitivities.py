@@ -173,7 +173,7 @@ class Sensitivities:
     def stationary(self, of: Sequence[str]) -> StationaryRun | None:
         """Return derivatives of outputs, or of components of them, at all rows by one adjoint of each.
 
-        None where the state does not stay as it is at the start, or derivatives are by the start.
+        None where the state does not stay as it is at the start, or that is differentiated by or follows parameters.
 
         Raises
         ------
@@ -181,7 +181,9 @@ class Sensitivities:
             Unknown outputs, outputs of several components.
         """
         weights = self._weights([f"final({one})" for one in of])
-        return StationaryRun.of(self._run, weights) if isinstance(self._run, AlphaRun) else None
+        if not isinstance(self._run, AlphaRun) or self._run.follows:
+            return None
+        return StationaryRun.of(self._run, weights)
 
     def hessian_products(self, of: Functional, directions: ArrayLike) -> Array:
         """Return the Hessian of a functional times vectors, by tangents along them and adjoints of second order: as
