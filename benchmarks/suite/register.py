@@ -99,7 +99,7 @@ MJX = Entry("MJX", "mjx_ensemble.py", JAX, {"samples": 256, "halvings": list(ran
 PER_TRAJECTORY = "trajectory of 10 s"
 AGAINST_HEYOKA = "heyoka's Taylor series at round-off (SciPy's DOP853 at 1e-13 where it is missing), all samples to {}"
 
-PYTHONS_PART = "the series take 60 % of the time, and checks and reductions of the samples in Python the rest"
+PYTHONS_PART = "half is the series, in lanes that wait for one another; half is checks and statistics in Python"
 EVEN = "both take series of 17 to 20 terms in lanes; eomgen also compares accelerations where each of them ends"
 
 TRAJECTORIES = (
