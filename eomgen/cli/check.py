@@ -48,13 +48,13 @@ def check(
 
     Exits with 6 when one fails.
     """
-    from eomgen.pipeline.pipeline import load  # noqa: PLC0415  # imported when the arguments are known to be fine
+    from eomgen.pipeline.pipeline import load_scene  # noqa: PLC0415  # imported when the arguments are known to be fine
     from eomgen.studies import check as checked  # noqa: PLC0415
     from eomgen.studies.verification.report import make  # noqa: PLC0415
 
     if folder is not None:
         make(Path(folder))
-    described = load(scene, **reading)
+    described = load_scene(scene, **reading)
     with building(described.name):
         report = checked(described, states=states, seed=seed, only=only)
     if as_json:

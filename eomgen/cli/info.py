@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from eomgen.cli.hamiltonian import show
 from eomgen.cli.options import debug_option, json_option, scene_options, terms_option
 from eomgen.cli.printing import console, print_json
 from eomgen.cli.random_processes import described_processes, print_processes
@@ -43,10 +44,16 @@ def info(
 ) -> None:
     """Show degrees of freedom, groups, kept and dropped terms, and exact operation counts of a SCENE."""
     from eomgen.mechanics.savings import savings  # noqa: PLC0415  # SymPy comes with it
-    from eomgen.pipeline.pipeline import derive, load  # noqa: PLC0415
+    from eomgen.pipeline.hamiltonians import hamiltonian_of  # noqa: PLC0415
+    from eomgen.pipeline.pipeline import derive, load_scene  # noqa: PLC0415
     from eomgen.pipeline.step_operations import joined_coordinates, operations_of_step  # noqa: PLC0415
 
-    described_scene = load(scene, **reading)
+    if (
+        hamiltonian := hamiltonian_of(scene, {**reading, "terms": terms, "base_parameters": base_parameters})
+    ) is not None:
+        show(hamiltonian, method, as_json=as_json)
+        return
+    described_scene = load_scene(scene, **reading)
     system = derive(described_scene, terms)
     data = {**described(system), "joined": joined_coordinates(system)}
     data["repeated"] = dict(described_scene.metadata.get("repeat", {}))

@@ -35,7 +35,7 @@ def read_scene(path: str, options: dict[str, Any]) -> Scene:
 
     changes, signals = assignments("--set", options["parameters"]), assignments("--input", options["inputs"])
     starts = assignments("--initial", options["initial"])
-    scene = pipeline.load(path, **{name: options.pop(name) for name in _OF_SCENES})
+    scene = pipeline.load_scene(path, **{name: options.pop(name) for name in _OF_SCENES})
     robot = source_of(Path(path)) is all_options()["actuated"][0]
     check_assigned(scene, changes, signals, robot=robot)
     options["parameters"] = in_units("--set", changes, scene.parameters)

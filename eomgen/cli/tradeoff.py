@@ -78,7 +78,7 @@ def tradeoff(scene: str, folder: str, as_json: bool, **options: Any) -> int:
     from eomgen.studies import tradeoff as studied  # noqa: PLC0415
 
     reading = {name: options.pop(name) for name in _OF_SCENES}
-    described = pipeline.load(scene, **reading)
+    described = pipeline.load_scene(scene, **reading)
     parameters = in_units("--set", assignments("--set", options["parameters"]), described.parameters)
     inputs = in_units("--input", assignments("--input", options["inputs"]), described.inputs)
     with _bar(described.name) as progress:

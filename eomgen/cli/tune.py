@@ -64,7 +64,7 @@ def tune(scene: str, file: str | None, as_json: bool, **options: Any) -> int:
     from eomgen.studies import tune as tuned  # noqa: PLC0415
 
     reading = {name: options.pop(name) for name in _OF_SCENES}
-    described = pipeline.load(scene, **reading)
+    described = pipeline.load_scene(scene, **reading)
     if file is not None and Path(file).suffix != ".toml":
         raise UsageError(Problem(f"--out {file}", "a scene is written as a .toml file", "--out tuned.toml"))
     if (options["error"] is None) == (options["real_time"] is None):

@@ -1,3 +1,13 @@
 """Time integrators: families of methods as data with checked order conditions, and the data of their C steppers."""
 
-__all__ = ["events", "families", "methods", "newton", "samples", "step_splitting", "stepper_data", "stepper_layout"]
+__all__ = [
+    "compositions",
+    "events",
+    "families",
+    "methods",
+    "newton",
+    "samples",
+    "step_splitting",
+    "stepper_data",
+    "stepper_layout",
+]

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 from eomgen.calls import checked_call
 from eomgen.errors import DescriptionError, ModelError, Problem, ToolchainError, UsageError
@@ -19,7 +19,9 @@ from eomgen.extensions import extensions, loaded
 from eomgen.pipeline.collection import without_search_for_circles
 from eomgen.pipeline.content import fingerprint, library_content
 from eomgen.pipeline.front_end import Document, FrontEnd
+from eomgen.pipeline.hamiltonians import HAMILTONIANS, build_hamiltonian, generate_hamiltonian, hamiltonian_of
 from eomgen.pipeline.scenes import SCENES
+from eomgen.scene.hamiltonian.document import OF_HAMILTONIANS, Hamiltonian
 from eomgen.scene.load import from_data
 from eomgen.scene.scene import Scene
 from eomgen.scene.sources.register import all_options, checked_options
@@ -76,10 +78,30 @@ def load(
         ``transmissions``, to make the efforts of actuators inputs, which transmissions carry to the joints;
         ``tunable``, links whose mass, centre of mass and inertia become tunable parameters.
 
+    Returns
+    -------
+    Scene; of a file with ``kind = "hamiltonian"`` a ``Hamiltonian``
+
     Raises
     ------
     FileError, DescriptionError, UsageError
     """
+    given = {"strict": strict, "coordinates": coordinates, "task_frames": task_frames, **options}
+    system = hamiltonian_of(path, given)
+    if system is not None:
+        return cast("Scene", system)
+    return load_scene(path, strict=strict, coordinates=coordinates, task_frames=task_frames, **options)
+
+
+def load_scene(
+    path: Described,
+    *,
+    strict: bool = False,
+    coordinates: Literal["joint", "absolute"] | None = None,
+    task_frames: Sequence[str] = (),
+    **options: Any,
+) -> Scene:
+    """Read a mechanical scene; see ``load``."""
     from eomgen.scene import load as reader  # noqa: PLC0415  # each stage of the road is imported when it is reached
 
     if isinstance(path, str | os.PathLike):
@@ -109,6 +131,9 @@ def derive(scene: Described, terms: Sequence[str] | None = None) -> System:
         DescriptionError where a drive, or the law of the base, jumps.
     """
     _check_terms(terms)
+    hamiltonian = hamiltonian_of(scene, {"terms": terms})
+    if hamiltonian is not None:
+        return HAMILTONIANS.derive(hamiltonian, None)
     from eomgen.formula.jumps import jumps  # noqa: PLC0415
 
     document, front_end = as_document(scene)
@@ -154,6 +179,9 @@ def generate(
 
     chosen = target_named(target)
     _check_folder(folder)
+    hamiltonian = hamiltonian_of(scene, {"terms": terms, "target": target != "c"})
+    if hamiltonian is not None:
+        return generate_hamiltonian(hamiltonian, folder, method)
     document, front_end = as_document(scene)
     program = _program(document, front_end, _selected(terms), method, chosen)[0]
     if program.defaults["start"] == "equilibrium":
@@ -210,6 +238,10 @@ def build(
     real : str
         Number type of the compiled code: ``double`` or ``float``; the scene's by default.
 
+    Returns
+    -------
+    Model; of a Hamiltonian system a ``HamiltonianModel``
+
     Raises
     ------
     UsageError, DescriptionError, ModelError, ToolchainError, FileError
@@ -220,6 +252,9 @@ def build(
         Some motion of the joints moves no mass, so forward dynamics has no answer; names the joints.
     """
     _check_terms(terms)
+    hamiltonian = hamiltonian_of(scene, {"terms": terms, "real": real not in (None, "double")})
+    if hamiltonian is not None:
+        return cast("Model", build_hamiltonian(hamiltonian, method, profile))
     document, front_end = as_document(scene)
     chosen = front_end.describe(document).simulation.real if real is None else real
     return built_in(None, document, terms, method, profile, chosen)
@@ -344,7 +379,7 @@ def as_document(described: Described) -> tuple[Document, FrontEnd]:
         for row in (loaded(entry, FrontEnd) for entry in extensions("eomgen.front_ends")):
             if isinstance(described, row.document):
                 return described, row
-    return load(described), SCENES  # whatever else it is, load says what it should be
+    return load_scene(described), SCENES  # whatever else it is, load says what it should be
 
 
 def _given_scene(scene: object, coordinates: Literal["joint", "absolute"] | None) -> Scene:
@@ -356,6 +391,8 @@ def _given_scene(scene: object, coordinates: Literal["joint", "absolute"] | None
         return scene
     if isinstance(scene, Mapping):
         return from_data(scene, coordinates=coordinates)
+    if isinstance(scene, Hamiltonian):
+        raise UsageError(f"{scene.name} is a Hamiltonian system, and this is for mechanical scenes", OF_HAMILTONIANS)
     kind = type(scene).__name__
     if kind == "SceneBuilder":
         raise UsageError("a SceneBuilder collects a scene, which its method build returns", "builder.build()")

@@ -186,6 +186,12 @@ def from_data(
     if not data and not report.found:
         report.add("", "the scene is empty", 'format = 1, name = "...", and [bodies] and [joints]')
         report.raise_problems()
+    if data.get("kind") == "hamiltonian":
+        from eomgen.scene.hamiltonian.document import OF_HAMILTONIANS  # noqa: PLC0415  # for a mistake only
+
+        what = "this is a Hamiltonian system, and what was asked for is for mechanical scenes"
+        report.add("kind", what, OF_HAMILTONIANS)
+        report.raise_problems()
     if "repeat" in data:
         from eomgen.scene.includes.repeat import numbers_of_copies, repeated  # noqa: PLC0415  # most scenes have none
 

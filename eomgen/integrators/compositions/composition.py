@@ -94,6 +94,18 @@ class Composition:
                 merged = place == last and step < steps - 1
                 yield kinds[place % 2], fraction + (self.fractions[0] if merged else 0.0)
 
+    @functools.cached_property
+    def leapfrogs(self) -> tuple[float, ...]:
+        """The fractions of the leapfrogs that a step is a product of, in their order; empty where it is none.
+
+        In place of leapfrogs any other symmetric steps of order 2 give a method of the same order.
+        """
+        inner = self.kicks if self.first == "drift" else self.drifts
+        outer = self.drifts if self.first == "drift" else self.kicks
+        halves = (0.0, *inner, 0.0)
+        sums = ((before + after) / 2 for before, after in itertools.pairwise(halves))
+        return inner if all(abs(one - two) < 1e-14 for one, two in zip(outer, sums, strict=True)) else ()
+
     def exchanged(self) -> Composition:
         """Return the same fractions with kicks for drifts and drifts for kicks, which has the same order."""
         other: Part = "kick" if self.first == "drift" else "drift"

@@ -77,6 +77,12 @@ class Repeat(Table):
         " fastest",
         kind="whole numbers, or pairs of them, by name",
     )
+    where: str = key(
+        "of all combinations of indices those that are taken, as `i < j` for pairs",
+        "",
+        kind="formula of indices",
+        shown_default="all",
+    )
 
 
 def include_of(source: Source | None) -> type[Include]:

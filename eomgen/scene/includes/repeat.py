@@ -24,11 +24,16 @@ from eomgen.text import NAME_RULE, is_legal, key_of, listed, nearest, shown
 #: Copies that the tables of a file make, at most.
 MOST_COPIES = 200_000
 _BRACES = re.compile(r"\{([^{}]*)\}")
-_INDICES = "indices"
+_INDICES, _WHERE = "indices", "where"
 _HOW = "indices = { i = 10 } for i from 0 to 9, or { i = [1, 9] } for 1 to 9"
 
 
-def repeated(data: Mapping[str, Any], report: Report, lines: MutableMapping[str, str]) -> dict[str, Any]:
+def repeated(
+    data: Mapping[str, Any],
+    report: Report,
+    lines: MutableMapping[str, str],
+    sections: Sequence[str] = SECTIONS,
+) -> dict[str, Any]:
     """Return the data of a file with the copies that its tables ``repeat`` make, after the entries of each section.
 
     Parameters
@@ -39,9 +44,11 @@ def repeated(data: Mapping[str, Any], report: Report, lines: MutableMapping[str,
         Takes what is wrong.
     lines : mapping
         Takes the lines of the copies: those of what they are copied from.
+    sections
+        Whose entries may repeat.
     """
     made = {
-        key: dict(entries) if key in SECTIONS and isinstance(entries, Mapping) else entries
+        key: dict(entries) if key in sections and isinstance(entries, Mapping) else entries
         for key, entries in data.items()
         if key != "repeat"
     }
@@ -63,7 +70,7 @@ def repeated(data: Mapping[str, Any], report: Report, lines: MutableMapping[str,
         if total > MOST_COPIES:
             report.add(f"{key}.{_INDICES}", f"more than {MOST_COPIES} copies are made", "fewer of them")
             break
-        _Copies(key, table, ranges, report, lines, sources).put(made)
+        _Copies(key, table, ranges, report, lines, sources, sections).put(made)
     return made
 
 
@@ -126,7 +133,9 @@ class _Copies:
         report: Report,
         lines: MutableMapping[str, str],
         sources: Mapping[str, Sequence[tuple[str, Any]]],
+        sections: Sequence[str],
     ) -> None:
+        self.sections = sections
         self.key, self.ranges, self.report, self.lines, self.sources = key, ranges, report, lines, sources
         self.names = Names(parameters=dict.fromkeys(ranges, False))
         self.table = table
@@ -136,11 +145,11 @@ class _Copies:
     def put(self, made: MutableMapping[str, Any]) -> None:
         """Add the copies to the sections of a file."""
         for section, templates in self.table.items():
-            if section == _INDICES:
+            if section in (_INDICES, _WHERE):
                 continue
             place = f"{self.key}.{section}"
-            if section not in SECTIONS:
-                hint = nearest(str(section), SECTIONS)
+            if section not in self.sections:
+                hint = nearest(str(section), self.sections)
                 self.report.add(place, f"there is no section {shown(section)} whose entries could repeat", hint)
             elif not isinstance(templates, Mapping):
                 self.report.add(place, f"a table is needed here, not {described(templates)}")
@@ -150,8 +159,15 @@ class _Copies:
                         self._copy(section, str(name), entry, values, entries)
 
     def _values(self) -> Iterator[dict[str, int]]:
+        where = self.table.get(_WHERE, "1")
+        key = f"{self.key}.{_WHERE}"
+        if not isinstance(where, str):
+            self.report.add(key, f"a formula is needed here, not {described(where)}", 'where = "i < j"')
+            return
         for numbers in itertools.product(*self.ranges.values()):
-            yield dict(zip(self.ranges, numbers, strict=True))
+            values = dict(zip(self.ranges, numbers, strict=True))
+            if self._number(where, values, key):
+                yield values
 
     def _copy(
         self, section: str, name: str, entry: Any, values: Mapping[str, int], entries: MutableMapping[str, Any]

@@ -59,7 +59,7 @@ class Subject:
     """
 
     def __init__(self, scene: Any, reading: Mapping[str, Any]) -> None:
-        self.scene = pipeline.load(scene, **reading) if isinstance(scene, str | Path | Mapping) else scene
+        self.scene = pipeline.load_scene(scene, **reading) if isinstance(scene, str | Path | Mapping) else scene
         self.scene = pipeline.as_document(self.scene)[0]
         self.data, self.folder = _data_of(scene, reading)
         self.coordinates = reading.get("coordinates")

@@ -16,7 +16,16 @@ from typing import TYPE_CHECKING, Any
 
 from eomgen.errors import EomgenError, Problem, UsageError
 from eomgen.files import make_folder, write_text
-from eomgen.pipeline.pipeline import Described, as_document, built_in, derive, generate, load, method_of, terms_of_step
+from eomgen.pipeline.pipeline import (
+    Described,
+    as_document,
+    built_in,
+    derive,
+    generate,
+    load_scene,
+    method_of,
+    terms_of_step,
+)
 from eomgen.scene.scene import Scene
 from eomgen.studies.savings.variants import Variant, variants
 from eomgen.study_defaults import SAVINGS_ROUNDS
@@ -138,7 +147,7 @@ def savings(
     EomgenError
         What the scene as it is asked cannot be derived, built or run by.
     """
-    document = load(scene, **options) if isinstance(scene, str | os.PathLike) else as_document(scene)[0]
+    document = load_scene(scene, **options) if isinstance(scene, str | os.PathLike) else as_document(scene)[0]
     if not isinstance(document, Scene):
         raise UsageError("variants are made of scenes, which this document is none of", "a scene file")
     if rounds < 1:
@@ -174,7 +183,7 @@ def _absolute(given: Described, scene: Scene, options: Mapping[str, Any]) -> Sce
     if isinstance(given, Scene):
         return replace(scene, coordinates="absolute")
     try:
-        return load(given, **{**options, "coordinates": "absolute"})
+        return load_scene(given, **{**options, "coordinates": "absolute"})
     except EomgenError as error:
         return str(error)
 

@@ -57,7 +57,7 @@ def formulations(described: Any, options: Mapping[str, Any], *, others: bool, fi
         As of ``eomgen.load``, for the scene as it is.
     """
     from_text = isinstance(described, str | os.PathLike | Mapping)
-    own = pipeline.load(described, **options) if from_text else pipeline.as_document(described)[0]
+    own = pipeline.load_scene(described, **options) if from_text else pipeline.as_document(described)[0]
     if not isinstance(own, Scene):
         return Formulations({"as given": own}, {})
     found, refused = {_name_of(own): own}, {}
@@ -77,7 +77,11 @@ def formulations(described: Any, options: Mapping[str, Any], *, others: bool, fi
 
 def _read(described: Any, options: Mapping[str, Any], coordinates: Literal["joint", "absolute"]) -> Scene:
     given = {**options, "coordinates": coordinates}
-    return pipeline.load(described, **given) if isinstance(described, Mapping) else load_file(Path(described), **given)
+    return (
+        pipeline.load_scene(described, **given)
+        if isinstance(described, Mapping)
+        else load_file(Path(described), **given)
+    )
 
 
 def _on_group(scene: Scene, group: str) -> Scene:

@@ -221,6 +221,24 @@ def _documents(context: _Context, files: Mapping[str, str]) -> dict[str, str]:
     return {**readme, MANIFEST: manifest(program, whole, fingerprint=fingerprint(files), compile=command)}
 
 
+def rendered(program: Program, templates: Mapping[str, str], **extra: object) -> dict[str, str]:
+    """Return the files of a Program whose header and steps are not those of mechanics: its functions, and files by
+    templates of their own.
+
+    Parameters
+    ----------
+    templates : by the name of the file
+    extra : what the templates print besides the Program
+    """
+    context = _Context(program, FILE_LIMIT)
+    files = {"eomgen_real.h": context.render("c/model/eomgen_real.h.jinja")}
+    if len(context.files) > 1:
+        files[f"{program.prefix}_parts.h"] = context.render("c/model/parts.h.jinja")
+    for file in context.files:
+        files[f"{file.name}.c"] = context.render("c/model/model.c.jinja", file=file)
+    return files | {name: context.render(template, **extra) for name, template in templates.items()}
+
+
 def generate_interface(program: Program, files: Mapping[str, str]) -> dict[str, str]:
     """Return what a loadable library needs besides the model's own files: the generic interface and its header."""
     return _interface(_Context(program, FILE_LIMIT), files)

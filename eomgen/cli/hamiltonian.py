@@ -1,0 +1,137 @@
+"""What ``info`` and ``simulate`` do with a Hamiltonian system."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from eomgen.cli import INTERRUPTED
+from eomgen.cli.options import assignments, in_units
+from eomgen.cli.printing import building, counted, print_json, say
+from eomgen.cli.tables import print_table
+from eomgen.errors import NumericalError, Problem, UsageError
+
+if TYPE_CHECKING:
+    from eomgen.hamiltonian.solution import HamiltonianSolution
+    from eomgen.scene.hamiltonian.document import Hamiltonian
+
+#: Options of runs that these systems have; what others are given is a mistake.
+_TAKEN = ("t_end", "step", "method", "record_every", "profile", "parameters", "initial", "error_estimate")
+
+
+def show(document: Hamiltonian, method: str | None, *, as_json: bool) -> None:
+    """Print what ``info`` says of a system: its state, the parts of H, functions and method."""
+    from eomgen.hamiltonian.methods import method_for  # noqa: PLC0415  # imported when the arguments are fine
+    from eomgen.pipeline.pipeline import derive  # noqa: PLC0415
+
+    system = derive(document)
+    chosen = method_for(document, method or document.simulation.method)
+    counts = {name: {**dataclasses.asdict(count), "flops": count.flops} for name, count in system.counts.items()}
+    parts: dict[str, int] = {}
+    for term in document.terms:
+        parts[term.dependence] = parts.get(term.dependence, 0) + 1
+    coupled = list(dict.fromkeys(term.name for term in document.terms if term.dependence == "coupled"))
+    gradients = len(chosen.fractions) // 2 if chosen.kind != "MIDPOINT" else 0
+    if as_json:
+        print_json(
+            {
+                "system": document.name,
+                "description": document.description,
+                "coordinates": [dataclasses.asdict(item) for item in document.coordinates],
+                "parameters": {item.name: item.value for item in document.parameters},
+                "outputs": [item.name for item in document.outputs],
+                "separable": document.separable,
+                "terms": parts,
+                "coupled": coupled,
+                "functions": counts,
+                "method": {
+                    "name": chosen.name,
+                    "order": chosen.order,
+                    "gradients": gradients,
+                    "stability_limit": chosen.stability_limit,
+                },
+            }
+        )
+        return
+    names = [item.name for item in document.coordinates]
+    shown = ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "")
+    rows = [("coordinates", f"{len(names)}: {shown}")]
+    rows += [("parameters", ", ".join(f"{item.name} = {item.value:.6g}" for item in document.parameters[:8]))]
+    rows += [("terms of H", ", ".join(f"{count} {name}" for name, count in parts.items()))]
+    rows += [("separable", "yes: T(p) + V(q)" if document.separable else f"no, by {', '.join(coupled[:4])}")]
+    steps = f"{counted(gradients, 'evaluation')} of forces a step" if gradients else "implicit"
+    limit = f", stable up to step x frequency = {chosen.stability_limit:.4g}" if chosen.stability_limit else ""
+    rows += [("method", f"{chosen.name}, order {chosen.order}, {steps}{limit}")]
+    print_table(document.name, ("", ""), [row for row in rows if row[1]])
+    functions = ((name, system.functions[name].description, str(count["flops"])) for name, count in counts.items())
+    print_table("functions", ("", "", "operations"), functions, numeric=(2,))
+
+
+def run(document: Hamiltonian, folder: str, options: Mapping[str, Any], *, plots: bool, as_json: bool) -> int:
+    """Simulate a system, write solution.npz, solution.csv, summary.json and motion.png, and return the exit code."""
+    from eomgen.files import make_folder, write_text  # noqa: PLC0415  # imported when the arguments are fine
+    from eomgen.pipeline.hamiltonians import build_hamiltonian, given_options  # noqa: PLC0415
+    from eomgen.text import json_text  # noqa: PLC0415
+
+    if given := given_options({name: value for name, value in options.items() if name not in _TAKEN}):
+        option = f"--{given[0].replace('_', '-')}"
+        what = f"this option is of mechanical scenes, and {document.name} is a Hamiltonian system"
+        raise UsageError(Problem(option, what, "leave it out"))
+    changes = in_units("--set", assignments("--set", options["parameters"]), ())
+    starts = in_units("--initial", assignments("--initial", options["initial"]), ())
+    target = make_folder(Path(folder))
+    with building(document.name):
+        model = build_hamiltonian(document, options["method"], options["profile"])
+    solution = model.simulate(
+        options["t_end"],
+        options["step"],
+        initial=starts or None,
+        parameters=changes or None,
+        record_every=options["record_every"],
+    )
+    files = [solution.save(target / "solution.npz"), solution.save(target / "solution.csv")]
+    if plots:
+        from eomgen.hamiltonian.plots import draw  # noqa: PLC0415  # matplotlib comes with it
+
+        files += draw(solution, target)
+    files.append(target / "summary.json")
+    summary = {
+        "success": solution.success,
+        "message": solution.message,
+        "stats": dict(solution.stats),
+        **solution.metadata,
+        "energy_error": solution.energy_error,
+        "rows": len(solution.t),
+        "files": [file.name for file in files],
+    }
+    write_text(files[-1], json_text(summary) + "\n")
+    if as_json:
+        final = {name: float(column[-1]) for name, column in solution.columns().items()}
+        print_json({**summary, "folder": str(target), "final": final})
+    else:
+        _print(solution)
+    say(f"{solution.message}\nwritten to {target}: {', '.join(file.name for file in files)}")
+    if solution.success:
+        return 0
+    return INTERRUPTED if solution.message.startswith("interrupted") else NumericalError.exit_code
+
+
+def _print(solution: HamiltonianSolution) -> None:
+    stats, metadata, total = solution.stats, solution.metadata, solution.energy["total"]
+    rows = [
+        ("method", f"{metadata['method']}, order {metadata['order']}, step {metadata['step']:.6g}"),
+        ("end", f"t = {solution.t[-1]:.9g}, {counted(len(solution.t), 'row')}"),
+        ("steps", str(stats["steps"])),
+        ("gradients", str(stats["gradients"])),
+        ("time of computation", f"{stats['wall_time']:.3g} s"),
+        ("H", f"{total[0]:.12g} at the start, {total[-1]:.12g} at the end"),
+        ("largest change of H", f"{solution.energy_error:.3g} of it"),
+    ]
+    names, units = metadata["names"], metadata["units"]
+    for name, unit, value in [*zip(names["q"], units["q"], solution.q[-1], strict=True)][:8]:
+        rows.append((f"{name} at the end", f"{value:.9g}{' ' + unit if unit else ''}"))
+    if len(names["q"]) > 8:
+        rows.append(("...", f"{len(names['q']) - 8} more in solution.csv"))
+    print_table(metadata["name"], ("", ""), rows)

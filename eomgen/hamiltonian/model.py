@@ -1,0 +1,357 @@
+"""``HamiltonianModel``: a compiled Hamiltonian system with a NumPy face, and its runs."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from eomgen.arrays import Array
+from eomgen.errors import Problem, UsageError
+from eomgen.hamiltonian.methods import KINDS, Method, method_for
+from eomgen.hamiltonian.solution import HamiltonianSolution
+from eomgen.scene.hamiltonian.document import DEPENDENCES, Hamiltonian
+from eomgen.text import nearest, shown
+from eomgen.toolchain.builder import Builder
+from eomgen.toolchain.library import Library
+
+#: Steps that are taken between looks at the keyboard.
+_STEPS_AT_ONCE = 500_000
+#: Coordinates up to which the largest frequency at the start is worked out.
+_FEW = 100
+#: What stops a run, by the status of its C.
+_STATUSES = {
+    1: "the iteration of an implicit midpoint step did not converge; try: a step smaller than {step:.3g}",
+    3: "a value became infinite or not a number; try: a step smaller than {step:.3g}, or another start",
+}
+
+
+def built_library(document: Hamiltonian, content: bytes, builder: Builder) -> Library:
+    """Return the compiled library of a system, from the cache where it is there.
+
+    ``content``: everything that it follows from.
+    """
+    found = builder.find(content)
+    if found is not None:
+        return found
+    from eomgen.codegen.metadata import interface_layout  # noqa: PLC0415  # a cached library needs none of this
+    from eomgen.hamiltonian.code import CDEF, library_files, program_of  # noqa: PLC0415
+
+    with builder.claim(content):
+        found = builder.find(content)
+        if found is not None:
+            return found
+        program = program_of(document)
+        return builder.build(content, library_files(document, program), CDEF, interface_layout(program))
+
+
+class HamiltonianModel:
+    """A compiled system of q' = dH/dp, p' = -dH/dq.
+
+    Attributes
+    ----------
+    document : Hamiltonian
+        What it was made from.
+    name : str
+    q_names, p_names : lists of str
+        Coordinates and momenta.
+    parameters : dict
+        Their values in the file, by name.
+    separable : bool
+        Whether H is T(p) + V(q), so that steps of drifts and kicks are exact for each part.
+    """
+
+    def __init__(self, document: Hamiltonian, library: Library) -> None:
+        self.document = document
+        self.library = library
+        self.name = document.name
+        self.q_names = [item.name for item in document.coordinates]
+        self.p_names = [item.momentum for item in document.coordinates]
+        self.parameters = {item.name: item.value for item in document.parameters}
+        self.separable = document.separable
+
+    def __repr__(self) -> str:
+        kind = "separable" if self.separable else "not separable"
+        return f"HamiltonianModel({self.name}: {self.n} coordinates, {kind})"
+
+    @property
+    def n(self) -> int:
+        """Number of coordinates."""
+        return len(self.q_names)
+
+    def energy(self, q: ArrayLike, p: ArrayLike, parameters: Mapping[str, float] | None = None) -> Any:
+        """Return H at a state, or at each of several.
+
+        Parameters
+        ----------
+        q, p : (n,) or (states, n)
+        parameters : mapping, optional
+            By name; the file's by default.
+        """
+        parts = self._call("hamiltonian", [q, p], parameters)[0]
+        total = parts.sum(axis=-1)
+        return float(total) if total.ndim == 0 else total
+
+    def gradient(
+        self, q: ArrayLike, p: ArrayLike, parameters: Mapping[str, float] | None = None
+    ) -> tuple[Array, Array]:
+        """Return dH/dq and dH/dp, of the shapes of q and p; parameters as in ``energy``."""
+        dq, dp = self._call("gradient", [q, p], parameters)
+        return dq, dp
+
+    def hessian_product(
+        self,
+        q: ArrayLike,
+        p: ArrayLike,
+        dq: ArrayLike,
+        dp: ArrayLike,
+        parameters: Mapping[str, float] | None = None,
+    ) -> tuple[Array, Array]:
+        """Return the product of the Hessian of H with a direction: the changes of dH/dq and dH/dp along dq, dp.
+
+        Parameters
+        ----------
+        q, p, dq, dp : (n,) or (states, n)
+        """
+        along_q, along_p = self._call("hessian_product", [q, p, dq, dp], parameters)
+        return along_q, along_p
+
+    def largest_frequency(
+        self, q: ArrayLike, p: ArrayLike, parameters: Mapping[str, float] | Array | None = None
+    ) -> float:
+        """Return the largest modulus of the eigenvalues of the motion linearised about a state, per unit of time."""
+        n = self.n
+        rows = np.eye(2 * n)
+        states = [np.broadcast_to(np.asarray(x, float), (2 * n, n)) for x in (q, p)]
+        by_q, by_p = self._call("hessian_product", [*states, rows[:, :n], rows[:, n:]], parameters)
+        flow = np.hstack([by_p, -by_q]).T
+        return float(np.abs(np.linalg.eigvals(flow)).max()) if np.isfinite(flow).all() else math.inf
+
+    def simulate(
+        self,
+        t_end: float | None = None,
+        step: float | None = None,
+        *,
+        method: str | None = None,
+        first: str = "drift",
+        initial: Mapping[str, Any] | None = None,
+        parameters: Mapping[str, float] | None = None,
+        record_every: int | None = None,
+        compensated: bool | None = None,
+    ) -> HamiltonianSolution:
+        """Return the motion from t = 0 to an end in equal steps.
+
+        Parameters
+        ----------
+        t_end, step : float
+            The file's by default; negative steps go backwards.
+        method : str
+            Where H is T(p) + V(q): ``leapfrog``, ``minimum_norm2``, ``bcss2``, ``bcss3``, ``omf4``, ``yoshida<order>``,
+            ``suzuki<order>`` or ``creutz_gocksch<order>_<i>``, even orders to 12. ``implicit_midpoint`` for any H; of
+            recursions of leapfrogs implicit midpoint steps take the place where H is not separable. The file's by
+            default, else ``omf4``, or ``implicit_midpoint`` where H is not separable.
+        first : str
+            Whether steps of compositions begin with a ``drift`` or a ``kick``.
+        initial : mapping
+            ``q`` and ``p`` as arrays, or coordinates and momenta by name; the rest is the file's.
+        parameters : mapping
+            By name; the rest is the file's.
+        record_every : int
+            Steps between recorded rows; the first and the last state are always recorded.
+        compensated : bool
+            Keep what rounding takes of sums for the next ones: for 1e6 steps and more.
+
+        Raises
+        ------
+        UsageError
+            An unknown method, parameter or coordinate, or a time that is no whole number of steps.
+        """
+        run = self.document.simulation
+        t_end = run.duration if t_end is None else float(t_end)
+        step = run.step if step is None else float(step)
+        every = run.record_every if record_every is None else record_every
+        chosen = method_for(self.document, run.method if method is None else method, first)
+        steps = _whole_steps(t_end, step)
+        if isinstance(every, bool) or not isinstance(every, int) or every < 1:
+            raise UsageError(Problem("record_every", f"{every!r} is no whole number from 1", "record_every=10"))
+        values = self._values(parameters)
+        state = self._start(initial)
+        began = time.perf_counter()
+        kept = run.compensated if compensated is None else bool(compensated)
+        rows, counted, status = self._steps(chosen, step, steps, every, state, values, compensated=kept)
+        seconds = time.perf_counter() - began
+        taken = np.minimum(np.arange(len(rows)) * every, steps)
+        t, q, p = taken * step, rows[:, : self.n].copy(), rows[:, self.n :].copy()
+        parts = self._call("hamiltonian", [q, p], values)[0]
+        energy: dict[str, Array] = {
+            name: parts[:, k] for k, name in enumerate(DEPENDENCES) if name != "coupled" or not self.separable
+        }
+        energy["total"] = parts.sum(axis=1)
+        outputs: dict[str, Array] = {}
+        if self.document.outputs:
+            y = self._call("observed", [q, p], values)[0]
+            outputs = {item.name: y[:, k] for k, item in enumerate(self.document.outputs)}
+        message = _ending(status, t, step, steps)
+        doubtful = self._too_large(chosen, step, state[0], values)
+        return HamiltonianSolution(
+            t,
+            q,
+            p,
+            energy,
+            outputs,
+            {**dict(zip(("steps", "gradients", "iterations"), counted, strict=True)), "wall_time": seconds},
+            status == 0,
+            f"{message}; {doubtful}" if doubtful else message,
+            {
+                "name": self.name,
+                "method": chosen.name,
+                "order": chosen.order,
+                "first": first if chosen.kind != "MIDPOINT" else "",
+                "step": step,
+                "compensated": kept,
+                "parameters": dict(zip(self.parameters, values.tolist(), strict=True)),
+                "names": {"q": self.q_names, "p": self.p_names, "outputs": list(outputs)},
+                "units": {
+                    "q": [item.unit for item in self.document.coordinates],
+                    "p": [item.momentum_unit for item in self.document.coordinates],
+                    "outputs": [item.unit for item in self.document.outputs],
+                },
+            },
+        )
+
+    def _steps(
+        self,
+        method: Method,
+        step: float,
+        steps: int,
+        every: int,
+        state: Array,
+        values: Array,
+        *,
+        compensated: bool,
+    ) -> tuple[Array, list[int], int]:
+        """Return rows of q and p, what was counted, and how it ended: 0 well, -1 interrupted, else a status."""
+        n, ffi = self.n, self.library.ffi
+        whole, rest = divmod(steps, every)
+        record = np.empty((1 + whole + (rest > 0), 2 * n))
+        motion = np.concatenate([state.ravel(), np.zeros(2 * n)])
+        record[0] = motion[: 2 * n]
+        counted = np.zeros(3, dtype=np.int64)
+        fractions = np.array(method.fractions)
+        numbers = [ffi.from_buffer("double[]", array) for array in (values if len(values) else np.zeros(1), fractions)]
+        memory, tally = ffi.from_buffer("double[]", motion), ffi.new("long[3]")
+        at_once = max(1, _STEPS_AT_ONCE // every)
+        parts = [(every, min(at_once, whole - row)) for row in range(0, whole, at_once)] + [(rest, 1)] * (rest > 0)
+        row, status = 1, 0
+        try:
+            for length, count in parts:
+                target = ffi.from_buffer("double[]", record[row : row + count])
+                status = self.library.lib.eomgen_hamiltonian_run(
+                    numbers[0], step, count, length, KINDS.index(method.kind), len(fractions), numbers[1],
+                    int(compensated), memory, target, tally,
+                )  # fmt: skip
+                done = count if status == 0 else int((tally[0] - counted[0]) // length)
+                row += done
+                counted[:] = list(tally)
+                if status:
+                    break
+        except KeyboardInterrupt:
+            status = -1
+        return record[:row], [int(number) for number in counted], status
+
+    def _too_large(self, method: Method, step: float, state: Array, values: Array) -> str:
+        """Return what is wrong with a step that is beyond the limit of stability at the start."""
+        if not method.stability_limit or self.n > _FEW:
+            return ""
+        found = self.largest_frequency(state[: self.n], state[self.n :], values)
+        if not abs(step) * found > method.stability_limit:
+            return ""
+        return (
+            f"step times largest frequency is {abs(step) * found:.4g} at the start, and {method.name} is stable up to"
+            f" {method.stability_limit:.4g}; try: a step below {0.9 * method.stability_limit / found:.3g}"
+        )
+
+    def _values(self, parameters: Mapping[str, float] | Array | None) -> Array:
+        """Return the values of all parameters. Raises UsageError."""
+        if isinstance(parameters, np.ndarray):
+            return parameters
+        values = dict(self.parameters)
+        for name, value in (parameters or {}).items():
+            if name not in values:
+                hint = nearest(str(name), values) or "no parameters, as there is none"
+                raise UsageError(Problem("parameters", f"there is no parameter {shown(str(name))}", hint))
+            values[name] = _finite(f"parameters.{name}", value)
+        return np.array(list(values.values()), float)
+
+    def _start(self, initial: Mapping[str, Any] | None) -> Array:
+        """Return q and p of the start, (1, 2 n). Raises UsageError."""
+        document = self.document
+        state = np.array(
+            [item.position for item in document.coordinates] + [item.momentum_value for item in document.coordinates]
+        )
+        names = [*self.q_names, *self.p_names]
+        for key, value in (initial or {}).items():
+            if key in names:
+                state[names.index(key)] = _finite(f"initial.{key}", value)
+            elif key in ("q", "p"):
+                array = np.asarray(value, float)
+                if array.shape != (self.n,) or not np.isfinite(array).all():
+                    what = f"{key} has shape {array.shape}, and finite numbers of shape ({self.n},) are needed"
+                    raise UsageError(Problem("initial", what, f"one number for each of {', '.join(names[:3])}, ..."))
+                state[: self.n] = array if key == "q" else state[: self.n]
+                state[self.n :] = array if key == "p" else state[self.n :]
+            else:
+                hint = nearest(str(key), names)
+                raise UsageError(Problem("initial", f"there is no coordinate or momentum {shown(str(key))}", hint))
+        energy = self.energy(state[: self.n], state[self.n :])
+        if not math.isfinite(energy):
+            hint = "another start: two bodies in one place, or the root of a negative number"
+            raise UsageError(Problem("initial", f"H is {energy} at the start", hint))
+        return state[None, :]
+
+    def _call(
+        self, function: str, blocks: list[ArrayLike], parameters: Mapping[str, float] | Array | None
+    ) -> list[Array]:
+        """Return the outputs of a function at one state, or at several. Raises UsageError for wrong shapes."""
+        layout = next(item for item in self.library.layout["functions"] if item["name"] == function)
+        arrays = [np.ascontiguousarray(block, dtype=float) for block in blocks]
+        for array in arrays:
+            if array.ndim not in (1, 2) or array.shape[-1] != self.n:
+                what = f"an array of a state has shape {array.shape}"
+                raise UsageError(Problem(f"{self.name}.{function}", what, f"({self.n},) or (states, {self.n})"))
+        count = max((len(array) for array in arrays if array.ndim == 2), default=0)
+        outputs = [np.empty((count, item["size"]) if count else item["size"]) for item in layout["outputs"]]
+        self.library.call(function, [self._values(parameters), *arrays], outputs)
+        return outputs
+
+
+def _whole_steps(t_end: float, step: float) -> int:
+    """Return how many steps lead to an end. Raises UsageError."""
+    if not (math.isfinite(t_end) and math.isfinite(step)) or step == 0:
+        raise UsageError(Problem("step", f"a finite step other than 0 is needed, not {step:g}", "step=0.01"))
+    count = t_end / step
+    if count < 0:
+        raise UsageError(Problem("t_end", f"steps of {step:g} lead away from {t_end:g}", f"a step of {-step:g}"))
+    steps = round(count)
+    if abs(count - steps) > 1e-6 * max(1.0, count * 1e-6):
+        hint = f"an end of {max(steps, 1) * step:.9g}, or a step of {t_end / max(steps, 1):.9g}"
+        raise UsageError(Problem("t_end", f"{t_end:.9g} is no whole number of steps of {step:.9g}", hint))
+    return steps
+
+
+def _finite(key: str, value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float | np.number) or not math.isfinite(value):
+        raise UsageError(Problem(key, f"a finite number is needed, not {value!r}", "0.1"))
+    return float(value)
+
+
+def _ending(status: int, t: Array, step: float, steps: int) -> str:
+    if status == 0:
+        return f"reached t = {t[-1]:.9g} in {steps} steps"
+    if status < 0:
+        return f"interrupted at t = {t[-1]:.9g}"
+    return f"stopped behind t = {t[-1]:.9g}: {_STATUSES[status].format(step=abs(step))}"

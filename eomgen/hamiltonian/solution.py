@@ -1,0 +1,92 @@
+"""``HamiltonianSolution``: a recorded motion of a Hamiltonian system."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from eomgen.arrays import Array
+from eomgen.errors import Problem, UsageError
+from eomgen.files import write_arrays, write_table
+
+
+@dataclass(frozen=True)
+class HamiltonianSolution:
+    """A motion, and what is said of it.
+
+    Attributes
+    ----------
+    t : (rows,)
+    q, p : (rows, n)
+        Coordinates and momenta.
+    energy : mapping
+        ``kinetic`` (of momenta alone), ``potential`` (of coordinates alone), ``coupled`` where there is such a part,
+        and ``total``, their sum H; (rows,) each.
+    outputs : mapping
+        By name, (rows,) each.
+    stats : mapping
+        ``steps``, ``gradients`` (evaluations of forces), ``iterations`` (of implicit midpoint steps), ``wall_time`` in
+        s.
+    success : bool
+        Whether the motion reached its end.
+    message : str
+        How it ended, and what is doubtful.
+    metadata : mapping
+        Names, units, method, step, parameters.
+    """
+
+    t: Array
+    q: Array
+    p: Array
+    energy: Mapping[str, Array]
+    outputs: Mapping[str, Array]
+    stats: Mapping[str, float]
+    success: bool
+    message: str
+    metadata: Mapping[str, Any] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        return f"HamiltonianSolution({self.metadata['name']}: {self.message}, {len(self.t)} rows)"
+
+    @property
+    def energy_error(self) -> float:
+        """The largest change of H, as a share of |H| at the start; of the largest part of it where H is 0 there."""
+        total = self.energy["total"]
+        scale = abs(total[0]) or max(float(np.abs(part).max()) for part in self.energy.values()) or 1.0
+        return float(np.abs(total - total[0]).max() / scale)
+
+    def columns(self) -> dict[str, Array]:
+        """Return all recorded quantities as columns by name: time, coordinates, momenta, outputs, energies."""
+        names = self.metadata["names"]
+        columns = {"t": self.t}
+        columns |= {name: self.q[:, k] for k, name in enumerate(names["q"])}
+        columns |= {name: self.p[:, k] for k, name in enumerate(names["p"])}
+        columns |= {f"outputs.{name}": column for name, column in self.outputs.items()}
+        return columns | {f"energy.{name}": column for name, column in self.energy.items()}
+
+    def save(self, path: str | Path) -> Path:
+        """Write all of it as ``.npz``, or its columns as ``.csv``; a file of that name is replaced.
+
+        Raises
+        ------
+        UsageError
+            Another suffix.
+        FileError
+            The path cannot be written.
+        """
+        path = Path(path)
+        columns = self.columns()
+        if path.suffix == ".csv":
+            write_table(path, list(columns), np.column_stack(list(columns.values())))
+        elif path.suffix == ".npz":
+            data = {"message": self.message, "success": self.success, "stats": dict(self.stats), **self.metadata}
+            write_arrays(path, columns, data)
+        else:
+            kind = path.suffix or "a file without a suffix"
+            what = f"a motion of a Hamiltonian system cannot be saved as {kind}"
+            raise UsageError(Problem(str(path), what, ".npz or .csv"))
+        return path

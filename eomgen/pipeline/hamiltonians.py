@@ -1,0 +1,113 @@
+"""The verbs for Hamiltonian systems: files with ``kind = "hamiltonian"``, from their text to compiled models."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from eomgen.errors import Problem, UsageError
+from eomgen.pipeline.content import library_content
+from eomgen.pipeline.front_end import FrontEnd
+from eomgen.scene.hamiltonian.document import Hamiltonian
+from eomgen.scene.sources.register import all_options
+from eomgen.system.description import Description
+from eomgen.system.selection import Selection
+
+if TYPE_CHECKING:
+    from eomgen.hamiltonian.model import HamiltonianModel
+    from eomgen.system.system import System
+
+#: Where a file says what it is, above its tables.
+_KIND = re.compile(r"^\s*kind\s*=\s*[\"']hamiltonian[\"']", re.MULTILINE)
+_TABLE = re.compile(r"^\s*\[", re.MULTILINE)
+#: What is looked at of a file, bytes.
+_HEAD = 20_000
+
+
+def _describe(document: Hamiltonian) -> Description:
+    return Description(document.name, document.description)
+
+
+def _derive(document: Hamiltonian, terms: object = None) -> System:
+    from eomgen.hamiltonian.derivation import derive_hamiltonian  # noqa: PLC0415
+
+    return derive_hamiltonian(document)
+
+
+HAMILTONIANS = FrontEnd("hamiltonian", Hamiltonian, _describe, _derive)
+
+
+def says_hamiltonian(path: str | os.PathLike[str]) -> bool:
+    """Return whether a file says that it holds a Hamiltonian system; what cannot be read does not."""
+    file = Path(path)
+    if file.suffix.lower() != ".toml":
+        return False
+    try:
+        with file.expanduser().open("rb") as stream:
+            head = stream.read(_HEAD).decode("utf-8", "replace")
+    except (OSError, ValueError, RuntimeError):
+        return False
+    table = _TABLE.search(head)
+    return _KIND.search(head[: table.start()] if table else head) is not None
+
+
+def hamiltonian_of(described: object, options: Mapping[str, Any] | None = None) -> Hamiltonian | None:
+    """Return the Hamiltonian system that something is, or describes; None where it is anything else.
+
+    Raises
+    ------
+    DescriptionError
+        With everything that is wrong with its content.
+    UsageError
+        An option of mechanical scenes.
+    """
+    if isinstance(described, Hamiltonian):
+        found = described
+    elif isinstance(described, Mapping) and described.get("kind") == HAMILTONIANS.name:
+        from eomgen.scene.hamiltonian.reading import hamiltonian_from_data  # noqa: PLC0415  # most scenes are mechanical
+
+        found = hamiltonian_from_data(described)
+    elif isinstance(described, str | os.PathLike) and says_hamiltonian(described):
+        from eomgen.scene.hamiltonian.reading import load_hamiltonian  # noqa: PLC0415
+
+        found = load_hamiltonian(described)
+    else:
+        return None
+    if given := given_options(options or {}):
+        what = f"{', '.join(given)} is of mechanical scenes, and {found.name} is a Hamiltonian system"
+        raise UsageError(Problem(given[0], what, "leave it out"))
+    return found
+
+
+def given_options(options: Mapping[str, Any]) -> list[str]:
+    """Return the options that are neither empty nor the defaults of a source of scenes."""
+    defaults = {name: option.default for name, (_, option) in all_options().items()}
+    return sorted(name for name, value in options.items() if value and value != defaults.get(name))
+
+
+def build_hamiltonian(document: Hamiltonian, method: str | None, profile: str) -> HamiltonianModel:
+    """Return the compiled model of a system, from the cache where nothing has changed; ``method`` of its runs."""
+    from eomgen.hamiltonian.model import HamiltonianModel, built_library  # noqa: PLC0415
+    from eomgen.toolchain.builder import Builder  # noqa: PLC0415
+
+    if method is not None:
+        document = replace(document, simulation=replace(document.simulation, method=method))
+    content = library_content(document, HAMILTONIANS, Selection(None, ""), "rk4")
+    return HamiltonianModel(document, built_library(document, content, Builder(profile=profile)))
+
+
+def generate_hamiltonian(document: Hamiltonian, folder: str | Path, method: str | None) -> list[Path]:
+    """Write a system as a folder of C that stands alone, and return the files' paths. Raises UsageError, FileError."""
+    from eomgen.codegen.folder import MANIFEST, manifest, write_folder  # noqa: PLC0415
+    from eomgen.hamiltonian.code import folder_files, program_of  # noqa: PLC0415
+    from eomgen.hamiltonian.methods import method_for  # noqa: PLC0415
+
+    program = program_of(document)
+    files = folder_files(document, program, method_for(document, method or document.simulation.method))
+    files[MANIFEST] = manifest(program, files)
+    written = write_folder(files, folder)
+    return [written / name for name in sorted(files)]

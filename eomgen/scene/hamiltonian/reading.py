@@ -1,0 +1,345 @@
+"""Reading of files with ``kind = "hamiltonian"``: every problem of a file is reported at once, by key and line."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+from eomgen.errors import Problem, UsageError
+from eomgen.formula.evaluate import evaluate, symbols
+from eomgen.formula.nodes import Formula, Number, Operation
+from eomgen.scene.formula.parser import read_formula
+from eomgen.scene.formula.scope import Names, Scope
+from eomgen.scene.formula.tokens import FormulaError
+from eomgen.scene.hamiltonian.document import Coordinate, Dependence, Hamiltonian, Output, Parameter, Run, Term
+from eomgen.scene.includes.repeat import repeated
+from eomgen.scene.reading.kinds import described
+from eomgen.scene.reading.report import Report
+from eomgen.scene.sources.text import read_text, shown_file
+from eomgen.scene.sources.toml import toml_data
+from eomgen.text import NAME_RULE, is_legal, listed, nearest, shown
+
+#: What a file says to be one of these.
+KIND = "hamiltonian"
+#: Sections whose entries may repeat.
+SECTIONS = ("parameters", "coordinates", "hamiltonian", "outputs")
+_KEYS = ("format", "kind", "name", "description", *SECTIONS, "repeat", "simulation")
+_OF_STATES = Scope("coordinates, momenta and parameters (H does not depend on time)", frozenset({"parameter", "state"}))
+_OF_PARAMETERS = Scope("parameters", frozenset({"parameter"}))
+#: What a sum of terms is cut at.
+_SUMS = ("add", "sub")
+
+
+def is_hamiltonian(data: Mapping[str, Any]) -> bool:
+    """Return whether nested data are those of a Hamiltonian system."""
+    return data.get("kind") == KIND
+
+
+def load_hamiltonian(path: str | os.PathLike[str]) -> Hamiltonian:
+    """Read a Hamiltonian system from a TOML file.
+
+    Raises
+    ------
+    FileError, DescriptionError
+        The latter with everything that is wrong with its content.
+    """
+    path = Path(path).expanduser()
+    if path.suffix.lower() != ".toml":
+        raise UsageError(Problem(str(path), "a Hamiltonian system is read from a .toml file", f"{path.stem}.toml"))
+    file = shown_file(path)
+    data, lines = toml_data(read_text(path), file)
+    return hamiltonian_from_data(data, file=file, lines=lines)
+
+
+def hamiltonian_from_data(
+    data: Mapping[str, Any], *, file: str = "system", lines: Mapping[str, int | str] | None = None
+) -> Hamiltonian:
+    """Check nested data, in the form of a file of a Hamiltonian system, and return the system.
+
+    Raises
+    ------
+    DescriptionError
+        With every problem that could be found.
+    """
+    report = Report(file, lines or {})
+    if "repeat" in data:
+        of_copies: dict[str, str] = {}
+        data = repeated(data, report, of_copies, SECTIONS)
+        report.lines = {**report.lines, **of_copies}
+    found = _Reader(data, report).read()
+    report.raise_problems()
+    assert found is not None  # where nothing is wrong there is a system
+    return found
+
+
+class _Reader:
+    def __init__(self, data: Mapping[str, Any], report: Report) -> None:
+        self.data = data
+        self.report = report
+
+    def read(self) -> Hamiltonian | None:
+        """Return the system; None where a problem has been reported."""
+        data, report = self.data, self.report
+        _check_keys("", data, _KEYS, report)
+        if data.get("format") != 1:
+            report.add("format", f"the format is {described(data.get('format'))}", "format = 1")
+        if data.get("kind") != KIND:
+            report.add("kind", f"the kind is {described(data.get('kind'))}", f'kind = "{KIND}"')
+        name = data.get("name")
+        if not isinstance(name, str) or not is_legal(name):
+            report.add("name", f"the name {described(name)} is not legal", NAME_RULE)
+        parameters = self.parameters()
+        coordinates = self.coordinates(parameters)
+        if not coordinates:
+            return None
+        values = {item.name: item.value for item in parameters}
+        states = tuple(state for item in coordinates for state in (item.name, item.momentum))
+        self.check_names([*values, *states])
+        names = Names(parameters=dict.fromkeys(values, True), states=states)
+        momenta = {item.momentum for item in coordinates}
+        terms = self.terms(names, momenta)
+        outputs = self.outputs(names)
+        simulation = self.simulation()
+        if report.found:
+            return None
+        start = {name: value for item in coordinates for name, value in _of_start(item)}
+        self.check_start(terms, outputs, {**values, **start})
+        self.check_momenta(terms, coordinates)
+        return Hamiltonian(
+            str(name),
+            tuple(coordinates),
+            tuple(terms),
+            tuple(parameters),
+            tuple(outputs),
+            simulation,
+            self.text("", data, "description"),
+            json.dumps(self.data, sort_keys=True, default=str).encode(),
+        )
+
+    def section(self, key: str) -> Mapping[str, Any]:
+        """Return a section, empty where it is missing or is none."""
+        found = self.data.get(key, {})
+        if not isinstance(found, Mapping):
+            self.report.add(key, f"a table is needed here, not {described(found)}", f"[{key}]")
+            return {}
+        return found
+
+    def text(self, key: str, table: Mapping[str, Any], name: str) -> str:
+        found = table.get(name, "")
+        if not isinstance(found, str):
+            where = f"{key}.{name}" if key else name
+            self.report.add(where, f"a text is needed here, not {described(found)}", f'{name} = "..."')
+            return ""
+        return found
+
+    def parameters(self) -> list[Parameter]:
+        made: list[Parameter] = []
+        for name, entry in self.section("parameters").items():
+            key = f"parameters.{name}"
+            table = entry if isinstance(entry, Mapping) else {"value": entry}
+            _check_keys(key, table, ("value", "unit", "description"), self.report)
+            value = self.number(f"{key}.value" if isinstance(entry, Mapping) else key, table.get("value"), made)
+            made.append(Parameter(name, value, self.text(key, table, "unit"), self.text(key, table, "description")))
+        return made
+
+    def number(self, key: str, value: object, known: Iterable[Parameter]) -> float:
+        """Return a finite number, or the value of a formula of parameters; NaN where it is neither."""
+        if isinstance(value, str):
+            values = {item.name: item.value for item in known}
+            formula = self.formula(key, value, Names(parameters=dict.fromkeys(values, True)), _OF_PARAMETERS)
+            if formula is None:
+                return math.nan
+            try:
+                return evaluate(formula, lambda symbol: values[symbol.name])
+            except ArithmeticError as error:
+                self.report.add(key, str(error), "another formula")
+                return math.nan
+        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            hint = "a finite number, or a formula of parameters"
+            self.report.add(key, "the value is missing" if value is None else f"this is {described(value)}", hint)
+            return math.nan
+        return float(value)
+
+    def coordinates(self, parameters: list[Parameter]) -> list[Coordinate]:
+        made: list[Coordinate] = []
+        entries = self.section("coordinates")
+        if not entries and not self.report.concerns("coordinates"):
+            hint = "[coordinates] and x = { initial = [0.1, 0.0] }: the position and the momentum at the start"
+            self.report.add("coordinates", "there is no coordinate", hint)
+        for name, entry in entries.items():
+            key = f"coordinates.{name}"
+            if not isinstance(entry, Mapping):
+                self.report.add(key, f"a table is needed here, not {described(entry)}", f"{name} = {_START}")
+                continue
+            _check_keys(key, entry, ("momentum", "initial", "unit", "momentum_unit"), self.report)
+            initial = entry.get("initial")
+            if isinstance(initial, list | tuple) and len(initial) == 2:
+                position, momentum = (self.number(f"{key}.initial[{k}]", initial[k], parameters) for k in (0, 1))
+            else:
+                position = momentum = math.nan  # formulas may have its names
+                what = "the initial value is missing" if initial is None else f"the start is {described(initial)}"
+                self.report.add(f"{key}.initial", what, f"{name} = {_START}: its position and its momentum")
+            made.append(
+                Coordinate(
+                    name,
+                    self.text(key, entry, "momentum") or f"p_{name}",
+                    position,
+                    momentum,
+                    self.text(key, entry, "unit"),
+                    self.text(key, entry, "momentum_unit"),
+                )
+            )
+        return made
+
+    def check_names(self, names: Iterable[str]) -> None:
+        """Report names that are not legal, and what two things are called."""
+        seen: set[str] = set()
+        for name in names:
+            section = "parameters" if name in self.section("parameters") else "coordinates"
+            key = f"{section}.{name}" if name in self.section(section) else section
+            if not is_legal(name):
+                self.report.add(key, f"the name {shown(name)} is not legal", NAME_RULE)
+            elif name == "t":
+                self.report.add(key, "t is the time, of which H does not depend", "another name")
+            elif name in seen:
+                self.report.add(
+                    key, f"the name {name} is given twice", 'momentum = "..." in a coordinate names its own'
+                )
+            seen.add(name)
+
+    def formula(self, key: str, text: object, names: Names, scope: Scope) -> Formula | None:
+        """Return a formula; None where it is none, which is reported."""
+        if isinstance(text, int | float) and not isinstance(text, bool):
+            return Number(float(text))
+        if not isinstance(text, str):
+            self.report.add(key, f"a formula is needed here, not {described(text)}", 'a text: "p_x**2/2"')
+            return None
+        try:
+            return read_formula(text, names, scope)
+        except FormulaError as error:
+            self.report.add(key, error.what, error.hint)
+            return None
+
+    def terms(self, names: Names, momenta: set[str]) -> list[Term]:
+        """Return the summands of H, each of momenta alone, coordinates alone, or both."""
+        entry = self.data.get("hamiltonian")
+        if entry is None or entry in ("", {}):
+            hint = 'hamiltonian = "p_x**2/2 + x**2/2", or a table [hamiltonian] of terms whose sum it is'
+            self.report.add("hamiltonian", "the Hamiltonian is missing", hint)
+            return []
+        table = entry if isinstance(entry, Mapping) else {"": entry}
+        made = []
+        for name, text in table.items():
+            formula = self.formula(f"hamiltonian.{name}" if name else "hamiltonian", text, names, _OF_STATES)
+            if formula is not None:
+                made += [Term(name or "hamiltonian", part, _dependence(part, momenta)) for part in summands(formula)]
+        return made
+
+    def outputs(self, names: Names) -> list[Output]:
+        made = []
+        for name, entry in self.section("outputs").items():
+            key = f"outputs.{name}"
+            table = entry if isinstance(entry, Mapping) else {"formula": entry}
+            _check_keys(key, table, ("formula", "unit"), self.report)
+            if not is_legal(name):
+                self.report.add(key, f"the name {shown(name)} is not legal", NAME_RULE)
+            formula = self.formula(key, table.get("formula"), names, _OF_STATES)
+            if formula is not None:
+                made.append(Output(name, formula, self.text(key, table, "unit")))
+        return made
+
+    def simulation(self) -> Run:
+        table = self.section("simulation")
+        _check_keys("simulation", table, [item.name for item in fields(Run)], self.report)
+        given: dict[str, Any] = {}
+        for name in ("duration", "step"):
+            if name in table:
+                value = table[name]
+                if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
+                    what = f"a positive number is needed here, not {described(value)}"
+                    self.report.add(f"simulation.{name}", what, f"{name} = 0.01")
+                given[name] = value
+        if "method" in table:
+            given["method"] = self.text("simulation", table, "method")
+        every = table.get("record_every", 1)
+        if isinstance(every, bool) or not isinstance(every, int) or every < 1:
+            what = f"a whole number from 1 is needed here, not {described(every)}"
+            self.report.add("simulation.record_every", what, "record_every = 10")
+        given["record_every"] = every
+        compensated = table.get("compensated", False)
+        if not isinstance(compensated, bool):
+            self.report.add("simulation.compensated", f"this is {described(compensated)}", "compensated = true")
+        return Run(**given, compensated=compensated)
+
+    def check_start(self, terms: list[Term], outputs: list[Output], values: Mapping[str, float]) -> None:
+        """Report terms that have no finite real value at the start."""
+        named = [(f"hamiltonian.{term.name}", term.formula) for term in terms]
+        named += [(f"outputs.{output.name}", output.formula) for output in outputs]
+        for key, formula in named:
+            where = "hamiltonian" if key == "hamiltonian.hamiltonian" else key
+            if self.report.concerns(where):
+                continue
+            try:
+                evaluate(formula, lambda symbol: values[symbol.name])
+            except ArithmeticError as error:
+                of_states = sorted({symbol.name for symbol in symbols(formula)})
+                at = ", ".join(f"{name} = {values[name]:.6g}" for name in of_states[:6])
+                what = f"it has no finite real value at the start, where {at}: {error}"
+                self.report.add(where, what, "another start: two bodies in one place, or the root of a negative number")
+
+    def check_momenta(self, terms: list[Term], coordinates: list[Coordinate]) -> None:
+        """Report coordinates that nothing of H moves: with neither its coordinate nor its momentum in it."""
+        used = {symbol.name for term in terms for symbol in symbols(term.formula)}
+        for item in coordinates:
+            if not used & {item.name, item.momentum}:
+                what = f"neither {item.name} nor {item.momentum} is in H, so both stay as they are"
+                self.report.add(f"coordinates.{item.name}", what, "a term of H with them, or leave it out")
+
+
+_START = "{ initial = [0.1, 0.0] }"
+
+
+def _of_start(item: Coordinate) -> tuple[tuple[str, float], tuple[str, float]]:
+    return (item.name, item.position), (item.momentum, item.momentum_value)
+
+
+def _check_keys(key: str, table: Mapping[str, Any], known: Iterable[str], report: Report) -> None:
+    every = list(known)
+    for name in table:
+        if name not in every:
+            hint = nearest(str(name), every) or f"one of {listed(every)}"
+            report.add(f"{key}.{name}" if key else str(name), f"the key {shown(str(name))} is unknown here", hint)
+
+
+def _states(formula: Formula) -> set[str]:
+    return {symbol.name for symbol in symbols(formula) if symbol.kind == "state"}
+
+
+def _dependence(formula: Formula, momenta: set[str]) -> Dependence:
+    """Return what a term depends on; constants count as potential."""
+    states = _states(formula)
+    if states & momenta:
+        return "coupled" if states - momenta else "kinetic"
+    return "potential"
+
+
+def summands(formula: Formula) -> list[Formula]:
+    """Return formulas whose sum a formula is, with sums multiplied out where a factor is of parameters alone."""
+    if not isinstance(formula, Operation):
+        return [formula]
+    arguments = formula.arguments
+    if formula.name == "neg":
+        return [-part for part in summands(arguments[0])]
+    if formula.name in _SUMS:
+        second = summands(arguments[1])
+        return [*summands(arguments[0]), *(second if formula.name == "add" else [-part for part in second])]
+    if formula.name in ("mul", "div") and not _states(arguments[1]):
+        return [Operation(formula.name, (part, arguments[1])) for part in summands(arguments[0])]
+    if formula.name == "mul" and not _states(arguments[0]):
+        return [Operation("mul", (arguments[0], part)) for part in summands(arguments[1])]
+    return [formula]

@@ -1,0 +1,372 @@
+"""Hamiltonian systems: from a file to motions, derivatives, C that stands alone, and mistakes."""
+
+from __future__ import annotations
+
+import json
+import math
+import subprocess
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy
+from scipy.integrate import solve_ivp
+
+import eomgen
+from eomgen.arrays import Array
+from eomgen.cli import main
+from eomgen.hamiltonian.model import HamiltonianModel
+from eomgen.scene.hamiltonian.reading import hamiltonian_from_data, load_hamiltonian
+from tests.models.cache import shared_cache
+
+__all__ = ["shared_cache"]
+
+HENON_HEILES: dict[str, Any] = {
+    "format": 1,
+    "kind": "hamiltonian",
+    "name": "henon_heiles",
+    "hamiltonian": "(p_x**2 + p_y**2)/2 + (x**2 + y**2)/2 + coupling*(x**2*y - y**3/3)",
+    "parameters": {"coupling": 1.0},
+    "coordinates": {"x": {"initial": [0.0, 0.4]}, "y": {"initial": [0.1, 0.2]}},
+    "outputs": {"angular_momentum": "x*p_y - y*p_x"},
+    "simulation": {"duration": 20.0, "step": 0.1},
+}
+#: A pendulum on a spring in polar coordinates: the kinetic part depends on the length.
+SWINGING: dict[str, Any] = {
+    "format": 1,
+    "kind": "hamiltonian",
+    "name": "swinging",
+    "hamiltonian": {
+        "radial": "p_r**2/(2*m)",
+        "turning": "p_phi**2/(2*m*r**2)",
+        "spring": "k*(r - 1)**2/2 - m*g*r*cos(phi)",
+    },
+    "parameters": {"m": 1.0, "k": {"value": 40.0, "unit": "N/m"}, "g": 9.81},
+    "coordinates": {"r": {"initial": [1.2, 0.0], "unit": "m"}, "phi": {"initial": [0.6, "m/2"]}},
+    "simulation": {"duration": 2.0, "step": 0.01},
+}
+#: Three bodies in a plane, by repetition.
+BODIES: dict[str, Any] = {
+    "format": 1,
+    "kind": "hamiltonian",
+    "name": "bodies",
+    "repeat": {
+        "bodies": {
+            "indices": {"i": 3},
+            "parameters": {"m{i}": "{1 + i/2}"},
+            "coordinates": {
+                "x{i}": {"initial": ["{cos(2*i)}", "{0.3*sin(2*i)}"]},
+                "y{i}": {"initial": ["{sin(2*i)}", "{0.3*cos(2*i)}"]},
+            },
+            "hamiltonian": {"kinetic_{i}": "(p_x{i}**2 + p_y{i}**2)/(2*m{i})"},
+        },
+        "pairs": {
+            "indices": {"i": 3, "j": 3},
+            "where": "i < j",
+            "hamiltonian": {"pair_{i}_{j}": "-m{i}*m{j}/sqrt((x{i} - x{j})**2 + (y{i} - y{j})**2)"},
+        },
+    },
+    "simulation": {"duration": 1.0, "step": 0.01},
+}
+
+
+@cache
+def model(name: str) -> HamiltonianModel:
+    data = {"henon_heiles": HENON_HEILES, "swinging": SWINGING, "bodies": BODIES}[name]
+    made: Any = eomgen.build(data, profile="quick")
+    assert isinstance(made, HamiltonianModel)
+    return made
+
+
+def _by_sympy(data: dict[str, Any]) -> tuple[sympy.Expr, list[sympy.Symbol], dict[sympy.Symbol, float]]:
+    """Return H, the state and the parameters, from the same text by SymPy."""
+    text = data["hamiltonian"]
+    names = [*data["coordinates"], *(f"p_{name}" for name in data["coordinates"])]
+    energy = sympy.sympify("+".join(text.values()) if isinstance(text, dict) else text)
+    values = {name: entry["value"] if isinstance(entry, dict) else entry for name, entry in data["parameters"].items()}
+    return energy, [sympy.Symbol(name) for name in names], {sympy.Symbol(key): item for key, item in values.items()}
+
+
+@pytest.mark.parametrize("data", [HENON_HEILES, SWINGING], ids=lambda data: data["name"])
+def test_energy_gradient_and_hessian_products_are_those_of_sympy(data: dict[str, Any]) -> None:
+    compiled = model(data["name"])
+    energy, state, values = _by_sympy(data)
+    here = [0.7, -0.4, 0.35, 0.9]
+    known = {**values, **dict(zip(state, here, strict=True))}
+    q, p = here[:2], here[2:]
+    assert compiled.energy(q, p) == pytest.approx(float(energy.subs(known)), rel=1e-14)
+    slopes = [float(energy.diff(x).subs(known)) for x in state]
+    np.testing.assert_allclose(np.concatenate(compiled.gradient(q, p)), slopes, rtol=1e-13, atol=1e-15)
+    direction = np.array([0.3, -1.1, 0.8, 0.25])
+    hessian = np.array(sympy.hessian(energy, state).subs(known), float)
+    found = np.concatenate(compiled.hessian_product(q, p, direction[:2], direction[2:]))
+    np.testing.assert_allclose(found, hessian @ direction, rtol=1e-13, atol=1e-14)
+    flow = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.eye(2), np.zeros((2, 2))]]) @ hessian
+    assert compiled.largest_frequency(q, p) == pytest.approx(np.abs(np.linalg.eigvals(flow)).max(), rel=1e-12)
+
+
+def test_many_states_are_evaluated_at_once_and_parameters_change() -> None:
+    compiled = model("henon_heiles")
+    states = np.random.default_rng(1).normal(size=(5, 4))
+    q, p = states[:, :2], states[:, 2:]
+    every = compiled.energy(q, p)
+    assert every.shape == (5,)
+    np.testing.assert_array_equal(every, [compiled.energy(*pair) for pair in zip(q, p, strict=True)])
+    free = compiled.energy(q, p, {"coupling": 0.0})
+    np.testing.assert_allclose(free, (q**2 + p**2).sum(axis=1) / 2, rtol=1e-14)
+
+
+def _reference(compiled: HamiltonianModel, t_end: float) -> Array:
+    n, items = compiled.n, compiled.document.coordinates
+
+    def rate(_: float, state: Array) -> Array:
+        dq, dp = compiled.gradient(state[:n], state[n:])
+        return np.concatenate([dp, -dq])
+
+    start = [item.position for item in items] + [item.momentum_value for item in items]
+    return np.asarray(solve_ivp(rate, (0, t_end), start, method="DOP853", rtol=1e-13, atol=1e-13).y[:, -1])
+
+
+@pytest.mark.parametrize(
+    ("name", "method", "first", "order", "step"),
+    [
+        ("henon_heiles", "leapfrog", "drift", 2, 0.1),
+        ("henon_heiles", "bcss3", "kick", 2, 0.1),
+        ("henon_heiles", "omf4", "drift", 4, 0.2),
+        ("henon_heiles", "omf4", "kick", 4, 0.2),
+        ("henon_heiles", "yoshida6", "kick", 6, 0.2),
+        ("henon_heiles", "implicit_midpoint", "drift", 2, 0.1),
+        ("henon_heiles", "creutz_gocksch4_3", "drift", 4, 0.4),
+        ("swinging", "implicit_midpoint", "drift", 2, 0.01),
+        ("swinging", "suzuki4", "drift", 4, 0.04),
+        ("swinging", "yoshida6", "drift", 6, 0.04),
+        ("bodies", "omf4", "drift", 4, 0.05),
+        ("bodies", "leapfrog", "kick", 2, 0.02),
+    ],
+)
+def test_motions_have_the_order_of_the_method(name: str, method: str, first: str, order: int, step: float) -> None:
+    compiled, t_end = model(name), {"henon_heiles": 8.0, "swinging": 0.8, "bodies": 1.0}[name]
+    exact, errors = _reference(compiled, t_end), []
+    for h in (step, step / 2):
+        run = compiled.simulate(t_end, h, method=method, first=first)
+        assert run.success, run.message
+        errors.append(float(np.abs(np.concatenate([run.q[-1], run.p[-1]]) - exact).max()))
+    assert math.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.3)
+
+
+def test_a_run_says_energies_outputs_and_what_it_cost() -> None:
+    run = model("henon_heiles").simulate(method="suzuki4", record_every=7)
+    assert run.message == "reached t = 20 in 200 steps"
+    assert run.t[-1] == 20.0 and len(run.t) == 30 and run.t[1] == pytest.approx(0.7)
+    assert (run.stats["steps"], run.stats["gradients"]) == (200, 1000)
+    np.testing.assert_allclose(run.energy["kinetic"], (run.p**2).sum(axis=1) / 2, rtol=1e-14)
+    np.testing.assert_allclose(run.energy["total"], model("henon_heiles").energy(run.q, run.p), rtol=1e-15)
+    by_hand = run.q[:, 0] * run.p[:, 1] - run.q[:, 1] * run.p[:, 0]
+    np.testing.assert_allclose(run.outputs["angular_momentum"], by_hand, rtol=1e-13, atol=1e-16)
+    assert 0 < run.energy_error < 1e-5
+    assert "coupled" not in run.energy
+    swinging = model("swinging").simulate(0.1)
+    turning = swinging.p[:, 1] ** 2 / (2 * swinging.q[:, 0] ** 2)
+    np.testing.assert_allclose(swinging.energy["coupled"], turning, rtol=1e-13)
+    assert swinging.stats["iterations"] == swinging.stats["gradients"] >= 30
+    assert swinging.p[0, 1] == 0.5  # a formula of parameters
+
+
+@pytest.mark.parametrize(("name", "method"), [("henon_heiles", "omf4"), ("swinging", "implicit_midpoint")])
+def test_steps_backwards_lead_to_the_start(name: str, method: str) -> None:
+    compiled = model(name)
+    there = compiled.simulate(1.0, 0.02, method=method)
+    back = compiled.simulate(-1.0, -0.02, method=method, initial={"q": there.q[-1], "p": there.p[-1]})
+    np.testing.assert_allclose(back.q[-1], there.q[0], atol=3e-14)
+    np.testing.assert_allclose(back.p[-1], there.p[0], atol=3e-14)
+
+
+def test_a_composition_is_symplectic() -> None:
+    """J = M^T J M for the derivative M of a map, by central differences."""
+    compiled, n = model("henon_heiles"), 2
+    start = np.array([0.1, -0.2, 0.3, 0.15])
+
+    def moved(state: Array) -> Array:
+        run = compiled.simulate(1.0, 0.25, method="omf4", initial={"q": state[:n], "p": state[n:]})
+        return np.concatenate([run.q[-1], run.p[-1]])
+
+    width = 1e-5
+    columns = [(moved(start + width * e) - moved(start - width * e)) / (2 * width) for e in np.eye(4)]
+    derivative = np.stack(columns, axis=1)
+    form = np.block([[np.zeros((n, n)), np.eye(n)], [-np.eye(n), np.zeros((n, n))]])
+    np.testing.assert_allclose(derivative.T @ form @ derivative, form, atol=1e-9)
+
+
+def test_compensated_sums_lose_less_over_many_steps() -> None:
+    compiled = model("henon_heiles")
+    options: dict[str, Any] = {"method": "yoshida8", "record_every": 1000, "initial": {"x": 0.05, "p_x": 0.1}}
+    errors = [
+        compiled.simulate(2000.0, 0.02, compensated=compensated, **options).energy_error
+        for compensated in (False, True)
+    ]
+    assert errors[1] < errors[0] / 3
+    assert errors[1] < 2e-14
+
+
+def test_repetition_makes_the_bodies_and_the_pairs() -> None:
+    document = hamiltonian_from_data(BODIES)
+    assert [item.name for item in document.parameters] == ["m0", "m1", "m2"]
+    assert [term.name for term in document.terms if term.dependence == "potential"] == [
+        "pair_0_1", "pair_0_2", "pair_1_2",
+    ]  # fmt: skip
+    assert document.separable
+    run = model("bodies").simulate()
+    momentum = run.p[:, 0::2].sum(axis=1)
+    np.testing.assert_allclose(momentum, momentum[0], atol=1e-14)
+
+
+def test_a_step_beyond_the_limit_is_said_and_a_run_that_fails_keeps_what_it_had() -> None:
+    compiled = model("henon_heiles")
+    run = compiled.simulate(3.0, 3.0, method="leapfrog", initial={"x": 0.0, "y": 0.0, "p_x": 1e-3, "p_y": 0.0})
+    assert "step times largest frequency is 3 at the start, and leapfrog is stable up to 2; try:" in run.message
+    away = compiled.simulate(100.0, 0.5, method="leapfrog", initial={"y": 3.0, "p_y": 2.0})
+    assert not away.success
+    assert away.message.startswith("stopped behind t = ")
+    assert "a value became infinite or not a number" in away.message
+    assert np.isfinite(away.q).all() and len(away.t) == len(away.q) > 1
+    stiff = model("swinging").simulate(1.0, 1.0, method="implicit_midpoint")
+    assert not stiff.success
+    assert "the iteration of an implicit midpoint step did not converge; try: a step smaller than 1" in stiff.message
+
+
+def test_a_motion_is_saved(tmp_path: Path) -> None:
+    run = model("henon_heiles").simulate(1.0)
+    lines = run.save(tmp_path / "run.csv").read_text().splitlines()
+    assert lines[0] == "t,x,y,p_x,p_y,outputs.angular_momentum,energy.kinetic,energy.potential,energy.total"
+    assert len(lines) == 12 and float(lines[-1].split(",")[1]) == run.q[-1, 0]
+    with np.load(run.save(tmp_path / "run.npz")) as archive:
+        np.testing.assert_array_equal(archive["p_y"], run.p[:, 1])
+    with pytest.raises(eomgen.UsageError, match=r"cannot be saved as \.mat; try: \.npz or \.csv"):
+        run.save(tmp_path / "run.mat")
+
+
+def test_its_c_stands_alone_and_gives_the_same_rows(tmp_path: Path) -> None:
+    folder = tmp_path / "c"
+    names = {file.name for file in eomgen.generate(HENON_HEILES, folder, method="suzuki4")}  # type: ignore[arg-type]
+    assert {"henon_heiles.h", "henon_heiles.c", "henon_heiles_steps.c", "main.c", "README.md"} <= names
+    flags = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O2", "-ffp-contract=off"]
+    sources = [str(file) for file in sorted(folder.glob("*.c"))]
+    subprocess.run(["cc", *flags, *sources, "-o", str(tmp_path / "run"), "-lm"], check=True)
+    done = subprocess.run([str(tmp_path / "run"), "30", "0.1", "10"], capture_output=True, text=True, check=True)
+    rows = np.array([line.split(",") for line in done.stdout.splitlines()[1:]], float)
+    run = model("henon_heiles").simulate(3.0, method="suzuki4", record_every=10)
+    np.testing.assert_allclose(rows[:, 1:5], np.hstack([run.q, run.p]), rtol=1e-12)
+    np.testing.assert_allclose(rows[:, 5], run.energy["total"], rtol=1e-13)
+
+
+def test_the_command_line_takes_such_files(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "system.toml"
+    file.write_text(
+        'format = 1\nkind = "hamiltonian"\nname = "oscillator"\nhamiltonian = "p_x**2/2 + w**2*x**2/2"\n'
+        "[parameters]\nw = 2.0\n[coordinates]\nx = { initial = [1.0, 0.0] }\n"
+    )
+    out = tmp_path / "run"
+    arguments = ["simulate", str(file), "--out", str(out), "--t-end", "1", "--step", "0.05", "--set", "w=1"]
+    assert main([*arguments, "--json"]) == 0
+    summary = json.loads(capsys.readouterr().out)
+    assert summary["final"]["x"] == pytest.approx(math.cos(1.0), abs=1e-7)
+    assert {"solution.npz", "solution.csv", "motion.png", "summary.json"} <= {item.name for item in out.iterdir()}
+    assert main(["info", str(file), "--method", "leapfrog", "--json"]) == 0
+    shown = json.loads(capsys.readouterr().out)
+    assert shown["separable"] and shown["method"]["stability_limit"] == pytest.approx(2.0)
+    assert main(["info", str(file)]) == 0
+    assert "yes: T(p) + V(q)" in capsys.readouterr().out
+    assert main(["linearize", str(file)]) == 3
+    assert "this is a Hamiltonian system, and what was asked for is for mechanical scenes" in capsys.readouterr().err
+    assert main([*arguments, "--tolerance", "1e-6"]) == 2
+    assert "--tolerance: this option is of mechanical scenes" in capsys.readouterr().err
+
+
+def test_python_takes_such_files_by_the_same_verbs(tmp_path: Path) -> None:
+    document: Any = eomgen.load(HENON_HEILES)  # type: ignore[arg-type]
+    assert document.separable and document.coordinates[0].momentum == "p_x"
+    assert list(eomgen.derive(document).functions)[:3] == ["hamiltonian", "gradient", "hessian_product"]
+    with pytest.raises(eomgen.UsageError, match="henon_heiles is a Hamiltonian system, and this is for mechanical"):
+        eomgen.extremes(document)
+    with pytest.raises(eomgen.UsageError, match="terms is of mechanical scenes, and henon_heiles is a Hamiltonian"):
+        eomgen.build(document, ["mass"])
+    with pytest.raises(eomgen.UsageError, match=r"read from a \.toml file"):
+        load_hamiltonian(tmp_path / "system.json")
+
+
+def changed(**changes: Any) -> dict[str, Any]:
+    return {**HENON_HEILES, **changes}
+
+
+@pytest.mark.parametrize(
+    ("data", "text"),
+    [
+        (changed(hamiltonian="p_x**2/2 + z"), r"\(hamiltonian\): .*'z'"),
+        (changed(hamiltonian="p_x**2/2 + t*x"), r"\(hamiltonian\): .*H does not depend on time"),
+        (changed(hamiltonian="p_x**2/2 + sqrt(x - 1) + y*p_y"), r"no finite real value at the start, where x = 0: .*"),
+        (changed(hamiltonian="p_x**2/2 + 1/x + p_y"), "no finite real value at the start, where x = 0"),
+        (changed(hamiltonian="p_x**2/2 + x"), "neither y nor p_y is in H, so both stay as they are"),
+        (changed(hamiltonian=""), "the Hamiltonian is missing"),
+        (changed(hamiltonian={"a": 2, "b": ["x"]}), r"\(hamiltonian.b\): a formula is needed here"),
+        (
+            changed(coordinates={"x": {"initial": [1, 2]}, "y": {}}),
+            "the initial value is missing; try: y = { initial =",
+        ),
+        (changed(coordinates={"x": {"initial": [1, "inf"]}, "y": {"initial": [0, 0]}}), "'inf'"),
+        (changed(coordinates={"x": {"initial": [1]}, "y": {"initial": [0, 0]}}), "the start is"),
+        (changed(coordinates={}), "there is no coordinate"),
+        (changed(parameters={"coupling": 1.0, "x": 2.0}), "the name x is given twice"),
+        (changed(parameters={"coupling": "many"}), "'many'"),
+        (changed(parameters={"coupling": 1.0, "t": 2.0}), "t is the time"),
+        (changed(name="2x"), "is not legal"),
+        (changed(format=2), "the format is"),
+        (changed(masses={}), "the key 'masses' is unknown here"),
+        (changed(outputs={"r": "sqrt(x**2 - 1)"}), r"\(outputs.r\): it has no finite real value at the start"),
+        (changed(simulation={"step": 0}), "a positive number is needed here"),
+        (changed(simulation={"steps": 0.1}), "the key 'steps' is unknown here; try: step"),
+        (changed(simulation={"record_every": 0.5}), "a whole number from 1 is needed here"),
+        (
+            changed(repeat={"a": {"indices": {"i": 2}, "where": "k < 1", "parameters": {"a{i}": 1.0}}}),
+            r"\(repeat.a.where\): .*'k'",
+        ),
+        (
+            changed(repeat={"a": {"indices": {"i": 2}, "bodies": {}}}),
+            "there is no section 'bodies' whose entries could",
+        ),
+    ],
+)
+def test_mistakes_in_files_have_one_clear_message(data: dict[str, Any], text: str) -> None:
+    with pytest.raises(eomgen.DescriptionError, match=text) as caught:
+        eomgen.load(data)  # type: ignore[arg-type]
+    assert len(caught.value.problems) == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "text"),
+    [
+        ("henon_heiles", {"method": "rk4"}, "there is no method 'rk4' of Hamiltonian systems"),
+        ("henon_heiles", {"method": "leapfrg"}, "try: leapfrog"),
+        (
+            "swinging",
+            {"method": "omf4"},
+            r"omf4 needs H = T\(p\) \+ V\(q\), and turning depends on coordinates and mom",
+        ),
+        ("swinging", {"method": "leapfrog"}, "leapfrog needs H ="),
+        ("henon_heiles", {"first": "swing"}, "a step begins with a drift or a kick, not with 'swing'"),
+        ("henon_heiles", {"t_end": 1.05, "step": 0.1}, r"1\.05 is no whole number of steps of 0\.1; try: an end of 1"),
+        ("henon_heiles", {"t_end": -1.0}, r"steps of 0\.1 lead away from -1; try: a step of -0\.1"),
+        ("henon_heiles", {"step": 0.0}, "a finite step other than 0 is needed"),
+        ("henon_heiles", {"record_every": 0}, "0 is no whole number from 1"),
+        ("henon_heiles", {"parameters": {"couplin": 1}}, "there is no parameter 'couplin'; try: coupling"),
+        ("henon_heiles", {"initial": {"z": 1}}, "there is no coordinate or momentum 'z'"),
+        ("henon_heiles", {"initial": {"q": [1.0]}}, r"q has shape \(1,\), and finite numbers of shape \(2,\)"),
+        ("bodies", {"initial": {"x1": math.cos(0), "y1": 0.0}}, "H is -inf at the start"),
+    ],
+)
+def test_mistakes_in_calls_have_one_clear_message(name: str, options: dict[str, Any], text: str) -> None:
+    with pytest.raises(eomgen.UsageError, match=text):
+        model(name).simulate(**options)
+    with pytest.raises(eomgen.UsageError, match=r"an array of a state has shape \(5,\)"):
+        model(name).energy(np.zeros(5), np.zeros(5))
