@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 from eomgen.cli import INTERRUPTED
 from eomgen.cli.options import assignments, in_units
-from eomgen.cli.printing import building, counted, print_json, say
+from eomgen.cli.printing import building, print_json, say
 from eomgen.cli.tables import print_table
 from eomgen.errors import NumericalError, Problem, UsageError
+from eomgen.text import counted, json_text
 
 if TYPE_CHECKING:
     from eomgen.hamiltonian.solution import HamiltonianSolution
@@ -73,7 +74,6 @@ def run(document: Hamiltonian, folder: str, options: Mapping[str, Any], *, plots
     """Simulate a system, write solution.npz, solution.csv, summary.json and motion.png, and return the exit code."""
     from eomgen.files import make_folder, write_text  # noqa: PLC0415  # imported when the arguments are fine
     from eomgen.pipeline.hamiltonians import build_hamiltonian, given_options  # noqa: PLC0415
-    from eomgen.text import json_text  # noqa: PLC0415
 
     if given := given_options({name: value for name, value in options.items() if name not in _TAKEN}):
         option = f"--{given[0].replace('_', '-')}"

@@ -302,7 +302,7 @@ def test_a_fault_of_ours_is_called_one(
     def broken(*_: object, **__: object) -> None:
         raise KeyError("lost")
 
-    monkeypatch.setattr(pipeline, "load", broken)
+    monkeypatch.setattr(pipeline, "load_scene", broken)
     code, _, message = _run(["info", str(scene_file)], capsys)
     assert code == 1
     assert message == "internal error: KeyError: 'lost'; this is a fault of eomgen; try: the same with --debug\n"

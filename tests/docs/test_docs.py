@@ -62,8 +62,10 @@ FILES = [
     for block in blocks(language)
     if re.match(r"(# \w+\.(csv|toml)|/\* \w+\.c \*/)\n", block.text)
 ]
-WHOLE = [block for block in blocks("toml") if "format" in tomllib.loads(block.text) and block not in FILES]
-PIECES = [block for block in blocks("toml") if "format" not in tomllib.loads(block.text)]
+#: Of scenes; what the page of Hamiltonian systems holds is run by the tests of these.
+SCENES = [block for block in blocks("toml") if block.page != "hamiltonian.md"]
+WHOLE = [block for block in SCENES if "format" in tomllib.loads(block.text) and block not in FILES]
+PIECES = [block for block in SCENES if "format" not in tomllib.loads(block.text)]
 EXAMPLE = next(block.text for block in WHOLE if block.page == "scene.md")
 
 
@@ -83,6 +85,7 @@ def test_there_is_something_to_test() -> None:
     assert {block.page for block in blocks("python")} == {
         "README.md",
         "ensembles.md",
+        "hamiltonian.md",
         "identification.md",
         "python.md",
         "random_vibration.md",

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+import runpy
 import subprocess
 import sys
 from functools import cache
@@ -16,6 +18,7 @@ from scipy.integrate import solve_ivp
 import eomgen
 from eomgen.arrays import Array
 from eomgen.cli import main
+from eomgen.integrators.compositions import composition_named
 from eomgen.scene.hamiltonian.reading import load_hamiltonian
 from tests.models.cache import shared_cache
 
@@ -96,6 +99,29 @@ def test_jupiter_goes_round_in_its_period() -> None:
 def test_commands_of_the_readme_run(name: str, tmp_path: Path) -> None:
     assert main(["simulate", str(SYSTEMS[name]), "--out", str(tmp_path), "--no-plots"]) == 0
     assert (tmp_path / "solution.npz").is_file()
+
+
+def test_the_page_holds_what_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    page = (EXAMPLES.parent / "docs" / "hamiltonian.md").read_text(encoding="utf-8")
+    whole, piece = re.findall(r"```toml\n(.*?)```", page, re.DOTALL)
+    monkeypatch.chdir(tmp_path)
+    Path("henon_heiles.toml").write_text(whole, encoding="utf-8")
+    Path("page.py").write_text(re.findall(r"```python\n(.*?)```", page, re.DOTALL)[0], encoding="utf-8")
+    names = runpy.run_path("page.py")
+    assert names["run"].success and names["along"][0].shape == (2,)
+    assert piece in SYSTEMS["outer_solar_system"].read_text(encoding="utf-8")
+
+
+def test_the_page_has_the_figures_of_the_table() -> None:
+    page = (EXAMPLES.parent / "docs" / "hamiltonian.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `(\w+)` \| (\d) \| (\d+) \| ([\d.]+) \| ([\d.]+) \| (\S+) \|$", page, re.MULTILINE)
+    assert len(rows) == 11
+    for name, order, gradients, limit, share, error in rows:
+        found = composition_named(name)
+        assert (found.order, found.gradients) == (int(order), int(gradients))
+        assert found.stability_limit == pytest.approx(float(limit), abs=6e-4)
+        assert found.stability_limit / found.gradients == pytest.approx(float(share), abs=6e-4)
+        assert found.error_constant == pytest.approx(float(error), rel=6e-3)
 
 
 @pytest.mark.slow
