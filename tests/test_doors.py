@@ -170,7 +170,7 @@ DOORS: dict[str, set[str]] = {
     },
     "model": {"analysis", "calls", "compiled", "ensembles", "linear", "progress", "results", "simulation", "spectra"},
     "reliability": {"arrays", "errors"},
-    "waves": {"arrays", "codegen", "errors", "symbolic", "toolchain"},
+    "waves": {"arrays", "codegen", "errors", "random_processes", "symbolic", "toolchain"},
     # verbs
     "pipeline": {
         "arrays",
@@ -356,8 +356,10 @@ ORDER: dict[str, tuple[str, ...]] = {
     "waves": (
         "derivation derived",
         "pairs",
-        "routines",
+        "profiles routines",
         "sea",
+        "spectra",
+        "radar statistics",
     ),
     "studies.savings": (
         "variants",

@@ -3,6 +3,40 @@
 from __future__ import annotations
 
 from eomgen.waves.pairs import WaveNumber, gravity_waves
+from eomgen.waves.profiles import Profile
+from eomgen.waves.radar import Radar, SpecularPoints, specular_points
 from eomgen.waves.sea import Components, Motion, Sea, Surface
+from eomgen.waves.spectra import (
+    DiscreteSpectrum,
+    Jonswap,
+    PiersonMoskowitz,
+    Spectrum,
+    SpectrumTable,
+    Spreading,
+    discretized,
+    wave_number,
+)
+from eomgen.waves.statistics import SeaStatistics, statistics_of
 
-__all__ = ["Components", "Motion", "Sea", "Surface", "WaveNumber", "gravity_waves"]
+__all__ = [
+    "Components",
+    "DiscreteSpectrum",
+    "Jonswap",
+    "Motion",
+    "PiersonMoskowitz",
+    "Profile",
+    "Radar",
+    "Sea",
+    "SeaStatistics",
+    "Spectrum",
+    "SpectrumTable",
+    "SpecularPoints",
+    "Spreading",
+    "Surface",
+    "WaveNumber",
+    "discretized",
+    "gravity_waves",
+    "specular_points",
+    "statistics_of",
+    "wave_number",
+]

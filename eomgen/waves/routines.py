@@ -89,6 +89,7 @@ def sources(case: Case, dispersion: Dispersion = gravity_waves) -> tuple[str, st
             **shared,
             col={name: number for number, name in enumerate(COLUMNS)},
             ent=entries,
+            own={name: number for number, name in enumerate(OWN)},
             has_sums="Xp" in entries,
             kinematics=kinematics_of(case.spread),
             geometry=geometry_of(case.spread),

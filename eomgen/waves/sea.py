@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import copy
 import math
 import warnings
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from eomgen.arrays import Array
 from eomgen.errors import NumericalError, Problem, UsageError
-from eomgen.waves.pairs import COLUMNS, ENTRIES, Case, Dispersion, gravity_waves
+from eomgen.waves.pairs import COLUMNS, ENTRIES, OWN, Case, Dispersion, gravity_waves
+from eomgen.waves.profiles import Profile, harmonics, multiples
 from eomgen.waves.routines import Routines, Waves, geometry_of, kinematics_of, routines
 
 STANDARD_GRAVITY = 9.81
@@ -122,7 +124,7 @@ class Sea:
         #: columns: the direction of the waves and the one across it, for waves of one direction
         self._axes = np.eye(2) if self.spread else np.array([heading, [-heading[1], heading[0]]]).T
         columns = self._of(surface=True).components(vectors, self._numbers(0.0))
-        order_of = np.argsort(columns[COLUMNS.index("w")], kind="stable")
+        self._order = order_of = np.argsort(columns[COLUMNS.index("w")], kind="stable")
         self.vectors = np.ascontiguousarray(vectors[order_of])
         self.amplitude = np.ascontiguousarray(np.asarray(components.amplitude, dtype=float)[order_of])
         self.phase = np.ascontiguousarray(np.asarray(components.phase, dtype=float)[order_of])
@@ -196,11 +198,13 @@ class Sea:
         given = np.array([self.gravity, p[1], p[2]])
         columns = made.components(self.vectors, given)
         own = made.own(columns, p)
-        square = self.amplitude**2
+        return columns, own, made.pairs(columns, p) if self.order == 2 else None, self._level(columns, own)
+
+    def _level(self, columns: Array, own: Array) -> Array:
+        """Return lift, what the pressure is raised by, and the velocity of drift of all components."""
+        row, square = dict(zip(OWN, own, strict=True)), self.amplitude**2
         raised = 0.25 * np.sum(square * columns[COLUMNS.index("w")] ** 2 * columns[COLUMNS.index("s")])
-        level = np.array([own[4] @ square, raised, own[5] @ square, own[6] @ square])
-        twice = np.ascontiguousarray(own[[0, 1, 2, 3] if self.spread else [0, 1, 3]])
-        return columns, twice, made.pairs(columns, p) if self.order == 2 else None, level
+        return np.array([row["lift"] @ square, raised, row["Dx"] @ square, row["Dy"] @ square])
 
     def _waves(self, time: float) -> Waves:
         return Waves(self.amplitude, np.remainder(self.phase - self.frequency * time, 2.0 * math.pi), time)
@@ -229,6 +233,71 @@ class Sea:
         moved[:, 2] += c
         velocity[:, :2] += self.current
         return Motion(moved, velocity, acceleration, row["p"] - self.restoring * c)
+
+    def profile(self, count: int, time: float) -> Profile:
+        """Return the surface of a sea of one direction at equally spaced labels, by FFT.
+
+        Parameters
+        ----------
+        count : int
+            Labels over the length after which the sea repeats itself; more than twice the highest multiple that
+            pairs make.
+
+        Raises
+        ------
+        UsageError
+            Waves of several directions, wave numbers that are no multiples of one, or too few labels.
+        """
+        if self.spread:
+            what = "the waves have several directions"
+            raise UsageError(Problem("Sea.profile", what, "surface(labels, time), or waves of one direction"))
+        columns, own, table, level = self._surface_tables
+        unit, number = multiples(np.hypot(*self.vectors.T))
+        least = 2 * int(number.max()) * (self.order if table is not None and "Xp" in self._entries else 1)
+        if count <= least:
+            raise UsageError(Problem("Sea.profile: count", f"{count} labels are too few", f"{least + 1} or more"))
+        crest = self.amplitude * np.exp(1j * (self.phase - self.frequency * time))
+        named = None if table is None else dict(zip(self._entries, table, strict=True))
+        found, (drift, lift) = harmonics(number, columns, crest, own, named, level)
+        k = unit * np.arange(len(found["x"]))
+        labels = 2.0 * math.pi / unit * np.arange(count) / count
+
+        def over_labels(amplitudes: NDArray[np.complex128]) -> Array:
+            spectrum = np.zeros(count // 2 + 1, dtype=complex)
+            kept = min(len(spectrum), len(amplitudes))
+            spectrum[:kept] = 0.5 * count * amplitudes[:kept]
+            spectrum[0] = count * amplitudes[0].real
+            return np.fft.irfft(spectrum, count)
+
+        x, z, u, w = (over_labels(found[name]) for name in "xzuw")
+        xa, za, xaa, zaa = (over_labels(found[name] * (1j * k) ** n) for n in (1, 2) for name in "xz")
+        current = float(self.current @ self._axes[:, 0])
+        return Profile(
+            labels, labels + x + (drift + current) * time, z + lift, u + drift + current, w, 1.0 + xa, za, xaa, zaa
+        )
+
+    @property
+    def _entries(self) -> tuple[str, ...]:
+        return self._of(surface=True).case.entries
+
+    def with_waves(self, components: Components) -> Sea:
+        """Return the sea of other amplitudes and phases of the same wave vectors, with the tables of this one.
+
+        Raises
+        ------
+        UsageError
+            Other wave vectors.
+        """
+        _check(components, self.depth, self.order, self.gravity)
+        vectors = np.asarray(components.vectors, dtype=float)
+        if vectors.shape != self.vectors.shape or np.any(vectors[self._order] != self.vectors):
+            raise UsageError(Problem("Sea.with_waves", "the wave vectors are others", "a Sea of its own"))
+        other = copy.copy(self)
+        other.amplitude = np.ascontiguousarray(np.asarray(components.amplitude, dtype=float)[self._order])
+        other.phase = np.ascontiguousarray(np.asarray(components.phase, dtype=float)[self._order])
+        columns, own, table, _ = self._surface_tables
+        other._surface_tables = columns, own, table, other._level(columns, own)
+        return other
 
     def derivatives(self, labels: ArrayLike, time: float, c: float = 0.0) -> tuple[Array, Array]:
         """Return derivatives of positions by labels a and b.

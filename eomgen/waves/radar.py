@@ -1,0 +1,218 @@
+"""What a radar sees of a sea: velocity bunching of a synthetic aperture, its statistics, and specular points.
+
+A platform flies along +x (azimuth) at a speed V and looks from the side at slant range R; a facet with the velocity u_r
+towards the radar appears at x + (R/V) u_r. Particles are followed, so the image is a map of labels, and brightness is
+the ratio of two Jacobians: no expansion about mean water, and caustics are where one of them is zero.
+Sources: Hasselmann and Hasselmann, JGR 96 (1991) 10713 (linear transfer and cut-off); Kerbaol, Chapron and Vachon, JGR
+103 (1998) 7833 (azimuth cut-off); Kodis, IEEE Trans. AP 14 (1966) 77 (specular points).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from eomgen.arrays import Array
+from eomgen.errors import Problem, UsageError
+from eomgen.waves.profiles import Profile
+from eomgen.waves.sea import STANDARD_GRAVITY, Sea
+from eomgen.waves.spectra import DiscreteSpectrum
+
+#: Labels that are evaluated at a time.
+_AT_ONCE = 100_000
+
+
+@dataclass(frozen=True)
+class Radar:
+    """A radar with a synthetic aperture.
+
+    Attributes
+    ----------
+    range_to_velocity : float, s
+        Slant range over the platform's speed: about 30 s from an aeroplane, 120 s from a satellite.
+    incidence : float, rad
+        Angle of the line of sight from the vertical; it points to -y and up.
+    """
+
+    range_to_velocity: float
+    incidence: float
+
+    def __post_init__(self) -> None:
+        if not self.range_to_velocity >= 0.0 or not math.isfinite(self.range_to_velocity):
+            raise UsageError(Problem("Radar: range_to_velocity", f"{self.range_to_velocity:.6g} s is below 0"))
+        if not 0.0 <= self.incidence < 0.5 * math.pi:
+            what = f"{self.incidence:.6g} rad is not from 0 to below pi/2"
+            raise UsageError(Problem("Radar: incidence", what, "the angle from the vertical, 0.4 for 23 degrees"))
+
+    @property
+    def sight(self) -> Array:
+        """Unit vector from the sea to the radar."""
+        return np.array([0.0, -math.sin(self.incidence), math.cos(self.incidence)])
+
+    # -- images -----------------------------------------------------------------------------------------------------
+
+    def bunching(self, sea: Sea, labels: ArrayLike, time: float) -> tuple[Array, Array]:
+        """Return where facets appear (points, 2), and the intensity of each, |J/J'|: infinite on caustics.
+
+        J is the Jacobian of places by labels, J' that of places in the image.
+        """
+        labels = np.asarray(labels, dtype=float)
+        here, first = sea.motion(labels, time), sea.derivatives(labels, time)[0]
+        image = here.position[:, :2].copy()
+        image[:, 0] += self.range_to_velocity * (here.velocity @ self.sight)
+        # derivatives of velocities by labels: of fourth order, an 80th of the shortest wave apart
+        step = 2.0 * math.pi / np.hypot(*sea.vectors.T).max() / 80.0
+        change = np.zeros((len(labels), 2))
+        for axis, move in enumerate(step * np.eye(2)):
+            for place, weight in ((-2.0, 1.0), (-1.0, -8.0), (1.0, 8.0), (2.0, -1.0)):
+                seen = sea.motion(labels + place * move, time).velocity @ self.sight
+                change[:, axis] += weight * seen / (12.0 * step)
+        moved = first[:, :2].copy()
+        moved[:, 0] += self.range_to_velocity * change
+        with np.errstate(divide="ignore"):
+            return image, np.abs(np.linalg.det(first[:, :2]) / np.linalg.det(moved))
+
+    def image(self, sea: Sea, time: float, columns: ArrayLike, rows: ArrayLike, labels_per_cell: int = 3) -> Array:
+        """Return the intensity of cells between edges, (rows - 1, columns - 1), of facets that all scatter alike: 1 on
+        average.
+
+        Labels on a grid carry the area of the sea that they stand for to where they appear, so caustics keep what is
+        in them; labels are taken beyond the edges, by four deviations of what facets are moved by.
+
+        Parameters
+        ----------
+        columns, rows : edges along x (azimuth) and y (ground range), increasing, equally spaced, m
+        labels_per_cell : int
+            Along each direction.
+        """
+        x, y = _edges("columns", columns), _edges("rows", rows)
+        apart = np.array([x[1] - x[0], y[1] - y[0]]) / labels_per_cell
+        w, k = sea.frequency, np.hypot(*sea.vectors.T)
+        moved = np.sqrt(0.5 * np.sum(sea.amplitude**2 / np.tanh(np.minimum(k * sea.depth, 700.0)) ** 2))
+        seen = np.sqrt(0.5 * np.sum((sea.amplitude * w) ** 2 / np.tanh(np.minimum(k * sea.depth, 700.0)) ** 2))
+        reach = 4.0 * np.array([moved + self.range_to_velocity * seen, moved])
+        a, b = (
+            np.arange(edges[0] - far + 0.5 * step, edges[-1] + far, step)
+            for edges, far, step in zip((x, y), reach, apart, strict=True)
+        )
+        total = np.zeros((len(y) - 1, len(x) - 1))
+        for row in np.array_split(b, max(1, len(a) * len(b) // _AT_ONCE)):
+            labels = np.stack(np.meshgrid(a, row), axis=-1).reshape(-1, 2) - sea.current * time
+            motion, first = sea.motion(labels, time), sea.derivatives(labels, time)[0]
+            area = np.abs(np.linalg.det(first[:, :2])) * apart[0] * apart[1]
+            place = motion.position[:, 0] + self.range_to_velocity * (motion.velocity @ self.sight)
+            total += np.histogram2d(motion.position[:, 1], place, (y, x), weights=area)[0]
+        return np.asarray(total / np.outer(np.diff(y), np.diff(x)))
+
+    def line(self, profile: Profile, length: float, cells: int, direction: Literal[1, -1] = 1) -> Array:
+        """Return the intensity of a line of cells, over the length after which a sea along the flight repeats itself.
+
+        Parameters
+        ----------
+        profile : of the sea, along its direction
+        direction : 1 where the waves run with the platform, -1 where they run against it
+        """
+        moved = direction * profile.x + self.range_to_velocity * math.cos(self.incidence) * profile.w
+        weights = np.abs(profile.xa) * length / len(profile.labels)
+        found, _ = np.histogram(np.mod(moved, length), cells, (0.0, length), weights=weights)
+        return np.asarray(found * cells / length)
+
+    # -- statistics of first order ----------------------------------------------------------------------------------
+
+    def velocity_deviation(self, spectrum: DiscreteSpectrum, gravity: float = STANDARD_GRAVITY) -> float:
+        """Return the standard deviation of velocities towards the radar in deep water, in m/s."""
+        k = np.hypot(*spectrum.vectors.T)
+        across = math.sin(self.incidence) * spectrum.vectors[:, 1] / k
+        square = spectrum.energy * gravity * k * (across**2 + math.cos(self.incidence) ** 2)
+        return math.sqrt(float(square.sum()))
+
+    def cutoff(self, spectrum: DiscreteSpectrum, gravity: float = STANDARD_GRAVITY) -> float:
+        """Return the shortest wave length along the flight that an image shows, pi R/V times the deviation of
+        velocities, in m."""
+        return math.pi * self.range_to_velocity * self.velocity_deviation(spectrum, gravity)
+
+    def fold_probability(self, spectrum: DiscreteSpectrum, gravity: float = STANDARD_GRAVITY) -> float:
+        """Return the part of labels at which the image of a deep sea along the flight is folded over.
+
+        Raises
+        ------
+        UsageError
+            Waves that run across the flight.
+        """
+        k = np.hypot(*spectrum.vectors.T)
+        if np.any(np.abs(spectrum.vectors[:, 1]) > 1e-12 * k):
+            what = "waves run across the flight; there is a closed form for those along x alone"
+            raise UsageError(Problem("Radar.fold_probability", what, "bunching(sea, labels, time), or heading = 0"))
+        change = self._change(np.sqrt(gravity * k), np.sign(spectrum.vectors[:, 0]))
+        variance = float(np.sum(spectrum.energy * (k * change) ** 2))
+        return 0.5 * math.erfc(1.0 / math.sqrt(2.0 * variance))
+
+    def critical_amplitude(
+        self, wave_number: float, direction: Literal[1, -1] = 1, gravity: float = STANDARD_GRAVITY
+    ) -> float:
+        """Return the amplitude from which on the image of one deep wave along the flight has caustics, in m."""
+        change = self._change(np.array([math.sqrt(gravity * wave_number)]), np.array([float(direction)]))
+        return 1.0 / (wave_number * float(np.abs(change[0])))
+
+    def _change(self, w: Array, direction: Array) -> Array:
+        """Return what of k A cos(theta) the map from labels to the image differs from 1 by."""
+        return direction * self.range_to_velocity * w * math.cos(self.incidence) - 1.0
+
+    def backscatter(self, slope_density: float, reflectivity: float = 1.0) -> float:
+        """Return the normalised cross section of specular points near the vertical, pi |R|^2 sec^4 f.
+
+        Parameters
+        ----------
+        slope_density : of slopes towards the radar, at tan(incidence): ``SeaStatistics.slope_density``
+        reflectivity : |R|^2 of water at normal incidence
+        """
+        return math.pi * reflectivity * slope_density / math.cos(self.incidence) ** 4
+
+
+@dataclass(frozen=True)
+class SpecularPoints:
+    """Points of a profile with one slope: labels, places x and heights z in m, and the profile's curvature in 1/m."""
+
+    labels: Array
+    x: Array
+    z: Array
+    curvature: Array
+
+
+def specular_points(profile: Profile, slope: float) -> SpecularPoints:
+    """Return the points of a profile that have a slope: where dz - slope dx changes its sign between labels, found on
+    the cubic through values and derivatives at both."""
+    value, rate = profile.za - slope * profile.xa, profile.zaa - slope * profile.xaa
+    step = profile.labels[1] - profile.labels[0]
+    here: NDArray[np.int64] = np.flatnonzero((value[:-1] > 0.0) != (value[1:] > 0.0))
+    y0, y1, d0, d1 = value[here], value[here + 1], rate[here] * step, rate[here + 1] * step
+    low, high = np.zeros(len(here)), np.ones(len(here))
+    for _ in range(50):
+        part = 0.5 * (low + high)
+        same = (_cubic(y0, y1, d0, d1, part) > 0.0) == (y0 > 0.0)
+        low, high = np.where(same, part, low), np.where(same, high, part)
+    part = 0.5 * (low + high)
+
+    def at(values: Array, rates: Array) -> Array:
+        return _cubic(values[here], values[here + 1], rates[here] * step, rates[here + 1] * step, part)
+
+    curved = (1.0 - part) * profile.curvature[here] + part * profile.curvature[here + 1]
+    labels = profile.labels[here] + part * step
+    return SpecularPoints(labels, at(profile.x, profile.xa), at(profile.z, profile.za), curved)
+
+
+def _cubic(y0: Array, y1: Array, d0: Array, d1: Array, part: Array) -> Array:
+    """Return Hermite's cubic of values and derivatives at 0 and 1."""
+    rest = 1.0 - part
+    return rest * rest * ((1.0 + 2.0 * part) * y0 + part * d0) + part * part * ((3.0 - 2.0 * part) * y1 - rest * d1)
+
+
+def _edges(name: str, edges: ArrayLike) -> Array:
+    found = np.asarray(edges, dtype=float)
+    if found.ndim != 1 or len(found) < 2 or not np.all(np.diff(found) > 0.0):
+        raise UsageError(Problem(f"Radar.image: {name}", "edges have to increase, two at least"))
+    return found

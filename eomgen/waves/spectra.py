@@ -1,0 +1,265 @@
+"""Spectra of seas, their division into components, and realisations by seed."""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from eomgen.arrays import Array
+from eomgen.errors import Problem, UsageError
+from eomgen.random_processes import standard_normals
+from eomgen.waves.sea import STANDARD_GRAVITY, Components
+
+#: Frequencies at which a spectrum is divided, in parts of that of its peak.
+BAND = (0.5, 3.0)
+#: Wave lengths of the peak after which a sea of one direction repeats itself.
+REPEATED_AFTER = 32.0
+
+
+class Spectrum(Protocol):
+    """A spectrum of elevations: one-sided density in m^2 s/rad over angular frequency, and its peak in rad/s."""
+
+    @property
+    def peak(self) -> float: ...
+    def density(self, frequency: Array) -> Array: ...
+
+
+@dataclass(frozen=True)
+class Jonswap:
+    """The JONSWAP spectrum (Hasselmann and others 1973) of a significant height in m and a peak period in s.
+
+    Its level is such that the whole spectrum has the variance height^2/16. ``peakedness`` 1 is Pierson and Moskowitz's
+    form.
+    """
+
+    height: float
+    period: float
+    peakedness: float = 3.3
+
+    def __post_init__(self) -> None:
+        for name, value in (("height", self.height), ("period", self.period)):
+            if not value > 0.0 or not math.isfinite(value):
+                raise UsageError(Problem(f"Jonswap: {name}", f"{value:.6g} is not above 0"))
+        if not 1.0 <= self.peakedness <= 20.0:
+            what = f"{self.peakedness:.6g} is not from 1 to 20"
+            raise UsageError(Problem("Jonswap: peakedness", what, "3.3, or 1 for a fully developed sea"))
+
+    @property
+    def peak(self) -> float:
+        """Angular frequency of the peak in rad/s."""
+        return 2.0 * math.pi / self.period
+
+    def density(self, frequency: Array) -> Array:
+        """Return the density at angular frequencies above 0."""
+        ratio, total = np.asarray(frequency, dtype=float) / self.peak, _jonswap_total(self.peakedness) * self.peak
+        return _jonswap_shape(ratio, self.peakedness) * self.height**2 / (16.0 * total)
+
+
+def _jonswap_shape(ratio: Array, peakedness: float) -> Array:
+    """Return the form of the spectrum over frequency in parts of that of the peak."""
+    width = np.where(ratio <= 1.0, 0.07, 0.09)
+    with np.errstate(under="ignore"):
+        power = np.exp(-0.5 * ((ratio - 1.0) / width) ** 2)
+        return np.asarray(ratio**-5.0 * np.exp(-1.25 * ratio**-4.0) * peakedness**power)
+
+
+@functools.cache
+def _jonswap_total(peakedness: float) -> float:
+    """Return the integral of the form, over the logarithm of frequency, in which it is smooth but for the peak."""
+    grid = np.linspace(math.log(0.2), math.log(40.0), 8001)
+    return float(np.trapezoid(_jonswap_shape(np.exp(grid), peakedness) * np.exp(grid), grid))
+
+
+@dataclass(frozen=True)
+class PiersonMoskowitz:
+    """The spectrum of Pierson and Moskowitz (1964) of a fully developed sea, by the wind at 19.5 m in m/s: significant
+    height 0.2092 U^2/g."""
+
+    wind: float
+    gravity: float = STANDARD_GRAVITY
+
+    def __post_init__(self) -> None:
+        if not self.wind > 0.0 or not math.isfinite(self.wind):
+            raise UsageError(Problem("PiersonMoskowitz: wind", f"{self.wind:.6g} m/s is not above 0"))
+
+    @property
+    def peak(self) -> float:
+        """Angular frequency of the peak in rad/s."""
+        return 0.8772 * self.gravity / self.wind
+
+    def density(self, frequency: Array) -> Array:
+        """Return the density at angular frequencies above 0."""
+        w = np.asarray(frequency, dtype=float)
+        with np.errstate(under="ignore"):
+            return np.asarray(8.1e-3 * self.gravity**2 * w**-5.0 * np.exp(-1.25 * (self.peak / w) ** 4))
+
+
+class SpectrumTable:
+    """A spectrum between points, straight between them and 0 outside.
+
+    Parameters
+    ----------
+    frequencies : increasing, in rad/s, above 0
+    densities : one-sided, in m^2 s/rad, none below 0
+    """
+
+    def __init__(self, frequencies: ArrayLike, densities: ArrayLike) -> None:
+        self.frequencies = np.asarray(frequencies, dtype=float)
+        self.densities = np.asarray(densities, dtype=float)
+        where = "SpectrumTable"
+        if self.frequencies.ndim != 1 or len(self.frequencies) < 2 or self.densities.shape != self.frequencies.shape:
+            what = f"shapes {self.frequencies.shape} and {self.densities.shape}"
+            raise UsageError(Problem(where, what, "as many densities as frequencies, two at least"))
+        if not np.all(np.diff(self.frequencies) > 0.0) or not self.frequencies[0] > 0.0:
+            raise UsageError(Problem(f"{where}: frequencies", "they have to increase from above 0"))
+        if not np.all(self.densities >= 0.0) or not np.any(self.densities > 0.0):
+            what = f"the least is {self.densities.min():.6g} m^2 s/rad, the greatest {self.densities.max():.6g}"
+            raise UsageError(Problem(f"{where}: densities", what, "none below 0, one above 0"))
+
+    @property
+    def peak(self) -> float:
+        """Angular frequency of the greatest density in rad/s."""
+        return float(self.frequencies[np.argmax(self.densities)])
+
+    def density(self, frequency: Array) -> Array:
+        """Return the density at angular frequencies."""
+        return np.asarray(np.interp(frequency, self.frequencies, self.densities, left=0.0, right=0.0))
+
+
+@dataclass(frozen=True)
+class Spreading:
+    """Directions about a heading in rad, with the density cos^2s of half the angle (Mitsuyasu and others 1975)."""
+
+    exponent: float
+    heading: float = 0.0
+    directions: int = 9
+
+    def __post_init__(self) -> None:
+        if not self.exponent > 0.0 or not math.isfinite(self.exponent):
+            raise UsageError(Problem("Spreading: exponent", f"{self.exponent:.6g} is not above 0"))
+        if self.directions < 2:
+            what = f"{self.directions} is less than two"
+            raise UsageError(Problem("Spreading: directions", what, "no spreading at all for one direction"))
+
+    def density(self, angle: Array) -> Array:
+        """Return the density over directions in 1/rad; its integral over a turn is 1."""
+        s = self.exponent
+        level = math.exp(math.lgamma(s + 1.0) - math.lgamma(s + 0.5)) / (2.0 * math.sqrt(math.pi))
+        return level * np.abs(np.cos(0.5 * (np.asarray(angle) - self.heading))) ** (2.0 * s)
+
+    def shares(self) -> tuple[Array, Array]:
+        """Return directions and their shares of the energy: middles of equal sectors, without those at the back whose
+        density is below 1e-4 of the greatest."""
+        half = 2.0 * math.acos(min(1.0, 1e-4 ** (1.0 / (2.0 * self.exponent))))
+        angles = self.heading + half * (2.0 * np.arange(self.directions) + 1.0 - self.directions) / self.directions
+        weights = self.density(angles)
+        return angles, weights / weights.sum()
+
+
+@dataclass(frozen=True)
+class DiscreteSpectrum:
+    """Wave vectors (n, 2) in rad/m with the variance of elevation of each, (n,) in m^2.
+
+    ``band`` has the lowest and the highest frequency in rad/s: moments of slope and curvature grow with the latter.
+    """
+
+    vectors: Array
+    energy: Array
+    band: tuple[float, float]
+
+    @property
+    def height(self) -> float:
+        """Significant height, four times the standard deviation, in m."""
+        return 4.0 * math.sqrt(float(self.energy.sum()))
+
+    def realisation(self, seed: int, amplitudes: Literal["gaussian", "fixed"] = "gaussian") -> Components:
+        """Return components by seed: ``gaussian`` cosine and sine amplitudes, which the tails of a sea need, or
+        ``fixed`` amplitudes sqrt(2 E) with phases alone at random."""
+        if amplitudes not in ("gaussian", "fixed"):
+            raise UsageError(Problem("realisation: amplitudes", f"there is no {amplitudes!r}", "gaussian, or fixed"))
+        n = len(self.energy)
+        normal = standard_normals(seed, 2 * n, "waves").reshape(n, 2)
+        radius, phase = np.hypot(*normal.T), np.arctan2(normal[:, 1], normal[:, 0])
+        amplitude = np.sqrt(self.energy) * (radius if amplitudes == "gaussian" else math.sqrt(2.0))
+        return Components(self.vectors, amplitude, phase)
+
+
+def discretized(
+    spectrum: Spectrum,
+    *,
+    depth: float = math.inf,
+    gravity: float = STANDARD_GRAVITY,
+    length: float | None = None,
+    band: tuple[float, float] = BAND,
+    spreading: Spreading | None = None,
+    heading: float = 0.0,
+    height: float | None = None,
+) -> DiscreteSpectrum:
+    """Return a spectrum as components of equally spaced wave numbers 2 pi j/length within a band.
+
+    Parameters
+    ----------
+    length : float, m
+        After which a sea of one direction repeats itself; 32 wave lengths of the peak by default.
+    band : lowest and highest frequency in parts of that of the peak
+    spreading : Spreading
+        Without one all waves run along ``heading`` (rad from x).
+    height : float, m
+        Significant height that the components are scaled to; without one that of the spectrum within the band.
+
+    Raises
+    ------
+    UsageError
+        A band without components, or without energy.
+    """
+    if not 0.0 < band[0] < band[1]:
+        raise UsageError(Problem("discretized: band", f"{band} does not increase from above 0", f"{BAND}"))
+    if not depth > 0.0:
+        what = f"{depth:.6g} m is not above 0"
+        raise UsageError(Problem("discretized: depth", what, "math.inf for water without a bottom"))
+    low, high = (wave_number(spectrum.peak * part, depth, gravity) for part in band)
+    step = wave_number(spectrum.peak, depth, gravity) / REPEATED_AFTER if length is None else 2.0 * math.pi / length
+    first, last = math.floor(low / step * (1.0 + 1e-12)) + 1, math.ceil(high / step * (1.0 - 1e-12)) - 1
+    if last < first:
+        what = f"no wave number 2 pi j/length is from {low:.6g} to {high:.6g} rad/m"
+        raise UsageError(Problem("discretized: length", what, f"a length above {2.0 * math.pi / (high - low):.6g} m"))
+    k = step * np.arange(first, last + 1)
+    w, group = frequency_and_group_velocity(np.asarray(k), depth, gravity)
+    energy = spectrum.density(w) * group * step
+    if not energy.sum() > 0.0:
+        raise UsageError(Problem("discretized: band", f"the spectrum is zero from {w[0]:.6g} to {w[-1]:.6g} rad/s"))
+    if height is not None:
+        energy *= height**2 / (16.0 * energy.sum())
+    angles, shares = (np.array([heading]), np.ones(1)) if spreading is None else spreading.shares()
+    vectors = k[:, None, None] * np.stack((np.cos(angles), np.sin(angles)), axis=-1)
+    return DiscreteSpectrum(vectors.reshape(-1, 2), np.outer(energy, shares).ravel(), (float(w[0]), float(w[-1])))
+
+
+def frequency_and_group_velocity(k: Array, depth: float, gravity: float = STANDARD_GRAVITY) -> tuple[Array, Array]:
+    """Return sqrt(g k tanh k h) in rad/s and its derivative by k in m/s."""
+    if math.isinf(depth):
+        w = np.sqrt(gravity * k)
+        return w, 0.5 * w / k
+    t = np.tanh(k * depth)
+    w = np.sqrt(gravity * k * t)
+    return w, 0.5 * w / k * (1.0 + k * depth * (1.0 - t * t) / t)
+
+
+def wave_number(frequency: float, depth: float = math.inf, gravity: float = STANDARD_GRAVITY) -> float:
+    """Return the wave number in rad/m of an angular frequency, by Newton's method."""
+    deep = frequency**2 / gravity
+    if math.isinf(depth):
+        return deep
+    k = deep / math.sqrt(math.tanh(deep * depth))  # within 10 % in every depth
+    for _ in range(20):
+        w, group = frequency_and_group_velocity(np.array([k]), depth, gravity)
+        change = float((w[0] - frequency) / group[0])
+        k -= change
+        if abs(change) <= 1e-15 * k:
+            break
+    return k

@@ -1,0 +1,125 @@
+"""What a radar sees of a sea: folds, caustics, where the intensity goes, and specular points."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+import numpy as np
+import pytest
+
+from eomgen.errors import UsageError
+from eomgen.waves import Components, Jonswap, Radar, Sea, Spreading, discretized, specular_points, statistics_of
+
+INCIDENCE = math.radians(23.0)
+
+
+@pytest.mark.parametrize(
+    ("over_velocity", "with_flight", "against"),
+    [(30.0, 0.1996, 0.2130), (60.0, 0.3389, 0.3432), (120.0, 0.4183, 0.4195)],
+)
+def test_images_fold_as_often_as_the_closed_form_says(over_velocity: float, with_flight: float, against: float) -> None:
+    radar = Radar(over_velocity, INCIDENCE)
+    random = np.random.default_rng(7)
+    for heading, direction, table in ((0.0, 1, with_flight), (math.pi, -1, against)):
+        swell = discretized(Jonswap(2.0, 10.0), height=2.0, heading=heading)
+        probability = radar.fold_probability(swell)
+        assert probability == pytest.approx(table, abs=1e-4)
+        sea, folded, labels = Sea(swell.realisation(1), order=1), 0, 0
+        for _ in range(400):
+            normal = random.normal(size=(len(swell.energy), 2))
+            amplitude, phase = np.sqrt(swell.energy) * np.hypot(*normal.T), np.arctan2(*normal.T)
+            profile = sea.with_waves(Components(swell.vectors, amplitude, phase)).profile(1024, 0.0)
+            k = 2.0 * math.pi * np.fft.rfftfreq(1024, profile.labels[1])
+            rate = np.fft.irfft(1j * k * np.fft.rfft(profile.w), 1024)
+            seen = direction * profile.xa + radar.range_to_velocity * math.cos(INCIDENCE) * rate
+            folded, labels = folded + np.count_nonzero(direction * seen < 0.0), labels + len(seen)
+        assert folded / labels == pytest.approx(probability, abs=0.002)
+
+
+def test_the_velocity_and_the_cut_off_are_those_of_the_benchmark() -> None:
+    swell = discretized(Jonswap(2.0, 10.0), height=2.0)
+    assert Radar(120.0, INCIDENCE).velocity_deviation(swell) == pytest.approx(0.353, abs=5e-4)
+    assert Radar(120.0, INCIDENCE).cutoff(swell) == pytest.approx(133.0, abs=0.5)
+
+
+@pytest.mark.parametrize(("direction", "expected"), [(1, 0.363), (-1, 0.353)])
+def test_caustics_begin_at_the_critical_amplitude(direction: Literal[1, -1], expected: float) -> None:
+    k, radar = (0.2 * math.pi) ** 2 / 9.81, Radar(120.0, INCIDENCE)
+    critical = radar.critical_amplitude(k, direction)
+    assert critical == pytest.approx(expected, abs=5e-4)
+    for part, caustics in ((1.0 - 1e-6, False), (1.0 + 1e-6, True)):
+        wave = Components(np.array([[direction * k, 0.0]]), np.array([part * critical]), np.zeros(1))
+        sea = Sea(wave, order=1)
+        # x' turns where the image of a label stands still: the greatest brightness is at a crest or a trough
+        labels = np.array([[0.0, 0.0], [math.pi / k, 0.0]])
+        _, intensity = radar.bunching(sea, labels, 0.0)
+        place, _ = radar.bunching(
+            sea, np.column_stack((np.linspace(-1e-2, 2.0 * math.pi / k, 20_001), np.zeros(20_001))), 0.0
+        )
+        assert np.any(np.diff(place[:, 0]) < 0.0) == caustics
+        assert intensity.max() > 1e4
+
+
+def test_the_intensity_of_a_line_is_that_of_the_water() -> None:
+    swell = discretized(Jonswap(2.0, 10.0), height=2.0)
+    length = 2.0 * math.pi / (np.hypot(*swell.vectors.T)[0] / 9.0)
+    profile = Sea(swell.realisation(4)).profile(8192, 20.0)
+    for over_velocity in (0.0, 30.0, 120.0):
+        line = Radar(over_velocity, INCIDENCE).line(profile, length, 400)
+        assert line.mean() == pytest.approx(1.0, abs=1e-3)
+    # without motion of facets water lies where it is, and 20 labels to a cell are 20 labels
+    assert np.abs(Radar(0.0, INCIDENCE).line(profile, length, 400) - 1.0).max() < 0.12
+
+
+def test_an_image_has_the_area_of_the_sea_and_its_bunching() -> None:
+    swell = discretized(Jonswap(1.0, 9.0), length=700.0, band=(0.8, 1.4), spreading=Spreading(20.0, 0.3, 5))
+    sea, radar = Sea(swell.realisation(2), order=1), Radar(60.0, INCIDENCE)
+    edges = np.linspace(0.0, 600.0, 41)
+    image = radar.image(sea, 0.0, edges, edges)
+    assert image.shape == (40, 40)
+    assert image.mean() == pytest.approx(1.0, abs=0.03)  # what comes in and goes out at the edges
+    assert image.std() > 0.2
+    still = Radar(0.0, INCIDENCE).image(sea, 0.0, edges, edges, labels_per_cell=6)
+    assert np.abs(still - 1.0).max() < 0.2
+
+
+def test_bunching_is_the_jacobian_of_the_image() -> None:
+    swell = discretized(Jonswap(1.0, 9.0), length=500.0, band=(0.8, 1.4), spreading=Spreading(20.0, 0.3, 5))
+    sea, radar = Sea(swell.realisation(2), 50.0), Radar(20.0, INCIDENCE)
+    labels, d = np.random.default_rng(1).uniform(0.0, 500.0, (20, 2)), 1e-3
+    place, intensity = radar.bunching(sea, labels, 3.0)
+    motion = sea.motion(labels, 3.0)
+    sight = np.array([0.0, -math.sin(INCIDENCE), math.cos(INCIDENCE)])
+    assert place[:, 1] == pytest.approx(motion.position[:, 1], abs=1e-12)
+    assert place[:, 0] == pytest.approx(motion.position[:, 0] + 20.0 * motion.velocity @ sight, abs=1e-12)
+    columns = [
+        (radar.bunching(sea, labels + move, 3.0)[0] - radar.bunching(sea, labels - move, 3.0)[0]) / (2.0 * d)
+        for move in d * np.eye(2)
+    ]
+    expected = np.abs(sea.surface(labels, 3.0).jacobian / np.linalg.det(np.stack(columns, axis=-1)))
+    assert intensity == pytest.approx(expected, rel=1e-5)
+
+
+def test_specular_points_have_the_slope_and_the_backscatter_of_their_density() -> None:
+    storm = discretized(Jonswap(7.0, 10.0), height=7.0)
+    profile = Sea(storm.realisation(3)).profile(8192, 0.0)
+    found = specular_points(profile, 0.2)
+    slope = np.interp(found.labels, profile.labels, profile.slope)
+    assert slope == pytest.approx(0.2, abs=2e-3)
+    assert found.z == pytest.approx(np.interp(found.labels, profile.labels, profile.z), abs=5e-3)
+    assert np.all(np.abs(found.curvature) > 0.0)
+    density = float(statistics_of(storm).slope_density(math.tan(0.2)))
+    expected = math.pi * 0.6 * density / math.cos(0.2) ** 4
+    assert Radar(0.0, 0.2).backscatter(density, 0.6) == pytest.approx(expected, rel=1e-12)
+
+
+def test_what_cannot_be_is_named() -> None:
+    with pytest.raises(UsageError, match=r"Radar: range_to_velocity: -1 s is below 0"):
+        Radar(-1.0, 0.4)
+    with pytest.raises(UsageError, match=r"Radar: incidence: 2 rad is not from 0 to below pi/2; try: the angle from"):
+        Radar(30.0, 2.0)
+    with pytest.raises(UsageError, match=r"waves run across the flight; .* try: bunching\(sea, labels, time\)"):
+        Radar(30.0, 0.4).fold_probability(discretized(Jonswap(2.0, 10.0), heading=0.3))
+    with pytest.raises(UsageError, match=r"Radar.image: rows: edges have to increase, two at least"):
+        Radar(30.0, 0.4).image(Sea.of_one_wave(0.05, 1.0), 0.0, [0.0, 1.0], [1.0])

@@ -1,0 +1,176 @@
+"""Spectra, their components, and realisations by seed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from eomgen.errors import UsageError
+from eomgen.waves import (
+    Jonswap,
+    PiersonMoskowitz,
+    Sea,
+    Spectrum,
+    SpectrumTable,
+    Spreading,
+    discretized,
+    statistics_of,
+    wave_number,
+)
+
+
+def variance(spectrum: Spectrum) -> float:
+    total, _ = quad(
+        lambda w: float(spectrum.density(np.array([w]))[0]), 0.3 * spectrum.peak, 30.0 * spectrum.peak, limit=400,
+        points=[spectrum.peak], epsrel=1e-10,
+    )  # fmt: skip
+    return total
+
+
+@pytest.mark.parametrize("peakedness", [1.0, 3.3, 7.0])
+def test_jonswap_has_the_height_that_it_is_given(peakedness: float) -> None:
+    spectrum = Jonswap(7.0, 10.0, peakedness)
+    assert 4.0 * math.sqrt(variance(spectrum)) == pytest.approx(7.0, rel=1e-5)
+    fine = spectrum.peak * np.linspace(0.9, 1.1, 2001)
+    assert fine[np.argmax(spectrum.density(fine))] == pytest.approx(2.0 * math.pi / 10.0, rel=1e-3)
+    if peakedness > 1.0:
+        broad = Jonswap(7.0, 10.0, 1.0)
+        ratios = spectrum.density(np.array([spectrum.peak, 2.0])) / broad.density(np.array([spectrum.peak, 2.0]))
+        assert ratios[0] / ratios[1] == pytest.approx(peakedness, rel=1e-6)
+
+
+def test_pierson_moskowitz_has_the_height_of_its_wind() -> None:
+    spectrum = PiersonMoskowitz(15.0)
+    assert 4.0 * math.sqrt(variance(spectrum)) == pytest.approx(0.2092 * 15.0**2 / 9.81, rel=1e-3)
+    same = Jonswap(4.0 * math.sqrt(variance(spectrum)), 2.0 * math.pi / spectrum.peak, 1.0)
+    w = np.array([0.5, 0.8, 1.7])
+    assert spectrum.density(w) == pytest.approx(same.density(w), rel=1e-4)
+
+
+def test_a_table_is_straight_between_its_points() -> None:
+    spectrum = SpectrumTable([0.5, 1.0, 1.5], [0.0, 2.0, 0.0])
+    assert spectrum.density(np.array([0.4, 0.75, 1.25, 1.6])).tolist() == [0.0, 1.0, 1.0, 0.0]
+    sea = discretized(spectrum, band=(0.5, 1.5), length=4000.0)
+    assert sea.height == pytest.approx(4.0, rel=2e-3)
+
+
+def test_the_storm_of_the_benchmark_has_its_moments() -> None:
+    storm = discretized(Jonswap(7.0, 10.0), height=7.0)
+    known = statistics_of(storm)
+    assert len(storm.energy) == 279
+    assert [known.moment(1), known.moment(2), known.moment(4)] == pytest.approx([0.18340, 0.016679, 5.022e-4], rel=1e-4)
+    assert known.drift() == pytest.approx(0.3259, abs=1e-4)
+    assert storm.band == pytest.approx((0.5 * 0.2 * math.pi * math.sqrt(9 / 8), 3.0 * 0.2 * math.pi), rel=0.02)
+
+
+@pytest.mark.parametrize("depth", [math.inf, 300.0, 20.0, 0.5])
+def test_wave_numbers_hold_the_dispersion_relation(depth: float) -> None:
+    for w in (0.05, 0.7, 9.0):
+        k = wave_number(w, depth)
+        assert 9.81 * k * math.tanh(min(k * depth, 700.0)) == pytest.approx(w * w, rel=1e-13)
+    sea = discretized(Jonswap(0.1, 10.0), depth=depth, length=500.0)
+    assert sea.height == pytest.approx(0.1, rel=0.15)
+
+
+def test_directions_share_the_energy() -> None:
+    spreading = Spreading(8.0, heading=0.5, directions=15)
+    total, _ = quad(lambda angle: float(spreading.density(np.array(angle))), 0.5 - math.pi, 0.5 + math.pi)
+    assert total == pytest.approx(1.0, rel=1e-9)
+    spread, along = (discretized(Jonswap(2.0, 8.0), length=400.0, spreading=x) for x in (spreading, None))
+    assert spread.energy.sum() == pytest.approx(along.energy.sum(), rel=1e-12)
+    mean = spread.energy @ (spread.vectors / np.hypot(*spread.vectors.T)[:, None])
+    assert math.atan2(mean[1], mean[0]) == pytest.approx(0.5, abs=1e-12)
+    # of cos^2s(theta/2) the first harmonic is s/(s + 1)
+    assert np.hypot(*mean) / spread.energy.sum() == pytest.approx(8.0 / 9.0, abs=2e-3)
+
+
+def test_realisations_are_those_of_their_seed() -> None:
+    storm = discretized(Jonswap(7.0, 10.0))
+    first, again, other = (storm.realisation(seed) for seed in (1, 1, 2))
+    assert np.array_equal(first.amplitude, again.amplitude)
+    assert np.array_equal(first.phase, again.phase)
+    assert not np.any(first.amplitude == other.amplitude)
+    fixed = storm.realisation(1, "fixed")
+    assert fixed.amplitude == pytest.approx(np.sqrt(2.0 * storm.energy), rel=1e-15)
+    many = np.array([storm.realisation(seed).amplitude ** 2 for seed in range(200)])
+    assert (many / (2.0 * storm.energy)).mean() == pytest.approx(1.0, abs=0.02)
+    assert (many / (2.0 * storm.energy)).var() == pytest.approx(1.0, abs=0.06)
+
+
+@pytest.mark.parametrize("depth", [np.inf, 30.0])
+def test_profiles_by_fourier_transforms_are_sums_over_pairs(depth: float) -> None:
+    sea = Sea(discretized(Jonswap(3.0, 8.0), depth=depth, length=600.0, heading=0.3).realisation(3), depth)
+    profile = sea.profile(512, 5.0)
+    direction = np.array([math.cos(0.3), math.sin(0.3)])
+    labels = profile.labels[::7, None] * direction
+    motion, (first, second) = sea.motion(labels, 5.0), sea.derivatives(labels, 5.0)
+    along = np.einsum("nxa,x,a->n", first[:, :2], direction, direction)
+    for found, expected in (
+        (profile.x, motion.position[:, :2] @ direction),
+        (profile.z, motion.position[:, 2]),
+        (profile.u, motion.velocity[:, :2] @ direction),
+        (profile.w, motion.velocity[:, 2]),
+        (profile.xa, along),
+        (profile.za, first[:, 2] @ direction),
+    ):
+        assert found[::7] == pytest.approx(expected, abs=1e-11)
+    surface = sea.surface(labels, 5.0)
+    assert profile.slope[::7] == pytest.approx(surface.slope @ direction, abs=1e-11)
+    assert 0.5 * profile.curvature[::7] == pytest.approx(surface.curvature, abs=1e-11)
+    assert np.all(np.isfinite(second))
+
+
+def test_tables_serve_other_amplitudes() -> None:
+    storm = discretized(Jonswap(7.0, 10.0), length=1000.0)
+    one, other = Sea(storm.realisation(1)), Sea(storm.realisation(2))
+    found, expected = one.with_waves(storm.realisation(2)).profile(256, 3.0), other.profile(256, 3.0)
+    assert np.array_equal(found.z, expected.z)
+    assert np.array_equal(found.u, expected.u)
+    with pytest.raises(UsageError, match=r"the wave vectors are others; try: a Sea of its own"):
+        one.with_waves(discretized(Jonswap(7.0, 10.0), length=900.0).realisation(1))
+
+
+@pytest.mark.parametrize(
+    ("call", "text"),
+    [
+        (lambda: Jonswap(-1.0, 10.0), "Jonswap: height: -1 is not above 0"),
+        (lambda: Jonswap(1.0, 10.0, 0.5), "Jonswap: peakedness: 0.5 is not from 1 to 20; try: 3.3, or 1 for a fully"),
+        (lambda: PiersonMoskowitz(0.0), "PiersonMoskowitz: wind: 0 m/s is not above 0"),
+        (
+            lambda: SpectrumTable([1.0, 0.5], [1.0, 1.0]),
+            "SpectrumTable: frequencies: they have to increase from above 0",
+        ),
+        (lambda: SpectrumTable([0.5, 1.0], [1.0, -1.0]), "SpectrumTable: densities: the least is -1 m^2 s/rad"),
+        (
+            lambda: SpectrumTable([0.5], [1.0]),
+            "SpectrumTable: shapes (1,) and (1,); try: as many densities as frequencies",
+        ),
+        (lambda: Spreading(0.0), "Spreading: exponent: 0 is not above 0"),
+        (lambda: Spreading(4.0, directions=1), "Spreading: directions: 1 is less than two; try: no spreading at all"),
+        (lambda: discretized(Jonswap(1.0, 8.0), band=(2.0, 1.0)), "discretized: band: (2.0, 1.0) does not increase"),
+        (lambda: discretized(Jonswap(1.0, 8.0), depth=0.0), "discretized: depth: 0 m is not above 0; try: math.inf"),
+        (lambda: discretized(Jonswap(1.0, 8.0), length=5.0), "no wave number 2 pi j/length is from"),
+        (
+            lambda: discretized(SpectrumTable([0.5, 0.6], [1.0, 1.0]), band=(2.0, 3.0)),
+            "discretized: band: the spectrum is zero from",
+        ),
+        (lambda: discretized(Jonswap(1.0, 8.0)).realisation(1, "none"), "there is no 'none'; try: gaussian, or fixed"),
+        (
+            lambda: statistics_of(discretized(Jonswap(1.0, 8.0), length=400.0, spreading=Spreading(4.0))),
+            "there are closed forms for waves of one direction alone, and these have several; try: a spectrum without",
+        ),
+        (
+            lambda: Sea(discretized(Jonswap(1.0, 8.0), length=400.0).realisation(1)).profile(16, 0.0),
+            "Sea.profile: count: 16 labels are too few; try:",
+        ),
+    ],
+)
+def test_what_cannot_be_is_named(call: Callable[[], Any], text: str) -> None:
+    with pytest.raises(UsageError) as refused:
+        call()
+    assert text in str(refused.value)

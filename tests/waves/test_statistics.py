@@ -1,0 +1,90 @@
+"""Statistics of many realisations against the closed forms of a Gaussian sea."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from eomgen.arrays import Array
+from eomgen.waves import Components, DiscreteSpectrum, Jonswap, Profile, Sea, SeaStatistics, discretized, statistics_of
+
+
+def storm(height: float, length: float | None = None) -> DiscreteSpectrum:
+    return discretized(Jonswap(height, 10.0), height=height, length=length)
+
+
+def profiles(spectrum: DiscreteSpectrum, order: int, realisations: int, labels: int) -> Iterator[Profile]:
+    """Yield profiles of realisations in pairs, the second with all waves turned upside down."""
+    random, energy = np.random.default_rng(5), spectrum.energy
+    sea = Sea(spectrum.realisation(1), order=order)
+    for _ in range(realisations):
+        normal = random.normal(size=(len(energy), 2))
+        amplitude, phase = np.sqrt(energy) * np.hypot(*normal.T), np.arctan2(normal[:, 1], normal[:, 0])
+        for turn in (0.0, math.pi):
+            yield sea.with_waves(Components(spectrum.vectors, amplitude, phase + turn)).profile(labels, 0.0)
+
+
+def elevations(height: float, order: int, realisations: int) -> tuple[SeaStatistics, Array]:
+    """Return the closed forms, and mean, variance and third central moment over the plane. Seas of eight waves of the
+    peak have few pairs and as much water in many realisations."""
+    spectrum, total = storm(height, 8.0 * 2.0 * math.pi / (0.2 * math.pi) ** 2 * 9.81), np.zeros(4)
+    for profile in profiles(spectrum, order, realisations, 512):
+        total += [float(np.mean(profile.xa * profile.z**power)) for power in range(4)]
+    _, mean, square, cube = total / total[0]
+    known = statistics_of(spectrum)
+    return known, np.array([mean, square - mean**2, cube - 3.0 * mean * square + 2.0 * mean**3])
+
+
+def test_elevations_of_first_order_have_no_skewness() -> None:
+    known, (mean, variance, third) = elevations(2.0, 1, 300)
+    assert mean == pytest.approx(known.mean, rel=0.03)
+    assert variance == pytest.approx(known.variance, rel=0.03)
+    assert third == pytest.approx(known.third_moment, abs=1e-3 * variance**1.5)
+    assert abs(third) / variance**1.5 <= 1e-3
+
+
+@pytest.mark.slow
+def test_elevations_of_second_order_have_the_skewness_of_the_closed_form() -> None:
+    known, (mean, variance, third) = elevations(2.0, 2, 5000)
+    assert statistics_of(storm(2.0)).skewness == pytest.approx(0.06237, abs=5e-6)
+    assert third / variance**1.5 == pytest.approx(known.skewness, rel=0.01)
+    assert abs(mean) < 0.005 * -known.mean
+
+
+def test_skewness_of_the_closed_form_is_its_double_sum() -> None:
+    known = statistics_of(storm(7.0, 1500.0))
+    k, e = known.wave_numbers, known.energy
+    double = 3.0 * np.sum(np.outer(e, e) * np.minimum.outer(k, k)) / e.sum() ** 1.5
+    assert known.skewness == pytest.approx(double, rel=1e-12)
+
+
+def test_the_density_of_slopes_is_one() -> None:
+    known = statistics_of(storm(7.0))
+    total, _ = quad(lambda s: float(known.slope_density(s)), -np.inf, np.inf)
+    assert total == pytest.approx(1.0, abs=1e-6)
+    tail, _ = quad(lambda s: float(known.slope_density(s)), 0.5, np.inf)
+    assert 2.0 * tail == pytest.approx(4.21e-4, rel=5e-3)
+    assert math.log10(known.fold_probability) == pytest.approx(math.log10(4.9e-15), abs=0.02)
+
+
+@pytest.mark.slow
+def test_slopes_and_specular_points_are_those_of_the_closed_forms() -> None:
+    """On labels 0.3 m apart: points between two of which the slope passes through its value twice are missed."""
+    spectrum = storm(7.0, 64.0 * 2.0 * math.pi / (0.2 * math.pi) ** 2 * 9.81)
+    known, labels = statistics_of(spectrum), 32768
+    slopes = np.array([0.0, 0.1, 0.2, 0.3, 0.5])
+    crossings, length, steep = np.zeros(len(slopes)), 0.0, 0.0
+    for profile in profiles(spectrum, 1, 700, labels):
+        length += float(profile.labels[1]) * labels
+        steep += float(np.sum(profile.xa * (np.abs(profile.slope) > 0.5)) * profile.labels[1])
+        for number, slope in enumerate(slopes):
+            above = profile.za - slope * profile.xa > 0.0
+            crossings[number] += np.count_nonzero(above != np.roll(above, 1))
+    expected = known.specular_points(slopes)
+    assert crossings[:4] / length == pytest.approx(expected[:4], rel=5e-3)
+    assert crossings[4] / length == pytest.approx(expected[4], rel=0.07)  # about 2000 points
+    assert steep / length == pytest.approx(4.21e-4, rel=0.05)
