@@ -1155,6 +1155,8 @@ SLOW: dict[str, tuple[str, ...]] = {
     "toolchain/test_without_compiler.py::test_a_copy_that_cannot_be_written_does_as_well": (),
     "toolchain/test_without_compiler.py::test_pythons_headers_are_not_needed_either": (),
     "toolchain/test_without_compiler.py::test_what_has_to_be_compiled_says_so": (),
+    "waves/test_radar.py::test_images_fold_as_often_as_the_closed_form_says": ("30.0-0.1996-0.213",),
+    "waves/test_radar.py::test_an_image_has_the_area_of_the_sea_and_its_bunching": (),
 }
 
 #: Which of these only `make test-long` runs: they take most of the time of a file, and it has others of their kind. A key is

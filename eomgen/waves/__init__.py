@@ -5,7 +5,7 @@ from __future__ import annotations
 from eomgen.waves.pairs import WaveNumber, gravity_waves
 from eomgen.waves.profiles import Profile
 from eomgen.waves.radar import Radar, SpecularPoints, specular_points
-from eomgen.waves.sea import Components, Motion, Sea, Surface
+from eomgen.waves.sea import BoundWaves, Components, Motion, Sea, Surface
 from eomgen.waves.spectra import (
     DiscreteSpectrum,
     Jonswap,
@@ -17,8 +17,10 @@ from eomgen.waves.spectra import (
     wave_number,
 )
 from eomgen.waves.statistics import SeaStatistics, statistics_of
+from eomgen.waves.stepping import Ramp, SteppedSea
 
 __all__ = [
+    "BoundWaves",
     "Components",
     "DiscreteSpectrum",
     "Jonswap",
@@ -26,12 +28,14 @@ __all__ = [
     "PiersonMoskowitz",
     "Profile",
     "Radar",
+    "Ramp",
     "Sea",
     "SeaStatistics",
     "Spectrum",
     "SpectrumTable",
     "SpecularPoints",
     "Spreading",
+    "SteppedSea",
     "Surface",
     "WaveNumber",
     "discretized",

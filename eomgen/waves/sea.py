@@ -17,6 +17,7 @@ from eomgen.waves.pairs import COLUMNS, ENTRIES, OWN, Case, Dispersion, gravity_
 from eomgen.waves.profiles import Profile, harmonics, multiples
 from eomgen.waves.routines import Routines, Waves, geometry_of, kinematics_of, routines
 
+Complex = NDArray[np.complex128]
 STANDARD_GRAVITY = 9.81
 #: Bytes of the table of pairs at most.
 MOST_MEMORY = 2_000_000_000
@@ -81,6 +82,28 @@ class Surface:
     slope: Array
     curvature: Array
     jacobian: Array
+
+
+@dataclass(frozen=True)
+class BoundWaves:
+    """What pairs of components make at the surface, as complex amplitudes at the label 0 and one time.
+
+    Attributes
+    ----------
+    members : for each group of pairs (i, sign of i, j, sign of j)
+        Components and how their wave vectors are added; the groups are one behind the other below.
+    potential, rate : of the velocity potential of second order, m^2/s, and its rate
+    x, y : displacements along the plane, m
+    drift : (2,) array, m
+        Where all particles have drifted to.
+    """
+
+    members: tuple[tuple[NDArray[np.int64], int, NDArray[np.int64], int], ...]
+    potential: Complex
+    rate: Complex
+    x: Complex
+    y: Complex
+    drift: Array
 
 
 class Sea:
@@ -279,6 +302,55 @@ class Sea:
     @property
     def _entries(self) -> tuple[str, ...]:
         return self._of(surface=True).case.entries
+
+    @property
+    def columns(self) -> Array:
+        """The table of components at the surface, rows as ``pairs.COLUMNS``."""
+        return self._surface_tables[0]
+
+    @property
+    def raised(self) -> float:
+        """The constant K of the pressure of second order, which keeps the mean level at 0, in m^2/s^2."""
+        return float(self._surface_tables[3][1])
+
+    def bound_waves(self, time: float) -> BoundWaves:
+        """Return what pairs of components make at the surface.
+
+        Raises
+        ------
+        UsageError
+            A sea of first order.
+        """
+        columns, own, table, level = self._surface_tables
+        if table is None:
+            raise UsageError(Problem("Sea.bound_waves", "a sea of order 1 has no pairs", "order = 2"))
+        crest = self.amplitude * np.exp(1j * (self.phase - self.frequency * time))
+        named, alone = dict(zip(self._entries, table, strict=True)), dict(zip(OWN, own, strict=True))
+        w, all_of = columns[COLUMNS.index("w")], np.arange(len(crest))
+        i, j = np.tril_indices(len(crest), -1)
+        zero = np.zeros(len(i))
+        groups = [
+            ((i, 1, j, -1), crest[i] * np.conj(crest[j]), named["w"], {x: named.get(f"{x}m", zero) for x in "BXY"})
+        ]
+        if "Xp" in named:
+            sums = {x: named.get(f"{x}p", zero) for x in "BXY"}
+            groups.append(((i, 1, j, 1), crest[i] * crest[j], w[i] + w[j], sums))
+            groups.append(((all_of, 1, all_of, 1), crest * crest, 2.0 * w, {x: alone[f"{x}p"] for x in "BXY"}))
+        potential: list[Complex] = []
+        rate: list[Complex] = []
+        x: list[Complex] = []
+        y: list[Complex] = []
+        for number, (_, product, speed, of) in enumerate(groups):
+            drifts = number == 0 and self.spread
+            potential.append(-1j * of["B"] * product)
+            rate.append(-1j * speed * potential[-1])
+            x.append((-1j * of["X"] + (time * named["Dx"] if drifts else 0.0)) * product)
+            y.append((-1j * of["Y"] + (time * named["Dy"] if drifts else 0.0)) * product)
+        along = np.stack((np.concatenate(x), np.concatenate(y)))
+        turned = self._axes @ along
+        drift = self._axes @ level[2:] * time
+        members = tuple(group[0] for group in groups)
+        return BoundWaves(members, np.concatenate(potential), np.concatenate(rate), turned[0], turned[1], drift)
 
     def with_waves(self, components: Components) -> Sea:
         """Return the sea of other amplitudes and phases of the same wave vectors, with the tables of this one.
