@@ -8,6 +8,7 @@ __all__ = [
     "patterns",
     "random_processes",
     "samples",
+    "second_blocks",
     "selection",
     "signals",
     "system",

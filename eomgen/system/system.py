@@ -26,6 +26,7 @@ from eomgen.symbolic.tape import Ref, Tape
 from eomgen.system.display import equation, html, line
 from eomgen.system.events import EventRow, Mode
 from eomgen.system.samples import SampledController, SampleRow
+from eomgen.system.second_blocks import SecondBlocks, second_blocks
 from eomgen.system.terms import TERMS, nearest_term
 
 if TYPE_CHECKING:
@@ -377,10 +378,20 @@ class System:
         """Numbers in the blocks of ``second_partials``; none where that was not asked for."""
         if "second_partials" not in self.functions:
             return {}
-        rows = len(self.multipliers)
-        outputs = sum(output.size for output in self.outputs)
-        weights = self.nv + self.nz + self.holonomic + 2 * rows + outputs
-        return {"weights": weights, "direction": 3 * self.nv + self.nz + rows + len(self.parameters)}
+        return {name: sum(parts.values()) for name, parts in self.second_blocks._asdict().items()}
+
+    @property
+    def second_blocks(self) -> SecondBlocks:
+        """What the blocks of ``second_partials`` are made of."""
+        return second_blocks(
+            nv=self.nv,
+            nz=self.nz,
+            nu=self.nu,
+            holonomic=self.holonomic,
+            rows=len(self.multipliers),
+            outputs=sum(output.size for output in self.outputs),
+            parameters=len(self.parameters),
+        )
 
     @property
     def initial_z(self) -> tuple[float, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -21,19 +22,26 @@ from tests.oracles.states import STEP
 TERMS = (
     *("partials", "internal_rate", "internal_partials", "constraint_jacobian", "velocity_partials"),
     *("acceleration_partials", "outputs"),
-    *("output_partials", "parameter_partials", "output_parameter_partials", "second_partials"),
+    *("output_partials", "parameter_partials", "output_parameter_partials", "linearization", "second_partials"),
 )
 
 
-def gradient(system: System, evaluate: Evaluate, state: dict[str, Array], weights: Array) -> Array:
-    """Return the gradient of the weighted equations and outputs, (STATES, components), from their first partials."""
+def gradient(
+    system: System, evaluate: Evaluate, state: dict[str, Array], weights: Array, driven: Array, given: Sequence[bool]
+) -> Array:
+    """Return the gradient of the weighted equations and outputs, (STATES, components), from their first partials.
+
+    ``driven``: changes of the inputs beside those that their laws give; ``given``: which have such laws.
+    """
     at = prescribed(system, evaluate, state)
+    if driven.size:
+        at["u"] = at["u"] + driven
     found = {
         name: array for term in TERMS[:-1] if term in system.functions for name, array in evaluate(term, at).items()
     }
     nv, nz, nh, nl = system.nv, system.nz, system.holonomic, len(system.multipliers)
     r, z, phi, w, wdot, y = np.split(weights, np.cumsum([nv, nz, nh, nl, nl]), axis=1)
-    sizes = {"q": nv, "v": nv, "a": nv, "z": nz, "lam": nl, "p": len(system.parameters)}
+    sizes = {"q": nv, "v": nv, "a": nv, "z": nz, "lam": nl, "p": len(system.parameters), "u": system.nu}
     B = found.get("B", np.zeros((len(weights), 0, nv)))
     parts: dict[str, list[tuple[Array, Array]]] = {
         "q": [(r, found["K"]), (phi, B[:, :nh])],
@@ -42,6 +50,7 @@ def gradient(system: System, evaluate: Evaluate, state: dict[str, Array], weight
         "z": [],
         "lam": [(r, np.swapaxes(B, 1, 2))],
         "p": [],
+        "u": [],
     }
     later = {"q": (z, "Fq"), "v": (z, "Fv"), "z": (r, "Rz")}
     for block, (weight, name) in later.items():
@@ -52,7 +61,15 @@ def gradient(system: System, evaluate: Evaluate, state: dict[str, Array], weight
         parts["v"] += [(wdot, found["Av"])]
     of_parameters = (("Rp", r), ("Fp", z), ("Phip", phi), ("Zp", w), ("Ap", wdot), ("Yp", y))
     parts["p"] += [(weight, found[name]) for name, weight in of_parameters if name in found]
-    for block in parts:
+    for weight, sign, names in ((r, -1.0, ("B0", "E0")), (z, 1.0, ("Fu", "Fw")), (y, 1.0, ("Yu", "Yw"))):
+        matrix = np.zeros((len(weights), weight.shape[1], system.nu), dtype=complex)
+        for name, places in zip(
+            names, (np.flatnonzero(~np.array(given, dtype=bool)), np.flatnonzero(given)), strict=True
+        ):
+            if name in found and len(places):
+                matrix[:, :, places] = sign * found[name][..., : len(places)]
+        parts["u"].append((weight, matrix))
+    for block in set(parts) - {"u"}:
         parts[block] += [(y, found[f"Y{block}"])] if block != "p" and f"Y{block}" in found else []
     columns = []
     for block, size in sizes.items():
@@ -71,17 +88,19 @@ def check(scene: Scene, rng: np.random.Generator, tolerance: float = 1e-12) -> A
     count = len(state["q"])
     weights = rng.normal(size=(count, system.second_sizes["weights"]))
     d = rng.normal(size=(count, system.second_sizes["direction"]))
-    nv, nz, nl = system.nv, system.nz, len(system.multipliers)
-    parts = dict(
-        zip(("q", "v", "a", "z", "lam", "p"), np.split(d, np.cumsum([nv, nv, nv, nz, nl]), axis=1), strict=True)
-    )
+    nv, nz, nl, np_ = system.nv, system.nz, len(system.multipliers), len(system.parameters)
+    names, ends = ("q", "v", "a", "z", "lam", "p", "u"), np.cumsum([nv, nv, nv, nz, nl, np_])
+    parts = dict(zip(names, np.split(d, ends, axis=1), strict=True))
     moved = {name: array.astype(complex) for name, array in state.items()}
     turning = sum(factor.q_size for factor in system.factors)
     moved["q"][:, :turning] = product.update(system.factors, moved["q"][:, :turning], 1j * STEP * parts["q"])
     for name in ("v", "a", "z", "lam", "p"):
         if parts[name].size:
             moved[name] = state[name] + 1j * STEP * parts[name]
-    expected = gradient(system, evaluate, moved, weights).imag / STEP
+    expected = (
+        gradient(system, evaluate, moved, weights, 1j * STEP * parts["u"], [item.given for item in scene.inputs]).imag
+        / STEP
+    )
     at = prescribed(system, evaluate, state)
     found = evaluate("second_partials", {**at, "weights": weights, "direction": d})["Hd"]
     found = np.broadcast_to(found, expected.shape)
@@ -95,7 +114,8 @@ def test_a_machine_with_a_controller_a_road_and_a_moving_base(
     coordinates: str, looped: bool, rng: np.random.Generator
 ) -> None:
     found = check(machine(coordinates, looped=looped), rng)
-    assert np.all(found[-11:-1] > 1e-5)  # each parameter curves some equation
+    parameters, inputs = found[-13:-3], found[-2:]
+    assert np.all(parameters > 1e-5) and np.all(inputs > 1e-5)  # each curves some equation
 
 
 @pytest.mark.parametrize("seed", range(4))

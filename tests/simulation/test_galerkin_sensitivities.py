@@ -125,17 +125,20 @@ def test_functionals_and_long_runs_from_checkpoints(monkeypatch: pytest.MonkeyPa
 def test_what_they_have_not_is_refused_by_name() -> None:
     _, model = built(tree())
     found = model.sensitivities(0.05, STEP, by=["mass"], method="tdg2")
-    calls: Mapping[str, Callable[[], object]] = {
-        "hessian": lambda: found.hessian("final(angle)"),
-        "hessian_products": lambda: found.hessian_products("final(angle)", [1.0]),
-        "input_gradient": lambda: found.input_gradient("final(angle)"),
+    calls: Mapping[str, tuple[Callable[[], object], str]] = {
+        "hessian": (lambda: found.hessian("final(angle)"), "no second"),
+        "hessian_products": (lambda: found.hessian_products("final(angle)", [1.0]), "no second"),
+        "input_gradient": (lambda: found.input_gradient("final(angle)"), "none by inputs"),
     }
-    for name, call in calls.items():
+    told = {
+        "no second": "but no second derivatives; try: generalized_alpha or trapezoidal",
+        "none by inputs": 'but none by inputs at all rows; try: gradient, of sensitivities(..., by=["inputs.NAME[:]"])',
+    }
+    for name, (call, why) in calls.items():
         with pytest.raises(UsageError) as caught:
             call()
         assert str(caught.value) == (
-            f"usage error: {name}: runs of tdg2 have derivatives and gradients here, but neither second ones nor those"
-            " by inputs; try: generalized_alpha or trapezoidal"
+            f"usage error: {name}: runs of tdg2 have derivatives and gradients here, {told[why]}"
         )
     assert "tdg2_adaptive chooses its steps, and where they end moves" in refusal(
         model, 0.05, STEP, method="tdg2_adaptive"

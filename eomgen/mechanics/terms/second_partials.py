@@ -1,18 +1,18 @@
 """Second derivatives of a weighted sum of the equations and outputs, along one direction: what adjoints of second
 order take of each state.
 
-    g = d (w . (M a + h + b - Q + B^T lam, zdot, Phi, B v + Phi_t, B a + g, outputs)) / d (q, v, a, z, lam, p),
+    g = d (w . (M a + h + b - Q + B^T lam, zdot, Phi, B v + Phi_t, B a + g, outputs)) / d (q, v, a, z, lam, p, u),
     Hd = dg along d.
 
 g by one reverse sweep, its change along d by one forward sweep over that (Griewank and Walther, Evaluating Derivatives
 (2008), section 5.4), so the cost is a small multiple of that of the equations whatever the number of variables. In q
-both are left-trivialised: first the gradient, then its change along d, which on rotations do not commute. Time is held,
-as are inputs that a controller or a caller drives; given inputs and the base follow their laws.
+both are left-trivialised: first the gradient, then its change along d, which on rotations do not commute. Time is held;
+given inputs and the base follow their laws in p, and u changes inputs beside that.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from eomgen.mechanics.derivation import Derivation
 from eomgen.mechanics.kinematics.directions import Seeds, configuration_directions
@@ -21,14 +21,17 @@ from eomgen.mechanics.terms.parameters import Partials
 from eomgen.symbolic.calculus.partials import jacobian_vector, weighted_gradient
 from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
+from eomgen.system.second_blocks import SecondBlocks, second_blocks
 from eomgen.system.system import Block
 
 
 def second_partials(derivation: Derivation) -> list[Block]:
-    """Return Hd, (3 nv + nz + nl + np,): in q (left-trivialised), v, a, z, lam and p."""
+    """Return Hd, in the parts of ``SecondBlocks.direction``."""
     tape = derivation.tape
-    values = _values(derivation)
-    seeds, size = _directions(derivation)
+    found = _values(derivation)
+    blocks = _blocks(derivation, found)
+    values = [ref for name in blocks.weights for ref in found[name]]
+    seeds, size = _directions(derivation, blocks), sum(blocks.direction.values())
     weights = [tape.input("weights", number) for number in range(len(values))]
     with tape.block("gradient of the weighted equations and outputs"):
         keys = {key: tape.input(key.block, key.index) if isinstance(key, InputSymbol) else key for key in seeds}
@@ -45,34 +48,50 @@ def second_partials(derivation: Derivation) -> list[Block]:
     return [Block("Hd", (size,), tuple(changes), what)]
 
 
-def _values(derivation: Derivation) -> list[Ref]:
-    """Return what is weighted, in the order of the weights."""
+def _values(derivation: Derivation) -> dict[str, Sequence[Ref]]:
+    """Return what is weighted, by the names of ``SecondBlocks.weights``."""
     (residual,) = derivation.residual()
-    values = list(residual.refs)
+    found: dict[str, Sequence[Ref]] = {"r": residual.refs, **dict.fromkeys(("zdot", "Phi", "w", "wdot", "y"), ())}
     if derivation.scene.states:
-        values += derivation.internal_rate()[0].refs
+        found["zdot"] = derivation.internal_rate()[0].refs
     if derivation.constraints is not None:
-        values += [*derivation.constraint()[0].refs, *derivation.constraint_velocity()[0].refs]
+        found["Phi"], found["w"] = derivation.constraint()[0].refs, derivation.constraint_velocity()[0].refs
         (B,), (g,) = derivation.constraint_jacobian(), derivation.constraint_bias()
-        values += [row.ref for row in constraint_accelerations(derivation, B, g)]
+        found["wdot"] = [row.ref for row in constraint_accelerations(derivation, B, g)]
     if derivation.scene.outputs:
-        values += derivation.outputs()[0].refs
-    return values
+        found["y"] = derivation.outputs()[0].refs
+    return found
 
 
-def _directions(derivation: Derivation) -> tuple[Seeds, int]:
-    """Return tangents of all that varies, numbered as the components of Hd, and their number."""
-    nv, nz = derivation.tree.nv, len(derivation.scene.states)
-    nl = 0 if derivation.constraints is None else len(derivation.constraints.rows.all)
+def _blocks(derivation: Derivation, values: Mapping[str, Sequence[Ref]]) -> SecondBlocks:
+    scene = derivation.scene
+    return second_blocks(
+        nv=derivation.tree.nv,
+        nz=len(scene.states),
+        nu=len(scene.inputs),
+        holonomic=len(values["Phi"]),
+        rows=len(values["w"]),
+        outputs=len(values["y"]),
+        parameters=sum(item.tunable for item in scene.parameters),
+    )
+
+
+def _directions(derivation: Derivation, blocks: SecondBlocks) -> Seeds:
+    """Return tangents of all that varies, numbered as the components of Hd."""
+    places = blocks.places("direction")
     seeds: Seeds = dict(configuration_directions(derivation.tree))
-    first = nv
-    for block, size in (("v", nv), ("a", nv), ("z", nz), ("lam", nl)):
-        seeds |= {InputSymbol(block, k): {first + k: ONE} for k in range(size)}
-        first += size
-    parameters = Partials(derivation)
-    for key, tangent in parameters.seeds.items():
-        seeds[key] = {first + direction: ref for direction, ref in tangent.items()}
-    return seeds, first + len(parameters.names)
+    for block in ("v", "a", "z", "lam"):
+        seeds |= {InputSymbol(block, k): {place: ONE} for k, place in enumerate(_numbers(places[block]))}
+    of_parameters = places["p"].start
+    for key, tangent in Partials(derivation).seeds.items():
+        seeds[key] = {of_parameters + direction: ref for direction, ref in tangent.items()}
+    for k, place in enumerate(_numbers(places["u"])):
+        seeds[InputSymbol("u", k)] = {**seeds.get(InputSymbol("u", k), {}), place: ONE}
+    return seeds
+
+
+def _numbers(place: slice) -> range:
+    return range(place.start, place.stop)
 
 
 def _along(tape: Tape, tangent: Mapping[int, Ref]) -> Ref:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,7 +11,7 @@ import numpy as np
 from eomgen.arrays import Array
 from eomgen.integrators.families.family import LinearStep
 from eomgen.simulation.sensitivities.beginning import Beginning, Directions, on_constraints
-from eomgen.simulation.sensitivities.linear_run import LinearPart, LinearRun, Start
+from eomgen.simulation.sensitivities.linear_run import By, LinearPart, LinearRun, Start
 from eomgen.simulation.sensitivities.linear_steps import LinearSteps, StepMatrices
 from eomgen.simulation.sensitivities.motion import Motion, Part
 from eomgen.simulation.sensitivities.step_matrices import step_matrices
@@ -47,10 +47,10 @@ class AlphaRun(LinearRun[AlphaPart]):
         motion: Motion,
         method: LinearStep,
         start: Start,
-        columns: Mapping[str, Sequence[int]],
+        by: By,
         rows: Sequence[int],
     ) -> None:
-        super().__init__(motion, start, columns, rows)
+        super().__init__(motion, start, by, rows)
         model, begun = self.run.model, motion.start
         self.coefficients = (self.run.grid.step, *method)
         holonomic = self.equations.holonomic
@@ -71,16 +71,18 @@ class AlphaRun(LinearRun[AlphaPart]):
         z = start.get("z", np.zeros(0))
         state = start["q"], start["v"], z
         times = run.grid.start, run.grid.step
-        return Beginning(self.equations, *times, *state, self._prescribed_at, share, self.start.asked)
+        return Beginning(
+            self.equations, *times, *state, self._prescribed_at, self.moved_inputs, share, self.start.asked
+        )
 
     def of_equations(self, along: Directions) -> Directions:
         """Return directions without what moves multipliers of velocities, which the equations do not know."""
-        return Directions(along.dq, along.dv, along.dz, along.dp[: len(self.columns["p"])])
+        return Directions(along.dq, along.dv, along.dz, along.dp[: self.equations.parameters])
 
     def of_part(self, part: Part) -> AlphaPart:
         """Make a part of the run linear."""
         states, given = self.states(part)
-        blocks = self.equations.values(states, given)
+        blocks = self.blocks(states, given)
         behind = {name: array if name == "p" else array[1:] for name, array in blocks.items()}
         partials = self.equations.partials(behind)
         matrices, eta = step_matrices(

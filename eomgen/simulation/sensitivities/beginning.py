@@ -96,6 +96,7 @@ class Beginning:
     t, step : s
     q, v, z : the initial state
     prescribed_at : inputs and base at a share of the first step
+    moved_inputs : what directions of inputs change them by at times
     share : alpha_m - alpha_f; 0 where vddot is left out
     asked : the initial state before it was moved onto the constraints
     """
@@ -107,6 +108,7 @@ class Beginning:
     v: Array
     z: Array
     prescribed_at: Callable[[float], Prescribed]
+    moved_inputs: Callable[[Array], Array | None]
     share: float
     asked: InitialState
 
@@ -158,7 +160,7 @@ class Beginning:
         + record . the row that is recorded: between rows inputs are linear."""
         equations = self.equations
         nv, nz = equations.nv, equations.nz
-        none = Directions(*(np.zeros((size, 0)) for size in (nv, nv, nz, len(equations.chosen))))
+        none = Directions(*(np.zeros((size, 0)) for size in (nv, nv, nz, equations.parameters)))
         back = StartDerivatives.of(state, record, nv, nz)
         stages = self.stages(none)
         found = np.zeros((2, equations.model.nu))
@@ -190,7 +192,8 @@ class Beginning:
         zeros = np.zeros((1, nv)), np.zeros((1, nl))
         times = np.array([self.t + share * self.step])
         given = self.prescribed_at(share)
-        values = equations.values(States(times, q[None], v[None], zeros[0], zeros[1], self.z[None]), given)
+        states = States(times, q[None], v[None], zeros[0], zeros[1], self.z[None])
+        values = equations.values(states, given, self.moved_inputs(times))
         vdot, lam = self._solved(values)
         values["a"], values["lam"] = vdot[None], lam[None]
         partials = equations.partials(values)
@@ -249,11 +252,11 @@ def on_constraints(start: Beginning, along: Directions, inverse_inertia: Array) 
     dq, dv, far = along.dq, along.dv, start.moved_far
     if nh:
         if far:
-            dq = moved_positions(equations, start.asked, start.t, given, dq, along.dp)
+            dq = moved_positions(equations, start.asked, states.t, given, dq, along.dp)
         dq = dq - _nearest(M, by_q[:nh], by_q[:nh] @ dq + by_p[:nh] @ along.dp)
     if far:
         behind = InitialState(start.q, start.asked.v, start.z)
-        dv = moved_velocities(equations, behind, start.t, given, dq, dv, along.dp)
+        dv = moved_velocities(equations, behind, states.t, given, dq, dv, along.dp)
     rates = by_q[nh:] @ dq + by_v[nh:] @ dv + by_p[nh:] @ along.dp
     dv = dv - _nearest(M, by_v[nh:], rates)
     if not inverse_inertia.size:

@@ -11,6 +11,7 @@ import numpy as np
 from eomgen.arrays import Array
 from eomgen.compiled.model import CompiledModel
 from eomgen.simulation.stepping.states import Prescribed, States
+from eomgen.system.second_blocks import second_blocks
 
 #: Terms of which partials are made, as far as a scene has them.
 _TERMS = (
@@ -50,14 +51,33 @@ class Equations:
     chosen : columns of the parameters that derivatives are taken by
     outputs : rows of the outputs that derivatives are taken of
     holonomic : rows of constraints that positions are held on
+    driven : directions of inputs, which are further parameters behind the chosen ones: what they change inputs by
+        differs from row to row, the block ``du`` of values, (n, nu, driven)
     """
 
     def __init__(
-        self, model: CompiledModel, p: Array, chosen: Sequence[int], outputs: Sequence[int], holonomic: int
+        self,
+        model: CompiledModel,
+        p: Array,
+        chosen: Sequence[int],
+        outputs: Sequence[int],
+        holonomic: int,
+        driven: int = 0,
     ) -> None:
         self.model, self.p = model.having(_TERMS), p
         self.chosen, self.outputs, self.holonomic = list(chosen), list(outputs), holonomic
-        self.nv, self.nz, self.nl = model.nv, model.nz, len(model.multipliers)
+        self.nv, self.nz, self.nl, self.driven = model.nv, model.nz, len(model.multipliers), driven
+        self.parameters = len(self.chosen) + driven
+        places = second_blocks(
+            nv=self.nv,
+            nz=self.nz,
+            nu=model.nu,
+            holonomic=holonomic,
+            rows=self.nl,
+            outputs=sum(int(item["size"]) for item in model.library.layout["outputs"]),
+            parameters=len(model.parameters),
+        )
+        self._weighted, self._along = places.places("weights"), places.places("direction")
 
     @cached_property
     def _by_inputs(self) -> CompiledModel:
@@ -69,14 +89,17 @@ class Equations:
         """Second derivatives, compiled where they are asked for."""
         return self.model.having(("second_partials",))
 
-    def values(self, states: States, given: Prescribed) -> dict[str, Array]:
-        """Return input blocks at rows."""
+    def values(self, states: States, given: Prescribed, du: Array | None = None) -> dict[str, Array]:
+        """Return input blocks at rows; ``du``: what directions of inputs change these by, None: by nothing."""
         values = {"p": self.p, "t": states.t, "q": states.q, "v": states.v, "a": states.a, "z": states.z}
         values["lam"] = states.multipliers
         if given.u is not None:
             values["u"] = given.u
         if given.base is not None:
             values["base"] = given.base
+        if self.driven:
+            none = np.zeros((len(states.t), self.model.nu, self.driven))
+            values["du"] = none if du is None else du
         return values
 
     def of(self, term: str, values: Mapping[str, Array]) -> dict[str, Array]:
@@ -103,7 +126,8 @@ class Equations:
         P = self._parameters(by_parameters, "Rp", nv, count)
         if not nz and not nl:
             K, C, M = (of_residual[name] for name in "KCM")
-            return Partials(K, C, M, np.zeros((count, nv, 0)), np.zeros((count, nv, 0)), P)
+            none = np.zeros((count, nv, 0))
+            return Partials(K, C, M, none, none, self._with_inputs(P, values))
         rows = nv + nz + nh + nl
         Jq, Jv, Ja = (np.zeros((count, rows, nv)) for _ in range(3))
         Jz, Jlam, Jp = (np.zeros((count, rows, size)) for size in (nz, nl, len(self.chosen)))
@@ -121,7 +145,7 @@ class Equations:
             Jq[:, place], Jp[:, place] = B[:, :nh], self._parameters(by_parameters, "Phip", nh, count)
             Jq[:, rates], Jv[:, rates] = self.of("velocity_partials", values)["Z"], B
             Jp[:, rates] = self._parameters(by_parameters, "Zp", nl, count)
-        return Partials(Jq, Jv, Ja, Jz, Jlam, Jp)
+        return Partials(Jq, Jv, Ja, Jz, Jlam, self._with_inputs(Jp, values))
 
     def output_partials(self, values: Mapping[str, Array]) -> tuple[Array, Array]:
         """Return partials of the outputs, (n, outputs, 3 nv + nz + nl) in q, v, vdot, z, multipliers, and (n, outputs,
@@ -136,11 +160,8 @@ class Equations:
                 Y[:, :, first : first + size] = self._rows(found[name])
             first += size
         by_parameters = self.of("output_parameter_partials", values) if self.chosen else {}
-        if not by_parameters:
-            return Y, np.zeros((count, rows, len(self.chosen)))
-        Yp = self._rows(by_parameters["Yp"])
-        whole = self.chosen == list(range(Yp.shape[2]))
-        return Y, Yp if whole else Yp[:, :, self.chosen]
+        Yp = self._parameters({name: self._rows(array) for name, array in by_parameters.items()}, "Yp", rows, count)
+        return Y, self._with_inputs(Yp, values, of_outputs=True)
 
     def input_partials(self, values: Mapping[str, Array]) -> tuple[Array, Array]:
         """Return partials of e in the inputs, (n, rows, nu), and those of the outputs, (n, outputs, nu)."""
@@ -180,24 +201,30 @@ class Equations:
         -------
         (n, 3 nv + nz + nl + parameters, directions)
         """
-        functions, nv, nz, nh, nl = self._second.functions, self.nv, self.nz, self.holonomic, self.nl
+        functions, place = self._second.functions, self._weighted
         count, _, directions = along.shape
-        state = along.shape[1] - len(self.chosen)
         weighted = np.zeros((count, 1, functions.sizes["weights"]))
-        rows = nv + nz + nh + nl
-        weighted[:, 0, :rows] = -multipliers
-        weighted[:, 0, nv : nv + nz] *= -1.0  # e has minus the rates
+        weighted[:, 0, : place["w"].stop] = -multipliers
+        weighted[:, 0, place["zdot"]] *= -1.0  # e has minus the rates
         if of_accelerations is not None:
-            weighted[:, 0, rows : rows + nl] = -of_accelerations
+            weighted[:, 0, place["wdot"]] = -of_accelerations
         if weights is not None:
-            weighted[:, 0, rows + nl + np.array(self.outputs, dtype=int)] = weights
+            weighted[:, 0, place["y"].start + np.array(self.outputs, dtype=int)] = weights
+        state, of_inputs = self._along["p"].start, self._along["u"]
+        chosen = state + np.array(self.chosen, dtype=int)
+        of_state, of_parameters, driven = np.split(along, [state, state + len(chosen)], axis=1)
         changes = np.zeros((count, directions, functions.sizes["direction"]))
-        changes[:, :, :state] = np.swapaxes(along[:, :state], 1, 2)
-        changes[:, :, state + np.array(self.chosen, dtype=int)] = np.swapaxes(along[:, state:], 1, 2)
+        changes[:, :, :state] = np.swapaxes(of_state, 1, 2)
+        changes[:, :, chosen] = np.swapaxes(of_parameters, 1, 2)
+        if self.driven:
+            changes[:, :, of_inputs] = np.swapaxes(values["du"] @ driven, 1, 2)
         at_rows = {name: array if name == "p" else array[:, np.newaxis] for name, array in values.items()}
         (found,) = functions("second_partials", {**at_rows, "weights": weighted, "direction": changes})
-        kept = [*range(state), *(state + k for k in self.chosen)]
-        return np.ascontiguousarray(np.swapaxes(np.broadcast_to(found, changes.shape)[:, :, kept], 1, 2))
+        found = np.swapaxes(np.broadcast_to(found, changes.shape), 1, 2)
+        kept = np.ascontiguousarray(found[:, [*range(state), *chosen]])
+        if not self.driven:
+            return kept
+        return np.concatenate([kept, np.swapaxes(values["du"], 1, 2) @ found[:, of_inputs]], axis=1)
 
     def second_reactions(
         self, values: Mapping[str, Array], eta: Array, weights: Array, along: Array
@@ -219,7 +246,7 @@ class Equations:
         lam = np.zeros_like(values["lam"])
         multipliers = np.zeros((len(eta), nv + self.nz + nh + self.nl))
         multipliers[:, :nv] = -weights
-        d = np.zeros((len(eta), first + self.nl + len(self.chosen), along.shape[2]))
+        d = np.zeros((len(eta), first + self.nl + self.parameters, along.shape[2]))
         d[:, :nv], d[:, first + self.nl :] = along[:, :nv], along[:, nv + nh :]
         without = self.second_partials({**still, "lam": lam.copy()}, multipliers, d)
         lam[:, :nh], d[:, first : first + nh] = eta, along[:, nv : nv + nh]
@@ -229,7 +256,9 @@ class Equations:
 
     def acceleration_parameters(self, values: Mapping[str, Array]) -> Array:
         """Return the partials of the constraints' accelerations in the parameters, (n, rows, parameters)."""
-        return self._parameters(self.of("parameter_partials", values), "Ap", self.nl, len(values["t"]))
+        count = len(values["t"])
+        found = self._parameters(self.of("parameter_partials", values), "Ap", self.nl, count)
+        return np.concatenate([found, np.zeros((count, self.nl, self.driven))], axis=2)
 
     def reaction_partials(self, values: Mapping[str, Array], eta: Array) -> tuple[Array, Array]:
         """Return partials of B^T eta, holonomic rows alone, in q, (n, nv, nv), and in the parameters, (n, nv,
@@ -244,6 +273,12 @@ class Equations:
     def output_values(self, values: Mapping[str, Array]) -> Array:
         """Return the outputs, (n, outputs)."""
         return self.of("outputs", values)["y"][:, self.outputs]
+
+    def _with_inputs(self, by_parameters: Array, values: Mapping[str, Array], *, of_outputs: bool = False) -> Array:
+        """Return partials with those along the directions of inputs behind them."""
+        if not self.driven:
+            return by_parameters
+        return np.concatenate([by_parameters, self.input_partials(values)[int(of_outputs)] @ values["du"]], axis=2)
 
     def _rows(self, of_outputs: Array) -> Array:
         """Return the rows of the chosen outputs, (n, outputs, ...)."""

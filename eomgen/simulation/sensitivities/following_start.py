@@ -31,8 +31,14 @@ _UNDETERMINED = 1e-10
 FINITE = 1e-10
 
 
-def at_rest(equations: Equations, state: InitialState, t: float, given: Prescribed) -> tuple[Array, Array]:
+def at_rest(
+    equations: Equations, state: InitialState, t: Array, given: Prescribed, du: Array | None
+) -> tuple[Array, Array]:
     """Return the partials of q (left-trivialised), (nv, parameters), and of z, (nz, parameters), of a rest.
+
+    Parameters
+    ----------
+    t : (1,) s; inputs that are ``given`` there change by ``du`` along their directions
 
     Raises
     ------
@@ -41,7 +47,7 @@ def at_rest(equations: Equations, state: InitialState, t: float, given: Prescrib
     """
     nv, nz, nh, nl = equations.nv, equations.nz, equations.holonomic, equations.nl
     still = InitialState(state.q, np.zeros(nv), state.z)
-    values = _values(equations, still, t, given)
+    values = _values(equations, still, t, given, du)
     moves = nl and np.any(equations.of("constraint_velocity", values)["w"])
     if moves or equations.model.evaluator.moving_base:
         what = "the scene starts at static equilibrium beside what moves, and how parameters move that is not known"
@@ -68,7 +74,7 @@ def at_rest(equations: Equations, state: InitialState, t: float, given: Prescrib
 
 
 def moved_positions(
-    equations: Equations, asked: InitialState, t: float, given: Prescribed, dq: Array, dp: Array
+    equations: Equations, asked: InitialState, t: Array, given: Prescribed, dq: Array, dp: Array
 ) -> Array:
     """Return what changes dq (nv, n) of positions that are asked for become behind steps onto the constraints.
 
@@ -101,7 +107,7 @@ def moved_positions(
 
 
 def moved_velocities(
-    equations: Equations, state: InitialState, t: float, given: Prescribed, dq: Array, dv: Array, dp: Array
+    equations: Equations, state: InitialState, t: Array, given: Prescribed, dq: Array, dv: Array, dp: Array
 ) -> Array:
     """Return what changes dv (nv, n) of velocities that are asked for become behind the step onto the constraints.
 
@@ -152,8 +158,8 @@ def _difference(one: Partials, other: Partials, along: tuple[Array, Array]) -> A
     return found
 
 
-def _values(equations: Equations, state: InitialState, t: float, given: Prescribed) -> dict[str, Array]:
-    none = np.zeros((1, equations.nv)), np.zeros((1, equations.nl))
-    return equations.values(
-        States(np.array([t]), state.q[np.newaxis], state.v[np.newaxis], *none, state.z[np.newaxis]), given
-    )
+def _values(
+    equations: Equations, state: InitialState, t: Array, given: Prescribed, du: Array | None = None
+) -> dict[str, Array]:
+    a, lam = np.zeros((1, equations.nv)), np.zeros((1, equations.nl))
+    return equations.values(States(t, state.q[np.newaxis], state.v[np.newaxis], a, lam, state.z[np.newaxis]), given, du)

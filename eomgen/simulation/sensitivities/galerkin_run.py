@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from eomgen.arrays import Array
 from eomgen.integrators.families.family import LinearPasses
 from eomgen.simulation.sensitivities.galerkin_steps import GalerkinSteps
-from eomgen.simulation.sensitivities.linear_run import LinearPart, LinearRun, Start
+from eomgen.simulation.sensitivities.linear_run import By, LinearPart, LinearRun, Start
 from eomgen.simulation.sensitivities.motion import Motion, Part
 from eomgen.simulation.stepping.states import Prescribed, States
 
@@ -51,17 +51,17 @@ class GalerkinRun(LinearRun[GalerkinPart]):
         motion: Motion,
         method: LinearPasses,
         start: Start,
-        columns: Mapping[str, Sequence[int]],
+        by: By,
         rows: Sequence[int],
     ) -> None:
-        super().__init__(motion, start, columns, rows)
+        super().__init__(motion, start, by, rows)
         self.method = method
-        self.along, equations = self.asked, self.equations
+        self.along = self.asked
         begun = {name: array[np.newaxis] for name, array in motion.start.items()}
         none = np.zeros((1, 0))
         t = np.array([self.run.grid.start])
         states = States(t, begun["q"], begun["v"], begun["vdot"], none, begun.get("z", none))
-        blocks = equations.values(states, self.prescribed(states.t))
+        blocks = self.blocks(states, self.prescribed(states.t))
         along, nothing = self.along, np.zeros_like(self.along.dv)
         moved = np.concatenate([along.dq, along.dv, nothing, along.dz, along.dp])
         da = self._accelerations(blocks)[0] @ moved
@@ -74,10 +74,11 @@ class GalerkinRun(LinearRun[GalerkinPart]):
         before = States(*(array[:-1] for array in states))._replace(a=part.memory)
         at_start = Prescribed(*(None if array is None else array[:-1] for array in given))
         times = np.stack([states.t[1:] if node == nodes[-1] else t + node * step for node in nodes], axis=1)
-        at_nodes = times, [self.prescribed(column) for column in times.T]
-        steps = GalerkinSteps(self.equations, self.method, before, at_start, step, at_nodes)
+        at_nodes = [(self.prescribed(column), self.moved_inputs(column)) for column in times.T]
+        moved = at_start, self.moved_inputs(t)
+        steps = GalerkinSteps(self.equations, self.method, before, moved, step, (times, at_nodes))
         by_start, by_parameters = steps.taken()
-        blocks = self.equations.values(states, given)
+        blocks = self.blocks(states, given)
         return GalerkinPart(part.first, states, blocks, by_start, by_parameters, self._accelerations(blocks))
 
     def tangents(self, part: GalerkinPart, dp: Array, state: Array) -> Array:

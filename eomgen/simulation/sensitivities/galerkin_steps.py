@@ -29,6 +29,7 @@ from eomgen.simulation.stepping.states import Prescribed, States
 
 #: An imaginary increment whose square is nothing: derivatives to rounding (Squire and Trapp 1998).
 _TINY = 1e-100
+Driven = tuple[Prescribed, Array | None]
 GroupMatrix = Callable[[Group, Any], Any]
 
 
@@ -77,9 +78,9 @@ class GalerkinSteps:
     Parameters
     ----------
     states : at the starts; their accelerations are those that the steps begin with
-    given : there
+    given : inputs and base there, and what directions of inputs change these by
     step : s
-    at_nodes : times (n, nodes), and inputs and base at each
+    at_nodes : times (n, nodes), and the same at each
     """
 
     def __init__(
@@ -87,17 +88,17 @@ class GalerkinSteps:
         equations: Equations,
         method: LinearPasses,
         states: States,
-        given: Prescribed,
+        given: Driven,
         step: float,
-        at_nodes: tuple[Array, Sequence[Prescribed]],
+        at_nodes: tuple[Array, Sequence[Driven]],
     ) -> None:
         self.equations, self.method, self.step, self.start = equations, method, step, states
         self.times, self.given = at_nodes
         self.factors = equations.model.factors
         self.nv, self.nz = equations.nv, equations.nz
         self.size, self.rows = 3 * self.nv + self.nz, self.nv + self.nz
-        self.directions, self.gain = self.size + len(equations.chosen), method.gamma * step
-        self.values = equations.values(states, given)
+        self.directions, self.gain = self.size + equations.parameters, method.gamma * step
+        self.values = equations.values(states, *given)
         found = equations.partials(self.values)
         self.M, self.Jq, self.K = found.Ja, found.Jq, self.gain * found.Jq
         self.T = product.tangent(self.factors, self.gain * states.v)
@@ -173,7 +174,7 @@ class GalerkinSteps:
         """Return e, with the inputs and the base of a node."""
         equations, start = self.equations, self.start
         states = States(self.times[:, node], q[0], v.value, a.value, start.multipliers, z.value)
-        values = equations.values(states, self.given[node])
+        values = equations.values(states, *self.given[node])
         (r,) = equations.of("residual", values).values()
         if self.nz:
             r = np.concatenate([r, -equations.of("internal_rate", values)["zdot"]], axis=1)

@@ -61,6 +61,17 @@ class Start:
     slopes: tuple[Array, Array] | None = None
 
 
+@dataclass(frozen=True)
+class By:
+    """What derivatives are taken by: columns of p, q, v and z, and samples of inputs, (column, row) each; row -1: the
+    values at all rows together."""
+
+    columns: Mapping[str, Sequence[int]]
+    samples: Sequence[tuple[int, int]] = ()
+
+
+#: Part of a step by which a time may miss a row.
+_ROUNDED = 1e-6
 Made = TypeVar("Made", bound=LinearPart)
 
 
@@ -70,6 +81,7 @@ class LinearRun(ABC, Generic[Made]):
     Attributes
     ----------
     columns : of p, q, v and z that derivatives are taken by, in this order
+    samples : what they are taken by behind these: inputs (column, row), row -1: their values at all rows together
     asked : the directions, with what parameters move of the state that is asked for
     follows : whether they move any of it
     along : what they change at the start
@@ -81,18 +93,18 @@ class LinearRun(ABC, Generic[Made]):
     record: Array
     follows: bool
 
-    def __init__(self, motion: Motion, start: Start, columns: Mapping[str, Sequence[int]], rows: Sequence[int]) -> None:
-        self.motion, self.columns, self.start = motion, columns, start
+    def __init__(self, motion: Motion, start: Start, by: By, rows: Sequence[int]) -> None:
+        self.motion, self.columns, self.samples, self.start = motion, by.columns, by.samples, start
         self.run: Run = motion.run
         model = self.run.model
         holonomic = int(model.library.layout["sizes"]["holonomic"])
-        self.equations = Equations(model, self.run.parameters, columns["p"], rows, holonomic)
+        self.equations = Equations(model, self.run.parameters, by.columns["p"], rows, holonomic, len(by.samples))
         self.asked = self._directions()
 
     @property
     def size(self) -> int:
         """Number of directions."""
-        return sum(map(len, self.columns.values()))
+        return sum(map(len, self.columns.values())) + len(self.samples)
 
     @abstractmethod
     def of_part(self, part: Part) -> Made:
@@ -133,7 +145,24 @@ class LinearRun(ABC, Generic[Made]):
     def values(self, part: Part) -> tuple[Array, dict[str, Array]]:
         """Return times and input blocks of the rows of a part."""
         states, given = self.states(part)
-        return states.t, self.equations.values(states, given)
+        return states.t, self.blocks(states, given)
+
+    def blocks(self, states: States, given: Prescribed) -> dict[str, Array]:
+        """Return input blocks at states, with what directions of inputs change there."""
+        return self.equations.values(states, given, self.moved_inputs(states.t))
+
+    def moved_inputs(self, times: Array) -> Array | None:
+        """Return what directions of inputs change these by at times (n,), (n, nu, samples), linear between rows; None
+        where there are none."""
+        if not self.samples:
+            return None
+        position = (times - self.run.grid.start) / self.run.grid.step
+        near = np.rint(position)
+        position = np.where(np.abs(position - near) < _ROUNDED, near, position)
+        found = np.zeros((len(times), self.run.model.nu, len(self.samples)))
+        for number, (column, row) in enumerate(self.samples):
+            found[:, column, number] = 1.0 if row < 0 else np.maximum(0.0, 1.0 - np.abs(position - row))
+        return found
 
     def row_weights(self, part: LinearPart, weights: Sequence[Weights]) -> Array:
         """Return the weights of outputs at the rows of a part, (rows, outputs, functionals)."""
@@ -153,7 +182,7 @@ class LinearRun(ABC, Generic[Made]):
         """Return the directions at the start."""
         equations, columns, run, start = self.equations, self.columns, self.run, self.start
         sizes = {"q": equations.nv, "v": equations.nv, "z": equations.nz}
-        count = len(columns["p"])
+        count, driven = len(columns["p"]), self.size - len(self.samples)
         offsets = np.cumsum([0, *(len(columns[name]) for name in "pqvz")])
         changes = {}
         for offset, name in zip(offsets[1:], sizes, strict=False):
@@ -161,11 +190,15 @@ class LinearRun(ABC, Generic[Made]):
             changes[name][list(columns[name]), offset + np.arange(len(columns[name]))] = 1.0
         if count and start.slopes is not None:
             changes["q"][:, :count], changes["v"][:, :count] = start.slopes
-        if count and start.at_rest:
-            given = self.prescribed(np.array([run.grid.start]))
-            changes["q"][:, :count], changes["z"][:, :count] = at_rest(equations, start.asked, run.grid.start, given)
-        self.follows = any(np.any(change[:, :count]) for change in changes.values())
-        return Directions(changes["q"], changes["v"], changes["z"], np.eye(count, self.size))
+        followed = [*range(count), *range(driven, self.size)]
+        if followed and start.at_rest:
+            t = np.array([run.grid.start])
+            dq, dz = at_rest(equations, start.asked, t, self.prescribed(t), self.moved_inputs(t))
+            changes["q"][:, followed], changes["z"][:, followed] = dq, dz
+        self.follows = any(np.any(change[:, followed]) for change in changes.values())
+        dp = np.zeros((equations.parameters, self.size))
+        dp[np.arange(equations.parameters), followed] = 1.0
+        return Directions(changes["q"], changes["v"], changes["z"], dp)
 
     def prescribed(self, times: Array) -> Prescribed:
         """Return inputs and base at times (n,)."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import re
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
@@ -22,7 +23,7 @@ from eomgen.simulation.motions import refuse_as_inputs
 from eomgen.simulation.option_types import KNOWN_ELSEWHERE
 from eomgen.simulation.sensitivities.alpha_run import AlphaRun
 from eomgen.simulation.sensitivities.galerkin_run import GalerkinMotion, GalerkinRun
-from eomgen.simulation.sensitivities.linear_run import LinearRun, Start
+from eomgen.simulation.sensitivities.linear_run import By, LinearRun, Start
 from eomgen.simulation.sensitivities.motion import Motion
 from eomgen.simulation.sensitivities.run_sensitivities import Sensitivities
 from eomgen.simulation.stepping.inputs import InputSignals, Signal, read_signals
@@ -32,6 +33,8 @@ from eomgen.simulation.stepping.start_state import start_of, starts_at_equilibri
 from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.simulation.stepping.time_grid import TimeGrid, time_grid
 
+#: Names of samples of inputs: the values of an input at all rows together, one of them, or each of them.
+_INPUTS, _SAMPLE = "inputs.", re.compile(r"inputs\.(?P<name>[^\[]+)(?:\[(?P<row>\d+|:)\])?")
 #: What Newton's iteration leaves of steps is divided by these, where derivatives are to be better than runs.
 _TIGHT = {"rtol": 1e-13, "atol": 1e-15}
 
@@ -74,23 +77,24 @@ def sensitivities(
     linear_step = _linear_step(chosen.name, chosen.method, bool(model.nz))
     if settings is not None:  # which a method without derivatives need not know
         chosen = chosen_stepper(model, method, given, settings)
-    names, columns = _directions(model, by)
     outputs = _outputs(model, of)
     grid = time_grid(number_of("t_start", t_start), end, size, chosen.library.real)
     _check(model, chosen, grid, initial)
     refuse_as_inputs(inputs, [motion.name for motion in model.description.motions])
     from_caller = read_signals(inputs, model.inputs, grid.steps, model.input_units)
-    _check_formulas(model, from_caller, [list(model.parameters)[column] for column in columns["p"]])
+    names, directions = _directions(model, by, from_caller, grid.whole)
+    parameter_names = [list(model.parameters)[column] for column in directions.columns["p"]]
+    _check_formulas(model, from_caller, parameter_names)
     chosen.check_span(model, None if parameters is None else p, from_caller, grid)
     signals = InputSignals(model.inputs, from_caller, scene_inputs(model, p), size, grid.start, chosen.left_to_stepper)
     run = Run(model, chosen.name, chosen.method, chosen.settings_at(size), p, signals, grid, every)
     changed = bool(initial) or parameters is not None
     at_rest = starts_at_equilibrium(None, initial is not None, str(defaults["start"]))
     state, _, _ = start_of(run, initial, equilibrium_start=at_rest, changed=changed)
-    start = _start(model, initial, p, state, [list(model.parameters)[k] for k in columns["p"]], at_rest=at_rest)
+    start = _start(model, initial, p, state, parameter_names, at_rest=at_rest)
     rows = [place for places in outputs.values() for place in places]
     stepper = Stepper(chosen.library, run.settings, p)
-    return Sensitivities(_linear_run(run, stepper, state, linear_step, start, columns, rows), names, outputs)
+    return Sensitivities(_linear_run(run, stepper, state, linear_step, start, directions, rows), names, outputs)
 
 
 def _start(
@@ -135,29 +139,34 @@ def _linear_run(
     state: InitialState,
     step: LinearStep | LinearPasses,
     start: Start,
-    columns: Mapping[str, Sequence[int]],
+    by: By,
     rows: Sequence[int],
 ) -> LinearRun[Any]:
     """Return the run with its linear steps, which are those of the method."""
     model = run.model
     if isinstance(step, LinearStep):
         of_step = 32 * (model.nv + model.nz + 2 * len(model.multipliers)) ** 2
-        return AlphaRun(Motion(run, stepper, state, of_step), step, start, columns, rows)
+        return AlphaRun(Motion(run, stepper, state, of_step), step, start, by, rows)
     state_size = 3 * model.nv + model.nz
-    of_step = 8 * state_size * (state_size + len(columns["p"])) * (4 * len(step.nodes) + 8)
-    return GalerkinRun(GalerkinMotion(run, stepper, state, of_step), step, start, columns, rows)
+    of_step = 8 * state_size * (state_size + len(by.columns["p"]) + len(by.samples)) * (4 * len(step.nodes) + 8)
+    return GalerkinRun(GalerkinMotion(run, stepper, state, of_step), step, start, by, rows)
 
 
-def _directions(model: CompiledModel, by: Sequence[str] | None) -> tuple[tuple[str, ...], dict[str, list[int]]]:
-    """Return names of directions, and columns of p, q, v, z among them; parameters come first, then the state."""
+def _directions(
+    model: CompiledModel, by: Sequence[str] | None, given: Collection[str], steps: int
+) -> tuple[tuple[str, ...], By]:
+    """Return names of directions, and what they are: parameters come first, then the state, then samples of inputs;
+    ``given``: inputs that the caller gives."""
     parameters, states = list(model.parameters), list(model.z_names)
     rates = list(model.v_names)
     places = [f"q{name[1:]}" for name in rates]
     if isinstance(by, str):
         raise UsageError(Problem("by", f"directions are a list of names, not the text {by!r}", f'by=["{by}"]'))
-    chosen = parameters if by is None else list(by)
+    every = parameters if by is None else list(by)
+    samples = _samples(model, [name for name in every if str(name).startswith(_INPUTS)], given, steps)
+    chosen = [name for name in every if not str(name).startswith(_INPUTS)]
     known = {"p": parameters, "q": places, "v": rates, "z": states}
-    if not chosen:
+    if not every:
         what = "there is nothing to take derivatives by" if by is not None else "the scene has no tunable parameters"
         hint = f'by=["{places[0]}", "{rates[0]}"], of the initial state' if by is None else 'by=["mass"]'
         raise UsageError(Problem("by", what, hint))
@@ -168,9 +177,34 @@ def _directions(model: CompiledModel, by: Sequence[str] | None) -> tuple[tuple[s
             check_name(what, name, [*places, *rates, *states] if of_state else parameters, _fixed(model))
     columns = {block: [names.index(name) for name in chosen if name in names] for block, names in known.items()}
     ordered = [known[block][column] for block in "pqvz" for column in columns[block]]
-    if len(set(ordered)) < len(chosen):
+    if len(set(ordered)) < len(chosen) or len(set(samples)) < len(samples):
         raise UsageError(Problem("by", "a name is given twice", "each of them once"))
-    return tuple(ordered), columns
+    return (*ordered, *(name for name, _ in samples)), By(columns, [place for _, place in samples])
+
+
+def _samples(
+    model: CompiledModel, names: Sequence[str], given: Collection[str], steps: int
+) -> list[tuple[str, tuple[int, int]]]:
+    """Return names of samples of inputs with their columns and rows. Raises UsageError."""
+    known = [item.name for item in model.description.inputs]
+    found = []
+    for name in names:
+        match = _SAMPLE.fullmatch(name)
+        if match is None or not known:
+            what = f"{name!r} is no sample of an input" if known else "the scene has no inputs"
+            hint = ", ".join(f"inputs.{known[0]}{part}" for part in ("", "[3]", "[:]")) if known else "parameters"
+            raise UsageError(Problem("by", what, hint))
+        check_name("input", match["name"], known)
+        column, row = known.index(match["name"]), match["row"]
+        if model.description.inputs[column].given and match["name"] not in given:
+            what = f"the input {match['name']} follows a formula of the scene"
+            raise UsageError(Problem("by", what, f'inputs={{"{match["name"]}": ...}}, to give values'))
+        if row is not None and row != ":" and int(row) > steps:
+            what = f"the run has rows 0 to {steps}, and {name} is none of them"
+            raise UsageError(Problem("by", what, f"inputs.{match['name']}[{steps}]"))
+        rows = [-1] if row is None else range(steps + 1) if row == ":" else [int(row)]
+        found += [(name if one < 0 else f"inputs.{match['name']}[{one}]", (column, one)) for one in rows]
+    return found
 
 
 def _fixed(model: CompiledModel) -> Sequence[str]:

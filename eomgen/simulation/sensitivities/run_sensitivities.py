@@ -88,7 +88,7 @@ class Sensitivities:
             at_rows = {name: array if whole or name == "p" else array[chosen] for name, array in part.blocks.items()}
             Y, Yp = equations.output_partials(at_rows)
             by_state = run.products(Y, record if whole else record[chosen])
-            derivatives.append(by_state + np.tensordot(Yp, run.along.dp[: len(equations.chosen)], 1))
+            derivatives.append(by_state + np.tensordot(Yp, run.along.dp[: equations.parameters], 1))
             record = found[-1:]
         return np.concatenate(derivatives)
 
@@ -181,7 +181,7 @@ class Sensitivities:
             Unknown outputs, outputs of several components.
         """
         weights = self._weights([f"final({one})" for one in of])
-        if not isinstance(self._run, AlphaRun) or self._run.follows:
+        if not isinstance(self._run, AlphaRun) or self._run.follows or self._run.samples:
             return None
         return StationaryRun.of(self._run, weights)
 
@@ -224,7 +224,8 @@ class Sensitivities:
         UsageError
             As of ``gradient``; scenes whose inputs all follow formulas, or have none.
         """
-        run, (weights,) = self._implicit("input_gradient"), self._weights([of])
+        hint = 'gradient, of sensitivities(..., by=["inputs.NAME[:]"])'
+        run, (weights,) = self._implicit("input_gradient", "none by inputs at all rows", hint), self._weights([of])
         inputs = run.run.model.description.inputs
         columns = {
             item.name: number
@@ -238,17 +239,17 @@ class Sensitivities:
         table = input_derivatives(run, weights)
         return {name: table[:, column] for name, column in columns.items()}
 
-    def _implicit(self, wanted: str) -> AlphaRun:
+    def _implicit(self, wanted: str, lacking: str, instead: str) -> AlphaRun:
         """Return the run where its steps are those of generalized-alpha. Raises UsageError."""
         if not isinstance(self._run, AlphaRun):
             name = self._run.run.name
-            what = f"runs of {name} have derivatives and gradients here, but neither second ones nor those by inputs"
-            raise UsageError(Problem(wanted, what, "generalized_alpha or trapezoidal"))
+            what = f"runs of {name} have derivatives and gradients here, but {lacking}"
+            raise UsageError(Problem(wanted, what, instead))
         return self._run
 
     def _twice(self, wanted: str) -> AlphaRun:
         """Return the run where it has second derivatives. Raises UsageError."""
-        run = self._implicit(wanted)
+        run = self._implicit(wanted, "no second derivatives", "generalized_alpha or trapezoidal")
         if run.follows:
             what = (
                 "the state that the run starts from follows from parameters, and its second derivatives are not known"

@@ -123,7 +123,7 @@ class _Tangents:
     def _add_reactions(self, run: AlphaRun, of_D: Array, of_steps: Array, of_parameters: Array) -> None:
         """Add what W B^T eta, by which D is less, takes of steps and of parameters; ``of_D``: derivatives in D."""
         equations, W, matrices = run.equations, run.inverse_inertia, self.part.matrices
-        nv, chosen = equations.nv, len(equations.chosen)
+        nv, chosen = equations.nv, equations.parameters
         before = {name: array if name == "p" else array[:-1] for name, array in self.part.blocks.items()}
         dq, deta, dW = self.steps[:, :nv], self.steps[:, 2 * nv :], self.parameters[chosen:]
         dp = np.broadcast_to(self.parameters[:chosen], (len(dq), *self.parameters[:chosen].shape))

@@ -145,7 +145,7 @@ def _claims(space: Space, engine: Engine, system: System, model: Model) -> list[
         *rate_claims(space, engine),
         *linear_claims(space, engine, system, model.description),
         *parameter_claims(space, engine, system, model.description),
-        *second_claims(space, engine, system),
+        *second_claims(space, engine, system, model.description),
         *event_claims(space, engine, system),
     ]
 

@@ -165,7 +165,8 @@ def _completed(
     if "second_partials" in functions:
         blocks["weights"] = rng.uniform(-1.0, 1.0, functions.sizes["weights"])
         of_parameters = PART * np.abs(blocks["p"])
-        of_motion = (scales["v"], scales["v"], scales["v"], scales["z"], np.ones(rows), of_parameters)
+        driven = [0.0 if item.given else 1.0 for item in model.description.inputs]  # laws give the others
+        of_motion = (scales["v"], scales["v"], scales["v"], scales["z"], np.ones(rows), of_parameters, driven)
         blocks["direction"] = np.concatenate(of_motion) * rng.uniform(-1.0, 1.0, functions.sizes["direction"])
     there = {name: np.array(array, dtype=float) for name, array in blocks.items() if np.size(array)}
     return there if "base" in functions else {name: array for name, array in there.items() if name != "base"}

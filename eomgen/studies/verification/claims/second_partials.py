@@ -3,34 +3,36 @@ along the state's direction by Hd."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from eomgen.studies.verification.claims.claim import Claim, Space, column
 from eomgen.studies.verification.engines import Array, Blocks, Engine
+from eomgen.system.description import Description
 from eomgen.system.system import System
 
 #: Terms that the gradient takes where they are there.
 _FIRST = (
     *("partials", "internal_partials", "constraint_jacobian", "velocity_partials", "acceleration_partials"),
-    *("output_partials", "parameter_partials", "output_parameter_partials"),
+    *("output_partials", "parameter_partials", "output_parameter_partials", "linearization"),
 )
 
 
-def second_claims(space: Space, engine: Engine, system: System) -> list[Claim]:
+def second_claims(space: Space, engine: Engine, system: System, description: Description) -> list[Claim]:
     """Return the claim, where the engine has first partials of all."""
     if "second_partials" not in engine or "partials" not in engine:
         return []
     rows = space.rows
-    sizes = {"q": system.nv, "v": system.nv, "a": system.nv, "z": system.nz, "lam": len(system.multipliers)}
-    sizes["p"] = len(system.parameters)
+    blocks = system.second_blocks
+    sizes, of_weights = blocks.direction, blocks.places("weights")
+    given = [item.given for item in description.inputs]
 
     def gradient(engine: Engine, state: Blocks) -> Array:
-        """Return the gradient in q (left-trivialised), v, a, z, lam and p, (..., components)."""
+        """Return the gradient in q (left-trivialised), v, a, z, lam, p and u, (..., components)."""
         found = {name: array for term in _FIRST if term in engine for name, array in engine(term, state).items()}
-        ends = np.cumsum([system.nv, system.nz, system.holonomic, len(system.multipliers), len(system.multipliers)])
-        of = dict(zip(("r", "zdot", "Phi", "w", "wdot", "y"), np.split(state["weights"], ends, axis=-1), strict=True))
+        found |= _by_inputs(found, given)
+        of = {name: state["weights"][..., place] for name, place in of_weights.items()}
         batch = state["weights"].shape[:-1]
         parts = []
         for block, size in sizes.items():
@@ -41,11 +43,16 @@ def second_claims(space: Space, engine: Engine, system: System) -> list[Claim]:
         return np.concatenate(parts, axis=-1)
 
     def direction(state: Blocks) -> dict[str, Array]:
-        parts = np.split(state["direction"], np.cumsum(list(sizes.values()))[:-1], axis=-1)
-        return {block: part[..., np.newaxis, :] for block, part in zip(sizes, parts, strict=True) if sizes[block]}
+        parts = {block: state["direction"][..., place] for block, place in blocks.places("direction").items()}
+        return {block: part[..., np.newaxis, :] for block, part in parts.items() if sizes[block]}
 
     of_state = [f"{block} {name}" for block in ("q", "v", "a") for name in rows["v"]]
-    names = (*of_state, *rows.get("z", ()), *rows.get("lam", ()), *(item.name for item in system.parameters))
+    names = (
+        *of_state,
+        *rows.get("z", ()),
+        *rows.get("lam", ()),
+        *(item.name for item in (*system.parameters, *system.inputs)),
+    )
     return [
         Claim(
             "second_partials.Hd",
@@ -61,6 +68,27 @@ def second_claims(space: Space, engine: Engine, system: System) -> list[Claim]:
     ]
 
 
+def _by_inputs(found: Blocks, given: Sequence[bool]) -> dict[str, Array]:
+    """Return partials in all inputs, in their order, from those in driven and in given ones."""
+    made = {}
+    for name, driven_name, given_name, sign in (
+        ("Ru", "B0", "E0", -1.0),
+        ("Zu", "Fu", "Fw", 1.0),
+        ("Uy", "Yu", "Yw", 1.0),
+    ):
+        parts = {False: found.get(driven_name), True: found.get(given_name)}
+        shapes = [part.shape[:-1] for part in parts.values() if part is not None]
+        if not shapes or not given:
+            continue
+        matrix = np.zeros((*np.broadcast_shapes(*shapes), len(given)))
+        for kind, part in parts.items():
+            places = [number for number, is_given in enumerate(given) if is_given is kind]
+            if part is not None and places:
+                matrix[..., places] = sign * part[..., : len(places)]
+        made[name] = matrix
+    return made
+
+
 def _rows(block: str, found: Blocks, holonomic: int) -> Iterator[tuple[str, Array]]:
     """Yield what is weighted, and its partials in a block."""
     places = {
@@ -69,6 +97,7 @@ def _rows(block: str, found: Blocks, holonomic: int) -> Iterator[tuple[str, Arra
         "a": {"r": "M", "wdot": "B", "y": "Ya"},
         "z": {"r": "Rz", "zdot": "Fz", "y": "Yz"},
         "lam": {"y": "Ylam"},
+        "u": {"r": "Ru", "zdot": "Zu", "y": "Uy"},
         "p": {"r": "Rp", "zdot": "Fp", "Phi": "Phip", "w": "Zp", "wdot": "Ap", "y": "Yp"},
     }
     for weight, name in places[block].items():

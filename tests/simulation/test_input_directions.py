@@ -1,0 +1,155 @@
+"""Derivatives of runs by samples of inputs, as directions among others: tangents, adjoints and Hessians."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from eomgen.arrays import Array
+from eomgen.model import Model
+from eomgen.simulation.sensitivities.run_sensitivities import Sensitivities
+from tests.models.cache import shared_cache
+from tests.simulation.test_input_gradients import driven
+from tests.simulation.test_sensitivities import STEP, TO_ROUNDING, built, loop, refusal, tree
+
+__all__ = ["shared_cache"]
+
+STEPS = 12
+#: Of inputs that jump from row to row, where rounding is not told from what is left at less.
+_BELOW = {"rtol": 1e-13, "atol": 1e-15}
+
+
+def samples(*names: str) -> dict[str, Array]:
+    rng = np.random.default_rng(2)
+    return {name: rng.normal(size=STEPS + 1) for name in names}
+
+
+def options_of(method: str, inputs: dict[str, Array]) -> dict[str, Any]:
+    settings = None if method.startswith("tdg") else TO_ROUNDING
+    return {"method": method, "settings": settings, "initial": {"a": 0.4}, "inputs": inputs}
+
+
+def changed(options: dict[str, Any], direction: str, size: float) -> dict[str, Any]:
+    """Return options of a run with an input, a parameter or a position of joint a that is changed."""
+    inputs = {name: array.copy() for name, array in options["inputs"].items()}
+    name, _, row = direction.removeprefix("inputs.").rstrip("]").partition("[")
+    if direction == "q.a":
+        return {**options, "initial": {"a": 0.4 + size}}
+    if not direction.startswith("inputs."):
+        return {**options, "parameters": {name: size}}
+    inputs[name][int(row) if row else slice(None)] += size
+    return {**options, "inputs": inputs}
+
+
+@pytest.mark.parametrize("method", ["trapezoidal", "tdg2"])
+def test_tangents_and_adjoints_against_differences_of_runs(method: str) -> None:
+    """Of order 6; inputs enter the matrix of a step, internal states and outputs."""
+    _, model = built(driven())
+    options = options_of(method, samples("torque", "road", "command"))
+    found = model.sensitivities(
+        STEPS * STEP, STEP, by=["q.a", "inputs.torque[:]", "inputs.command[3]", "inputs.command"], **options
+    )
+    torques = tuple(f"inputs.torque[{row}]" for row in range(STEPS + 1))
+    assert found.by == ("q.a", *torques, "inputs.command[3]", "inputs.command")
+
+    def run(direction: str, size: float) -> Array:
+        given = changed(options, direction, size)
+        return model.simulate(STEPS * STEP, STEP, error_estimate=False, **given).outputs["y"]
+
+    for direction in ("inputs.torque[0]", "inputs.torque[1]", "inputs.torque[7]", *found.by[-2:]):
+        slopes = [(run(direction, size) - run(direction, -size)) / (2.0 * size) for size in (0.01, 0.02, 0.04)]
+        expected = (64.0 * slopes[0] - 20.0 * slopes[1] + slopes[2]) / 45.0
+        column = found.derivatives["y"][..., found.by.index(direction)]
+        assert np.max(np.abs(column - expected)) <= 1e-10 * np.max(np.abs(expected))
+    gradients = found.gradients(["final(y[0])", "sum(y[1])", "final(y[2])"])
+    table = found.derivatives["y"]
+    expected = np.stack([table[-1, 0], table[:, 1].sum(axis=0), table[-1, 2]])
+    np.testing.assert_allclose(gradients, expected, rtol=1e-11, atol=1e-13 * np.max(np.abs(expected)))
+    if method == "trapezoidal":
+        by_rows = found.input_gradient("final(y[2])")["torque"]
+        np.testing.assert_allclose(gradients[2, 1 : STEPS + 2], by_rows, rtol=1e-11, atol=1e-14)
+
+
+def hold_hessian(model: Model, found: Sensitivities, of: str, options: dict[str, Any]) -> None:
+    """Hold a Hessian to differences of exact gradients, of order 6, and products to it."""
+    H = found.hessian(of)
+    columns = []
+    for direction in found.by:
+        base = model.parameters.get(direction, 0.0)
+
+        def slope(size: float, direction: str = direction, base: float = base) -> Array:
+            ends = [
+                model.sensitivities(
+                    STEPS * STEP, STEP, by=found.by, **changed(options, direction, base + sign * size)
+                ).gradients([of])[0]
+                for sign in (1.0, -1.0)
+            ]
+            return (ends[0] - ends[1]) / (2.0 * size)
+
+        columns.append((64.0 * slope(5e-4) - 20.0 * slope(1e-3) + slope(2e-3)) / 45.0)
+    expected = np.stack(columns, axis=-1)
+    size = np.max(np.abs(expected))
+    assert np.all(np.max(np.abs(expected), axis=0) > 1e-6 * size)
+    assert np.max(np.abs(H - expected)) <= 1e-9 * size
+    vectors = np.random.default_rng(1).normal(size=(len(found.by), 2))
+    np.testing.assert_allclose(found.hessian_products(of, vectors), H @ vectors, rtol=1e-11, atol=1e-13 * size)
+
+
+def test_hessians_of_a_controlled_arm() -> None:
+    _, model = built(driven())
+    options = options_of("trapezoidal", samples("torque", "road", "command"))
+    by = ["mass", "q.a", "inputs.torque", "inputs.torque[4]", "inputs.command[0]", "inputs.command[9]"]
+    found = model.sensitivities(STEPS * STEP, STEP, by=by, **options)
+    hold_hessian(model, found, "sum(y[0])", options)
+
+
+@pytest.mark.parametrize(
+    "builder",
+    [lambda: tree().input("push").effort("pushed", "b", "push*(1 + q.a) + 0.3*push**2"),
+     pytest.param(lambda: loop().input("push").effort("pushed", "b", "push*(1 + q.a)*v.a"), marks=pytest.mark.slow)],
+)  # fmt: skip
+def test_hessians_take_the_start_within_the_first_step_and_constraints(builder: Any) -> None:
+    _, model = built(builder())
+    options = {**options_of("generalized_alpha", samples("push")), "initial": None, "settings": _BELOW}
+    output = "angle" if "angle" in model.outputs(model.initial_q, model.initial_v) else "y[0]"
+    by = ["mass", "inputs.push[0]", "inputs.push[1]", "inputs.push[6]", "inputs.push"]
+    found = model.sensitivities(STEPS * STEP, STEP, by=by, **options)
+    hold_hessian(model, found, f"sum({output})", options)
+
+
+def test_rest_moves_with_the_first_value_of_an_input() -> None:
+    builder = tree().input("push").effort("pushed", "a", "push").simulation(start="equilibrium")
+    _, model = built(builder)
+    options = {"settings": TO_ROUNDING, "inputs": {"push": 0.3 + 0.1 * np.arange(STEPS + 1.0)}}
+    found = model.sensitivities(STEPS * STEP, STEP, by=["inputs.push[0]", "inputs.push[2]", "inputs.push"], **options)
+
+    def run(row: int | slice, size: float) -> Array:
+        inputs = options["inputs"]["push"].copy()
+        inputs[row] += size
+        given = {**options, "inputs": {"push": inputs}}
+        return model.simulate(STEPS * STEP, STEP, error_estimate=False, **given).outputs["angle"]
+
+    for column, row in enumerate((0, 2, slice(None))):
+        slopes = [(run(row, size) - run(row, -size)) / (2.0 * size) for size in (0.01, 0.02, 0.04)]
+        expected = (64.0 * slopes[0] - 20.0 * slopes[1] + slopes[2]) / 45.0
+        error = np.max(np.abs(found.derivatives["angle"][:, column] - expected))
+        assert error <= 1e-8 * np.max(np.abs(expected))
+    assert np.any(found._run.asked.dq[:, [0, 2]]) and not np.any(found._run.asked.dq[:, 1])
+
+
+def test_names_that_are_no_samples_are_refused() -> None:
+    _, model = built(driven())
+    options = options_of("trapezoidal", samples("torque"))
+    for name, told in {
+        "inputs.torq": "there is no input 'torq'; try: torque",
+        "inputs.torque[a]": "by: 'inputs.torque[a]' is no sample of an input; try: inputs.torque, inputs.torque[3],",
+        "inputs.torque[99]": "by: the run has rows 0 to 12, and inputs.torque[99] is none of them; try: inputs.torque",
+        "inputs.road": 'by: the input road follows a formula of the scene; try: inputs={"road": ...}, to give values',
+    }.items():
+        assert told in refusal(model, STEPS * STEP, STEP, by=[name], **options)
+    twice = refusal(model, STEPS * STEP, STEP, by=["inputs.torque[:]", "inputs.torque[3]"], **options)
+    assert "by: a name is given twice" in twice
+    told = refusal(built(tree())[1], STEPS * STEP, STEP, by=["inputs.push"])
+    assert told == "usage error: by: the scene has no inputs; try: parameters"
