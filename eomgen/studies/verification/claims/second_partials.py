@@ -77,10 +77,11 @@ def _by_inputs(found: Blocks, given: Sequence[bool]) -> dict[str, Array]:
         ("Uy", "Yu", "Yw", 1.0),
     ):
         parts = {False: found.get(driven_name), True: found.get(given_name)}
-        shapes = [part.shape[:-1] for part in parts.values() if part is not None]
-        if not shapes or not given:
+        there = [part for part in parts.values() if part is not None]
+        if not there or not given:
             continue
-        matrix = np.zeros((*np.broadcast_shapes(*shapes), len(given)))
+        shape = np.broadcast_shapes(*(part.shape[:-1] for part in there))
+        matrix = np.zeros((*shape, len(given)), dtype=np.result_type(*there))
         for kind, part in parts.items():
             places = [number for number, is_given in enumerate(given) if is_given is kind]
             if part is not None and places:
