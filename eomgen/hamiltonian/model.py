@@ -150,8 +150,9 @@ class HamiltonianModel:
         t_end, step : float
             The file's by default; negative steps go backwards.
         method : str
-            Where H is T(p) + V(q): ``leapfrog``, ``minimum_norm2``, ``bcss2``, ``bcss3``, ``omf4``, ``yoshida<order>``,
-            ``suzuki<order>`` or ``creutz_gocksch<order>_<i>``, even orders to 12. ``implicit_midpoint`` for any H; of
+            Where H is T(p) + V(q): ``leapfrog``, ``minimum_norm2``, ``bcss2``, ``bcss3``, ``omf4``, ``blanes_moan4``,
+            ``blanes_moan6``, ``kahan_li6``, ``kahan_li8``, and for even orders to 12 ``yoshida<order>``,
+            ``suzuki<order>`` and ``creutz_gocksch<order>_<i>``. ``implicit_midpoint`` for any H; of
             recursions of leapfrogs implicit midpoint steps take the place where H is not separable. The file's by
             default, else ``omf4``, or ``implicit_midpoint`` where H is not separable.
         first : str

@@ -26,6 +26,7 @@ from benchmarks import (
     relative_springs,
     robot_dynamics,
     sensitivities,
+    solar_system,
     spin_up_beam,
     stepper_overhead,
     stepping,
@@ -150,6 +151,16 @@ START, END, SOFT = np.array([0.0, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 0.0]), 10.0, 2e5
 def missed(end: np.ndarray | None) -> float:
     assert end is not None
     return float(np.abs((end - RESPONSE) / SCALE).max())
+
+
+@pytest.mark.slow
+def test_heyoka_has_the_planets_of_the_example() -> None:
+    pytest.importorskip("heyoka")
+    rows = solar_system.measured(20_000.0, 1)
+    assert {row["error of"] for row in rows} == {"energy", "places, au"}
+    for row in rows:
+        for side in ("eomgen", "heyoka"):
+            assert row[f"{side} error"] <= row["asked"] and row[f"{side} s"] > 0, row
 
 
 def test_heyoka_has_the_equations_of_the_frame() -> None:

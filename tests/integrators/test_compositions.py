@@ -108,6 +108,10 @@ def _energy_error(method: Composition, step: float, time: float) -> float:
         ("yoshida6", "drift", 0.25),
         ("suzuki6", "kick", 0.8),
         ("yoshida8", "drift", 0.25),
+        ("blanes_moan4", "drift", 0.5),
+        ("blanes_moan6", "kick", 0.5),
+        ("kahan_li6", "drift", 0.25),
+        ("kahan_li8", "kick", 0.5),
     ],
 )
 def test_energy_errors_fall_with_the_order(name: str, first: str, step: float) -> None:
@@ -167,6 +171,15 @@ def test_kicks_are_at_the_times_that_drifts_have_come_to() -> None:
             for power in range(order):
                 moment = sum(k * t**power for k, t in zip(method.kicks, method.kick_times, strict=True))
                 assert moment == pytest.approx(1 / (power + 1), abs=1e-13)
+
+
+def test_products_of_leapfrogs_are_known_as_such() -> None:
+    for name, sizes in (("leapfrog", 1), ("yoshida4", 3), ("suzuki6", 25), ("kahan_li6", 9), ("kahan_li8", 17)):
+        for first in ("drift", "kick"):
+            leapfrogs = composition_named(name, "drift" if first == "drift" else "kick").leapfrogs
+            assert len(leapfrogs) == sizes and math.fsum(leapfrogs) == pytest.approx(1, abs=1e-14)
+    for name in ("minimum_norm2", "bcss3", "omf4", "blanes_moan4", "blanes_moan6"):
+        assert composition_named(name).leapfrogs == ()
 
 
 def test_an_exchange_keeps_the_order_and_the_limit() -> None:

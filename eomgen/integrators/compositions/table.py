@@ -81,6 +81,22 @@ def _five_kicks(outer: Decimal, kick: Decimal, drift: Decimal, second: Decimal) 
     return _symmetric(outer, kick, drift, second, Decimal("0.5") - outer - drift, 1 - 2 * (kick + second))
 
 
+def _of_leapfrogs(*half: Decimal) -> tuple[float, ...]:
+    """Return the fractions of leapfrogs of these sizes, the last one in the middle, adjacent drifts merged."""
+    sizes = [*half, *half[-2::-1]]
+    halves = [Decimal(0), *(size / 2 for size in sizes), Decimal(0)]
+    drifts = [before + after for before, after in itertools.pairwise(halves)]
+    turns = [value for pair in zip(drifts, sizes, strict=False) for value in pair]
+    return (*map(float, turns), float(drifts[-1]))
+
+
+def _even_kicks(drifts: tuple[Decimal, ...], kicks: tuple[Decimal, ...]) -> tuple[float, ...]:
+    """Return an even number of kicks between drifts from the first of each; what is missing follows from the sums."""
+    given = [*kicks, Decimal("0.5") - sum(kicks, Decimal(0))]
+    pairs = [value for pair in zip(drifts, given, strict=True) for value in pair]
+    return _symmetric(*pairs, 1 - 2 * sum(drifts, Decimal(0)))
+
+
 def _minimum_norm() -> tuple[float, ...]:
     """Return the two kicks whose commutators of third order have the smallest norm."""
     with localcontext() as context:
@@ -91,6 +107,8 @@ def _minimum_norm() -> tuple[float, ...]:
 
 _OMELYAN = "Omelyan, Mryglod and Folk 2003"
 _BLANES = "Blanes, Casas and Sanz-Serna 2014"
+_BLANES_MOAN = "Blanes and Moan 2002"
+_KAHAN_LI = "Kahan and Li 1997"
 #: Tabulated compositions by name: order, source, and fractions by what a step begins with; where there is one list, it
 #: serves both. The parameters of Omelyan, Mryglod and Folk's order 4 are those of the position version for steps that
 #: begin with a drift and those of the velocity version for the others; mixed up they have order 2 or less.
@@ -117,6 +135,67 @@ _TABULATED: Mapping[str, tuple[int, str, Mapping[Part, tuple[float, ...]]]] = {
             ),
         },
     ),
+    "blanes_moan4": (
+        4,
+        _BLANES_MOAN,
+        {
+            "drift": _even_kicks(
+                (Decimal("0.0792036964311957"), Decimal("0.353172906049774"), Decimal("-0.0420650803577195")),
+                (Decimal("0.209515106613362"), Decimal("-0.143851773179818")),
+            )
+        },
+    ),
+    "blanes_moan6": (
+        6,
+        _BLANES_MOAN,
+        {
+            "drift": _even_kicks(
+                (
+                    Decimal("0.0502627644003922"),
+                    Decimal("0.413514300428344"),
+                    Decimal("0.0450798897943977"),
+                    Decimal("-0.188054853819569"),
+                    Decimal("0.541960678450780"),
+                ),
+                (
+                    Decimal("0.148816447901042"),
+                    Decimal("-0.132385865767784"),
+                    Decimal("0.067307604692185"),
+                    Decimal("0.432666402578175"),
+                ),
+            )
+        },
+    ),
+    "kahan_li6": (
+        6,
+        _KAHAN_LI,
+        {
+            "drift": _of_leapfrogs(
+                Decimal("0.39216144400731413928"),
+                Decimal("0.33259913678935943860"),
+                Decimal("-0.70624617255763935981"),
+                Decimal("0.08221359629355080023"),
+                Decimal("0.79854399093482996340"),
+            )
+        },
+    ),
+    "kahan_li8": (
+        8,
+        _KAHAN_LI,
+        {
+            "drift": _of_leapfrogs(
+                Decimal("0.13020248308889008088"),
+                Decimal("0.56116298177510838456"),
+                Decimal("-0.38947496264484728641"),
+                Decimal("0.15884190655515560090"),
+                Decimal("-0.39590389413323757734"),
+                Decimal("0.18453964097831570709"),
+                Decimal("0.25837438768632204729"),
+                Decimal("0.29501172360931029887"),
+                Decimal("-0.60550853383003451170"),
+            )
+        },
+    ),
 }
 #: Names that have their order in them, and the leapfrogs on either side of the backward one.
 _BY_RULE = re.compile(r"(yoshida|suzuki|creutz_gocksch)(\d+)(?:_(\d+))?")
@@ -131,8 +210,9 @@ _ALIASES: Mapping[str, str] = {
 
 
 def composition_named(name: str, first: Part = "drift") -> Composition:
-    """Return a composition by its name: ``leapfrog``, ``minimum_norm2``, ``bcss2``, ``bcss3``, ``omf4``, or by rule
-    ``yoshida<order>``, ``suzuki<order>``, ``creutz_gocksch<order>_<leapfrogs on either side>``.
+    """Return a composition by its name: ``leapfrog``, ``minimum_norm2``, ``bcss2``, ``bcss3``, ``omf4``,
+    ``blanes_moan4``, ``blanes_moan6``, ``kahan_li6``, ``kahan_li8``, or by rule ``yoshida<order>``,
+    ``suzuki<order>``, ``creutz_gocksch<order>_<leapfrogs on either side>``.
 
     Parameters
     ----------
