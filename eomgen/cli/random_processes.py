@@ -24,6 +24,7 @@ def described_processes(inputs: Sequence[Input]) -> list[dict[str, Any]]:
             "seed": process.seed,
             "follows": process.follows,
             "correlation": dict(process.correlation),
+            "coherent_with": list(process.coherent_with),
             "standard_deviation": process.standard_deviation,
             "variables": list(process.variables),
             "eigenvalues": list(process.eigenvalues),
@@ -54,7 +55,7 @@ def print_processes(processes: list[dict[str, Any]]) -> None:
     header = ("name", "type", "window", "standard deviation", "variables", "variance captured")
     print_table("Random processes", header, rows, numeric=(3, 5))
     for item in processes:
-        if item["follows"] or item["correlation"]:
+        if item["follows"] or item["correlation"] or item["coherent_with"]:
             continue
         count = len(item["captured"])
         shown = sorted({1, 2, 3, *(count * k // 8 for k in range(1, 8)), count} & set(range(1, count + 1)))
@@ -66,6 +67,8 @@ def _kind(item: dict[str, Any]) -> str:
     """Return what a random process is in words."""
     if item["follows"]:
         return f"follows {item['follows']}"
+    if item["coherent_with"]:
+        return f"coherent with {', '.join(item['coherent_with'])}"
     others = ", ".join(f"{value:.6g} with {name}" for name, value in item["correlation"].items())
     return f"correlated, {others}" if others else str(item["type"])
 

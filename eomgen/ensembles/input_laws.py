@@ -77,7 +77,7 @@ def variables_of_seed(model: CompiledModel, place: int, seed: float) -> dict[str
 
 
 def _own_variables(item: Input) -> bool:
-    return item.random is not None and not item.random.follows
+    return item.random is not None and bool(item.random.own_variables)
 
 
 def _others(model: CompiledModel, kind: str) -> str:

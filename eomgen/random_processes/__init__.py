@@ -1,5 +1,12 @@
 """Stationary random processes: covariances with their spectra, and their expansions in standard normal variables."""
 
+from eomgen.random_processes.coherence import (
+    Coherence,
+    CoherenceTable,
+    CrossCovariance,
+    ExponentialCoherence,
+    least_eigenvalue,
+)
 from eomgen.random_processes.covariance import (
     Band,
     Covariance,
@@ -13,23 +20,31 @@ from eomgen.random_processes.covariance import (
     SquaredExponential,
 )
 from eomgen.random_processes.draws import standard_normals
-from eomgen.random_processes.karhunen_loeve import MOST_MODES, Expansion, expand
-from eomgen.random_processes.translation import translated_correlation, underlying
+from eomgen.random_processes.karhunen_loeve import MOST_MODES, Expansion, expand, expand_jointly
+from eomgen.random_processes.translation import BEYOND, quantile_map, translated_correlation, underlying
 
 __all__ = [
+    "BEYOND",
     "MOST_MODES",
     "Band",
+    "Coherence",
+    "CoherenceTable",
     "Covariance",
     "CovarianceTable",
+    "CrossCovariance",
     "DampedCosine",
     "Expansion",
     "Exponential",
+    "ExponentialCoherence",
     "KanaiTajimi",
     "Oscillator",
     "RoadProfile",
     "SpectrumTable",
     "SquaredExponential",
     "expand",
+    "expand_jointly",
+    "least_eigenvalue",
+    "quantile_map",
     "standard_normals",
     "translated_correlation",
     "underlying",

@@ -14,7 +14,7 @@ kinds, and do not mix. Of R = s^2 exp(-abs(tau)/l) they are known in closed form
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,6 +33,8 @@ _MOST_NODES = 4096
 _ENOUGH = 4
 #: Change of an eigenvalue by twice as many panels, measured by the largest, by which it is taken as found.
 _CONVERGED = 1e-10
+#: The same of several processes together, whose tables of modes are no closer.
+_CONVERGED_JOINTLY = 1e-7
 #: The same after which a window at the largest number of nodes is refused.
 _DOUBTFUL = 1e-5
 #: A negative eigenvalue below this part of the largest is rounding, or the error of a spline through a table.
@@ -47,14 +49,16 @@ class Expansion:
     ----------
     duration : T, s or m
     eigenvalues : (n,), the largest first
-    total : R(0) T, the sum of all eigenvalues
+    total : R(0) T, the sum of all eigenvalues; of processes together, that of all of them
     function : returns all phi_i (n, m) at times (m,) in the window
+    shares : int phi_i^2 dt, (n,): what each mode has in one of several processes, 1 in one alone
     """
 
     duration: float
     eigenvalues: Array
     total: float
     function: Callable[[Array], Array]
+    shares: Array | float = 1.0
 
     @property
     def captured(self) -> Array:
@@ -79,27 +83,71 @@ def expand(
     """
     if isinstance(covariance, Exponential):
         return _chosen(_closed_form(covariance, duration), share, modes)
-    panels, before = 2, np.zeros(0)
+    return _converged([[covariance]], duration, share, modes)[0]
+
+
+def expand_jointly(
+    covariances: Sequence[Sequence[Covariance]],
+    duration: float,
+    *,
+    share: float | None = None,
+    modes: int | None = None,
+) -> list[Expansion]:
+    """Return the modes of processes with a matrix of covariances and cross covariances, those of each process.
+
+    All have the same variables: g_p(t) = sum sqrt(lambda_i) phi_pi(t) z_i, the phi_i orthonormal over all processes
+    together, so eigenvalues, total and share are those of all of them.
+
+    Raises
+    ------
+    UsageError
+        As of ``expand``.
+    """
+    return _converged(covariances, duration, share, modes)
+
+
+def _converged(
+    covariances: Sequence[Sequence[Covariance]], duration: float, share: float | None, modes: int | None
+) -> list[Expansion]:
+    """Return the expansion of each process, with as many panels as it takes."""
+    count, panels, before = len(covariances), 2, np.zeros(0)
+
+    def of_each(found: Expansion) -> list[Expansion]:
+        function, total, values = found.function, found.total, found.eigenvalues
+        if count == 1:
+            return [Expansion(duration, values, total, lambda t: function(t)[:, 0])]
+        nodes, weights = np.polynomial.legendre.leggauss(_NODES + 1)  # none of these is one of the modes' nodes
+        starts = duration / panels * np.arange(panels)[:, np.newaxis]
+        squares = function((starts + 0.5 * duration / panels * (1.0 + nodes)).ravel()) ** 2
+        shares = squares @ np.tile(0.5 * duration / panels * weights, panels)
+
+        def one(own: int) -> Expansion:
+            return Expansion(duration, values, total, lambda t: function(t)[:, own], shares[:, own])
+
+        return [one(own) for own in range(count)]
+
     while True:
-        found = _nystrom(covariance, duration, panels)
+        resolved = np.zeros(0)
         try:
+            found = _nystrom(covariances, duration, panels)
+            resolved = found.eigenvalues
             chosen = _chosen(found, share, modes)
             values = chosen.eigenvalues
             change = math.inf
             if len(values) <= len(before):
                 change = float(np.max(np.abs(values - before[: len(values)]))) / values[0]
-            if change <= _CONVERGED:
-                return chosen
+            if change <= (_CONVERGED if count == 1 else _CONVERGED_JOINTLY):
+                return of_each(chosen)
         except UsageError:
             if panels * _NODES >= _ENOUGH * MOST_MODES:
                 raise
             change = math.inf
-        if 2 * panels * _NODES > _MOST_NODES:
+        if 2 * panels * _NODES * count > _MOST_NODES:
             if change <= _DOUBTFUL:
-                return chosen
+                return of_each(chosen)
             what = f"the window is too long for the process: its modes are not found with {_MOST_NODES} nodes"
             raise UsageError(Problem("", what, "a shorter window, a longer correlation"))
-        panels, before = 2 * panels, found.eigenvalues
+        panels, before = 2 * panels, resolved
 
 
 def _chosen(found: Expansion, share: float | None, modes: int | None) -> Expansion:
@@ -126,14 +174,55 @@ def _chosen(found: Expansion, share: float | None, modes: int | None) -> Expansi
     return Expansion(found.duration, found.eigenvalues[:modes], found.total, lambda t: function(t)[:modes])
 
 
-def _nystrom(covariance: Covariance, duration: float, panels: int) -> Expansion:
-    """Return all modes that an even number of panels resolves beyond rounding."""
+def _nystrom(covariances: Sequence[Sequence[Covariance]], duration: float, panels: int) -> Expansion:
+    """Return all modes of processes that an even number of panels resolves beyond rounding; the function has a row for
+    each process, (n, processes, m)."""
     node, weight = np.polynomial.legendre.leggauss(_NODES)
-    width = duration / panels
+    width, count = duration / panels, len(covariances)
     own, own_weights = 0.5 * width * (1.0 + node), 0.5 * width * weight
     starts = width * np.arange(panels)
     root = np.sqrt(np.tile(own_weights, panels))
     half = panels * _NODES // 2
+    near, far = (np.empty((count, half, count, half)) for _ in range(2))
+    for i, row in enumerate(covariances):
+        for j, covariance in enumerate(row[: i + 1]):
+            kernel = _kernel(covariance, width, own, own_weights, panels)
+            near[i, :, j] = near[j, :, i] = kernel[:, :half]
+            far[i, :, j] = far[j, :, i] = kernel[:, half:][:, ::-1]
+    first, second = (part.reshape(count * half, count * half) for part in (near, far))
+    total = sum(float(covariances[k][k].at(np.zeros(1))[0]) for k in range(count)) * duration
+    values, vectors = [], []
+    for sign in (1.0, -1.0):
+        value, found = np.linalg.eigh(first + sign * second)
+        ahead = found.reshape(count, half, -1)
+        values.append(value)
+        vectors.append(np.concatenate([ahead, sign * ahead[:, ::-1]], axis=1) / math.sqrt(2.0))
+    every, vector = np.concatenate(values), np.concatenate(vectors, axis=2)
+    order = np.argsort(-every, kind="stable")
+    every, vector = every[order], vector[:, :, order]
+    if every[-1] < -_NEGATIVE * every[0]:
+        part = every[-1] / every[0]
+        what = f"the covariance is not positive: an eigenvalue of it in the window is {part:.3g} times the largest"
+        raise UsageError(Problem("", what, "a covariance that some process has: its spectrum is nowhere negative"))
+    kept = min(int(np.sum(every > 1e-13 * every[0])), MOST_MODES)
+    shape = vector[:, :, :kept] / root[:, np.newaxis]
+    shape *= np.where(shape[0, 0] < 0.0, -1.0, 1.0)
+
+    def function(at: Array) -> Array:
+        panel = np.clip((at / width).astype(int), 0, panels - 1)
+        result = np.empty((kept, count, len(at)))
+        for index in np.unique(panel):
+            here = panel == index
+            places = slice(index * _NODES, (index + 1) * _NODES)
+            result[:, :, here] = (_lagrange(own, at[here] - starts[index]) @ shape[:, places]).transpose(2, 0, 1)
+        return result
+
+    return Expansion(duration, every[:kept], total, function)
+
+
+def _kernel(covariance: Covariance, width: float, own: Array, own_weights: Array, panels: int) -> Array:
+    """Return a covariance between the nodes of the first half of the window and all of them, (half, nodes), times the
+    roots of their weights."""
     # the kernel of two panels depends on how far they are apart
     offset = width * np.arange(1 - panels // 2, panels)[:, np.newaxis, np.newaxis]
     apart = covariance.at(own[:, np.newaxis] - own - offset)
@@ -143,36 +232,8 @@ def _nystrom(covariance: Covariance, duration: float, panels: int) -> Expansion:
         block = _across_the_kink(covariance, width, own) * ratio[:, np.newaxis] / ratio
         apart[panels // 2 - 1] = 0.5 * (block + block.T)
     which = np.arange(panels) - np.arange(panels // 2)[:, np.newaxis] + panels // 2 - 1
-    kernel = apart[which].transpose(0, 2, 1, 3).reshape(half, 2 * half)
-    near, far = kernel[:, :half], kernel[:, half:][:, ::-1]
-    total = float(covariance.at(np.zeros(1))[0]) * duration
-    values, vectors = [], []
-    for sign in (1.0, -1.0):
-        value, vector = np.linalg.eigh(near + sign * far)
-        values.append(value)
-        vectors.append(np.vstack([vector, sign * vector[::-1]]) / math.sqrt(2.0))
-    every, vector = np.concatenate(values), np.hstack(vectors)
-    order = np.argsort(-every, kind="stable")
-    every, vector = every[order], vector[:, order]
-    if every[-1] < -_NEGATIVE * every[0]:
-        part = every[-1] / every[0]
-        what = f"the covariance is not positive: an eigenvalue of it in the window is {part:.3g} times the largest"
-        raise UsageError(Problem("", what, "a covariance that some process has: its spectrum is nowhere negative"))
-    kept = min(int(np.sum(every > 1e-13 * every[0])), MOST_MODES)
-    shape = vector[:, :kept] / root[:, np.newaxis]
-    shape *= np.where(shape[0] < 0.0, -1.0, 1.0)
-
-    def function(at: Array) -> Array:
-        panel = np.clip((at / width).astype(int), 0, panels - 1)
-        result = np.empty((kept, len(at)))
-        for index in np.unique(panel):
-            here = panel == index
-            result[:, here] = (
-                _lagrange(own, at[here] - starts[index]) @ shape[index * _NODES : (index + 1) * _NODES]
-            ).T
-        return result
-
-    return Expansion(duration, every[:kept], total, function)
+    half = panels * len(own) // 2
+    return np.asarray(apart[which].transpose(0, 2, 1, 3).reshape(half, 2 * half))
 
 
 def _across_the_kink(covariance: Covariance, width: float, own: Array) -> Array:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from statistics import NormalDist
 
 import numpy as np
 
@@ -16,12 +17,33 @@ from eomgen.errors import Problem, UsageError
 from eomgen.formula.curves import Curve
 from eomgen.random_processes.covariance import Covariance, CovarianceTable
 
+#: Standard deviations to which a map by quantiles is known, and points of it.
+BEYOND, _MAP_POINTS = 12.0, 401
 #: Hermite polynomials, and nodes of the rule that projects on them.
 _DEGREES, _NODES = 40, 160
 #: Correlations of g at which that of X is known, and lags at which it is inverted.
 _CORRELATIONS, _LAGS = 4001, 1025
 #: By how much an inverted correlation may be beyond what there is: rounding of the projection.
 _ROUNDING = 1e-9
+
+
+def quantile_map(shares: Array, values: Array) -> tuple[Array, Array]:
+    """Return points (n,), (n,) of the monotone map of a standard normal variable to one whose quantiles of rising
+    shares (m,) are rising values (m,): piecewise cubic between them, straight beyond the first and the last.
+
+    References
+    ----------
+    Fritsch, Carlson: Monotone piecewise cubic interpolation, SIAM J. Numer. Anal. 17 (1980).
+    """
+    from scipy.interpolate import PchipInterpolator  # noqa: PLC0415  # slow to import; most processes have none
+
+    normal = np.array([NormalDist().inv_cdf(float(share)) for share in shares])
+    x = np.linspace(-BEYOND, BEYOND, _MAP_POINTS)
+    spline = PchipInterpolator(normal, values)
+    slopes = spline(normal[[0, -1]], 1)
+    y = spline(np.clip(x, normal[0], normal[-1]))
+    y += slopes[0] * np.minimum(x - normal[0], 0.0) + slopes[1] * np.maximum(x - normal[-1], 0.0)
+    return x, y
 
 
 def translated_correlation(map_of: Callable[[Array], Array], correlation: Array) -> Array:

@@ -131,6 +131,7 @@ class InputKeys(TypedDict, total=False):
 
 class RandomKeys(TypedDict, total=False):
     correlation: Mapping[str, float] | None
+    coherence: Mapping[str, float | Sequence[Sequence[Value]]] | None
     follows: str | None
     mean: Value | None
     standard_deviation: Value | None

@@ -36,6 +36,7 @@ class RandomProcess:
     speed, lag : x(t) = speed t - lag, m/s and m; over time, where speed is 0, x(t) = t - lag, s
     follows : the process that it repeats; empty where it repeats none
     correlation : correlation coefficients with other processes, some of whose variables it has
+    coherent_with : processes that it is coherent with over frequencies; it has the variables of one of them
     translation : T, a formula of the symbol of kind ``gaussian``, which is g; None where X is g
     """
 
@@ -52,6 +53,7 @@ class RandomProcess:
     lag: float = 0.0
     follows: str = ""
     correlation: tuple[tuple[str, float], ...] = ()
+    coherent_with: tuple[str, ...] = ()
     translation: Formula | None = None
 
     @property

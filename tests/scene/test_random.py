@@ -20,7 +20,15 @@ from eomgen.errors import DescriptionError, UsageError
 from eomgen.formula.curves import Curve
 from eomgen.formula.nodes import Application
 from eomgen.pipeline.controllers import toml_text
-from eomgen.random_processes import RoadProfile, SquaredExponential, expand, standard_normals, translated_correlation
+from eomgen.random_processes import (
+    CrossCovariance,
+    ExponentialCoherence,
+    RoadProfile,
+    SquaredExponential,
+    expand,
+    standard_normals,
+    translated_correlation,
+)
 from eomgen.scene.load import from_data
 from eomgen.scene.scene import Scene
 from eomgen.system.random_processes import RandomProcess
@@ -368,6 +376,64 @@ def test_correlated_processes_have_their_correlations_and_a_lag_behind_them() ->
     assert processes[1].captured[-1] == pytest.approx(processes[0].captured[-1], rel=1e-12)
     samples = [[item.value for item in scene.parameters if item.name.startswith(f"{name}_z")] for name in "uvw"]
     assert samples[0] != samples[1] != samples[2]
+
+
+def test_coherent_processes_share_variables_and_have_the_covariances_of_their_cross_spectra() -> None:
+    base, decay = SquaredExponential(2.0, 1.0), 0.7
+    scene = _scene(
+        u={"type": "squared_exponential", "correlation_time": 1.0, "standard_deviation": 2.0, "share": 0.9999},
+        v={"coherence": {"u": decay}, "standard_deviation": 0.5, "mean": 3.0},
+        w={"coherence": {"u": [[0, 1], [2, 0.5]], "v": 1.5}, "translation": "2 * g"},
+        late={"follows": "v", "delay": 1.5},
+    )
+    u, v, w, late = (_process(scene, k) for k in range(4))
+    assert u.variables == v.variables == w.variables == late.variables == u.own_variables
+    assert v.own_variables == () and v.mean == 3.0 and w.coherent_with == ("u", "v")
+    assert len([item for item in scene.parameters if "_z" in item.name]) == len(u.modes)
+
+    def covariance(one: RandomProcess, t: float, other: RandomProcess, s: float) -> float:
+        rows = [
+            np.array([weight * float(mode(np.array(at))) for weight, mode in zip(of.weights, of.modes, strict=True)])
+            for of, at in ((one, t - one.lag), (other, s - other.lag))
+        ]
+        return float(rows[0] @ rows[1])
+
+    cross = CrossCovariance(base, ExponentialCoherence(decay), 15.0)
+    for lag in (0.0, 0.8, -2.0):
+        exact = float(cross.at(np.array([lag]))[0])
+        assert covariance(u, 5.0, v, 5.0 + lag) == pytest.approx(0.25 * exact, abs=2e-3)
+        assert covariance(u, 5.0, late, 6.5 + lag) == pytest.approx(0.25 * exact, abs=2e-3)
+        assert covariance(v, 5.0, v, 5.0 + lag) == pytest.approx(float(base.at(np.array([lag]))[0]) / 16.0, abs=2e-3)
+    assert v.captured[-1] == pytest.approx(0.9999, abs=2e-4)
+
+
+@pytest.mark.parametrize(
+    ("random", "message"),
+    [
+        ({"v": {"coherence": {"u": -1.0}}}, r"the decay -1 of the coherence with u is not positive; try: a decay such"),
+        ({"v": {"coherence": {"u": [[0, 1.2], [1, 0]]}}}, r"of rising frequencies from 0 on, between -1 and 1"),
+        ({"v": {"coherence": {"u": [[0, 1]]}}}, r"the coherence with u is two points or more"),
+        ({"v": {"coherence": {"x": 0.5}}}, r"there is no random process 'x'"),
+        ({"v": {"coherence": {"u": 0.5}, "seed": 3}}, r"seed is that of u, with which it is coherent"),
+        ({"v": {"coherence": {"u": 0.5}, "correlation": {"u": 0.5}}}, r"both correlation and coherence say"),
+        (
+            {"v": {"coherence": {"u": 0.5}}, "w": {"correlation": {"u": 0.5}}},
+            r"\(random.w.correlation\): it is correlated with u, with which others are coherent",
+        ),
+        (
+            {"v": {"coherence": {"u": 0.1}}, "w": {"coherence": {"u": 0.1}}},
+            r"no processes have the coherences of u, v, w: an eigenvalue of their matrix at the frequency 0 is -0.414",
+        ),
+        (
+            {"v": {"coherence": {"u": 0.5}}, "w": {"coherence": {"u": 0.5, "v": 0.4}}, "v2": {"follows": "v"}},
+            r"it follows a process over time, and needs delay alone",
+        ),
+        ({"v": {"coherence": {"u": 1e-7}}}, r"the coherence falls too slowly"),
+    ],
+)
+def test_coherences_that_no_processes_have_are_refused(random: dict[str, Any], message: str) -> None:
+    with pytest.raises(DescriptionError, match=message):
+        _scene(u={"type": "exponential", "correlation_time": 1.0, "share": 0.9}, **random)
 
 
 @pytest.mark.parametrize(

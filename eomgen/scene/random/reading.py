@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import functools
-import math
 import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,11 +16,12 @@ from eomgen.formula.curves import Curve
 from eomgen.formula.evaluate import curves, evaluate_batch
 from eomgen.formula.nodes import Application, Formula, Number, Symbol
 from eomgen.random_processes import (
+    BEYOND,
     Band,
+    Coherence,
     Covariance,
     CovarianceTable,
     DampedCosine,
-    Expansion,
     Exponential,
     KanaiTajimi,
     Oscillator,
@@ -30,6 +29,8 @@ from eomgen.random_processes import (
     SpectrumTable,
     SquaredExponential,
     expand,
+    expand_jointly,
+    quantile_map,
     standard_normals,
     underlying,
 )
@@ -37,6 +38,8 @@ from eomgen.random_roads import FASTEST
 from eomgen.scene.formula.namespaces import mapped
 from eomgen.scene.formula.scope import TRANSLATION
 from eomgen.scene.random import schema as written
+from eomgen.scene.random.coherence import Coherences, crossed
+from eomgen.scene.random.mode_tables import mode_tables
 from eomgen.scene.reading.report import check_reference
 from eomgen.scene.reading.values import Values
 from eomgen.scene.signals.curves import Curves
@@ -49,14 +52,8 @@ from eomgen.text import key_of
 _SINGULAR = 1e-12
 #: How many standard deviations from its mean a process is looked at, and at how many places.
 _FARTHEST, _PLACES = 6.0, 1201
-#: Points of a table for each wave of its mode, and the least of them.
-_POINTS, _FEWEST = 8, 32
-#: Most points of a table.
-_MOST_POINTS = 4096
-#: Quantiles at least, standard deviations to which their map is known, and points of it.
-_FEWEST_QUANTILES, _BEYOND, _MAP_POINTS = 3, 12.0, 401
-#: Error of a table, measured by the largest value of all modes; the same by the standard deviation that is left out.
-_TABLE_ERROR, _OF_THE_REST = 1e-6, 1e-4
+#: Quantiles at least.
+_FEWEST_QUANTILES = 3
 
 
 @dataclass(frozen=True)
@@ -120,15 +117,14 @@ class Processes:
         first_of = {name: self._first(name, entry, entries) for name, entry in entries.items() if name in lags}
         found: dict[str, Input] = {}
         variables: list[Parameter] = []
-        for name, entry in entries.items():
+        for name in entries:
             if first_of.get(name) == name:
                 group = [other for other, first in first_of.items() if first == name and entries[other].follows is None]
                 behind = [lag for other, lag in lags.items() if entries[other].follows in group]
-                made = self._leader(name, entry, max(behind, default=0.0), min(behind, default=0.0))
-                if made is not None:
-                    for process in self._group(made, group, entries):
-                        variables += _variables(process)
-                        found[process.name] = _input(process, entries[process.name])
+                ends = max(behind, default=0.0), min(behind, default=0.0)
+                for process in self._grouped([name, *(one for one in group if one != name)], entries, ends):
+                    variables += _variables(process)
+                    found[process.name] = _input(process, entries[process.name])
         for name, entry in entries.items():
             leader = found.get(entry.follows or "")
             if leader is not None and leader.random is not None and name in lags:
@@ -151,24 +147,87 @@ class Processes:
         key = key_of("random", name)
         if entry.follows is not None:
             return None
-        if entry.correlation is None:
+        if entry.correlation is None and entry.coherence is None:
             return name
-        others = list(entry.correlation)
-        for other in others:
-            if not check_reference(f"{key}.correlation", other, entries, "random process", self.report):
-                return None
-        own = [other for other in others if entries[other].correlation is None and entries[other].follows is None]
-        if len(own) != 1 or name in others or any(entries[other].follows is not None for other in others):
-            what = "it names one process with a type of its own, and besides only processes that are correlated with it"
-            self.report.add(f"{key}.correlation", what, "one of them with a type")
+        if entry.correlation is not None and entry.coherence is not None:
+            what = "both correlation and coherence say how it goes with others"
+            self.report.add(f"{key}.coherence", what, "one of them")
             return None
-        for word in written.SHARED:
+        how, with_others = ("correlation", "correlated") if entry.coherence is None else ("coherence", "coherent")
+        others = list(entry.correlation or entry.coherence or {})
+        for other in others:
+            if not check_reference(f"{key}.{how}", other, entries, "random process", self.report):
+                return None
+
+        def leads(one: written.RandomProcess) -> bool:
+            return one.correlation is None and one.coherence is None and one.follows is None
+
+        own = [other for other in others if leads(entries[other])]
+        if len(own) != 1 or name in others or any(entries[other].follows is not None for other in others):
+            what = "it names one process with a type of its own, and besides only processes that are"
+            what += f" {with_others} with it"
+            self.report.add(f"{key}.{how}", what, "one of them with a type")
+            return None
+        for word in written.SHARED if entry.coherence is None else (*written.SHARED, "seed"):
             if getattr(entry, word) != written.RandomProcess.model_fields[word].default:
                 self.report.add(
-                    f"{key}.{word}", f"{word} is that of {own[0]}, with which it is correlated", "without it"
+                    f"{key}.{word}", f"{word} is that of {own[0]}, with which it is {with_others}", "without it"
                 )
                 return None
         return own[0]
+
+    def _grouped(
+        self, names: Sequence[str], entries: Mapping[str, written.RandomProcess], lag: tuple[float, float]
+    ) -> list[RandomProcess]:
+        """Return the first process and those that are correlated or coherent with it; none where none can be made."""
+        first, others = names[0], names[1:]
+        coherences = None
+        if any(entries[name].coherence is not None for name in others):
+            mixed = [name for name in others if entries[name].coherence is None]
+            if mixed:
+                what = f"it is correlated with {first}, with which others are coherent"
+                self.report.add(f"{key_of('random', mixed[0])}.correlation", what, "coherence for all of them")
+                return []
+            coherences = Coherences(self.report).read(names, entries)
+            if coherences is None:
+                return []
+        made = self._leader(first, entries[first], *lag, coherences)
+        if not made:
+            return []
+        if coherences is None:
+            return self._group(made[0], names, entries)
+        return [
+            made[0],
+            *(self._coherent(made[0], one, name, entries[name]) for one, name in zip(made[1:], others, strict=True)),
+        ]
+
+    def _coherent(
+        self, first: RandomProcess, own: RandomProcess, name: str, entry: written.RandomProcess
+    ) -> RandomProcess:
+        """Return a process with the variables of the first of its group, and modes of its own."""
+        scale = self._scale(first, name, entry)
+        process = replace(
+            own,
+            name=name,
+            mean=self.values.constant(f"{key_of('random', name)}.mean", entry.mean),
+            weights=(scale,) * len(own.modes),
+            eigenvalues=tuple(scale**2 * value for value in own.eigenvalues),
+            total=scale**2 * own.total,
+            translation=self._translation(name, entry),
+            coherent_with=tuple(entry.coherence or {}),
+        )
+        self._check_map(process)
+        return process
+
+    def _scale(self, first: RandomProcess, name: str, entry: written.RandomProcess) -> float:
+        """Return the standard deviation of a process by that of the first of its group."""
+        if entry.standard_deviation is None:
+            return 1.0
+        key = f"{key_of('random', name)}.standard_deviation"
+        scale = self.values.constant(key, entry.standard_deviation) / first.standard_deviation
+        if not scale > 0.0:
+            self.report.add(key, "the standard deviation is not positive", "standard_deviation = 1")
+        return scale
 
     def _group(
         self, first: RandomProcess, names: Sequence[str], entries: Mapping[str, written.RandomProcess]
@@ -177,7 +236,6 @@ class Processes:
         their correlation matrix."""
         if len(names) == 1:
             return [first]
-        names = [first.name, *(name for name in names if name != first.name)]
         matrix = np.eye(len(names))
         for i, name in enumerate(names):
             for other, value in (entries[name].correlation or {}).items():
@@ -197,12 +255,8 @@ class Processes:
         factor = np.linalg.cholesky(matrix)
         made = [first]
         for i, name in enumerate(names[1:], 1):
-            entry, scale = entries[name], 1.0
-            if entry.standard_deviation is not None:
-                key = f"{key_of('random', name)}.standard_deviation"
-                scale = self.values.constant(key, entry.standard_deviation) / first.standard_deviation
-                if not scale > 0.0:
-                    self.report.add(key, "the standard deviation is not positive", "standard_deviation = 1")
+            entry = entries[name]
+            scale = self._scale(first, name, entry)
             count, weights = len(first.modes), [scale * float(w) for w in factor[i, : i + 1]]
             used = [(names[j], weight) for j, weight in enumerate(weights) if weight]
             process = replace(
@@ -254,30 +308,42 @@ class Processes:
             return None
         return self.values.constant(f"{key}.{right}", value)
 
-    def _leader(self, name: str, entry: written.RandomProcess, latest: float, earliest: float) -> RandomProcess | None:
-        """Return a process with a covariance of its own; None where it cannot be made.
+    def _leader(
+        self,
+        name: str,
+        entry: written.RandomProcess,
+        latest: float,
+        earliest: float,
+        coherences: Sequence[Sequence[Coherence | None]] | None,
+    ) -> list[RandomProcess]:
+        """Return a process with a covariance of its own, and for each that is coherent with it one with the modes of
+        that; none where it cannot be made.
 
-        ``latest``, ``earliest`` : the largest and the smallest lag of processes that follow it.
+        ``latest``, ``earliest`` : the largest and the smallest lag of processes that follow one of them.
         """
         key = key_of("random", name)
         before = len(self.report.found)
         if entry.type is None:
             self.report.add(key, "a random process needs its type, or what it follows", 'type = "squared_exponential"')
-            return None
+            return []
         speed, duration = self._along(key, entry)
         covariance = self._covariance(key, name, entry, entry.type)
         mean = self.values.constant(f"{key}.mean", entry.mean)
         self._check_extent(key, entry)
         translation = self._translation(name, entry)
         if len(self.report.found) > before or covariance is None:
-            return None
+            return []
         start = min(-latest, 0.0)
         end = duration * (speed or 1.0) + max(-earliest, 0.0)
         share = None if entry.modes is not None else written.SHARE if entry.share is None else entry.share
         try:
             if entry.covariance_of == "translated":
                 covariance = self._underlying(key, entry, covariance, translation, end - start)
-            expansion = expand(covariance, end - start, share=share, modes=entry.modes)
+            if coherences is None:
+                expansions = [expand(covariance, end - start, share=share, modes=entry.modes)]
+            else:
+                between = crossed(covariance, coherences, end - start)
+                expansions = expand_jointly(between, end - start, share=share, modes=entry.modes)
         except UsageError as error:
             (problem,) = error.problems
             what, hint = problem.what, problem.hint
@@ -285,23 +351,26 @@ class Processes:
                 what = f"no Gaussian process is translated to this covariance: its own would not be one: {what}"
                 hint = "a translation nearer to a straight one, or the covariance of g itself"
             self.report.add(key, what, hint)
-            return None
-        modes = _tables(name, expansion, start)
-        process = RandomProcess(
-            name,
-            entry.type,
-            mean,
-            variables_of(name, len(modes)),
-            (1.0,) * len(modes),
-            modes,
-            tuple(float(value) for value in expansion.eigenvalues),
-            expansion.total,
-            entry.seed,
-            speed,
-            translation=translation,
-        )
-        self._check_map(process)
-        return process
+            return []
+        found = []
+        for expansion in expansions:
+            modes = mode_tables(name, expansion, start)
+            process = RandomProcess(
+                name,
+                entry.type,
+                mean,
+                variables_of(name, len(modes)),
+                (1.0,) * len(modes),
+                modes,
+                tuple(float(value) for value in expansion.eigenvalues * expansion.shares),
+                float(covariance.at(np.zeros(1))[0]) * expansion.duration,
+                entry.seed,
+                speed,
+                translation=translation,
+            )
+            found.append(process)
+        self._check_map(found[0])
+        return found
 
     def _translation(self, name: str, entry: written.RandomProcess) -> Formula | None:
         key = key_of("random", name)
@@ -317,8 +386,6 @@ class Processes:
     def _quantiles(self, key: str, name: str, entry: written.RandomProcess) -> Formula | None:
         """Return the monotone map of a normal variable of this mean and deviation to one with these quantiles: straight
         beyond the first and the last of them."""
-        from scipy.interpolate import PchipInterpolator  # noqa: PLC0415  # slow to import; most processes have none
-
         points = [self.values.constants(f"{key}[{k}]", pair) for k, pair in enumerate(entry.quantiles or ())]
         share, value = np.array(points, dtype=float).reshape(-1, 2).T
         rising = len(share) >= _FEWEST_QUANTILES and np.all(np.diff(share) > 0.0) and np.all(np.diff(value) > 0.0)
@@ -326,12 +393,7 @@ class Processes:
             what = "quantiles are three points or more, probabilities between 0 and 1 and values that both rise"
             self.report.add(key, what, "quantiles = [[0.1, 2.0], [0.5, 3.0], [0.9, 5.0]]")
             return None
-        normal = np.array([NormalDist().inv_cdf(float(part)) for part in share])
-        x = np.linspace(-_BEYOND, _BEYOND, _MAP_POINTS)
-        spline = PchipInterpolator(normal, value)
-        slopes = spline(normal[[0, -1]], 1)
-        y = spline(np.clip(x, normal[0], normal[-1]))
-        y += slopes[0] * np.minimum(x - normal[0], 0.0) + slopes[1] * np.maximum(x - normal[-1], 0.0)
+        x, y = quantile_map(share, value)
         mean = self.values.constant(f"{key_of('random', name)}.mean", entry.mean)
         written_value = 1.0 if entry.standard_deviation is None else entry.standard_deviation
         deviation = self.values.constant(f"{key_of('random', name)}.standard_deviation", written_value)
@@ -357,7 +419,7 @@ class Processes:
 
         def map_of(g: Array) -> Array:
             if isinstance(formula, Application) and isinstance(formula.curve, Curve):
-                return np.asarray(formula.curve(np.clip(g, -_BEYOND, _BEYOND)))
+                return np.asarray(formula.curve(np.clip(g, -BEYOND, BEYOND)))
             value = evaluate_batch(
                 formula, lambda symbol: g if symbol.kind == "gaussian" else self.values.parameters[symbol.name]
             )
@@ -498,31 +560,6 @@ class Processes:
         elif spectrum and not np.any(curve.y > 0.0):
             self.report.add(place, "the spectrum is zero everywhere", "a positive density somewhere")
         return curve
-
-
-def _tables(name: str, expansion: Expansion, start: float) -> tuple[Curve, ...]:
-    """Return the modes as splines over x from ``start`` on, each through as many points as its error asks for: those of
-    short waves have small values, and need not be as close by their own measure."""
-    count, points = len(expansion.eigenvalues), _FEWEST
-    found: dict[int, Curve] = {}
-    allowed = max(_TABLE_ERROR, _OF_THE_REST * math.sqrt(max(1.0 - float(expansion.captured[-1]), 0.0)))
-    highest = 0.0
-    while len(found) < count:
-        x = np.linspace(0.0, expansion.duration, points + 1)
-        between = 0.5 * (x[1:] + x[:-1])
-        y, exact = expansion.modes(x), expansion.modes(between)
-        highest = max(highest, float(np.max(np.abs(y))))
-        last = 2 * points > _MOST_POINTS
-        for k in range(count):
-            # mode k has about k / 2 waves: fewer points than these may meet it by chance
-            if k in found or (points < _POINTS * (k + 1) // 2 and not last):
-                continue
-            spline = Curve(f"{name} mode {k + 1}", start + x, y[k], smooth_ends=True)
-            error = float(np.max(np.abs(spline(start + between) - exact[k])))
-            if last or error <= allowed * highest:
-                found[k] = spline
-        points *= 2
-    return tuple(found[k] for k in range(count))
 
 
 def _input(process: RandomProcess, entry: written.RandomProcess) -> Input:

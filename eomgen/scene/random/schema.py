@@ -38,6 +38,13 @@ class RandomProcess(Table):
         refers="random",
         kind="numbers by process",
     )
+    coherence: dict[str, Finite | Annotated[tuple[Pair, ...], Field(strict=False)]] | None = optional(
+        "root of the magnitude-squared coherence with other processes over the frequency f: the decay a, s or m, of"
+        " exp(-a f), or points [frequency, coherence], linear between them and 0 beyond; it has their spectrum, times"
+        " the square of its own `standard_deviation` over theirs",
+        refers="random",
+        kind="decays, or lists of points, by process",
+    )
     follows: str | None = optional(
         "the process that this one repeats, later by `delay`, or farther back by `offset`", refers="random"
     )
@@ -93,5 +100,5 @@ OWN = tuple(
     for word in RandomProcess.model_fields
     if word not in ("follows", "offset", "delay", "translation", "quantiles", "unit", "description")
 )
-#: Keys of a process that one which is correlated with it has from it.
-SHARED = tuple(word for word in OWN if word not in ("correlation", "mean", "standard_deviation", "seed"))
+#: Keys of a process that one which is correlated or coherent with it has from it.
+SHARED = tuple(word for word in OWN if word not in ("correlation", "coherence", "mean", "standard_deviation", "seed"))

@@ -1,0 +1,85 @@
+"""Reading of coherences between random processes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from eomgen.random_processes import (
+    Coherence,
+    CoherenceTable,
+    Covariance,
+    CrossCovariance,
+    ExponentialCoherence,
+    least_eigenvalue,
+)
+from eomgen.scene.random import schema as written
+from eomgen.scene.reading.report import Report
+from eomgen.text import key_of
+
+#: An eigenvalue of a matrix of coherences below which no processes have them.
+_NEGATIVE = -1e-9
+
+
+class Coherences:
+    """Reads coherences of groups of processes and notes what is wrong with them."""
+
+    def __init__(self, report: Report) -> None:
+        self.report = report
+
+    def read(
+        self, names: Sequence[str], entries: Mapping[str, written.RandomProcess]
+    ) -> list[list[Coherence | None]] | None:
+        """Return the coherences of the processes of a group with one another; None where something is wrong."""
+        before = len(self.report.found)
+        found: list[list[Coherence | None]] = [[None] * len(names) for _ in names]
+        said: dict[tuple[int, int], object] = {}
+        for i, name in enumerate(names):
+            for other, given in (entries[name].coherence or {}).items():
+                key, j = f"{key_of('random', name)}.coherence", names.index(other) if other in names else i
+                pair = min(i, j), max(i, j)
+                if i == j or said.setdefault(pair, given) != given:
+                    what = f"its coherence with {other} is one thing here and another there"
+                    self.report.add(key, what, "one of them")
+                    continue
+                found[i][j] = found[j][i] = self._one(key, other, given)
+        if len(self.report.found) > before:
+            return None
+        least, frequency = least_eigenvalue(found)
+        if least < _NEGATIVE:
+            what = f"no processes have the coherences of {', '.join(names)}: an eigenvalue of their matrix at the"
+            what += f" frequency {frequency:.3g} is {least:.3g}, negative"
+            hint = "coherences of all pairs: what is not named is 0"
+            self.report.add(f"{key_of('random', names[-1])}.coherence", what, hint)
+            return None
+        return found
+
+    def _one(self, key: str, other: str, given: float | Sequence[Sequence[object]]) -> Coherence | None:
+        """Return the coherence with another process: exponential of a decay, or a table."""
+        if isinstance(given, int | float):
+            if not given > 0.0:
+                what = f"the decay {given:.6g} of the coherence with {other} is not positive"
+                self.report.add(key, what, "a decay such as 0.5, or a correlation of the same at all frequencies")
+                return None
+            return ExponentialCoherence(float(given))
+        table = np.array(given, dtype=float).reshape(-1, 2)
+        f, c = table.T
+        if len(f) < 2 or f[0] < 0.0 or np.any(np.diff(f) <= 0.0) or np.any(np.abs(c) > 1.0) or not np.isfinite(c).all():
+            what = (
+                f"the coherence with {other} is two points or more, of rising frequencies from 0 on, between -1 and 1"
+            )
+            self.report.add(key, what, "[[0, 1], [2.0, 0.4], [10.0, 0]]")
+            return None
+        return CoherenceTable(f, c)
+
+
+def crossed(
+    covariance: Covariance, coherences: Sequence[Sequence[Coherence | None]], window: float
+) -> list[list[Covariance]]:
+    """Return the covariances of processes of the same one with one another."""
+    none = CoherenceTable(np.array([0.0, 1.0 / window]), np.zeros(2))
+    return [
+        [covariance if i == j else CrossCovariance(covariance, one or none, window) for j, one in enumerate(row)]
+        for i, row in enumerate(coherences)
+    ]
