@@ -104,8 +104,8 @@ def resting_controller() -> SceneBuilder:
     ("builder", "method", "by"),
     [
         (resting_tree, "generalized_alpha", ["mass", "stiffness", "length"]),
-        (resting_tree, "tdg2", ["mass", "stiffness", "length"]),
-        (resting_controller, "trapezoidal", ["mass", "lag", "gain", "wanted"]),
+        pytest.param(resting_tree, "tdg2", ["mass", "stiffness", "length"], marks=pytest.mark.slow),
+        pytest.param(resting_controller, "trapezoidal", ["mass", "lag", "gain", "wanted"], marks=pytest.mark.slow),
         pytest.param(resting_loop, "generalized_alpha", ["mass", "length", "stiffness"], marks=pytest.mark.slow),
     ],
 )
@@ -144,6 +144,7 @@ def test_a_start_at_rest_that_is_held_or_moved_by_hand() -> None:
     assert held.hessian("final(angle)").shape == (2, 2)
 
 
+@pytest.mark.slow
 def test_rest_that_nothing_determines_or_beside_what_moves() -> None:
     builder = SceneBuilder("sliding_rest").parameter("mass", 1.0, tunable=True)
     builder.body("one", "mass", center_of_mass=[0.1, 0, 0], inertia=[0.1, 0.1, 0.1]).body("two", 2.0)
@@ -165,9 +166,10 @@ def test_rest_that_nothing_determines_or_beside_what_moves() -> None:
     ("method", "initial"),
     [
         ("generalized_alpha", {"a": {"position": 0.15, "velocity": 1.0}, "b": -0.1}),
-        pytest.param("trapezoidal", {"v": [1, 2, -1, 0.5, 2]}, marks=pytest.mark.slow),
+        ("trapezoidal", {"v": [1, 2, -1, 0.5, 2]}),
     ],
 )
+@pytest.mark.slow
 def test_a_start_far_off_the_constraints_moves_as_its_steps_onto_them_do(method: str, initial: dict[str, Any]) -> None:
     scene, model = built(loop())
     by = ["mass", "length", "damping", "q.a", "q.c[0]", "v.c[1]"]
@@ -207,6 +209,7 @@ def raised() -> SceneBuilder:
     return builder.effort("spring", "a", "-3*q.a").output("y", formula=["q.a", "v.b", "position.tip[2]"])
 
 
+@pytest.mark.slow
 def test_absolute_bodies_start_where_the_joints_have_them() -> None:
     """Against differences of whole runs, extrapolated."""
     _, model = built(raised())

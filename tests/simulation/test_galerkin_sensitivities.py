@@ -63,17 +63,21 @@ def check(
     return found
 
 
-@pytest.mark.parametrize("method", ["tdg1", "tdg1_star", "tdg2", "tdg2s", "tdg3"])
+@pytest.mark.parametrize(
+    "method", ["tdg1", "tdg2", *(pytest.param(name, marks=pytest.mark.slow) for name in ("tdg1_star", "tdg2s", "tdg3"))]
+)
 def test_a_tree_by_its_parameters_and_its_initial_state(method: str) -> None:
     check(tree(), method, OF_TREE, SWUNG)
 
 
-@pytest.mark.parametrize("method", ["tdg1", pytest.param("tdg2", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["tdg1", "tdg2"])
 def test_bodies_that_turn_in_space_on_a_base_that_moves_by_a_parameter(method: str) -> None:
     check(turning(), method, OF_TURNS, TURNED)
 
 
-@pytest.mark.parametrize("method", ["tdg2", pytest.param("tdg1", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["tdg1", "tdg2"])
 def test_a_controller_with_internal_states(method: str) -> None:
     check(controlled(), method, ["mass", "length", "lag", "gain", "q.a", "v.a", "z.filtered"], {"a": 0.6})
 
@@ -93,6 +97,7 @@ def driven(formula: str | None) -> SceneBuilder:
     return builder.effort("spring", "a", "-stiffness*q.a").output("y", formula="q.a*stiffness")
 
 
+@pytest.mark.slow
 def test_inputs_by_rows_are_those_of_the_formula_between_whose_values_they_are_linear() -> None:
     by_formula = built(driven("2 + 30*t"))[1].sensitivities(0.2, STEP, by=["mass", "q.a"], method="tdg2")
     rows = 2.0 + 30.0 * STEP * np.arange(21)
@@ -122,6 +127,7 @@ def test_functionals_and_long_runs_from_checkpoints(monkeypatch: pytest.MonkeyPa
     assert (len(kept._run.motion._checkpoints), len(again._run.motion._checkpoints)) == (0, 4)  # 200 steps, 64 in one
 
 
+@pytest.mark.slow
 def test_what_they_have_not_is_refused_by_name() -> None:
     _, model = built(tree())
     found = model.sensitivities(0.05, STEP, by=["mass"], method="tdg2")

@@ -43,7 +43,7 @@ def changed(options: dict[str, Any], direction: str, size: float) -> dict[str, A
     return {**options, "inputs": inputs}
 
 
-@pytest.mark.parametrize("method", ["trapezoidal", "tdg2"])
+@pytest.mark.parametrize("method", [pytest.param("trapezoidal", marks=pytest.mark.slow), "tdg2"])
 def test_tangents_and_adjoints_against_differences_of_runs(method: str) -> None:
     """Of order 6; inputs enter the matrix of a step, internal states and outputs."""
     _, model = built(driven())
@@ -108,8 +108,9 @@ def test_hessians_of_a_controlled_arm() -> None:
 @pytest.mark.parametrize(
     "builder",
     [lambda: tree().input("push").effort("pushed", "b", "push*(1 + q.a) + 0.3*push**2"),
-     pytest.param(lambda: loop().input("push").effort("pushed", "b", "push*(1 + q.a)*v.a"), marks=pytest.mark.slow)],
+     lambda: loop().input("push").effort("pushed", "b", "push*(1 + q.a)*v.a")],
 )  # fmt: skip
+@pytest.mark.slow
 def test_hessians_take_the_start_within_the_first_step_and_constraints(builder: Any) -> None:
     _, model = built(builder())
     options = {**options_of("generalized_alpha", samples("push")), "initial": None, "settings": _BELOW}
@@ -119,6 +120,7 @@ def test_hessians_take_the_start_within_the_first_step_and_constraints(builder: 
     hold_hessian(model, found, f"sum({output})", options)
 
 
+@pytest.mark.slow
 def test_rest_moves_with_the_first_value_of_an_input() -> None:
     builder = tree().input("push").effort("pushed", "a", "push").simulation(start="equilibrium")
     _, model = built(builder)

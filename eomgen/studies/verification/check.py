@@ -21,7 +21,7 @@ from eomgen.studies.verification.claims.motion import motion_claims
 from eomgen.studies.verification.claims.parameters import parameter_claims
 from eomgen.studies.verification.claims.partials import constraint_claims, packed_claims, partial_claims
 from eomgen.studies.verification.claims.rates import rate_claims
-from eomgen.studies.verification.claims.second_partials import second_claims
+from eomgen.studies.verification.claims.second_partials import FIRST, second_claims
 from eomgen.studies.verification.claims.sections import section_claims
 from eomgen.studies.verification.engines import Engine, compiled, on_tape
 from eomgen.studies.verification.form_report import FormReport
@@ -125,6 +125,8 @@ def _terms(scene: Described, only: Sequence[str]) -> list[str]:
         left_out = {term.name for term in _CHECKED if size > CLOSED and "rigid" in term.exists}
     if only:
         asked = {"rates" if name.startswith(("base_rates", "input_rates")) else name.partition(".")[0] for name in only}
+        if any("second_partials".startswith(name) for name in asked):
+            asked |= set(FIRST)
         if size <= LARGE:  # of what is costly only what is named itself, not what begins with a name
             left_out = {term for term in left_out if not any(name.startswith(term) for name in asked)}
         requested = (term.name for term in _CHECKED if term.on_request)

@@ -13,7 +13,7 @@ from eomgen.system.description import Description
 from eomgen.system.system import System
 
 #: Terms that the gradient takes where they are there.
-_FIRST = (
+FIRST = (
     *("partials", "internal_partials", "constraint_jacobian", "velocity_partials", "acceleration_partials"),
     *("output_partials", "parameter_partials", "output_parameter_partials", "linearization"),
 )
@@ -30,7 +30,7 @@ def second_claims(space: Space, engine: Engine, system: System, description: Des
 
     def gradient(engine: Engine, state: Blocks) -> Array:
         """Return the gradient in q (left-trivialised), v, a, z, lam, p and u, (..., components)."""
-        found = {name: array for term in _FIRST if term in engine for name, array in engine(term, state).items()}
+        found = {name: array for term in FIRST if term in engine for name, array in engine(term, state).items()}
         found |= _by_inputs(found, given)
         of = {name: state["weights"][..., place] for name, place in of_weights.items()}
         batch = state["weights"].shape[:-1]
