@@ -34,6 +34,7 @@ mass_b = { value = 2.0, unit = "kg", tunable = true }
 stiffness = { value = 30.0, unit = "N/m", tunable = true }
 damping = { value = 1.0, unit = "N s/m", tunable = true }
 far = { value = 1.0, tunable = true }
+gain = { value = 2.0, unit = "1/s", tunable = true }
 fixed = 3.0
 
 [bodies.a]
@@ -65,6 +66,7 @@ x = { formula = "q.slide", unit = "m" }
 force = { formula = "stiffness * q.slide", unit = "N" }
 pair = { formula = ["q.slide", "v.slide"] }
 aside = { formula = "far * t" }
+bent = { formula = "(far + gain) * t + far * gain * t**2 / (1 + t)" }
 """
 TRUE = {"mass_a": 1.0, "mass_b": 2.0, "stiffness": 30.0, "damping": 1.0}
 NOISE = 1e-3
@@ -219,6 +221,27 @@ def test_motion_without_forces_decides_ratios_alone(slider: eomgen.Model) -> Non
     assert set(texts) == {"mass_a / damping", "stiffness / damping"}
     one = texts["stiffness / damping"]
     assert one.form == "product" and one.low < 30.0 < one.high
+    held = found_by(slider, data(), "mass_a", "stiffness", values={"mass_b": 0.0})  # damping is 0.5
+    assert one.deviation == pytest.approx(held["stiffness"].deviation / 0.5, rel=1e-3)
+
+
+def test_what_the_start_does_not_decide_is_found_at_the_end(slider: eomgen.Model) -> None:
+    """Where both factors are 1 their derivatives are the same, where they end they are not."""
+    t = np.linspace(0.0, 4.0, 41)
+    bent = 4.0 * t + 1.5 * 2.5 * t**2 / (1.0 + t) + NOISE * np.random.default_rng(0).standard_normal(41)
+    found = eomgen.identify(slider, {"t": t, "bent": bent}, ["far", "gain"], values={"gain": 1.0}, step=0.1)
+    assert [one.state for one in found.estimates] == ["determined", "determined"]
+    for one, true in zip(sorted(found.estimates, key=lambda one: one.value), (1.5, 2.5), strict=True):
+        assert one.low < true < one.high
+
+
+def test_deviations_of_few_samples_make_up_for_the_unknowns(slider: eomgen.Model) -> None:
+    """Residuals of eighteen samples that three unknowns are fitted to have the noise of fifteen."""
+    rng, given = np.random.default_rng(0), data(0, 9, push=2.0) | {"push": np.full(9, 2.0)}
+    given["force"] = 30.0 * deflection(given["t"], push=2.0) + 0.05 * rng.standard_normal(9)
+    found = found_by(slider, given, "stiffness", "damping", "mass_a", step=0.02)
+    squares = sum(one.samples * (one.rms / one.deviation) ** 2 for one in found.columns)
+    assert squares == pytest.approx(15.0, rel=1e-2) and found.degrees_of_freedom == 15
 
 
 def test_what_is_hardly_determined_is_named_with_its_direction(slider: eomgen.Model) -> None:

@@ -153,6 +153,19 @@ def test_chosen_parameters_with_the_others_held(arm: eomgen.Model) -> None:
         first.text == "upper.first_moment_z + 2 upper.inertia_yy" and second.text == "lower.mass + 4 upper.inertia_yy"
     )
     assert first.low < -0.6 + 2.0 * 0.24 < first.high and second.low < 1.0 + 4.0 * 0.24 < second.high
+    assert first.high - first.value == pytest.approx(1.964 * first.deviation, rel=1e-3)  # Student's, of tables
+
+
+def test_deviations_of_few_samples_make_up_for_the_unknowns(arm: eomgen.Model) -> None:
+    """Residuals of forty samples that eight unknowns are fitted to have the noise of 32."""
+    found = eomgen.identify(arm, data(0, 20), by="torque")
+    squares = sum(one.samples * (one.rms / one.deviation) ** 2 for one in found.columns)
+    assert squares == pytest.approx(32.0, rel=1e-4) and found.degrees_of_freedom == 32
+
+
+def test_motions_that_excite_badly_are_told(arm: eomgen.Model) -> None:
+    found = eomgen.identify(arm, {name: column[:30] for name, column in data().items()}, by="torque")
+    assert "motions excite the parameters unevenly: the condition number is" in found.message
 
 
 def test_what_one_slow_motion_does_not_decide_is_counted_together(arm: eomgen.Model) -> None:
