@@ -1657,7 +1657,8 @@ static active_vehicle_status active_vehicle_advance(const active_vehicle_paramet
         ++statistics->newton_iterations;
         ++since;
         rate = since >= 2 ? error / previous : work->rate_of_convergence;
-        work->rate_of_convergence = rate;
+        if (error > K(0.0)) /* an increment of 0 tells of rounding, and nothing of the next step */
+            work->rate_of_convergence = rate;
         /* accept when what is left is small, as the contraction promises: very small if the increment was not small
          * itself */
         known = iteration == 0 && !fresh && work->unobserved_steps < active_vehicle_UNOBSERVED

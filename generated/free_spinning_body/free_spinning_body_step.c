@@ -1060,7 +1060,8 @@ static free_spinning_body_status free_spinning_body_advance(const free_spinning_
         ++statistics->newton_iterations;
         ++since;
         rate = since >= 2 ? error / previous : work->rate_of_convergence;
-        work->rate_of_convergence = rate;
+        if (error > K(0.0)) /* an increment of 0 tells of rounding, and nothing of the next step */
+            work->rate_of_convergence = rate;
         /* accept when what is left is small, as the contraction promises: very small if the increment was not small
          * itself */
         converged = error == K(0.0)

@@ -828,7 +828,8 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_advance(const pe
         ++statistics->newton_iterations;
         ++since;
         rate = since >= 2 ? error / previous : work->rate_of_convergence;
-        work->rate_of_convergence = rate;
+        if (error > K(0.0)) /* an increment of 0 tells of rounding, and nothing of the next step */
+            work->rate_of_convergence = rate;
         /* accept when what is left is small, as the contraction promises: very small if the increment was not small
          * itself */
         converged = error == K(0.0)
