@@ -23,6 +23,8 @@ from eomgen.toolchain.library import Library
 _STEPS_AT_ONCE = 500_000
 #: Coordinates up to which the largest frequency at the start is worked out.
 _FEW = 100
+#: Copies of a record that a run makes, and bytes that these may take.
+_COPIES, _MOST_BYTES = 4, 4e9
 #: What stops a run, by the status of its C.
 _STATUSES = {
     1: "the iteration of an implicit midpoint step did not converge; try: a step smaller than {step:.3g}",
@@ -238,6 +240,7 @@ class HamiltonianModel:
         """Return rows of q and p, what was counted, and how it ended: 0 well, -1 interrupted, else a status."""
         n, ffi = self.n, self.library.ffi
         whole, rest = divmod(steps, every)
+        _check_memory(1 + whole + (rest > 0), 2 * n, steps)
         record = np.empty((1 + whole + (rest > 0), 2 * n))
         motion = np.concatenate([state.ravel(), np.zeros(2 * n)])
         record[0] = motion[: 2 * n]
@@ -328,6 +331,16 @@ class HamiltonianModel:
         outputs = [np.empty((count, item["size"]) if count else item["size"]) for item in layout["outputs"]]
         self.library.call(function, [self._values(parameters), *arrays], outputs)
         return outputs
+
+
+def _check_memory(rows: int, width: int, steps: int) -> None:
+    """Raise UsageError for a record, with what is evaluated on it, that is too large."""
+    needed = 8 * rows * width * _COPIES
+    if needed > _MOST_BYTES:
+        what = f"{rows:.6g} rows of {width} numbers would take about {needed / 1e9:.3g} GB"
+        raise UsageError(
+            Problem("record_every", what, f"record_every={math.ceil(steps * needed / rows / _MOST_BYTES)}")
+        )
 
 
 def _whole_steps(t_end: float, step: float) -> int:

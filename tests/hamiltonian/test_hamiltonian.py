@@ -17,6 +17,7 @@ from scipy.integrate import solve_ivp
 import eomgen
 from eomgen.arrays import Array
 from eomgen.cli import main
+from eomgen.hamiltonian import model as hamiltonian_model
 from eomgen.hamiltonian.model import HamiltonianModel
 from eomgen.scene.hamiltonian.reading import hamiltonian_from_data, load_hamiltonian
 from tests.models.cache import shared_cache
@@ -236,6 +237,61 @@ def test_a_step_beyond_the_limit_is_said_and_a_run_that_fails_keeps_what_it_had(
     assert "the iteration of an implicit midpoint step did not converge; try: a step smaller than 1" in stiff.message
 
 
+def test_rows_of_a_run_that_fails_are_those_of_a_shorter_one() -> None:
+    options: dict[str, Any] = {"method": "leapfrog", "record_every": 3, "initial": {"y": 3.0, "p_y": 2.0}}
+    away = model("henon_heiles").simulate(100.5, 0.5, **options)
+    assert not away.success and away.stats["steps"] == 3 * (len(away.t) - 1) > 0
+    shorter = model("henon_heiles").simulate(away.t[-1], 0.5, **options)
+    assert shorter.success
+    np.testing.assert_array_equal(shorter.q, away.q)
+
+
+@pytest.mark.parametrize("first", ["drift", "kick"])
+def test_a_step_is_that_of_the_formula(first: str) -> None:
+    h, q, p = 0.3, np.array([0.0, 0.1]), np.array([0.4, 0.2])
+
+    def force(q: Array) -> Array:
+        return np.array([-q[0] - 2 * q[0] * q[1], -q[1] - q[0] ** 2 + q[1] ** 2])
+
+    if first == "drift":
+        q = q + h / 2 * p
+        p = p + h * force(q)
+        q = q + h / 2 * p
+    else:
+        p = p + h / 2 * force(q)
+        q = q + h * p
+        p = p + h / 2 * force(q)
+    run = model("henon_heiles").simulate(h, h, method="leapfrog", first=first)
+    np.testing.assert_allclose(np.concatenate([run.q[-1], run.p[-1]]), [*q, *p], rtol=1e-14, atol=1e-16)
+
+
+def test_parts_of_a_run_are_one_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Runs come back between so many steps, so that the keyboard is heard, and sums keep what they have lost."""
+    options: dict[str, Any] = {"record_every": 20, "compensated": True, "method": "omf4"}
+    whole = model("henon_heiles").simulate(1000.0, **options)
+    monkeypatch.setattr(hamiltonian_model, "_STEPS_AT_ONCE", 60)
+    parts = model("henon_heiles").simulate(1000.0, **options)
+    np.testing.assert_array_equal(whole.p, parts.p)
+    assert whole.stats["gradients"] == parts.stats["gradients"]
+
+
+def test_a_model_is_built_with_a_method_for_its_runs() -> None:
+    made: Any = eomgen.build(HENON_HEILES, method="bcss3", profile="quick")
+    assert made.simulate(1.0).metadata["method"] == "bcss3"
+    assert model("henon_heiles").simulate(1.0).metadata["method"] == "omf4"
+    assert model("swinging").simulate(0.1).metadata["method"] == "implicit_midpoint"
+
+
+def test_signs_of_brackets_are_those_of_their_terms() -> None:
+    data = changed(hamiltonian="p_x**2/2 + p_y**2/2 - (-(x**2 - y) - 3*(x + p_x)/coupling)")
+    document = hamiltonian_from_data(data)
+    assert document.separable and len(document.terms) == 6
+    compiled: Any = eomgen.build(data, profile="quick")
+    x, y, p_x, p_y = 0.3, 0.7, -0.4, 0.9
+    expected = p_x**2 / 2 + p_y**2 / 2 + x**2 - y + 3 * (x + p_x) / 2
+    assert compiled.energy([x, y], [p_x, p_y], {"coupling": 2.0}) == pytest.approx(expected, rel=1e-14)
+
+
 def test_a_motion_is_saved(tmp_path: Path) -> None:
     run = model("henon_heiles").simulate(1.0)
     lines = run.save(tmp_path / "run.csv").read_text().splitlines()
@@ -362,6 +418,11 @@ def test_mistakes_in_files_have_one_clear_message(data: dict[str, Any], text: st
         ("henon_heiles", {"parameters": {"couplin": 1}}, "there is no parameter 'couplin'; try: coupling"),
         ("henon_heiles", {"initial": {"z": 1}}, "there is no coordinate or momentum 'z'"),
         ("henon_heiles", {"initial": {"q": [1.0]}}, r"q has shape \(1,\), and finite numbers of shape \(2,\)"),
+        (
+            "henon_heiles",
+            {"t_end": 1e12, "step": 1e-3},
+            r"1e\+15 rows of 4 numbers would take .* GB; try: record_every=",
+        ),
         ("bodies", {"initial": {"x1": math.cos(0), "y1": 0.0}}, "H is -inf at the start"),
     ],
 )
