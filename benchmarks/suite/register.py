@@ -311,6 +311,9 @@ MOTIONS = (
 _TOOLS = {EOMGEN: EOMGEN, "SymPy + cse + gcc": "sympy", "PyDy": "pydy", "CasADi": "casadi"}
 
 
+TEMPLATES = "0.4 s are templates that Jinja compiles; later builds find their bytecode in the cache"
+
+
 def _symbolic(what: str) -> Callable[[Context], list[Outcome]]:
     def run(context: Context) -> list[Outcome]:
         task, small = {"links": 6, "what": what, "shelf": str(context.shelf)}, {"links": 2}
@@ -339,7 +342,7 @@ SYMBOLIC = (
         "build",
         "each other, at 64 random states, to 1e-10 of the largest number",
         _symbolic("build"),
-        (Comparison("SymPy + cse + gcc"), Comparison("PyDy"), Comparison("CasADi")),
+        (Comparison("SymPy + cse + gcc"), Comparison("PyDy"), Comparison("CasADi", limit=TEMPLATES)),
     ),
 )
 
