@@ -223,6 +223,37 @@ def test_repetition_makes_the_bodies_and_the_pairs() -> None:
     np.testing.assert_allclose(momentum, momentum[0], atol=1e-14)
 
 
+@pytest.mark.slow
+def test_a_long_chain_is_a_loop() -> None:
+    """A thousand cells with cubic springs: the functions are as long as those of a few, and sum up as NumPy does."""
+    cells = 1000
+    chain: Any = {
+        "format": 1,
+        "kind": "hamiltonian",
+        "name": "chain",
+        "parameters": {"alpha": 0.25},
+        "repeat": {
+            "cells": {
+                "indices": {"i": cells},
+                "coordinates": {"x{i}": {"initial": ["{0.1*sin(0.3*i)}", 0.0]}},
+                "hamiltonian": {"kinetic_{i}": "p_x{i}**2/2"},
+            },
+            "springs": {
+                "indices": {"i": [1, cells - 1]},
+                "hamiltonian": {"spring_{i}": "(x{i} - x{i - 1})**2/2 + alpha*(x{i} - x{i - 1})**3/3"},
+            },
+        },
+    }
+    compiled: Any = eomgen.build(chain, profile="quick")
+    assert all(function["operations"] < 60 for function in compiled.library.layout["functions"])
+    q, p = np.random.default_rng(3).normal(size=(2, cells))
+    stretch = np.diff(q)
+    assert compiled.energy(q, p) == pytest.approx((p @ p + stretch @ stretch) / 2 + (stretch**3).sum() / 12, rel=1e-12)
+    pull = stretch + 0.25 * stretch**2
+    np.testing.assert_allclose(compiled.gradient(q, p)[0], -np.diff(pull, prepend=0.0, append=0.0), atol=1e-13)
+    np.testing.assert_array_equal(compiled.gradient(q, p)[1], p)
+
+
 def test_a_step_beyond_the_limit_is_said_and_a_run_that_fails_keeps_what_it_had() -> None:
     compiled = model("henon_heiles")
     run = compiled.simulate(3.0, 3.0, method="leapfrog", initial={"x": 0.0, "y": 0.0, "p_x": 1e-3, "p_y": 0.0})
