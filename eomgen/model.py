@@ -97,8 +97,9 @@ class Model(CompiledModel):
               ``rosenbrock`` and ``lsrt2``; ``corrected_predictor`` where forces are measured.
             - For long conservative motions, of order 2, on trees and constraints: ``rattlie``, which is variational.
               Where inertia is constant and no force depends on velocities, symplectic compositions of kicks and drifts:
-              ``leapfrog``, ``minimum_norm2`` and ``bcss3`` of order 2, ``yoshida4``, ``suzuki4`` and ``omf4`` of order
-              4, ``yoshida6`` and ``suzuki6`` of order 6, ``yoshida8`` of order 8.
+              ``leapfrog``, ``minimum_norm2`` and ``bcss3`` of order 2, ``yoshida4``, ``suzuki4``, ``omf4`` and
+              ``blanes_moan4`` of order 4, ``yoshida6``, ``suzuki6`` and ``blanes_moan6`` of order 6, ``yoshida8`` and
+              ``kahan_li8`` of order 8.
             - For stiff motions at high accuracy, with one factorization a step and no iteration, time-discontinuous
               Galerkin methods in passes: ``tdg1`` and ``tdg1_star`` of order 3, ``tdg2s`` of order 4, ``tdg2`` of order
               5, ``tdg3`` of order 7; with steps by a tolerance ``tdg1_adaptive``, ``tdg1_star_adaptive``,

@@ -22,7 +22,7 @@ __all__ = ["shared_cache"]
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 #: Coarse steps at which errors of the lattice are above rounding, and fall by the order.
-STEPS = {"suzuki6": 0.4, "yoshida6": 0.2, "yoshida8": 0.2}
+STEPS = {"suzuki6": 0.4, "blanes_moan6": 0.4, "yoshida8": 0.2, "kahan_li8": 0.8}
 
 #: A pendulum, driven by a torque that changes with time.
 DRIVEN: dict[str, Any] = {

@@ -36,9 +36,12 @@ NAMES = (
     "yoshida4",
     "suzuki4",
     "omf4",
+    "blanes_moan4",
     "yoshida6",
     "suzuki6",
+    "blanes_moan6",
     "yoshida8",
+    "kahan_li8",
 )
 _FIXED = ("it keeps energies because its steps are all of one size", "rk45, or taylor")
 
