@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from eomgen.arrays import Array
+from eomgen.errors import UsageError
 from eomgen.model import Model
 from eomgen.simulation.sensitivities.run_sensitivities import Sensitivities
 from tests.models.cache import shared_cache
@@ -138,6 +139,12 @@ def test_rest_moves_with_the_first_value_of_an_input() -> None:
         expected = (64.0 * slopes[0] - 20.0 * slopes[1] + slopes[2]) / 45.0
         error = np.max(np.abs(found.derivatives["angle"][:, column] - expected))
         assert error <= 1e-8 * np.max(np.abs(expected))
+    with pytest.raises(UsageError) as caught:
+        found.input_gradient("final(angle)")
+    assert str(caught.value) == (
+        "usage error: input_gradient: the run starts at rest, which the first values of inputs move, and that is not"
+        ' taken here; try: gradient, of sensitivities(..., by=["inputs.NAME[:]"])'
+    )
     assert np.any(found._run.asked.dq[:, [0, 2]]) and not np.any(found._run.asked.dq[:, 1])
 
 

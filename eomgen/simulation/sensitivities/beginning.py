@@ -68,22 +68,23 @@ class StartDerivatives:
 
     Attributes
     ----------
-    q, v, vdot, a, zdot, lam : a is the algorithmic acceleration; of zdot and of the rates that steps carry together
+    q, v, vdot, a, z, zdot, lam : a is the algorithmic acceleration; of zdot and of the rates that steps carry together
     """
 
     q: Array
     v: Array
     vdot: Array
     a: Array
+    z: Array
     zdot: Array
     lam: Array
 
     @classmethod
     def of(cls, state: Array, record: Array, nv: int, nz: int) -> StartDerivatives:
         """Return those of what steps begin with, ``state``, and of the row that is recorded."""
-        q, v, vdot, a, _, zdot, r = np.split(state, np.cumsum([nv, nv, nv, nv, nz, nz]))
-        of_q, of_v, of_vdot, _, of_lam = np.split(record, np.cumsum([nv, nv, nv, nz]))
-        return cls(q + of_q, v + of_v, vdot + a + of_vdot, a, zdot + r, of_lam)
+        q, v, vdot, a, z, zdot, r = np.split(state, np.cumsum([nv, nv, nv, nv, nz, nz]))
+        of_q, of_v, of_vdot, of_z, of_lam = np.split(record, np.cumsum([nv, nv, nv, nz]))
+        return cls(q + of_q, v + of_v, vdot + a + of_vdot, a, z + of_z, zdot + r, of_lam)
 
 
 @dataclass(frozen=True)
@@ -152,6 +153,7 @@ class Beginning:
         of_theta = product.tangent(factors, stage.theta).T @ of_q
         back.q = back.q + product.transport(factors, stage.theta).T @ of_q
         back.v = back.v + of_v + s * of_theta
+        back.z = back.z - multipliers @ stage.partials.Jz[0]
         back.vdot = back.vdot + s * of_v + s * half * of_theta
         return multipliers, tau, of_q
 

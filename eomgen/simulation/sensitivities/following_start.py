@@ -14,6 +14,8 @@ and velocities by one, M c = B^T sigma, B c = w: M and B change with where a ste
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from eomgen.arrays import Array
@@ -31,10 +33,24 @@ _UNDETERMINED = 1e-10
 FINITE = 1e-10
 
 
-def at_rest(
-    equations: Equations, state: InitialState, t: Array, given: Prescribed, du: Array | None
-) -> tuple[Array, Array]:
-    """Return the partials of q (left-trivialised), (nv, parameters), and of z, (nz, parameters), of a rest.
+@dataclass(frozen=True)
+class Rest:
+    """Static equilibrium made linear.
+
+    Attributes
+    ----------
+    values : input blocks there
+    matrix : partials of forces, rates of z and constraints in q, z and multipliers
+    slopes : (nv + nz + holonomic, parameters), of q (left-trivialised), z and multipliers
+    """
+
+    values: dict[str, Array]
+    matrix: Array
+    slopes: Array
+
+
+def at_rest(equations: Equations, state: InitialState, t: Array, given: Prescribed, du: Array | None) -> Rest:
+    """Return the partials of a rest in the parameters.
 
     Parameters
     ----------
@@ -69,8 +85,7 @@ def at_rest(
         what = f"the scene starts at static equilibrium, and nothing determines where that is along {name}"
         hint = f"a spring at {name}; or initial = model.equilibrium().initial, for a start that is held"
         raise UsageError(Problem("start", what, hint))
-    slopes = np.linalg.solve(matrix, -found.P[0, :size])
-    return slopes[:nv], slopes[nv : nv + nz]
+    return Rest(values, matrix, np.linalg.solve(matrix, -found.P[0, :size]))
 
 
 def moved_positions(

@@ -16,7 +16,7 @@ from eomgen.arrays import Array
 from eomgen.compiled.initial_state import InitialState
 from eomgen.simulation.sensitivities.beginning import Directions
 from eomgen.simulation.sensitivities.equations import Equations
-from eomgen.simulation.sensitivities.following_start import at_rest
+from eomgen.simulation.sensitivities.following_start import Rest, at_rest
 from eomgen.simulation.sensitivities.functionals import Weights
 from eomgen.simulation.sensitivities.motion import Motion, Part
 from eomgen.simulation.stepping.run import Run
@@ -84,6 +84,7 @@ class LinearRun(ABC, Generic[Made]):
     samples : what they are taken by behind these: inputs (column, row), row -1: their values at all rows together
     asked : the directions, with what parameters move of the state that is asked for
     follows : whether they move any of it
+    rest : static equilibrium, where that moves it
     along : what they change at the start
     state, record : what the steps begin with along them, and the first row: dq, dv, dvdot, dz, dlam
     """
@@ -99,6 +100,7 @@ class LinearRun(ABC, Generic[Made]):
         model = self.run.model
         holonomic = int(model.library.layout["sizes"]["holonomic"])
         self.equations = Equations(model, self.run.parameters, by.columns["p"], rows, holonomic, len(by.samples))
+        self.rest: Rest | None = None
         self.asked = self._directions()
 
     @property
@@ -193,7 +195,8 @@ class LinearRun(ABC, Generic[Made]):
         followed = [*range(count), *range(driven, self.size)]
         if followed and start.at_rest:
             t = np.array([run.grid.start])
-            dq, dz = at_rest(equations, start.asked, t, self.prescribed(t), self.moved_inputs(t))
+            self.rest = at_rest(equations, start.asked, t, self.prescribed(t), self.moved_inputs(t))
+            dq, dz, _ = np.split(self.rest.slopes, np.cumsum([equations.nv, equations.nz]))
             changes["q"][:, followed], changes["z"][:, followed] = dq, dz
         self.follows = any(np.any(change[:, followed]) for change in changes.values())
         dp = np.zeros((equations.parameters, self.size))

@@ -226,6 +226,9 @@ class Sensitivities:
         """
         hint = 'gradient, of sensitivities(..., by=["inputs.NAME[:]"])'
         run, (weights,) = self._implicit("input_gradient", "none by inputs at all rows", hint), self._weights([of])
+        if run.start.at_rest:
+            what = "the run starts at rest, which the first values of inputs move, and that is not taken here"
+            raise UsageError(Problem("input_gradient", what, hint))
         inputs = run.run.model.description.inputs
         columns = {
             item.name: number
@@ -250,7 +253,7 @@ class Sensitivities:
     def _twice(self, wanted: str) -> AlphaRun:
         """Return the run where it has second derivatives. Raises UsageError."""
         run = self._implicit(wanted, "no second derivatives", "generalized_alpha or trapezoidal")
-        if run.follows:
+        if run.follows and run.start.slopes is not None:
             what = (
                 "the state that the run starts from follows from parameters, and its second derivatives are not known"
             )

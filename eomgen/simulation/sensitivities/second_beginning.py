@@ -30,6 +30,7 @@ from eomgen.simulation.sensitivities.turning import turnings
 
 if TYPE_CHECKING:
     from eomgen.simulation.sensitivities.alpha_run import AlphaRun
+    from eomgen.simulation.sensitivities.following_start import Rest
 
 
 class SecondBeginning:
@@ -43,6 +44,7 @@ class SecondBeginning:
 
     def __init__(self, run: AlphaRun, second: Directions | None = None) -> None:
         self.start, self.W, self.equations = run.beginning, run.inverse_inertia, run.equations
+        self.rest = run.rest
         self.asked, self.on, self.stages = (run.asked,) * 2, (run.along,) * 2, (run.stages,) * 2
         if second is not None:
             on = on_constraints(self.start, second, self.W) if self.equations.nl else second
@@ -65,6 +67,8 @@ class SecondBeginning:
             self._position(back)
         else:
             self.found -= 0.5 * self._brackets(back.q, self.asked[1].dq, self.asked[0].dq)
+        if self.rest is not None:
+            self._rest(self.rest, back)
         return self.found
 
     def _acceleration(self, number: int, back: StartDerivatives) -> None:
@@ -124,6 +128,26 @@ class SecondBeginning:
         multipliers = np.concatenate([np.zeros(nv + nz), of_rows, np.zeros(nl)])
         rows = [self._row(one.dq, one.dp[:size]) for one in self.on]
         self._pair(rows[0], rows[1], multipliers, np.zeros(nl))
+        back.q = gamma
+
+    def _rest(self, rest: Rest, back: StartDerivatives) -> None:
+        """Take the static equilibrium that the state is: K d_j dq_i = -e''."""
+        equations, nh = self.equations, self.equations.holonomic
+        nv, nz = equations.nv, equations.nz
+        multipliers = np.zeros(nv + nz + nh + equations.nl)
+        multipliers[: nv + nz + nh] = np.linalg.solve(rest.matrix.T, np.concatenate([back.q, back.z, np.zeros(nh)]))
+        rows = []
+        for one in self.asked:
+            dq, dz, dlam = np.split(rest.slopes @ one.dp, np.cumsum([nv, nz]))
+            rows.append(np.concatenate([dq, np.zeros((2 * nv, dq.shape[1])), dz, dlam, one.dp]))
+        changes = equations.second_partials(rest.values, multipliers[np.newaxis], rows[1][np.newaxis])
+        self.found += rows[0].T @ changes[0]
+        # the start is q(p) o exp(theta): of two parameters e'' has the bracket, of theta_j and p_i it is whole
+        of_rest = [row[:nv] for row in rows]
+        beside = [one.dq - dq for one, dq in zip(self.asked, of_rest, strict=True)]
+        self.found += 0.5 * self._brackets(back.q, of_rest[1], of_rest[0])
+        self.found -= 0.5 * self._brackets(back.q, beside[1], of_rest[0])
+        self.found += 0.5 * self._brackets(back.q, of_rest[1], beside[0])
 
     def _moved(self, M: Array, B: Array, m: Array, moved: list[Array], along: Sequence[Directions]) -> None:
         """Add m . (dB_j^T sigma_i - dM_j c_i) and the same with i and j exchanged; ``moved``: c, in range of M^-1 B^T;
