@@ -192,9 +192,10 @@ class GalerkinSteps:
         for of_forces, of_theta in zip(right, theta_right, strict=True):
             b, b_theta = of_forces - carried, of_theta - theta_carried
             d_theta, d = self._solved(b, b_theta)
-            theta_carried = d_theta - b_theta
-            carried = self._of_inertia(d).below(d[self.nv :]) - b
             found.append((d_theta, d))
+            if len(found) < len(right):
+                theta_carried = d_theta - b_theta
+                carried = self._of_inertia(d).below(d[self.nv :]) - b
         return found
 
     def _solved(self, right: _Along, theta_right: _Along) -> tuple[_Along, _Along]:
