@@ -7,6 +7,7 @@ from eomgen.random_processes.coherence import (
     ExponentialCoherence,
     least_eigenvalue,
 )
+from eomgen.random_processes.correlation import nearest_correlation
 from eomgen.random_processes.covariance import (
     Band,
     Covariance,
@@ -44,6 +45,7 @@ __all__ = [
     "expand",
     "expand_jointly",
     "least_eigenvalue",
+    "nearest_correlation",
     "quantile_map",
     "standard_normals",
     "translated_correlation",

@@ -52,6 +52,7 @@ class Expansion:
     total : R(0) T, the sum of all eigenvalues; of processes together, that of all of them
     function : returns all phi_i (n, m) at times (m,) in the window
     shares : int phi_i^2 dt, (n,): what each mode has in one of several processes, 1 in one alone
+    repaired : by how much of its norm the covariance was changed, so that it is positive
     """
 
     duration: float
@@ -59,6 +60,7 @@ class Expansion:
     total: float
     function: Callable[[Array], Array]
     shares: Array | float = 1.0
+    repaired: float = 0.0
 
     @property
     def captured(self) -> Array:
@@ -71,9 +73,17 @@ class Expansion:
 
 
 def expand(
-    covariance: Covariance, duration: float, *, share: float | None = None, modes: int | None = None
+    covariance: Covariance,
+    duration: float,
+    *,
+    share: float | None = None,
+    modes: int | None = None,
+    repair: bool = False,
 ) -> Expansion:
     """Return the modes that have a share of the variance, or as many as are asked for.
+
+    ``repair``: a covariance with negative eigenvalues is replaced by the nearest positive one on the window, that
+    without them.
 
     Raises
     ------
@@ -83,7 +93,7 @@ def expand(
     """
     if isinstance(covariance, Exponential):
         return _chosen(_closed_form(covariance, duration), share, modes)
-    return _converged([[covariance]], duration, share, modes)[0]
+    return _converged([[covariance]], duration, share, modes, repair)[0]
 
 
 def expand_jointly(
@@ -92,6 +102,7 @@ def expand_jointly(
     *,
     share: float | None = None,
     modes: int | None = None,
+    repair: bool = False,
 ) -> list[Expansion]:
     """Return the modes of processes with a matrix of covariances and cross covariances, those of each process.
 
@@ -103,11 +114,11 @@ def expand_jointly(
     UsageError
         As of ``expand``.
     """
-    return _converged(covariances, duration, share, modes)
+    return _converged(covariances, duration, share, modes, repair)
 
 
 def _converged(
-    covariances: Sequence[Sequence[Covariance]], duration: float, share: float | None, modes: int | None
+    covariances: Sequence[Sequence[Covariance]], duration: float, share: float | None, modes: int | None, repair: bool
 ) -> list[Expansion]:
     """Return the expansion of each process, with as many panels as it takes."""
     count, panels, before = len(covariances), 2, np.zeros(0)
@@ -115,21 +126,21 @@ def _converged(
     def of_each(found: Expansion) -> list[Expansion]:
         function, total, values = found.function, found.total, found.eigenvalues
         if count == 1:
-            return [Expansion(duration, values, total, lambda t: function(t)[:, 0])]
+            return [Expansion(duration, values, total, lambda t: function(t)[:, 0], repaired=found.repaired)]
         nodes, weights = np.polynomial.legendre.leggauss(_NODES + 1)  # none of these is one of the modes' nodes
         starts = duration / panels * np.arange(panels)[:, np.newaxis]
         squares = function((starts + 0.5 * duration / panels * (1.0 + nodes)).ravel()) ** 2
         shares = squares @ np.tile(0.5 * duration / panels * weights, panels)
 
         def one(own: int) -> Expansion:
-            return Expansion(duration, values, total, lambda t: function(t)[:, own], shares[:, own])
+            return Expansion(duration, values, total, lambda t: function(t)[:, own], shares[:, own], found.repaired)
 
         return [one(own) for own in range(count)]
 
     while True:
         resolved = np.zeros(0)
         try:
-            found = _nystrom(covariances, duration, panels)
+            found = _nystrom(covariances, duration, panels, repair)
             resolved = found.eigenvalues
             chosen = _chosen(found, share, modes)
             values = chosen.eigenvalues
@@ -165,16 +176,19 @@ def _chosen(found: Expansion, share: float | None, modes: int | None) -> Expansi
             what = f"the share {share:.6g} of the variance needs more than {MOST_MODES} modes; {most} have {has:.4f}"
             raise UsageError(Problem("", what, f"share = {math.floor(has * 1e4) / 1e4:g}, or a shorter window"))
         modes = int(count)
+    if modes > MOST_MODES:
+        raise UsageError(Problem("", f"{modes} modes are asked for, and {MOST_MODES} are the most", "fewer modes"))
     if modes > len(found.eigenvalues):
         what = (
             f"the process has {len(found.eigenvalues)} modes in this window beyond rounding, and {modes} are asked for"
         )
         raise UsageError(Problem("", what, "fewer modes, or a share"))
     function = found.function
-    return Expansion(found.duration, found.eigenvalues[:modes], found.total, lambda t: function(t)[:modes])
+    values = found.eigenvalues[:modes]
+    return Expansion(found.duration, values, found.total, lambda t: function(t)[:modes], repaired=found.repaired)
 
 
-def _nystrom(covariances: Sequence[Sequence[Covariance]], duration: float, panels: int) -> Expansion:
+def _nystrom(covariances: Sequence[Sequence[Covariance]], duration: float, panels: int, repair: bool) -> Expansion:
     """Return all modes of processes that an even number of panels resolves beyond rounding; the function has a row for
     each process, (n, processes, m)."""
     node, weight = np.polynomial.legendre.leggauss(_NODES)
@@ -200,10 +214,15 @@ def _nystrom(covariances: Sequence[Sequence[Covariance]], duration: float, panel
     every, vector = np.concatenate(values), np.concatenate(vectors, axis=2)
     order = np.argsort(-every, kind="stable")
     every, vector = every[order], vector[:, :, order]
+    removed = 0.0
     if every[-1] < -_NEGATIVE * every[0]:
-        part = every[-1] / every[0]
-        what = f"the covariance is not positive: an eigenvalue of it in the window is {part:.3g} times the largest"
-        raise UsageError(Problem("", what, "a covariance that some process has: its spectrum is nowhere negative"))
+        part, removed = every[-1] / every[0], float(np.linalg.norm(every[every < 0.0]) / np.linalg.norm(every))
+        if not repair:
+            what = f"the covariance is not positive: an eigenvalue of it in the window is {part:.3g} times the largest;"
+            what += f" the nearest positive one differs from it by {removed:.2g} of its norm"
+            hint = "a covariance that some process has: its spectrum is nowhere negative; or covariance_repair = "
+            raise UsageError(Problem("", what, f'{hint}"nearest"'))
+        total = float(np.sum(every[every > 0.0]))
     kept = min(int(np.sum(every > 1e-13 * every[0])), MOST_MODES)
     shape = vector[:, :, :kept] / root[:, np.newaxis]
     shape *= np.where(shape[0, 0] < 0.0, -1.0, 1.0)
@@ -217,7 +236,7 @@ def _nystrom(covariances: Sequence[Sequence[Covariance]], duration: float, panel
             result[:, :, here] = (_lagrange(own, at[here] - starts[index]) @ shape[:, places]).transpose(2, 0, 1)
         return result
 
-    return Expansion(duration, every[:kept], total, function)
+    return Expansion(duration, every[:kept], total, function, repaired=removed)
 
 
 def _kernel(covariance: Covariance, width: float, own: Array, own_weights: Array, panels: int) -> Array:

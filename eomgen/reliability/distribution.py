@@ -102,7 +102,7 @@ class _Generating:
         at_zero = np.real(self.first(np.zeros(rows.size), rows))
         sign = np.where(at_zero > 0.0, -1.0, 1.0)
         poles = np.maximum(np.max(sign[:, None] * self.values, axis=1), 0.0)
-        with np.errstate(divide="ignore"):
+        with np.errstate(divide="ignore", over="ignore"):
             edge = sign / poles
         found = np.where(at_zero == 0.0, 0.0, sign * np.inf)
         inner, outer = np.zeros(rows.size), sign * 1.0

@@ -20,6 +20,8 @@ _STRIDE, _LONGEST, _EASY = 0.25, 1.0, 3
 _ITERATIONS, _CLOSE = 25, 1e-10
 #: What a point may be off, along the limit state and across it, in standard deviations.
 _ASIDE, _OFF = 3e-8, 1e-9
+#: What a value of a run is off by its rounding.
+_ROUNDED = 1e-14
 #: Iterations after which the Hessian is taken anew.
 _RENEWED = 6
 #: Steps by the one before, beyond which curve and Hessian are not continued by both of their ends.
@@ -276,7 +278,7 @@ def _newton(
                 return None
             value, gradient = response.gradient(z)
             close = iteration > 1 and length <= _CLOSE * (1.0 + np.linalg.norm(z))
-            if close or _solved(z, multiplier, value - threshold, gradient):
+            if close or _solved(z, multiplier, value, threshold, gradient):
                 return MostProbablePoint(threshold, z, multiplier, response.expansion(z), iteration)
             if iteration % _RENEWED == 0:
                 hessian = response.expansion(z).hessian.copy()
@@ -294,11 +296,14 @@ def _newton(
     return None
 
 
-def _solved(z: Array, multiplier: float, off: float, gradient: Array) -> bool:
-    """Whether both conditions hold, in standard deviations: the distance is off by the square of what is aside."""
+def _solved(z: Array, multiplier: float, value: float, threshold: float, gradient: Array) -> bool:
+    """Whether both conditions hold, in standard deviations: the distance is off by the square of what is aside.
+
+    Of values their rounding counts, too, where they are large beside their spread.
+    """
     slope = float(np.linalg.norm(gradient))
     aside = float(np.linalg.norm(z + multiplier * gradient))
-    return aside <= _ASIDE and abs(off) <= _OFF * slope
+    return aside <= _ASIDE and abs(value - threshold) <= _OFF * slope + _ROUNDED * abs(threshold)
 
 
 def rivals(response: Response, found: MostProbablePoint, starts: int, seed: int) -> list[MostProbablePoint]:

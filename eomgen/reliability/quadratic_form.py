@@ -73,12 +73,12 @@ class QuadraticForm:
     @property
     def skewness(self) -> float:
         _, second, third, _ = self.cumulants()
-        return float(third / second**1.5)
+        return float(third / second**1.5) if second**1.5 > 0.0 else float("nan")
 
     @property
     def excess_kurtosis(self) -> float:
         _, second, _, fourth = self.cumulants()
-        return float(fourth / second**2)
+        return float(fourth / second**2) if second**2 > 0.0 else float("nan")
 
     def covariance(self, other: QuadraticForm) -> float:
         """Return the covariance with another quadratic form of the same variables."""

@@ -154,6 +154,7 @@ class RandomKeys(TypedDict, total=False):
     translation: Value | None
     quantiles: Sequence[Sequence[Value]] | None
     covariance_of: str | None
+    covariance_repair: str | None
     unit: str | None
     description: str | None
 

@@ -26,6 +26,7 @@ from eomgen.random_processes import (
     RoadProfile,
     SquaredExponential,
     expand,
+    nearest_correlation,
     standard_normals,
     translated_correlation,
 )
@@ -442,7 +443,7 @@ def test_coherences_that_no_processes_have_are_refused(random: dict[str, Any], m
         (
             {"v": {"correlation": {"u": 0.9}}, "w": {"correlation": {"u": 0.9, "v": -0.9}}},
             r"\(random.w.correlation\): no processes have the correlations of u, v, w: an eigenvalue of their matrix is"
-            r" -0.8, not positive; try: coefficients closer to 0",
+            r" -0.8, not positive; the nearest ones that some have are 0\.98 away; try: coefficients closer to 0",
         ),
         ({"v": {"correlation": {"u": 1.0}}}, r"an eigenvalue of their matrix is 0, not positive"),
         ({"v": {"correlation": {"x": 0.5}}}, r"there is no random process 'x'"),
@@ -457,6 +458,27 @@ def test_coherences_that_no_processes_have_are_refused(random: dict[str, Any], m
 def test_correlations_that_no_processes_have_are_refused(random: dict[str, Any], message: str) -> None:
     with pytest.raises(DescriptionError, match=message):
         _scene(u={"type": "squared_exponential", "correlation_time": 1.0}, **random)
+
+
+def test_covariances_and_correlations_are_repaired_where_that_is_asked_for() -> None:
+    bad = {"type": "covariance", "points": [[0, 1], [0.5, -0.9], [1, 0.95], [2, 0]], "duration": 3, "share": 0.9}
+    with pytest.raises(
+        DescriptionError, match=r"is -1\.\d+ times the largest; the nearest positive one differs .* norm"
+    ):
+        _scene(force=bad)
+    scene = _scene(force=bad | {"covariance_repair": "nearest"})
+    assert any("the covariance is not positive, and the nearest one that is, 0." in note for note in scene.notes)
+    assert _process(scene).captured[-1] >= 0.9 and _process(scene).eigenvalues[-1] > 0.0
+    u = {"type": "squared_exponential", "correlation_time": 1.0, "covariance_repair": "nearest"}
+    scene = _scene(u=u, v={"correlation": {"u": 0.9}}, w={"correlation": {"u": 0.9, "v": -0.9}})
+    assert any("no processes have these; the nearest ones, 0.98 away" in note for note in scene.notes)
+    rows = np.zeros((3, 3))
+    for k in range(3):
+        process = _process(scene, k)
+        rows[k, : len(process.weights) // len(_process(scene).modes)] = process.weights[:: len(_process(scene).modes)]
+    assert rows @ rows.T == pytest.approx(
+        nearest_correlation(np.array([[1, 0.9, 0.9], [0.9, 1, -0.9], [0.9, -0.9, 1]]))
+    )
 
 
 def test_tables_of_modes_are_short_and_as_close_at_the_ends_as_elsewhere() -> None:

@@ -239,6 +239,10 @@ def test_the_command_prints_writes_and_draws(tmp_path: Path, capsys: pytest.Capt
         ({"projected": np.nan}, "projected: the share nan is not between 0 and 1"),
         ({"whole": False}, "whole: no Hessian is left without the whole one; try: projected=0.999, the share of"),
         ({"seed": 0.5}, "seed: a whole number from 0 on is needed, not 0.5"),
+        ({"samples": 1}, "samples: of 1 samples no error is known: 20 are the least; try: samples=1000, or 0"),
+        ({"tail_samples": 19}, "tail_samples: of 19 samples no error is known"),
+        ({"levels": [np.nan]}, "levels: the level nan is not a finite number; try: levels=[1.5]"),
+        ({"times": [np.nan]}, "times: t = nan s is no row of the run"),
         ({"times": [0.333]}, "times: t = 0.333 s is no row of the run; the nearest one is at 0.35 s"),
     ],
 )
@@ -272,6 +276,21 @@ def test_a_scene_without_processes_and_a_threshold_out_of_reach() -> None:
     assert np.isnan(found.indices[0]) and np.isfinite(found.indices[1])
     assert np.isnan(found.distributions["form"].below[0]) and np.isfinite(found.distributions["form"].below[1])
     assert "-0.5 have none, trust samples there" in found.message
+
+
+def test_outputs_without_spread_are_named() -> None:
+    text = scene(0.1, 0.5) + '\n[outputs.fixed]\nformula = "3"\n\n[outputs.far]\nformula = "1e9 + q.slide"\n'
+    model = built(text)
+    with pytest.raises(
+        UsageError, match="output: to second order about the mean the output does not depend on the ran"
+    ):
+        random_vibration(model, "fixed", 1.0, 0.1, thresholds=[3.5], method="trapezoidal")
+    found = random_vibration(model, "fixed", 1.0, 0.1, thresholds=[3.5], points=False, samples=20, method="trapezoidal")
+    assert "does not depend on the random processes" in found.message
+    assert found.distributions["second_order"].below[0] == found.distributions["monte_carlo"].below[0] == 1.0
+    assert np.isnan(found.moments["monte_carlo"][2]) and np.isnan(found.moments["second_order"][2])
+    far = random_vibration(model, "far", 1.0, 0.1, thresholds=[1e9 + 0.6], method="trapezoidal")
+    assert "of its mean: rounding of runs leaves few of its digits" in far.message
 
 
 @pytest.mark.slow

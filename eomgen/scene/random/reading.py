@@ -30,6 +30,7 @@ from eomgen.random_processes import (
     SquaredExponential,
     expand,
     expand_jointly,
+    nearest_correlation,
     quantile_map,
     standard_normals,
     underlying,
@@ -249,9 +250,16 @@ class Processes:
         least = float(np.linalg.eigvalsh(matrix)[0])
         if least <= _SINGULAR:
             what = f"no processes have the correlations of {', '.join(names)}: an eigenvalue of their matrix is"
-            hint = "coefficients closer to 0, or follows for one that is the same"
-            self.report.add(f"{key_of('random', names[-1])}.correlation", f"{what} {least:.3g}, not positive", hint)
-            return [first]
+            nearest = nearest_correlation(matrix)
+            away = float(np.linalg.norm(nearest - matrix))
+            key = f"{key_of('random', names[-1])}.correlation"
+            if entries[first.name].covariance_repair is None:
+                hint = "coefficients closer to 0, follows for one that is the same, or covariance_repair = "
+                what += f" {least:.3g}, not positive; the nearest ones that some have are {away:.2g} away"
+                self.report.add(key, what, f'{hint}"nearest" of {first.name}')
+                return [first]
+            self.values.note([f"{key}: no processes have these; the nearest ones, {away:.2g} away, take their place"])
+            matrix = nearest
         factor = np.linalg.cholesky(matrix)
         made = [first]
         for i, name in enumerate(names[1:], 1):
@@ -335,15 +343,16 @@ class Processes:
             return []
         start = min(-latest, 0.0)
         end = duration * (speed or 1.0) + max(-earliest, 0.0)
+        repair = entry.covariance_repair is not None
         share = None if entry.modes is not None else written.SHARE if entry.share is None else entry.share
         try:
             if entry.covariance_of == "translated":
                 covariance = self._underlying(key, entry, covariance, translation, end - start)
             if coherences is None:
-                expansions = [expand(covariance, end - start, share=share, modes=entry.modes)]
+                expansions = [expand(covariance, end - start, share=share, modes=entry.modes, repair=repair)]
             else:
                 between = crossed(covariance, coherences, end - start)
-                expansions = expand_jointly(between, end - start, share=share, modes=entry.modes)
+                expansions = expand_jointly(between, end - start, share=share, modes=entry.modes, repair=repair)
         except UsageError as error:
             (problem,) = error.problems
             what, hint = problem.what, problem.hint
@@ -363,12 +372,17 @@ class Processes:
                 (1.0,) * len(modes),
                 modes,
                 tuple(float(value) for value in expansion.eigenvalues * expansion.shares),
-                float(covariance.at(np.zeros(1))[0]) * expansion.duration,
+                expansion.total / len(expansions),
                 entry.seed,
                 speed,
                 translation=translation,
             )
             found.append(process)
+        if expansions[0].repaired:
+            what = (
+                f"the covariance is not positive, and the nearest one that is, {expansions[0].repaired:.2g} of its norm"
+            )
+            self.values.note([f"{key}: {what} from it, takes its place"])
         self._check_map(found[0])
         return found
 

@@ -90,6 +90,10 @@ class RandomProcess(Table):
     covariance_of: Literal["gaussian", "translated"] = key(
         "what has the covariance of `type`: g, or, but for its size, what g is translated to", "gaussian"
     )
+    covariance_repair: Literal["nearest"] | None = optional(
+        "what is done with a covariance, or with correlations, that no process has: the nearest ones that some process"
+        " has take their place, which is noted; without it they are refused"
+    )
     unit: Unit = key("label", "")
     description: Description = key("for tables", "")
 

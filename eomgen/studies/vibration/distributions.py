@@ -144,5 +144,6 @@ def of_samples(y: Array, thresholds: Array) -> tuple[Distribution, tuple[float, 
         low = np.where(under > 0, special.betaincinv(under, count - under + 1.0, 0.025), 0.0)
         high = np.where(under < count, special.betaincinv(under + 1.0, count - under, 0.975), 1.0)
     below = under / count
-    moments = float(y.mean()), float(y.std()), float(stats.skew(y)), float(stats.kurtosis(y))
+    shape = (float(stats.skew(y)), float(stats.kurtosis(y))) if np.ptp(y) > 0.0 else (np.nan, np.nan)
+    moments = float(y.mean()), float(y.std()), *shape
     return Distribution(below, 1.0 - below, low, high), moments

@@ -16,6 +16,10 @@ from eomgen.studies.vibration.findings import Process
 if TYPE_CHECKING:
     from eomgen.model import Model
 
+#: Samples at least, where any are asked for.
+FEWEST = 20
+#: Standard deviations of an output, by its mean, of which the rounding of runs leaves few digits.
+_FAINT = 1e-9
 #: Where the distribution is asked for by itself: probabilities of a normal distribution of the same mean and spread.
 SHARES = (1e-4, 1e-3, 0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 0.999, 0.9999)
 
@@ -40,6 +44,20 @@ def check_counts(**counts: int) -> None:
     for name, count in counts.items():
         if isinstance(count, bool) or not isinstance(count, int) or count < 0:
             raise UsageError(Problem(name, f"a whole number from 0 on is needed, not {count!r}", f"{name}=1000"))
+
+
+def check_samples(**counts: int) -> None:
+    """Raise UsageError for so few samples that nothing is known of their errors."""
+    for name, count in counts.items():
+        if 0 < count < FEWEST:
+            what = f"of {count} samples no error is known: {FEWEST} are the least"
+            raise UsageError(Problem(name, what, f"{name}=1000, or 0 for none"))
+
+
+def check_levels(levels: Sequence[float]) -> None:
+    for level in levels:
+        if not np.isfinite(level):
+            raise UsageError(Problem("levels", f"the level {level} is not a finite number", "levels=[1.5]"))
 
 
 def span_of(model: Model, at: float | None, step: float | None) -> tuple[float, float]:
@@ -68,13 +86,25 @@ def check_output(model: Model, output: str) -> None:
         raise UsageError(Problem("output", f"{output!r} is no single component of {name}", hint))
 
 
-def thresholds_of(form: QuadraticForm, given: Sequence[float] | None) -> Array:
+def thresholds_of(form: QuadraticForm, given: Sequence[float] | None, *, needs_spread: bool) -> Array:
+    """Return the thresholds, checked; ``needs_spread``: whether an output without spread is refused, in any case where
+    none are given."""
+    if (needs_spread or given is None) and not form.standard_deviation > 0.0:
+        what = "to second order about the mean the output does not depend on the random processes at this time"
+        raise UsageError(Problem("output", what, "another output, a later time; samples alone: points=False"))
     if given is not None:
         wanted = np.asarray(given, dtype=float)
         if wanted.ndim != 1 or not wanted.size or not np.isfinite(wanted).all():
             raise UsageError(Problem("thresholds", "finite numbers are needed", "thresholds=[0.5, 1.0]"))
         return wanted
-    if not form.standard_deviation > 0.0:
-        what = "the output does not depend on the random processes at this time"
-        raise UsageError(Problem("output", what, "a later time, or thresholds"))
     return form.mean + form.standard_deviation * special.ndtri(np.array(SHARES))
+
+
+def doubts_of_spread(form: QuadraticForm) -> list[str]:
+    """Return a note on an output that is constant, or nearly so."""
+    if not form.standard_deviation > 0.0:
+        return ["to second order about the mean the output does not depend on the random processes at this time"]
+    if form.standard_deviation < _FAINT * abs(form.mean):
+        part = form.standard_deviation / abs(form.mean)
+        return [f"the output's standard deviation is {part:.1g} of its mean: rounding of runs leaves few of its digits"]
+    return []

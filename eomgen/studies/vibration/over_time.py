@@ -14,7 +14,7 @@ from eomgen.errors import Problem, UsageError
 def rows_at(t: Array, times: Sequence[float]) -> list[int]:
     rows = [int(np.argmin(np.abs(t - time))) for time in times]
     for row, time in zip(rows, times, strict=True):
-        if abs(t[row] - time) > 1e-6 * max(1.0, abs(t[-1])):
+        if not abs(t[row] - time) <= 1e-6 * max(1.0, abs(t[-1])):  # nor not a number
             what = f"t = {time:.6g} s is no row of the run; the nearest one is at {t[row]:.9g} s"
             raise UsageError(Problem("times", what, "whole steps within the run"))
     return rows

@@ -32,7 +32,16 @@ from eomgen.studies.vibration.distributions import (
     unreached,
 )
 from eomgen.studies.vibration.findings import Cost, Distribution
-from eomgen.studies.vibration.inputs import check_counts, check_output, processes_of, span_of, thresholds_of
+from eomgen.studies.vibration.inputs import (
+    check_counts,
+    check_levels,
+    check_output,
+    check_samples,
+    doubts_of_spread,
+    processes_of,
+    span_of,
+    thresholds_of,
+)
 from eomgen.studies.vibration.over_time import first_passage, rows_at
 from eomgen.studies.vibration.result import RandomVibration
 from eomgen.studies.vibration.run_response import RunResponse
@@ -87,7 +96,8 @@ def random_vibration(
     Raises
     ------
     UsageError
-        Counts below 0, a share that is none, no random process, no such output, a method without derivatives of runs.
+        Counts below 0, samples below 20, a level that is not finite, a share that is none, no random process, no such
+        output, an output that does not depend on the processes, a method without derivatives of runs.
     NumericalError
         A threshold that is not reached, a run that fails.
 
@@ -97,6 +107,8 @@ def random_vibration(
     differentiation (2021).
     """
     check_counts(samples=samples, tail_samples=tail_samples, pairs=pairs, seed=seed)
+    check_samples(samples=samples, tail_samples=tail_samples)
+    check_levels(levels)
     _check_projection(projected, whole)
     span = span_of(model, at, step)
     processes, variables = processes_of(model)
@@ -104,7 +116,9 @@ def random_vibration(
     study = _Study(RunResponse(model, variables, output, span, options), seed)
     forms = study.expansions(projected, whole, pairs)
     form = forms["second_order" if whole else "projected"]
-    wanted = thresholds_of(forms.get("hermite", form), thresholds)
+    best = forms.get("hermite", form)
+    wanted = thresholds_of(best, thresholds, needs_spread=points)
+    study.notes += doubts_of_spread(best)
     study.distributions = {name: of_form(one, wanted) for name, one in forms.items()}
     study.moments = {name: moments_of(one) for name, one in forms.items()}
     indices = study.about_points(wanted, tail_samples) if points else np.full(len(wanted), np.nan)
