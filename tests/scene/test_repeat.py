@@ -57,6 +57,26 @@ def test_copies_are_the_entries_that_would_be_written() -> None:
     assert (scene.bodies, scene.joints) == (written.bodies, written.joints)
 
 
+def test_a_condition_takes_some_of_all_combinations() -> None:
+    springs = """
+[repeat.between]
+indices = { i = 5, j = 5 }
+where = "i < j and j < i + 3"
+[repeat.between.points]
+"end_{i}_{j}" = { body = "link_{i}", position = [0, 0, "{0.01*j}"] }
+"""
+    scene = load_toml(HEAD + CHAIN + springs)
+    pairs = [(i, j) for i in range(5) for j in range(5) if i < j < i + 3]
+    assert [point.name for point in scene.points] == [f"end_{i}_{j}" for i, j in pairs]
+    assert scene.metadata["repeat"] == {"links": 4, "between": len(pairs)}
+    with pytest.raises(
+        eomgen.DescriptionError, match=r"scene.toml:\d+ \(repeat.between.where\): a formula is needed here"
+    ):
+        load_toml(HEAD + CHAIN + springs.replace('"i < j and j < i + 3"', "3"))
+    with pytest.raises(eomgen.DescriptionError, match=r"\(repeat.between.where\): .*'k'"):
+        load_toml(HEAD + CHAIN + springs.replace("i < j and", "i < k and"))
+
+
 def test_the_net_of_the_page_has_its_knots_and_springs() -> None:
     page = (Path(__file__).parents[2] / "docs" / "scene.md").read_text(encoding="utf-8")
     (text,) = re.findall(r"```toml\n(\[repeat\.knots\].*?)```", page, re.DOTALL)

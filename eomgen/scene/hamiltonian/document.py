@@ -82,7 +82,7 @@ class Hamiltonian:
     terms : tuple of Term
         Their sum is H.
     content : bytes
-        All that determines the equations and the start.
+        All that determines the equations and the start; not how runs are made.
     """
 
     name: str

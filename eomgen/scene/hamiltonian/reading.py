@@ -118,7 +118,9 @@ class _Reader:
             tuple(outputs),
             simulation,
             self.text("", data, "description"),
-            json.dumps(self.data, sort_keys=True, default=str).encode(),
+            json.dumps(
+                {key: item for key, item in data.items() if key != "simulation"}, sort_keys=True, default=str
+            ).encode(),
         )
 
     def section(self, key: str) -> Mapping[str, Any]:

@@ -76,11 +76,14 @@ def repeated(
 
 def numbers_of_copies(data: Mapping[str, Any]) -> dict[str, int]:
     """Return how many copies each table ``repeat`` makes of its entries, where what it says is right."""
-    aside = Report("", {})
-    found = {
-        str(name): _ranges("", table, aside) for name, table in data["repeat"].items() if isinstance(table, Mapping)
-    }
-    return {name: math.prod(len(numbers) for numbers in ranges.values()) for name, ranges in found.items() if ranges}
+    aside, found = Report("", {}), {}
+    for name, table in data["repeat"].items():
+        ranges = _ranges("", table, aside) if isinstance(table, Mapping) else None
+        if ranges and _WHERE in table:
+            found[str(name)] = sum(1 for _ in _Copies("", table, ranges, aside, {}, {}, ()).values())
+        elif ranges:
+            found[str(name)] = math.prod(len(numbers) for numbers in ranges.values())
+    return found
 
 
 def _by_entry(lines: Mapping[str, Any]) -> dict[str, list[tuple[str, Any]]]:
@@ -154,11 +157,12 @@ class _Copies:
             elif not isinstance(templates, Mapping):
                 self.report.add(place, f"a table is needed here, not {described(templates)}")
             elif isinstance(entries := made.setdefault(section, {}), MutableMapping):
-                for values in self._values():
+                for values in self.values():
                     for name, entry in templates.items():
                         self._copy(section, str(name), entry, values, entries)
 
-    def _values(self) -> Iterator[dict[str, int]]:
+    def values(self) -> Iterator[dict[str, int]]:
+        """Yield the numbers of the indices of each copy."""
         where = self.table.get(_WHERE, "1")
         key = f"{self.key}.{_WHERE}"
         if not isinstance(where, str):
