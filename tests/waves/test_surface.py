@@ -15,9 +15,13 @@ from tests.waves.residuals import three_waves
 SPREAD = ((0.05, 0.01), (0.055, -0.035), (-0.02, 0.075))
 
 
-@pytest.fixture(scope="module")
-def sea() -> Sea:
-    return Sea(three_waves(0.06, SPREAD), 20.0)
+EQUAL_LENGTHS = ((0.05, 0.0), (0.03, 0.04), (0.06, 0.02))
+
+
+@pytest.fixture(scope="module", params=[SPREAD, EQUAL_LENGTHS], ids=["spread", "equal lengths"])
+def sea(request: pytest.FixtureRequest) -> Sea:
+    """Three waves; two of equal lengths drift against one another."""
+    return Sea(three_waves(0.06, request.param), 20.0)
 
 
 LABELS = np.random.default_rng(4).uniform(-100.0, 100.0, (9, 2))
