@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from eomgen.arrays import Array
+from eomgen.calls import checked_call, checked_calls
 from eomgen.errors import Problem, UsageError
 from eomgen.waves.profiles import Profile
 from eomgen.waves.sea import STANDARD_GRAVITY, Sea
@@ -26,6 +27,7 @@ from eomgen.waves.spectra import DiscreteSpectrum
 _AT_ONCE = 100_000
 
 
+@checked_calls()
 @dataclass(frozen=True)
 class Radar:
     """A radar with a synthetic aperture.
@@ -183,6 +185,7 @@ class SpecularPoints:
     curvature: Array
 
 
+@checked_call()
 def specular_points(profile: Profile, slope: float) -> SpecularPoints:
     """Return the points of a profile that have a slope: where dz - slope dx changes its sign between labels, found on
     the cubic through values and derivatives at both."""

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from eomgen.arrays import Array
+from eomgen.calls import checked_calls
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.waves.pairs import COLUMNS, ENTRIES, OWN, Case, Dispersion, gravity_waves
 from eomgen.waves.profiles import Profile, harmonics, multiples
@@ -24,10 +25,13 @@ MOST_MEMORY = 2_000_000_000
 #: Labels that are found for points on the water are off by this part of the shortest wave length at most.
 CLOSE = 1e-10
 _ROUNDS = 60
+#: Labels above the surface are taken so far, in parts of 1 over the highest wave number: differences by c at it.
+HIGHEST = 0.1
 #: A / (k^2 h^3) from which on second order is not enough.
 MOST_URSELL = 0.1
 
 
+@checked_calls("Components(vectors, amplitude, phase)")
 @dataclass(frozen=True)
 class Components:
     """Sinusoidal components A cos(kx x + ky y - w t + phase).
@@ -106,6 +110,7 @@ class BoundWaves:
     drift: Array
 
 
+@checked_calls("Sea(Components(vectors, amplitude, phase), depth)")
 class Sea:
     """A sea of components with all their sums and differences of second order, each water particle followed.
 
@@ -217,6 +222,9 @@ class Sea:
 
     def _tables(self, c: float) -> tuple[Array, Array, Array | None, Array]:
         """Return columns, what components make of themselves, the table of pairs and the levels at a depth."""
+        if not -self.depth <= c <= HIGHEST / float(np.hypot(*self.vectors.T).max()):
+            what = f"labels at c = {c:.6g} m are outside of the water, which is from {-self.depth:.6g} m to 0"
+            raise UsageError(Problem("Sea: c", what, "0 for the surface, negative below"))
         made, p = self._of(surface=c == 0.0), self._numbers(c)
         given = np.array([self.gravity, p[1], p[2]])
         columns = made.components(self.vectors, given)
@@ -302,6 +310,12 @@ class Sea:
     @property
     def _entries(self) -> tuple[str, ...]:
         return self._of(surface=True).case.entries
+
+    @property
+    def _drift(self) -> Array:
+        """Mean velocity of the particles of the surface that second order adds, along x and y."""
+        _, _, table, level = self._surface_tables
+        return self._axes @ level[2:] if table is not None else np.zeros(2)
 
     @property
     def columns(self) -> Array:
@@ -427,7 +441,8 @@ class Sea:
             The surface is folded there, or the search finds no particle.
         """
         wanted = np.asarray(points, dtype=float)
-        labels = wanted - self.current * time
+        _check_points("Sea: points", wanted)
+        labels = wanted - (self.current + self._drift) * time
         scale = 2.0 * math.pi / np.hypot(*self.vectors.T).max()
         off = self.motion(labels, time).position[:, :2] - wanted
         for _ in range(_ROUNDS):
@@ -490,12 +505,23 @@ class Sea:
 
     def _own_labels(self, labels: ArrayLike) -> Array:
         """Return labels along and across the waves' direction, (2, points)."""
+        _check_points("Sea: labels", labels)
         return np.ascontiguousarray((np.asarray(labels, dtype=float) @ self._axes).T)
 
     def _vectors(self, row: dict[str, Array], kind: str) -> Array:
         along, up = row[f"{kind}x"], row[f"{kind}z"]
         across = row[f"{kind}y"] if self.spread else np.zeros_like(along)
         return np.column_stack((np.column_stack((along, across)) @ self._axes.T, up))
+
+
+def _check_points(where: str, points: ArrayLike) -> None:
+    """Raise UsageError for what are no points of the plane."""
+    found = np.asarray(points, dtype=float)
+    if found.ndim != 2 or found.shape[1] != 2 or not np.all(np.isfinite(found)):
+        what = f"an array of shape {found.shape}" + (
+            "" if np.all(np.isfinite(found)) else " with what is no finite number"
+        )
+        raise UsageError(Problem(where, what, "finite numbers of shape (points, 2)"))
 
 
 def _check(components: Components, depth: float, order: int, gravity: float) -> None:

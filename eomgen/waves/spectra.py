@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
+from eomgen.calls import checked_call, checked_calls
 from eomgen.errors import Problem, UsageError
 from eomgen.random_processes import standard_normals
 from eomgen.waves.sea import STANDARD_GRAVITY, Components
@@ -29,6 +30,7 @@ class Spectrum(Protocol):
     def density(self, frequency: Array) -> Array: ...
 
 
+@checked_calls()
 @dataclass(frozen=True)
 class Jonswap:
     """The JONSWAP spectrum (Hasselmann and others 1973) of a significant height in m and a peak period in s.
@@ -75,6 +77,7 @@ def _jonswap_total(peakedness: float) -> float:
     return float(np.trapezoid(_jonswap_shape(np.exp(grid), peakedness) * np.exp(grid), grid))
 
 
+@checked_calls()
 @dataclass(frozen=True)
 class PiersonMoskowitz:
     """The spectrum of Pierson and Moskowitz (1964) of a fully developed sea, by the wind at 19.5 m in m/s: significant
@@ -99,6 +102,7 @@ class PiersonMoskowitz:
             return np.asarray(8.1e-3 * self.gravity**2 * w**-5.0 * np.exp(-1.25 * (self.peak / w) ** 4))
 
 
+@checked_calls()
 class SpectrumTable:
     """A spectrum between points, straight between them and 0 outside.
 
@@ -131,6 +135,7 @@ class SpectrumTable:
         return np.asarray(np.interp(frequency, self.frequencies, self.densities, left=0.0, right=0.0))
 
 
+@checked_calls()
 @dataclass(frozen=True)
 class Spreading:
     """Directions about a heading in rad, with the density cos^2s of half the angle (Mitsuyasu and others 1975)."""
@@ -161,6 +166,7 @@ class Spreading:
         return angles, weights / weights.sum()
 
 
+@checked_calls()
 @dataclass(frozen=True)
 class DiscreteSpectrum:
     """Wave vectors (n, 2) in rad/m with the variance of elevation of each, (n,) in m^2.
@@ -189,6 +195,7 @@ class DiscreteSpectrum:
         return Components(self.vectors, amplitude, phase)
 
 
+@checked_call()
 def discretized(
     spectrum: Spectrum,
     *,
@@ -250,6 +257,7 @@ def frequency_and_group_velocity(k: Array, depth: float, gravity: float = STANDA
     return w, 0.5 * w / k * (1.0 + k * depth * (1.0 - t * t) / t)
 
 
+@checked_call()
 def wave_number(frequency: float, depth: float = math.inf, gravity: float = STANDARD_GRAVITY) -> float:
     """Return the wave number in rad/m of an angular frequency, by Newton's method."""
     deep = frequency**2 / gravity

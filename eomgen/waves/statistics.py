@@ -15,11 +15,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
+from eomgen.calls import checked_call, checked_calls
 from eomgen.errors import Problem, UsageError
 from eomgen.waves.sea import STANDARD_GRAVITY
 from eomgen.waves.spectra import DiscreteSpectrum
 
 
+@checked_calls()
 @dataclass(frozen=True)
 class SeaStatistics:
     """Of wave numbers (n,) in rad/m and the variance of elevation of each in m^2, one direction, deep water."""
@@ -77,6 +79,7 @@ class SeaStatistics:
         return 2.0 * math.sqrt(gravity) * float(np.sum(self.energy * self.wave_numbers**1.5))
 
 
+@checked_call()
 def statistics_of(spectrum: DiscreteSpectrum) -> SeaStatistics:
     """Return the closed forms of a spectrum of one direction.
 

@@ -20,9 +20,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import fft
 
 from eomgen.arrays import Array
+from eomgen.calls import checked_calls
 from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, schedule
 from eomgen.codegen.targets.c.folding import folded
 from eomgen.codegen.targets.c.printer import Printer, indented
@@ -41,6 +41,7 @@ _CDEF = "void eomgen_wave_forcing(long points, double g, const double *fields, d
 _CLOSE = 1e-9
 
 
+@checked_calls()
 @dataclass(frozen=True)
 class Ramp:
     """A forcing that comes in as 1 - exp(-(t/time)^power), of Dommermuth."""
@@ -99,6 +100,7 @@ def _routine(plane: bool) -> tuple[Any, Any]:
     return Builder().build_routine(source(plane), _CDEF)
 
 
+@checked_calls()
 class SteppedSea:
     """The second order of a sea on a periodic grid of labels, stepped in time.
 
@@ -139,8 +141,8 @@ class SteppedSea:
         self._plane = counts[1] > 1
         self._index = self._on_grid()
         unit = [2.0 * math.pi / length for length in lengths]
-        self._kx = unit[0] * fft.fftfreq(counts[0], 1.0 / counts[0])[:, None]
-        self._ky = unit[1] * fft.rfftfreq(counts[1], 1.0 / counts[1])[None, :]
+        self._kx = unit[0] * np.fft.fftfreq(counts[0], 1.0 / counts[0])[:, None]
+        self._ky = unit[1] * np.fft.rfftfreq(counts[1], 1.0 / counts[1])[None, :]
         k = np.hypot(self._kx, self._ky)
         self._turning = np.sqrt(sea.restoring * k * (np.tanh(k * sea.depth) if math.isfinite(sea.depth) else 1.0))
         self._factors = self._factors_of_fields()
@@ -187,7 +189,7 @@ class SteppedSea:
     def _kick(self, size: float) -> None:
         given = self._products()
         weight = size if self._ramp is None else size * self._ramp(self.time - self._start)
-        moved = fft.rfft2(given[:-1])
+        moved = np.fft.rfft2(given[:-1])
         self._rate += weight * moved[0]
         self._x += weight * moved[1]
         if self._plane:
@@ -201,7 +203,7 @@ class SteppedSea:
         whole = np.zeros((len(crest), nx * ny), dtype=complex)
         for sign, values in ((1, crest), (-1, np.conj(crest))):  # no two components are at one place
             whole[:, self._place(sign * self._index)] += 0.5 * nx * ny * values
-        fields = np.ascontiguousarray(fft.irfft2(whole.reshape(-1, nx, ny)[:, :, : ny // 2 + 1], s=self._counts))
+        fields = np.ascontiguousarray(np.fft.irfft2(whole.reshape(-1, nx, ny)[:, :, : ny // 2 + 1], s=self._counts))
         ffi, lib = _routine(self._plane)
         given = np.empty((len(given_of(self._plane)), nx, ny))
         arrays = (ffi.from_buffer("double[]", array) for array in (fields, given))
@@ -262,7 +264,7 @@ class SteppedSea:
         return np.asarray(0.5 * nx * ny * whole.reshape(nx, ny)[:, : ny // 2 + 1])
 
     def _labels(self, spectrum: Complex) -> Array:
-        return np.asarray(fft.irfft2(spectrum, s=self._counts))
+        return np.asarray(np.fft.irfft2(spectrum, s=self._counts))
 
     def _of_pairs(self, time: float) -> tuple[Complex, Complex, Complex, Complex]:
         """Return Phi, its rate, and the displacements along the plane by sums over pairs."""

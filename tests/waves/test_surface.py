@@ -109,6 +109,16 @@ def test_steep_waves_are_near_exact_ones(steepness: float, celerity: float, most
     assert np.abs(linear - eta).max() > 10.0 * most * steepness / k
 
 
+def test_fixed_points_are_found_after_the_water_has_drifted_by_many_waves() -> None:
+    sea = Sea.of_one_wave(0.05, 4.0)
+    k, w, drift = 0.05, float(sea.frequency[0]), 16.0 * 0.05 * float(sea.frequency[0])
+    time = 40.0 * 2.0 * math.pi / (k * drift)  # in which particles drift by 40 waves
+    x = np.linspace(0.0, 100.0, 11)
+    # a wave that keeps its form runs at its phase velocity against labels, and drifts with them
+    still = sea.elevation(x - (w / k + drift) * time, 0.0, 0.0)
+    assert sea.elevation(x, 0.0, time) == pytest.approx(still, abs=1e-8)
+
+
 def test_particles_drift_as_stokes_says() -> None:
     k, amplitude = 0.05, 2.0
     for depth, surface in ((math.inf, 1.0), (20.0, math.cosh(2.0) / (2.0 * math.sinh(1.0) ** 2))):

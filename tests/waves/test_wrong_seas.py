@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -41,6 +42,29 @@ VECTORS, ONE = np.array([[0.05, 0.0], [0.06, 0.0]]), np.ones(2)
 def test_what_cannot_be_is_named(components: tuple[Any, ...], options: dict[str, Any], text: str) -> None:
     with pytest.raises(UsageError) as refused:
         Sea(Components(*components), **options)
+    assert text in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("call", "text"),
+    [
+        (lambda sea: sea.motion([1.0, 2.0], 0.0), "Sea: labels: an array of shape (2,); try: finite numbers of shape"),
+        (
+            lambda sea: sea.at([[1.0, np.nan]], 0.0),
+            "Sea: points: an array of shape (1, 2) with what is no finite number",
+        ),
+        (
+            lambda sea: sea.motion([[1.0, 2.0]], 0.0, 3.0),
+            "labels at c = 3 m are outside of the water, which is from -20",
+        ),
+        (lambda sea: sea.motion([[1.0, 2.0]], 0.0, -21.0), "labels at c = -21 m are outside of the water"),
+        (lambda sea: sea.motion([[1.0, 2.0]]), "time"),
+        (lambda sea: Sea(Components(VECTORS, ONE, ONE), dept=3.0), "depth"),
+    ],
+)
+def test_calls_that_cannot_be_taken(call: Callable[[Sea], Any], text: str) -> None:
+    with pytest.raises(UsageError) as refused:
+        call(Sea(Components(VECTORS, ONE, ONE), 20.0))
     assert text in str(refused.value)
 
 
