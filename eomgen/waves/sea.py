@@ -518,9 +518,8 @@ def _check_points(where: str, points: ArrayLike) -> None:
     """Raise UsageError for what are no points of the plane."""
     found = np.asarray(points, dtype=float)
     if found.ndim != 2 or found.shape[1] != 2 or not np.all(np.isfinite(found)):
-        what = f"an array of shape {found.shape}" + (
-            "" if np.all(np.isfinite(found)) else " with what is no finite number"
-        )
+        finite = "" if np.all(np.isfinite(found)) else ", with what is no finite number"
+        what = f"an array of shape {found.shape}{finite}"
         raise UsageError(Problem(where, what, "finite numbers of shape (points, 2)"))
 
 

@@ -51,11 +51,11 @@ def test_what_cannot_be_is_named(components: tuple[Any, ...], options: dict[str,
         (lambda sea: sea.motion([1.0, 2.0], 0.0), "Sea: labels: an array of shape (2,); try: finite numbers of shape"),
         (
             lambda sea: sea.at([[1.0, np.nan]], 0.0),
-            "Sea: points: an array of shape (1, 2) with what is no finite number",
+            "an array of shape (1, 2), with what is no finite number",
         ),
         (
             lambda sea: sea.motion([[1.0, 2.0]], 0.0, 3.0),
-            "labels at c = 3 m are outside of the water, which is from -20",
+            "at c = 3 m are outside of the water, which is from -20 m to 0",
         ),
         (lambda sea: sea.motion([[1.0, 2.0]], 0.0, -21.0), "labels at c = -21 m are outside of the water"),
         (lambda sea: sea.motion([[1.0, 2.0]]), "time"),
