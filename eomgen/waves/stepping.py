@@ -16,7 +16,7 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,6 +48,11 @@ class Ramp:
 
     time: float
     power: float = 4.0
+
+    def __post_init__(self) -> None:
+        for name, value in (("time", self.time), ("power", self.power)):
+            if not value > 0.0:
+                raise UsageError(Problem(f"Ramp: {name}", f"{value:.6g} is not above 0"))
 
     def __call__(self, elapsed: float) -> float:
         return -math.expm1(-((max(elapsed, 0.0) / self.time) ** self.power))
@@ -131,11 +136,14 @@ class SteppedSea:
         counts: tuple[int, int],
         *,
         method: str = "suzuki4",
-        first: str = "drift",
+        first: Literal["drift", "kick"] = "drift",
         time: float = 0.0,
         ramp: Ramp | None = None,
     ) -> None:
-        self.composition: Composition = composition_named(method, first=first)  # type: ignore[arg-type]
+        if min(lengths) <= 0.0 or min(counts) < 1:
+            what = f"lengths {lengths} m and {counts} labels are not above 0"
+            raise UsageError(Problem("SteppedSea", what, "along x and y; any length with one label along y"))
+        self.composition: Composition = composition_named(method, first=first)
         self._sea, self.time, self._start, self._ramp = sea, float(time), float(time), ramp
         self._counts, self._lengths = counts, lengths
         self._plane = counts[1] > 1

@@ -1,6 +1,6 @@
 """A storm by particles beside linear theory, and a swell as two radars see it.
 
-python examples/storm_in_lagrangian_waves/demo.py [--seas 100] [--seed 3] [--out FOLDER]
+python examples/storm_in_lagrangian_waves/demo.py [--seas 100] [--seed 3] [--costs] [--out FOLDER]
 """
 
 from __future__ import annotations
@@ -102,6 +102,29 @@ def draw_image(axes: plt.Axes, sea: Sea, radar: Radar, title: str, pixel: float)
     return image
 
 
+def costs() -> None:
+    """Print the process time of sums over pairs at labels."""
+    cases = {
+        "no bottom, one direction": (discretized(Jonswap(7.0, 10.0)), math.inf),
+        "20 m, one direction": (discretized(Jonswap(2.0, 8.0), depth=20.0), 20.0),
+        "30 m, five directions": (
+            discretized(Jonswap(3.0, 8.0), depth=30.0, length=600.0, spreading=Spreading(10.0, directions=5)),
+            30.0,
+        ),
+    }
+    labels = np.column_stack((np.linspace(0.0, 5000.0, 2048), np.zeros(2048)))
+    for name, (spectrum, depth) in cases.items():
+        sea, taken = Sea(spectrum.realisation(1), depth), []
+        sea.motion(labels[:8], 0.0)
+        for _ in range(7):
+            began = time.process_time()
+            sea.motion(labels, 1.0)
+            taken.append(time.process_time() - began)
+        count = len(spectrum.energy)
+        each = float(np.median(taken)) / (0.5 * count * (count - 1) * len(labels))
+        print(f"{name}: {count} components, {1e9 * each:.2f} ns a pair and label")
+
+
 def main(seas: int, seed: int, out: Path, pixel: float = 12.5) -> None:
     began = time.perf_counter()
     known = statistics_of(discretized(Jonswap(HEIGHT, PERIOD), height=HEIGHT))
@@ -131,6 +154,10 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seas", type=int, default=100)
     parser.add_argument("--seed", type=int, default=3)
+    parser.add_argument("--costs", action="store_true", help="print what sums over pairs take, and draw nothing")
     parser.add_argument("--out", type=Path, default=FOLDER)
     arguments = parser.parse_args()
-    main(arguments.seas, arguments.seed, arguments.out)
+    if arguments.costs:
+        costs()
+    else:
+        main(arguments.seas, arguments.seed, arguments.out)

@@ -112,6 +112,12 @@ def test_one_direction_has_no_products_across_it() -> None:
 
 def test_what_cannot_be_is_named() -> None:
     sea = five_waves()
+    with pytest.raises(UsageError, match=r"Ramp: time: 0 is not above 0"):
+        Ramp(0.0)
+    with pytest.raises(
+        UsageError, match=r"lengths \(600.0, 1.0\) m and \(64, 0\) labels are not above 0; try: along x"
+    ):
+        SteppedSea(sea, (LENGTH, 1.0), (LABELS, 0))
     with pytest.raises(UsageError, match=r"component \d is \(.*\) times 2 pi/length; try: lengths that all components"):
         SteppedSea(sea, (610.0, 1.0), (LABELS, 1))
     with pytest.raises(UsageError, match=r"40 labels along x take sums of waves for others; try: 45 or more"):
