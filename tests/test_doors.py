@@ -170,7 +170,16 @@ DOORS: dict[str, set[str]] = {
     },
     "model": {"analysis", "calls", "compiled", "ensembles", "linear", "progress", "results", "simulation", "spectra"},
     "reliability": {"arrays", "errors"},
-    "waves": {"arrays", "calls", "codegen", "errors", "integrators.compositions", "random_processes", "symbolic", "toolchain"},
+    "waves": {
+        "arrays",
+        "calls",
+        "codegen",
+        "errors",
+        "integrators.compositions",
+        "random_processes",
+        "symbolic",
+        "toolchain",
+    },
     # verbs
     "pipeline": {
         "arrays",
