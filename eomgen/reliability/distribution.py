@@ -52,7 +52,7 @@ class _Generating:
     """K - s y and its derivatives for thresholds (m,), each with its own form or all with the same, at s (m,)."""
 
     def __init__(self, forms: Sequence[QuadraticForm], thresholds: Array) -> None:
-        scales = np.maximum([form.standard_deviation for form in forms], np.finfo(float).tiny)
+        scales = np.array([form.standard_deviation or 1.0 for form in forms])
         # standardised, so that steps and tolerances need no units
         values, slopes = (np.stack([form.principal[k] for form in forms]) / scales[:, None] for k in (0, 1))
         self.values, self.slopes = (
@@ -116,8 +116,9 @@ class _Generating:
             if not ahead.size:
                 break
             inner[ahead] = outer[ahead]
+            # a pole may be far beyond the saddle: forms that are nearly planes have such
             near, far = 2.0 * outer[ahead], 0.5 * (outer[ahead] + edge[ahead])
-            outer[ahead] = np.where(np.isfinite(edge[ahead]), far, near)
+            outer[ahead] = np.where(np.abs(near) < np.abs(far), near, far)
             ahead = ahead[np.abs(outer[ahead]) <= 1e12]
         inside = np.concatenate(held) if held else ahead
         if inside.size:

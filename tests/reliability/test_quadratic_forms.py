@@ -52,6 +52,17 @@ def test_plane_forms_are_normal_and_far_tails_keep_their_digits() -> None:
     np.testing.assert_allclose(tails.above, stats.norm.sf(y, 1.0, 5.0), rtol=1e-12)
 
 
+@pytest.mark.parametrize("name", ["steepest_descent", "lugannani_rice"])
+@pytest.mark.parametrize("bend", [1e-9, -1e-9, 1e-13, -1e-17, 1e-200])
+def test_forms_that_are_nearly_planes_have_the_tails_of_planes(name: str, bend: float) -> None:
+    """Their pole is far out, where no saddle is; a Hessian of rounding alone is that of many linear scenes."""
+    form = QuadraticForm(2.0, np.array([3.0, 4.0]), np.diag([bend, 0.5 * bend]))
+    y = np.array([-38.0, -8.0, -3.0, 1.9, 2.0, 2.5, 7.1, 12.0, 42.0])
+    tails = INVERSIONS[name](form, y)
+    np.testing.assert_allclose(tails.below, stats.norm.cdf(y, 2.0, 5.0), rtol=1e-6)
+    np.testing.assert_allclose(tails.above, stats.norm.sf(y, 2.0, 5.0), rtol=1e-6)
+
+
 def test_differences_of_squares_have_both_poles() -> None:
     """z1^2 - z2^2 is even, and P(> 0) = 1 / 2; its density is K0(|y| / 2) / (2 pi)."""
     form = QuadraticForm(0.0, np.zeros(2), np.diag([2.0, -2.0]))
