@@ -755,6 +755,7 @@ _PLAIN = {
     "task_frames",
     "description",
     "indices",
+    "where",
     "unit",
     "method",
     "energy",
