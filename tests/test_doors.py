@@ -85,6 +85,20 @@ DOORS: dict[str, set[str]] = {
         "text",
         "toolchain",
     },
+    "fields": {
+        "arrays",
+        "calls",
+        "codegen",
+        "errors",
+        "files",
+        "formula",
+        "integrators.compositions",
+        "scene",
+        "symbolic",
+        "text",
+        "threads",
+        "toolchain",
+    },
     # a compiled model, and what it can do
     "compiled": {
         "arrays",
@@ -361,6 +375,12 @@ ORDER: dict[str, tuple[str, ...]] = {
         "arguments judgement",
         "torques",
         "study",
+    ),
+    "fields": (
+        "diagnostics mesh",
+        "cells operators",
+        "posterior",
+        "sampling",
     ),
     "waves": (
         "derivation derived",

@@ -1,0 +1,42 @@
+"""Fields on a periodic mesh as Hamiltonian systems: posteriors by a formula of a cell, sampled along trajectories."""
+
+from __future__ import annotations
+
+from eomgen.fields.cells import CellEnergy, gaussian, negative_binomial, poisson
+from eomgen.fields.diagnostics import autocorrelation_time, split_r_hat
+from eomgen.fields.mesh import Mesh
+from eomgen.fields.operators import (
+    OPERATORS,
+    LinearOperator,
+    amplitude,
+    difference,
+    lognormal_amplitude,
+    mask,
+    smoothing,
+    white,
+)
+from eomgen.fields.posterior import FieldPosterior, Mode
+from eomgen.fields.sampling import Sampler, Samples, follow
+
+__all__ = [
+    "OPERATORS",
+    "CellEnergy",
+    "FieldPosterior",
+    "LinearOperator",
+    "Mesh",
+    "Mode",
+    "Sampler",
+    "Samples",
+    "amplitude",
+    "autocorrelation_time",
+    "difference",
+    "follow",
+    "gaussian",
+    "lognormal_amplitude",
+    "mask",
+    "negative_binomial",
+    "poisson",
+    "smoothing",
+    "split_r_hat",
+    "white",
+]

@@ -1,0 +1,228 @@
+"""The energy of a cell, one formula of the values of fields and of data, and C of it and of its derivatives.
+
+The formula is recorded once, for one cell; its derivatives are made on the tape. Loops over cells, several of them side
+by side in vector registers, stand in the template ``c/fields/cells``.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from eomgen.arrays import Array
+from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, schedule
+from eomgen.codegen.targets.c.folding import folded
+from eomgen.codegen.targets.c.printer import Printer, indented
+from eomgen.codegen.targets.c.target import environment
+from eomgen.errors import DescriptionError, ModelError, Problem
+from eomgen.fields.mesh import Complex
+from eomgen.formula.nodes import Symbol
+from eomgen.formula.recording import record
+from eomgen.scene.hamiltonian.cells import cell_formula
+from eomgen.symbolic.calculus.partials import gradient, jacobian_vector
+from eomgen.symbolic.scalar import Algebra, Scalar
+from eomgen.symbolic.tape import Ref, Tape
+from eomgen.text import NAME_RULE, is_legal, shown
+from eomgen.toolchain.builder import Builder
+
+_CDEF = """\
+void eomgen_field_filter(long n, int turns, const double *a, const double *x, double *y);
+void eomgen_field_add(long n, int turns, double size, const double *a, const double *x, double *y);
+double eomgen_field_norm(long n, long last, int even, const double *m, const double *x);
+"""
+_CELLS = """\
+double eomgen_field_energy(long n, const double *const *fields, const double *const *data);
+void eomgen_field_residual(long n, double *const *fields, const double *const *data);
+void eomgen_field_curvature(long n, const double *const *fields, const double *const *data, double *const *along);
+"""
+
+
+@dataclass(frozen=True)
+class CellEnergy:
+    """The energy of a cell, minus the logarithm of a likelihood up to a constant.
+
+    Attributes
+    ----------
+    formula : of names of fields, data, parameters and ``where``; "0" for a prior alone
+    where : formulas that have a name, each of what stands before it
+    parameters : numbers; they are folded into the C
+    smallest : by name of data, the value below which they have no meaning, as 0 of counts
+    """
+
+    formula: str
+    where: Mapping[str, str] = field(default_factory=dict)
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    smallest: Mapping[str, float] = field(default_factory=dict)
+
+
+_LOG_INTENSITY = {"e": "log_mean + bias*(s - variance/2) - bias*(bias - 1)*variance/2"}
+
+
+def poisson(mean: float, variance: float, bias: float = 1.0, response: bool = False) -> CellEnergy:
+    """Return the energy of counts with a Poisson distribution about R mean (1 + delta)^bias/<(1 + delta)^bias>.
+
+    1 + delta = exp(s - variance/2) is a lognormal field. Names: field ``s``, data ``counts`` and, with ``response``,
+    ``response`` R from 0 to 1.
+    """
+    formula = "response*(exp(e) - counts*e)" if response else "exp(e) - counts*e"
+    return CellEnergy(formula, _LOG_INTENSITY, _of_counts(mean, variance, bias=bias), _least(response))
+
+
+def negative_binomial(
+    mean: float, variance: float, beta: float, bias: float = 1.0, response: bool = False
+) -> CellEnergy:
+    """Return the energy of counts of the same mean as ``poisson`` has, with the variance mean + mean^2/beta."""
+    formula = "(counts + beta)*log(1 + exp(e)/beta) - counts*e"
+    if response:
+        formula = f"response*({formula})"
+    return CellEnergy(formula, _LOG_INTENSITY, _of_counts(mean, variance, bias=bias, beta=beta), _least(response))
+
+
+def gaussian(mean: float, variance: float, deviation: float, bias: float = 1.0, response: bool = False) -> CellEnergy:
+    """Return the energy of ``counts`` with normal errors about the mean that ``poisson`` has."""
+    formula = "(exp(e) - counts)**2/(2*deviation**2)"
+    if response:
+        formula = f"response*({formula})"
+    made = _of_counts(mean, variance, bias=bias, deviation=deviation)
+    return CellEnergy(formula, _LOG_INTENSITY, made, {"response": 0.0} if response else {})
+
+
+def _of_counts(mean: float, variance: float, **more: float) -> dict[str, float]:
+    if not mean > 0.0:
+        what = f"the mean of counts is {mean:.6g}"
+        raise ModelError(Problem("mean", what, "the mean number of objects in a cell, above 0"))
+    return {"log_mean": math.log(mean), "variance": variance, **more}
+
+
+def _least(response: bool) -> dict[str, float]:
+    return {"counts": 0.0, "response": 0.0} if response else {"counts": 0.0}
+
+
+@dataclass(frozen=True)
+class CellTape:
+    """The formula of a cell on a tape: h, its gradient, and the product of its Hessian with a direction ``j``."""
+
+    tape: Tape
+    energy: Ref
+    residual: tuple[Ref, ...]
+    curvature: tuple[Ref, ...]
+
+    @property
+    def idle(self) -> bool:
+        """Whether the energy is the same whatever the fields are."""
+        return all(self.tape.value(ref) == 0.0 for ref in self.residual)
+
+
+def cell_tape(energy: CellEnergy, fields: Sequence[str], data: Sequence[str], masks: Sequence[str] = ()) -> CellTape:
+    """Record the energy of a cell; a field with a mask is the product of its value and of data of the mask's.
+
+    Parameters
+    ----------
+    fields, data : names
+    masks : of fields, whose values stand behind the data
+
+    Raises
+    ------
+    DescriptionError, ModelError
+        A formula or a name that cannot be taken.
+    """
+    tape = Tape()
+    algebra = Algebra(tape)
+    q, along = algebra.block("f", len(fields)), algebra.block("j", len(fields))
+    given = algebra.block("d", len(data) + len(masks))
+    known: dict[str, Scalar] = dict(zip(fields, q, strict=True))
+    for name, value in zip(masks, given[len(data) :], strict=True):
+        known[name] = known[name] * value
+    names = [*fields, *data, *energy.parameters, *energy.where]
+    for place, name in enumerate(names):
+        if not is_legal(name):
+            raise DescriptionError(Problem("cell energy", f"the name {shown(name)} is not legal", NAME_RULE))
+        if name in names[:place]:
+            raise DescriptionError(Problem("cell energy", f"two things are called {name}", "another name for one"))
+    known |= dict(zip(data, given, strict=False))
+    known |= {name: algebra.scalar(float(value)) for name, value in energy.parameters.items()}
+    for name, text in energy.where.items():
+        known[name] = _recorded(algebra, f"cell energy (where.{name})", text, known)
+    h = _recorded(algebra, "cell energy", energy.formula, known)
+    slopes = gradient(tape, h.ref, [item.ref for item in q])
+    products = jacobian_vector(tape, slopes, {item.ref: to.ref for item, to in zip(q, along, strict=True)})
+    return CellTape(tape, h.ref, tuple(slopes), tuple(products))
+
+
+def _recorded(algebra: Algebra, where: str, text: str, known: Mapping[str, Scalar]) -> Scalar:
+    def resolve(symbol: Symbol) -> Scalar:
+        return known[symbol.name]
+
+    try:
+        return record(algebra, cell_formula(where, text, known), resolve)
+    except ModelError as error:
+        raise ModelError([Problem(where, problem.what, problem.hint) for problem in error.problems]) from None
+
+
+def source(energy: CellEnergy, made: CellTape, fields: Sequence[str], data: Sequence[str]) -> str:
+    """Return the C of a cell's energy and of what is done with spectra; of an idle energy, the latter alone."""
+    inputs = {"f": "f[{}]", "d": "d[{}]", "j": "j[{}]"}
+
+    def body(refs: Sequence[Ref], targets: Sequence[str]) -> str:
+        plan = schedule(made.tape, [refs], ("f", "d", "j"), 10**9, NEST_LIMIT, fill=False, reroll=False)
+        return indented(Printer(inputs, [list(targets)]).lines(plan.parts[0].statements), 2)
+
+    results = [f"r[{k}]" for k in range(len(fields))]
+    text = environment().get_template("c/fields/cells.c.jinja")
+    idle = made.idle
+    return folded(
+        text.render(
+            formula=energy.formula,
+            fields=[] if idle else list(fields),
+            data=[] if idle else list(data),
+            energy="" if idle else body([made.energy], ["h"]),
+            residual="" if idle else body(made.residual, results),
+            curvature="" if idle else body(made.curvature, results),
+        )
+    )
+
+
+class CellRoutines:
+    """The compiled C of a cell's energy, on arrays whose places in memory are kept."""
+
+    def __init__(self, text: str, idle: bool) -> None:
+        self.ffi, self.lib = _compiled(text, idle)
+
+    def pointers(self, arrays: Sequence[Array]) -> Any:
+        """Return C's array of the addresses of arrays; at least one, which may be NULL."""
+        made = self.ffi.new("double *[]", max(len(arrays), 1))
+        for place, array in enumerate(arrays):
+            made[place] = self.address(array)
+        return made
+
+    def address(self, array: Array | Complex | None) -> Any:
+        """Return the address of an array whose numbers are next to each other, NULL for None."""
+        if array is None:
+            return self.ffi.NULL
+        return self.ffi.cast("double *", array.ctypes.data)
+
+    def filter(self, symbol: Array | Complex | None, x: Complex, y: Complex) -> None:
+        """Make y = a x."""
+        self.lib.eomgen_field_filter(x.size, *self._symbol(symbol), self.address(x), self.address(y))
+
+    def add(self, size: float, symbol: Array | Complex | None, x: Complex, y: Complex) -> None:
+        """Add size conj(a) x to y."""
+        turns, address = self._symbol(symbol)
+        self.lib.eomgen_field_add(x.size, turns, size, address, self.address(x), self.address(y))
+
+    def norm(self, x: Complex, even: bool, weight: Array | None = None) -> float:
+        """Return the sum over the whole spectrum of weight |x|^2."""
+        return float(self.lib.eomgen_field_norm(x.size, x.shape[-1], even, self.address(weight), self.address(x)))
+
+    def _symbol(self, symbol: Array | Complex | None) -> tuple[int, Any]:
+        return int(symbol is not None and np.iscomplexobj(symbol)), self.address(symbol)
+
+
+@functools.lru_cache(maxsize=32)
+def _compiled(text: str, idle: bool) -> tuple[Any, Any]:
+    return Builder(real="lanes").build_routine(text, _CDEF if idle else _CDEF + _CELLS)

@@ -1,0 +1,327 @@
+"""The potential of a white field, U = |xi|^2/2 + sum over cells of h(s), s = A xi, its derivatives and its minimum.
+
+State and derivatives are spectra. The gradient is xi + sum over fields of A^T h'(s): for each field one transform to
+the cells, where h' takes the place of s, and one back. Python makes no array on the way: SciPy allocates the results of
+transforms, and everything else is written into buffers that are made once.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from eomgen.arrays import Array
+from eomgen.calls import checked_calls
+from eomgen.errors import ModelError, NumericalError, Problem, UsageError
+from eomgen.fields.cells import CellEnergy, CellRoutines, cell_tape, source
+from eomgen.fields.mesh import Complex, Mesh
+from eomgen.fields.operators import LinearOperator
+from eomgen.text import counted, listed, nearest
+
+#: Half spectra of complex numbers that a trajectory needs: state, state before it, momenta, gradient, buffer, and what
+#: SciPy holds for a transform.
+_SPECTRA = 7
+#: Nodes by which the mean curvature is taken over each field's normal distribution.
+_NODES = 12
+#: Smallest decrease that a step of Newton's method is taken at, in parts of that of the slope, and halvings of it.
+_DECREASE, _HALVINGS = 1e-4, 40
+
+
+@dataclass(frozen=True)
+class Mode:
+    """The most probable field.
+
+    Attributes
+    ----------
+    spectrum : of the white field
+    energy : U there
+    iterations, products : of Newton's method, and products with the Hessian that they took
+    gradient : length of the gradient with the inverse mass as metric, in parts of the square root of the cells
+    """
+
+    spectrum: Complex
+    energy: float
+    iterations: int
+    products: int
+    gradient: float
+
+
+@checked_calls()
+class FieldPosterior:
+    """Fields on a periodic mesh by a Gaussian prior and by the energy of cells.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    energy : CellEnergy or str
+        A formula of the fields' names and of data.
+    fields : mapping of names to linear operators
+        By which white noise becomes the fields of cells.
+    data : mapping of names to arrays of the shape ``mesh.cells``, or numbers for all cells
+
+    Raises
+    ------
+    DescriptionError, ModelError, UsageError
+        Formulas, data and operators that do not go together, or a mesh that does not fit the memory.
+    """
+
+    def __init__(
+        self,
+        mesh: Mesh,
+        energy: CellEnergy | str,
+        fields: Mapping[str, LinearOperator],
+        data: Mapping[str, ArrayLike] | None = None,
+    ) -> None:
+        self.mesh = mesh
+        self.energy_of_cell = energy if isinstance(energy, CellEnergy) else CellEnergy(energy)
+        self.operators = dict(fields)
+        for name, operator in self.operators.items():
+            if operator.mesh != mesh:
+                raise UsageError(Problem(f"fields.{name}", "the operator is of another mesh", "operators of one mesh"))
+        #: Bytes of the arrays of a trajectory.
+        self.memory = mesh.require_memory(_SPECTRA, len(fields) + len(data or {}) + 2, "a trajectory")
+        self.data = {name: self._checked(name, values) for name, values in (data or {}).items()}
+        masked = {name: operator.mask for name, operator in self.operators.items() if operator.mask is not None}
+        made = cell_tape(self.energy_of_cell, list(self.operators), list(self.data), list(masked))
+        #: Whether there is no energy of cells: fields as the prior has them.
+        self.prior_alone = made.idle
+        columns = [*self.data, *(f"mask of {name}" for name in masked)]
+        #: The C text.
+        self.source = source(self.energy_of_cell, made, list(self.operators), columns)
+        self._routines = CellRoutines(self.source, self.prior_alone)
+        self._columns = [*self.data.values(), *(np.ascontiguousarray(values) for values in masked.values())]
+        self._data = self._routines.pointers(self._columns)
+        self._symbols: list[Array | Complex | None] = [
+            None if operator.symbol is None else operator.symbol.copy() for operator in self.operators.values()
+        ]
+        self._buffer = np.empty(mesh.half, complex)
+        self._even = mesh.cells[-1] % 2 == 0
+        #: Evaluations of the gradient so far, of the energy, and products with the Hessian.
+        self.gradients, self.energies, self.products = 0, 0, 0
+
+    def _checked(self, name: str, values: ArrayLike) -> Array:
+        made = np.asarray(values, dtype=float)
+        if made.ndim and made.shape != self.mesh.cells:
+            what = f"the array has the shape {made.shape}, and the mesh {self.mesh.cells}"
+            raise UsageError(Problem(f"data.{name}", what, f"an array of {self.mesh.cells}, or one number"))
+        made = np.array(np.broadcast_to(made, self.mesh.cells), order="C")
+        least = self.energy_of_cell.smallest.get(name, -math.inf)
+        wrong = ~np.isfinite(made) | (made < least)
+        if np.any(wrong):
+            place = tuple(int(axis[0]) for axis in np.nonzero(wrong))
+            bound = "finite numbers" if least == -math.inf else f"finite numbers from {least:.6g} on"
+            what = f"{counted(int(wrong.sum()), 'cell')} cannot be: {made[place]:.6g} at {place}"
+            raise ModelError(Problem(f"data.{name}", what, bound))
+        return made
+
+    # -- energy and derivatives --------------------------------------------------------------------------------------
+
+    def energy(self, spectrum: Complex) -> float:
+        """Return U of a white field, summed with compensation; infinite or NaN where the numbers end."""
+        self.energies += 1
+        total = 0.5 * self._routines.norm(spectrum, self._even)
+        if not self.prior_alone:
+            fields = self._to_cells(spectrum)
+            total += float(
+                self._routines.lib.eomgen_field_energy(self.mesh.size, self._routines.pointers(fields), self._data)
+            )
+        return total
+
+    def add_gradient(self, size: float, spectrum: Complex, to: Complex) -> None:
+        """Add ``size`` times the gradient of U at a white field to a spectrum."""
+        self.gradients += 1
+        self._routines.add(size, None, spectrum, to)
+        if self.prior_alone:
+            return
+        fields = self._to_cells(spectrum)
+        self._routines.lib.eomgen_field_residual(self.mesh.size, self._routines.pointers(fields), self._data)
+        self._from_cells(size, fields, to)
+
+    def gradient(self, spectrum: Complex) -> Complex:
+        """Return the gradient of U as a spectrum: U(xi + e) - U(xi) is ``mesh.product`` of it and e for small e."""
+        found = np.zeros(self.mesh.half, complex)
+        self.add_gradient(1.0, np.ascontiguousarray(spectrum), found)
+        return found
+
+    def hessian(self, spectrum: Complex) -> Callable[[Complex], Complex]:
+        """Return the product with the Hessian of U at a white field, a function of directions."""
+        fields = [] if self.prior_alone else self._to_cells(np.ascontiguousarray(spectrum))
+        routines = self._routines
+
+        def product(direction: Complex) -> Complex:
+            self.products += 1
+            found = direction.copy()
+            if fields:
+                along = self._to_cells(np.ascontiguousarray(direction))
+                routines.lib.eomgen_field_curvature(
+                    self.mesh.size, routines.pointers(fields), self._data, routines.pointers(along)
+                )
+                self._from_cells(1.0, along, found)
+            return found
+
+        return product
+
+    def values(self, spectrum: Complex) -> dict[str, Array]:
+        """Return the fields of cells of a white field, by name."""
+        return {name: operator.apply(spectrum) for name, operator in self.operators.items()}
+
+    def norm(self, spectrum: Complex, weight: Array | None = None) -> float:
+        """Return the sum of weight(k) |amplitude|^2 over the whole spectrum, with compensation."""
+        return self._routines.norm(spectrum, self._even, weight)
+
+    def drift(self, size: float, inverse_mass: Array | None, momenta: Complex, spectrum: Complex) -> None:
+        """Add ``size`` times the momenta over their masses to a white field."""
+        self._routines.add(size, inverse_mass, momenta, spectrum)
+
+    def _to_cells(self, spectrum: Complex) -> list[Array]:
+        fields = []
+        for symbol in self._symbols:
+            self._routines.filter(symbol, spectrum, self._buffer)
+            fields.append(self.mesh.field(self._buffer, overwrite=True))
+        return fields
+
+    def _from_cells(self, size: float, fields: list[Array], to: Complex) -> None:
+        for symbol, field in zip(self._symbols, fields, strict=True):
+            self._routines.add(size, symbol, self.mesh.spectrum(field, overwrite=True), to)
+
+    # -- scales ------------------------------------------------------------------------------------------------------
+
+    def mass(self, choice: str = "fisher") -> Array | None:
+        """Return masses by wave number, shape ``mesh.half``; None for 1.
+
+        Parameters
+        ----------
+        choice : {"fisher", "prior", "unit"}
+            ``fisher``: 1 + sum over fields of mean(h'') |a(k)|^2, with the mean of the curvature over cells and over
+            the prior. ``prior``: 1, the inverse of the prior's covariance if the fields themselves were moved.
+            ``unit``: |a(k)|^2 of the one field, which is 1 for the field itself.
+
+        Raises
+        ------
+        UsageError, ModelError
+            An unknown choice; ``unit`` with several fields, or with a filter that is 0 somewhere.
+        """
+        known = ("fisher", "prior", "unit")
+        if choice not in known:
+            raise UsageError(Problem("mass", f"there is no mass {choice!r}", nearest(choice, known) or listed(known)))
+        if choice == "prior" or (choice == "fisher" and self.prior_alone):
+            return None
+        squares = [np.ones(self.mesh.half) if a is None else np.abs(a) ** 2 for a in self._symbols]
+        if choice == "unit":
+            if len(squares) != 1 or float(squares[0].min()) <= 0.0:
+                what = "a unit mass of the field needs one field whose filter is 0 at no wave number"
+                raise ModelError(Problem("mass", what, '"fisher" or "prior"'))
+            return np.ascontiguousarray(squares[0])
+        masses = np.ones(self.mesh.half)
+        for square, curvature in zip(squares, self.mean_curvature(), strict=True):
+            masses += max(curvature, 0.0) * square
+        return masses
+
+    def mean_curvature(self) -> list[float]:
+        """Return the second derivative of the energy of a cell by each field, its mean over cells and over the normal
+        distributions that the prior gives to the fields, taken as independent."""
+        nodes, weights = np.polynomial.hermite_e.hermegauss(_NODES)
+        weights = weights / weights.sum()
+        operators = self.operators.values()  # a mask is in the energy already
+        deviations = [math.sqrt(replace(operator, mask=None).variance) for operator in operators]
+        routines, count = self._routines, len(deviations)
+        means = [0.0] * count
+        for place in np.ndindex(*(len(nodes),) * count):
+            fields = [np.full(self.mesh.cells, d * nodes[k]) for d, k in zip(deviations, place, strict=True)]
+            weight = math.prod(float(weights[k]) for k in place)
+            for number in range(count):
+                along = [np.full(self.mesh.cells, float(number == other)) for other in range(count)]
+                routines.lib.eomgen_field_curvature(
+                    self.mesh.size, routines.pointers(fields), self._data, routines.pointers(along)
+                )
+                means[number] += weight * float(np.mean(along[number]))
+        if not all(map(math.isfinite, means)):
+            what = "the curvature of the energy of a cell has no finite mean under the prior"
+            raise ModelError(Problem("mass", what, 'mass = "prior"'))
+        return means
+
+    def largest_frequency(
+        self, spectrum: Complex, mass: Array | None = None, *, seed: int = 0, products: int = 40
+    ) -> float:
+        """Return the largest angular frequency of small motions about a white field, by power iteration.
+
+        It comes from below, within a few per cent. Steps of a composition are stable up to its ``stability_limit`` over
+        this.
+        """
+        hessian = self.hessian(spectrum)
+        root = 1.0 if mass is None else 1.0 / np.sqrt(mass)
+        direction = self.mesh.white(np.random.Generator(np.random.Philox(seed)))
+        value = 0.0
+        for _ in range(products):
+            direction = direction / math.sqrt(self.mesh.product(direction, direction))
+            product = root * hessian(root * direction)
+            value = math.sqrt(self.mesh.product(product, product))
+            if not math.isfinite(value):
+                what = "second derivatives of U are not finite here"
+                raise NumericalError(Problem("largest_frequency", what, "a field nearer to the mode"))
+            direction = product
+        return math.sqrt(value)
+
+    def mode(self, start: Complex | None = None, *, tolerance: float = 1e-8, iterations: int = 60) -> Mode:
+        """Return the white field of least U by Newton's method with conjugate gradients, from 0 on if from nowhere.
+
+        Parameters
+        ----------
+        tolerance : of the gradient, as ``Mode.gradient``
+
+        Raises
+        ------
+        NumericalError
+            It has not come so far, or U is not finite at the start.
+        """
+        x = np.zeros(self.mesh.half, complex) if start is None else np.array(start, complex)
+        mass = self.mass("fisher")
+        inverse = 1.0 if mass is None else 1.0 / mass
+        before, value = self.products, self.energy(x)
+        if not math.isfinite(value):
+            raise NumericalError(Problem("mode", f"U is {value} at the start", "another start, as None for 0"))
+        slope = math.inf
+        for iteration in range(iterations + 1):
+            gradient = self.gradient(x)
+            slope = math.sqrt(self.mesh.product(gradient, inverse * gradient) / self.mesh.size)
+            if slope <= tolerance:
+                return Mode(x, value, iteration, self.products - before, slope)
+            direction = self._newton_direction(x, gradient, inverse, min(0.1, math.sqrt(slope)))
+            descent, size = self.mesh.product(gradient, direction), 1.0
+            rounding = 1e-13 * abs(value)
+            for _ in range(_HALVINGS):
+                found = self.energy(x + size * direction)
+                if found <= value + _DECREASE * size * descent + rounding:
+                    break
+                size /= 2
+            else:
+                break
+            x, value = x + size * direction, found
+        what = f"Newton's method has left a gradient of {slope:.3g}, above {tolerance:.3g}"
+        raise NumericalError(Problem("mode", what, "more iterations, or a larger tolerance"))
+
+    def _newton_direction(self, x: Complex, gradient: Complex, inverse: Array | float, accuracy: float) -> Complex:
+        """Return the direction of Newton's method, or of as many conjugate gradients as see no negative curvature."""
+        product = self.mesh.product
+        hessian, found = self.hessian(x), np.zeros_like(x)
+        left = -gradient
+        ahead = inverse * left
+        along, size = ahead, product(left, ahead)
+        end = accuracy**2 * size
+        for _ in range(500):
+            changed = hessian(along)
+            curvature = product(along, changed)
+            if not curvature > 0.0:
+                return along if not np.any(found) else found
+            part = size / curvature
+            found, left = found + part * along, left - part * changed
+            ahead = inverse * left
+            size, last = product(left, ahead), size
+            if size <= end:
+                break
+            along = ahead + (size / last) * along
+        return found

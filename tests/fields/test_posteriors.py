@@ -1,0 +1,298 @@
+"""The potential of a field and its derivatives, against NumPy, differences and dense matrices."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from eomgen.arrays import Array
+from eomgen.errors import EomgenError
+from eomgen.fields import (
+    OPERATORS,
+    CellEnergy,
+    FieldPosterior,
+    LinearOperator,
+    Mesh,
+    Sampler,
+    amplitude,
+    difference,
+    gaussian,
+    lognormal_amplitude,
+    mask,
+    negative_binomial,
+    poisson,
+    smoothing,
+    white,
+)
+from tests.fields.density import counted, density
+
+AXES = (0, 1, 2)
+MESHES = [Mesh((9,), 40.0), Mesh((8, 6), (40.0, 25.0)), Mesh((6, 5, 7), 40.0)]
+
+
+def stream(seed: int = 5) -> np.random.Generator:
+    return np.random.Generator(np.random.Philox(seed))
+
+
+def spectrum_of(k: Array) -> Array:
+    return np.asarray(300.0 * np.exp(-((4.0 * k) ** 2)))
+
+
+def operators(mesh: Mesh) -> list[LinearOperator]:
+    made = [
+        amplitude(mesh, spectrum_of),
+        lognormal_amplitude(mesh, spectrum_of),
+        smoothing(mesh, 3.0),
+        white(mesh),
+        mask(mesh, stream().random(mesh.cells)),
+        *(difference(mesh, axis) for axis in range(len(mesh.cells))),
+    ]
+    assert {operator.name for operator in made} == set(OPERATORS)
+    return [*made, made[4] @ made[-1] @ made[0] @ made[2], made[4] @ made[4]]
+
+
+@pytest.mark.parametrize("mesh", MESHES, ids=lambda mesh: f"{len(mesh.cells)}d")
+def test_adjoints(mesh: Mesh) -> None:
+    for operator in operators(mesh):
+        assert operator.dot_test(stream()) <= 1e-13, operator.name
+
+
+def test_differences_are_those_of_neighbouring_cells() -> None:
+    mesh = MESHES[1]
+    field = stream().standard_normal(mesh.cells)
+    for axis, width in enumerate((5.0, 25.0 / 6)):
+        by_cells = (np.roll(field, -1, axis) - np.roll(field, 1, axis)) / (2.0 * width)
+        assert difference(mesh, axis).apply(mesh.spectrum(field)) == pytest.approx(by_cells, abs=1e-14)
+
+
+def test_a_power_spectrum_is_that_of_the_fields() -> None:
+    mesh = Mesh((24, 24, 24), 100.0)
+    operator = amplitude(mesh, lambda k: 500.0 / (1.0 + (8.0 * k) ** 2))
+    drawn = [mesh.power(operator.symbol * mesh.white(stream(seed)), 4) for seed in range(16)]
+    k, exact = mesh.power(operator.symbol, 4)
+    assert np.all((k > np.array([0.0, 0.25, 0.5, 0.75]) * 0.24 * math.pi) & (k < np.array([0.25, 0.5, 0.75, 1]) * 0.76))
+    assert np.mean([power for _, power in drawn], axis=0) == pytest.approx(exact, rel=0.06)
+    values = operator.apply(mesh.white(stream()))
+    assert values.var() == pytest.approx(operator.variance, rel=0.1)
+
+
+def test_the_field_of_a_lognormal_one_has_the_published_deviation() -> None:
+    """0.9671 and 35.68 are of an implementation in NumPy (research dossier, A5)."""
+    operator = density(16)
+    assert math.sqrt(operator.variance) == pytest.approx(0.9671, abs=5e-5)
+    assert np.max(operator.symbol**2) == pytest.approx(35.68, abs=5e-3)
+    contrast = np.exp(operator.apply(operator.mesh.white(stream())) - operator.variance / 2) - 1
+    assert abs(contrast.mean()) < 0.2
+
+
+def by_numpy(posterior: FieldPosterior, spectrum: Any, mean: float) -> tuple[float, Any]:
+    """Return U and its gradient for counts with the bias 1, by NumPy's transforms."""
+    operator = posterior.operators["s"]
+    cells = posterior.mesh.cells
+    s = np.fft.irfftn(operator.symbol * spectrum, cells, AXES, norm="ortho")
+    e = math.log(mean) + s - operator.variance / 2
+    white_field = np.fft.irfftn(spectrum, cells, AXES, norm="ortho")
+    counts = posterior.data["counts"]
+    residual = np.fft.rfftn(np.exp(e) - counts, norm="ortho")
+    return 0.5 * np.sum(white_field**2) + np.sum(np.exp(e) - counts * e), spectrum + operator.symbol * residual
+
+
+def test_counts_against_numpy() -> None:
+    posterior, truth = counted(16, 0.3)
+    energy, gradient = by_numpy(posterior, truth, 0.3)
+    assert posterior.energy(truth) == pytest.approx(energy, rel=1e-13)
+    assert posterior.gradient(truth) == pytest.approx(gradient, abs=1e-12)
+
+
+def of_template(mesh: Mesh, case: str) -> FieldPosterior:
+    operator = amplitude(mesh, spectrum_of)
+    counts = stream(2).poisson(0.7, mesh.cells).astype(float)
+    response = stream(3).random(mesh.cells)
+    fields: dict[str, LinearOperator] = {"s": operator}
+    data: dict[str, Array] = {"counts": counts}
+    energy: CellEnergy | str
+    if case == "poisson":
+        energy = poisson(0.7, 0.4)
+    elif case == "biased":
+        energy, data = poisson(0.7, 0.4, 1.6, True), {"counts": counts, "response": response}
+    elif case == "negative binomial":
+        energy = negative_binomial(0.7, 0.4, 3.0, 1.3)
+    elif case == "gaussian":
+        energy = gaussian(0.7, 0.4, 0.5)
+    elif case == "masked":
+        energy, fields = poisson(0.7, 0.4), {"s": mask(mesh, response) @ operator}
+    else:  # a density and its gradient, which enter together
+        slope = mask(mesh, response) @ difference(mesh, 0) @ operator
+        energy, fields = "exp(s)*(1 + gx**2) - counts*s*gx", {"s": operator, "gx": slope}
+    return FieldPosterior(mesh, energy, fields, data)
+
+
+CASES = ("poisson", "biased", "negative binomial", "gaussian", "masked", "two fields")
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_derivatives_against_differences(case: str) -> None:
+    for mesh in MESHES:
+        posterior = of_template(mesh, case)
+        x, along = mesh.white(stream()), mesh.white(stream(6))
+        along /= math.sqrt(mesh.product(along, along))
+        h = 1e-3
+
+        def differences(function: Callable[[float], Any], h: float = h) -> Any:
+            return (8 * (function(h) - function(-h)) - (function(2 * h) - function(-2 * h))) / (12 * h)
+
+        gradient = posterior.gradient(x)
+        slope = differences(lambda t, p=posterior, x=x, along=along: p.energy(x + t * along))
+        size = math.sqrt(mesh.product(gradient, gradient))
+        assert abs(mesh.product(gradient, along) - slope) <= 2e-9 * size
+        product = posterior.hessian(x)(along)
+        change = differences(lambda t, p=posterior, x=x, along=along: p.gradient(x + t * along))
+        assert np.abs(product - change).max() <= 2e-9 * np.abs(product).max()
+
+
+def test_a_likelihood_of_ones_own_is_one_line() -> None:
+    """Student's distribution about a density with a threshold, C of which nobody has written."""
+    mesh = MESHES[2]
+    operator = amplitude(mesh, spectrum_of)
+    data = {"seen": stream(2).random(mesh.cells)}
+    line = "3*log(1 + (seen - exp(1.4*s - 0.2*exp(-0.5*s)))**2/5)"
+    posterior = FieldPosterior(mesh, line, {"s": operator}, data)
+    x = mesh.white(stream())
+    s = np.fft.irfftn(operator.symbol * x, mesh.cells, AXES, norm="ortho")
+    mean = np.exp(1.4 * s - 0.2 * np.exp(-0.5 * s))
+    off = data["seen"] - mean
+    residual = 6 * off / (5 + off**2) * -mean * (1.4 + 0.1 * np.exp(-0.5 * s))
+    exact = x + operator.symbol * np.fft.rfftn(residual, norm="ortho")
+    assert posterior.gradient(x) == pytest.approx(exact, abs=1e-12)
+    sampler = Sampler(posterior, start="zero", seed=1)
+    sampler.warm_up(20)
+    assert sampler.draw(20).acceptance > 0.3
+
+
+def test_what_is_not_asked_for_is_not_in_the_c() -> None:
+    posterior, truth = counted(16, 0.04)
+    cells = posterior.source[posterior.source.index("Sum of the energies") :]
+    assert "pow" not in cells.lower() and "data[1]" not in cells
+    ones = np.ones(posterior.mesh.cells)
+    whole = FieldPosterior(
+        posterior.mesh,
+        poisson(0.04, posterior.operators["s"].variance, response=True),
+        posterior.operators,
+        {**posterior.data, "response": ones},
+    )
+    assert "data[1]" in whole.source
+    assert whole.gradient(truth) == pytest.approx(posterior.gradient(truth), abs=1e-13)
+    none = FieldPosterior(posterior.mesh, "0", posterior.operators)
+    assert none.prior_alone and "field_residual" not in none.source
+    assert none.gradient(truth) == pytest.approx(truth, abs=0)
+
+
+def test_energies_are_summed_with_compensation() -> None:
+    large = 1e10 * stream().standard_normal(5003)
+    values = np.concatenate([large, [1.0], -large])  # cells that fill no whole vectors at the end
+    mesh = Mesh(values.shape, 1.0)
+    posterior = FieldPosterior(mesh, "d*cos(s)", {"s": white(mesh)}, {"d": values})
+    assert posterior.energy(np.zeros(mesh.half, complex)) == pytest.approx(1.0, abs=1e-12)
+    assert abs(np.cumsum(values)[-1] - 1.0) > 1e-6
+
+
+def dense(posterior: FieldPosterior, x: Any) -> Array:
+    """Return the Hessian as a matrix over the cells of the white field."""
+    mesh = posterior.mesh
+    product = posterior.hessian(x)
+    unit = np.eye(mesh.size).reshape(-1, *mesh.cells)
+    return np.array([mesh.field(product(mesh.spectrum(row))).ravel() for row in unit])
+
+
+def test_frequencies_and_masses_against_a_dense_hessian() -> None:
+    mesh = Mesh((6, 5), 30.0)
+    posterior = of_template(mesh, "biased")
+    x = mesh.white(stream())
+    hessian = dense(posterior, x)
+    assert hessian == pytest.approx(hessian.T, abs=1e-12)
+    by_prior = math.sqrt(np.linalg.eigvalsh(hessian)[-1])
+    assert posterior.largest_frequency(x, products=200) == pytest.approx(by_prior, rel=1e-6)
+    mass = posterior.mass("fisher")
+    assert mass is not None
+    inverse = np.array([mesh.field(mesh.spectrum(row.reshape(mesh.cells)) / mass).ravel() for row in np.eye(mesh.size)])
+    by_fisher = math.sqrt(np.linalg.eigvals(inverse @ hessian).real.max())
+    assert posterior.largest_frequency(x, mass, products=200) == pytest.approx(by_fisher, rel=1e-6)
+    symbol = posterior.operators["s"].symbol
+    deviation = posterior.operators["s"].variance - 0.4  # the energy was made for another variance: its mean is another
+    intensity = 1.6**2 * 0.7 * np.mean(posterior.data["response"]) * math.exp(1.6**2 * deviation / 2)
+    assert mass == pytest.approx(1.0 + intensity * symbol**2, rel=1e-6)
+    assert posterior.mass("prior") is None
+    assert posterior.mass("unit") == pytest.approx(symbol**2)
+
+
+@pytest.mark.parametrize("case", CASES[:4])
+def test_the_mode_is_where_the_gradient_is_nought(case: str) -> None:
+    posterior = of_template(MESHES[2], case)
+    mode = posterior.mode()
+    assert mode.gradient <= 1e-8 and 1 <= mode.iterations < 30
+    assert np.abs(posterior.gradient(mode.spectrum)).max() < 1e-5
+    assert mode.energy <= posterior.energy(np.zeros(MESHES[2].half, complex))
+    if case in ("poisson", "biased"):  # convex: one mode, from anywhere
+        other = posterior.mode(3.0 * MESHES[2].white(stream()))
+        assert other.spectrum == pytest.approx(mode.spectrum, abs=1e-6)
+
+
+def test_a_cell_with_very_many_counts_has_a_mode() -> None:
+    posterior, _ = counted(16, 0.04)
+    counts = posterior.data["counts"].copy()
+    counts[3, 4, 5] = 1e4
+    energy = poisson(0.04, posterior.operators["s"].variance)
+    posterior = FieldPosterior(posterior.mesh, energy, posterior.operators, {"counts": counts})
+    assert posterior.mode().gradient <= 1e-8
+
+
+MESH = MESHES[1]
+COUNTS = np.ones(MESH.cells)
+
+
+@pytest.mark.parametrize(
+    ("call", "text"),
+    [
+        (lambda: Mesh((4, 1), 1.0), "Mesh: cells: (4, 1) is no mesh; try: 1 to 3 numbers from 2 on: (64, 64)"),
+        (lambda: Mesh((4, 4), (1.0, 0.0)), "Mesh: lengths: (1.0, 0.0) are not 2 lengths above 0"),
+        (lambda: amplitude(MESH, lambda k: 0.5 - k), "power: the power is -"),
+        (lambda: amplitude(MESH, lambda k: 1.0 / k), "power: the power is inf at k = 0"),
+        (lambda: lognormal_amplitude(MESH, lambda k: np.where(k > 0, 0.0, -1.0)), "power: the power is -1 at k = 0"),
+        (lambda: smoothing(MESH, 1.0) @ mask(MESH, COUNTS), "a filter after a mask is diagonal neither in Fourier"),
+        (lambda: smoothing(MESH, 1.0) @ white(MESHES[0]), "the operators are of different meshes"),
+        (lambda: difference(MESH, 2), "difference: axis: there is no axis 2 in 2 dimensions; try: 0 to 1"),
+        (lambda: mask(MESH, COUNTS[1:]), "an array of the shape (7, 6) is no mask of finite numbers for (8, 6) cells"),
+        (lambda: poisson(0.0, 1.0), "mean: the mean of counts is 0; try: the mean number of objects in a cell"),
+        (lambda: made("exp(s) - cuonts*s"), "cell energy: "),
+        (lambda: made("exp(s"), "cell energy: the formula is not well formed"),
+        (lambda: made("s/0"), "cell energy: div(..., 0) in a formula has no finite value whatever the state"),
+        (lambda: made(CellEnergy("s", {"counts": "s"})), "cell energy: two things are called counts; try: another"),
+        (lambda: made(CellEnergy("s", {"2s": "s"})), "cell energy: the name '2s' is not legal"),
+        (
+            lambda: made(poisson(1.0, 1.0), -COUNTS),
+            "data.counts: 48 cells cannot be: -1 at (0, 0); try: finite numbers",
+        ),
+        (lambda: made("s*counts", COUNTS * np.nan), "data.counts: 48 cells cannot be: nan at (0, 0); try: finite"),
+        (lambda: made("s*counts", COUNTS[0]), "data.counts: the array has the shape (6,), and the mesh (8, 6)"),
+        (lambda: made("s**2").mass("fischer"), "mass: there is no mass 'fischer'; try: "),
+        (lambda: FieldPosterior(MESH, "s", {"s": white(MESHES[0])}), "fields.s: the operator is of another mesh"),
+        (
+            lambda: FieldPosterior(Mesh((4096, 4096, 4096), 1.0), "0", {}),
+            "memory: a trajectory on 4096 x 4096 x 4096 cells takes 4.61e+03 GiB, and this machine has",
+        ),
+        (lambda: made("log(1e-300*s - 1)").mode(), "mode: U is nan at the start; try: another start"),
+        (lambda: made("log(1 + s**2)").mode(iterations=0, tolerance=-1.0), "mode: Newton's method has left a gradient"),
+    ],
+)
+def test_what_cannot_be_is_refused_in_one_message(call: Callable[[], object], text: str) -> None:
+    with pytest.raises(EomgenError) as caught:
+        call()
+    assert text in str(caught.value)
+
+
+def made(energy: CellEnergy | str, counts: Array = COUNTS) -> FieldPosterior:
+    return FieldPosterior(MESH, energy, {"s": white(MESH)}, {"counts": counts})

@@ -1,0 +1,242 @@
+"""Samples of fields: the identities of energy errors, posteriors that are known, diagnostics, files."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from eomgen.arrays import Array
+from eomgen.errors import EomgenError
+from eomgen.fields import (
+    FieldPosterior,
+    Mesh,
+    Sampler,
+    Samples,
+    amplitude,
+    autocorrelation_time,
+    split_r_hat,
+    white,
+)
+from eomgen.integrators.compositions import composition_named
+from tests.fields.density import alone, counted
+
+
+def check_identities(samples: Samples) -> None:
+    """Hold energy errors of a stationary chain against what detailed balance gives, and acceptance against erfc."""
+    weight, error = samples.mean_weight
+    assert abs(weight - 1.0) <= 3.0 * error
+    assert abs(samples.acceptance - samples.expected_acceptance) <= 0.03 + 1.5 / math.sqrt(samples.accepted.size)
+    errors = samples.energy_errors
+    within = 3.0 * float(errors.std()) / math.sqrt(errors.size) + 0.1 * float(errors.var())
+    assert abs(samples.mean_energy_error - 0.5 * float(errors.var())) <= within
+
+
+def test_a_linear_posterior_is_that_of_the_wiener_filter() -> None:
+    """Normal errors about the field itself: mean and variance of every wave number are known."""
+    mesh = Mesh((6, 5, 8), 40.0)
+    operator = amplitude(mesh, lambda k: 700.0 * np.exp(-((4.0 * k) ** 2)))
+    stream = np.random.Generator(np.random.Philox(4))
+    data = operator.apply(mesh.white(stream)) + 0.6 * stream.standard_normal(mesh.cells)
+    posterior = FieldPosterior(mesh, "(s - d)**2/(2*0.6**2)", {"s": operator}, {"d": data})
+    squares = operator.symbol**2
+    exact = operator.symbol * mesh.spectrum(data) / 0.6**2 / (1.0 + squares / 0.6**2)
+    mode = posterior.mode(tolerance=1e-11)
+    assert mode.spectrum == pytest.approx(exact, abs=1e-9)
+    sampler = Sampler(posterior, method="omf4", step=0.8, chains=2, seed=2)
+    samples = sampler.draw(300)
+    check_identities(samples)
+    mean = operator.apply(exact)
+    variance = np.sum(mesh.weights * squares / (1.0 + squares / 0.6**2)) / mesh.size
+    assert samples.r_hat < 1.05
+    spread = math.sqrt(variance / 600 * 2)
+    assert np.sqrt(np.mean((samples.mean - mean) ** 2)) < 1.5 * spread
+    assert np.mean(samples.deviation**2) == pytest.approx(variance, rel=0.03)
+    # the mass of Fisher makes all frequencies 1, so that the guard is that of the oscillator
+    assert sampler.frequency == pytest.approx(1.0, abs=1e-9)
+    assert sampler.largest_step == pytest.approx(
+        0.9 * composition_named("omf4", "drift").stability_limit / 1.2, rel=0.1
+    )
+
+
+@pytest.mark.parametrize(
+    ("method", "step"), [pytest.param("leapfrog", 0.25, marks=pytest.mark.slow), ("minimum_norm2", 0.9)]
+)
+def test_energy_errors_of_counts_have_mean_weight_one(method: str, step: float) -> None:
+    posterior, truth = counted(16, 0.04)
+    samples = Sampler(posterior, method=method, step=step, start=[truth], seed=3).draw(150)
+    check_identities(samples)
+    assert 0.3 < samples.acceptance < 0.99
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("method", "step"), [("leapfrog", 0.15), ("suzuki4", 0.75), ("minimum_norm2", 0.75)])
+def test_samples_of_many_cells(method: str, step: float) -> None:
+    """Identities on 1000 trajectories and gradients for each independent sample (checks 5 and 6)."""
+    posterior, truth = counted(32, 0.04)
+    samples = Sampler(posterior, method=method, step=step, start=[truth], seed=3, watched=range(0, 32**3, 109)).draw(
+        1000
+    )
+    check_identities(samples)
+    assert abs(samples.acceptance - samples.expected_acceptance) <= 0.03
+    of_cells, worst = samples.gradients_per_sample
+    assert of_cells <= worst <= {"leapfrog": 60.0, "suzuki4": 20.0, "minimum_norm2": 8.0}[method]
+
+
+@pytest.mark.slow
+def test_cells_that_are_not_seen_keep_the_prior() -> None:
+    response = np.ones((16, 16, 16))
+    response[:8] = 0.0
+    posterior, truth = counted(16, 1.0, response=response)
+    samples = Sampler(posterior, start=[truth], step=0.6, seed=5).draw(120)
+    seen, unseen = samples.deviation[8:], samples.deviation[2:6]
+    prior = math.sqrt(posterior.operators["s"].variance)
+    assert np.sqrt(np.mean(unseen**2)) == pytest.approx(prior, rel=0.06)
+    assert np.sqrt(np.mean(seen**2)) == pytest.approx(0.605, rel=0.06)
+
+
+def test_without_data_samples_have_the_power_of_the_prior() -> None:
+    posterior = alone(16)
+    sampler = Sampler(posterior, start="prior", step=0.5, chains=2, seed=5, bins=4)
+    samples = sampler.draw(150)
+    operator = posterior.operators["s"]
+    _, exact = operator.mesh.power(operator.symbol, 4)
+    power = samples.power.reshape(-1, 4)
+    error = power.std(axis=0) * np.sqrt(autocorrelation_time(samples.power) / len(power))
+    assert np.all(np.abs(power.mean(axis=0) - exact) <= 3.0 * error)
+    assert np.all(error < 0.05 * exact)
+
+
+@pytest.mark.slow
+def test_deviations_of_samples_are_those_of_errors() -> None:
+    """Calibration (check 9): the truth is as far from the mean as samples are."""
+    posterior, truth = counted(32, 0.04)
+    samples = Sampler(posterior, start=[truth], step=0.75, seed=7).draw(400)
+    z = (posterior.operators["s"].apply(truth) - samples.mean) / samples.deviation
+    assert abs(z.mean()) < 0.05
+    assert z.std() == pytest.approx(1.0, abs=0.03)
+
+
+@pytest.mark.slow
+def test_chains_of_scattered_starts_come_together() -> None:
+    """Random splitting: four chains from 0 to 1.2 times the prior agree within 220 samples (check 8)."""
+    posterior, _ = counted(32, 0.04)
+    drawn = posterior.mesh.white(np.random.Generator(np.random.Philox(8)))
+    starts = [size * drawn for size in (0.0, 0.5, 1.0, 1.2)]
+    cells = range(0, 32**3, 17)
+    sampler = Sampler(posterior, method="suzuki4", step=0.75, start=starts, chains=4, seed=9, watched=cells)
+    sampler.draw(20)
+    assert sampler.draw(200).r_hat < 1.06
+
+
+@pytest.mark.slow
+def test_a_warm_up_finds_the_step() -> None:
+    posterior, _ = counted(16, 0.3)
+    sampler = Sampler(posterior, method="leapfrog", start="zero", seed=1)
+    sampler.warm_up(80)
+    samples = sampler.draw(120)
+    assert samples.acceptance == pytest.approx(0.651, abs=0.12)
+    assert samples.steps[0] <= sampler.largest_step
+
+
+def test_the_guard_holds_steps_below_what_is_stable() -> None:
+    posterior, truth = counted(16, 1.0)
+    sampler = Sampler(posterior, mass="prior", method="suzuki4", step=5.0, start=[truth], seed=1)
+    assert sampler.chains[0].step == sampler.largest_step
+    limit = min(composition_named("suzuki4", first).stability_limit for first in ("drift", "kick"))
+    assert sampler.largest_step == pytest.approx(0.9 * limit / sampler.frequency / 1.2)
+    wild = Sampler(posterior, mass="prior", method="suzuki4", step=2.0, start=[truth], seed=1, guard=math.inf)
+    samples = wild.draw(4)  # far beyond it, where numbers end: rejected, and no crash
+    assert samples.acceptance == 0.0 and samples.energy_errors.min() > 1e3
+
+
+def test_a_sampler_that_is_saved_goes_on_with_the_same_bits(tmp_path: Path) -> None:
+    posterior, _ = counted(8, 0.3)
+
+    def sampler(seed: int = 11) -> Sampler:
+        return Sampler(posterior, chains=2, start="prior", step=0.7, seed=seed)
+
+    first, second, third = sampler(), sampler(), sampler()
+    first.warm_up(6)
+    whole = first.draw(12)
+    second.warm_up(6)
+    begin = second.draw(5)
+    third.restore(second_path := second.save(tmp_path / "chains.npz"))
+    end = third.draw(7)
+    for name in ("energy_errors", "potential", "cells", "power"):
+        joined = np.concatenate([getattr(begin, name), getattr(end, name)], axis=1)
+        assert np.array_equal(joined, getattr(whole, name), equal_nan=True), name
+    assert np.array_equal(end.steps, whole.steps)
+    assert not np.array_equal(whole.cells[0], whole.cells[1])
+    other = sampler(12).draw(12)
+    assert not np.array_equal(other.cells, whole.cells)
+    with pytest.raises(EomgenError, match="it has 2 chains of the seed 11 with spectra of"):
+        sampler(12).restore(second_path)
+    with pytest.raises(EomgenError, match="cannot be read"):
+        sampler().restore(tmp_path / "none.npz")
+    (tmp_path / "other.npz").write_bytes(b"no archive")
+    with pytest.raises(EomgenError, match="this is not a file of chains written by eomgen"):
+        sampler().restore(tmp_path / "other.npz")
+
+
+def autoregressive(rho: float, chains: int, count: int) -> Array:
+    stream = np.random.Generator(np.random.Philox(3))
+    values = np.empty((chains, count))
+    state = stream.standard_normal(chains)
+    for place in range(count):
+        state = rho * state + math.sqrt(1.0 - rho**2) * stream.standard_normal(chains)
+        values[:, place] = state
+    return values
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.5, 0.8, -0.4])
+def test_autocorrelation_times_of_known_processes(rho: float) -> None:
+    values = autoregressive(rho, 8, 5000)
+    exact = (1.0 + rho) / (1.0 - rho)
+    assert autocorrelation_time(values) == pytest.approx(exact, rel=0.1)
+    assert autocorrelation_time(values[..., None])[0] == autocorrelation_time(values)
+
+
+def test_split_r_hat_sees_chains_apart_and_on_their_way() -> None:
+    values = autoregressive(0.5, 4, 2000)
+    assert split_r_hat(values) == pytest.approx(1.0, abs=0.01)
+    apart = values + np.array([0.0, 0.0, 0.0, 3.0])[:, None]
+    half = 1000  # between halves of chains whose means are 0, 0, 0 and 3: variance 9 (6/8)(2/8) 8/7 above that within
+    between = 9.0 * 0.75 * 0.25 * 8.0 / 7.0
+    assert split_r_hat(apart) == pytest.approx(math.sqrt((half - 1) / half + between), rel=0.02)
+    drifting = values + np.linspace(-2.0, 2.0, 2000)
+    assert split_r_hat(drifting) > 1.3
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        ({"step": -0.1}, "Sampler: step: -0.1 cannot be; try: 0 for a step that is found, or above"),
+        ({"duration": 0.0}, "Sampler: duration: 0 cannot be; try: above 0"),
+        ({"jitter": 1.0}, "Sampler: jitter: 1 cannot be; try: from 0 to below 1"),
+        ({"chains": 0}, "Sampler: chains: 0 cannot be; try: from 1 on"),
+        ({"seed": -1}, "Sampler: seed: -1 cannot be; try: from 0 on"),
+        ({"first": "both"}, 'Sampler: first: \'both\' is neither; try: "random", "drift" or "kick"'),
+        ({"start": "here"}, 'Sampler: start: \'here\' is none; try: "mode", "prior", "zero" or spectra'),
+        ({"start": [np.zeros((2, 2))]}, "Sampler: start: 1 spectra are not 1 of the shape (4, 3)"),
+        ({"method": "leap"}, "leap"),
+        ({"mass": "heavy"}, "mass: there is no mass 'heavy'"),
+    ],
+)
+def test_what_a_sampler_cannot_be(options: dict[str, object], text: str) -> None:
+    mesh = Mesh((4, 4), 1.0)
+    posterior = FieldPosterior(mesh, "s**4", {"s": white(mesh)})
+    with pytest.raises(EomgenError) as caught:
+        Sampler(posterior, **options)
+    assert text in str(caught.value)
+
+
+def test_fields_that_are_not_there_cannot_be_watched() -> None:
+    mesh = Mesh((4, 4), 1.0)
+    sampler = Sampler(FieldPosterior(mesh, "s**4", {"s": white(mesh)}), start="zero")
+    with pytest.raises(EomgenError, match=r"Sampler\.draw: field: there is no field 'r'; try: s"):
+        sampler.draw(4, "r")
+    with pytest.raises(EomgenError, match=r"Sampler\.draw: field: there is no field to watch"):
+        Sampler(FieldPosterior(mesh, "0", {}), start="zero").draw(4)
