@@ -1,6 +1,6 @@
 """The cost of derivatives of a run against that of the run: a seven-axis arm, 24 parameters.
 
-    python -m benchmarks.sensitivities [--steps 2000] [--repeats 7] [--method tdg2] [--quick]
+    python -m benchmarks.sensitivities [--steps 2000] [--repeats 7] [--method tdg2] [--hessian] [--quick]
 
 Processor time of this process (user), medians of what is run alternately: the run alone, a gradient by adjoints, all
 tangents, a Hessian. The gradient is held against the tangents first.
@@ -55,6 +55,7 @@ def main(words: Sequence[str] | None = None) -> int:
     parser.add_argument("--steps", type=int, default=2000)
     parser.add_argument("--repeats", type=int, default=7)
     parser.add_argument("--method", default="generalized_alpha")
+    parser.add_argument("--hessian", action="store_true", help="whole Hessians of tdg methods, too")
     parser.add_argument("--quick", action="store_true", help="few steps, no times")
     given = parser.parse_args(words)
     model = arm()
@@ -70,8 +71,13 @@ def main(words: Sequence[str] | None = None) -> int:
         "tangents": lambda: model.sensitivities(end, STEP, **options).derivatives,
         "Hessian": lambda: model.sensitivities(end, STEP, **options).hessian("integral(flange[2])"),
     }
-    if given.method.startswith("tdg"):
-        del calls["Hessian"]  # they have none
+    if given.method.startswith("tdg"):  # 24 adjoints in complex numbers
+        along = np.linspace(-1.0, 1.0, len(model.parameters))
+        calls["Hessian product"] = lambda: model.sensitivities(end, STEP, **options).hessian_products(
+            "integral(flange[2])", along
+        )
+        if not given.hessian:
+            del calls["Hessian"]
     times: dict[str, list[float]] = {name: [] for name in calls}
     for _ in range(given.repeats):
         for name, call in calls.items():
@@ -80,7 +86,7 @@ def main(words: Sequence[str] | None = None) -> int:
     print(f"{steps} steps, user time, medians of {given.repeats}")
     for name, values in times.items():
         median = statistics.median(values)
-        print(f"{name:10} {1e6 * median / steps:8.2f} us/step   {median / run:6.2f} x the run")
+        print(f"{name:15} {1e6 * median / steps:8.2f} us/step   {median / run:6.2f} x the run")
     return 0
 
 

@@ -338,7 +338,7 @@ ORDER: dict[str, tuple[str, ...]] = {
         "linear_run",
         "alpha_run galerkin_run",
         "second_beginning",
-        "input_derivatives second_order stationary_run",
+        "galerkin_second_order input_derivatives second_order stationary_run",
         "run_sensitivities",
         "linearise",
     ),

@@ -42,6 +42,7 @@ class Functions:
         self._shapes = {
             name: [tuple(output["shape"]) for output in function["outputs"]] for name, function in self._layouts.items()
         }
+        self._complex = library.dtype.kind == "c"
         ffi = library.ffi
         self._types = (ffi, *(ffi.typeof(text) for text in ("double[]", "double *[]", "long[]")))
 
@@ -88,7 +89,9 @@ class Functions:
         arrays = [
             blocks[block].reshape((*blocks[block].shape, 1)) if block == "t" else blocks[block] for block in names
         ]
-        if all(array.ndim == 1 and array.flags.c_contiguous for array in arrays):
+        if self._complex:
+            arrays = [array.astype(self.library.dtype) for array in arrays]
+        elif all(array.ndim == 1 and array.flags.c_contiguous for array in arrays):
             return self._single(name, arrays)
         try:
             shape = np.broadcast_shapes(*(array.shape[:-1] for array in arrays))
@@ -99,7 +102,7 @@ class Functions:
             ) from None
         count = int(np.prod(shape))
         flat = [_samples(array, shape, count) for array in arrays]
-        results = [np.empty((count, *output)) for output in self._shapes[name]]
+        results = [np.empty((count, *output), self.library.dtype) for output in self._shapes[name]]
         if count:
             self._batch(name, flat, results, count)
         return tuple(result.reshape((*shape, *result.shape[1:])) for result in results)

@@ -28,7 +28,7 @@ from eomgen.compiled import (
 )
 from eomgen.compiled.arguments import components, read_only
 from eomgen.compiled.coordinates import configuration_rate, with_unit_quaternions
-from eomgen.compiled.functions import DRIVERS
+from eomgen.compiled.functions import DRIVERS, Functions
 from eomgen.compiled.terms import Inputs, Parameters, Terms
 from eomgen.errors import Problem, UsageError
 from eomgen.solvers.consistency import Assembly, assemble
@@ -43,7 +43,9 @@ Gains = Callable[[Mapping[str, float]], dict[str, float]]
 Start = Callable[[Mapping[str, float]], tuple[Sequence[float], Sequence[float]]]
 
 #: What other rooms need and a user's completion does not show.
-_INTERNALS = frozenset({"description", "evaluator", "factors", "functions", "having", "library", "stepper"})
+_INTERNALS = frozenset(
+    {"description", "evaluator", "factors", "functions", "having", "in_complex", "library", "stepper"}
+)
 
 _OTHER_PARAMETERS = "simulate(..., parameters={...}), or set_parameter of what start(...) gives"
 
@@ -76,6 +78,8 @@ class CompiledModel:
         What a front end read, and made all of this from.
     again : partial, optional
         The call that makes this model, from the cache where the library is there: what is pickled in its place.
+    in_complex : callable, optional
+        Builds the library of functions of some terms in complex numbers.
     """
 
     def __init__(
@@ -90,6 +94,7 @@ class CompiledModel:
         scene: Any = None,
         again: functools.partial[Self] | None = None,
         in_lanes: Callable[[Library], LaneLibrary | str] | None = None,
+        in_complex: Callable[[Sequence[str]], Library] | None = None,
     ) -> None:
         layout = library.layout
         self.description = description
@@ -98,11 +103,13 @@ class CompiledModel:
         self.stepper = functools.cache(stepper)
         self.initial_at = start
         self._in_lanes = in_lanes
+        self._in_complex = in_complex
         self._built = built
         self._gains = gains
         self._every_row = every_row
         self._again = again
         self._others: list[Self] = []
+        self._complex: dict[tuple[str, ...], Functions] = {}
         defaults = {item["name"]: float(item["value"]) for item in layout["parameters"]}
         self._parameters = Defaults("parameter", defaults, _OTHER_PARAMETERS)
         self.evaluator = Terms(library, description)
@@ -270,6 +277,23 @@ class CompiledModel:
                 return other
         self._others.append(self._built(wanted))
         return self._others[-1]
+
+    def in_complex(self, terms: Sequence[str]) -> Functions:
+        """Return functions of some terms in complex numbers, as far as the scene has them, compiled when they are first
+        needed: analytic, so that imaginary increments give their derivatives.
+
+        Raises
+        ------
+        UsageError
+            A model that was made by hand.
+        """
+        wanted = tuple(name for name in terms if TERMS[name].exists_with(self._facts))
+        if wanted not in self._complex:
+            if self._in_complex is None:
+                what = "this model was made by hand and has no functions in complex numbers"
+                raise UsageError(Problem("in_complex", what, "eomgen.build(scene), whose models can"))
+            self._complex[wanted] = Functions(self._in_complex(wanted))
+        return self._complex[wanted]
 
     def calibrate(self, *, parameters: Mapping[str, float] | None = None) -> dict[str, float]:
         """Return gains and references of the scene's calibrated controllers, at other values of its tunable parameters.

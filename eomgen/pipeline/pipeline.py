@@ -322,6 +322,11 @@ def built_in(
     def built(others: Sequence[str]) -> Model:
         return built_in(cache, document, others, method, profile, real)
 
+    def in_complex(others: Sequence[str]) -> Library:
+        """Return functions in complex numbers, without a stepper."""
+        of_complex = Builder(profile=profile, real="complex", cache=None if cache is None else Cache(cache))
+        return _library(document, front_end, _selected(others), _method_name(described, method), of_complex)
+
     for note in library.layout["notes"] if "forward_dynamics" in there else ():
         if note.startswith(UNRESISTED):
             warnings.warn(f"{described.name}: {note}", RuntimeWarning, stacklevel=3)
@@ -329,7 +334,17 @@ def built_in(
     gains = front_end.gains(document, _reproducible)
     again = partial(built_in, None, document, terms, method, profile, real, start=start)
     return Model(
-        described, library, stepper, front_end.start(document), built, gains, every_row, document, again, in_lanes
+        described,
+        library,
+        stepper,
+        front_end.start(document),
+        built,
+        gains,
+        every_row,
+        document,
+        again,
+        in_lanes,
+        in_complex,
     )
 
 

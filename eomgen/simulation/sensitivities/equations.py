@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from eomgen.arrays import Array
+from eomgen.compiled.functions import Functions
 from eomgen.compiled.model import CompiledModel
 from eomgen.simulation.stepping.states import Prescribed, States
 from eomgen.system.second_blocks import second_blocks
@@ -26,6 +28,12 @@ _TERMS = (
         "output_partials",
     ),
     *("parameter_partials", "output_parameter_partials"),
+)
+
+#: What steps without constraints need in complex numbers.
+_IN_COMPLEX = (
+    *("residual", "partials", "internal_rate", "internal_partials", "output_partials"),
+    *("parameter_partials", "output_parameter_partials", "second_partials"),
 )
 
 
@@ -55,6 +63,9 @@ class Equations:
         differs from row to row, the block ``du`` of values, (n, nu, driven)
     """
 
+    #: Of its partials.
+    dtype: Any = np.float64
+
     def __init__(
         self,
         model: CompiledModel,
@@ -78,6 +89,12 @@ class Equations:
             parameters=len(model.parameters),
         )
         self._weighted, self._along = places.places("weights"), places.places("direction")
+
+    def _functions(self, term: str) -> Functions:
+        """Return what evaluates a term."""
+        if term == "second_partials":
+            return self._second.functions
+        return (self._by_inputs if term == "linearization" else self.model).functions
 
     @cached_property
     def _by_inputs(self) -> CompiledModel:
@@ -104,8 +121,7 @@ class Equations:
 
     def of(self, term: str, values: Mapping[str, Array]) -> dict[str, Array]:
         """Return the blocks of a term by name, (n, ...) each; none where the scene has no such term."""
-        model = self._by_inputs if term == "linearization" else self.model
-        functions = model.functions
+        functions = self._functions(term)
         if term not in functions:
             return {}
         found = functions(term, values)
@@ -113,7 +129,7 @@ class Equations:
         by_name = dict(zip(functions.output_names(term), found, strict=True))
         if all(len(array) == count for array in found) and set(functions.inputs(term)) - {"p"}:
             return by_name
-        dimensions = zip(by_name.items(), _dimensions(model, term), strict=True)
+        dimensions = zip(by_name.items(), _dimensions(functions, term), strict=True)
         return {
             name: np.broadcast_to(array, (count, *array.shape[array.ndim - n :])) for (name, array), n in dimensions
         }
@@ -129,8 +145,8 @@ class Equations:
             none = np.zeros((count, nv, 0))
             return Partials(K, C, M, none, none, self._with_inputs(P, values))
         rows = nv + nz + nh + nl
-        Jq, Jv, Ja = (np.zeros((count, rows, nv)) for _ in range(3))
-        Jz, Jlam, Jp = (np.zeros((count, rows, size)) for size in (nz, nl, len(self.chosen)))
+        Jq, Jv, Ja = (np.zeros((count, rows, nv), self.dtype) for _ in range(3))
+        Jz, Jlam, Jp = (np.zeros((count, rows, size), self.dtype) for size in (nz, nl, len(self.chosen)))
         Jq[:, :nv], Jv[:, :nv], Ja[:, :nv], Jp[:, :nv] = *(of_residual[name] for name in "KCM"), P
         if nz:
             of_rates, place = self.of("internal_partials", values), slice(nv, nv + nz)
@@ -153,7 +169,7 @@ class Equations:
         count, rows = len(values["t"]), len(self.outputs)
         found = self.of("output_partials", values)
         sizes = {"Yq": self.nv, "Yv": self.nv, "Ya": self.nv, "Yz": self.nz, "Ylam": self.nl}
-        Y = np.zeros((count, rows, sum(sizes.values())))
+        Y = np.zeros((count, rows, sum(sizes.values())), self.dtype)
         first = 0
         for name, size in sizes.items():
             if name in found:
@@ -168,8 +184,8 @@ class Equations:
         inputs, count = self.model.description.inputs, len(values["t"])
         driven = [number for number, item in enumerate(inputs) if not item.given]
         given = [number for number, item in enumerate(inputs) if item.given]
-        of_e = np.zeros((count, self.nv + self.nz + self.holonomic + self.nl, len(inputs)))
-        of_outputs = np.zeros((count, len(self.outputs), len(inputs)))
+        of_e = np.zeros((count, self.nv + self.nz + self.holonomic + self.nl, len(inputs)), self.dtype)
+        of_outputs = np.zeros((count, len(self.outputs), len(inputs)), self.dtype)
         linear, outputs = self.of("linearization", values), self.of("output_partials", values)
         for columns, names in ((driven, ("B0", "Fu", "Yu")), (given, ("E0", "Fw", "Yw"))):
             rows = (of_e[:, : self.nv], of_e[:, self.nv : self.nv + self.nz], of_outputs)
@@ -201,9 +217,9 @@ class Equations:
         -------
         (n, 3 nv + nz + nl + parameters, directions)
         """
-        functions, place = self._second.functions, self._weighted
+        functions, place = self._functions("second_partials"), self._weighted
         count, _, directions = along.shape
-        weighted = np.zeros((count, 1, functions.sizes["weights"]))
+        weighted = np.zeros((count, 1, functions.sizes["weights"]), self.dtype)
         weighted[:, 0, : place["w"].stop] = -multipliers
         weighted[:, 0, place["zdot"]] *= -1.0  # e has minus the rates
         if of_accelerations is not None:
@@ -213,7 +229,7 @@ class Equations:
         state, of_inputs = self._along["p"].start, self._along["u"]
         chosen = state + np.array(self.chosen, dtype=int)
         of_state, of_parameters, driven = np.split(along, [state, state + len(chosen)], axis=1)
-        changes = np.zeros((count, directions, functions.sizes["direction"]))
+        changes = np.zeros((count, directions, functions.sizes["direction"]), self.dtype)
         changes[:, :, :state] = np.swapaxes(of_state, 1, 2)
         changes[:, :, chosen] = np.swapaxes(of_parameters, 1, 2)
         if self.driven:
@@ -291,8 +307,32 @@ class Equations:
         return found[name] if whole else found[name][:, :, self.chosen]
 
 
-def _dimensions(model: CompiledModel, term: str) -> list[int]:
+class MovedEquations(Equations):
+    """Equations in complex numbers, whose parameters are moved by an imaginary increment.
+
+    Parameters
+    ----------
+    equations : in real numbers
+    p : (np,) complex
+    """
+
+    dtype = np.complex128
+
+    def __init__(self, equations: Equations, p: Array) -> None:
+        vars(self).update(vars(equations))
+        self.p = p
+
+    @property
+    def functions(self) -> Functions:
+        """The functions in complex numbers."""
+        return self.model.in_complex((*_IN_COMPLEX, *(("linearization",) if self.driven else ())))
+
+    def _functions(self, term: str) -> Functions:
+        return self.functions
+
+
+def _dimensions(functions: Functions, term: str) -> list[int]:
     """Return how many axes each output of a term has."""
-    functions = model.library.layout["functions"]
-    outputs = next(item["outputs"] for item in functions if item["name"] == term)
+    layouts = functions.library.layout["functions"]
+    outputs = next(item["outputs"] for item in layouts if item["name"] == term)
     return [len(item["shape"]) for item in outputs]

@@ -15,8 +15,10 @@ and velocities by one, M c = B^T sigma, B c = w: M and B change with where a ste
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eomgen.arrays import Array
 from eomgen.compiled.initial_state import InitialState
@@ -73,8 +75,7 @@ def at_rest(equations: Equations, state: InitialState, t: Array, given: Prescrib
         B = equations.of("constraint_jacobian", values)["B"][0]
         values["lam"] = -np.linalg.lstsq(B.T, r[0], rcond=None)[0][np.newaxis]
     found = equations.partials(values)
-    size = nv + nz + nh  # without rates of constraints, whose multipliers would leave rest to the way there
-    matrix = np.concatenate([found.Jq[0], found.Jz[0], found.Jlam[0, :, :nh]], axis=1)[:size]
+    matrix = _rest_matrix(equations, found)
     M = found.Ja[0, :nv]
     scale = np.concatenate([1.0 / np.sqrt(np.diagonal(M)), np.ones(nz + nh)])
     scaled = scale[:, np.newaxis] * matrix * scale
@@ -85,7 +86,22 @@ def at_rest(equations: Equations, state: InitialState, t: Array, given: Prescrib
         what = f"the scene starts at static equilibrium, and nothing determines where that is along {name}"
         hint = f"a spring at {name}; or initial = model.equilibrium().initial, for a start that is held"
         raise UsageError(Problem("start", what, hint))
-    return Rest(values, matrix, np.linalg.solve(matrix, -found.P[0, :size]))
+    return Rest(values, matrix, rest_slopes(equations, found))
+
+
+def rest_slopes(equations: Equations, found: Partials) -> Array:
+    """Return the partials of a rest in the parameters, (nv + nz + holonomic, parameters), by those of e there."""
+    size = equations.nv + equations.nz + equations.holonomic
+    slopes: Array = -np.linalg.solve(_rest_matrix(equations, found), found.P[0, :size])
+    return slopes
+
+
+def _rest_matrix(equations: Equations, found: Partials) -> NDArray[Any]:
+    """Return the partials of forces, rates of z and constraints in q, z and multipliers; without rates of constraints,
+    whose multipliers would leave rest to the way there."""
+    nh = equations.holonomic
+    matrix: NDArray[Any] = np.concatenate([found.Jq[0], found.Jz[0], found.Jlam[0, :, :nh]], axis=1)
+    return matrix[: equations.nv + equations.nz + nh]
 
 
 def moved_positions(

@@ -9,6 +9,7 @@ import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.integrators.families.family import LinearPasses
+from eomgen.simulation.sensitivities.beginning import Directions
 from eomgen.simulation.sensitivities.galerkin_steps import GalerkinSteps
 from eomgen.simulation.sensitivities.linear_run import By, LinearPart, LinearRun, Start
 from eomgen.simulation.sensitivities.motion import Motion, Part
@@ -57,16 +58,21 @@ class GalerkinRun(LinearRun[GalerkinPart]):
         super().__init__(motion, start, by, rows)
         self.method = method
         self.along = self.asked
-        begun = {name: array[np.newaxis] for name, array in motion.start.items()}
-        none = np.zeros((1, 0))
+        self.state = self.record = self.begun(self.start_states, self.along)
+
+    @property
+    def start_states(self) -> States:
+        """The state that the run starts from, (1, ...) each."""
+        begun, none = {name: array[np.newaxis] for name, array in self.motion.start.items()}, np.zeros((1, 0))
         t = np.array([self.run.grid.start])
-        states = States(t, begun["q"], begun["v"], begun["vdot"], none, begun.get("z", none))
+        return States(t, begun["q"], begun["v"], begun["vdot"], none, begun.get("z", none))
+
+    def begun(self, states: States, along: Directions) -> Array:
+        """Return what directions change of q, v, the accelerations and z of the start, (size, directions)."""
         blocks = self.blocks(states, self.prescribed(states.t))
-        along, nothing = self.along, np.zeros_like(self.along.dv)
-        moved = np.concatenate([along.dq, along.dv, nothing, along.dz, along.dp])
+        moved = np.concatenate([along.dq, along.dv, np.zeros_like(along.dv), along.dz, along.dp])
         da = self._accelerations(blocks)[0] @ moved
-        self.state = np.concatenate([along.dq, along.dv, da, along.dz])
-        self.record = self.state
+        return np.concatenate([along.dq, along.dv, da, along.dz])
 
     def of_part(self, part: Part) -> GalerkinPart:
         states, given = self.states(part)
@@ -82,13 +88,22 @@ class GalerkinRun(LinearRun[GalerkinPart]):
         return GalerkinPart(part.first, states, blocks, by_start, by_parameters, self._accelerations(blocks))
 
     def tangents(self, part: GalerkinPart, dp: Array, state: Array) -> Array:
-        steps, nv = len(part.by_start), self.equations.nv
-        found = np.empty((steps, *state.shape))
+        return self.rows_of(part, dp, self.ends(part, dp, state))
+
+    def ends(self, part: GalerkinPart, dp: Array, state: Array) -> Array:
+        """Take tangents through the steps, and return those of (q, v, a, z) at their ends, (steps, size, directions);
+        a: what the next step begins with."""
+        found = np.empty((len(part.by_start), *state.shape))
         of_parameters = part.by_parameters @ dp
-        for number in range(steps):
+        for number in range(len(found)):
             state[:] = part.by_start[number] @ state + of_parameters[number]
             found[number] = state
-        moved = np.concatenate([found, np.broadcast_to(dp, (steps, *dp.shape))], axis=1)
+        return found
+
+    def rows_of(self, part: GalerkinPart, dp: Array, ends: Array) -> Array:
+        """Return tangents of rows at the ends of steps, whose accelerations are those of their states."""
+        found, nv = ends.copy(), self.equations.nv
+        moved = np.concatenate([found, np.broadcast_to(dp, (len(found), *dp.shape))], axis=1)
         found[:, 2 * nv : 3 * nv] = part.accelerations[1:] @ moved
         return found
 

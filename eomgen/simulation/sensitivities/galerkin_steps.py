@@ -13,24 +13,21 @@ before at its end.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from eomgen.arrays import Array
 from eomgen.integrators.families.family import LinearPasses
 from eomgen.lie import numeric, product
-from eomgen.lie.groups import Group, group_named
+from eomgen.lie.first_order import tangent_along
+from eomgen.lie.groups import group_named
 from eomgen.lie.product import Factor
 from eomgen.simulation.sensitivities.equations import Equations
 from eomgen.simulation.stepping.states import Prescribed, States
 
-#: An imaginary increment whose square is nothing: derivatives to rounding (Squire and Trapp 1998).
-_TINY = 1e-100
 Driven = tuple[Prescribed, Array | None]
-GroupMatrix = Callable[[Group, Any], Any]
 
 
 @dataclass
@@ -158,7 +155,7 @@ class GalerkinSteps:
         if number:
             a = _weighed([x / self.step for x in self.method.derivative[node]], v)
             q, dq = product.update(self.factors, start.q, theta.value), self._turned(theta)
-            rate = self._group(numeric.tangent_inverse, theta, v_now)
+            rate = self._rate(theta, v_now)
         z_now = _Along(start.z, self.z_by) + z
         moved = (q, dq), v_now, z_now
         if not (number and self.method.refined):
@@ -206,7 +203,7 @@ class GalerkinSteps:
         s = theta_right.value + gain * x[:, :nv]
         d_theta = (self.T @ s[..., np.newaxis])[..., 0]
         along = np.concatenate([gain * d_theta, gain * x[:, :nv], x[:, :nv], gain * x[:, nv:]], axis=1)
-        of_T = gain * self._along_group(numeric.tangent, gain * self.start.v, s) @ self.v_by
+        of_T = gain * self._along_group(gain * self.start.v, s) @ self.v_by
         turned = of_T + self.T @ theta_right.by
         by = np.linalg.solve(self.matrix, right.by - self._second(along) - self.K @ turned)
         return _Along(d_theta, turned + gain * self.T @ by[:, :nv]), _Along(x, by)
@@ -214,7 +211,7 @@ class GalerkinSteps:
     def _of_inertia(self, x: _Along) -> _Along:
         """Return M of the start times the part of v of a vector."""
         nv = self.nv
-        along = np.zeros((len(x.value), self.size))
+        along = np.zeros((len(x.value), self.size), self.equations.dtype)
         along[:, 2 * nv : 3 * nv] = x.value[:, :nv]
         moved = x[:nv].times(self.M[:, :nv])
         return _Along(moved.value, moved.by + self._second(along)[:, :nv])
@@ -227,7 +224,7 @@ class GalerkinSteps:
         equations, count, rows = self.equations, len(along), self.rows
         values = {name: array if name == "p" else np.repeat(array, rows, axis=0) for name, array in self.values.items()}
         multipliers = np.tile(-np.eye(rows), (count, 1))
-        changes = np.zeros((count * rows, self.directions, 1))
+        changes = np.zeros((count * rows, self.directions, 1), equations.dtype)
         changes[:, : self.size, 0] = np.repeat(along, rows, axis=0)
         found = equations.second_partials(values, multipliers, changes)
         found = found.reshape(count, rows, self.directions)
@@ -236,26 +233,25 @@ class GalerkinSteps:
             found[:, :, :nv] -= self.Jq @ product.bracket_matrix(self.factors, along[:, :nv])
         return found
 
-    def _group(self, matrix: GroupMatrix, theta: _Along, x: _Along) -> _Along:
-        """Return a matrix of theta times x; the identity where nothing rotates."""
+    def _rate(self, theta: _Along, x: _Along) -> _Along:
+        """Return T^-1 of theta times x; x where nothing rotates."""
         found = _Along(x.value.copy(), x.by.copy())
         for factor in self._rotating:
             group, part = group_named(factor.group, factor.v_size), factor.v
-            at = matrix(group, theta.value[:, part])
+            at = numeric.tangent_inverse(group, theta.value[:, part])
             found.value[:, part] = (at @ x.value[:, part, np.newaxis])[..., 0]
             found.by[:, part] = at @ x.by[:, part]
-        found.by += self._along_group(matrix, theta.value, x.value) @ theta.by
+        if self._rotating:
+            found.by += self._along_group(theta.value, x.value, inverse=True) @ theta.by
         return found
 
-    def _along_group(self, matrix: GroupMatrix, theta: Array, x: Array) -> Array:
-        """Return partials in theta of a matrix of theta times x, (n, nv, nv); 0 where nothing rotates."""
-        found = np.zeros((len(theta), self.nv, self.nv))
+    def _along_group(self, theta: Array, x: Array, *, inverse: bool = False) -> Array:
+        """Return partials in theta of T, or of its inverse, times x, (n, nv, nv); 0 where nothing rotates."""
+        found = np.zeros((len(theta), self.nv, self.nv), self.equations.dtype)
         for factor in self._rotating:
             group, part = group_named(factor.group, factor.v_size), factor.v
-            for k in range(factor.v_size):
-                moved = theta[:, part].astype(complex)
-                moved[:, k] += 1j * _TINY
-                change = matrix(group, moved).imag / _TINY
+            for k, unit in enumerate(np.eye(factor.v_size)):
+                change = tangent_along(group, theta[:, part], unit, inverse=inverse)
                 found[:, part, part.start + k] = (change @ x[:, part, np.newaxis])[..., 0]
         return found
 

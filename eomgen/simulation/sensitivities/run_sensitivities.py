@@ -12,9 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 from eomgen.arrays import Array
 from eomgen.calls import checked_calls
 from eomgen.errors import Problem, UsageError
-from eomgen.simulation.sensitivities import second_order
+from eomgen.simulation.sensitivities import galerkin_second_order, second_order
 from eomgen.simulation.sensitivities.alpha_run import AlphaRun
 from eomgen.simulation.sensitivities.functionals import Functional, Weights, read_functional
+from eomgen.simulation.sensitivities.galerkin_run import GalerkinRun
 from eomgen.simulation.sensitivities.input_derivatives import input_derivatives
 from eomgen.simulation.sensitivities.linear_run import LinearRun
 from eomgen.simulation.sensitivities.stationary_run import StationaryRun
@@ -162,8 +163,11 @@ class Sensitivities:
         Both are of the same adjoints: those of ``gradients`` of the same texts just before, where the run keeps its
         rows (``keeps_adjoints``), else one of each functional.
         """
+        run = self._twice("hessian")
+        if isinstance(run, GalerkinRun):
+            return galerkin_second_order.hessians(run, self._weights(of))
         known = self._known[1] if self._known is not None and self._known[0] == tuple(of) else None
-        return second_order.hessians(self._twice("hessian"), self._weights(of), known)
+        return second_order.hessians(run, self._weights(of), known)
 
     @property
     def keeps_adjoints(self) -> bool:
@@ -205,7 +209,13 @@ class Sensitivities:
             what = f"vectors have the shape {vectors.shape}" if len(vectors) != len(self.by) else "vectors have nan"
             raise UsageError(Problem("directions", what, f"finite numbers, ({len(self.by)},) or ({len(self.by)}, n)"))
         columns = np.ascontiguousarray(vectors.reshape(len(self.by), -1))
-        return second_order.hessian_products(self._twice("hessian_products"), weights, columns).reshape(vectors.shape)
+        run = self._twice("hessian_products")
+        if isinstance(run, GalerkinRun):
+            found = galerkin_second_order.hessian_products(run, [weights], columns)[1][0]
+        else:
+            found = second_order.hessian_products(run, weights, columns)
+        products: Array = found.reshape(vectors.shape)
+        return products
 
     # -- inputs -------------------------------------------------------------------------------------------------------
 
@@ -250,15 +260,15 @@ class Sensitivities:
             raise UsageError(Problem(wanted, what, instead))
         return self._run
 
-    def _twice(self, wanted: str) -> AlphaRun:
+    def _twice(self, wanted: str) -> AlphaRun | GalerkinRun:
         """Return the run where it has second derivatives. Raises UsageError."""
-        run = self._implicit(wanted, "no second derivatives", "generalized_alpha or trapezoidal")
+        run = self._run if isinstance(self._run, GalerkinRun) else self._implicit(wanted, "no second", "tdg2")
         if run.follows and run.start.slopes is not None:
             what = (
                 "the state that the run starts from follows from parameters, and its second derivatives are not known"
             )
             raise UsageError(Problem(wanted, what, 'initial={"q": ..., "v": ...}, for a start that is held'))
-        if run.equations.nl and run.beginning.moved_far:
+        if isinstance(run, AlphaRun) and run.equations.nl and run.beginning.moved_far:
             what = "the initial state is moved onto the constraints, and second derivatives of how are not known"
             raise UsageError(
                 Problem(wanted, what, 'state = model.consistent(q, v), and initial={"q": state.q, "v": state.v}')
