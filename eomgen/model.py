@@ -290,7 +290,7 @@ class Model(CompiledModel):
             Outputs; all by default.
         method : str
             ``generalized_alpha``, ``hht``, ``wbz``, ``newmark``, ``trapezoidal``; ``tdg1``, ``tdg1_star``, ``tdg2``,
-            ``tdg2s`` or ``tdg3``, without second derivatives.
+            ``tdg2s`` or ``tdg3``.
         rho_inf, alpha, beta, gamma, initial, parameters, inputs, record_every, t_start, settings : as of ``simulate``
 
         Returns
