@@ -20,6 +20,7 @@ from eomgen.fields import (
     split_r_hat,
     white,
 )
+from eomgen.fields.sampling import First
 from eomgen.integrators.compositions import composition_named
 from tests.fields.density import alone, counted
 
@@ -74,15 +75,19 @@ def test_energy_errors_of_counts_have_mean_weight_one(method: str, step: float) 
 @pytest.mark.slow
 @pytest.mark.parametrize(("method", "step"), [("leapfrog", 0.15), ("suzuki4", 0.75), ("minimum_norm2", 0.75)])
 def test_samples_of_many_cells(method: str, step: float) -> None:
-    """Identities on 1000 trajectories and gradients for each independent sample (checks 5 and 6)."""
+    """Identities on 1000 trajectories, and gradients for each independent sample.
+
+    The research dossier (B4) has 29.4, 17.8 and 5.5 gradients for cells. The worst of eight bins of k is the largest of
+    eight estimates, each of which 1000 samples give within a quarter.
+    """
     posterior, truth = counted(32, 0.04)
-    samples = Sampler(posterior, method=method, step=step, start=[truth], seed=3, watched=range(0, 32**3, 109)).draw(
-        1000
-    )
+    cells = range(0, 32**3, 109)
+    samples = Sampler(posterior, method=method, step=step, start=[truth], seed=3, watched=cells).draw(1000)
     check_identities(samples)
     assert abs(samples.acceptance - samples.expected_acceptance) <= 0.03
     of_cells, worst = samples.gradients_per_sample
-    assert of_cells <= worst <= {"leapfrog": 60.0, "suzuki4": 20.0, "minimum_norm2": 8.0}[method]
+    assert of_cells <= 1.2 * {"leapfrog": 29.4, "suzuki4": 17.8, "minimum_norm2": 5.5}[method]
+    assert worst <= 2.0 * of_cells
 
 
 @pytest.mark.slow
@@ -139,6 +144,17 @@ def test_a_warm_up_finds_the_step() -> None:
     samples = sampler.draw(120)
     assert samples.acceptance == pytest.approx(0.651, abs=0.12)
     assert samples.steps[0] <= sampler.largest_step
+
+
+def test_numbers_of_steps_and_splittings_are_drawn() -> None:
+    posterior, truth = counted(8, 0.3)
+
+    def kicks(step: float, first: First) -> set[int]:
+        sampler = Sampler(posterior, method="leapfrog", step=step, duration=1.0, jitter=0.0, first=first, start=[truth])
+        return set(sampler.draw(24).gradients[0].tolist())
+
+    assert kicks(0.25, "drift") == {4} and kicks(0.25, "kick") == {5} and kicks(0.25, "random") == {4, 5}
+    assert kicks(0.4, "drift") == {2, 3}
 
 
 def test_the_guard_holds_steps_below_what_is_stable() -> None:

@@ -1,0 +1,25 @@
+"""What a gradient makes besides the results of its two transforms."""
+
+from __future__ import annotations
+
+import tracemalloc
+
+import numpy as np
+
+from tests.fields.density import counted
+
+
+def test_a_gradient_makes_no_arrays_but_those_of_its_transforms() -> None:
+    posterior, truth = counted(16, 0.04)
+    slope = np.zeros(posterior.mesh.half, complex)
+    posterior.add_gradient(1.0, truth, slope)
+    tracemalloc.start()
+    try:
+        before = tracemalloc.get_traced_memory()[0]
+        tracemalloc.reset_peak()
+        posterior.add_gradient(1.0, truth, slope)
+        peak = tracemalloc.get_traced_memory()[1] - before
+    finally:
+        tracemalloc.stop()
+    field, spectrum = 8 * posterior.mesh.size, slope.nbytes
+    assert peak < field + spectrum + 10_000  # another field would be 32 768
