@@ -32,7 +32,7 @@ from eomgen.toolchain.builder import Builder
 
 _CDEF = """\
 void eomgen_field_filter(long n, int turns, const double *a, const double *x, double *y);
-void eomgen_field_add(long n, int turns, double size, const double *a, const double *x, double *y);
+void eomgen_field_add(long n, int turns, double size, const double *a, const double *x, const double *z, double *y);
 double eomgen_field_norm(long n, long last, int even, const double *m, const double *x);
 """
 _CELLS = """\
@@ -210,10 +210,12 @@ class CellRoutines:
         """Make y = a x."""
         self.lib.eomgen_field_filter(x.size, *self._symbol(symbol), self.address(x), self.address(y))
 
-    def add(self, size: float, symbol: Array | Complex | None, x: Complex, y: Complex) -> None:
-        """Add size conj(a) x to y."""
+    def add(
+        self, size: float, symbol: Array | Complex | None, x: Complex, y: Complex, beside: Complex | None = None
+    ) -> None:
+        """Add size (beside + conj(a) x) to y; ``beside`` None for 0."""
         turns, address = self._symbol(symbol)
-        self.lib.eomgen_field_add(x.size, turns, size, address, self.address(x), self.address(y))
+        self.lib.eomgen_field_add(x.size, turns, size, address, self.address(x), self.address(beside), self.address(y))
 
     def norm(self, x: Complex, even: bool, weight: Array | None = None) -> float:
         """Return the sum over the whole spectrum of weight |x|^2."""

@@ -134,12 +134,12 @@ class FieldPosterior:
     def add_gradient(self, size: float, spectrum: Complex, to: Complex) -> None:
         """Add ``size`` times the gradient of U at a white field to a spectrum."""
         self.gradients += 1
-        self._routines.add(size, None, spectrum, to)
         if self.prior_alone:
+            self._routines.add(size, None, spectrum, to)
             return
         fields = self._to_cells(spectrum)
         self._routines.lib.eomgen_field_residual(self.mesh.size, self._routines.pointers(fields), self._data)
-        self._from_cells(size, fields, to)
+        self._from_cells(size, fields, to, spectrum)
 
     def gradient(self, spectrum: Complex) -> Complex:
         """Return the gradient of U as a spectrum: U(xi + e) - U(xi) is ``mesh.product`` of it and e for small e."""
@@ -184,9 +184,11 @@ class FieldPosterior:
             fields.append(self.mesh.field(self._buffer, overwrite=True))
         return fields
 
-    def _from_cells(self, size: float, fields: list[Array], to: Complex) -> None:
+    def _from_cells(self, size: float, fields: list[Array], to: Complex, beside: Complex | None = None) -> None:
+        """Add size (beside + sum of the adjoints of fields) to a spectrum."""
         for symbol, field in zip(self._symbols, fields, strict=True):
-            self._routines.add(size, symbol, self.mesh.spectrum(field, overwrite=True), to)
+            self._routines.add(size, symbol, self.mesh.spectrum(field, overwrite=True), to, beside)
+            beside = None
 
     # -- scales ------------------------------------------------------------------------------------------------------
 
