@@ -332,7 +332,7 @@ ORDER: dict[str, tuple[str, ...]] = {
         "start",
     ),
     "simulation.sensitivities": (
-        "equations functionals linear_steps motion turning",
+        "equations functionals linear_steps motion recorded_changes turning",
         "following_start galerkin_steps",
         "beginning step_matrices",
         "linear_run",

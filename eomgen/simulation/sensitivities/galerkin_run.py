@@ -75,6 +75,13 @@ class GalerkinRun(LinearRun[GalerkinPart]):
         return np.concatenate([along.dq, along.dv, da, along.dz])
 
     def of_part(self, part: Part) -> GalerkinPart:
+        (states, given), steps = self._steps(part)
+        by_start, by_parameters = steps.taken()
+        blocks = self.blocks(states, given)
+        return GalerkinPart(part.first, states, blocks, by_start, by_parameters, self._accelerations(blocks))
+
+    def _steps(self, part: Part, *, recorded: bool = False) -> tuple[tuple[States, Prescribed], GalerkinSteps]:
+        """Return what rows of a part have, and its steps."""
         states, given = self.states(part)
         t, step, nodes = states.t[:-1], self.run.grid.step, self.method.nodes
         before = States(*(array[:-1] for array in states))._replace(a=part.memory)
@@ -82,10 +89,9 @@ class GalerkinRun(LinearRun[GalerkinPart]):
         times = np.stack([states.t[1:] if node == nodes[-1] else t + node * step for node in nodes], axis=1)
         at_nodes = [(self.prescribed(column), self.moved_inputs(column)) for column in times.T]
         moved = at_start, self.moved_inputs(t)
-        steps = GalerkinSteps(self.equations, self.method, before, moved, step, (times, at_nodes))
-        by_start, by_parameters = steps.taken()
-        blocks = self.blocks(states, given)
-        return GalerkinPart(part.first, states, blocks, by_start, by_parameters, self._accelerations(blocks))
+        of_nodes = times, at_nodes
+        steps = GalerkinSteps(self.equations, self.method, before, moved, step, of_nodes, recorded=recorded)
+        return (states, given), steps
 
     def tangents(self, part: GalerkinPart, dp: Array, state: Array) -> Array:
         return self.rows_of(part, dp, self.ends(part, dp, state))
@@ -108,16 +114,28 @@ class GalerkinRun(LinearRun[GalerkinPart]):
         return found
 
     def take_back(self, part: GalerkinPart, direct: Array, state: Array, gradient: Array) -> None:
-        nv, size = self.equations.nv, len(state)
-        own = direct.copy()
-        own[:, 2 * nv : 3 * nv] = 0.0
-        taken = np.swapaxes(part.accelerations[1:], 1, 2) @ direct[:, 2 * nv : 3 * nv]
-        own += taken[:, :size]
+        adjoints = self.own(part.accelerations, direct, gradient)
+        self.backwards(part, adjoints, state)
+        gradient += np.einsum("nsp,nsf->pf", part.by_parameters, adjoints)
+
+    def own(self, accelerations: Array, direct: Array, gradient: Array) -> Array:
+        """Return what functionals take of (q, v, a, z) at the ends of steps, a: what the next step begins with, and add
+        to the derivatives in the parameters what accelerations of rows take of these."""
+        nv, size = self.equations.nv, direct.shape[1]
+        taken = np.swapaxes(accelerations[1:], 1, 2) @ direct[:, 2 * nv : 3 * nv]
         gradient += taken[:, size:].sum(axis=0)
-        for number in reversed(range(len(own))):
-            state += own[number]
-            gradient += part.by_parameters[number].T @ state
-            state[:] = part.by_start[number].T @ state
+        own: Array = direct + taken[:, :size]
+        own[:, 2 * nv : 3 * nv] = 0.0
+        return own
+
+    def backwards(self, part: GalerkinPart, adjoints: Array, state: Array, of_starts: Array | None = None) -> None:
+        """Take adjoints back through the steps of a part: what functionals take of the ends of steps becomes the whole
+        adjoints there, and ``state`` that of the start; ``of_starts``: what they take of the starts of steps."""
+        for number in reversed(range(len(adjoints))):
+            adjoints[number] += state
+            state[:] = part.by_start[number].T @ adjoints[number]
+            if of_starts is not None:
+                state += of_starts[number]
 
     def _accelerations(self, blocks: dict[str, Array]) -> Array:
         """Return the partials of the accelerations of rows in q, v, a (0), z and the parameters."""

@@ -24,6 +24,7 @@ from eomgen.simulation.sensitivities.equations import MovedEquations
 from eomgen.simulation.sensitivities.following_start import rest_slopes
 from eomgen.simulation.sensitivities.functionals import Weights
 from eomgen.simulation.sensitivities.galerkin_run import GalerkinPart, GalerkinRun
+from eomgen.simulation.sensitivities.linear_run import LinearPart
 from eomgen.simulation.sensitivities.motion import Part
 from eomgen.simulation.stepping.states import Prescribed, States
 
@@ -65,7 +66,7 @@ class _MovedRun(GalerkinRun):
         if run.rest is not None:
             self.along = self._along_rest(start)
         self.state = self.record = self.begun(start, self.along)
-        self._tangents: tuple[Array, Array] | None = None
+        self._tangents: Array | None = None
 
     equations: MovedEquations
 
@@ -84,17 +85,34 @@ class _MovedRun(GalerkinRun):
         dq[:, followed], dz[:, followed] = np.split(slopes, [equations.nv])
         return Directions(dq, along.dv, dz, along.dp)
 
-    def made(self, tangents: _Tangents, column: int) -> GalerkinPart:
-        """Make a part linear, along the direction whose changes are in a column."""
+    def changed(
+        self, tangents: _Tangents, column: int, weights: Sequence[Weights], adjoints: Array
+    ) -> tuple[Array, Array, Array, Array]:
+        """Return how what functionals take of a part changes: of the first row, of the ends and the starts of steps, of
+        parameters; with the adjoints at the ends of its steps held.
+
+        Parameters
+        ----------
+        column : of the tangents
+        adjoints : (steps, size, functionals)
+        """
         rows, memory = (self._increment(of[..., column]) for of in (tangents.rows, tangents.memory))
-        self._tangents = rows, memory
-        stepped = tangents.stepped
-        return self.of_part(Part(stepped.first, stepped.rows, stepped.memory + memory))
+        self._tangents, stepped = rows, tangents.stepped
+        part = Part(stepped.first, stepped.rows, stepped.memory + memory)
+        (states, given), steps = self._steps(part, recorded=True)
+        linear = LinearPart(part.first, states, self.blocks(states, given))
+        of_parameters = np.zeros((len(self.along.dp), len(weights)), complex)
+        direct = self.of_rows(linear, self.row_weights(linear, weights), of_parameters)
+        own = self.own(self._accelerations(linear.blocks), direct[1:], of_parameters)
+        of_starts, by_steps = steps.pulled(adjoints.astype(complex))
+        of_parameters += by_steps.sum(axis=0)
+        first, ends, starts, parameters = (of.imag / _TINY for of in (direct[0], own, of_starts, of_parameters))
+        return first, ends, starts, parameters
 
     def states(self, part: Part) -> tuple[States, Prescribed]:
         real, _ = super().states(part)
         assert self._tangents is not None
-        moved = _moved(self.equations.model.factors, real, self._tangents[0])
+        moved = _moved(self.equations.model.factors, real, self._tangents)
         return moved, self.prescribed(moved.t)
 
     def prescribed(self, times: Array) -> Prescribed:
@@ -135,25 +153,26 @@ def hessian_products(run: GalerkinRun, weights: Sequence[Weights], directions: A
     directions : (directions, vectors)
     """
     moved = [_MovedRun(run, direction) for direction in directions.T]
-    count, size = len(weights), len(run.state)
-    state = np.zeros((len(moved), size, count), complex)
-    of_parameters = np.zeros((len(moved), len(run.along.dp), count), complex)
-    record = np.zeros((len(moved), size, count), complex)
-    for tangents in _parts(run, directions):
-        for column, one in enumerate(moved):
-            part = one.made(tangents, column)
-            direct = one.of_rows(part, one.row_weights(part, weights), of_parameters[column])
-            one.take_back(part, direct[1:], state[column], of_parameters[column])
-            record[column] = direct[0]
-    found = np.stack(
-        [
-            state[k].T @ one.state + record[k].T @ one.record + of_parameters[k].T @ one.along.dp
-            for k, one in enumerate(moved)
-        ],
-        axis=2,
-    )
-    second = found.imag / _TINY - 0.5 * _brackets(run, (state[0].real, record[0].real), directions)
-    return found[..., 0].real.copy(), second
+    count, size, parameters = len(weights), len(run.state), len(run.along.dp)
+    first = np.zeros((size, count)), np.zeros((parameters, count)), np.zeros((size, count))
+    second = [tuple(np.zeros_like(of) for of in first) for _ in moved]
+    for tangents, part in _parts(run, directions):
+        direct = run.of_rows(part, run.row_weights(part, weights), first[1])
+        adjoints = run.own(part.accelerations, direct[1:], first[1])
+        run.backwards(part, adjoints, first[0])
+        first[1][:] += np.einsum("nsp,nsf->pf", part.by_parameters, adjoints)
+        first[2][:] = direct[0]
+        for column, (one, (state, of_parameters, record)) in enumerate(zip(moved, second, strict=True)):
+            record[:], ends, starts, by_parameters = one.changed(tangents, column, weights, adjoints)
+            run.backwards(part, ends, state, starts)
+            of_parameters[:] += by_parameters + np.einsum("nsp,nsf->pf", part.by_parameters, ends)
+    gradients: Array = first[0].T @ run.state + first[1].T @ run.along.dp + first[2].T @ run.record
+    columns = []
+    for one, (state, of_parameters, record) in zip(moved, second, strict=True):
+        found = state.T @ run.state + of_parameters.T @ run.along.dp + record.T @ run.record
+        columns.append(found + (first[0] + first[2]).T @ one.state.imag / _TINY)
+    brackets = _brackets(run, (first[0], first[2]), directions)
+    return gradients, np.stack(columns, axis=2) - 0.5 * brackets
 
 
 def _brackets(run: GalerkinRun, adjoint: tuple[Array, Array], directions: Array) -> Array:
@@ -183,8 +202,8 @@ def hessians(run: GalerkinRun, weights: Sequence[Weights]) -> tuple[Array, Array
     return first, 0.5 * (second + np.swapaxes(second, 1, 2))
 
 
-def _parts(run: GalerkinRun, directions: Array) -> Iterator[_Tangents]:
-    """Yield the parts from the last to the first with their changes along directions."""
+def _parts(run: GalerkinRun, directions: Array) -> Iterator[tuple[_Tangents, GalerkinPart]]:
+    """Yield the parts from the last to the first with their changes along directions, and made linear."""
     dp, nv = run.along.dp @ directions, run.equations.nv
     begins = [run.state @ directions]
     if run.motion.parts > 1:
@@ -197,4 +216,4 @@ def _parts(run: GalerkinRun, directions: Array) -> Iterator[_Tangents]:
         ends = run.ends(part, dp, state.copy())
         rows = np.concatenate([state[np.newaxis], run.rows_of(part, dp, ends)])
         memory = np.concatenate([state[np.newaxis], ends[:-1]])[:, 2 * nv : 3 * nv]
-        yield _Tangents(stepped, rows, memory)
+        yield _Tangents(stepped, rows, memory), part

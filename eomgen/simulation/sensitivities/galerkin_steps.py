@@ -15,6 +15,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -25,6 +27,7 @@ from eomgen.lie.first_order import tangent_along
 from eomgen.lie.groups import group_named
 from eomgen.lie.product import Factor
 from eomgen.simulation.sensitivities.equations import Equations
+from eomgen.simulation.sensitivities.recorded_changes import Record, solved, stacked
 from eomgen.simulation.stepping.states import Prescribed, States
 
 Driven = tuple[Prescribed, Array | None]
@@ -32,14 +35,10 @@ Driven = tuple[Prescribed, Array | None]
 
 @dataclass
 class _Along:
-    """A vector at (n,) steps with its changes: value (n, size), by (n, size, directions)."""
+    """A vector at (n,) steps with its changes: value (n, size), by (n, size, directions) or recorded."""
 
     value: Array
-    by: Array
-
-    @classmethod
-    def zero(cls, count: int, size: int, directions: int) -> _Along:
-        return cls(np.zeros((count, size)), np.zeros((count, size, directions)))
+    by: Any
 
     def __add__(self, other: _Along) -> _Along:
         return _Along(self.value + other.value, self.by + other.by)
@@ -58,7 +57,7 @@ class _Along:
         return _Along((matrix @ self.value[..., np.newaxis])[..., 0], matrix @ self.by)
 
     def below(self, other: _Along) -> _Along:
-        return _Along(np.concatenate([self.value, other.value], 1), np.concatenate([self.by, other.by], 1))
+        return _Along(np.concatenate([self.value, other.value], 1), stacked([self.by, other.by]))
 
 
 def _weighed(weights: Sequence[float], vectors: Sequence[_Along]) -> _Along:
@@ -78,6 +77,7 @@ class GalerkinSteps:
     given : inputs and base there, and what directions of inputs change these by
     step : s
     at_nodes : times (n, nodes), and the same at each
+    recorded : whether changes are recorded, for adjoints that are known, and not taken along directions
     """
 
     def __init__(
@@ -88,6 +88,8 @@ class GalerkinSteps:
         given: Driven,
         step: float,
         at_nodes: tuple[Array, Sequence[Driven]],
+        *,
+        recorded: bool = False,
     ) -> None:
         self.equations, self.method, self.step, self.start = equations, method, step, states
         self.times, self.given = at_nodes
@@ -102,16 +104,30 @@ class GalerkinSteps:
         matrix = np.concatenate([found.Ja + self.gain * (found.Jv + self.K @ self.T), self.gain * found.Jz], axis=2)
         matrix[:, self.nv :, self.nv :] += np.eye(self.nz)
         self.matrix = matrix
+        self.record = Record() if recorded else None
         unit = np.broadcast_to(np.eye(self.directions), (len(states.t), self.directions, self.directions))
-        ends = np.cumsum([self.nv, self.nv, self.nv, self.nz])
-        self.q_by, self.v_by, _, self.z_by, _ = np.split(unit, ends, axis=1)
+        self.by: Any = unit if self.record is None else self.record.change(self.directions)
+        ends = [0, *np.cumsum([self.nv, self.nv, self.nv, self.nz]).tolist(), self.directions]
+        parts = [self.by[:, slice(*pair)] for pair in pairwise(ends)]
+        self.q_by, self.v_by, _, self.z_by, self.p_by = parts
 
     def taken(self) -> tuple[Array, Array]:
         """Take the steps; return changes of (q, v, a, z) at their ends by those at their starts, (n, size, size), and
         by the parameters, (n, size, parameters)."""
+        whole = self._passed()
+        return whole[:, :, : self.size], whole[:, :, self.size :]
+
+    def pulled(self, adjoints: Array) -> tuple[Array, Array]:
+        """Return what adjoints (n, size, functionals) of the ends of recorded steps make of their starts, and of the
+        parameters, (n, parameters, functionals)."""
+        assert self.record is not None
+        found = self.record.pulled(self._passed(), adjoints)
+        return found[:, : self.size], found[:, self.size :]
+
+    def _passed(self) -> Any:
+        """Take the steps, and return changes of (q, v, a, z) at their ends."""
         nv, nz, nodes = self.nv, self.nz, range(len(self.method.nodes))
-        count = len(self.start.t)
-        theta, v, z = ([_Along.zero(count, size, self.directions) for _ in nodes] for size in (nv, nv, nz))
+        theta, v, z = ([self._zero(size) for _ in nodes] for size in (nv, nv, nz))
         for number in range(self.method.passes):
             forces, rates = [], []
             for node in nodes:
@@ -125,7 +141,7 @@ class GalerkinSteps:
                 of_theta = _weighed([self.step * x for x in integral[mode]], rates)
                 if number:
                     gone = _weighed(self.method.modes[mode], z)
-                    of_forces = of_forces - _Along.zero(count, nv, self.directions).below(gone)
+                    of_forces = of_forces - self._zero(nv).below(gone)
                     of_theta = of_theta - _weighed(self.method.modes[mode], theta)
                 right.append(of_forces)
                 theta_right.append(of_theta)
@@ -137,19 +153,23 @@ class GalerkinSteps:
                 z[node] = z[node] + _weighed(of_node, [change[1][nv:] for change in changes])
         dq = self._turned(theta[-1])
         slope = _weighed([x / self.step for x in self.method.derivative[-1]], v)
-        whole = np.concatenate([dq, self.v_by + v[-1].by, slope.by, self.z_by + z[-1].by], axis=1)
-        return whole[:, :, : self.size], whole[:, :, self.size :]
+        return stacked([dq, self.v_by + v[-1].by, slope.by, self.z_by + z[-1].by])
 
-    def _turned(self, theta: _Along) -> Array:
+    def _zero(self, size: int) -> _Along:
+        """Return a vector that is 0 and stays so."""
+        count = len(self.start.t)
+        no_change: Any = np.zeros((count, size, self.directions)) if self.record is None else self.record.change(size)
+        return _Along(np.zeros((count, size)), no_change)
+
+    def _turned(self, theta: _Along) -> Any:
         """Return changes of q o exp(theta), (n, nv, directions)."""
         moved = product.transport(self.factors, theta.value) @ self.q_by
-        found: Array = moved + product.tangent(self.factors, theta.value) @ theta.by
-        return found
+        return moved + product.tangent(self.factors, theta.value) @ theta.by
 
     def _at_node(self, number: int, node: int, theta: _Along, v: list[_Along], z: _Along) -> tuple[_Along, _Along]:
         """Return what forces and rates of z are missing, and the rates of theta, at a node before a pass."""
         start, nv = self.start, self.nv
-        a = _Along.zero(len(start.t), nv, self.directions)
+        a = self._zero(nv)
         v_now = _Along(start.v, self.v_by) + v[node]
         rate, q, dq = v_now, start.q, self.q_by
         if number:
@@ -161,13 +181,13 @@ class GalerkinSteps:
         if not (number and self.method.refined):
             return -1.0 * self._equations(node, *moved, a), rate
         missing = self._equations(node, *moved, a)
-        none = _Along.zero(len(start.t), self.nz, self.directions)
-        x = self._solved(missing[:nv].below(none), _Along.zero(len(start.t), nv, self.directions))[1]
+        none = self._zero(self.nz)
+        x = self._solved(missing[:nv].below(none), self._zero(nv))[1]
         forces = -1.0 * self._equations(node, *moved, a - x[:nv])
         inertial = self._of_inertia(x)
         return (forces[:nv] - inertial).below(forces[nv:]), rate
 
-    def _equations(self, node: int, q: tuple[Array, Array], v: _Along, z: _Along, a: _Along) -> _Along:
+    def _equations(self, node: int, q: tuple[Array, Any], v: _Along, z: _Along, a: _Along) -> _Along:
         """Return e, with the inputs and the base of a node."""
         equations, start = self.equations, self.start
         states = States(self.times[:, node], q[0], v.value, a.value, start.multipliers, z.value)
@@ -177,15 +197,17 @@ class GalerkinSteps:
             r = np.concatenate([r, -equations.of("internal_rate", values)["zdot"]], axis=1)
         partials = equations.partials(values)
         by = partials.Jq @ q[1] + partials.Jv @ v.by + partials.Ja @ a.by + partials.Jz @ z.by
-        by[:, :, self.size :] += partials.P
+        if self.record is None:
+            by[:, :, self.size :] += partials.P
+        else:
+            by = by + partials.P @ self.p_by
         return _Along(r, by)
 
     def _corrected(self, right: list[_Along], theta_right: list[_Along]) -> list[tuple[_Along, _Along]]:
         """Return the corrections of theta and of (v, z), polynomial by polynomial."""
         found: list[tuple[_Along, _Along]] = []
-        count = len(self.start.t)
-        carried = _Along.zero(count, self.rows, self.directions)
-        theta_carried = _Along.zero(count, self.nv, self.directions)
+        carried = self._zero(self.rows)
+        theta_carried = self._zero(self.nv)
         for of_forces, of_theta in zip(right, theta_right, strict=True):
             b, b_theta = of_forces - carried, of_theta - theta_carried
             d_theta, d = self._solved(b, b_theta)
@@ -205,7 +227,7 @@ class GalerkinSteps:
         along = np.concatenate([gain * d_theta, gain * x[:, :nv], x[:, :nv], gain * x[:, nv:]], axis=1)
         of_T = gain * self._along_group(gain * self.start.v, s) @ self.v_by
         turned = of_T + self.T @ theta_right.by
-        by = np.linalg.solve(self.matrix, right.by - self._second(along) - self.K @ turned)
+        by = solved(self.matrix, right.by - self._second(along) - self.K @ turned)
         return _Along(d_theta, turned + gain * self.T @ by[:, :nv]), _Along(x, by)
 
     def _of_inertia(self, x: _Along) -> _Along:
@@ -216,12 +238,14 @@ class GalerkinSteps:
         moved = x[:nv].times(self.M[:, :nv])
         return _Along(moved.value, moved.by + self._second(along)[:, :nv])
 
-    def _second(self, along: Array) -> Array:
+    def _second(self, along: Array) -> Any:
         """Return how e' along changes with the start, (n, rows, directions), along (n, size).
 
         ``second_partials`` has how gradients change along it; on groups the two are apart by a bracket of increments.
         """
         equations, count, rows = self.equations, len(along), self.rows
+        if self.record is not None:
+            return self.record.change(rows, (self.by, lambda adjoint: self._second_of(along, adjoint)))
         values = {name: array if name == "p" else np.repeat(array, rows, axis=0) for name, array in self.values.items()}
         multipliers = np.tile(-np.eye(rows), (count, 1))
         changes = np.zeros((count * rows, self.directions, 1), equations.dtype)
@@ -233,17 +257,32 @@ class GalerkinSteps:
             found[:, :, :nv] -= self.Jq @ product.bracket_matrix(self.factors, along[:, :nv])
         return found
 
+    def _second_of(self, along: Array, adjoints: Array) -> Array:
+        """Return adjoints (n, rows, functionals) times how e' along changes with the start, (n, directions,
+        functionals)."""
+        changes = np.zeros((len(along), self.directions, 1), self.equations.dtype)
+        changes[:, : self.size, 0] = along
+        of_each = [
+            self.equations.second_partials(self.values, -adjoints[..., number], changes)
+            for number in range(adjoints.shape[2])
+        ]
+        found = np.concatenate(of_each, axis=2)
+        if self._rotating:
+            bracket = self.Jq @ product.bracket_matrix(self.factors, along[:, : self.nv])
+            found[:, : self.nv] -= np.swapaxes(bracket, 1, 2) @ adjoints
+        return found
+
     def _rate(self, theta: _Along, x: _Along) -> _Along:
         """Return T^-1 of theta times x; x where nothing rotates."""
-        found = _Along(x.value.copy(), x.by.copy())
+        if not self._rotating:
+            return x
+        matrix = np.zeros((*theta.value.shape, self.nv), theta.value.dtype)
+        matrix[:] = np.eye(self.nv)
         for factor in self._rotating:
             group, part = group_named(factor.group, factor.v_size), factor.v
-            at = numeric.tangent_inverse(group, theta.value[:, part])
-            found.value[:, part] = (at @ x.value[:, part, np.newaxis])[..., 0]
-            found.by[:, part] = at @ x.by[:, part]
-        if self._rotating:
-            found.by += self._along_group(theta.value, x.value, inverse=True) @ theta.by
-        return found
+            matrix[:, part, part] = numeric.tangent_inverse(group, theta.value[:, part])
+        found = x.times(matrix)
+        return _Along(found.value, found.by + self._along_group(theta.value, x.value, inverse=True) @ theta.by)
 
     def _along_group(self, theta: Array, x: Array, *, inverse: bool = False) -> Array:
         """Return partials in theta of T, or of its inverse, times x, (n, nv, nv); 0 where nothing rotates."""
