@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -208,23 +209,28 @@ class GalerkinSteps:
         found: list[tuple[_Along, _Along]] = []
         carried = self._zero(self.rows)
         theta_carried = self._zero(self.nv)
+        carried_along = np.zeros((len(self.start.t), self.size), self.equations.dtype)
         for of_forces, of_theta in zip(right, theta_right, strict=True):
             b, b_theta = of_forces - carried, of_theta - theta_carried
-            d_theta, d = self._solved(b, b_theta)
+            d_theta, d = self._solved(b, b_theta, carried_along)
             found.append((d_theta, d))
             if len(found) < len(right):
                 theta_carried = d_theta - b_theta
-                carried = self._of_inertia(d).below(d[self.nv :]) - b
+                carried = d[: self.nv].times(self.M[:, : self.nv]).below(d[self.nv :]) - b
+                carried_along = carried_along + self._accelerating(d)
         return found
 
-    def _solved(self, right: _Along, theta_right: _Along) -> tuple[_Along, _Along]:
-        """Return d_theta and (d_v, d_z) of the linear equations of a correction."""
+    def _solved(self, right: _Along, theta_right: _Along, less: Array | None = None) -> tuple[_Along, _Along]:
+        """Return d_theta and (d_v, d_z) of the linear equations of a correction; ``less``: e'' along it is still to be
+        taken from the right side's changes."""
         nv, gain = self.nv, self.gain
         b = right.value - (self.K @ (self.T @ theta_right.value[..., np.newaxis]))[..., 0]
         x = np.linalg.solve(self.matrix, b[..., np.newaxis])[..., 0]
         s = theta_right.value + gain * x[:, :nv]
         d_theta = (self.T @ s[..., np.newaxis])[..., 0]
         along = np.concatenate([gain * d_theta, gain * x[:, :nv], x[:, :nv], gain * x[:, nv:]], axis=1)
+        if less is not None:
+            along += less
         of_T = gain * self._along_group(gain * self.start.v, s) @ self.v_by
         turned = of_T + self.T @ theta_right.by
         by = solved(self.matrix, right.by - self._second(along) - self.K @ turned)
@@ -233,10 +239,14 @@ class GalerkinSteps:
     def _of_inertia(self, x: _Along) -> _Along:
         """Return M of the start times the part of v of a vector."""
         nv = self.nv
-        along = np.zeros((len(x.value), self.size), self.equations.dtype)
-        along[:, 2 * nv : 3 * nv] = x.value[:, :nv]
         moved = x[:nv].times(self.M[:, :nv])
-        return _Along(moved.value, moved.by + self._second(along)[:, :nv])
+        return _Along(moved.value, moved.by + self._second(self._accelerating(x))[:, :nv])
+
+    def _accelerating(self, x: _Along) -> Array:
+        """Return the part of v of a vector as one of accelerations in (q, v, a, z)."""
+        along = np.zeros((len(x.value), self.size), self.equations.dtype)
+        along[:, 2 * self.nv : 3 * self.nv] = x.value[:, : self.nv]
+        return along
 
     def _second(self, along: Array) -> Any:
         """Return how e' along changes with the start, (n, rows, directions), along (n, size).
@@ -246,8 +256,7 @@ class GalerkinSteps:
         equations, count, rows = self.equations, len(along), self.rows
         if self.record is not None:
             return self.record.change(rows, (self.by, lambda adjoint: self._second_of(along, adjoint)))
-        values = {name: array if name == "p" else np.repeat(array, rows, axis=0) for name, array in self.values.items()}
-        multipliers = np.tile(-np.eye(rows), (count, 1))
+        values, multipliers = self._unit_multipliers
         changes = np.zeros((count * rows, self.directions, 1), equations.dtype)
         changes[:, : self.size, 0] = np.repeat(along, rows, axis=0)
         found = equations.second_partials(values, multipliers, changes)
@@ -293,6 +302,13 @@ class GalerkinSteps:
                 change = tangent_along(group, theta[:, part], unit, inverse=inverse)
                 found[:, part, part.start + k] = (change @ x[:, part, np.newaxis])[..., 0]
         return found
+
+    @cached_property
+    def _unit_multipliers(self) -> tuple[dict[str, Array], Array]:
+        """Input blocks at the starts, once for each equation, and what picks it."""
+        rows = self.rows
+        values = {name: array if name == "p" else np.repeat(array, rows, axis=0) for name, array in self.values.items()}
+        return values, np.tile(-np.eye(rows), (len(self.start.t), 1))
 
     @property
     def _rotating(self) -> list[Factor]:
