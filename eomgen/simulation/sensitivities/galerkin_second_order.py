@@ -3,7 +3,9 @@
 The gradient g of a functional is an analytic function of parameters, start and inputs: the steps made linear, their
 transposes, and nothing besides. So the imaginary part of g at directions moved by i h d is h H d, exact but for
 rounding, since no difference is taken (Squire and Trapp 1998; Martins, Sturdza and Alonso 2003). The run itself needs
-no complex numbers: its states move by i h times their tangents along d, which the steps made linear have.
+no complex numbers: its states move by i h times their tangents along d, which the steps made linear have. Adjoints l of
+steps J change by dl = J^T dl' + dJ^T l', where l' is known from the gradient: dJ itself is not needed, only its product
+with l', which recorded steps give for all steps at once.
 
 Derivatives in rotations are left-trivialised, and those along x and y do not commute: D_x D_y g - D_y D_x g is
 D_[x, y] g. Hessians are the mean of both orders, the second derivatives along q o exp(theta).
