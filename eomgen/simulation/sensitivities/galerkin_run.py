@@ -71,16 +71,16 @@ class GalerkinRun(LinearRun[GalerkinPart]):
         """Return what directions change of q, v, the accelerations and z of the start, (size, directions)."""
         blocks = self.blocks(states, self.prescribed(states.t))
         moved = np.concatenate([along.dq, along.dv, np.zeros_like(along.dv), along.dz, along.dp])
-        da = self._accelerations(blocks)[0] @ moved
+        da = self.accelerations(blocks)[0] @ moved
         return np.concatenate([along.dq, along.dv, da, along.dz])
 
     def of_part(self, part: Part) -> GalerkinPart:
-        (states, given), steps = self._steps(part)
+        (states, given), steps = self.steps_of(part)
         by_start, by_parameters = steps.taken()
         blocks = self.blocks(states, given)
-        return GalerkinPart(part.first, states, blocks, by_start, by_parameters, self._accelerations(blocks))
+        return GalerkinPart(part.first, states, blocks, by_start, by_parameters, self.accelerations(blocks))
 
-    def _steps(self, part: Part, *, recorded: bool = False) -> tuple[tuple[States, Prescribed], GalerkinSteps]:
+    def steps_of(self, part: Part, *, recorded: bool = False) -> tuple[tuple[States, Prescribed], GalerkinSteps]:
         """Return what rows of a part have, and its steps."""
         states, given = self.states(part)
         t, step, nodes = states.t[:-1], self.run.grid.step, self.method.nodes
@@ -137,7 +137,7 @@ class GalerkinRun(LinearRun[GalerkinPart]):
             if of_starts is not None:
                 state += of_starts[number]
 
-    def _accelerations(self, blocks: dict[str, Array]) -> Array:
+    def accelerations(self, blocks: dict[str, Array]) -> Array:
         """Return the partials of the accelerations of rows in q, v, a (0), z and the parameters."""
         found, nv = self.equations.partials(blocks), self.equations.nv
         J = np.concatenate([found.Jq, found.Jv, np.zeros_like(found.Ja), found.Jz, found.P], axis=2)[:, :nv]

@@ -101,11 +101,11 @@ class _MovedRun(GalerkinRun):
         rows, memory = (self._increment(of[..., column]) for of in (tangents.rows, tangents.memory))
         self._tangents, stepped = rows, tangents.stepped
         part = Part(stepped.first, stepped.rows, stepped.memory + memory)
-        (states, given), steps = self._steps(part, recorded=True)
+        (states, given), steps = self.steps_of(part, recorded=True)
         linear = LinearPart(part.first, states, self.blocks(states, given))
         of_parameters = np.zeros((len(self.along.dp), len(weights)), complex)
         direct = self.of_rows(linear, self.row_weights(linear, weights), of_parameters)
-        own = self.own(self._accelerations(linear.blocks), direct[1:], of_parameters)
+        own = self.own(self.accelerations(linear.blocks), direct[1:], of_parameters)
         of_starts, by_steps = steps.pulled(adjoints.astype(complex))
         of_parameters += by_steps.sum(axis=0)
         first, ends, starts, parameters = (of.imag / _TINY for of in (direct[0], own, of_starts, of_parameters))
