@@ -276,7 +276,8 @@ def built_in(
     ``start``: as of ``Selection``, where the model is built for runs alone.
     """
     _check_terms(terms)
-    from eomgen.integrators.methods import terms_of  # noqa: PLC0415
+    from eomgen.integrators.families.family import LinearPasses  # noqa: PLC0415
+    from eomgen.integrators.methods import method_named, terms_of  # noqa: PLC0415
     from eomgen.model import Model  # noqa: PLC0415
     from eomgen.scene.joints.unresisted import UNRESISTED  # noqa: PLC0415
 
@@ -320,7 +321,10 @@ def built_in(
             return error.problems[0].what
 
     def built(others: Sequence[str]) -> Model:
-        return built_in(cache, document, others, method, profile, real)
+        own = _method_name(described, method)
+        if isinstance(method_named(own).linear_step, LinearPasses):  # its data are packed as the partials are
+            others = (*others, *terms_of(own, constrained, bool(described.states), "mass" in there))
+        return built_in(cache, document, tuple(dict.fromkeys(others)), method, profile, real)
 
     def in_complex(others: Sequence[str]) -> Library:
         """Return functions in complex numbers, without a stepper."""

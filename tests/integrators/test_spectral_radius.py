@@ -14,6 +14,8 @@ import pytest
 from numpy.typing import NDArray
 
 import eomgen
+from eomgen.integrators.compositions import composition_named
+from eomgen.integrators.families.composition import NAMES as COMPOSITIONS
 from eomgen.integrators.families.register import BUILT_IN
 from eomgen.integrators.methods import method_named
 from eomgen.model import Model
@@ -43,8 +45,12 @@ LIMITS = {"rk4": 2.8, "rk4_partitioned": 2.8, "hermite": 0.6, "rattlie": 1.99}
 ROUNDED = {"rosenbrock": 1e9}
 
 
+#: Methods that refuse damping, and their limits.
+UNDAMPED = {name: 0.999 * composition_named(name).stability_limit for name in COMPOSITIONS}
+
+
 @cache
-def oscillator(constrained: bool) -> Model:
+def oscillator(constrained: bool, damped: bool = True) -> Model:
     """Return a mass on a spring; constrained: one that could move across as well, but for a line that it is held on."""
     scene: dict[str, Any] = {
         "format": 1,
@@ -54,7 +60,7 @@ def oscillator(constrained: bool) -> Model:
         "bodies": {"b": {"mass": 1.0}},
         "joints": {
             "x": {"type": "prismatic", "parent": "base", "child": "b", "axis": [1, 0, 0]}
-            | {"stiffness": "k", "damping": "c"}
+            | {"stiffness": "k", **({"damping": "c"} if damped else {})}
         },
     }
     if constrained:
@@ -97,7 +103,7 @@ def amplification(
     method: str, given: Mapping[str, float], step: float, k: float, c: float, constrained: bool = False
 ) -> Array | None:
     """Return the matrix of one step on (x, v, a), scaled; None where the step is halved or refused."""
-    model = oscillator(constrained)
+    model = oscillator(constrained, damped=method not in UNDAMPED)
     library = model.stepper(method)
     full: dict[str, Any] = dict.fromkeys(("rho_inf", "alpha", "beta", "gamma", "order", "tolerance")) | dict(given)
     chosen = chosen_method(method, full, model.library.layout["defaults"], constrained)
@@ -145,10 +151,10 @@ def test_spectral_radius_on_a_constraint_is_at_most_one(method: str, given: Mapp
 
 @pytest.mark.parametrize(("method", "given"), fixed_steps(constrained=False), ids=named)
 def test_spectral_radius_is_at_most_one(method: str, given: Mapping[str, float]) -> None:
-    limit = LIMITS.get(method, np.inf)
+    limit = (LIMITS | UNDAMPED).get(method, np.inf)
     measured, worst = 0, 0.0
-    for ratio in DAMPING_RATIOS:
-        for phase in PHASES:
+    for ratio in DAMPING_RATIOS if method not in UNDAMPED else (0.0,):
+        for phase in (*PHASES, *([limit] if method in UNDAMPED else [])):
             if phase * (1.0 if ratio <= 0.05 else 2.0 * ratio) > limit:
                 continue
             for step in (1.0, 1e-6):

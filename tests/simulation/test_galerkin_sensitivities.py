@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import eomgen
 from eomgen.errors import UsageError
 from eomgen.scene.builder import SceneBuilder
 from eomgen.simulation.sensitivities import motion
@@ -140,3 +141,11 @@ def test_what_they_have_not_is_refused_by_name() -> None:
     assert "tdg2_adaptive chooses its steps, and where they end moves" in refusal(
         model, 0.05, STEP, method="tdg2_adaptive"
     )
+
+
+@pytest.mark.slow
+def test_a_model_that_is_built_for_the_method_has_them_too() -> None:
+    described = tree().build()
+    own, other = (eomgen.build(described, method=method, profile="quick") for method in ("tdg1", "trapezoidal"))
+    found, expected = (one.sensitivities(0.1, STEP, method="tdg1").gradient("final(angle)") for one in (own, other))
+    np.testing.assert_allclose(list(found.values()), list(expected.values()), rtol=1e-12)

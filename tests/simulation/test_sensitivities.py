@@ -273,6 +273,23 @@ def test_what_has_no_derivatives_is_refused_by_name() -> None:
         assert text in str(caught.value)
     with pytest.raises(UsageError, match=r"weights of angle have the shape \(3,\)"):
         found.gradient({"angle": np.ones(3)})
+    with pytest.raises(UsageError, match="of: there is nothing to take derivatives of"):
+        found.gradients([])
+    assert refusal(model, 0.1, STEP, record_every=4) == (
+        "usage error: record_every: 10 steps are no rows of 4 steps each, and the end of the run would be none of them;"
+        " try: record_every = 2"
+    )
+
+
+def test_derivatives_that_are_no_numbers_are_told() -> None:
+    """A root of a coordinate that begins at zero."""
+    builder = SceneBuilder("root", gravity=[0, 0, 0]).parameter("k", 1.0, tunable=True)
+    builder.body("mass", 1.0).joint("slide", "prismatic", "base", "mass", axis=[1, 0, 0])
+    builder.effort("push", "slide", "k").output("place", formula="sqrt(abs(q.slide))")
+    found = built(builder)[1].sensitivities(0.1, STEP)
+    for ask in (lambda: found.derivatives, lambda: found.gradient("sum(place)")):
+        with pytest.raises(NumericalError, match="derivatives are no finite numbers: somewhere in the run a formula"):
+            ask()
 
 
 def test_events_are_refused_because_their_times_move() -> None:

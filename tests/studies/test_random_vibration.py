@@ -244,6 +244,8 @@ def test_the_command_prints_writes_and_draws(tmp_path: Path, capsys: pytest.Capt
         ({"levels": [np.nan]}, "levels: the level nan is not a finite number; try: levels=[1.5]"),
         ({"times": [np.nan]}, "times: t = nan s is no row of the run"),
         ({"times": [0.333]}, "times: t = 0.333 s is no row of the run; the nearest one is at 0.35 s"),
+        ({"record_every": 7}, "record_every: crossings, largest values and gradients are looked for at every step"),
+        ({"parameters": {"force_z1": 3.0}}, "parameters: force_z1 is a variable of a random process, and the study"),
     ],
 )
 def test_mistakes_are_named(duffing: eomgen.Model, options: dict[str, Any], text: str) -> None:

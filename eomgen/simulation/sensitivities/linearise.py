@@ -80,6 +80,10 @@ def sensitivities(
     outputs = _outputs(model, of)
     grid = time_grid(number_of("t_start", t_start), end, size, chosen.library.real)
     _check(model, chosen, grid, initial)
+    if grid.whole % every:
+        divides = max(part for part in range(1, every + 1) if grid.whole % part == 0)
+        what = f"{grid.whole} steps are no rows of {every} steps each, and the end of the run would be none of them"
+        raise UsageError(Problem("record_every", what, f"record_every = {divides}"))
     refuse_as_inputs(inputs, [motion.name for motion in model.description.motions])
     from_caller = read_signals(inputs, model.inputs, grid.steps, model.input_units)
     names, directions = _directions(model, by, from_caller, grid.whole)

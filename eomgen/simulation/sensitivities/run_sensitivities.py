@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.arrays import Array
 from eomgen.calls import checked_calls
-from eomgen.errors import Problem, UsageError
+from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.simulation.sensitivities import galerkin_second_order, second_order
 from eomgen.simulation.sensitivities.alpha_run import AlphaRun
 from eomgen.simulation.sensitivities.functionals import Functional, Weights, read_functional
@@ -91,7 +91,7 @@ class Sensitivities:
             by_state = run.products(Y, record if whole else record[chosen])
             derivatives.append(by_state + np.tensordot(Yp, run.along.dp[: equations.parameters], 1))
             record = found[-1:]
-        return np.concatenate(derivatives)
+        return _numbers(np.concatenate(derivatives))
 
     def _by_output(self, table: Array) -> dict[str, Array]:
         return {
@@ -124,15 +124,14 @@ class Sensitivities:
         if isinstance(run, AlphaRun):
             known = second_order.gradients(run, weights)
             self._known = (tuple(of), known) if all(isinstance(one, str) for one in of) else None
-            return known.values
+            return _numbers(known.values)
         state = np.zeros((len(run.state), len(weights)))
         of_parameters = np.zeros((len(run.along.dp), len(weights)))
         direct = np.zeros((1, len(run.record), len(weights)))
         for part in map(run.of_part, run.motion.backwards()):
             direct = run.of_rows(part, run.row_weights(part, weights), of_parameters)
             run.take_back(part, direct[1:], state, of_parameters)
-        found: Array = state.T @ run.state + direct[0].T @ run.record + of_parameters.T @ run.along.dp
-        return found
+        return _numbers(state.T @ run.state + direct[0].T @ run.record + of_parameters.T @ run.along.dp)
 
     # -- second derivatives --------------------------------------------------------------------------------------------
 
@@ -165,9 +164,11 @@ class Sensitivities:
         """
         run = self._twice("hessian")
         if isinstance(run, GalerkinRun):
-            return galerkin_second_order.hessians(run, self._weights(of))
-        known = self._known[1] if self._known is not None and self._known[0] == tuple(of) else None
-        return second_order.hessians(run, self._weights(of), known)
+            slopes, bends = galerkin_second_order.hessians(run, self._weights(of))
+        else:
+            known = self._known[1] if self._known is not None and self._known[0] == tuple(of) else None
+            slopes, bends = second_order.hessians(run, self._weights(of), known)
+        return _numbers(slopes), _numbers(bends)
 
     @property
     def keeps_adjoints(self) -> bool:
@@ -214,8 +215,7 @@ class Sensitivities:
             found = galerkin_second_order.hessian_products(run, [weights], columns)[1][0]
         else:
             found = second_order.hessian_products(run, weights, columns)
-        products: Array = found.reshape(vectors.shape)
-        return products
+        return _numbers(found.reshape(vectors.shape))
 
     # -- inputs -------------------------------------------------------------------------------------------------------
 
@@ -276,8 +276,19 @@ class Sensitivities:
         return run
 
     def _weights(self, of: Sequence[Functional]) -> list[Weights]:
+        if not of:
+            raise UsageError(Problem("of", "there is nothing to take derivatives of", '["final(angle)"]'))
         size, rows = sum(map(len, self._components.values())), self._run.motion.steps + 1
         return [read_functional(one, self._components, size, rows) for one in of]
+
+
+def _numbers(found: Array) -> Array:
+    """Return derivatives as they are. Raises NumericalError where they are no numbers."""
+    if not np.isfinite(found).all():
+        what = "derivatives are no finite numbers: somewhere in the run a formula has none (a root, a logarithm or a"
+        what += " power at zero)"
+        raise NumericalError(Problem("sensitivities", what, "eomgen check, which names formulas that are not smooth"))
+    return found
 
 
 def _counted(outputs: Mapping[str, Sequence[int]]) -> dict[str, list[int]]:

@@ -108,6 +108,22 @@ def disagreements(reached: Sequence[MostProbablePoint], form: Distribution, samp
     return notes
 
 
+def against_samples(wanted: Array, form: Distribution, counted: Distribution) -> list[str]:
+    """Return notes on thresholds whose quadratic form gives another probability than samples of the whole
+    distribution, on the side where there are fewer."""
+    notes = []
+    for k, threshold in enumerate(wanted.tolist()):
+        side, sign = ("above", ">") if counted.above[k] <= 0.5 else ("below", "<=")
+        ours, theirs = float(getattr(form, side)[k]), float(getattr(counted, side)[k])
+        error = 0.5 * float(counted.high[k] - counted.low[k]) / 1.96
+        if abs(ours - theirs) > _SURE * error + _LIKE * max(ours, theirs):
+            notes.append(
+                f"P(y {sign} {threshold:.6g}) is {ours:.3g} by the quadratic form and {theirs:.2g} +- {error:.1g} by"
+                " Monte Carlo: trust samples"
+            )
+    return notes
+
+
 def spread(one: Distribution, places: Sequence[int], count: int) -> Distribution:
     """Return a distribution of all thresholds, not a number where one has no point."""
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Collection, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy import special
@@ -52,6 +52,22 @@ def check_samples(**counts: int) -> None:
         if 0 < count < FEWEST:
             what = f"of {count} samples no error is known: {FEWEST} are the least"
             raise UsageError(Problem(name, what, f"{name}=1000, or 0 for none"))
+
+
+def checked_options(given: Mapping[str, Any], variables: Collection[str]) -> dict[str, Any]:
+    """Return options of runs, which record every step: crossings, largest values and directions are looked for in rows.
+
+    Raises UsageError for rows that are farther apart, and for values of what the study goes over.
+    """
+    if given.get("record_every") not in (None, 1):
+        what = "crossings, largest values and gradients are looked for at every step"
+        raise UsageError(Problem("record_every", what, "without it"))
+    parameters = given.get("parameters")
+    held = [name for name in parameters if name in variables] if isinstance(parameters, Mapping) else []
+    if held:
+        what = f"{held[0]} is a variable of a random process, and the study goes over all its values"
+        raise UsageError(Problem("parameters", what, f'simulate(parameters={{"{held[0]}": ...}}), one run'))
+    return {**given, "record_every": 1}
 
 
 def check_levels(levels: Sequence[float]) -> None:

@@ -21,6 +21,7 @@ from eomgen.reliability import (
     points_on_curve,
 )
 from eomgen.studies.vibration.distributions import (
+    against_samples,
     at_points,
     disagreements,
     doubts_of,
@@ -33,10 +34,12 @@ from eomgen.studies.vibration.distributions import (
 )
 from eomgen.studies.vibration.findings import Cost, Distribution
 from eomgen.studies.vibration.inputs import (
+    FEWEST,
     check_counts,
     check_levels,
     check_output,
     check_samples,
+    checked_options,
     doubts_of_spread,
     processes_of,
     span_of,
@@ -113,7 +116,7 @@ def random_vibration(
     span = span_of(model, at, step)
     processes, variables = processes_of(model)
     check_output(model, output)
-    study = _Study(RunResponse(model, variables, output, span, options), seed)
+    study = _Study(RunResponse(model, variables, output, span, checked_options(options, variables)), seed)
     forms = study.expansions(projected, whole, pairs)
     form = forms["second_order" if whole else "projected"]
     best = forms.get("hermite", form)
@@ -125,6 +128,9 @@ def random_vibration(
     passage: dict[float, dict[str, float]] = {float(level): {} for level in levels}
     if samples:
         study.by_samples(samples, wanted, passage)
+        if points:
+            counted = study.distributions["monte_carlo"]
+            study.notes += against_samples(wanted, study.distributions["quadratic"], counted)
     covariance = study.along(times, passage, forms) if len(times) or levels else {}
     study.check_form(form)
     if study.response.reason:
@@ -250,8 +256,8 @@ class _Study:
             normal = np.random.default_rng(self.seed).standard_normal((count, self.response.size))
             y, highest = self.response.samples(normal)
         failed = int(np.count_nonzero(~np.isfinite(y)))
-        if failed == count:
-            what = f"all {count} samples of Monte Carlo fail"
+        if count - failed < FEWEST:
+            what = f"{'all' if failed == count else f'{failed} of'} {count} samples of Monte Carlo fail"
             raise NumericalError(what, "smaller steps, or a scene that runs")
         found = of_samples(y[np.isfinite(y)], wanted)
         self.distributions["monte_carlo"], self.moments["monte_carlo"] = found
