@@ -354,6 +354,7 @@ SYMBOLIC = (
 
 # -- eomgen by its own goals -------------------------------------------------------------------------------------------
 
+COMPILERS = "gcc takes 1.7 s of processor time on two cores, after 0.7 s in which Python imports and reads"
 WITH_LANES, SCALAR = "eomgen, lanes", "eomgen, scalar"
 DASK, THREADS = "eomgen, four processes of Dask", "eomgen, two threads"
 
@@ -437,7 +438,7 @@ OWN_GOALS = (
         "build",
         "nothing: the library loads",
         _own({"work": "build"}, {}, "wall"),
-        goals=(Goal(0.9),),
+        goals=(Goal(0.9, COMPILERS),),
     ),
 )
 
