@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -131,6 +131,17 @@ def symbols(formula: Formula) -> frozenset[Symbol]:
     if isinstance(formula, Operation):
         return frozenset().union(*(symbols(argument) for argument in formula.arguments))
     return frozenset()
+
+
+def comparisons(formula: Formula) -> Iterator[Formula]:
+    """Yield the comparisons and signs in a formula, which jump from one value to another."""
+    if isinstance(formula, Application):
+        yield from comparisons(formula.argument)
+    elif isinstance(formula, Operation):
+        if formula.name in ("lt", "le", "sign"):
+            yield formula
+        for argument in formula.arguments:
+            yield from comparisons(argument)
 
 
 def values_of_parameters(formula: Formula, values: Mapping[str, float]) -> tuple[tuple[str, float], ...]:

@@ -281,6 +281,19 @@ def test_what_has_no_derivatives_is_refused_by_name() -> None:
     )
 
 
+def test_parameters_that_move_the_instant_of_a_jump_are_refused() -> None:
+    builder = SceneBuilder("late", gravity=[0, 0, 0]).parameter("k", 2.0, tunable=True)
+    builder.parameter("start", 0.055, tunable=True).body("mass", 1.0)
+    builder.joint("slide", "prismatic", "base", "mass", axis=[1, 0, 0]).output("place", formula="q.slide")
+    builder.effort("push", "slide", "k * max(t - start, 0) + (3 if t > start else 0)")
+    _, model = built(builder)
+    assert refusal(model, 0.1, STEP, by=["k", "start"]) == (
+        "usage error: by: start moves the instant at which a formula takes another branch, and that is not in"
+        " derivatives; try: a smooth law in its place, max(t - start, 0) for a ramp"
+    )
+    assert model.sensitivities(0.1, STEP, by=["k"]).gradient("final(place)")["k"] > 0.0
+
+
 def test_derivatives_that_are_no_numbers_are_told() -> None:
     """A root of a coordinate that begins at zero."""
     builder = SceneBuilder("root", gravity=[0, 0, 0]).parameter("k", 1.0, tunable=True)

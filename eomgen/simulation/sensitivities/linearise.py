@@ -16,7 +16,7 @@ from eomgen.compiled.initial_state import InitialState, check_initial, initial_s
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
-from eomgen.formula.evaluate import symbols
+from eomgen.formula.evaluate import comparisons, symbols
 from eomgen.integrators.families.family import LinearPasses, LinearStep
 from eomgen.integrators.methods import METHOD_NAMES, Method, method_named
 from eomgen.simulation.motions import refuse_as_inputs
@@ -89,6 +89,7 @@ def sensitivities(
     names, directions = _directions(model, by, from_caller, grid.whole)
     parameter_names = [list(model.parameters)[column] for column in directions.columns["p"]]
     _check_formulas(model, from_caller, parameter_names)
+    _check_switches(model, parameter_names)
     chosen.check_span(model, None if parameters is None else p, from_caller, grid)
     signals = InputSignals(model.inputs, from_caller, scene_inputs(model, p), size, grid.start, chosen.left_to_stepper)
     run = Run(model, chosen.name, chosen.method, chosen.settings_at(size), p, signals, grid, every)
@@ -271,6 +272,21 @@ def _check_formulas(model: CompiledModel, given: Collection[str], by: Sequence[s
         if inside:
             what = f"the input {item.name} is given, but derivatives by {inside[0]} are those of its formula"
             raise UsageError(Problem("inputs", what, f"by=... without {inside[0]}, or {item.name} by its formula"))
+
+
+def _check_switches(model: CompiledModel, by: Sequence[str]) -> None:
+    """Raise UsageError for a comparison of time with a parameter of ``by``: the instant at which a formula takes
+    another branch moves with it, which no partial derivative shows."""
+    of_inputs = [item.formula for item in model.description.inputs if item.formula is not None]
+    for formula in (*model.description.formulas, *of_inputs):
+        for condition in comparisons(formula):
+            inside = symbols(condition)
+            name = next((one.name for one in inside if one.kind == "parameter" and one.name in by), "")
+            if name and any(one.kind == "time" for one in inside):
+                what = (
+                    f"{name} moves the instant at which a formula takes another branch, and that is not in derivatives"
+                )
+                raise UsageError(Problem("by", what, "a smooth law in its place, max(t - start, 0) for a ramp"))
 
 
 def _linear_step(name: str, method: Method, internal: bool) -> LinearStep | LinearPasses:
