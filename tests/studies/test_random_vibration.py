@@ -12,10 +12,13 @@ import pytest
 from scipy.stats import norm
 
 import eomgen
+from eomgen.arrays import Array
 from eomgen.cli import main
 from eomgen.errors import NumericalError, UsageError
 from eomgen.scene.load import load_toml
 from eomgen.studies import RandomVibration, random_vibration
+from eomgen.studies.vibration.distributions import against_samples
+from eomgen.studies.vibration.findings import Distribution
 from eomgen.studies.vibration.inputs import processes_of
 from eomgen.studies.vibration.over_time import first_passage
 from eomgen.studies.vibration.run_response import RunResponse
@@ -323,3 +326,26 @@ def test_rates_of_crossings_are_the_closed_forms() -> None:
     assert drift == pytest.approx(of(norm.cdf(b) - norm.cdf(b - 0.8)), rel=1e-5)
     growing = first_passage(t, none, (1.0 + t)[:, None], b)
     assert growing == pytest.approx(of(norm.cdf(b) - norm.cdf(b / 3.0)), rel=1e-5)
+
+
+def test_forms_are_held_against_samples_on_the_rarer_side() -> None:
+    """Of 1000 samples 33 are above the first threshold and 500 above the second."""
+    below, none = np.array([0.967, 0.5]), np.array([])
+    counted = Distribution(below, 1.0 - below, below - 0.012, below + 0.012)
+    near, far = (
+        Distribution(1.0 - above, above, none, none) for above in (np.array([0.03, 0.49]), np.array([0.0118, 0.5]))
+    )
+    assert against_samples(np.array([1.5, 0.9]), near, counted) == []
+    assert against_samples(np.array([1.5, 0.9]), far, counted) == [
+        "P(y > 1.5) is 0.0118 by the quadratic form and 0.033 +- 0.002 by Monte Carlo: trust samples"
+    ]
+
+
+def test_few_good_samples_are_no_statistics(duffing: eomgen.Model, monkeypatch: pytest.MonkeyPatch) -> None:
+    def failing(self: RunResponse, points: Array) -> tuple[Array, Array]:
+        y = np.where(np.arange(len(points)) < 19, points[:, 0], np.nan)
+        return y, y
+
+    monkeypatch.setattr(RunResponse, "samples", failing)
+    with pytest.raises(NumericalError, match="81 of 100 samples of Monte Carlo fail"):
+        random_vibration(duffing, "x", 1.0, 0.05, method="trapezoidal", samples=100, points=False)

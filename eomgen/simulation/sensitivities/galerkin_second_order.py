@@ -113,7 +113,7 @@ class _MovedRun(GalerkinRun):
 
     def states(self, part: Part) -> tuple[States, Prescribed]:
         real, _ = super().states(part)
-        assert self._tangents is not None
+        assert self._tangents is not None  # for mypy: whoever takes states has set them
         moved = _moved(self.equations.model.factors, real, self._tangents)
         return moved, self.prescribed(moved.t)
 

@@ -121,7 +121,7 @@ class GalerkinSteps:
     def pulled(self, adjoints: Array) -> tuple[Array, Array]:
         """Return what adjoints (n, size, functionals) of the ends of recorded steps make of their starts, and of the
         parameters, (n, parameters, functionals)."""
-        assert self.record is not None
+        assert self.record is not None  # for mypy: steps that are pulled back are made with a record
         found = self.record.pulled(self._passed(), adjoints)
         return found[:, : self.size], found[:, self.size :]
 

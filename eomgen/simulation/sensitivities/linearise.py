@@ -89,7 +89,7 @@ def sensitivities(
     names, directions = _directions(model, by, from_caller, grid.whole)
     parameter_names = [list(model.parameters)[column] for column in directions.columns["p"]]
     _check_formulas(model, from_caller, parameter_names)
-    _check_switches(model, parameter_names)
+    _check_switches(model, from_caller, parameter_names)
     chosen.check_span(model, None if parameters is None else p, from_caller, grid)
     signals = InputSignals(model.inputs, from_caller, scene_inputs(model, p), size, grid.start, chosen.left_to_stepper)
     run = Run(model, chosen.name, chosen.method, chosen.settings_at(size), p, signals, grid, every)
@@ -274,10 +274,11 @@ def _check_formulas(model: CompiledModel, given: Collection[str], by: Sequence[s
             raise UsageError(Problem("inputs", what, f"by=... without {inside[0]}, or {item.name} by its formula"))
 
 
-def _check_switches(model: CompiledModel, by: Sequence[str]) -> None:
+def _check_switches(model: CompiledModel, given: Collection[str], by: Sequence[str]) -> None:
     """Raise UsageError for a comparison of time with a parameter of ``by``: the instant at which a formula takes
     another branch moves with it, which no partial derivative shows."""
-    of_inputs = [item.formula for item in model.description.inputs if item.formula is not None]
+    own = [item for item in model.description.inputs if item.name not in given]
+    of_inputs = [item.formula for item in own if item.formula is not None]
     for formula in (*model.description.formulas, *of_inputs):
         for condition in comparisons(formula):
             inside = symbols(condition)

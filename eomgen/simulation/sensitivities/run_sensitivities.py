@@ -91,7 +91,7 @@ class Sensitivities:
             by_state = run.products(Y, record if whole else record[chosen])
             derivatives.append(by_state + np.tensordot(Yp, run.along.dp[: equations.parameters], 1))
             record = found[-1:]
-        return _numbers(np.concatenate(derivatives))
+        return _finite(np.concatenate(derivatives))
 
     def _by_output(self, table: Array) -> dict[str, Array]:
         return {
@@ -124,14 +124,14 @@ class Sensitivities:
         if isinstance(run, AlphaRun):
             known = second_order.gradients(run, weights)
             self._known = (tuple(of), known) if all(isinstance(one, str) for one in of) else None
-            return _numbers(known.values)
+            return _finite(known.values)
         state = np.zeros((len(run.state), len(weights)))
         of_parameters = np.zeros((len(run.along.dp), len(weights)))
         direct = np.zeros((1, len(run.record), len(weights)))
         for part in map(run.of_part, run.motion.backwards()):
             direct = run.of_rows(part, run.row_weights(part, weights), of_parameters)
             run.take_back(part, direct[1:], state, of_parameters)
-        return _numbers(state.T @ run.state + direct[0].T @ run.record + of_parameters.T @ run.along.dp)
+        return _finite(state.T @ run.state + direct[0].T @ run.record + of_parameters.T @ run.along.dp)
 
     # -- second derivatives --------------------------------------------------------------------------------------------
 
@@ -168,7 +168,7 @@ class Sensitivities:
         else:
             known = self._known[1] if self._known is not None and self._known[0] == tuple(of) else None
             slopes, bends = second_order.hessians(run, self._weights(of), known)
-        return _numbers(slopes), _numbers(bends)
+        return _finite(slopes), _finite(bends)
 
     @property
     def keeps_adjoints(self) -> bool:
@@ -215,7 +215,7 @@ class Sensitivities:
             found = galerkin_second_order.hessian_products(run, [weights], columns)[1][0]
         else:
             found = second_order.hessian_products(run, weights, columns)
-        return _numbers(found.reshape(vectors.shape))
+        return _finite(found.reshape(vectors.shape))
 
     # -- inputs -------------------------------------------------------------------------------------------------------
 
@@ -282,7 +282,7 @@ class Sensitivities:
         return [read_functional(one, self._components, size, rows) for one in of]
 
 
-def _numbers(found: Array) -> Array:
+def _finite(found: Array) -> Array:
     """Return derivatives as they are. Raises NumericalError where they are no numbers."""
     if not np.isfinite(found).all():
         what = "derivatives are no finite numbers: somewhere in the run a formula has none (a root, a logarithm or a"
