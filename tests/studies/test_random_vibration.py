@@ -329,12 +329,11 @@ def test_rates_of_crossings_are_the_closed_forms() -> None:
 
 
 def test_forms_are_held_against_samples_on_the_rarer_side() -> None:
-    """Of 1000 samples 33 are above the first threshold and 500 above the second."""
+    """Of 10 000 samples 330 are above the first threshold and 5000 above the second."""
     below, none = np.array([0.967, 0.5]), np.array([])
-    counted = Distribution(below, 1.0 - below, below - 0.012, below + 0.012)
-    near, far = (
-        Distribution(1.0 - above, above, none, none) for above in (np.array([0.03, 0.49]), np.array([0.0118, 0.5]))
-    )
+    counted = Distribution(below, 1.0 - below, below - 0.0035, below + 0.0035)
+    shares = np.array([[0.03, 0.499], [0.0118, 0.5]])
+    near, far = (Distribution(1.0 - above, above, none, none) for above in shares)
     assert against_samples(np.array([1.5, 0.9]), near, counted) == []
     assert against_samples(np.array([1.5, 0.9]), far, counted) == [
         "P(y > 1.5) is 0.0118 by the quadratic form and 0.033 +- 0.002 by Monte Carlo: trust samples"
