@@ -99,6 +99,7 @@ DOORS: dict[str, set[str]] = {
         "threads",
         "toolchain",
     },
+    "sampling": {"arrays", "errors", "fields", "figures", "files", "formula", "progress", "scene", "text"},
     # a compiled model, and what it can do
     "compiled": {
         "arrays",
@@ -254,6 +255,7 @@ DOORS: dict[str, set[str]] = {
         "progress",
         "results",
         "road_classes",
+        "sampling",
         "scene",
         "simulation",
         "spectra",
@@ -378,10 +380,11 @@ ORDER: dict[str, tuple[str, ...]] = {
     ),
     "fields": (
         "diagnostics mesh",
-        "cells operators",
+        "cells operators record",
         "posterior",
         "sampling",
     ),
+    "sampling": ("problem", "result", "plots run"),
     "waves": (
         "derivation derived",
         "pairs",

@@ -34,6 +34,7 @@ VERBS: dict[str, tuple[str, str]] = {
     "ensemble": ("Run many samples of what varies: statistics and sensitivities.", "eomgen.cli.ensemble"),
     "random": ("Distribution of an output under random processes, and its tails.", "eomgen.cli.random"),
     "identify": ("Unknown parameters of a scene from measured runs, with intervals.", "eomgen.cli.identify"),
+    "sample": ("Sample fields on a mesh from their posterior, by Hamiltonian Monte Carlo.", "eomgen.cli.sample"),
     "animate": ("Write the motion as one HTML page in three dimensions.", "eomgen.cli.animate"),
     "tradeoff": ("Measure speed against accuracy: methods, formulations, steps.", "eomgen.cli.tradeoff"),
     "tune": ("Find the cheapest settings that meet a demand on the error.", "eomgen.cli.tune"),

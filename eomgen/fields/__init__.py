@@ -16,7 +16,8 @@ from eomgen.fields.operators import (
     white,
 )
 from eomgen.fields.posterior import FieldPosterior, Mode
-from eomgen.fields.sampling import Sampler, Samples, follow
+from eomgen.fields.record import Outcome, Record, Samples
+from eomgen.fields.sampling import Sampler, follow
 
 __all__ = [
     "OPERATORS",
@@ -25,6 +26,8 @@ __all__ = [
     "LinearOperator",
     "Mesh",
     "Mode",
+    "Outcome",
+    "Record",
     "Sampler",
     "Samples",
     "amplitude",

@@ -133,16 +133,11 @@ class Mesh:
         (k, power) : (bins,) each
             Mean |k| of the amplitudes in each bin; NaN where there are none.
         """
-        nyquist = min(math.pi * count / length for count, length in zip(self.cells, self.lengths, strict=True))
+        number, inside, count, mean = _binned(self, bins)
         weights = np.broadcast_to(self.weights, self.half)
-        number = np.ceil(self.wave_numbers / nyquist * bins - 1e-12).astype(int).ravel() - 1
-        inside = (number >= 0) & (number < bins)
-        sums = [
-            np.bincount(number[inside], (weights * values).ravel()[inside], bins)
-            for values in (np.ones(self.half), self.wave_numbers, np.abs(spectrum) ** 2)
-        ]
+        found = np.bincount(number, (weights * np.abs(spectrum) ** 2).ravel()[inside], bins)
         with np.errstate(invalid="ignore"):
-            return sums[1] / sums[0], sums[2] / sums[0]
+            return mean.copy(), found / count
 
     def require_memory(self, spectra: int, fields: int, purpose: str) -> int:
         """Return the bytes of so many half spectra of complex numbers and fields of doubles.
@@ -161,3 +156,19 @@ class Mesh:
             )
             raise ModelError(Problem("memory", what, "fewer cells"))
         return needed
+
+
+@functools.lru_cache(maxsize=4)
+def _binned(mesh: Mesh, bins: int) -> tuple[NDArray[np.int64], NDArray[np.bool_], Array, Array]:
+    """Return the bin of each amplitude that is in one, which are, and their number and mean |k| in each bin."""
+    nyquist = min(math.pi * count / length for count, length in zip(mesh.cells, mesh.lengths, strict=True))
+    weights = np.broadcast_to(mesh.weights, mesh.half)
+    number = np.ceil(mesh.wave_numbers / nyquist * bins - 1e-12).astype(int).ravel() - 1
+    inside = (number >= 0) & (number < bins)
+    number = number[inside]
+    count, of_k = (
+        np.bincount(number, (weights * values).ravel()[inside], bins)
+        for values in (np.ones(mesh.half), mesh.wave_numbers)
+    )
+    with np.errstate(invalid="ignore"):
+        return number, inside, np.asarray(count, float), of_k / count

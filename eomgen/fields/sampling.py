@@ -14,20 +14,21 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
 from eomgen.calls import checked_calls
 from eomgen.errors import FileError, NumericalError, Problem, UsageError
-from eomgen.fields.diagnostics import autocorrelation_time, split_r_hat
 from eomgen.fields.mesh import Complex
+from eomgen.fields.operators import LinearOperator
 from eomgen.fields.posterior import FieldPosterior
+from eomgen.fields.record import Outcome, Record, Samples
 from eomgen.files import read_arrays, write_arrays
 from eomgen.integrators.compositions import Composition, composition_named
 
@@ -42,6 +43,10 @@ _WATCHED = 20
 _HALVINGS = 30
 
 First = Literal["random", "drift", "kick"]
+#: Asked between gradients whether to stop.
+Stop = Callable[[], bool]
+#: Told of each trajectory: the chain, how it ended, and U where the chain is now.
+Seen = Callable[[int, Outcome, float], None]
 
 
 def follow(
@@ -52,98 +57,33 @@ def follow(
     spectrum: Complex,
     momenta: Complex,
     inverse_mass: Array | None = None,
-) -> None:
-    """Move a white field and its momenta in place by steps of a composition."""
+    stop: Stop | None = None,
+) -> bool:
+    """Move a white field and its momenta in place by steps of a composition; return whether to the end, which is not so
+    where ``stop`` says so between two parts."""
     for part, fraction in method.parts(steps):
+        if stop is not None and stop():
+            return False
         if part == "drift":
             posterior.drift(step * fraction, inverse_mass, momenta, spectrum)
         else:
             posterior.add_gradient(-step * fraction, spectrum, momenta)
-
-
-@dataclass(frozen=True)
-class Samples:
-    """What chains have drawn, first axes (chains, samples).
-
-    Attributes
-    ----------
-    accepted : whether the end of a trajectory was taken
-    energy_errors : dH of each trajectory; infinite where numbers ended
-    potential : U of the samples
-    gradients : evaluations of the gradient, of each trajectory
-    cells : values of the field that is watched in the cells that are watched, (chains, samples, cells)
-    power : mean |amplitude|^2 of it by bins of k, (chains, samples, bins)
-    wave_numbers : (bins,)
-    mean, deviation : of all samples of it in each cell, shape of the mesh
-    steps : size of a step of each chain, before it is varied
-    """
-
-    accepted: NDArray[np.bool_]
-    energy_errors: Array
-    potential: Array
-    gradients: NDArray[np.int64]
-    cells: Array
-    power: Array
-    wave_numbers: Array
-    mean: Array
-    deviation: Array
-    steps: Array
-
-    @property
-    def acceptance(self) -> float:
-        """Part of the trajectories whose ends were taken."""
-        return float(np.mean(self.accepted))
-
-    @property
-    def mean_energy_error(self) -> float:
-        """Mean of dH: not below 0, and half its variance where steps are small."""
-        return float(np.mean(self.energy_errors))
-
-    @property
-    def mean_weight(self) -> tuple[float, float]:
-        """Mean of exp(-dH), and its standard error: 1 at stationarity, whatever the step."""
-        weights = np.exp(-np.maximum(self.energy_errors, -700.0)).ravel()
-        return float(weights.mean()), float(weights.std(ddof=1) / math.sqrt(weights.size))
-
-    @property
-    def expected_acceptance(self) -> float:
-        """erfc(sqrt(mean dH)/2): the acceptance that normal errors of this mean give."""
-        return math.erfc(math.sqrt(max(self.mean_energy_error, 0.0)) / 2.0)
-
-    @property
-    def r_hat(self) -> float:
-        """Largest split R-hat of the cells and bins of k that are watched."""
-        return float(np.nanmax(np.concatenate([split_r_hat(self.cells), split_r_hat(self.power)])))
-
-    @property
-    def autocorrelation(self) -> tuple[float, float]:
-        """Integrated autocorrelation times in trajectories: mean of the cells, and of the worst bin of k."""
-        return float(np.mean(autocorrelation_time(self.cells))), float(np.nanmax(autocorrelation_time(self.power)))
-
-    @property
-    def gradients_per_sample(self) -> tuple[float, float]:
-        """Gradients for each independent sample: of the cells, and of the worst bin of k."""
-        each = float(np.mean(self.gradients))
-        of_cells, worst = self.autocorrelation
-        return each * max(of_cells, 1.0), each * max(worst, 1.0)
+    return True
 
 
 @dataclass
 class _Chain:
-    """Where a chain is: its white field, U there, trajectories so far, and the size of its steps."""
+    """Where a chain is: its white field, U there, trajectories so far, and the size of its steps; of a warm-up that has
+    not ended its trajectories, halvings of the step, and logarithms of steps."""
 
     number: int
     spectrum: Complex
     potential: float
     step: float
     trajectories: int = 0
-
-
-@dataclass(frozen=True)
-class _Outcome:
-    error: float
-    accepted: bool
-    gradients: int
+    warmed: int = 0
+    halvings: int = 0
+    tried: list[float] = field(default_factory=list)
 
 
 @checked_calls()
@@ -169,6 +109,7 @@ class Sampler:
         a warm-up, where they come; infinite for none.
     chains : int
     start : {"mode", "prior", "zero"}, or spectra of white fields, one for each chain
+        None: nowhere, until ``restore``.
     seed : int
     watched : cells, as numbers of the flattened mesh, whose values are kept; 64 evenly spread ones by default
     bins : of wave numbers, for power spectra
@@ -190,7 +131,7 @@ class Sampler:
         jitter: float = 0.2,
         guard: float = 0.9,
         chains: int = 1,
-        start: str | Sequence[Complex] = "mode",
+        start: str | Sequence[Complex] | None = "mode",
         seed: int = 0,
         watched: ArrayLike | None = None,
         bins: int = 8,
@@ -222,12 +163,16 @@ class Sampler:
         self.chains: list[_Chain] = []
         self._momenta = np.empty(posterior.mesh.half, complex)
         self._moved = np.empty(posterior.mesh.half, complex)
+        if start is None:
+            self.chains = [_Chain(k, np.zeros(posterior.mesh.half, complex), 0.0, 0.0) for k in range(chains)]
+            return
         for number, spectrum in enumerate(self._starts(start, chains)):
             potential = posterior.energy(spectrum)
             if not math.isfinite(potential):
                 what = f"U is {potential} where chain {number} starts"
                 raise NumericalError(Problem("Sampler: start", what, '"mode"'))
-            self.frequency = max(self.frequency, posterior.largest_frequency(spectrum, self.mass))
+            if not number or not isinstance(start, str) or start == "prior":  # else all start in one place
+                self.frequency = max(self.frequency, posterior.largest_frequency(spectrum, self.mass))
             self.chains.append(_Chain(number, spectrum, potential, 0.0))
         for chain in self.chains:
             chain.step = min(step or 0.5 * self.largest_step, self.largest_step)
@@ -238,31 +183,71 @@ class Sampler:
         limit = min(method.stability_limit for method in self.methods)
         return self.guard * limit / (self.frequency * (1.0 + self.jitter))
 
-    def warm_up(self, trajectories: int, acceptance: float = 0.0) -> None:
+    def warm_up(
+        self,
+        trajectories: int,
+        acceptance: float = 0.0,
+        *,
+        adapt: bool = True,
+        goes_on: bool = False,
+        stop: Stop | None = None,
+        seen: Seen | None = None,
+    ) -> bool:
         """Make trajectories that are not kept, and change steps for an acceptance; 0: the best for the method's order.
 
         Steps are halved until a trajectory is accepted, and then changed less and less. The step that is left is the
         geometric mean of the second half.
+
+        Parameters
+        ----------
+        trajectories : of each chain
+        adapt : bool
+            Whether steps are changed.
+        goes_on : bool
+            Whether a warm-up that was stopped goes on; ``trajectories`` are those of the whole of it then.
+        stop, seen : callables
+            Asked between gradients whether to stop; told of each trajectory the chain, how it ended, and U.
+
+        Returns
+        -------
+        bool
+            Whether it has come to its end.
         """
         target = acceptance or BEST_ACCEPTANCE.get(self.methods[0].order, 0.9)
-        for chain in self.chains:
-            kept: list[float] = []
-            halvings = 0
-            for count in range(trajectories):
-                outcome = self._trajectory(chain)
-                if outcome.accepted and (count + 1) % _WATCHED == 0:
-                    seen = self.posterior.largest_frequency(chain.spectrum, self.mass)
-                    self.frequency = max(self.frequency, seen)
-                if not kept and not outcome.accepted and halvings < _HALVINGS:
-                    halvings += 1
-                    chain.step /= 2.0
+        if not goes_on:
+            for chain in self.chains:
+                chain.warmed, chain.halvings, chain.tried = 0, 0, []
+        for count in range(trajectories):
+            for chain in self.chains:
+                if chain.warmed > count:
                     continue
-                probability = math.exp(-max(outcome.error, 0.0))
-                gain = 1.0 / math.sqrt(1.0 + len(kept))
-                chain.step = min(chain.step * math.exp(gain * (probability - target)), self.largest_step)
-                kept.append(math.log(chain.step))
-            if kept:
+                outcome = self._trajectory(chain, stop)
+                if outcome is None:
+                    return False
+                chain.warmed += 1
+                if outcome.accepted and chain.warmed % _WATCHED == 0:
+                    found = self.posterior.largest_frequency(chain.spectrum, self.mass)
+                    self.frequency = max(self.frequency, found)
+                if adapt:
+                    self._adapt(chain, outcome, target)
+                if seen is not None:
+                    seen(chain.number, outcome, chain.potential)
+        for chain in self.chains:
+            if kept := chain.tried:
                 chain.step = min(math.exp(float(np.mean(kept[len(kept) // 2 :]))), self.largest_step)
+            chain.tried = []
+        return True
+
+    def _adapt(self, chain: _Chain, outcome: Outcome, target: float) -> None:
+        """Change a chain's step after a trajectory of a warm-up."""
+        if not chain.tried and not outcome.accepted and chain.halvings < _HALVINGS:
+            chain.halvings += 1
+            chain.step /= 2.0
+            return
+        probability = math.exp(-max(outcome.error, 0.0))
+        gain = 1.0 / math.sqrt(1.0 + len(chain.tried))
+        chain.step = min(chain.step * math.exp(gain * (probability - target)), self.largest_step)
+        chain.tried.append(math.log(chain.step))
 
     def draw(self, samples: int, field: str = "") -> Samples:
         """Return the next samples of all chains, of the first field or of the one that is named.
@@ -272,43 +257,46 @@ class Sampler:
         UsageError
             No field has the name, or there are none.
         """
+        record = self.record(samples)
+        self.fill(record, field)
+        return record.samples(self.steps)
+
+    def record(self, samples: int) -> Record:
+        """Return what takes so many samples of each chain."""
+        return Record(self.posterior.mesh, len(self.chains), samples, self.watched, self.bins)
+
+    @property
+    def steps(self) -> Array:
+        """Size of a step of each chain, before it is varied."""
+        return np.array([chain.step for chain in self.chains])
+
+    def fill(self, record: Record, field: str = "", *, stop: Stop | None = None, seen: Seen | None = None) -> bool:
+        """Draw samples until a record is full, one of each chain in turn; return whether it is. Arguments as of
+        ``draw`` and ``warm_up``."""
         names = list(self.posterior.operators)
         if (field or not names) and field not in names:
             what = f"there is no field {field!r}" if field else "there is no field to watch"
             raise UsageError(Problem("Sampler.draw: field", what, ", ".join(names) or "fields of the posterior"))
-        operator = self.posterior.operators[field or names[0]]
-        shape = (len(self.chains), samples)
-        mesh = self.posterior.mesh
-        errors, potential, accepted = np.empty(shape), np.empty(shape), np.empty(shape, bool)
-        gradients = np.empty(shape, np.int64)
-        cells, power = np.empty((*shape, len(self.watched))), np.empty((*shape, self.bins))
-        mean, squares, seen = np.zeros(mesh.cells), np.zeros(mesh.cells), 0
-        numbers = np.empty(self.bins)
-        for chain in self.chains:
-            for place in range(samples):
-                at = (chain.number, place)
-                outcome = self._trajectory(chain)
-                errors[at], accepted[at], gradients[at] = outcome.error, outcome.accepted, outcome.gradients
-                potential[at] = chain.potential
-                values = operator.apply(chain.spectrum)
-                cells[at] = values.ravel()[self.watched]
-                numbers, power[at] = mesh.power(mesh.spectrum(values), self.bins)
-                seen += 1
-                change = values - mean
-                mean += change / seen
-                squares += change * (values - mean)
-        deviation = np.sqrt(squares / max(seen - 1, 1))
-        steps = np.array([chain.step for chain in self.chains])
-        return Samples(accepted, errors, potential, gradients, cells, power, numbers, mean, deviation, steps)
+        operator: LinearOperator = self.posterior.operators[field or names[0]]
+        for place in range(record.size):
+            for chain in self.chains:
+                if record.counts[chain.number] > place:
+                    continue
+                outcome = self._trajectory(chain, stop)
+                if outcome is None:
+                    return False
+                record.add(chain.number, outcome, chain.potential, operator.apply(chain.spectrum))
+                if seen is not None:
+                    seen(chain.number, outcome, chain.potential)
+        return True
 
     def _stream(self, chain: int, word: int) -> np.random.Generator:
         return np.random.Generator(np.random.Philox(key=[self.seed, chain], counter=[0, 0, 0, word]))
 
-    def _trajectory(self, chain: _Chain) -> _Outcome:
-        """Move a chain by one trajectory."""
+    def _trajectory(self, chain: _Chain, stop: Stop | None = None) -> Outcome | None:
+        """Move a chain by one trajectory; None, and nothing has moved, where it was stopped."""
         posterior = self.posterior
         stream = self._stream(chain.number, chain.trajectories)
-        chain.trajectories += 1
         uniform = stream.random(4)
         method = self.methods[int(uniform[0] * len(self.methods))]
         step = chain.step * (1.0 + self.jitter * (2.0 * uniform[1] - 1.0))
@@ -320,7 +308,9 @@ class Sampler:
         moved[...] = chain.spectrum
         before = posterior.gradients
         energy = chain.potential + 0.5 * posterior.norm(momenta, self._inverse)
-        follow(posterior, method, step, steps, moved, momenta, self._inverse)
+        if not follow(posterior, method, step, steps, moved, momenta, self._inverse, stop):
+            return None
+        chain.trajectories += 1
         potential = posterior.energy(moved)
         error = potential + 0.5 * posterior.norm(momenta, self._inverse) - energy
         error = error if math.isfinite(error) else math.inf
@@ -328,7 +318,7 @@ class Sampler:
         if accepted:
             chain.spectrum[...] = moved
             chain.potential = potential
-        return _Outcome(error, accepted, posterior.gradients - before)
+        return Outcome(error, accepted, posterior.gradients - before)
 
     def _starts(self, start: str | Sequence[Complex], chains: int) -> list[Complex]:
         mesh = self.posterior.mesh
@@ -358,14 +348,23 @@ class Sampler:
             It cannot be written.
         """
         path = Path(path)
+        write_arrays(path, *self.state())
+        return path
+
+    def state(self) -> tuple[dict[str, Array], dict[str, Any]]:
+        """Return where the chains are, as arrays and as what JSON can hold."""
         arrays = {
             "spectra": np.array([chain.spectrum for chain in self.chains]).view(float),
             "potential": np.array([chain.potential for chain in self.chains]),
-            "steps": np.array([chain.step for chain in self.chains]),
+            "steps": self.steps,
         }
-        counts = [chain.trajectories for chain in self.chains]
-        write_arrays(path, arrays, {"seed": self.seed, "frequency": self.frequency, "trajectories": counts})
-        return path
+        metadata = {
+            "seed": self.seed,
+            "frequency": self.frequency,
+            "trajectories": [chain.trajectories for chain in self.chains],
+            "warm_up": [[chain.warmed, chain.halvings, chain.tried] for chain in self.chains],
+        }
+        return arrays, metadata
 
     def restore(self, path: str | os.PathLike[str]) -> None:
         """Go on from a file of ``save``, of a sampler of the same posterior with the same arguments.
@@ -376,19 +375,26 @@ class Sampler:
             It cannot be read, or is of other chains.
         """
         arrays, metadata = read_arrays(Path(path), "file of chains", "a file of Sampler.save")
+        self.take(arrays, metadata, str(path))
+
+    def take(self, arrays: Mapping[str, Array], metadata: Mapping[str, Any], where: str) -> None:
+        """Go on from what ``state`` gave; ``where`` it is from, for messages. Raises FileError, UsageError."""
         try:
             spectra, potential, steps = (arrays[name] for name in ("spectra", "potential", "steps"))
             seed, frequency, counts = (metadata[name] for name in ("seed", "frequency", "trajectories"))
+            warm_ups = metadata["warm_up"]
         except KeyError as error:
             what = f"this is no file of chains: {error.args[0]} is missing"
-            raise FileError(Problem(str(path), what, "a file of Sampler.save")) from None
+            raise FileError(Problem(where, what, "a file of Sampler.save")) from None
         half = self.posterior.mesh.half
         found = (len(spectra), seed, (*spectra.shape[1:-1], spectra.shape[-1] // 2))
         if found != (len(self.chains), self.seed, half):
             what = f"it has {found[0]} chains of the seed {found[1]} with spectra of {found[2]}"
             hint = f"{len(self.chains)} chains of the seed {self.seed} with spectra of {half}"
-            raise UsageError(Problem(str(path), what, hint))
+            raise UsageError(Problem(where, what, hint))
         self.frequency = float(frequency)
-        for chain, spectrum, value, step, count in zip(self.chains, spectra, potential, steps, counts, strict=True):
-            chain.spectrum = np.ascontiguousarray(spectrum).view(complex)
-            chain.potential, chain.step, chain.trajectories = float(value), float(step), int(count)
+        for place, chain in enumerate(self.chains):
+            chain.spectrum = np.ascontiguousarray(spectra[place]).view(complex)
+            chain.potential, chain.step = float(potential[place]), float(steps[place])
+            chain.trajectories = int(counts[place])
+            chain.warmed, chain.halvings, chain.tried = warm_ups[place]

@@ -62,8 +62,8 @@ FILES = [
     for block in blocks(language)
     if re.match(r"(# \w+\.(csv|toml)|/\* \w+\.c \*/)\n", block.text)
 ]
-#: Of scenes; what the page of Hamiltonian systems holds is run by the tests of these.
-SCENES = [block for block in blocks("toml") if block.page != "hamiltonian.md"]
+#: Of scenes; what the pages of Hamiltonian systems and of fields hold is run by the tests of these.
+SCENES = [block for block in blocks("toml") if block.page not in ("hamiltonian.md", "fields.md")]
 WHOLE = [block for block in SCENES if "format" in tomllib.loads(block.text) and block not in FILES]
 PIECES = [block for block in SCENES if "format" not in tomllib.loads(block.text)]
 EXAMPLE = next(block.text for block in WHOLE if block.page == "scene.md")

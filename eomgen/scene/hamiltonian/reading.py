@@ -12,25 +12,23 @@ from typing import Any
 
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.evaluate import evaluate, symbols
-from eomgen.formula.nodes import Formula, Number, Operation
-from eomgen.scene.formula.parser import read_formula
+from eomgen.formula.nodes import Formula, Operation
 from eomgen.scene.formula.scope import Names, Scope
-from eomgen.scene.formula.tokens import FormulaError
 from eomgen.scene.hamiltonian.document import Coordinate, Dependence, Hamiltonian, Output, Parameter, Run, Term
+from eomgen.scene.hamiltonian.entries import KIND, Entries, check_keys
 from eomgen.scene.includes.repeat import repeated
 from eomgen.scene.reading.kinds import described
 from eomgen.scene.reading.report import Report
 from eomgen.scene.sources.text import read_text, shown_file
 from eomgen.scene.sources.toml import toml_data
-from eomgen.text import NAME_RULE, is_legal, listed, nearest, shown
+from eomgen.text import NAME_RULE, is_legal, shown
 
-#: What a file says to be one of these.
-KIND = "hamiltonian"
+#: What there is for systems of fields, for messages.
+OF_FIELDS = "eomgen sample, or eomgen.sampling.sample(...)"
 #: Sections whose entries may repeat.
 SECTIONS = ("parameters", "coordinates", "hamiltonian", "outputs")
 _KEYS = ("format", "kind", "name", "description", *SECTIONS, "repeat", "simulation")
 _OF_STATES = Scope("coordinates, momenta and parameters (H does not depend on time)", frozenset({"parameter", "state"}))
-_OF_PARAMETERS = Scope("parameters", frozenset({"parameter"}))
 #: What a sum of terms is cut at.
 _SUMS = ("add", "sub")
 
@@ -67,6 +65,9 @@ def hamiltonian_from_data(
         With every problem that could be found.
     """
     report = Report(file, lines or {})
+    if "mesh" in data:
+        report.add("mesh", "this is a system of fields on a mesh, and what was asked for is of coordinates", OF_FIELDS)
+        report.raise_problems()
     if "repeat" in data:
         of_copies: dict[str, str] = {}
         data = repeated(data, report, of_copies, SECTIONS)
@@ -77,22 +78,11 @@ def hamiltonian_from_data(
     return found
 
 
-class _Reader:
-    def __init__(self, data: Mapping[str, Any], report: Report) -> None:
-        self.data = data
-        self.report = report
-
+class _Reader(Entries):
     def read(self) -> Hamiltonian | None:
         """Return the system; None where a problem has been reported."""
         data, report = self.data, self.report
-        _check_keys("", data, _KEYS, report)
-        if data.get("format") != 1:
-            report.add("format", f"the format is {described(data.get('format'))}", "format = 1")
-        if data.get("kind") != KIND:
-            report.add("kind", f"the kind is {described(data.get('kind'))}", f'kind = "{KIND}"')
-        name = data.get("name")
-        if not isinstance(name, str) or not is_legal(name):
-            report.add("name", f"the name {described(name)} is not legal", NAME_RULE)
+        name = self.head(_KEYS)
         parameters = self.parameters()
         coordinates = self.coordinates(parameters)
         if not coordinates:
@@ -111,7 +101,7 @@ class _Reader:
         self.check_start(terms, outputs, {**values, **start})
         self.check_momenta(terms, coordinates)
         return Hamiltonian(
-            str(name),
+            name,
             tuple(coordinates),
             tuple(terms),
             tuple(parameters),
@@ -122,50 +112,6 @@ class _Reader:
                 {key: item for key, item in data.items() if key != "simulation"}, sort_keys=True, default=str
             ).encode(),
         )
-
-    def section(self, key: str) -> Mapping[str, Any]:
-        """Return a section, empty where it is missing or is none."""
-        found = self.data.get(key, {})
-        if not isinstance(found, Mapping):
-            self.report.add(key, f"a table is needed here, not {described(found)}", f"[{key}]")
-            return {}
-        return found
-
-    def text(self, key: str, table: Mapping[str, Any], name: str) -> str:
-        found = table.get(name, "")
-        if not isinstance(found, str):
-            where = f"{key}.{name}" if key else name
-            self.report.add(where, f"a text is needed here, not {described(found)}", f'{name} = "..."')
-            return ""
-        return found
-
-    def parameters(self) -> list[Parameter]:
-        made: list[Parameter] = []
-        for name, entry in self.section("parameters").items():
-            key = f"parameters.{name}"
-            table = entry if isinstance(entry, Mapping) else {"value": entry}
-            _check_keys(key, table, ("value", "unit", "description"), self.report)
-            value = self.number(f"{key}.value" if isinstance(entry, Mapping) else key, table.get("value"), made)
-            made.append(Parameter(name, value, self.text(key, table, "unit"), self.text(key, table, "description")))
-        return made
-
-    def number(self, key: str, value: object, known: Iterable[Parameter]) -> float:
-        """Return a finite number, or the value of a formula of parameters; NaN where it is neither."""
-        if isinstance(value, str):
-            values = {item.name: item.value for item in known}
-            formula = self.formula(key, value, Names(parameters=dict.fromkeys(values, True)), _OF_PARAMETERS)
-            if formula is None:
-                return math.nan
-            try:
-                return evaluate(formula, lambda symbol: values[symbol.name])
-            except ArithmeticError as error:
-                self.report.add(key, str(error), "another formula")
-                return math.nan
-        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-            hint = "a finite number, or a formula of parameters"
-            self.report.add(key, "the value is missing" if value is None else f"this is {described(value)}", hint)
-            return math.nan
-        return float(value)
 
     def coordinates(self, parameters: list[Parameter]) -> list[Coordinate]:
         made: list[Coordinate] = []
@@ -178,7 +124,7 @@ class _Reader:
             if not isinstance(entry, Mapping):
                 self.report.add(key, f"a table is needed here, not {described(entry)}", f"{name} = {_START}")
                 continue
-            _check_keys(key, entry, ("momentum", "initial", "unit", "momentum_unit"), self.report)
+            check_keys(key, entry, ("momentum", "initial", "unit", "momentum_unit"), self.report)
             initial = entry.get("initial")
             if isinstance(initial, list | tuple) and len(initial) == 2:
                 position, momentum = (self.number(f"{key}.initial[{k}]", initial[k], parameters) for k in (0, 1))
@@ -214,19 +160,6 @@ class _Reader:
                 )
             seen.add(name)
 
-    def formula(self, key: str, text: object, names: Names, scope: Scope) -> Formula | None:
-        """Return a formula; None where it is none, which is reported."""
-        if isinstance(text, int | float) and not isinstance(text, bool):
-            return Number(float(text))
-        if not isinstance(text, str):
-            self.report.add(key, f"a formula is needed here, not {described(text)}", 'a text: "p_x**2/2"')
-            return None
-        try:
-            return read_formula(text, names, scope)
-        except FormulaError as error:
-            self.report.add(key, error.what, error.hint)
-            return None
-
     def terms(self, names: Names, momenta: set[str]) -> list[Term]:
         """Return the summands of H, each of momenta alone, coordinates alone, or both."""
         entry = self.data.get("hamiltonian")
@@ -247,7 +180,7 @@ class _Reader:
         for name, entry in self.section("outputs").items():
             key = f"outputs.{name}"
             table = entry if isinstance(entry, Mapping) else {"formula": entry}
-            _check_keys(key, table, ("formula", "unit"), self.report)
+            check_keys(key, table, ("formula", "unit"), self.report)
             if not is_legal(name):
                 self.report.add(key, f"the name {shown(name)} is not legal", NAME_RULE)
             formula = self.formula(key, table.get("formula"), names, _OF_STATES)
@@ -257,7 +190,7 @@ class _Reader:
 
     def simulation(self) -> Run:
         table = self.section("simulation")
-        _check_keys("simulation", table, [item.name for item in fields(Run)], self.report)
+        check_keys("simulation", table, [item.name for item in fields(Run)], self.report)
         given: dict[str, Any] = {}
         for name in ("duration", "step"):
             if name in table:
@@ -308,14 +241,6 @@ _START = "{ initial = [0.1, 0.0] }"
 
 def _of_start(item: Coordinate) -> tuple[tuple[str, float], tuple[str, float]]:
     return (item.name, item.position), (item.momentum, item.momentum_value)
-
-
-def _check_keys(key: str, table: Mapping[str, Any], known: Iterable[str], report: Report) -> None:
-    every = list(known)
-    for name in table:
-        if name not in every:
-            hint = nearest(str(name), every) or f"one of {listed(every)}"
-            report.add(f"{key}.{name}" if key else str(name), f"the key {shown(str(name))} is unknown here", hint)
 
 
 def _states(formula: Formula) -> set[str]:

@@ -1,0 +1,10 @@
+"""Sampling of fields that files describe: problems, runs that may be stopped and go on, diagnostics, pictures."""
+
+from __future__ import annotations
+
+from eomgen.sampling.plots import draw
+from eomgen.sampling.problem import FieldProblem, field_problem
+from eomgen.sampling.result import FieldSamples, Scale
+from eomgen.sampling.run import sample
+
+__all__ = ["FieldProblem", "FieldSamples", "Scale", "draw", "field_problem", "sample"]

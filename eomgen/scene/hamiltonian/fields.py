@@ -1,0 +1,141 @@
+"""``FieldSystem``: a checked file with ``kind = "hamiltonian"`` and a ``[mesh]``, formulas as trees."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+from eomgen.formula.nodes import Formula
+from eomgen.scene.hamiltonian.document import Parameter
+
+#: What an operator may be, by the key that says it.
+OperatorKind = Literal["white", "power", "lognormal_power", "filter", "smoothing", "difference", "mask"]
+OPERATOR_KINDS: tuple[OperatorKind, ...] = (
+    "white", "power", "lognormal_power", "filter", "smoothing", "difference", "mask"
+)  # fmt: skip  # a list of kinds
+#: Where numbers in the cells may come from, by the key that says it.
+DataKind = Literal["file", "formula", "poisson", "negative_binomial", "normal"]
+DATA_KINDS: tuple[DataKind, ...] = ("file", "formula", "poisson", "negative_binomial", "normal")
+#: Those that are drawn about fields of the truth, each with what it needs besides its mean.
+DRAWN: Mapping[str, str] = {"poisson": "", "negative_binomial": "beta", "normal": "deviation"}
+#: Names that formulas have of their own: of wave numbers, of centres of cells, of both.
+OF_WAVES, OF_PLACES, VOLUME = ("k", "kx", "ky", "kz"), ("x", "y", "z"), "volume"
+#: What follows the name of an operator in the name of its variance.
+VARIANCE = "_variance"
+
+
+@dataclass(frozen=True)
+class Table:
+    """A file of two columns, wave numbers and values, each column by its name or by its place."""
+
+    file: str
+    columns: tuple[str, str] = ("", "")
+
+
+@dataclass(frozen=True)
+class Operator:
+    """An operator from the white field to a field of cells, after another one where ``of`` names it.
+
+    Attributes
+    ----------
+    formula : of wave numbers, of centres of cells for a mask; a number for a smoothing; None where there is none
+    where : formulas with a name, each of what stands before it
+    axis : of a difference
+    """
+
+    name: str
+    kind: OperatorKind
+    formula: Formula | None = None
+    where: tuple[tuple[str, Formula], ...] = ()
+    table: Table | None = None
+    axis: int = 0
+    of: str = ""
+
+
+@dataclass(frozen=True)
+class Data:
+    """Numbers in the cells.
+
+    Attributes
+    ----------
+    formula : the values, or the mean of what is drawn
+    spread : beta of a negative binomial distribution, deviation of a normal one
+    minimum : the value below which they have no meaning
+    """
+
+    name: str
+    kind: DataKind
+    formula: Formula | None = None
+    spread: Formula | None = None
+    file: str = ""
+    column: str = ""
+    minimum: float | None = None
+
+
+@dataclass(frozen=True)
+class Chains:
+    """The defaults of ``sample``; what they are is said there."""
+
+    method: str = "minimum_norm2"
+    step: float = 0.0
+    duration: float = 1.5
+    first: str = "random"
+    jitter: float = 0.2
+    guard: float = 0.9
+    chains: int = 2
+    start: str = "mode"
+    warm_up: int = 50
+    samples: int = 200
+    seed: int = 0
+    field: str = ""
+    watched: int = 500
+    bins: int = 8
+
+
+@dataclass(frozen=True)
+class FieldSystem:
+    """Fields on a periodic mesh by a white prior and the energy of a cell.
+
+    Attributes
+    ----------
+    cells, lengths : of the mesh, along each axis
+    energy, where : formulas of a cell, as text
+    fields, columns : operators and data that these name
+    truth : seed of the white field that data are drawn about; None where there is none
+    folder : where paths of files start
+    places : file and line of each key, for messages
+    content : all that determines the posterior but for files of data
+    """
+
+    name: str
+    cells: tuple[int, ...]
+    lengths: tuple[float, ...]
+    energy: str
+    operators: tuple[Operator, ...]
+    data: tuple[Data, ...] = ()
+    where: Mapping[str, str] = field(default_factory=dict)
+    fields: tuple[str, ...] = ()
+    columns: tuple[str, ...] = ()
+    parameters: tuple[Parameter, ...] = ()
+    truth: int | None = None
+    mass: str = "fisher"
+    sampling: Chains = field(default_factory=Chains)
+    unit: str = ""
+    description: str = ""
+    folder: Path = Path()
+    places: Mapping[str, str] = field(default_factory=dict)
+    content: bytes = b""
+
+    @property
+    def parameter_values(self) -> dict[str, float]:
+        """Return values of parameters by name, the volume of a cell among them."""
+        volume = 1.0
+        for count, length in zip(self.cells, self.lengths, strict=True):
+            volume *= length / count
+        return {VOLUME: volume, **{item.name: item.value for item in self.parameters}}
+
+    def place(self, key: str) -> str:
+        """Return where a key stands, for messages."""
+        return self.places.get(key, f"{self.name} ({key})")

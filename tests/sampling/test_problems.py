@@ -1,0 +1,257 @@
+"""Posteriors of files against those that are made by calls, and what files may not say."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from eomgen.arrays import Array
+from eomgen.errors import EomgenError
+from eomgen.fields import (
+    FieldPosterior,
+    LinearOperator,
+    Mesh,
+    amplitude,
+    difference,
+    lognormal_amplitude,
+    mask,
+    poisson,
+    smoothing,
+)
+from eomgen.sampling import FieldProblem, field_problem
+from eomgen.scene.hamiltonian.field_reading import fields_from_data, load_fields
+from eomgen.scene.sources.toml import toml_data
+from tests.fields.density import power
+from tests.models.cache import shared_cache
+from tests.sampling.files import changed
+
+__all__ = ["shared_cache"]
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "density_field" / "system" / "density_field.toml"
+MESH = Mesh((8, 6, 5), (40.0, 30.0, 25.0))
+
+
+def stream(seed: int = 5) -> np.random.Generator:
+    return np.random.Generator(np.random.Philox(seed))
+
+
+def problem(folder: Path | None = None, **changes: Any) -> FieldProblem:
+    return field_problem(fields_from_data(changed(**changes), folder=folder))
+
+
+def spectrum_of(k: Array) -> Array:
+    return np.asarray(300.0 * np.exp(-((4.0 * k) ** 2)))
+
+
+def test_a_file_is_the_posterior_that_calls_make() -> None:
+    made = problem()
+    operator = amplitude(MESH, spectrum_of)
+    truth = MESH.white(stream(3))
+    assert made.truth == pytest.approx(truth, abs=0)
+    assert made.true_field() == pytest.approx(operator.apply(truth), abs=1e-13)
+    counts = made.posterior.data["counts"]
+    by_calls = FieldPosterior(MESH, poisson(0.7, operator.variance), {"s": operator}, {"counts": counts})
+    x = MESH.white(stream())
+    assert made.posterior.energy(x) == pytest.approx(by_calls.energy(x), rel=1e-14)
+    assert made.posterior.gradient(x) == pytest.approx(by_calls.gradient(x), abs=1e-13)
+
+
+def test_counts_of_a_file_are_drawn_about_the_truth() -> None:
+    made = problem(mesh__cells=[32, 32], mesh__length=160.0, parameters__mean=3.0)
+    true = made.true_field()
+    assert true is not None
+    mean = 3.0 * np.exp(true - made.operators["s"].variance / 2)
+    off = (made.posterior.data["counts"] - mean) / np.sqrt(mean)
+    assert abs(off.mean()) < 3.0 / 32 and off.std() == pytest.approx(1.0, abs=0.1)
+    again = problem(mesh__cells=[32, 32], mesh__length=160.0, parameters__mean=3.0)
+    assert again.digest == made.digest
+    other = problem(mesh__cells=[32, 32], mesh__length=160.0, parameters__mean=3.0, truth__seed=4)
+    assert other.digest != made.digest
+
+
+@pytest.mark.parametrize(
+    ("entry", "spread"),
+    [
+        ({"normal": "2*s", "deviation": "0.5"}, lambda mean: 0.25 + 0.0 * mean),
+        ({"negative_binomial": "4*exp(s - s_variance/2)", "beta": "2"}, lambda mean: mean + mean**2 / 2),
+    ],
+)
+def test_what_is_drawn_has_its_mean_and_its_variance(entry: dict[str, str], spread: Any) -> None:
+    made = problem(mesh__cells=[64, 64], mesh__length=320.0, data={"seen": entry}, cell={"energy": "(s - seen)**2"})
+    s = made.true_field()
+    assert s is not None
+    mean = 2.0 * s if "normal" in entry else 4.0 * np.exp(s - made.operators["s"].variance / 2)
+    off = (made.posterior.data["seen"] - mean) / np.sqrt(spread(mean))
+    assert abs(off.mean()) < 3.0 / 64 and off.std() == pytest.approx(1.0, abs=0.08)
+
+
+def test_operators_of_a_file_are_those_of_calls() -> None:
+    made = problem(
+        operators__slope={"difference": "x", "of": "s"},
+        operators__smooth={"smoothing": "2*radius", "of": "slope"},
+        operators__seen={"mask": "1 if x < 20 else 0", "of": "smooth"},
+        operators__logs={"lognormal_power": "P0*q", "where": {"P0": "200", "q": "exp(-(4*k)**2)"}},
+        operators__narrow={"filter": "exp(-(3*kx)**2 - (2*kz)**2)*volume"},
+        operators__noise={"white": True},
+    )
+    s = amplitude(MESH, spectrum_of)
+    half = np.zeros(MESH.cells)
+    half[:4] = 1.0
+    kx, _, kz = MESH.wave_vectors
+    by_calls = {
+        "s": s,
+        "slope": difference(MESH, 0) @ s,
+        "seen": mask(MESH, half) @ smoothing(MESH, 8.0) @ difference(MESH, 0) @ s,
+        "logs": lognormal_amplitude(MESH, lambda k: 200.0 * np.exp(-((4.0 * k) ** 2))),
+        "narrow": LinearOperator("narrow", MESH, 125 * np.exp(-((3 * kx) ** 2) - (2 * kz) ** 2 + np.zeros(MESH.half))),
+        "noise": LinearOperator("white", MESH),
+    }
+    x = MESH.white(stream())
+    for name, operator in by_calls.items():
+        assert made.operators[name].apply(x) == pytest.approx(operator.apply(x), abs=1e-13), name
+        assert made.operators[name].dot_test(stream()) < 1e-13
+    assert made.system.fields == ("s",)  # what the energy names
+
+
+def test_data_come_from_files_and_formulas(tmp_path: Path) -> None:
+    counts = stream().poisson(0.8, MESH.cells)
+    np.save(tmp_path / "counts.npy", counts)
+    rows = "\n".join(str(value) for value in counts.ravel())
+    (tmp_path / "counts.csv").write_text(f"counts\n{rows}\n", encoding="utf-8")
+    rows = "\n".join(f"{place},{value}" for place, value in enumerate(counts.ravel()))
+    (tmp_path / "two.csv").write_text(f"i,n\n{rows}\n", encoding="utf-8")
+    for entry in ("counts.npy", "counts.csv", {"file": "two.csv", "column": "n"}):
+        made = problem(tmp_path, data__counts=entry, truth=None)
+        assert np.array_equal(made.posterior.data["counts"], counts)
+        assert made.truth is None and made.true_field() is None
+    linear = problem(truth=None, data={"slope": "x/40", "counts": "1 + 2*slope + 0*y*z"})
+    x = (np.arange(8) + 0.5) / 8
+    assert linear.posterior.data["counts"][:, 2, 3] == pytest.approx(1 + 2 * x, abs=1e-15)
+
+
+def test_a_power_spectrum_comes_from_a_table(tmp_path: Path) -> None:
+    k = np.geomspace(0.05, 3.0, 40)
+    rows = "\n".join(f"{one:.17g},0,{50 / one**1.5:.17g}" for one in k)
+    (tmp_path / "power.csv").write_text(f"k,other,P\n{rows}\n", encoding="utf-8")
+    made = problem(tmp_path, operators__s={"power": {"file": "power.csv", "columns": ["k", "P"]}})
+    symbol = made.operators["s"].symbol
+    assert symbol is not None and symbol[0, 0, 0] == 0.0
+    numbers = MESH.wave_numbers.ravel()[1:]
+    assert symbol.ravel()[1:] ** 2 == pytest.approx(50 / numbers**1.5 / MESH.cell_volume, rel=1e-10)
+
+
+def test_the_power_of_the_example_is_that_of_the_benchmarks() -> None:
+    """The formula of its file against NumPy's, whose variance is that of spheres of 8 Mpc/h by an integral."""
+    system = load_fields(EXAMPLE)
+    assert system.cells == (64, 64, 64)
+    made = field_problem(replace(system, cells=(16,) * 3, lengths=(78.125,) * 3))
+    symbol = made.operators["density"].symbol
+    assert symbol is not None
+    assert symbol == pytest.approx(lognormal_amplitude(made.mesh, power).symbol, rel=1e-9)
+    assert math.sqrt(made.operators["density"].variance) == pytest.approx(0.9671, abs=5e-5)
+
+
+def message(folder: Path | None = None, **changes: Any) -> str:
+    with pytest.raises(EomgenError) as caught:
+        problem(folder, **changes)
+    return str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        ({"mesh": {}}, "mesh.cells): the numbers of cells are missing; try: 1 to 3 whole numbers from 2 on"),
+        ({"mesh__cells": [8, 1]}, "mesh.cells): [8, 1] are no cells of a mesh"),
+        ({"mesh__cells": [8, 8, 8, 8]}, "mesh.cells): [8, 8, 8, 8] are no cells of a mesh"),
+        ({"mesh__length": -1.0}, "mesh.length): -1.0 are no lengths of it"),
+        ({"mesh__length": [1.0, 2.0]}, "mesh.length): [1.0, 2.0] are no lengths of it"),
+        ({"kind": "scene"}, "this is no file of fields: what is sampled has a kind and a mesh"),
+        ({"mesh": None}, "there is no mesh: what is sampled are fields of cells, not motions of coordinates"),
+        ({"operators": {}}, "operators): there is no operator"),
+        ({"operators__s": {"power": "k", "filter": "k"}}, "operators.s): power, filter are said together"),
+        ({"operators__s": {}}, "operators.s): what it is is missing; try: one of white, power"),
+        ({"operators__s__power": "q"}, "operators.s.power): unknown name 'q'"),
+        ({"operators__t": {"difference": "w"}}, "operators.t.difference): there is no axis 'w'; try: one of x, y, z"),
+        ({"operators__t": {"smoothing": -2.0}}, "operators.t.smoothing): the radius is -2; try: a radius from 0 on"),
+        ({"operators__t": {"white": True, "of": "u"}}, "operators.t.of): there is no operator 'u' above this one"),
+        ({"operators__k": {"white": True}}, "operators.k): formulas have k of their own"),
+        ({"operators__mean": {"white": True}}, "operators.mean): the name mean is given twice, in [parameters] too"),
+        ({"parameters__s_variance": 1.0}, "parameters.s_variance): this is the name of the variance of s"),
+        ({"prior": {"white": False}}, "prior.white): the state is independent standard normal numbers"),
+        ({"truth": None}, "data.counts): counts is drawn about fields that nothing draws; try: [truth] and seed = 1"),
+        ({"truth__seed": -1}, "truth.seed): -1 is no seed"),
+        ({"data__counts": {"normal": "s"}}, "data.counts): deviation is missing"),
+        ({"data__counts": {"poisson": "t"}}, "data.counts.poisson): time t cannot be used here"),
+        ({"cell": {}}, "cell.energy): the energy of a cell is missing"),
+        ({"cell__energy": "exp(e) - count*e"}, "cell.energy): unknown name 'count' (column 10); try: counts"),
+        ({"cell__where": {"mean": "1"}}, "cell.where.mean): the name 'mean' is taken, or not legal"),
+        ({"mass": {"choice": "heavy"}}, "mass.choice): there is no mass 'heavy'; try: one of fisher, prior, unit"),
+        ({"sampling__samples": 1.5}, "sampling.samples): a whole number is needed here, not 1.5"),
+        ({"sampling__field": "r"}, "sampling.field): there is no field 'r' in the energy; try: s"),
+        ({"sampling__sample": 3}, "sampling.sample): the key 'sample' is unknown here; try: samples"),
+        # what only numbers tell
+        ({"operators__s__power": "100 - 300*k"}, "operators.s): the power is -"),
+        ({"operators__s__power": "1/k"}, "operators.s): the power is nan at k = 0; try: finite values from 0 on"),
+        ({"operators__s": {"filter": "kx"}}, "operators.s): the filter is not the same at k and at -k"),
+        ({"operators__s": {"filter": "1/k"}}, "operators.s): the filter has no finite value at k = 0"),
+        (
+            {"operators__m": {"mask": "1"}, "operators__t": {"smoothing": 1.0, "of": "m"}},
+            "operators.t): a filter after a mask is diagonal neither in Fourier space nor in the cells",
+        ),
+        ({"data__counts": "-1.0*z", "truth": None}, "data.counts): 240 cells cannot be: -2.5 at (0, 0, 0)"),
+        ({"data__counts": "log(x - 10)", "truth": None}, "data.counts): 60 cells cannot be: nan at (0, 0, 0)"),
+        ({"data__counts": {"poisson": "s"}}, "data.counts): the mean of what is drawn is -"),
+        ({"data__counts": {"poisson": "1e30"}}, "data.counts): lam value too large"),
+        ({"mesh__cells": [1000000] * 3}, "mesh.cells): sampling with 2 chains on 1000000 x 1000000 x"),
+    ],
+)  # fmt: skip  # a table
+def test_what_files_may_not_say(changes: dict[str, Any], text: str) -> None:
+    found = message(**changes)
+    assert text in found
+    assert found.count("\n") <= 2
+
+
+def test_files_of_data_that_cannot_be_taken(tmp_path: Path) -> None:
+    np.save(tmp_path / "flat.npy", np.ones((4, 4)))
+    np.save(tmp_path / "complex.npy", np.ones(MESH.cells, complex))
+    below = np.ones(MESH.cells)
+    below[1, 2, 3] = -2.0
+    np.save(tmp_path / "below.npy", below)
+    (tmp_path / "text.npy").write_text("no array", encoding="utf-8")
+    (tmp_path / "two.csv").write_text("a,b\n1,2\n", encoding="utf-8")
+    (tmp_path / "k.csv").write_text("k,P\n0.1,2\n0.2,-1\n", encoding="utf-8")
+    (tmp_path / "short.csv").write_text("k,P\n0.1,2\n0.2,1\n", encoding="utf-8")
+
+    def of_data(entry: Any) -> str:
+        return message(tmp_path, data__counts=entry, truth=None)
+
+    assert f"flat.npy has the shape (4, 4), and the mesh {MESH.cells}" in of_data("flat.npy")
+    assert "complex128 are no real numbers" in of_data("complex.npy")
+    assert "data.counts): 1 cell cannot be: -2 at (1, 2, 3); try: finite numbers from 0 on" in of_data("below.npy")
+    assert problem(tmp_path, data__counts={"file": "below.npy", "minimum": -3.0}, truth=None).posterior.data
+    assert "this is no .npy file" in of_data("text.npy")
+    assert "none.npy: cannot be read" in of_data("none.npy")
+    assert "it has the columns a, b; try: column" in of_data("two.csv")
+    assert "two.csv has 1 row, and the mesh 240 cells" in of_data({"file": "two.csv", "column": "a"})
+    assert "'counts.txt' is no file of data" in of_data({"file": "counts.txt"})
+
+    def of_power(file: str) -> str:
+        return message(tmp_path, operators__s={"power": {"file": file}})
+
+    assert "k = 0.2 and P = -1 in row 2 cannot be; try: k above 0 that increases, and P above 0" in of_power("k.csv")
+    assert "the table is from k = 0.1 to 0.2, and the mesh from 0.157" in of_power("short.csv")
+
+
+def test_messages_say_the_line() -> None:
+    text = EXAMPLE.read_text(encoding="utf-8").replace("power_at_shape_one*k**tilt", "-k**tilt")
+    line = 1 + text[: text.index("[operators.density]")].count("\n")
+    path = EXAMPLE.with_name("wrong.toml")
+    data, lines = toml_data(text, path.name)
+    data["mesh"]["cells"] = [8, 8, 8]
+    with pytest.raises(EomgenError, match=rf"wrong\.toml:{line} \(operators\.density\): the power is -"):
+        field_problem(fields_from_data(data, file=path.name, lines=lines))

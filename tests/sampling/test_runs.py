@@ -1,0 +1,235 @@
+"""Runs of sampling: what they find and write, going on from checkpoints to the same bits, the command line."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import tracemalloc
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from eomgen.cli import INTERRUPTED, main
+from eomgen.errors import EomgenError
+from eomgen.fields import Sampler
+from eomgen.sampling import FieldSamples, field_problem, sample
+from eomgen.scene.hamiltonian.field_reading import fields_from_data
+from tests.models.cache import shared_cache
+from tests.sampling.files import changed
+
+__all__ = ["shared_cache"]
+
+FILE = """\
+format = 1
+kind = "hamiltonian"
+name = "small"
+[mesh]
+cells = [8, 8]
+length = 40.0
+[operators]
+s = { power = "300*exp(-(4*k)**2)" }
+[truth]
+seed = 3
+[data]
+counts = { poisson = "exp(s - s_variance/2)" }
+[cell]
+energy = "exp(s - s_variance/2) - counts*s"
+[sampling]
+warm_up = 8
+samples = 12
+watched = 30
+bins = 3
+"""
+
+
+def equal(one: FieldSamples, two: FieldSamples) -> None:
+    for name in ("accepted", "energy_errors", "potential", "gradients", "cells", "power", "mean", "deviation", "steps"):
+        assert np.array_equal(getattr(one.samples, name), getattr(two.samples, name), equal_nan=True), name
+    assert np.array_equal(one.warm_up, two.warm_up)
+    assert one.gradients == two.gradients
+
+
+def press_at(count: int) -> Any:
+    """Return a function of progress that presses Ctrl-C when so many trajectories are done."""
+
+    def progress(done: int, _: int) -> None:
+        if done == count:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    return progress
+
+
+@pytest.mark.parametrize("at", [3, 12, 13, 27])  # in the warm-up, at its end, and in the middle of a round of chains
+def test_a_run_that_is_interrupted_goes_on_to_the_same_bits(at: int, tmp_path: Path) -> None:
+    data = changed(mesh={"cells": [8, 8], "length": 40.0})
+    whole = sample(data)
+    part = sample(data, folder=tmp_path, progress=press_at(at))
+    assert part.interrupted and part.message.startswith("interrupted: ")
+    assert part.warm_up.shape[1] == min(at // 2, 6) and part.count == max(at // 2 - 6, 0)
+    end = sample(data, folder=tmp_path, resume=True)
+    assert not end.interrupted and end.count == 10
+    equal(whole, end)
+
+
+def test_a_run_may_be_made_longer(tmp_path: Path) -> None:
+    whole = sample(changed(), samples=14)
+    first = sample(changed(), folder=tmp_path, samples=5)
+    assert first.count == 5
+    equal(whole, sample(changed(), folder=tmp_path, resume=True, samples=14))
+    with pytest.raises(EomgenError, match="it has 14 samples of each chain, and 3 are asked for; try: samples from 14"):
+        sample(changed(), folder=tmp_path, resume=True, samples=3)
+    with pytest.raises(EomgenError, match="it is of a run with seed = 0, and here it is 5; try: the same settings"):
+        sample(changed(), folder=tmp_path, resume=True, samples=14, seed=5)
+    with pytest.raises(EomgenError, match="it is of another posterior: the file or its data have changed since"):
+        sample(changed(parameters__mean=0.8), folder=tmp_path, resume=True, samples=14)
+    with pytest.raises(EomgenError, match=r"checkpoint\.npz: cannot be read"):
+        sample(changed(), folder=tmp_path / "none", resume=True)
+    with pytest.raises(EomgenError, match="a run goes on from the checkpoint of a folder"):
+        sample(changed(), resume=True)
+
+
+def test_a_step_that_is_given_is_kept() -> None:
+    given = sample(changed(), step=0.4)
+    assert np.array_equal(given.samples.steps, [0.4, 0.4])
+    found = sample(changed())
+    assert not np.array_equal(found.samples.steps, [0.4, 0.4])
+
+
+def test_chains_start_where_a_file_says(tmp_path: Path) -> None:
+    mesh = field_problem(fields_from_data(changed())).mesh
+    fields = np.random.default_rng(3).standard_normal((2, *mesh.cells))
+    np.save(tmp_path / "start.npy", fields)
+    made = sample(changed(), start=str(tmp_path / "start.npy"), warm_up=0, samples=1, step=1e-9, duration=1e-9)
+    problem = made.problem
+    starts = [problem.posterior.energy(mesh.spectrum(field)) for field in fields]
+    assert made.samples.potential[:, 0] == pytest.approx(starts, rel=1e-6)
+    np.save(tmp_path / "flat.npy", np.ones(3))
+    with pytest.raises(EomgenError, match=r"it has the shape \(3,\), or numbers that are not finite"):
+        sample(changed(), start=str(tmp_path / "flat.npy"))
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        ({"sample": 3}, "sample: sample: there is no such setting; try: samples"),
+        ({"samples": 2.5}, "sample: samples: a whole number is needed, not 2.5"),
+        ({"chains": 0}, "sample: chains: 0 cannot be; try: from 1 on"),
+        ({"step": -1.0}, "Sampler: step: -1 cannot be"),
+        ({"method": "leapfrg"}, "leapfrog"),
+        ({"start": "modus"}, "Sampler: start: 'modus' is none"),
+        ({"mass": "heavy"}, "mass: there is no mass 'heavy'"),
+    ],
+)
+def test_settings_that_cannot_be(options: dict[str, Any], text: str) -> None:
+    with pytest.raises(EomgenError) as caught:
+        sample(changed(), **options)
+    assert text in str(caught.value)
+
+
+@pytest.mark.parametrize("start", ["mode", "prior"])
+def test_a_run_takes_no_more_memory_than_it_says(start: str) -> None:
+    data = changed(mesh={"cells": [32, 32, 32], "length": 160.0})
+    sample(changed())  # what is imported and compiled does not count
+    tracemalloc.start()
+    try:
+        before = tracemalloc.get_traced_memory()[0]
+        made = sample(data, warm_up=2, samples=4, start=start)
+        peak = tracemalloc.get_traced_memory()[1] - before
+    finally:
+        tracemalloc.stop()
+    assert 0.5 * made.problem.memory < peak <= made.problem.memory
+
+
+def test_scales_are_those_of_the_fields() -> None:
+    made = sample(changed(mesh={"cells": [12, 10], "length": [60.0, 50.0]}), samples=30)
+    mesh, truth = made.problem.mesh, made.problem.true_field()
+    assert truth is not None
+    t, m = np.fft.fft2(truth, norm="ortho"), np.fft.fft2(made.samples.mean, norm="ortho")
+    kx = 2 * np.pi * np.fft.fftfreq(12, 5.0)[:, None]
+    ky = 2 * np.pi * np.fft.fftfreq(10, 5.0)
+    number = np.ceil(np.hypot(kx, ky) / (np.pi / 5.0) * 3 - 1e-12)
+    for place, scale in enumerate(made.scales(), 1):
+        chosen = number == place
+        of_truth, of_mean = (np.mean(np.abs(field[chosen]) ** 2) for field in (t, m))
+        assert scale.truth == pytest.approx(of_truth, rel=1e-12)
+        assert scale.of_mean == pytest.approx(of_mean, rel=1e-12)
+        together = np.mean((t[chosen] * m[chosen].conj()).real)
+        assert scale.correlation == pytest.approx(together / np.sqrt(of_truth * of_mean), rel=1e-10)
+        prior = np.mean(300.0 * np.exp(-((4.0 * np.hypot(kx, ky)[chosen]) ** 2)) / mesh.cell_volume)
+        assert scale.prior == pytest.approx(prior, rel=1e-12)
+        assert scale.mean == pytest.approx(made.samples.power[:, :, place - 1].mean(), rel=1e-14)
+
+
+def test_the_command_line_samples(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("small.toml").write_text(FILE, encoding="utf-8")
+    assert main(["sample", "small.toml", "--out", "out", "--seed", "4", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["success"] and told["samples"] == 12 and told["settings"]["seed"] == 4
+    assert told["r_hat_of_cells"] > 0.9 and len(told["scales"]) == 3
+    assert set(told["files"]) == {
+        "samples.npz", "trajectories.csv", "scales.csv", "summary.json", "slices.png", "power.png", "chains.png"
+    }  # fmt: skip
+    written = {path.name for path in Path("out").iterdir()}
+    assert written == {*told["files"], "checkpoint.npz"}
+    rows = Path("out/trajectories.csv").read_text(encoding="utf-8").splitlines()
+    assert rows[0] == "chain,trajectory,sample,dH,accepted,gradients,U" and len(rows) == 1 + 2 * 20
+    with np.load("out/samples.npz") as stored:
+        assert stored["truth"].shape == stored["mean"].shape == (8, 8) and stored["cells"].shape == (2, 12, 30)
+    arguments = ["sample", "small.toml", "--out", "out", "--seed", "4", "--resume", "--samples", "16", "--no-plots"]
+    assert main(arguments) == 0
+    shown = capsys.readouterr()
+    for word in ("acceptance", "split R-hat", "gradients per independent sample", "memory", "scales: power of a mode"):
+        assert word in shown.out
+    assert "16 samples of each of 2 chains after 8 trajectories of warm-up" in shown.err
+
+
+def test_the_command_line_says_what_is_wrong(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("small.toml").write_text(FILE, encoding="utf-8")
+    Path("few.toml").write_text(
+        'format = 1\nkind = "hamiltonian"\nname = "a"\nhamiltonian = "p_x**2/2"\n[coordinates]\n'
+        "x = { initial = [0.0, 1.0] }\n", encoding="utf-8"
+    )  # fmt: skip
+    Path("wrong.toml").write_text(FILE.replace("300*exp", "-300*exp"), encoding="utf-8")
+    for arguments, code, text in (
+        (
+            ["sample", "few.toml"],
+            3,
+            "there is no mesh: what is sampled are fields of cells, not motions",
+        ),
+        (["sample", "wrong.toml"], 4, "wrong.toml:8 (operators.s): the power is -"),
+        (["simulate", "small.toml"], 3, "small.toml:4 (mesh): this is a system of fields on a mesh"),
+        (["sample", "none.toml"], 7, "none.toml"),
+        (["sample", "small.toml", "--chains", "0"], 2, "sample: chains: 0 cannot be"),
+    ):
+        assert main([*arguments, "--out", "out"]) == code
+        assert text in capsys.readouterr().err
+
+
+def test_ctrl_c_keeps_what_there_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("small.toml").write_text(FILE, encoding="utf-8")
+    original, calls = Sampler._trajectory, [0]
+
+    def pressing(self: Sampler, *arguments: Any) -> Any:
+        calls[0] += 1
+        if calls[0] == 25:
+            os.kill(os.getpid(), signal.SIGINT)
+        return original(self, *arguments)
+
+    monkeypatch.setattr(Sampler, "_trajectory", pressing)
+    assert main(["sample", "small.toml", "--out", "out"]) == INTERRUPTED
+    text = "interrupted: 4 samples of each of 2 chains after 8 trajectories of warm-up, of 12; --resume goes on"
+    assert text in capsys.readouterr().err
+    assert Path("out/chains.png").exists() and Path("out/checkpoint.npz").exists()
+    assert main(["sample", "small.toml", "--out", "out", "--resume", "--no-plots"]) == 0
