@@ -19,8 +19,8 @@ from eomgen.text import nearest, shown
 from eomgen.toolchain.builder import Builder
 from eomgen.toolchain.library import Library
 
-#: Steps that are taken between looks at the keyboard.
-_STEPS_AT_ONCE = 500_000
+#: Seconds between looks at the keyboard, where a row does not take longer.
+_SECONDS_AT_ONCE = 0.2
 #: Coordinates up to which the largest frequency at the start is worked out.
 _FEW = 100
 #: Copies of a record that a run makes, and bytes that these may take.
@@ -248,11 +248,11 @@ class HamiltonianModel:
         fractions = np.array(method.fractions)
         numbers = [ffi.from_buffer("double[]", array) for array in (values if len(values) else np.zeros(1), fractions)]
         memory, tally = ffi.from_buffer("double[]", motion), ffi.new("long[3]")
-        at_once = max(1, _STEPS_AT_ONCE // every)
-        parts = [(every, min(at_once, whole - row)) for row in range(0, whole, at_once)] + [(rest, 1)] * (rest > 0)
-        row, status = 1, 0
+        row, status, at_once, left = 1, 0, 1, whole
         try:
-            for length, count in parts:
+            while left or rest:
+                length, count = (every, min(at_once, left)) if left else (rest, 1)
+                began = time.perf_counter()
                 target = ffi.from_buffer("double[]", record[row : row + count])
                 status = self.library.lib.eomgen_hamiltonian_run(
                     numbers[0], step, count, length, KINDS.index(method.kind), len(fractions), numbers[1],
@@ -261,8 +261,11 @@ class HamiltonianModel:
                 done = count if status == 0 else int((tally[0] - counted[0]) // length)
                 row += done
                 counted[:] = list(tally)
+                left, rest = left - count if left else 0, rest if left else 0
                 if status:
                     break
+                spent = max(time.perf_counter() - began, 1e-9)
+                at_once = max(1, min(2 * count, int(count * _SECONDS_AT_ONCE / spent)))
         except KeyboardInterrupt:
             status = -1
         return record[:row], [int(number) for number in counted], status

@@ -129,7 +129,7 @@ def test_settings_that_cannot_be(options: dict[str, Any], text: str) -> None:
     assert text in str(caught.value)
 
 
-@pytest.mark.parametrize("start", ["mode", "prior"])
+@pytest.mark.parametrize("start", [pytest.param("mode", marks=pytest.mark.slow), "prior"])
 def test_a_run_takes_no_more_memory_than_it_says(start: str) -> None:
     data = changed(mesh={"cells": [32, 32, 32], "length": 160.0})
     sample(changed())  # what is imported and compiled does not count
@@ -214,6 +214,7 @@ def test_the_command_line_says_what_is_wrong(
         assert text in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_ctrl_c_keeps_what_there_is(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
