@@ -50,51 +50,68 @@ class Reduction:
         """Add samples, (samples, columns, times); NaN where a sample has none."""
         if not len(block):
             return
-        there = np.isfinite(block)
-        count = there.sum(axis=0).astype(float)
-        filled = np.where(there, block, 0.0)
-        mean = filled.sum(axis=0) / np.maximum(count, 1.0)
-        squares = np.where(there, (block - mean) ** 2, 0.0).sum(axis=0)
+        columns, times = self.count.shape
+        rows = np.ascontiguousarray(block.reshape(len(block), -1).T)  # sums over samples run along memory
+        there = np.isfinite(rows)
+        if there.all():
+            mean = rows.sum(axis=1) / len(block)
+            off = (rows - mean[:, np.newaxis]).reshape(columns, times, -1)
+            products = np.einsum("its,jts->tij", off, off)
+            squares = products.diagonal(axis1=1, axis2=2).T
+            count, mean = np.full((columns, times), float(len(block))), mean.reshape(columns, times)
+            low, high = rows.min(axis=1), rows.max(axis=1)
+            joint_count, joint_mean = count[0], mean.T
+        else:
+            known = there.reshape(columns, times, -1)
+            values = rows.reshape(columns, times, -1)
+            count, mean = _mean(values, known)
+            squares = np.where(known, (values - mean[:, :, np.newaxis]) ** 2, 0.0).sum(axis=2)
+            low, high = np.where(there, rows, np.inf).min(axis=1), np.where(there, rows, -np.inf).max(axis=1)
+            whole = np.broadcast_to(known.all(axis=0), known.shape)  # samples with numbers in all columns
+            joint, joint_mean = _mean(values, whole)
+            joint_count, joint_mean = joint[0], joint_mean.T
+            off = np.where(whole, values - joint_mean.T[:, :, np.newaxis], 0.0)
+            products = np.einsum("its,jts->tij", off, off)
+        self._merge(count, mean, squares)
+        self._merge_products(joint_count, joint_mean, products)
+        self.minimum = np.minimum(self.minimum, low.reshape(columns, times))
+        self.maximum = np.maximum(self.maximum, high.reshape(columns, times))
+        if self._digests:
+            self._waiting.append(rows)
+            waiting = sum(part.shape[1] for part in self._waiting)
+            if waiting >= _WAITING or waiting * self.count.size >= _WAITING_NUMBERS:
+                self._sketch()
+
+    def _merge(self, count: Array, mean: Array, squares: Array) -> None:
+        """Merge moments of a block, (columns, times)."""
         total = self.count + count
         share = np.divide(count, total, out=np.zeros_like(total), where=total > 0.0)
         apart = mean - self.mean
         self._squares += squares + apart**2 * self.count * share
         self.mean += apart * share
         self.count = total
-        self.minimum = np.minimum(self.minimum, np.where(there, block, np.inf).min(axis=0))
-        self.maximum = np.maximum(self.maximum, np.where(there, block, -np.inf).max(axis=0))
-        self._add_products(block, np.asarray(np.all(there, axis=1)))
-        if self._digests:
-            self._waiting.append(np.array(block))
-            waiting = sum(len(rows) for rows in self._waiting)
-            if waiting >= _WAITING or waiting * self.count.size >= _WAITING_NUMBERS:
-                self._sketch()
+
+    def _merge_products(self, count: Array, mean: Array, products: Array) -> None:
+        """Merge those of samples with numbers in all columns: (times,), (times, columns), (times, columns, columns)."""
+        total = self._joint_count + count
+        share = np.divide(count, total, out=np.zeros_like(total), where=total > 0.0)
+        apart = mean - self._joint_mean
+        self._products += products
+        self._products += (self._joint_count * share)[:, np.newaxis, np.newaxis] * apart[:, :, None] * apart[:, None]
+        self._joint_mean += apart * share[:, np.newaxis]
+        self._joint_count = total
 
     def _sketch(self) -> None:
         """Bring what waits into the digests."""
         if not self._waiting:
             return
-        rows = np.concatenate(self._waiting).reshape(-1, self.count.size)
+        rows = np.concatenate(self._waiting, axis=1)
         self._waiting = []
-        ordered = np.sort(np.where(np.isfinite(rows), rows, np.nan).T, axis=1)  # what is not known comes last
+        ordered = np.sort(np.where(np.isfinite(rows), rows, np.nan), axis=1)  # what is not known comes last
         known = np.isfinite(ordered).sum(axis=1).tolist()
         for digest, values, count in zip(self._digests, ordered, known, strict=True):
             digest.update(values[:count])
             digest.compress()  # as writing it to a file does, so that what is read back goes on with the same bits
-
-    def _add_products(self, block: Array, there: NDArray[np.bool_]) -> None:
-        """Add products of deviations of samples that have numbers in all columns; ``there`` is (samples, times)."""
-        rows = np.where(there[:, :, np.newaxis], block.transpose(0, 2, 1), 0.0)
-        count = there.sum(axis=0).astype(float)
-        mean = rows.sum(axis=0) / np.maximum(count, 1.0)[:, np.newaxis]
-        off = np.where(there[:, :, np.newaxis], rows - mean, 0.0)
-        total = self._joint_count + count
-        share = np.divide(count, total, out=np.zeros_like(total), where=total > 0.0)
-        apart = mean - self._joint_mean
-        self._products += np.einsum("sti,stj->tij", off, off)
-        self._products += (self._joint_count * share)[:, np.newaxis, np.newaxis] * apart[:, :, None] * apart[:, None]
-        self._joint_mean += apart * share[:, np.newaxis]
-        self._joint_count = total
 
     @property
     def deviation(self) -> Array:
@@ -147,7 +164,7 @@ class Reduction:
         parts = [np.frombuffer(digest.serialize(), np.uint8) for digest in self._digests]
         sizes = np.array([len(part) for part in parts], dtype=np.int64)
         digests = np.concatenate(parts) if parts else np.empty(0, np.uint8)
-        waiting = np.concatenate(self._waiting) if self._waiting else np.empty((0, *self.count.shape))
+        waiting = np.concatenate(self._waiting, axis=1) if self._waiting else np.empty((self.count.size, 0))
         rest = {"digests": digests, "sizes": sizes, "waiting": waiting}
         return {name.strip("_"): getattr(self, name) for name in self._KEPT} | rest
 
@@ -161,12 +178,18 @@ class Reduction:
         library = _sketches()
         found._digests = []
         if library is not None:
-            found._waiting = [arrays["waiting"]] if len(arrays["waiting"]) else []
+            found._waiting = [arrays["waiting"]] if arrays["waiting"].size else []
             ends = np.cumsum(arrays["sizes"]).tolist()
             text = arrays["digests"].tobytes()
             for begin, end in zip([0, *ends], ends, strict=False):
                 found._digests.append(library.tdigest_double.deserialize(text[begin:end]))
         return found
+
+
+def _mean(values: Array, known: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Return the count and the mean, (columns, times), of values (columns, times, samples) that are known."""
+    count = known.sum(axis=2).astype(float)
+    return count, np.where(known, values, 0.0).sum(axis=2) / np.maximum(count, 1.0)
 
 
 def _over(sums: Array, count: Array) -> Array:

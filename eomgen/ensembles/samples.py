@@ -127,20 +127,24 @@ class Samples:
         lanes = self.lanes
         if isinstance(lanes, str):
             return list(range(len(values)))
-        left = [k for k in range(len(values)) if first + k in self.keep]
-        others = [k for k in range(len(values)) if first + k not in self.keep]
+        kept = np.array([number - first for number in sorted(self.keep) if 0 <= number - first < len(values)], np.intp)
+        left: list[int] = kept.tolist()
+        others = np.delete(np.arange(len(values)), kept)
         together = lanes.runs.together
         for begin in range(0, len(others), together):
             if self.stop.is_set():
                 break
-            chosen = np.array(others[begin : begin + together])
+            chosen = others[begin : begin + together]
             found = lanes.tables(values[chosen])
-            here = np.arange(found.columns.shape[2]) < found.rows[:, np.newaxis]
-            alone = found.alone | ~(np.isfinite(found.columns).all(axis=1) | ~here).all(axis=1)
+            alone = found.alone
+            known = np.isfinite(found.columns)
+            if not known.all():
+                here = np.arange(found.columns.shape[2]) < found.rows[:, np.newaxis]
+                alone = alone | ~(known.all(axis=1) | ~here).all(axis=1)
             whole = ~alone & (found.rows == len(self.times))
             rows[chosen[whole]] = found.columns[whole][:, :, self.thinned]
             extremes[chosen[whole]] = extremes_of(found.columns[whole])
-            for k in np.flatnonzero(~alone & ~whole):
+            for k in np.flatnonzero(~(alone | whole)):
                 place = chosen[k]
                 self._fill(found.columns[k, :, : found.rows[k]], found.ends[k], rows[place], extremes[place])
             left += chosen[alone].tolist()
