@@ -93,14 +93,15 @@ class Functions:
             arrays = [array.astype(self.library.dtype) for array in arrays]
         elif all(array.ndim == 1 and array.flags.c_contiguous for array in arrays):
             return self._single(name, arrays)
+        leading = {array.shape[:-1] for array in arrays if array.ndim > 1}
         try:
-            shape = np.broadcast_shapes(*(array.shape[:-1] for array in arrays))
+            shape = leading.pop() if len(leading) == 1 else np.broadcast_shapes(*leading)
         except ValueError:
             shapes = ", ".join(f"{block} {blocks[block].shape}" for block in names)
             raise UsageError(
                 Problem(name, f"the leading axes do not broadcast: {shapes}", "batches of equal shape")
             ) from None
-        count = int(np.prod(shape))
+        count = math.prod(shape)
         flat = [_samples(array, shape, count) for array in arrays]
         results = [np.empty((count, *output), self.library.dtype) for output in self._shapes[name]]
         if count:
@@ -112,21 +113,25 @@ class Functions:
         same bits whatever is evaluated beside it, and in lanes."""
         operations = max(1, int(self._layouts[name]["operations"]))
         work = count * operations
-        threads = min(count, work // _SHARE, thread_count()) if work >= 2 * _SHARE else 1
         choice = chosen()
         lanes = Lanes.of(self.library)
         companion = lanes.expect(name, operations, count, choice)
         sizes = [math.prod(shape) for shape in self._shapes[name]]
 
         def part(begin: int, end: int) -> None:
-            own = [array if array.ndim == 1 else array[begin:end] for array in inputs]
+            whole = end - begin == count
+            own = inputs if whole else [array if array.ndim == 1 else array[begin:end] for array in inputs]
+            filled = results if whole else [result[begin:end] for result in results]
             library = None if companion is None else lanes.judged(companion, name, inputs, sizes, choice)
-            (library or self.library).call(name, own, [result[begin:end] for result in results])
+            (library or self.library).call(name, own, filled)
 
-        pieces = threads * max(1, min(count // threads, work // (threads * _SHARE)))  # as many for each thread
-        ends = [count * k // pieces for k in range(pieces + 1)]
-        began = time.perf_counter()
-        share(part, pairwise(ends), threads)
+        began, threads = time.perf_counter(), 1
+        if work < 2 * _SHARE:
+            part(0, count)
+        else:
+            threads = min(count, work // _SHARE, thread_count())
+            pieces = threads * max(1, min(count // threads, work // (threads * _SHARE)))  # as many for each thread
+            share(part, pairwise(count * k // pieces for k in range(pieces + 1)), threads)
         if companion is not None and companion.library is None:
             companion.of_sample = max(1, threads) * (time.perf_counter() - began) / count
 
@@ -143,6 +148,8 @@ class Functions:
 def _samples(array: Array, shape: tuple[int, ...], count: int) -> Array:
     """Return (size,) for one value in all samples, else (count, size)."""
     size = array.shape[-1]
+    if array.ndim == 2 and len(array) == count != 1 and array.flags.c_contiguous:
+        return array
     if array.size == size and count != 0:
         return np.ascontiguousarray(array.reshape(size))
     return np.ascontiguousarray(np.broadcast_to(array, (*shape, size)).reshape(count, size))

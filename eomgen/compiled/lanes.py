@@ -90,7 +90,9 @@ class Lanes:
     @classmethod
     def of(cls, library: Library) -> Lanes:
         """Return the companions of a library, the same ones each time."""
-        kept: Lanes = library.kept.setdefault("lanes", cls(library))
+        kept: Lanes | None = library.kept.get("lanes")
+        if kept is None:
+            kept = library.kept.setdefault("lanes", cls(library))
         return kept
 
     def expect(self, name: str, operations: int, count: int, choice: Choice) -> Companion | None:

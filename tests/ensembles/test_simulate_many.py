@@ -108,15 +108,15 @@ def test_ctrl_c_within_a_reduction_leaves_it_whole(
 ) -> None:
     options = {"vary": VARY, "samples": 60, "seed": 1}
     straight = bits(cart.simulate_many(**options))
-    products, calls = Reduction._add_products, []
+    products, calls = Reduction._merge_products, []
 
-    def interrupted(self: Reduction, block: np.ndarray, there: np.ndarray) -> None:
-        calls.append(len(block))
+    def interrupted(self: Reduction, *moments: np.ndarray) -> None:
+        calls.append(len(moments))
         if len(calls) == 3:
             os.kill(os.getpid(), signal.SIGINT)
-        products(self, block, there)
+        products(self, *moments)
 
-    monkeypatch.setattr(Reduction, "_add_products", interrupted)
+    monkeypatch.setattr(Reduction, "_merge_products", interrupted)
     part = cart.simulate_many(**options, folder=tmp_path / "out")
     assert part.interrupted and part.reduction.count.max() == part.done < 60
     again = cart.simulate_many(**options, folder=tmp_path / "out", resume=True)
@@ -140,7 +140,7 @@ def test_blocks_of_short_runs_keep_to_some_memory(cart: eomgen.Model, monkeypatc
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="the killed process is a fork of this one")
-@pytest.mark.parametrize(("owner", "name"), [(Journal, "keep"), (Journal, "write"), (Reduction, "_add_products")])
+@pytest.mark.parametrize(("owner", "name"), [(Journal, "keep"), (Journal, "write"), (Reduction, "_merge_products")])
 def test_a_killed_ensemble_goes_on_to_the_same_bits(
     cart: eomgen.Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, owner: type, name: str
 ) -> None:
@@ -158,9 +158,11 @@ def test_a_killed_ensemble_goes_on_to_the_same_bits(
                 os.kill(os.getpid(), signal.SIGKILL)
             return usual(*arguments)
 
-        monkeypatch.setattr(owner, name, killed)
-        cart.simulate_many(**options, folder=tmp_path / "out")
-        os._exit(1)
+        try:
+            monkeypatch.setattr(owner, name, killed)
+            cart.simulate_many(**options, folder=tmp_path / "out")
+        finally:  # whatever happens, no second run of the tests goes on from here
+            os._exit(1)
     assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == -signal.SIGKILL
     done = []
     again = cart.simulate_many(
