@@ -169,6 +169,25 @@ def checked_call(what_to_try: str = "", **meant: str) -> Callable[[Callable[P, R
     return decorated
 
 
+def check_options(
+    where: str, given: Iterable[str], known: Iterable[str], meant: Mapping[str, str], own: Iterable[str] = ()
+) -> None:
+    """Raise UsageError for options that a function would hand on, and that what takes them does not have.
+
+    Parameters
+    ----------
+    where : name of the function that a caller has called
+    known, own : options that are handed on, and the function's own arguments
+    meant : as of ``checked_call``; or what to try in place of an option
+    """
+    named = [*own, *known]
+    unknown = [name for name in given if name not in named]
+    if unknown:
+        hints = [meant.get(name) or nearest(name, named) for name in unknown[:3]]
+        names = ", ".join(shown(name) for name in unknown)
+        raise UsageError(Problem(where, f"there is no argument {names}", " and ".join(dict.fromkeys(hints))))
+
+
 def checked_calls(what_to_try: str = "", **meant: str) -> Callable[[C], C]:
     """Return a class decorator that puts ``checked_call`` on constructor and public methods, also inherited ones."""
 

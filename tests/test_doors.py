@@ -338,7 +338,7 @@ ORDER: dict[str, tuple[str, ...]] = {
         "following_start galerkin_steps",
         "beginning step_matrices",
         "linear_run",
-        "alpha_run galerkin_run",
+        "alpha_run crossings galerkin_run",
         "second_beginning",
         "galerkin_second_order input_derivatives second_order stationary_run",
         "run_sensitivities",

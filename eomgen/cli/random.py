@@ -87,7 +87,7 @@ def _print(found: RandomVibration) -> None:
     table = []
     for k, threshold in enumerate(found.thresholds):
         cells = []
-        upper = found.distributions[names[1]].below[k] > 0.5
+        upper = found.distributions[names[min(1, len(names) - 1)]].below[k] > 0.5
         for name in names:
             one = found.distributions[name]
             value = float(one.above[k] if upper else one.below[k])

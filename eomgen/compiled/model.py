@@ -39,12 +39,15 @@ from eomgen.system.terms import PURPOSES, TERMS
 from eomgen.toolchain.lane_library import LaneLibrary
 from eomgen.toolchain.library import Library
 
+if TYPE_CHECKING:
+    from eomgen.system.branches import Branches
+
 Gains = Callable[[Mapping[str, float]], dict[str, float]]
 Start = Callable[[Mapping[str, float]], tuple[Sequence[float], Sequence[float]]]
 
 #: What other rooms need and a user's completion does not show.
 _INTERNALS = frozenset(
-    {"description", "evaluator", "factors", "functions", "having", "in_complex", "library", "stepper"}
+    {"branches", "description", "evaluator", "factors", "functions", "having", "in_complex", "library", "stepper"}
 )
 
 _OTHER_PARAMETERS = "simulate(..., parameters={...}), or set_parameter of what start(...) gives"
@@ -80,6 +83,8 @@ class CompiledModel:
         The call that makes this model, from the cache where the library is there: what is pickled in its place.
     in_complex : callable, optional
         Builds the library of functions of some terms in complex numbers.
+    branches : callable, optional
+        Derives the equations once more, and gives what decides their branches.
     """
 
     def __init__(
@@ -95,6 +100,7 @@ class CompiledModel:
         again: functools.partial[Self] | None = None,
         in_lanes: Callable[[Library], LaneLibrary | str] | None = None,
         in_complex: Callable[[Sequence[str]], Library] | None = None,
+        branches: Callable[[], Branches] | None = None,
     ) -> None:
         layout = library.layout
         self.description = description
@@ -104,6 +110,7 @@ class CompiledModel:
         self.initial_at = start
         self._in_lanes = in_lanes
         self._in_complex = in_complex
+        self.branches = branches
         self._built = built
         self._gains = gains
         self._every_row = every_row

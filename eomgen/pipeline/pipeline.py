@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from eomgen.codegen.targets.target import Target
     from eomgen.integrators.methods import Method
     from eomgen.model import Model
+    from eomgen.system.branches import Branches
     from eomgen.system.description import Description
     from eomgen.system.system import System
     from eomgen.toolchain.builder import Builder, Preprocess
@@ -334,6 +335,14 @@ def built_in(
     for note in library.layout["notes"] if "forward_dynamics" in there else ():
         if note.startswith(UNRESISTED):
             warnings.warn(f"{described.name}: {note}", RuntimeWarning, stacklevel=3)
+
+    def branches() -> Branches:
+        """Return what decides branches of the equations that runs follow."""
+        from eomgen.system.branches import OF_RUNS, Branches  # noqa: PLC0415  # most scenes have none
+
+        wanted = [name for name in OF_RUNS if name in TERMS and (name == "residual" or described.states)]
+        return Branches(front_end.derive(document, wanted))
+
     every_row = None if front_end.every_row is None else functools.cache(partial(front_end.every_row, document))
     gains = front_end.gains(document, _reproducible)
     again = partial(built_in, None, document, terms, method, profile, real, start=start)
@@ -349,6 +358,7 @@ def built_in(
         again,
         in_lanes,
         in_complex,
+        functools.cache(branches),
     )
 
 

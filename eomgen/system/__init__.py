@@ -1,6 +1,7 @@
 """The contract between front ends and back ends: System, Description, and the register of terms."""
 
 __all__ = [
+    "branches",
     "description",
     "display",
     "events",

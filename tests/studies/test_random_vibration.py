@@ -17,7 +17,7 @@ from eomgen.cli import main
 from eomgen.errors import NumericalError, UsageError
 from eomgen.scene.load import load_toml
 from eomgen.studies import RandomVibration, random_vibration
-from eomgen.studies.vibration.distributions import against_samples
+from eomgen.studies.vibration.distributions import against_samples, without
 from eomgen.studies.vibration.findings import Distribution
 from eomgen.studies.vibration.inputs import processes_of
 from eomgen.studies.vibration.over_time import first_passage
@@ -236,25 +236,37 @@ def test_the_command_prints_writes_and_draws(tmp_path: Path, capsys: pytest.Capt
         ({"output": "y"}, "output: there is no output 'y'; try: one of x, pair"),
         ({"output": 1}, "output: a name is needed, not int; try: one of x, pair"),
         ({"output": "pair"}, "output: 'pair' is no single component of pair; try: pair[0] to pair[1]"),
-        ({"thresholds": [np.nan]}, "thresholds: finite numbers are needed"),
+        ({"thresholds": [np.nan]}, "thresholds: nan is not a finite number; try: thresholds=[0.5, 1.0]"),
+        ({"thresholds": "a"}, "thresholds: a list of numbers is needed, not 'a'; try: thresholds=[0.5, 1.0]"),
+        ({"thresholds": 0.5}, "thresholds: a list of numbers is needed, not 0.5"),
+        ({"thresholds": [1j]}, "thresholds: a list of numbers is needed, not [1j]"),
+        ({"thresholds": [[1.0], [1.0, 2.0]]}, "thresholds: a list of numbers is needed, not [[1.0], [1.0, 2.0]]"),
         ({"samples": -1}, "samples: a whole number from 0 on is needed, not -1; try: samples=1000"),
         ({"projected": 1.0}, "projected: the share 1 is not between 0 and 1; try: projected=0.999"),
-        ({"projected": np.nan}, "projected: the share nan is not between 0 and 1"),
+        ({"projected": "most"}, "projected: a number is needed, not str"),
+        ({"projected": np.nan}, "projected: projected is nan, not a finite number"),
         ({"whole": False}, "whole: no Hessian is left without the whole one; try: projected=0.999, the share of"),
         ({"seed": 0.5}, "seed: a whole number from 0 on is needed, not 0.5"),
         ({"samples": 1}, "samples: of 1 samples no error is known: 20 are the least; try: samples=1000, or 0"),
         ({"tail_samples": 19}, "tail_samples: of 19 samples no error is known"),
-        ({"levels": [np.nan]}, "levels: the level nan is not a finite number; try: levels=[1.5]"),
-        ({"times": [np.nan]}, "times: t = nan s is no row of the run"),
+        ({"levels": [np.nan]}, "levels: nan is not a finite number; try: levels=[1.5]"),
+        ({"times": [np.nan]}, "times: nan is not a finite number; try: times=[1.0, 2.0]"),
         ({"times": [0.333]}, "times: t = 0.333 s is no row of the run; the nearest one is at 0.35 s"),
+        ({"at": 1.01}, "at: t = 1.01 s is no whole number of steps of 0.05 s; try: at=1"),
+        ({"at": -1.0}, "at: there is no run from 0 s to t = -1 s; try: at=15, a time behind the start"),
+        ({"at": 0.05, "step": 1.0}, "step: the run to t = 0.05 s has no whole step of 1 s; try: at=1, step=0.05: the"),
+        ({"foo": 1}, "random_vibration: there is no argument 'foo'; try: one of output, at, step"),
+        ({"threshold": [1.0]}, "random_vibration: there is no argument 'threshold'; try: thresholds"),
+        ({"tolerance": 1e-6}, "random_vibration: there is no argument 'tolerance'; try: step=..., for fixed steps"),
+        ({"parameters": [1.0, 2.0]}, "parameters: values by name are needed, not [1.0, 2.0]; try: parameters={"),
         ({"record_every": 7}, "record_every: crossings, largest values and gradients are looked for at every step"),
         ({"parameters": {"force_z1": 3.0}}, "parameters: force_z1 is a variable of a random process, and the study"),
     ],
 )
 def test_mistakes_are_named(duffing: eomgen.Model, options: dict[str, Any], text: str) -> None:
-    given = {"output": "x", "thresholds": [0.5], "points": False} | options
+    given = {"output": "x", "at": 1.0, "step": 0.05, "thresholds": [0.5], "points": False} | options
     with pytest.raises(UsageError) as caught:
-        random_vibration(duffing, given.pop("output"), 1.0, 0.05, method="trapezoidal", **given)
+        random_vibration(duffing, given.pop("output"), method="trapezoidal", **given)
     assert text in str(caught.value)
 
 
@@ -305,6 +317,8 @@ def test_a_bistable_scene_says_that_its_forms_are_none() -> None:
     text = text.replace("force - q.slide - cubic * q.slide**3 - 0.2", "force + q.slide - q.slide**3 - 0.3")
     found = random_vibration(built(text), "x", 10.0, 0.05, thresholds=[0.0, -1.0], samples=400, method="trapezoidal")
     assert "P(y <= 0) is 0.8" in found.message and "+- 0.03 by samples: the response is no quadratic" in found.message
+    assert np.isnan(found.distributions["quadratic"].below[0]) and np.isnan(found.distributions["quadratic"].above[0])
+    assert found.distributions["form"].below[0] > 0.0
     assert "misses 32 samples by 1." in found.message
     assert "the curve of most probable points ends at -0.87" in found.message
     assert found.distributions["monte_carlo"].below[1] > 0.05
@@ -334,10 +348,25 @@ def test_forms_are_held_against_samples_on_the_rarer_side() -> None:
     counted = Distribution(below, 1.0 - below, below - 0.0035, below + 0.0035)
     shares = np.array([[0.03, 0.499], [0.0118, 0.5]])
     near, far = (Distribution(1.0 - above, above, none, none) for above in shares)
-    assert against_samples(np.array([1.5, 0.9]), near, counted) == []
-    assert against_samples(np.array([1.5, 0.9]), far, counted) == [
-        "P(y > 1.5) is 0.0118 by the quadratic form and 0.033 +- 0.002 by Monte Carlo: trust samples"
-    ]
+    assert against_samples(np.array([1.5, 0.9]), near, counted) == {}
+    told = "P(y > 1.5) is 0.0118 by the quadratic form and 0.033 +- 0.002 by Monte Carlo: the form is left out, trust"
+    assert against_samples(np.array([1.5, 0.9]), far, counted) == {0: f"{told} samples"}
+    left = without(far, [0])
+    assert np.isnan([left.below[0], left.above[0]]).all() and left.above[1] == 0.5
+
+
+def test_forces_that_jump_leave_samples_alone() -> None:
+    text = scene(0.1, 0.9).replace("- 0.2 * v.slide", "- 0.2 * v.slide - (0.4 if q.slide > 0.6 else 0)")
+    assert "q.slide > 0.6" in text
+    jumping = built(text)
+    told = r"random_vibration: forces jump near t = [\d.]+ s by a comparison in effort all, at a moment that force_z1"
+    with pytest.raises(UsageError, match=told + r" moves, .*; try: samples=4000 \(--monte-carlo 4000\), which take no"):
+        random_vibration(jumping, "x", 3.0, 0.05, method="trapezoidal")
+    found = random_vibration(jumping, "x", 3.0, 0.05, method="trapezoidal", samples=40, times=[1.0], levels=[0.7])
+    assert list(found.distributions) == list(found.moments) == ["monte_carlo"]
+    assert "by samples; samples alone are left: forces jump near t = " in found.message
+    assert not found.autocovariance and not len(found.times) and list(found.first_passage[0.7]) == ["monte_carlo"]
+    assert np.isnan(found.indices).all() and np.all(np.diff(found.thresholds) > 0.0)
 
 
 def test_few_good_samples_are_no_statistics(duffing: eomgen.Model, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -22,6 +22,7 @@ from eomgen.integrators.methods import METHOD_NAMES, Method, method_named
 from eomgen.simulation.motions import refuse_as_inputs
 from eomgen.simulation.option_types import KNOWN_ELSEWHERE
 from eomgen.simulation.sensitivities.alpha_run import AlphaRun
+from eomgen.simulation.sensitivities.crossings import check_crossings
 from eomgen.simulation.sensitivities.galerkin_run import GalerkinMotion, GalerkinRun
 from eomgen.simulation.sensitivities.linear_run import By, LinearRun, Start
 from eomgen.simulation.sensitivities.motion import Motion
@@ -99,7 +100,9 @@ def sensitivities(
     start = _start(model, initial, p, state, parameter_names, at_rest=at_rest)
     rows = [place for places in outputs.values() for place in places]
     stepper = Stepper(chosen.library, run.settings, p)
-    return Sensitivities(_linear_run(run, stepper, state, linear_step, start, directions, rows), names, outputs)
+    linear = _linear_run(run, stepper, state, linear_step, start, directions, rows)
+    check_crossings(linear, names)
+    return Sensitivities(linear, names, outputs)
 
 
 def _start(
@@ -251,11 +254,14 @@ def _check(
         first = float(model.discontinuity_times(grid.start, grid.reached)[0])
         what = f"forces jump at t = {first:.6g} s, where steps are cut in two; these have no derivatives here"
         raise UsageError(Problem("sensitivities", what, "a smooth law in its place"))
+    if not grid.whole:
+        what = f"the run from {grid.start:.6g} s to {grid.end:.6g} s has no whole step of {grid.step:.6g} s"
+        swapped = grid.start < grid.step and grid.end > grid.start
+        hint = f"t_end = {grid.step:.6g}, step = {grid.end:.6g}: the end comes first" if swapped else "a later t_end"
+        raise UsageError(Problem("t_end", what, hint))
     if grid.rest:
         what = f"the last step is shorter than {grid.step:.6g} s, and has no derivatives here"
         raise UsageError(Problem("t_end", what, f"t_end = {grid.start + grid.whole * grid.step:.9g}"))
-    if not grid.whole:
-        raise UsageError(Problem("t_end", "the run has no step", f"t_end = {grid.start + grid.step:.6g}"))
     if chosen.library.real != "double":
         what = f"the model computes with {chosen.library.real}, whose rounding derivatives would be lost in"
         raise UsageError(Problem("sensitivities", what, 'real = "double"'))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 from scipy import special, stats
@@ -92,36 +92,43 @@ def unreached(missed: Mapping[int, Unreached], thresholds: Array) -> list[str]:
     return notes
 
 
-def disagreements(reached: Sequence[MostProbablePoint], form: Distribution, sampled: Distribution) -> list[str]:
-    """Return notes on thresholds whose quadratic form gives another probability than samples about their point."""
-    notes = []
-    for k, one in enumerate(reached):
-        side = "above" if one.index >= 0.0 else "below"
-        ours, theirs = float(getattr(form, side)[k]), float(getattr(sampled, side)[k])
-        error = 0.5 * float(sampled.high[k] - sampled.low[k]) / 1.96
-        if abs(ours - theirs) > _SURE * error + _LIKE * max(ours, theirs):
-            sign = ">" if side == "above" else "<="
-            notes.append(
-                f"P(y {sign} {one.threshold:.6g}) is {ours:.3g} by the quadratic form and {theirs:.2g} +- {error:.1g}"
-                " by samples: the response is no quadratic form there, trust samples"
-            )
-    return notes
+def disagreements(reached: Sequence[MostProbablePoint], form: Distribution, sampled: Distribution) -> dict[int, str]:
+    """Return by place the thresholds whose quadratic form gives another probability than samples about their point."""
+    sides = ["above" if one.index >= 0.0 else "below" for one in reached]
+    found = _apart([one.threshold for one in reached], sides, form, sampled)
+    ending = "samples: the response is no quadratic form there, which is left out; trust samples"
+    return {k: f"{text} by {ending}" for k, text in found.items()}
 
 
-def against_samples(wanted: Array, form: Distribution, counted: Distribution) -> list[str]:
-    """Return notes on thresholds whose quadratic form gives another probability than samples of the whole
+def against_samples(wanted: Array, form: Distribution, counted: Distribution) -> dict[int, str]:
+    """Return by place the thresholds whose quadratic form gives another probability than samples of the whole
     distribution, on the side where there are fewer."""
-    notes = []
-    for k, threshold in enumerate(wanted.tolist()):
-        side, sign = ("above", ">") if counted.above[k] <= 0.5 else ("below", "<=")
+    sides = ["above" if above <= 0.5 else "below" for above in counted.above]
+    found = _apart(wanted.tolist(), sides, form, counted)
+    return {k: f"{text} by Monte Carlo: the form is left out, trust samples" for k, text in found.items()}
+
+
+def _apart(
+    thresholds: Sequence[float], sides: Sequence[str], form: Distribution, counted: Distribution
+) -> dict[int, str]:
+    """Return by place what a form and samples give, where these are apart."""
+    found = {}
+    for k, (threshold, side) in enumerate(zip(thresholds, sides, strict=True)):
         ours, theirs = float(getattr(form, side)[k]), float(getattr(counted, side)[k])
         error = 0.5 * float(counted.high[k] - counted.low[k]) / 1.96
         if abs(ours - theirs) > _SURE * error + _LIKE * max(ours, theirs):
-            notes.append(
-                f"P(y {sign} {threshold:.6g}) is {ours:.3g} by the quadratic form and {theirs:.2g} +- {error:.1g} by"
-                " Monte Carlo: trust samples"
+            sign = ">" if side == "above" else "<="
+            found[k] = (
+                f"P(y {sign} {threshold:.6g}) is {ours:.3g} by the quadratic form and {theirs:.2g} +- {error:.1g}"
             )
-    return notes
+    return found
+
+
+def without(one: Distribution, places: Collection[int]) -> Distribution:
+    """Return a distribution that is not a number at some thresholds."""
+    below, above = one.below.copy(), one.above.copy()
+    below[list(places)] = above[list(places)] = np.nan
+    return Distribution(below, above, one.low, one.high)
 
 
 def spread(one: Distribution, places: Sequence[int], count: int) -> Distribution:

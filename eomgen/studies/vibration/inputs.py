@@ -9,9 +9,12 @@ import numpy as np
 from scipy import special
 
 from eomgen.arrays import Array
+from eomgen.calls import check_options
+from eomgen.compiled.arguments import number_of
 from eomgen.errors import Problem, UsageError
-from eomgen.reliability import QuadraticForm
+from eomgen.simulation.option_types import SensitivityOptions
 from eomgen.studies.vibration.findings import Process
+from eomgen.text import shown
 
 if TYPE_CHECKING:
     from eomgen.model import Model
@@ -20,6 +23,21 @@ if TYPE_CHECKING:
 FEWEST = 20
 #: Standard deviations of an output, by its mean, of which the rounding of runs leaves few digits.
 _FAINT = 1e-9
+#: Part of a step, and of the run, by which an end may miss the end of a step.
+_WHOLE = 1e-9
+#: Options of ``simulate`` that runs with derivatives do not have, and what to take.
+_OF_OTHER_RUNS = {
+    **dict.fromkeys(("tolerance", "order"), "step=..., for fixed steps"),
+    "start": "initial=..., or start in the scene",
+    "controllers": "simulate(...), one run",
+    **dict.fromkeys(("t_end", "duration"), "at"),
+    **dict.fromkeys(("n_samples", "monte_carlo"), "samples"),
+}
+#: The study's own arguments, which come first among the near ones of a name that is none.
+OWN = (
+    *("output", "at", "step", "thresholds", "points", "projected", "whole", "samples", "tail_samples", "pairs"),
+    *("times", "levels", "seed"),
+)
 #: Where the distribution is asked for by itself: probabilities of a normal distribution of the same mean and spread.
 SHARES = (1e-4, 1e-3, 0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 0.999, 0.9999)
 
@@ -57,34 +75,60 @@ def check_samples(**counts: int) -> None:
 def checked_options(given: Mapping[str, Any], variables: Collection[str]) -> dict[str, Any]:
     """Return options of runs, which record every step: crossings, largest values and directions are looked for in rows.
 
-    Raises UsageError for rows that are farther apart, and for values of what the study goes over.
+    Raises UsageError for options that runs with derivatives do not have, for rows that are farther apart, and for
+    values of what the study goes over.
     """
+    check_options("random_vibration", given, SensitivityOptions.__annotations__, _OF_OTHER_RUNS, OWN)
     if given.get("record_every") not in (None, 1):
         what = "crossings, largest values and gradients are looked for at every step"
         raise UsageError(Problem("record_every", what, "without it"))
     parameters = given.get("parameters")
-    held = [name for name in parameters if name in variables] if isinstance(parameters, Mapping) else []
+    if not (parameters is None or isinstance(parameters, Mapping)):
+        what = f"values by name are needed, not {shown(parameters)}"
+        raise UsageError(Problem("parameters", what, 'parameters={"mass": 1.5}'))
+    held = [name for name in parameters or () if name in variables]
     if held:
         what = f"{held[0]} is a variable of a random process, and the study goes over all its values"
         raise UsageError(Problem("parameters", what, f'simulate(parameters={{"{held[0]}": ...}}), one run'))
     return {**given, "record_every": 1}
 
 
-def check_levels(levels: Sequence[float]) -> None:
-    for level in levels:
-        if not np.isfinite(level):
-            raise UsageError(Problem("levels", f"the level {level} is not a finite number", "levels=[1.5]"))
+def numbers_of(name: str, given: Any, hint: str, *, least: int = 1) -> Array:
+    """Return a list of finite numbers, (n,). Raises UsageError."""
+    try:
+        found = np.asarray(given)
+    except ValueError:  # rows of different lengths
+        found = np.asarray(None)
+    if found.ndim != 1 or len(found) < least or (len(found) and found.dtype.kind not in "iuf"):
+        raise UsageError(Problem(name, f"a list of numbers is needed, not {shown(given)}", hint))
+    if not np.isfinite(found).all():
+        bad = found[~np.isfinite(found)][0]
+        raise UsageError(Problem(name, f"{bad} is not a finite number", hint))
+    return found.astype(float)
 
 
-def span_of(model: Model, at: float | None, step: float | None) -> tuple[float, float]:
-    """Return the time and the step, of the scene where they are not given, so that it is a whole number of steps."""
+def span_of(model: Model, at: float | None, step: float | None, t_start: float = 0.0) -> tuple[float, float]:
+    """Return the time and the step, of the scene where they are not given. Raises UsageError."""
     simulation = model.description.simulation
-    end = simulation.duration if at is None else at
-    size = simulation.step if step is None else step
-    if not (np.isfinite(end) and np.isfinite(size) and 0.0 < size <= end):
-        what = f"t = {end:.6g} s by steps of {size:.6g} s has no step"
-        raise UsageError(Problem("at", what, "a time behind the start, and a positive step"))
-    return float(end), float(size)
+    end = t_start + simulation.duration if at is None else number_of("at", at)
+    size = simulation.step if step is None else number_of("step", step)
+    if not size > 0.0:
+        raise UsageError(Problem("step", f"the step must be positive, not {size:.6g}", f"step={simulation.step:.6g}"))
+    if not end > t_start:
+        what = f"there is no run from {t_start:.6g} s to t = {end:.6g} s"
+        raise UsageError(Problem("at", what, f"at={t_start + simulation.duration:.6g}, a time behind the start"))
+    count = (end - t_start) / size
+    if round(count) < 1:
+        what = f"the run to t = {end:.6g} s has no whole step of {size:.6g} s"
+        swapped = at is not None and step is not None
+        hint = (
+            f"at={size:.6g}, step={end:.6g}: the end comes first" if swapped else f"step={0.01 * (end - t_start):.2g}"
+        )
+        raise UsageError(Problem("step", what, hint))
+    if abs(count - round(count)) > _WHOLE * max(1.0, count):
+        what = f"t = {end:.9g} s is no whole number of steps of {size:.6g} s"
+        raise UsageError(Problem("at", what, f"at={t_start + round(count) * size:.9g}"))
+    return end, size
 
 
 def check_output(model: Model, output: str) -> None:
@@ -102,25 +146,27 @@ def check_output(model: Model, output: str) -> None:
         raise UsageError(Problem("output", f"{output!r} is no single component of {name}", hint))
 
 
-def thresholds_of(form: QuadraticForm, given: Sequence[float] | None, *, needs_spread: bool) -> Array:
-    """Return the thresholds, checked; ``needs_spread``: whether an output without spread is refused, in any case where
-    none are given."""
-    if (needs_spread or given is None) and not form.standard_deviation > 0.0:
+def thresholds_of(mean: float, deviation: float, given: Sequence[float] | None, *, needs_spread: bool) -> Array:
+    """Return the thresholds. Raises UsageError where the output has no spread.
+
+    Parameters
+    ----------
+    mean, deviation : of the output
+    needs_spread : whether an output without spread is refused, in any case where no thresholds are given
+    """
+    if (needs_spread or given is None) and not deviation > 0.0:
         what = "to second order about the mean the output does not depend on the random processes at this time"
         raise UsageError(Problem("output", what, "another output, a later time; samples alone: points=False"))
-    if given is not None:
-        wanted = np.asarray(given, dtype=float)
-        if wanted.ndim != 1 or not wanted.size or not np.isfinite(wanted).all():
-            raise UsageError(Problem("thresholds", "finite numbers are needed", "thresholds=[0.5, 1.0]"))
-        return wanted
-    return form.mean + form.standard_deviation * special.ndtri(np.array(SHARES))
+    if given is None:
+        return mean + deviation * special.ndtri(np.array(SHARES))
+    return np.array(given)
 
 
-def doubts_of_spread(form: QuadraticForm) -> list[str]:
+def doubts_of_spread(mean: float, deviation: float) -> list[str]:
     """Return a note on an output that is constant, or nearly so."""
-    if not form.standard_deviation > 0.0:
+    if not deviation > 0.0:
         return ["to second order about the mean the output does not depend on the random processes at this time"]
-    if form.standard_deviation < _FAINT * abs(form.mean):
-        part = form.standard_deviation / abs(form.mean)
+    if deviation < _FAINT * abs(mean):
+        part = deviation / abs(mean)
         return [f"the output's standard deviation is {part:.1g} of its mean: rounding of runs leaves few of its digits"]
     return []

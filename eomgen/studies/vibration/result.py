@@ -12,8 +12,8 @@ from eomgen.files import make_folder, write_table, write_text
 from eomgen.studies.vibration.findings import Findings
 from eomgen.text import json_text
 
-#: What the message calls a form about the mean.
-_ORDER = {"second_order": "second order", "projected": "projected second order"}
+#: What moments the message names, and how these are known.
+_ORDER = {"second_order": "to second order", "projected": "to projected second order", "monte_carlo": "by samples"}
 
 
 class RandomVibration(Findings):
@@ -22,10 +22,10 @@ class RandomVibration(Findings):
     @property
     def message(self) -> str:
         """One line: what was found, and what is in doubt."""
-        name = "second_order" if "second_order" in self.moments else "projected"
+        name = next(name for name in _ORDER if name in self.moments)
         mean, deviation, *_ = self.moments[name]
         text = f"{self.output} at t = {self.t:.6g} s has mean {mean:.6g} and standard deviation {deviation:.6g}"
-        return "; ".join([f"{text}{f' {self.unit}' if self.unit else ''} to {_ORDER[name]}", *self.notes])
+        return "; ".join([f"{text}{f' {self.unit}' if self.unit else ''} {_ORDER[name]}", *self.notes])
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything as plain data."""

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from eomgen.arrays import Array
+from eomgen.compiled.arguments import number_of
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.reliability import (
     Projected,
@@ -20,6 +21,7 @@ from eomgen.reliability import (
     leading_directions,
     points_on_curve,
 )
+from eomgen.simulation.sensitivities.crossings import CrossedJump
 from eomgen.studies.vibration.distributions import (
     against_samples,
     at_points,
@@ -31,16 +33,17 @@ from eomgen.studies.vibration.distributions import (
     spread,
     tails_of,
     unreached,
+    without,
 )
 from eomgen.studies.vibration.findings import Cost, Distribution
 from eomgen.studies.vibration.inputs import (
     FEWEST,
     check_counts,
-    check_levels,
     check_output,
     check_samples,
     checked_options,
     doubts_of_spread,
+    numbers_of,
     processes_of,
     span_of,
     thresholds_of,
@@ -99,8 +102,9 @@ def random_vibration(
     Raises
     ------
     UsageError
-        Counts below 0, samples below 20, a level that is not finite, a share that is none, no random process, no such
-        output, an output that does not depend on the processes, a method without derivatives of runs.
+        Forces that jump where the motion takes them, without samples; counts below 0, samples below 20, a level that is
+        not finite, a share that is none, no random process, no such output, an output that does not depend on the
+        processes, a method without derivatives of runs.
     NumericalError
         A threshold that is not reached, a run that fails.
 
@@ -111,28 +115,35 @@ def random_vibration(
     """
     check_counts(samples=samples, tail_samples=tail_samples, pairs=pairs, seed=seed)
     check_samples(samples=samples, tail_samples=tail_samples)
-    check_levels(levels)
+    levels = numbers_of("levels", levels, "levels=[1.5]", least=0).tolist()
+    times = numbers_of("times", times, "times=[1.0, 2.0]", least=0).tolist()
+    if thresholds is not None:
+        thresholds = numbers_of("thresholds", thresholds, "thresholds=[0.5, 1.0]").tolist()
     _check_projection(projected, whole)
-    span = span_of(model, at, step)
     processes, variables = processes_of(model)
+    given = checked_options(options, variables)
+    span = span_of(model, at, step, number_of("t_start", given.get("t_start", 0.0)))
     check_output(model, output)
-    study = _Study(RunResponse(model, variables, output, span, checked_options(options, variables)), seed)
-    forms = study.expansions(projected, whole, pairs)
-    form = forms["second_order" if whole else "projected"]
+    study = _Study(RunResponse(model, variables, output, span, given), seed)
+    try:
+        forms = study.expansions(projected, whole, pairs)
+    except CrossedJump as error:
+        study.left_to_samples(error, samples)
+        forms, points = {}, False
+    form = forms.get("second_order", forms.get("projected"))
     best = forms.get("hermite", form)
-    wanted = thresholds_of(best, thresholds, needs_spread=points)
-    study.notes += doubts_of_spread(best)
+    mean, deviation = study.sampled_spread(samples) if best is None else (best.mean, best.standard_deviation)
+    wanted = thresholds_of(mean, deviation, thresholds, needs_spread=points)
+    study.notes += doubts_of_spread(mean, deviation)
     study.distributions = {name: of_form(one, wanted) for name, one in forms.items()}
     study.moments = {name: moments_of(one) for name, one in forms.items()}
-    indices = study.about_points(wanted, tail_samples) if points else np.full(len(wanted), np.nan)
+    indices = study.about_points(wanted, tail_samples, samples) if points else np.full(len(wanted), np.nan)
     passage: dict[float, dict[str, float]] = {float(level): {} for level in levels}
     if samples:
         study.by_samples(samples, wanted, passage)
-        if points:
-            counted = study.distributions["monte_carlo"]
-            study.notes += against_samples(wanted, study.distributions["quadratic"], counted)
-    covariance = study.along(times, passage, forms) if len(times) or levels else {}
-    study.check_form(form)
+    covariance = study.along(times, passage, forms) if forms and (len(times) or levels) else {}
+    if form is not None:
+        study.check_form(form)
     if study.response.reason:
         study.notes.append(f"Hessians are differences of gradients: {study.response.reason}")
     units = {item.name: item.unit for item in model.description.outputs}
@@ -146,7 +157,7 @@ def random_vibration(
         study.moments,
         study.distributions,
         indices,
-        np.asarray(times, dtype=float),
+        np.asarray(times if forms else (), dtype=float),
         covariance,
         passage,
         study.costs,
@@ -171,6 +182,7 @@ class _Study:
     distributions: dict[str, Distribution] = field(default_factory=dict, init=False)
     costs: dict[str, Cost] = field(default_factory=dict, init=False)
     notes: list[str] = field(default_factory=list, init=False)
+    _samples: tuple[Array, Array] | None = field(default=None, init=False)
 
     @contextmanager
     def _counted(self, name: str) -> Iterator[None]:
@@ -225,10 +237,14 @@ class _Study:
                 " deviation: its moments are no more than a guess, and so are distributions near the mean"
             )
 
-    def about_points(self, wanted: Array, tail_samples: int) -> Array:
+    def about_points(self, wanted: Array, tail_samples: int, samples: int) -> Array:
         """Find the most probable points of thresholds and the distributions about them; return their indices."""
-        with self._counted("most_probable_points"):
-            found, missed = points_on_curve(self._expanded, wanted.tolist())
+        try:
+            with self._counted("most_probable_points"):
+                found, missed = points_on_curve(self._expanded, wanted.tolist())
+        except CrossedJump as error:
+            self.left_to_samples(error, samples)
+            return np.full(len(wanted), np.nan)
         if not found:
             raise missed[min(missed)]
         self.notes += unreached(missed, wanted)
@@ -240,7 +256,9 @@ class _Study:
             failed, nearest = self.response.failed, 0.0 if tail_samples else _NEAREST
             sampled = tails_of(self.response, reached, tail_samples or _FEW, self.seed, nearest=nearest)
             failed = self.response.failed - failed
-        self.notes += disagreements(reached, about["quadratic"], sampled)
+        wrong = disagreements(reached, about["quadratic"], sampled)
+        self.notes += wrong.values()
+        about["quadratic"] = without(about["quadratic"], wrong)
         if tail_samples:
             about["importance_sampling"] = sampled
         if failed:
@@ -250,8 +268,23 @@ class _Study:
         indices[places] = [one.index for one in reached]
         return indices
 
-    def by_samples(self, count: int, wanted: Array, passage: dict[float, dict[str, float]]) -> None:
-        """Count samples, at the end and by the largest value within their runs."""
+    def left_to_samples(self, error: CrossedJump, samples: int) -> None:
+        """Note that samples alone tell of the output. Raises the error where there are none."""
+        what = error.problems[0].what
+        if not samples:
+            hint = "samples=4000 (--monte-carlo 4000), which take no derivatives"
+            raise CrossedJump(Problem("random_vibration", what, hint))
+        self.notes.append(f"samples alone are left: {what}")
+
+    def sampled_spread(self, count: int) -> tuple[float, float]:
+        """Return the mean and the standard deviation of samples."""
+        y = self._drawn(count)[0]
+        return float(np.nanmean(y)), float(np.nanstd(y))
+
+    def _drawn(self, count: int) -> tuple[Array, Array]:
+        """Return the output of samples, and its largest values within their runs, drawn once."""
+        if self._samples is not None:
+            return self._samples
         with self._counted("monte_carlo"):
             normal = np.random.default_rng(self.seed).standard_normal((count, self.response.size))
             y, highest = self.response.samples(normal)
@@ -259,12 +292,24 @@ class _Study:
         if count - failed < FEWEST:
             what = f"{'all' if failed == count else f'{failed} of'} {count} samples of Monte Carlo fail"
             raise NumericalError(what, "smaller steps, or a scene that runs")
+        self._samples = y, highest
+        return self._samples
+
+    def by_samples(self, count: int, wanted: Array, passage: dict[float, dict[str, float]]) -> None:
+        """Count samples, at the end and by the largest value within their runs."""
+        y, highest = self._drawn(count)
+        failed = int(np.count_nonzero(~np.isfinite(y)))
         found = of_samples(y[np.isfinite(y)], wanted)
         self.distributions["monte_carlo"], self.moments["monte_carlo"] = found
         for level, values in passage.items():
             values["monte_carlo"] = float(np.mean(highest[np.isfinite(highest)] > level))
         if failed:
             self.notes.append(f"{failed} of {count} samples failed, and are in no statistics")
+        if "quadratic" in self.distributions:
+            form, counted = self.distributions["quadratic"], self.distributions["monte_carlo"]
+            wrong = against_samples(wanted, form, counted)
+            self.notes += wrong.values()
+            self.distributions["quadratic"] = without(form, wrong)
 
     def along(
         self, times: Sequence[float], passage: dict[float, dict[str, float]], forms: dict[str, QuadraticForm]
@@ -296,6 +341,8 @@ class _Study:
 
 
 def _check_projection(projected: float | None, whole: bool) -> None:
+    if projected is not None:
+        number_of("projected", projected, "number")
     if projected is not None and not 0.0 < projected < 1.0:
         raise UsageError(Problem("projected", f"the share {projected:.6g} is not between 0 and 1", "projected=0.999"))
     if projected is None and not whole:

@@ -1,0 +1,131 @@
+"""Comparisons, signs and curves with jumps in the equations of a run: on which sides of them states are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.symbolic.evaluate import evaluate
+from eomgen.symbolic.operations import CurveLike, InputSymbol, Op
+from eomgen.symbolic.tape import Ref, Tape
+from eomgen.system.system import System
+
+#: Functions whose jumps move a run.
+OF_RUNS = ("residual", "internal_rate")
+_COMPARED = {Op.SIGN: "a sign", Op.LT: "a comparison", Op.LE: "a comparison"}
+
+Values = Mapping[str, NDArray[Any]]
+
+
+@dataclass(frozen=True)
+class Branch:
+    """An operation whose value may jump where its argument passes a number.
+
+    Attributes
+    ----------
+    what : in words: ``a sign in effort friction``
+    symbols : the components of input blocks that the argument depends on
+    """
+
+    what: str
+    symbols: frozenset[InputSymbol]
+
+
+@dataclass(frozen=True)
+class _Jumps:
+    """Arguments at which a curve jumps, in increasing order, and again after every ``period`` where that is not 0."""
+
+    places: NDArray[np.float64]
+    start: float
+    period: float
+
+    @classmethod
+    def of(cls, curve: CurveLike, derivative: int) -> _Jumps | None:
+        places = sorted(x for x, order in curve.kinks() if order <= derivative)
+        if not places:
+            return None
+        start, end = float(curve.breaks[0]), float(curve.breaks[-1])
+        return cls(np.array(places), start, end - start if curve.outside == "periodic" else 0.0)
+
+    def behind(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return how many jumps lie at or before x."""
+        if not self.period:
+            return np.searchsorted(self.places, x, side="right").astype(np.float64)
+        turns = np.floor((x - self.start) / self.period)
+        inside = np.searchsorted(self.places, x - turns * self.period, side="right")
+        return np.asarray(turns * len(self.places) + inside, dtype=np.float64)
+
+
+class Branches:
+    """The branches of a system's equations, and what the equations are at states.
+
+    Comparisons within loops over alike elements are not among them.
+
+    Parameters
+    ----------
+    system : with the functions ``OF_RUNS``, those that it has
+    """
+
+    def __init__(self, system: System) -> None:
+        self._tape: Tape = system.tape
+        self._equations: list[Ref] = [
+            ref for name in OF_RUNS if name in system.functions for ref in system.functions[name].refs
+        ]
+
+    @cached_property
+    def _found(self) -> list[tuple[Branch, tuple[Ref, ...], _Jumps | None]]:
+        """Branches with the operands of each, and where a curve jumps."""
+        tape, found = self._tape, []
+        for node in tape.live(self._equations):
+            op, jumps = tape.op[node], None
+            if op is Op.CURVE:
+                jumps = _Jumps.of(*tape.curves[tape.b[node]])
+            if op not in _COMPARED and jumps is None:
+                continue
+            operands: tuple[Ref, ...] = (tape.a[node],) if jumps is not None else tape.operands(node)
+            what, label = _COMPARED.get(op) or f"the curve {tape.curves[tape.b[node]][0].name}", tape.label(node)
+            branch = Branch(f"{what} in {label}" if label else what, frozenset(tape.depends_on(operands)))
+            found.append((branch, operands, jumps))
+        return found
+
+    @property
+    def branches(self) -> list[Branch]:
+        """All branches; arrays of sides have a column for each."""
+        return [branch for branch, *_ in self._found]
+
+    def arguments(self, values: Values) -> NDArray[np.float64]:
+        """Return what is compared, the first operand less the second, (n, branches).
+
+        Parameters
+        ----------
+        values : input blocks, (size,) or (n, size) each
+        """
+        refs = [ref for _, operands, _ in self._found for ref in (operands[0], operands[-1])]
+        pairs = self._evaluated(refs, values).reshape(-1, len(self._found), 2)
+        alone = [len(operands) == 1 for _, operands, _ in self._found]
+        found: NDArray[np.float64] = np.where(alone, pairs[..., 0], pairs[..., 0] - pairs[..., 1])
+        return found
+
+    def sides(self, arguments: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return on which side of each branch arguments are, (n, branches): -1, 0, 1 of comparisons, how many jumps of
+        a curve lie behind."""
+        found = np.sign(arguments)
+        for column, (_, _, jumps) in enumerate(self._found):
+            if jumps is not None:
+                found[:, column] = jumps.behind(arguments[:, column])
+        return found
+
+    def equations(self, values: Values) -> NDArray[np.float64]:
+        """Return the residual and the rates of internal states, (n, rows)."""
+        return self._evaluated(self._equations, values)
+
+    def _evaluated(self, refs: list[Ref], values: Values) -> NDArray[np.float64]:
+        needed = {symbol.block for symbol in self._tape.depends_on(refs)} or {"p"}
+        with np.errstate(all="ignore"):
+            found = evaluate(self._tape, refs, {name: values[name] for name in needed})
+        return np.atleast_2d(np.asarray(found, dtype=np.float64))
