@@ -128,7 +128,7 @@ def random_vibration(
     try:
         forms = study.expansions(projected, whole, pairs)
     except CrossedJump as error:
-        study.left_to_samples(error, samples)
+        study.left_to_samples(error, samples, "samples alone are left")
         forms, points = {}, False
     form = forms.get("second_order", forms.get("projected"))
     best = forms.get("hermite", form)
@@ -242,8 +242,8 @@ class _Study:
         try:
             with self._counted("most_probable_points"):
                 found, missed = points_on_curve(self._expanded, wanted.tolist())
-        except CrossedJump as error:
-            self.left_to_samples(error, samples)
+        except (CrossedJump, NumericalError) as error:
+            self.left_to_samples(error, samples, "most probable points are left out")
             return np.full(len(wanted), np.nan)
         if not found:
             raise missed[min(missed)]
@@ -268,13 +268,16 @@ class _Study:
         indices[places] = [one.index for one in reached]
         return indices
 
-    def left_to_samples(self, error: CrossedJump, samples: int) -> None:
-        """Note that samples alone tell of the output. Raises the error where there are none."""
+    def left_to_samples(self, error: CrossedJump | NumericalError, samples: int, left: str) -> None:
+        """Note what is left where derivatives are none. Raises the error where there are no samples."""
         what = error.problems[0].what
-        if not samples:
+        if samples:
+            self.notes.append(f"{left}: {what}")
+        elif isinstance(error, NumericalError):
+            raise error
+        else:
             hint = "samples=4000 (--monte-carlo 4000), which take no derivatives"
             raise CrossedJump(Problem("random_vibration", what, hint))
-        self.notes.append(f"samples alone are left: {what}")
 
     def sampled_spread(self, count: int) -> tuple[float, float]:
         """Return the mean and the standard deviation of samples."""
