@@ -1983,7 +1983,7 @@ LONG: dict[str, tuple[str, ...]] = {
     "studies/test_fidelity.py::test_errors_are_against_the_full_scene": (),
     "studies/test_fidelity.py::test_tune_races_less_where_it_is_asked_to_and_writes_no_file_of_it": (),
     "studies/test_identification.py::test_intervals_hold_the_truth_as_often_as_they_state": (),
-    "studies/test_identification.py::test_starts_that_move_with_what_is_unknown_are_refused": (),
+    "studies/test_identification.py::test_starts_of_absolute_bodies_follow_what_is_unknown": (),
     "studies/test_long_trees.py::test_an_error_in_the_extended_system_of_a_long_tree_is_found": (),
     "studies/test_long_trees.py::test_every_closed_form_of_a_long_tree_agrees": (),
     "studies/test_planted_errors.py::test_an_error_in_a_derivation_is_found_in_the_compiled_model": (

@@ -108,6 +108,8 @@ def to_program(
         initial_q=system.initial_q,
         initial_v=system.initial_v,
         initial_z=system.initial_z,
+        asked_q=system.asked_q,
+        asked_v=system.asked_v,
         dof_parent=system.dof_parent,
         discontinuities=tuple(asdict(item) for item in system.discontinuities),
         sampled=tuple(asdict(item) for item in system.sampled),

@@ -13,7 +13,7 @@ from typing import Any
 from eomgen.codegen.program import Program
 
 #: Version of the data below; part of every cache key.
-LAYOUT_VERSION = 2
+LAYOUT_VERSION = 3
 #: Largest argument of compiled sines and cosines, rad: up to it, what is subtracted of it are exact products.
 LARGEST_ANGLE = 1e10
 

@@ -250,6 +250,8 @@ class Program:
     dropped: tuple[str, ...]
     notes: tuple[str, ...]
     version: str
+    asked_q: tuple[float, ...] = ()
+    asked_v: tuple[float, ...] = ()
     constants: tuple[Quantity, ...] = ()
     beams: tuple[str, ...] = ()
     slopes: tuple[Mapping[str, Any], ...] = ()

@@ -30,7 +30,11 @@ class InitialState:
 
 
 def initial_state(
-    model: CompiledModel, initial: Mapping[str, Any] | None, parameters: Array | None = None
+    model: CompiledModel,
+    initial: Mapping[str, Any] | None,
+    parameters: Array | None = None,
+    *,
+    asked: bool = False,
 ) -> InitialState:
     """Return the scene's initial state with what is given put in.
 
@@ -41,13 +45,16 @@ def initial_state(
         1.0}}``; or internal states: ``{"filtered": 0.2}``, ``{"z": {"filtered": 0.2}}``.
     parameters : (np,) array, optional
         Those of the run, which the scene's own state in absolute coordinates depends on.
+    asked : bool
+        Whether it is what the scene asks for, before it was moved onto the constraints at the default parameters:
+        where initial values are given or parameters differ, runs move it onto the constraints as the scene's own was.
 
     Raises
     ------
     UsageError
         Unknown joints, wrong shapes, values that are not finite, quaternions that are not of unit length.
     """
-    state = _scene_start(model, parameters)
+    state = _scene_start(model, parameters, asked=asked)
     given = {} if initial is None else initial
     check_initial(given)
     units = {"q": model.q_units, "v": model.v_units, "z": model.z_units}
@@ -141,14 +148,14 @@ def _numbers(size: int) -> str:
     return f"{size} number{'s' * (size != 1)}; q_names, v_names and states of the model are their order"
 
 
-def _scene_start(model: CompiledModel, parameters: Array | None) -> InitialState:
+def _scene_start(model: CompiledModel, parameters: Array | None, *, asked: bool) -> InitialState:
     """Return the scene's own initial state; absolute bodies are where the joints put them at the run's parameters."""
     q, v = model.initial_q.copy(), model.initial_v.copy()
-    if (
-        model.initial_at is not None
-        and parameters is not None
-        and parameters.tolist() != list(model.parameters.values())
-    ):
+    layout = model.library.layout
+    if asked and layout.get("asked_q"):
+        q, v = (np.array(layout[name], dtype=float) for name in ("asked_q", "asked_v"))
+    other = parameters is not None and parameters.tolist() != list(model.parameters.values())
+    if model.initial_at is not None and parameters is not None and other:
         start = model.initial_at(dict(zip(model.parameters, parameters.tolist(), strict=True)))
         q, v = (np.array(part, dtype=float) for part in start)
     return InitialState(q, v, model.initial_z.copy())

@@ -87,7 +87,7 @@ class Lanes:
         model, common = self.model, self.options.common
         changed = bool(common.get("initial")) or common.get("parameters") is not None
         changed = changed or any(item.block != "inputs" for item in self.options.items)
-        guesses, refused = self._guesses(values, parameters)
+        guesses, refused = self._guesses(values, parameters, asked=changed)
         if not changed and self.runs.run.grid.start == 0.0:
             return guesses, refused
         q, v, z = np.split(guesses, [model.nq, model.nq + model.nv], axis=1)
@@ -96,16 +96,17 @@ class Lanes:
             return self._starts_one_by_one(values, parameters)
         return np.concatenate([found.q, found.v, z], axis=1), refused | ~found.met
 
-    def _guesses(self, values: Array, parameters: Array) -> tuple[Array, NDArray[np.bool_]]:
-        """Return initial states (samples, nq + nv + nz) as they are given, and which of them are refused."""
+    def _guesses(self, values: Array, parameters: Array, *, asked: bool) -> tuple[Array, NDArray[np.bool_]]:
+        """Return initial states (samples, nq + nv + nz) as they are given, and which of them are refused; ``asked``:
+        before they are moved onto constraints."""
         model, common = self.model, self.options.common.get("initial")
-        first = initial_state(model, common, self.runs.run.parameters)
+        first = initial_state(model, common, self.runs.run.parameters, asked=asked)
         starts = np.repeat(np.concatenate([first.q, first.v, first.z])[np.newaxis], len(values), axis=0)
         refused = np.zeros(len(values), dtype=bool)
         if model.initial_at is not None:  # bodies are where the joints put them at the parameters of each sample
             for k in np.flatnonzero((parameters != self.runs.run.parameters).any(axis=1)):
                 try:
-                    own = initial_state(model, common, parameters[k])
+                    own = initial_state(model, common, parameters[k], asked=asked)
                 except EomgenError:
                     refused[k] = True
                 else:

@@ -210,7 +210,7 @@ class VariedOptions:
             options["inputs"] = {**laws, **(options.get("inputs") or {})}
         if any(block in by_block for block in ("q", "v", "z")):
             p = self.model.parameter_array(options.get("parameters"))
-            state = initial_state(self.model, options.get("initial"), p)
+            state = initial_state(self.model, options.get("initial"), p, asked=True)
             parts = {"q": state.q, "v": state.v, "z": state.z}
             for item, value in zip(self.items, values.tolist(), strict=True):
                 if item.block in parts:

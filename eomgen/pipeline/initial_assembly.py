@@ -71,6 +71,8 @@ def with_initial_assembly(
         system,
         initial_q=tuple(map(float, assembly.q)),
         initial_v=tuple(map(float, assembly.v)),
+        asked_q=tuple(map(float, guess[0])),
+        asked_v=tuple(map(float, guess[1])),
         notes=(*system.notes, *notes),
         warnings=(*system.warnings, *locked, *undetermined),
         left_out=sensitive,

@@ -257,6 +257,8 @@ class System:
         What every run says again.
     left_out : tuple of str
         Constraint rows that follow from others at the default parameters, and may not at others.
+    asked_q, asked_v : tuples of float
+        The initial state before it was moved onto the constraints; empty where it was not.
     kept, dropped : tuples of str
         What the scene made necessary, and what it did not.
     base_zeros : tuple of int
@@ -283,6 +285,8 @@ class System:
     initial_v: tuple[float, ...]
     dof_parent: tuple[int, ...]
     facts: Facts
+    asked_q: tuple[float, ...] = ()
+    asked_v: tuple[float, ...] = ()
     states: tuple[Quantity, ...] = ()
     multipliers: tuple[str, ...] = ()
     row_units: tuple[str, ...] = ()

@@ -228,7 +228,7 @@ def test_a_start_far_off_the_constraints_moves_as_its_steps_onto_them_do(method:
     by = ["mass", "length", "damping", "q.a", "q.c[0]", "v.c[1]"]
     found = model.sensitivities(STEPS * STEP, STEP, by=by, method=method, initial=initial, settings=TO_ROUNDING)
     assert found._run.beginning.moved_far
-    asked = initial_state(model, initial, model.parameter_array())
+    asked = initial_state(model, initial, model.parameter_array(), asked=True)
     names = {"p": list(model.parameters), "q": [f"q{name[1:]}" for name in model.v_names], "v": list(model.v_names)}
     places = [(block, of.index(name)) for name in found.by for block, of in names.items() if name in of]
     oracle = oracle_of(model, scene, method, found)
@@ -239,6 +239,61 @@ def test_a_start_far_off_the_constraints_moves_as_its_steps_onto_them_do(method:
         "the initial state is moved onto the constraints, and second derivatives of how are not known; try: state ="
         ' model.consistent(q, v), and initial={"q": state.q, "v": state.v}'
     )
+
+
+def four_bar(crank: float = 0.3) -> SceneBuilder:
+    """Return a loop whose initial angles do not close it, with a length that is tunable."""
+    builder = SceneBuilder("asked_loop").parameter("crank", crank, tunable=True).parameter("load", 0.2, tunable=True)
+    builder.body("one", 1.0, center_of_mass=["crank/2", 0, 0], inertia=[0.01, 0.02, 0.01])
+    builder.body("two", 1.5, center_of_mass=[0.4, 0, 0], inertia=[0.05, 0.06, 0.02])
+    start = {"position": 0.9, "velocity": 1.5}
+    builder.joint("a", "revolute", "base", "one", axis=[0, 1, 0], initial=start)
+    builder.joint("b", "revolute", "one", "two", axis=[0, 1, 0], position=["crank", 0, 0], initial={"position": -0.7})
+    ends = {"body": "two", "position": [0.8, 0, 0]}, {"body": "base", "position": [0.7, 0, -0.5]}
+    builder.constraint("rod", "distance", *ends, length=0.6).effort("load", "b", "load*cos(q.a)")
+    return builder.output("y", formula=["q.a", "v.b"])
+
+
+def test_a_loop_starts_as_its_scene_with_these_values_does() -> None:
+    """What the scene asks for is moved onto the constraints: at other parameters, and beside initial values."""
+    (_, model), (_, longer) = built(four_bar()), built(four_bar(0.33))
+    options: dict[str, Any] = {"error_estimate": False, "settings": TO_ROUNDING}
+    own = model.simulate(0.1, STEP, **options)
+    assert abs(own.q[0, 0] - 0.9) > 0.01  # the loop is closed from elsewhere
+    for initial in ({"a": 0.9}, {"b": {"position": -0.7}}, {"a": {"position": 0.9, "velocity": 1.5}, "b": -0.7}):
+        again = model.simulate(0.1, STEP, initial=initial, **options)
+        np.testing.assert_allclose(again.q, own.q, atol=1e-13)
+        np.testing.assert_allclose(again.v, own.v, atol=1e-12)
+    moved, rebuilt = (
+        model.simulate(0.1, STEP, parameters={"crank": 0.33}, **options),
+        longer.simulate(0.1, STEP, **options),
+    )
+    np.testing.assert_allclose(moved.q, rebuilt.q, atol=1e-13)
+    np.testing.assert_allclose(moved.v, rebuilt.v, atol=1e-12)
+    samples = model.simulate_many(
+        0.1, STEP, table={"crank": [0.3, 0.33]}, columns=["output.y[0]"], points=2, method=None
+    )
+    np.testing.assert_allclose(samples.results["output.y[0].final"], [own["y"][-1, 0], moved["y"][-1, 0]], atol=1e-8)
+
+
+def test_derivatives_of_a_loop_are_those_of_the_scene_with_other_values() -> None:
+    _, model = built(four_bar())
+    by = ["crank", "load", "q.a"]
+    found = model.sensitivities(0.1, STEP, by=by, settings=TO_ROUNDING).derivatives["y"][-1]
+    ends = {
+        size: [final(model, parameters={"crank": 0.3 + sign * size}) for sign in (1.0, -1.0)] for size in (1e-3, 2e-3)
+    }
+    slopes = {size: (pair[0] - pair[1]) / (2.0 * size) for size, pair in ends.items()}
+    np.testing.assert_allclose(found[:, 0], (4.0 * slopes[1e-3] - slopes[2e-3]) / 3.0, rtol=1e-7)
+    starts = [{"a": {"position": 0.9 + sign * 1e-4, "velocity": 1.5}} for sign in (1.0, -1.0)]
+    pair = [final(model, initial=initial) for initial in starts]
+    np.testing.assert_allclose(found[:, 2], (pair[0] - pair[1]) / 2e-4, rtol=1e-5)
+    assert model.sensitivities(0.1, STEP, by=["load"]).hessian("final(y[0])").shape == (1, 1)  # it moves no start
+    assert refused_twice(model.sensitivities(0.1, STEP, by=["crank"]), "y[0]").startswith("the initial state is moved")
+
+
+def final(model: Model, **given: Any) -> Array:
+    return np.asarray(model.simulate(0.1, STEP, error_estimate=False, settings=TO_ROUNDING, **given)["y"][-1])
 
 
 def raised() -> SceneBuilder:

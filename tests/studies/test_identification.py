@@ -416,18 +416,45 @@ def test_mistakes_in_calls_are_named(
     assert told in str(caught.value)
 
 
+def test_starts_at_rest_follow_what_is_unknown() -> None:
+    """3 x'' + x' + 30 x = 3 + t from rest at 3/30: a start held at 3/25, where the search begins, would fit nothing."""
+    text = SCENE.replace("duration = 4 }", 'duration = 4, start = "equilibrium" }').replace(
+        "push - sqrt", "3 + t - sqrt"
+    )
+    resting = built_for_run(load_toml(text))
+    t = np.linspace(0.0, 4.0, 201)
+    decay, rate, slope = 1.0 / 6.0, np.sqrt(10.0 - 1.0 / 36.0), 1.0 / 30.0
+    mean = (3.0 - slope) / 30.0
+    wave = (0.1 - mean) * np.cos(rate * t) + (decay * (0.1 - mean) - slope) / rate * np.sin(rate * t)
+    x = mean + slope * t + np.exp(-decay * t) * wave + NOISE * np.random.default_rng(0).standard_normal(len(t))
+    found = found_by(resting, {"t": t, "x": x}, "stiffness", "damping")
+    for name in ("stiffness", "damping"):
+        assert found[name].low < TRUE[name] < found[name].high
+    np.testing.assert_allclose(found.records[0].initial["q"], 3.0 / found["stiffness"].value, rtol=1e-9)
+    with pytest.raises(
+        UsageError, match=r"states: the scene starts at static equilibrium, and q\.slide cannot be unknown"
+    ):
+        found_by(resting, {"t": t, "x": x}, "stiffness", states=["q.slide"])
+
+
 @pytest.mark.slow
-def test_starts_that_move_with_what_is_unknown_are_refused(slider: eomgen.Model) -> None:
+def test_starts_of_absolute_bodies_follow_what_is_unknown(slider: eomgen.Model) -> None:
     resting = built_for_run(load_toml(SCENE.replace("duration = 4 }", 'duration = 4, start = "equilibrium" }')))
-    with pytest.raises(UsageError, match="initial: the scene starts at static equilibrium, which parameters move"):
-        found_by(resting, data(), "stiffness")
     found = found_by(resting, data(), "stiffness", "damping", initial={"slide": 0.1})
     assert found["stiffness"].low < 30.0 < found["stiffness"].high
     absolute = SCENE.replace("format = 1", 'format = 1\ncoordinates = "absolute"').replace(
         'mass = "mass_a"', 'mass = "mass_a"\ncenter_of_mass = ["0.1 * far", 0, 0]'
     )
-    with pytest.raises(UsageError, match="initial: the scene's initial state follows from parameters"):
-        found_by(built_for_run(load_toml(absolute)), data(), "stiffness")
+    model = built_for_run(load_toml(absolute))
+    found = found_by(model, data(), "stiffness", "damping")
+    plain = found_by(slider, data(), "stiffness", "damping")
+    for name in ("stiffness", "damping"):
+        assert found[name].value == pytest.approx(plain[name].value, rel=1e-5)
+        assert found[name].deviation == pytest.approx(plain[name].deviation, rel=1e-3)
+    with pytest.raises(
+        UsageError, match="states: the scene's initial state follows from parameters, and v.a.3. cannot"
+    ):
+        found_by(model, data(), "stiffness", states=["v.a[3]"])
 
 
 def test_too_few_samples_and_no_runs(slider: eomgen.Model) -> None:

@@ -115,7 +115,7 @@ def _start(
     at_rest: bool,
 ) -> Start:
     """Return what the state that a run starts from follows from; ``by``: parameters. Raises UsageError."""
-    asked = initial_state(model, initial, p)
+    asked = initial_state(model, initial, p, asked=not at_rest)
     if at_rest:
         asked = InitialState(state.q, asked.v, state.z)
     if model.initial_at is None or not by or {"q", "v"} <= set(initial or {}) or (at_rest and not np.any(asked.v)):
@@ -127,9 +127,6 @@ def _start(
         raise UsageError(Problem("initial", what, 'initial={"q": ..., "v": ...}, for a start that is held'))
     if at_rest:
         return Start(asked, at_rest, slopes)
-    if not initial:  # where the joints have the bodies, before loops are closed
-        q, v = (np.array(part, dtype=float) for part in model.initial_at(parameters))
-        asked = InitialState(q, v, asked.z)
     for name, value in (initial or {}).items():
         factor = next((factor for factor in model.factors if factor.name == name), None)
         parts = set(value) if isinstance(value, Mapping) else {"position"}

@@ -268,7 +268,8 @@ class Sensitivities:
                 "the state that the run starts from follows from parameters, and its second derivatives are not known"
             )
             raise UsageError(Problem(wanted, what, 'initial={"q": ..., "v": ...}, for a start that is held'))
-        if isinstance(run, AlphaRun) and run.equations.nl and run.beginning.moved_far:
+        moved = isinstance(run, AlphaRun) and (np.any(run.along.dq) or np.any(run.along.dv))
+        if isinstance(run, AlphaRun) and run.equations.nl and moved and run.beginning.moved_far:
             what = "the initial state is moved onto the constraints, and second derivatives of how are not known"
             raise UsageError(
                 Problem(wanted, what, 'state = model.consistent(q, v), and initial={"q": state.q, "v": state.v}')

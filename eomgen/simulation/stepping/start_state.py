@@ -61,8 +61,9 @@ def start_of(
     changed : whether the state or the parameters are others than those that the model was built with
     """
     model, p, t = run.model, run.parameters, run.grid.start
-    state, sentences = initial_state(model, initial, p), []
-    if not initial and p.tolist() == list(model.parameters.values()):
+    own = not initial and p.tolist() == list(model.parameters.values())
+    state, sentences = initial_state(model, initial, p, asked=not (own or equilibrium_start)), []
+    if own:
         sentences = [note for note in model.notes if note.startswith(CORRECTED)]
     notes: list[str] = []
     if equilibrium_start:

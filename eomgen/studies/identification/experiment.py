@@ -67,12 +67,21 @@ class Rows:
         return found
 
 
+@dataclass(frozen=True)
+class Begun:
+    """What a run starts from: initial values as they were given, if any, and the whole state with these."""
+
+    given: Mapping[str, Any] | None
+    state: InitialState
+
+
 class Experiment:
     """One measured run.
 
     Parameters
     ----------
-    states : components of the initial state that are unknown
+    states : components of the initial state that are unknown; where there are none, the start follows from parameters
+        as that of any run does
     initial : the others, and where these start
     options : of ``sensitivities``
     """
@@ -83,7 +92,7 @@ class Experiment:
         data: Measurements,
         parameters: Sequence[str],
         states: Sequence[str],
-        initial: InitialState,
+        initial: Begun,
         step: float,
         start: float | None,
         options: Mapping[str, Any],
@@ -93,7 +102,7 @@ class Experiment:
         if data.t[0] < self._start - _ROUNDED * step:
             what = f"{data.name} begins at t = {data.t[0]:.9g} s, before the run at {self._start:.9g} s"
             raise UsageError(Problem("t_start", what, f"t_start = {data.t[0]:.9g}, or none"))
-        self.step, self._initial = step, initial
+        self.step, self._initial, self._given = step, initial.state, initial.given
         self._rows = Rows.of(data.t, self._start, step)
         self._parameters = tuple(parameters)
         known = [*(f"q{name[1:]}" for name in model.v_names), *model.v_names, *model.z_names]
@@ -140,6 +149,7 @@ class Experiment:
             The run fails.
         """
         initial, of_states = self._initial_at(states)
+        start = initial if self.states else self._given
         names = list(dict.fromkeys(label.partition("[")[0] for label in self._labels))
         found = self.model.sensitivities(
             self._start + self._rows.steps * self.step,
@@ -147,7 +157,7 @@ class Experiment:
             by=list(self._by),
             of=names,
             parameters=dict(parameters),
-            initial=initial,
+            initial=start,
             t_start=self._start,
             record_every=1,
             **self._options,
@@ -162,9 +172,22 @@ class Experiment:
         at = self._rows.at
         return np.stack([at(one) for one in values]), np.stack([at(one) for one in slopes])
 
-    def initial_state(self, states: Array) -> dict[str, Array]:
-        """Return the initial state at values of the unknown components, as of ``simulate``."""
-        return self._initial_at(states)[0]
+    def initial_state(self, parameters: Mapping[str, float], states: Array) -> dict[str, Array]:
+        """Return the initial state at values of the unknowns, as of ``simulate``."""
+        if self.states:
+            return self._initial_at(states)[0]
+        options = dict(self._options)
+        end, start = self._start + self._rows.steps * self.step, self._start
+        run = self.model.simulate(
+            end,
+            self.step,
+            initial=self._given,
+            parameters=dict(parameters),
+            t_start=start,
+            error_estimate=False,
+            **options,
+        )
+        return {name: getattr(run, name)[0] for name in ("q", "v", *("z" for _ in range(bool(self.model.nz))))}
 
     def _initial_at(self, states: Array) -> tuple[dict[str, Array], Array]:
         """Return the initial state, and what its directions are by the unknown components, (directions, states)."""

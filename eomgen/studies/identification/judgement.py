@@ -145,7 +145,7 @@ class Judgement:
             model[one.present] = self.fit.values[first : first + count]
             first += count
             modelled = dict(zip(one.data.outputs, model, strict=True))
-            start = one.initial_state(unknowns.states_of(x, number))
+            start = one.initial_state(unknowns.values_of(x), unknowns.states_of(x, number))
             found.append(Record(one.data.name, one.data.t, dict(one.data.outputs), modelled, start))
         return tuple(found)
 

@@ -17,7 +17,7 @@ from eomgen.pipeline.pipeline import built_for_run
 from eomgen.scene.scene import Scene
 from eomgen.studies.identification.arguments import bounds_of, check_effect, deviations_of
 from eomgen.studies.identification.estimation import Predictions, fit
-from eomgen.studies.identification.experiment import Experiment
+from eomgen.studies.identification.experiment import Begun, Experiment
 from eomgen.studies.identification.judgement import Judgement
 from eomgen.studies.identification.measurements import Data, Measurements, check_missing, measurements
 from eomgen.studies.identification.result import Identification
@@ -130,13 +130,13 @@ def identify(
     p = model.evaluator.one_set({**held} or None, "one set of values")
     starts = _starts(initial, len(runs))
     for one in starts:
-        _check_start(model, one, parameters)
-    states_at = [initial_state(model, start, p) for start in starts]
+        _check_start(model, one, parameters, states)
+    begun = [Begun(start, initial_state(model, start, p, asked=True)) for start in starts]
 
     def at(h: float) -> Unknowns:
         experiments = [
-            Experiment(model, one, parameters, states, begun, h, t_start, options)
-            for one, begun in zip(runs, states_at, strict=True)
+            Experiment(model, one, parameters, states, start, h, t_start, options)
+            for one, start in zip(runs, begun, strict=True)
         ]
         return Unknowns(model, tuple(parameters), tuple(states), experiments, held)
 
@@ -166,14 +166,18 @@ def _identified(
     return Judgement(unknowns, finer, found, predict, limits, sigma is not None, confidence).result()
 
 
-def _check_start(model: Model, initial: Mapping[str, Any] | None, parameters: Sequence[str]) -> None:
-    """Raise UsageError where the initial state moves with what is unknown, which derivatives leave out."""
+def _check_start(
+    model: Model, initial: Mapping[str, Any] | None, parameters: Sequence[str], states: Sequence[str]
+) -> None:
+    """Raise UsageError where unknown components are those of a state that follows from what else is unknown."""
+    if not states:
+        return
     if not initial and model.library.layout["defaults"]["start"] == "equilibrium":
-        what = "the scene starts at static equilibrium, which parameters move, and that is not in the derivatives"
-        raise UsageError(Problem("initial", what, "initial=model.equilibrium().initial, with states=[...] if unknown"))
+        what = f"the scene starts at static equilibrium, and {states[0]} cannot be unknown beside it"
+        raise UsageError(Problem("states", what, "initial=model.equilibrium().initial, or no states"))
     if parameters and model.initial_at is not None and not {"q", "v"} <= set(initial or {}):
-        what = "the scene's initial state follows from parameters, and that is not in the derivatives"
-        raise UsageError(Problem("initial", what, 'initial={"q": ..., "v": ...}, with states=[...] if unknown'))
+        what = f"the scene's initial state follows from parameters, and {states[0]} cannot be unknown beside these"
+        raise UsageError(Problem("states", what, 'initial={"q": ..., "v": ...}, or no states'))
 
 
 def _several(data: Data | Sequence[Data]) -> list[Data]:
