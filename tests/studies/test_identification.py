@@ -360,6 +360,20 @@ def test_a_file_that_is_not_there_or_no_text(slider: eomgen.Model, tmp_path: Pat
         ({"t": np.nan}, "run1: 201 of 201 times are no numbers, the first in row 1"),
         ({"push": np.nan}, "run1: 201 of 201 rows have missing values (push 201)"),
         ({"x": "text"}, "data: the column x is str, no array of numbers"),
+        ({"x": np.zeros(201, complex)}, "data: the column x is complex, no array of numbers"),
+        ({"x": np.inf}, "run1: 201 of 201 rows have infinite values (x 201); try: missing"),
+        (
+            {"pair": 1.0},
+            "run1, column 'pair': it is neither an output nor an input of the scene; try: pair[0], pair[1]",
+        ),
+        (
+            {"pair[2]": 1.0},
+            "column 'pair[2]': it is neither an output nor an input of the scene; try: pair[0], pair[1]",
+        ),
+        (
+            {"tip": 1.0},
+            "column 'tip': it is neither an output nor an input of the scene; try: one of x, force, pair[0]",
+        ),
         ({"x": np.zeros((201, 2))}, "data: the column x has the shape (201, 2)"),
         ({"x": np.zeros(7)}, "data: columns differ in length: t 201, x 7"),
     ],
@@ -393,9 +407,39 @@ def test_mistakes_in_data_are_named(slider: eomgen.Model, change: dict[str, Any]
         (["stiffness"], {"bounds": {"stiffness": (26.0, 40.0)}}, "the search starts at 25, outside 26 to 40"),
         (["stiffness"], {"bounds": {"stiffness": (40.0, 20.0)}}, "bounds of stiffness: 40 is not below 20"),
         (["stiffness"], {"bounds": {"stiffness": 40.0}}, "bounds of stiffness: 40.0 are no two numbers"),
+        (["stiffness"], {"bounds": {"stiffness": (26.0, 40.0)}}, "try: values={'stiffness': 33} (--set stiffness=33)"),
+        (
+            ["stiffness"],
+            {"states": ["v.slide"], "bounds": {"v.slide": (1.0, 3.0)}},
+            'outside 1 to 3; try: initial={"slide": {"velocity": ...}} (--initial v.slide=2), where it starts',
+        ),
+        (
+            ["stiffness"],
+            {"bounds": {"stiffness": (np.nan, 20.0)}},
+            "(nan, 20) has a bound that is no number; try: -inf",
+        ),
+        (["stiffness"], {"bounds": [(1.0, 2.0)]}, "bounds: bounds by name are needed, not [(1.0, 2.0)]"),
+        (["stiffness"], {"deviations": {"x": np.ones(2)}}, "deviations of x: a number is needed, not ndarray"),
+        (
+            ["stiffness"],
+            {"deviations": "0.1"},
+            "deviations: a number, or one for each column by name, is needed, not str",
+        ),
+        (["stiffness"], {"outputs": 3}, "outputs: a list of names is needed, not 3"),
+        (["stiffness"], {"outputs": [3]}, "outputs: there is no output 3; try: one of x, force, pair[0], pair[1]"),
+        ([["stiffness"]], {}, "parameters: a list of names is needed, not [['stiffness']]"),
+        (["stiffness"], {"initial": 3}, "initial: a mapping is needed, or a list of them, not 3"),
+        (["stiffness"], {"confidence": "most"}, "confidence: a probability is needed, not str"),
+        (["stiffness"], {"t_start": "now"}, "t_start: 'now' is neither a number nor a number with a unit"),
+        (["stiffness"], {"record_every": 2}, "identify: there is no argument 'record_every'; try: data at the times"),
+        (["stiffness"], {"bound": {}}, "identify: there is no argument 'bound'; try: bounds"),
         (["stiffness"], {"bounds": {"damping": (0.0, 1.0)}}, "there is no unknown 'damping'"),
         (["stiffness"], {"deviations": {"y": 1.0}}, "there is no measured column 'y'; try: one of x"),
-        (["stiffness"], {"deviations": -1.0}, "deviations: standard deviations are positive numbers; try: x=0.01"),
+        (
+            ["stiffness"],
+            {"deviations": -1.0},
+            "deviations: standard deviations are positive numbers; try: deviations={",
+        ),
         (["stiffness"], {"outputs": ["z"]}, "outputs: there is no output 'z'"),
         (["stiffness"], {"outputs": ["force"]}, "run1: no column is an output of the scene: t, x"),
         (["stiffness"], {"outputs": "x"}, "outputs: a list of names is needed, not the text 'x'"),
@@ -452,9 +496,22 @@ def test_starts_of_absolute_bodies_follow_what_is_unknown(slider: eomgen.Model) 
         assert found[name].value == pytest.approx(plain[name].value, rel=1e-5)
         assert found[name].deviation == pytest.approx(plain[name].deviation, rel=1e-3)
     with pytest.raises(
-        UsageError, match="states: the scene's initial state follows from parameters, and v.a.3. cannot"
+        UsageError, match=r"states: the scene's initial state follows from parameters, and v\.a\[3\] cannot"
     ):
         found_by(model, data(), "stiffness", states=["v.a[3]"])
+
+
+def test_a_solution_and_a_number_are_no_tables(slider: eomgen.Model) -> None:
+    run = slider.simulate(0.1, 0.01, inputs={"push": 0.0}, error_estimate=False)
+    for given in (run, [run]):
+        with pytest.raises(
+            UsageError, match=r'columns by name are needed, not Solution; try: \{"t": run.t, "angle": run'
+        ):
+            found_by(slider, given, "stiffness")
+    with pytest.raises(UsageError, match="data: a file or columns by name are needed, not int"):
+        found_by(slider, 3, "stiffness")
+    with pytest.raises(UsageError, match=r"values: values by name are needed, not \[1.0\]"):
+        eomgen.identify(slider, data(), ["stiffness"], values=[1.0])  # type: ignore[arg-type]  # a mistake on purpose
 
 
 def test_too_few_samples_and_no_runs(slider: eomgen.Model) -> None:

@@ -7,9 +7,10 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from eomgen.arrays import Array
-from eomgen.compiled.arguments import check_name
+from eomgen.compiled.arguments import check_name, number_of
 from eomgen.errors import Problem, UsageError
 from eomgen.studies.identification.unknowns import Unknowns
+from eomgen.text import shown
 
 #: What of a standard deviation an unknown changes outputs by, at least, where it changes by its own size.
 _EFFECT = 1e-9
@@ -18,6 +19,9 @@ _EFFECT = 1e-9
 def bounds_of(unknowns: Unknowns, bounds: Mapping[str, tuple[float, float]] | None) -> tuple[Array, Array]:
     names, x = unknowns.names, unknowns.start
     low, high = np.full(len(names), -np.inf), np.full(len(names), np.inf)
+    if bounds is not None and not isinstance(bounds, Mapping):
+        what = f"bounds by name are needed, not {shown(bounds)}"
+        raise UsageError(Problem("bounds", what, f'bounds={{"{names[0]}": (0.1, 10.0)}}'))
     for name, given in (bounds or {}).items():
         places = [k for k, known in enumerate(names) if name == known or known.startswith(f"{name} of ")]
         if not places:
@@ -26,25 +30,43 @@ def bounds_of(unknowns: Unknowns, bounds: Mapping[str, tuple[float, float]] | No
             first, last = (float(one) for one in given)
         except (TypeError, ValueError):
             raise UsageError(Problem(f"bounds of {name}", f"{given!r} are no two numbers", "(0.1, 10.0)")) from None
+        if np.isnan([first, last]).any():
+            what = f"({first:.6g}, {last:.6g}) has a bound that is no number"
+            raise UsageError(Problem(f"bounds of {name}", what, "-inf or inf for none"))
         if not first < last:
             what = f"{first:.6g} is not below {last:.6g}"
-            raise UsageError(Problem(f"bounds of {name}", what, f"({last:.6g}, {first:.6g})"))
+            hint = (
+                f"({last:.6g}, {first:.6g})"
+                if last < first
+                else "without it among the unknowns, for a value that is held"
+            )
+            raise UsageError(Problem(f"bounds of {name}", what, hint))
         for k in places:
             if not first <= x[k] <= last:
                 what = f"the search starts at {x[k]:.6g}, outside {first:.6g} to {last:.6g}"
-                hint = (
-                    f"values={{{name!r}: {0.5 * (first + last):.6g}}}" if k < len(unknowns.parameters) else "initial="
-                )
-                raise UsageError(Problem(f"bounds of {name}", what, hint))
+                raise UsageError(Problem(f"bounds of {name}", what, _within(unknowns, name, k, first, last)))
             low[k], high[k] = first, last
     return low, high
+
+
+def _within(unknowns: Unknowns, name: str, place: int, first: float, last: float) -> str:
+    """Return how a search starts within bounds."""
+    inside = 0.5 * (first + last) if np.isfinite(first + last) else first + 1.0 if np.isfinite(first) else last - 1.0
+    if place < len(unknowns.parameters):
+        return f"values={{{name!r}: {inside:.6g}}} (--set {name}={inside:.6g})"
+    state = unknowns.states[(place - len(unknowns.parameters)) % len(unknowns.states)]
+    joint = state.partition(".")[2].partition("[")[0]
+    part = {"q": f'"{joint}": {{"position": ...}}', "v": f'"{joint}": {{"velocity": ...}}'}.get(
+        state[0], f'"{joint}": ...'
+    )
+    return f"initial={{{part}}} (--initial {state}={inside:.6g}), where it starts"
 
 
 def deviations_of(labels: Sequence[str], given: Mapping[str, float] | float | None) -> Array | None:
     if given is None:
         return None
     if not isinstance(given, Mapping):
-        given = dict.fromkeys(labels, given)
+        given = dict.fromkeys(labels, number_of("deviations", given, "number, or one for each column by name,"))
     every = {label: given.get(label, given.get(label.partition("[")[0])) for label in labels}
     for name in given:
         if name not in labels and not any(label.partition("[")[0] == name for label in labels):
@@ -53,9 +75,11 @@ def deviations_of(labels: Sequence[str], given: Mapping[str, float] | float | No
     if absent:
         what = f"that of {', '.join(absent)} is missing"
         raise UsageError(Problem("deviations", what, "those of all columns, or of none: then they are estimated"))
-    found = np.array([float(value) for value in every.values() if value is not None])
+    kind = "number"
+    found = np.array([number_of(f"deviations of {label}", value, kind) for label, value in every.items()])
     if not (np.isfinite(found).all() and (found > 0.0).all()):
-        raise UsageError(Problem("deviations", "standard deviations are positive numbers", f"{labels[0]}=0.01"))
+        what = "standard deviations are positive numbers"
+        raise UsageError(Problem("deviations", what, f'deviations={{"{labels[0]}": 0.01}}'))
     return found
 
 

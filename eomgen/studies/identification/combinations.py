@@ -108,7 +108,8 @@ def form_of(found: Structure, other: int, x: Array, J: Array, change: Callable[[
             turned = x.copy()
             turned[other] *= 1.0 + away
             exponents = np.divide(column * x[other], x[kept], out=np.zeros(len(kept)), where=column != 0.0)
-            turned[kept] *= (1.0 + away) ** -exponents
+            with np.errstate(over="ignore"):  # exponents that no product has
+                turned[kept] *= (1.0 + away) ** -exponents
             left["product"] = min(left["product"], change(turned))
         if np.isfinite(left["sum"]):
             break

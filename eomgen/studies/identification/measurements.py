@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import difflib
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -54,13 +55,19 @@ def columns_of(data: Data, number: int) -> tuple[str, dict[str, Array]]:
         return path.stem, dict(zip(names, table.T, strict=True))
     if not isinstance(data, Mapping):
         what = f"a file or columns by name are needed, not {type(data).__name__}"
-        raise UsageError(Problem("data", what, '"run.csv", or {"t": times, "angle": values}'))
+        hint = '"run.csv", or {"t": times, "angle": values}'
+        if hasattr(data, "t") and hasattr(data, "outputs"):
+            hint = '{"t": run.t, "angle": run.outputs["angle"]}, the columns of what simulate returns'
+        raise UsageError(Problem("data", what, hint))
     columns = {}
     for name, values in data.items():
         try:
+            if np.iscomplexobj(values):
+                raise TypeError
             columns[str(name)] = np.array(values, dtype=float)
         except (TypeError, ValueError):
-            what = f"the column {name} is {type(values).__name__}, no array of numbers"
+            kind = "complex" if np.iscomplexobj(values) else type(values).__name__
+            what = f"the column {name} is {kind}, no array of numbers"
             raise UsageError(Problem("data", what, "one number for each time")) from None
         if columns[str(name)].ndim != 1:
             what = f"the column {name} has the shape {columns[str(name)].shape}, and one number for each time is needed"
@@ -102,16 +109,16 @@ def measurements(model: Model, data: Data, number: int, chosen: Sequence[str] | 
         elif wanted is not None or short in known or _of_solution(model, column):
             ignored.append(column)
         else:
-            hint = nearest(column, [*known, *model.inputs]) or '[outputs.angle] formula = "q.hinge" in the scene'
+            hint = _near(column, [*known, *model.inputs]) or '[outputs.angle] formula = "q.hinge" in the scene'
             where = f"{name}, column {shown(column)}"
             raise UsageError(Problem(where, "it is neither an output nor an input of the scene", hint))
     if not outputs:
         what = f"no column is an output of the scene: {listed(columns)}"
-        hint = f"columns named {listed(known)}" if known else '[outputs.angle] formula = "q.hinge" in the scene'
+        hint = f"columns named {listed_plain(known)}" if known else '[outputs.angle] formula = "q.hinge" in the scene'
         raise UsageError(Problem(name, what, hint))
     absent = [item for item in wanted or () if item not in outputs]
     if absent:
-        raise UsageError(Problem(name, f"there is no column {absent[0]}", f"one of {listed(columns)}"))
+        raise UsageError(Problem(name, f"there is no column {absent[0]}", f"outputs among {listed(columns)}"))
     return _without_gaps(name, t, outputs, inputs, tuple(ignored), missing)
 
 
@@ -135,6 +142,21 @@ def times_of(name: str, columns: Mapping[str, Array]) -> Array:
     return t
 
 
+def listed_plain(texts: Sequence[str]) -> str:
+    """Return the first texts, and how many more there are."""
+    more = f" and {len(texts) - 4} more" if len(texts) > 4 else ""
+    return ", ".join(texts[:4]) + more
+
+
+def _near(name: str, known: Sequence[str]) -> str:
+    """Return the components of an output of this name, else the known names that are closest to it."""
+    parts = [label for label in known if label.partition("[")[0] == name.partition("[")[0]]
+    if parts:
+        return listed_plain(parts)
+    close = difflib.get_close_matches(name[:64], known, n=3)
+    return " or ".join(close) or (f"one of {listed_plain(known)}" if known else "")
+
+
 def _components(model: Model) -> list[str]:
     layout = model.library.layout["outputs"]
     return [label for item in layout for label in component_names("", str(item["name"]), int(item["size"]))]
@@ -144,11 +166,14 @@ def _wanted(chosen: Sequence[str], known: Sequence[str]) -> list[str]:
     """Return the components of outputs that are chosen. Raises UsageError for one that is none."""
     if isinstance(chosen, str):
         raise UsageError(Problem("outputs", f"a list of names is needed, not the text {chosen!r}", f'["{chosen}"]'))
+    if not isinstance(chosen, Iterable):
+        what = f"a list of names is needed, not {shown(chosen)}"
+        raise UsageError(Problem("outputs", what, f'outputs=["{known[0]}"]' if known else "without it"))
     found = []
     for name in chosen:
         labels = [label for label in known if label == name or label.partition("[")[0] == name]
         if not labels:
-            raise UsageError(Problem("outputs", f"there is no output {shown(name)}", nearest(name, known)))
+            raise UsageError(Problem("outputs", f"there is no output {shown(name)}", _near(str(name), known)))
         found += labels
     return found
 
@@ -174,7 +199,9 @@ def _without_gaps(
     if count and missing == "refuse":
         rows = ~np.all(np.isfinite(np.stack([*outputs.values(), *inputs.values()])), axis=0)
         named = ", ".join(f"{column} {gap}" for column, gap in gaps.items() if gap)
-        what = f"{np.count_nonzero(rows)} of {len(t)} rows have missing values ({named})"
+        every = np.concatenate([*outputs.values(), *inputs.values()])
+        kinds = [kind for kind, some in (("missing", np.isnan(every)), ("infinite", np.isinf(every))) if some.any()]
+        what = f"{np.count_nonzero(rows)} of {len(t)} rows have {' or '.join(kinds)} values ({named})"
         raise UsageError(Problem(name, what, 'missing="drop", --missing drop: those values are left out'))
     filled = {}
     for column, values in inputs.items():

@@ -6,10 +6,8 @@ import os
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
-from eomgen.calls import checked_call
-from eomgen.compiled.arguments import check_name
+from eomgen.calls import check_options, checked_call
+from eomgen.compiled.arguments import check_name, number_of
 from eomgen.compiled.initial_state import initial_state
 from eomgen.errors import Problem, UsageError
 from eomgen.model import Model
@@ -23,10 +21,26 @@ from eomgen.studies.identification.measurements import Data, Measurements, check
 from eomgen.studies.identification.result import Identification
 from eomgen.studies.identification.torques import identified_by_torque
 from eomgen.studies.identification.unknowns import Unknowns
+from eomgen.text import shown
 
 #: Predictions in one search, at most.
 _LIMIT = 200
 _WAYS = ("run", "torque")
+#: Options of runs, and this study's own arguments, which come first among the near ones of a name that is none.
+_OF_RUNS = ("method", "rho_inf", "alpha", "beta", "gamma", "inputs", "settings")
+_OWN = (
+    *("parameters", "states", "values", "initial", "bounds", "deviations", "outputs", "missing", "confidence"),
+    *("step", "t_start", "by"),
+)
+_OF_OTHER_RUNS = {
+    "t_end": "data up to there",
+    "record_every": "data at the times that are wanted",
+    **dict.fromkeys(("tolerance", "order"), "step=..., for fixed steps"),
+    **dict.fromkeys(("controllers", "start"), "initial=..., and a scene without sampled states"),
+    **dict.fromkeys(("initial_values", "x0"), "initial"),
+    **dict.fromkeys(("weights", "sigma"), "deviations"),
+    "p0": "values",
+}
 
 
 @checked_call(
@@ -107,6 +121,7 @@ def identify(
     FileError
         A file that is missing, or no CSV.
     """
+    check_options("identify", options, _OF_RUNS, _OF_OTHER_RUNS, _OWN)
     model = scene if isinstance(scene, Model) else built_for_run(scene, options.get("method"))
     _check_lists(parameters=parameters, states=states)
     check_missing(missing)
@@ -124,8 +139,9 @@ def identify(
     held = {name: float(value) for name, value in _held(model, values).items()}
     share = _share(confidence)
     runs = _named_apart([measurements(model, one, k, outputs, missing) for k, one in enumerate(_several(data))])
-    size = float(model.description.simulation.step if step is None else step)
-    if not (np.isfinite(size) and size > 0.0):
+    size = model.description.simulation.step if step is None else number_of("step", step)
+    begins = None if t_start is None else number_of("t_start", t_start)
+    if not size > 0.0:
         raise UsageError(Problem("step", f"{size:.6g} s is no step", "a positive time"))
     p = model.evaluator.one_set({**held} or None, "one set of values")
     starts = _starts(initial, len(runs))
@@ -135,14 +151,17 @@ def identify(
 
     def at(h: float) -> Unknowns:
         experiments = [
-            Experiment(model, one, parameters, states, start, h, t_start, options)
+            Experiment(model, one, parameters, states, start, h, begins, options)
             for one, start in zip(runs, begun, strict=True)
         ]
         return Unknowns(model, tuple(parameters), tuple(states), experiments, held)
 
     unknowns = at(size)
     if not unknowns.names:
-        hint = f"parameters={list(model.parameters)[:3]!r}" if model.parameters else 'states=["q.hinge"]'
+        some = list(model.parameters)[:3]
+        hint = (
+            f"parameters={some!r} (--parameters {','.join(some)})" if some else 'states=["q.hinge"] (--states q.hinge)'
+        )
         raise UsageError(Problem("parameters", "nothing is unknown", hint))
     return _identified(unknowns, at(0.5 * size), bounds, deviations, share)
 
@@ -182,7 +201,8 @@ def _check_start(
 
 def _several(data: Data | Sequence[Data]) -> list[Data]:
     """Return the measured runs. Raises UsageError where there is none."""
-    given = [data] if isinstance(data, str | os.PathLike | Mapping) else list(data)
+    several = isinstance(data, list | tuple)
+    given: list[Data] = list(data) if several else [data]  # type: ignore[arg-type, list-item]  # a single one is checked
     if not given:
         raise UsageError(Problem("data", "there are no measured runs", '"run.csv"'))
     return given
@@ -199,21 +219,25 @@ def _check_unused(options: Mapping[str, object]) -> None:
 
 def _check_lists(**lists: object) -> None:
     for name, given in lists.items():
-        if isinstance(given, str) or not isinstance(given, Sequence):
-            raise UsageError(Problem(name, f"a list of names is needed, not {given!r}", f'{name}=["..."]'))
+        if isinstance(given, str) or not isinstance(given, Sequence) or not all(isinstance(one, str) for one in given):
+            hint = f"{name}={[given] if isinstance(given, str) else ['...']!r}".replace("'", '"')
+            raise UsageError(Problem(name, f"a list of names is needed, not {shown(given)}", hint))
         if len(set(given)) < len(given):
             raise UsageError(Problem(name, "a name is given twice", "each of them once"))
 
 
 def _held(model: Model, values: Mapping[str, Any] | None) -> dict[str, float]:
     """Return values of tunable parameters, texts with units brought to theirs. Raises UsageError."""
+    if not (values is None or isinstance(values, Mapping)):
+        what = f"values by name are needed, not {shown(values)}"
+        raise UsageError(Problem("values", what, 'values={"mass": 1.5}'))
     p = model.evaluator.one_set(values, "one set of values")
     names = list(model.parameters)
     return {name: float(p[names.index(name)]) for name in values or ()}
 
 
 def _share(confidence: float) -> float:
-    if not 0.0 < confidence < 1.0:
+    if not 0.0 < number_of("confidence", confidence, "probability") < 1.0:
         raise UsageError(Problem("confidence", f"{confidence!r} is no probability", "confidence=0.95"))
     return float(confidence)
 
@@ -231,6 +255,9 @@ def _starts(
 ) -> list[Mapping[str, Any] | None]:
     if initial is None or isinstance(initial, Mapping):
         return [initial] * count
+    if not isinstance(initial, str | Sequence):
+        what = f"a mapping is needed, or a list of them, not {shown(initial)}"
+        raise UsageError(Problem("initial", what, 'initial={"hinge": 0.3}'))
     if isinstance(initial, str) or any(isinstance(one, str) for one in initial):
         what = f"the state that runs start at is needed, not the name {next(iter(initial))!r}"
         raise UsageError(Problem("initial", what, 'states=["q.hinge"] for components that are unknown'))

@@ -20,7 +20,7 @@ from eomgen.studies.identification.combinations import Combination, Structure, s
 from eomgen.studies.identification.estimation import autocorrelation, correlation, covariance
 from eomgen.studies.identification.findings import Column, Estimate, Record
 from eomgen.studies.identification.judgement import interval
-from eomgen.studies.identification.measurements import Data, columns_of, times_of
+from eomgen.studies.identification.measurements import Data, columns_of, listed_plain, times_of
 from eomgen.studies.identification.result import Identification
 from eomgen.text import nearest, shown
 
@@ -235,12 +235,6 @@ def _notes(weighted: Array, parts: Structure, names: Sequence[str], combinations
     if condition > _CONDITION:
         notes.append(f"motions excite the parameters unevenly: the condition number is {condition:.3g}")
     return notes
-
-
-def listed_plain(texts: Sequence[str]) -> str:
-    """Return the first texts, and how many more there are."""
-    more = f" and {len(texts) - 4} more" if len(texts) > 4 else ""
-    return ", ".join(texts[:4]) + more
 
 
 def _motion(model: Model, data: Data, number: int, missing: str) -> Motion:
