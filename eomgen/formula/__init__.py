@@ -15,5 +15,6 @@ __all__ = [
     "steepness",
     "substitution",
     "undefined_laws",
+    "wave_fields",
     "words",
 ]

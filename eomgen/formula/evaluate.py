@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol
+from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol, WaveQuantity
 
 #: What to try where a formula of parameters has no value.
 OTHER_VALUES = "other values of the parameters"
@@ -78,6 +78,9 @@ def evaluate(formula: Formula, value_of: Callable[[Symbol], float]) -> float:
     if formula.name == "select":
         condition, then, otherwise = formula.arguments
         return evaluate(then if evaluate(condition, value_of) != 0.0 else otherwise, value_of)
+    if isinstance(formula, WaveQuantity):
+        place = [evaluate(argument, value_of) for argument in formula.arguments]
+        return float(formula.waves.value(formula.name, formula.component, *place))
     return apply(formula.name, [evaluate(argument, value_of) for argument in formula.arguments])
 
 
@@ -106,7 +109,10 @@ def _values(formula: Formula, value_of: Callable[[Symbol], ArrayLike]) -> NDArra
     if formula.name == "select":
         condition, then, otherwise = arguments
         return np.where(np.isnan(condition), np.nan, np.where(condition != 0.0, then, otherwise))
-    value = _FUNCTIONS[formula.name][1](*arguments)
+    if isinstance(formula, WaveQuantity):
+        value = formula.waves.value(formula.name, formula.component, *arguments)
+    else:
+        value = _FUNCTIONS[formula.name][1](*arguments)
     unknown = ~np.isfinite(value)
     for argument in arguments:  # comparisons and powers make a number of NaN
         unknown = unknown | np.isnan(argument)
@@ -120,6 +126,16 @@ def curves(formula: Formula) -> frozenset[str]:
     if isinstance(formula, Operation):
         return frozenset().union(*(curves(argument) for argument in formula.arguments))
     return frozenset()
+
+
+def wave_fields(formula: Formula) -> frozenset[str]:
+    """Return the names of all seas whose waves are in a formula."""
+    if isinstance(formula, Application):
+        return wave_fields(formula.argument)
+    if not isinstance(formula, Operation):
+        return frozenset()
+    own = {formula.waves.name} if isinstance(formula, WaveQuantity) else set()
+    return frozenset(own).union(*(wave_fields(argument) for argument in formula.arguments))
 
 
 def symbols(formula: Formula) -> frozenset[Symbol]:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol
+from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol, WaveQuantity
+from eomgen.formula.wave_fields import QUANTITIES
 
 #: Operator, precedence of the whole, least precedence of the left and of the right operand without brackets.
 _BINARY = {
@@ -44,6 +45,9 @@ def _name(symbol: Symbol, sizes: Callable[[Symbol], int]) -> str:
 
 def _operation(formula: Operation, sizes: Callable[[Symbol], int]) -> tuple[str, int]:
     parts = [_text(argument, sizes) for argument in formula.arguments]
+    if isinstance(formula, WaveQuantity):
+        index = f"[{formula.component}]" if QUANTITIES[formula.name][1] > 1 else ""
+        return f"{formula.name}.{formula.waves.name}({', '.join(text for text, _ in parts[:-1])}){index}", _ATOM
 
     def at_least(part: tuple[str, int], precedence: int) -> str:
         return part[0] if part[1] >= precedence else f"({part[0]})"

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from eomgen.formula.curves import AnyCurve
+from eomgen.formula.wave_fields import WaveField
 
 
 class Node:
@@ -93,6 +94,20 @@ class Operation(Node):
 
     name: str
     arguments: tuple[Formula, ...]
+
+
+@dataclass(frozen=True)
+class WaveQuantity(Operation):
+    """A quantity of waves, ``water_velocity.sea(x, y, z)[2]``: its arguments are the place and, behind it, the time.
+
+    Attributes
+    ----------
+    name : str
+        ``elevation``, ``slope``, ``water_velocity`` or ``water_acceleration``.
+    """
+
+    waves: WaveField
+    component: int = 0
 
 
 @dataclass(frozen=True)

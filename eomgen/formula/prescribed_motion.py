@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from eomgen.formula.evaluate import symbols
-from eomgen.formula.nodes import Application, Formula, Number, Operation
+from eomgen.formula.nodes import Application, Formula, Number, Operation, WaveQuantity
 
 #: Operations that are as smooth as what they are made of.
 _SMOOTH = frozenset({"add", "sub", "mul", "neg", "sin", "cos", "sinh", "cosh", "tanh", "exp", "atan"})
@@ -39,6 +39,8 @@ def smooth(formula: Formula) -> bool:
     if isinstance(formula, Application):  # a spline's third derivative jumps at its ends
         kinks = [order for _, order in formula.curve.kinks()]
         return formula.derivative <= 1 and min(kinks, default=3) - formula.derivative >= 2 and smooth(formula.argument)
+    if isinstance(formula, WaveQuantity):  # waves that grow are three times differentiable at both ends of the ramp
+        return all(smooth(item) for item in formula.arguments)
     first, second = formula.arguments[0], formula.arguments[-1]
     if formula.name == "div":
         return smooth(first) and constant(second)

@@ -8,8 +8,9 @@ from collections.abc import Callable, Mapping, Sequence
 
 from eomgen.errors import ModelError, Problem
 from eomgen.formula.curves import AnyCurve, Bump, Waves
-from eomgen.formula.nodes import Application, Formula, Number, Symbol
+from eomgen.formula.nodes import Application, Formula, Number, Symbol, WaveQuantity
 from eomgen.formula.unit_circle import unit_circle
+from eomgen.formula.wave_recording import wave_quantity
 from eomgen.symbolic.harmonics import harmonic_sum
 from eomgen.symbolic.map import add_map
 from eomgen.symbolic.operations import Op
@@ -52,6 +53,8 @@ def record(algebra: Algebra, formula: Formula, resolve: Resolver) -> Scalar:
         if taken is not None:  # the other branch may well divide by zero: that is what the condition is for
             return record(algebra, branches[0 if taken != 0.0 else 1], resolve)
     arguments = [record(algebra, argument, resolve) for argument in formula.arguments]
+    if isinstance(formula, WaveQuantity):
+        return wave_quantity(algebra, formula.waves, formula.name, formula.component, arguments)
     try:
         return _operation(algebra, formula.name, arguments)
     except (ValueError, ArithmeticError):

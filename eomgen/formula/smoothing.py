@@ -11,7 +11,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -88,7 +88,7 @@ def smoothed(formula: Formula, duration: float, value_of: Callable[[Symbol], flo
     if formula.name == "select":
         condition, then, otherwise = parts
         return otherwise + (then - otherwise) * condition
-    return Operation(formula.name, tuple(parts))
+    return replace(formula, arguments=tuple(parts))
 
 
 def _is_condition(formula: Formula) -> bool:

@@ -43,6 +43,7 @@ if TYPE_CHECKING:
         StateKeys,
         TorsionSpringKeys,
         TyreKeys,
+        WavesKeys,
     )
 
 _PACKAGE = __name__.partition(".")[0]
@@ -225,6 +226,13 @@ class SceneBuilder:
         """
         values: dict[str, Any] = dict(keys)
         return self._enter("random", name, type=type, **{"class": values.pop("road_class", None)}, **values)
+
+    @enters("waves")
+    def waves(self, name: str, **keys: Unpack[WavesKeys]) -> Self:
+        """Add waves, of a ``spectrum`` or ``regular`` ones, which formulas ask for elevation, slope, velocity and
+        acceleration of the water.
+        """
+        return self._enter("waves", name, **keys)
 
     @enters("curves")
     def curve(self, name: str, **keys: Unpack[CurveKeys]) -> Self:

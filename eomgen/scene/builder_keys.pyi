@@ -158,6 +158,21 @@ class RandomKeys(TypedDict, total=False):
     unit: str | None
     description: str | None
 
+class WavesKeys(TypedDict, total=False):
+    spectrum: Mapping[str, Any] | None
+    regular: Sequence[Mapping[str, Any]] | None
+    components: int | None
+    band: Sequence[Value] | None
+    heading: Value | None
+    spreading: Mapping[str, Any] | None
+    seed: int | None
+    amplitudes: str | None
+    depth: Value | None
+    level: Value | None
+    ramp: Value | None
+    stretching: str | None
+    description: str | None
+
 class CurveKeys(TypedDict, total=False):
     table: Mapping[str, Any] | None
     points: Sequence[Sequence[Value]] | None

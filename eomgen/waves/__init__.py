@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from eomgen.waves.pairs import WaveNumber, gravity_waves
-from eomgen.waves.profiles import Profile
-from eomgen.waves.radar import Radar, SpecularPoints, specular_points
-from eomgen.waves.sea import BoundWaves, Components, Motion, Sea, Surface
-from eomgen.waves.spectra import (
+from eomgen.sea_states.components import Components
+from eomgen.sea_states.spectra import (
     DiscreteSpectrum,
     Jonswap,
     PiersonMoskowitz,
@@ -14,8 +11,13 @@ from eomgen.waves.spectra import (
     SpectrumTable,
     Spreading,
     discretized,
+    divided,
     wave_number,
 )
+from eomgen.waves.pairs import WaveNumber, gravity_waves
+from eomgen.waves.profiles import Profile
+from eomgen.waves.radar import Radar, SpecularPoints, specular_points
+from eomgen.waves.sea import BoundWaves, Motion, Sea, Surface
 from eomgen.waves.statistics import SeaStatistics, statistics_of
 from eomgen.waves.stepping import Ramp, SteppedSea
 
@@ -39,6 +41,7 @@ __all__ = [
     "Surface",
     "WaveNumber",
     "discretized",
+    "divided",
     "gravity_waves",
     "specular_points",
     "statistics_of",

@@ -19,9 +19,10 @@ from numpy.typing import ArrayLike, NDArray
 from eomgen.arrays import Array
 from eomgen.calls import checked_call, checked_calls
 from eomgen.errors import Problem, UsageError
+from eomgen.sea_states.components import STANDARD_GRAVITY
+from eomgen.sea_states.spectra import DiscreteSpectrum
 from eomgen.waves.profiles import Profile
-from eomgen.waves.sea import STANDARD_GRAVITY, Sea
-from eomgen.waves.spectra import DiscreteSpectrum
+from eomgen.waves.sea import Sea
 
 #: Labels that are evaluated at a time.
 _AT_ONCE = 100_000

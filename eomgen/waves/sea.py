@@ -14,12 +14,12 @@ from numpy.typing import ArrayLike, NDArray
 from eomgen.arrays import Array
 from eomgen.calls import checked_calls
 from eomgen.errors import NumericalError, Problem, UsageError
+from eomgen.sea_states.components import STANDARD_GRAVITY, Components
 from eomgen.waves.pairs import COLUMNS, ENTRIES, OWN, Case, Dispersion, gravity_waves
 from eomgen.waves.profiles import Profile, harmonics, multiples
 from eomgen.waves.routines import Routines, Waves, geometry_of, kinematics_of, routines
 
 Complex = NDArray[np.complex128]
-STANDARD_GRAVITY = 9.81
 #: Bytes of the table of pairs at most.
 MOST_MEMORY = 2_000_000_000
 #: Labels that are found for points on the water are off by this part of the shortest wave length at most.
@@ -29,24 +29,6 @@ _ROUNDS = 60
 HIGHEST = 0.1
 #: A / (k^2 h^3) from which on second order is not enough.
 MOST_URSELL = 0.1
-
-
-@checked_calls("Components(vectors, amplitude, phase)")
-@dataclass(frozen=True)
-class Components:
-    """Sinusoidal components A cos(kx x + ky y - w t + phase).
-
-    Attributes
-    ----------
-    vectors : (n, 2) array
-        Wave vectors in rad/m, in the direction in which the waves run.
-    amplitude : (n,) array, m
-    phase : (n,) array, rad
-    """
-
-    vectors: Array
-    amplitude: Array
-    phase: Array
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,8 @@ from numpy.typing import ArrayLike
 from eomgen.arrays import Array
 from eomgen.calls import checked_call, checked_calls
 from eomgen.errors import Problem, UsageError
-from eomgen.waves.sea import STANDARD_GRAVITY
-from eomgen.waves.spectra import DiscreteSpectrum
+from eomgen.sea_states.components import STANDARD_GRAVITY
+from eomgen.sea_states.spectra import DiscreteSpectrum
 
 
 @checked_calls()

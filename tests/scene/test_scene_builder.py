@@ -158,7 +158,7 @@ def test_a_name_that_is_no_text() -> None:
 
 
 #: Sections of the schema, and the methods that enter them where their names are not those of the sections.
-METHODS = {"bodies": "body", "include": "include", "simulation": "simulation", "base": "base"}
+METHODS = {"bodies": "body", "waves": "waves", "include": "include", "simulation": "simulation", "base": "base"}
 
 
 @pytest.mark.parametrize(

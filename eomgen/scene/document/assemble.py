@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import partial
 from itertools import chain
@@ -11,6 +12,7 @@ from typing import Any, Literal
 
 from eomgen.formula.curves import AnyCurve
 from eomgen.formula.nodes import Formula
+from eomgen.formula.wave_fields import WaveField
 from eomgen.scene import scene
 from eomgen.scene.bodies.beam_reading import read_beam
 from eomgen.scene.bodies.cosserat import Cosserat
@@ -57,6 +59,7 @@ from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import UNKNOWN, Values
 from eomgen.scene.signals.curves import Curves, digest
 from eomgen.scene.signals.reading import piece_of, read_input, read_motion, read_output, read_state
+from eomgen.scene.waves.reading import no_waves, read_waves
 from eomgen.system.description import Point, Simulation
 from eomgen.system.events import mode_parameter
 from eomgen.system.motions import Motion
@@ -136,7 +139,7 @@ def content(document: written.Document) -> bytes:
     data = document.model_dump(mode="json", exclude_none=True, exclude={"include", "repeat"})
     for section in written.SECTIONS:
         data[section] = [[name, entry] for name, entry in data[section].items()]
-    for section in ("reactions", "references", "modes", "events", "frames", "task_frames", "random"):
+    for section in ("reactions", "references", "modes", "events", "frames", "task_frames", "random", "waves"):
         if not data[section]:
             del data[section]
     return json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()
@@ -185,6 +188,7 @@ class _Assembler:
         self.parameters += [item for motion in self.motions.values() for item in _parameters_of(motion)]
         self.curve_table: dict[str, AnyCurve] = {}
         self.random_table: dict[str, Formula] = {}
+        self.wave_table: dict[str, WaveField] = {}
         self.elastic = dict.fromkeys((*document.beams, *sorted(refused["beams"])), 0)
         tunable = {p.name: p.tunable for p in self.parameters} | dict.fromkeys(sorted(refused["parameters"]), False)
         names = Names(
@@ -208,6 +212,7 @@ class _Assembler:
             modes=(*document.modes, *sorted(refused["modes"])),
             references=(*document.references, *sorted(refused["references"])),
             curves=self.curve_table,
+            waves=self.wave_table,
             offered={
                 kind: Offered(row.section, scope, (*document.section(row.section), *sorted(refused[row.section])))
                 for row in ELEMENTS
@@ -232,6 +237,19 @@ class _Assembler:
         self.values.parameters = {**self.values.parameters, **{item.name: item.value for item in variables}}
         self.random_table |= {item.name: item.formula for item in self.random if item.formula is not None}
         self.random_table |= dict.fromkeys(set(document.random) - set(self.random_table) | refused["random"], UNKNOWN)
+
+        self.read_waves()
+
+    def read_waves(self) -> None:
+        """Put the waves where formulas find them."""
+        document, refused = self.document, self.refused["waves"]
+        if document.waves:
+            # by a reader whose problems, notes and requirements are those of the key itself, when it is read
+            aside = self.reader(Report(self.report.file, self.report.lines))
+            down = [aside.value(part) for part in aside.vector("gravity", document.gravity, PARAMETERS)]
+            for name, entry in document.waves.items():
+                self.wave_table[name] = read_waves(name, entry, math.hypot(*down), self.values)
+        self.wave_table |= {name: no_waves(name) for name in sorted(refused)}
 
     def reader(self, report: Report | None = None) -> Values:
         """Return a reader of values that has read nothing yet, and reports to the assembler's report or another."""

@@ -212,8 +212,8 @@ def check_inertias(bodies: Iterable[Body], values: Values) -> None:
 
 
 def unused_names(document: Document, values: Values) -> list[str]:
-    """Return a note on the parameters, one on the inputs, one on the curves, one on the random processes, and one on
-    each mode and controller, that no formula mentions."""
+    """Return a note on the parameters, one on the inputs, one on the curves, one on the random processes, one on
+    the waves, and one on each mode and controller, that no formula mentions."""
     notes = []
     mentioned = values.mentioned
     by_parameters = {name for name in values.names.motions if ("parameter", motion_parameters(name)[0]) in mentioned}
@@ -223,6 +223,7 @@ def unused_names(document: Document, values: Values) -> list[str]:
         ("input", "input", "inputs", document.inputs),
         ("curve", "curve", "curves", document.curves),
         ("input", "random process", "random processes", document.random),
+        ("waves", "sea", "seas", document.waves),
     ):
         unused = [name for name in names if (kind, name) not in mentioned and name not in by_parameters]
         if unused:

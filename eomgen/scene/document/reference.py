@@ -44,6 +44,7 @@ from eomgen.scene.reading.key_metadata import Table, every_unit, meaning_of, tab
 from eomgen.scene.reading.kinds import Description, Finite, Matrix, Triple, Unit, Value, Values
 from eomgen.scene.reading.rotation_schema import Rotations
 from eomgen.scene.signals import schema as schema_signals
+from eomgen.scene.waves import schema as schema_waves
 from eomgen.units.table import UNITS
 
 COMMAND = "python -m eomgen.scene.document.reference docs/scene.md"
@@ -86,6 +87,7 @@ _MODULES = (
     schema_control,
     schema_references,
     schema_events,
+    schema_waves,
     schema,
 )
 _ENTRIES = {"bodies": "body", "torsion_springs": "torsion spring"}

@@ -28,6 +28,7 @@ from eomgen.scene.scene import GRAVITY
 from eomgen.scene.signals.schema import Curve, Input, Output, Parameter, State
 from eomgen.scene.sources.register import BUILT_IN, all_options
 from eomgen.scene.sources.source import Option, Source
+from eomgen.scene.waves.schema import SeaWaves
 from eomgen.system.description import Simulation as Defaults
 from eomgen.system.terms import TERMS
 
@@ -98,6 +99,7 @@ SECTIONS = (
     "curves",
     "inputs",
     "random",
+    "waves",
     "states",
     "controllers",
     "bodies",
@@ -176,6 +178,7 @@ class Document(Table, BaseModel):  # the linter knows the children of BaseModel 
     curves: dict[str, Curve] = {}
     inputs: dict[str, Input] = {}
     random: dict[str, RandomProcess] = {}
+    waves: dict[str, SeaWaves] = {}
     states: dict[str, State] = {}
     controllers: dict[str, Controller] = {}
     base: Base | None = None

@@ -12,7 +12,8 @@ import re
 from dataclasses import replace
 
 from eomgen.formula.evaluate import apply
-from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol
+from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol, WaveQuantity
+from eomgen.formula.wave_fields import QUANTITIES as OF_WAVES
 from eomgen.formula.words import FUNCTIONS
 from eomgen.scene.formula.hints import of_function, of_kind, of_name, of_parts
 from eomgen.scene.formula.scope import (
@@ -113,6 +114,8 @@ class _Reader:
             return self.call(node, depth)
         if isinstance(node, ast.Name):
             return self.bare(node)
+        if isinstance(node, ast.Subscript) and _of_waves(node.value):
+            return self.water(node, node.value, depth), None
         if isinstance(node, ast.Attribute | ast.Subscript):
             return self.quantity(node), None
         comma = re.fullmatch(r"\s*([+-]?\d+),(\d+)\s*([A-Za-z][^,]*)?", self.text.text)
@@ -179,6 +182,8 @@ class _Reader:
     def call(self, node: ast.Call, depth: int) -> tuple[Formula, float | None]:
         if _is_tau(node.func):
             return self.tau(node), None
+        if _of_waves(node):
+            return self.water(node, node, depth), None
         if isinstance(node.func, ast.Attribute) and isinstance(node.func.value, ast.Name):
             return self.application(node, node.func.attr, node.func.value.id.removeprefix(PREFIX), depth)
         if not isinstance(node.func, ast.Name):
@@ -218,6 +223,33 @@ class _Reader:
             )
         argument, _ = self.convert(node.args[0], depth + 1)
         return Application(self.names.curves[name], argument, DERIVATIVES.get(word, 0)), None
+
+    def water(self, node: ast.expr, call: ast.expr, depth: int) -> WaveQuantity:
+        """Return a quantity of waves at a place and the present time: ``water_velocity.sea(x, y, z)[2]``."""
+        assert isinstance(call, ast.Call) and isinstance(call.func, ast.Attribute)  # what ``_of_waves`` has found
+        assert isinstance(call.func.value, ast.Name)
+        kind, name = call.func.value.id.removeprefix(PREFIX), call.func.attr.removeprefix(PREFIX)
+        count, components = OF_WAVES[kind]
+        written = f"{kind}.{name[:64]}({', '.join('xyz'[:count])})"
+        if name not in self.names.waves:
+            hint = nearest(name, self.names.waves) or f"a [waves] section, and [waves.{name[:64]}]"
+            raise self.error(call, f"{kind}.{name[:64]}: there are no waves {shown(name)}", hint)
+        self.allow(call, "time", f"{kind}.{name}, which depends on time,")
+        if len(call.args) != count or call.keywords or any(isinstance(item, ast.Starred) for item in call.args):
+            given = len(call.args) + len(call.keywords)
+            raise self.error(call, f"{kind}.{name}() takes {count} arguments, not {given}", written)
+        index = 0
+        if isinstance(node, ast.Subscript):
+            if not (isinstance(node.slice, ast.Constant) and type(node.slice.value) is int):
+                raise self.error(node, "an index must be a whole number", "[0]")
+            index = int(node.slice.value)
+        if components > 1 and node is call:
+            raise self.error(node, f"{kind}.{name} has {components} components", f"{written}[0]")
+        if not 0 <= index < components or (components == 1 and node is not call):
+            hint = f"an index from 0 to {components - 1}" if components > 1 else written
+            raise self.error(node, f"{kind}.{name} has no component {index}", hint)
+        place = [self.convert(argument, depth + 1)[0] for argument in call.args]
+        return WaveQuantity(kind, (*place, Symbol("time")), self.names.waves[name], index)
 
     def tau(self, node: ast.Call) -> Symbol:
         """Return what inverse dynamics asks of a joint for a reference motion: ``tau.elbow(servo)``."""
@@ -313,6 +345,10 @@ class _Reader:
         if kind == "reaction":
             what = f"reaction.{name[:64]} is a force and a moment"
             raise self.error(node, what, f"reaction.{name[:64]}.force[0] or reaction.{name[:64]}.moment[0]")
+        if kind in OF_WAVES:
+            call = f"{kind}.{name[:64]}({', '.join('xyz'[: OF_WAVES[kind][0]])})"
+            hint = f"{call}[0]" if OF_WAVES[kind][1] > 1 else call
+            raise self.error(node, f"{kind}.{name[:64]} is of a place, and needs arguments", hint)
         if kind == "tau" and not called:
             what = f"tau.{name[:64]} needs a reference motion"
             raise self.error(node, what, f"tau.{name[:64]}(servo), and [references.servo]")
@@ -399,6 +435,12 @@ class _Reader:
         if kind in self.names.offered:
             return list(self.names.offered[kind].names), 1
         return (list(ENERGIES), 1) if kind == "energy" else (None, 0)
+
+
+def _of_waves(node: ast.expr) -> bool:
+    """Return whether a node is a call such as ``elevation.NAME(x, y)``."""
+    name = node.func.value if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) else None
+    return isinstance(name, ast.Name) and name.id.removeprefix(PREFIX) in OF_WAVES
 
 
 def _is_tau(node: ast.expr) -> bool:

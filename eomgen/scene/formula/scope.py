@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from eomgen.formula.curves import AnyCurve
 from eomgen.formula.nodes import Formula
+from eomgen.formula.wave_fields import WaveField
 from eomgen.text import nearest, shown
 
 #: Words before the name of a curve, and which derivative they stand for.
@@ -136,6 +137,7 @@ class Names:
     curves : mapping from name to curve.
     motions : the inputs that are motions, and what they are as formulas of time.
     random : random processes, and what they are as formulas of time.
+    waves : mapping from name to the waves of a sea.
     offered : mapping from kind of quantity to the elements that offer it.
     """
 
@@ -155,6 +157,7 @@ class Names:
     modes: tuple[str, ...] = ()
     references: tuple[str, ...] = ()
     curves: Mapping[str, AnyCurve] = field(default_factory=dict)
+    waves: Mapping[str, WaveField] = field(default_factory=dict)
     offered: Mapping[str, Offered] = field(default_factory=dict)
 
     def fault_of_reaction(self, name: str) -> tuple[str, str] | None:

@@ -10,7 +10,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 import numpy as np
 
 from eomgen.arrays import Array
-from eomgen.formula.evaluate import OTHER_VALUES, curves, evaluate, symbols
+from eomgen.formula.evaluate import OTHER_VALUES, curves, evaluate, symbols, wave_fields
 from eomgen.formula.nodes import Formula, Number, Operation, Symbol, Vector
 from eomgen.formula.substitution import substituted
 from eomgen.scene.formula.namespaces import known_there, read_included
@@ -101,6 +101,7 @@ class Values:
         self.note(f"{key}: {text}" for text in plain_degrees(formula))
         self.mentioned |= {(symbol.kind, symbol.name) for symbol in symbols(formula)}
         self.mentioned |= {("curve", name) for name in curves(formula)}
+        self.mentioned |= {("waves", name) for name in wave_fields(formula)}
         if scope in (PARAMETERS, FIXED_PARAMETERS):
             try:
                 self.value(formula)

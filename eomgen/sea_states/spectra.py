@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 from dataclasses import dataclass
 from typing import Literal, Protocol
@@ -14,12 +15,14 @@ from eomgen.arrays import Array
 from eomgen.calls import checked_call, checked_calls
 from eomgen.errors import Problem, UsageError
 from eomgen.random_processes import standard_normals
-from eomgen.waves.sea import STANDARD_GRAVITY, Components
+from eomgen.sea_states.components import STANDARD_GRAVITY, Components
 
 #: Frequencies at which a spectrum is divided, in parts of that of its peak.
 BAND = (0.5, 3.0)
 #: Wave lengths of the peak after which a sea of one direction repeats itself.
 REPEATED_AFTER = 32.0
+#: Gauss-Legendre's nodes in each of the pieces into which parts of a band are cut.
+_NODES, _PIECES = 4, 4
 
 
 class Spectrum(Protocol):
@@ -271,3 +274,52 @@ def wave_number(frequency: float, depth: float = math.inf, gravity: float = STAN
         if abs(change) <= 1e-15 * k:
             break
     return k
+
+
+@checked_call()
+def divided(
+    spectrum: Spectrum,
+    components: int,
+    *,
+    depth: float = math.inf,
+    gravity: float = STANDARD_GRAVITY,
+    band: tuple[float, float] = BAND,
+    spreading: Spreading | None = None,
+    heading: float = 0.0,
+    height: float | None = None,
+) -> DiscreteSpectrum:
+    """Return a spectrum as components whose frequencies are a constant factor apart: motion at a place does not repeat
+    itself, and few components resolve the peak.
+
+    Each stands for the energy of its part of the band, at the mean frequency of that energy. Arguments other than
+    ``components`` are those of ``discretized``.
+
+    Raises
+    ------
+    UsageError
+        A band without energy.
+    """
+    if not 0.0 < band[0] < band[1]:
+        raise UsageError(Problem("divided: band", f"{band} does not increase from above 0", f"{BAND}"))
+    if not depth > 0.0:
+        what = f"{depth:.6g} m is not above 0"
+        raise UsageError(Problem("divided: depth", what, "math.inf for water without a bottom"))
+    edges = spectrum.peak * np.geomspace(band[0], band[1], components + 1)
+    # Gauss-Legendre's rule over each part, in pieces, since a spectrum may bend at its peak
+    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+    fine = np.concatenate([np.linspace(a, b, _PIECES, endpoint=False) for a, b in itertools.pairwise(edges)])
+    widths = np.diff(np.append(fine, edges[-1]))
+    w = fine[:, None] + 0.5 * widths[:, None] * (1.0 + nodes)
+    parts = (spectrum.density(w) * weights * 0.5 * widths[:, None]).reshape(components, -1)
+    energy, first = parts.sum(axis=1), (parts * w.reshape(components, -1)).sum(axis=1)
+    if not energy.sum() > 0.0:
+        raise UsageError(Problem("divided: band", f"the spectrum is zero from {edges[0]:.6g} to {edges[-1]:.6g} rad/s"))
+    kept = energy > 0.0
+    frequencies, energy = first[kept] / energy[kept], energy[kept]
+    if height is not None:
+        energy *= height**2 / (16.0 * energy.sum())
+    k = np.array([wave_number(float(frequency), depth, gravity) for frequency in frequencies])
+    angles, shares = (np.array([heading]), np.ones(1)) if spreading is None else spreading.shares()
+    vectors = k[:, None, None] * np.stack((np.cos(angles), np.sin(angles)), axis=-1)
+    found = np.outer(energy, shares).ravel()
+    return DiscreteSpectrum(vectors.reshape(-1, 2), found, (float(edges[0]), float(edges[-1])))

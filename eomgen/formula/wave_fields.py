@@ -1,0 +1,136 @@
+"""Waves of first order as functions of place and time: elevation, slope, velocity and acceleration of the water.
+
+A component of wave vector k, frequency w and amplitude A over water of depth h (Airy; Dean and Dalrymple, Water Wave
+Mechanics for Engineers and Scientists, 1991, chapter 3):
+
+    eta = A cos(th),  th = k.x - w t + phase,
+    u = A w (k/|k|) cosh |k|(z + h)/sinh |k|h cos(th),  w = A w sinh |k|(z + h)/sinh |k|h sin(th),
+
+z from the water at rest. Accelerations are those at a place that rests, since what is carried is of second order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+#: What waves offer to formulas: the arguments before the time, and how many components there are.
+QUANTITIES: Mapping[str, tuple[int, int]] = {
+    "elevation": (2, 1),
+    "slope": (2, 2),
+    "water_velocity": (3, 3),
+    "water_acceleration": (3, 3),
+}
+Stretching = Literal["wheeler", "none"]
+#: From k h on the bottom is too deep to be felt: exp(-2 k h) is below the last digit.
+_DEEP = 20.0
+
+
+class WaveComponent(NamedTuple):
+    """One wave: its vector in rad/m, frequency in rad/s, amplitude in m and phase in rad."""
+
+    kx: float
+    ky: float
+    frequency: float
+    amplitude: float
+    phase: float
+
+
+@dataclass(frozen=True)
+class WaveField:
+    """The waves of one sea.
+
+    Attributes
+    ----------
+    depth : m; infinite where there is no bottom
+    level : z of the water at rest in the world, m
+    ramp : how long the amplitudes take to grow from 0 at t = 0, s; 0 for waves that are there from the beginning
+    stretching : what the motion above the water at rest is: ``wheeler`` takes z - eta, shrunk to the depth, for z;
+        ``none`` takes z as it is, so that short waves grow exponentially
+    """
+
+    name: str
+    components: tuple[WaveComponent, ...]
+    depth: float
+    level: float
+    ramp: float
+    stretching: Stretching
+
+    def __str__(self) -> str:
+        return f"{len(self.components)} waves"
+
+    @cached_property
+    def columns(self) -> dict[str, tuple[float, ...]]:
+        """Numbers of all components by name.
+
+        ``bottom`` is b = exp(-2 |k| h), so that cosh |k|(z + h)/sinh |k|h = (e + b/e)/(1 - b) with e = exp |k|z has no
+        large numbers; ``orbit`` is A w/(1 - b).
+        """
+        kx, ky, w, A, phase = (np.array(column) for column in zip(*self.components, strict=True))
+        k = np.hypot(kx, ky)
+        bottom = np.where(k * self.depth > _DEEP, 0.0, np.exp(-2.0 * np.minimum(k * self.depth, _DEEP)))
+        found = {"kx": kx, "ky": ky, "w": w, "A": A, "phase": phase, "k": k, "bottom": bottom}
+        found["orbit"] = A * w / (1.0 - bottom)
+        return {name: tuple(column.tolist()) for name, column in found.items()}
+
+    def factors(self, name: str, component: int) -> tuple[float, ...]:
+        """Return by what each component's cosine or sine is multiplied in a quantity, before the depth is looked at."""
+        column = {name: np.array(values) for name, values in self.columns.items()}
+        along = ("kx", "ky")[component] if component < 2 else ""
+        match name:
+            case "elevation":
+                found = column["A"]
+            case "slope":
+                found = -column["A"] * column[along]
+            case "water_velocity":
+                found = column["orbit"] * (column[along] / column["k"] if along else 1.0)
+            case _:
+                found = column["orbit"] * column["w"] * (column[along] / column["k"] if along else -1.0)
+        return tuple(found.tolist())
+
+    def value(self, name: str, component: int, *arguments: ArrayLike) -> NDArray[np.float64]:
+        """Return a quantity at x, y, where it has one z, and t, of their broadcast shape, in numbers."""
+        *place, t = (np.asarray(argument, dtype=float) for argument in arguments)
+        grown, growing = self._growth(t)
+        if name != "water_acceleration":
+            return grown * self._full(name, component, place, t)
+        rest: NDArray[np.float64] = grown * self._full(name, component, place, t)
+        return rest if self.ramp == 0.0 else rest + growing * self._full("water_velocity", component, place, t)
+
+    def _growth(self, t: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the share of the amplitudes that is there, and its rate in 1/s."""
+        if self.ramp == 0.0:
+            return np.ones(()), np.zeros(())
+        s = np.clip(t / self.ramp, 0.0, 1.0)
+        return s**4 * (35.0 - 84.0 * s + 70.0 * s**2 - 20.0 * s**3), 140.0 * (s * (1.0 - s)) ** 3 / self.ramp
+
+    def _full(
+        self, name: str, component: int, place: list[NDArray[np.float64]], t: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return a quantity of waves that are fully grown, except for what stretching takes of them."""
+        column = {name: np.array(values) for name, values in self.columns.items()}
+        x, y, time = (np.asarray(item)[..., None] for item in (place[0], place[1], t))
+        angle = column["kx"] * x + column["ky"] * y - column["w"] * time + column["phase"]
+        wave = np.sin(angle) if in_quadrature(name, component) else np.cos(angle)
+        terms = np.array(self.factors(name, component)) * wave
+        if len(place) > 2:
+            e = np.exp(column["k"] * self._stretched(place, t)[..., None])
+            terms = terms * (e + column["bottom"] / e if component < 2 else e - column["bottom"] / e)
+        return np.asarray(terms.sum(axis=-1))
+
+    def _stretched(self, place: list[NDArray[np.float64]], t: NDArray[np.float64]) -> NDArray[np.float64]:
+        z = np.asarray(place[2] - self.level)
+        if self.stretching == "none":
+            return z
+        eta = self.value("elevation", 0, place[0], place[1], t)
+        return np.asarray((z - eta) / (1.0 + eta / self.depth))
+
+
+def in_quadrature(name: str, component: int) -> bool:
+    """Return whether a quantity goes with the sine of a component's angle, not with its cosine."""
+    return name == "slope" or (name.startswith("water") and (name == "water_velocity") == (component == 2))

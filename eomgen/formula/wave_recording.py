@@ -1,0 +1,112 @@
+"""Recording of waves on the tape: sums over components are loops (``Map``), and so are their derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from eomgen.formula.wave_fields import WaveField, in_quadrature
+from eomgen.symbolic.harmonics import harmonic_sum
+from eomgen.symbolic.map import Map, add_map
+from eomgen.symbolic.operations import Op
+from eomgen.symbolic.scalar import Algebra, Scalar
+from eomgen.symbolic.tape import Tape
+
+
+def wave_quantity(algebra: Algebra, waves: WaveField, name: str, component: int, arguments: Sequence[Scalar]) -> Scalar:
+    """Return a quantity of waves at x, y, where it has one z, and t."""
+    *place, t = arguments
+    grown, growing = _growth(algebra, waves, t)
+    found = grown * _full(algebra, waves, name, component, place, t)
+    if name != "water_acceleration" or waves.ramp == 0.0:
+        return found
+    return found + growing * _full(algebra, waves, "water_velocity", component, place, t)
+
+
+def _growth(algebra: Algebra, waves: WaveField, t: Scalar) -> tuple[Scalar, Scalar]:
+    """Return the share of the amplitudes that is there, and its rate in 1/s."""
+    if waves.ramp == 0.0:
+        return algebra.one, algebra.zero
+    s = algebra.call(Op.MIN, algebra.call(Op.MAX, t * (1.0 / waves.ramp), algebra.zero), algebra.one)
+    rest = s * (1.0 - s)
+    share = (s * s) * (s * s) * (35.0 - s * (84.0 - s * (70.0 - s * 20.0)))
+    return share, (140.0 / waves.ramp) * (rest * rest * rest)
+
+
+def _full(algebra: Algebra, waves: WaveField, name: str, component: int, place: Sequence[Scalar], t: Scalar) -> Scalar:
+    """Return a quantity of waves that are fully grown, except for what stretching takes of them."""
+    column, factors = waves.columns, waves.factors(name, component)
+    quadrature = in_quadrature(name, component)
+    if not any(factors):
+        return algebra.zero
+    label = f"{name.replace('_', ' ')} of {waves.name}, wave by wave"
+    x, y = (item.constant for item in place[:2])
+    if len(place) == 2 and x is not None and y is not None:
+        # at a place that rests: harmonics of time alone
+        angle = np.array(column["kx"]) * x + np.array(column["ky"]) * y + np.array(column["phase"])
+        if quadrature:
+            angle = angle - 0.5 * np.pi
+        columns = (np.array(factors) * np.cos(angle), np.array(column["w"]), np.array(factors) * np.sin(angle))
+        loop = harmonic_sum([tuple(item.tolist()) for item in columns], t.ref, label)
+        return Scalar(algebra.tape, add_map(algebra.tape, loop).sums[0])
+    kernel = _Kernel()
+    angle_now = kernel.column(column["phase"]) - kernel.column(column["w"]) * kernel.shared(t)
+    for letter, item in zip(("kx", "ky"), place[:2], strict=True):
+        if any(column[letter]):
+            angle_now = angle_now + kernel.column(column[letter]) * kernel.shared(item)
+    term = kernel.column(factors) * kernel.algebra.call(Op.SIN if quadrature else Op.COS, angle_now)
+    if len(place) > 2:
+        z = kernel.shared(_stretched(algebra, waves, place, t))
+        e = kernel.algebra.call(Op.EXP, kernel.column(column["k"]) * z)
+        if any(column["bottom"]):
+            reflected = kernel.column(column["bottom"]) / e
+            e = e + reflected if component < 2 else e - reflected
+        term = term * e
+    return Scalar(algebra.tape, add_map(algebra.tape, kernel.loop(term, len(factors), label)).sums[0])
+
+
+def _stretched(algebra: Algebra, waves: WaveField, place: Sequence[Scalar], t: Scalar) -> Scalar:
+    """Return the height above the water at rest at which motion is taken."""
+    z = place[2] - waves.level
+    if waves.stretching == "none":
+        return z
+    eta = wave_quantity(algebra, waves, "elevation", 0, [*place[:2], t])
+    return z - eta if np.isinf(waves.depth) else (z - eta) / (1.0 + eta * (1.0 / waves.depth))
+
+
+class _Kernel:
+    """What one wave gives: a loop's kernel whose columns and shared references are added as they are needed."""
+
+    def __init__(self) -> None:
+        self.tape = Tape()
+        self.algebra = Algebra(self.tape)
+        self.columns: dict[tuple[float, ...], Scalar] = {}
+        self.references: dict[int, Scalar] = {}
+
+    def column(self, values: tuple[float, ...]) -> Scalar:
+        """Return what differs from wave to wave; the number itself where it does not."""
+        if len(set(values)) == 1:
+            return self.algebra.scalar(values[0])
+        if values not in self.columns:
+            self.columns[values] = Scalar(self.tape, self.tape.input("element", len(self.columns)))
+        return self.columns[values]
+
+    def shared(self, value: Scalar) -> Scalar:
+        """Return what is the same for all waves."""
+        if value.constant is not None:
+            return self.algebra.scalar(value.constant)
+        if value.ref not in self.references:
+            self.references[value.ref] = Scalar(self.tape, self.tape.input("shared", len(self.references)))
+        return self.references[value.ref]
+
+    def loop(self, term: Scalar, count: int, label: str) -> Map:
+        """Return the loop that sums a term over the waves."""
+        return Map(
+            self.tape,
+            count,
+            elements=tuple(self.columns),
+            shared=tuple(self.references),
+            sums=(term.ref,),
+            label=label,
+        )

@@ -1,0 +1,5 @@
+"""Waves of a scene: spectra, or waves one by one, as functions of place and time."""
+
+__all__ = []
+#: Open to the other parts of ``scene`` as well.
+WITHIN = ["reading", "schema"]

@@ -1,0 +1,192 @@
+"""Reading of waves: their components, from a spectrum by seed or one by one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from eomgen.errors import UsageError
+from eomgen.formula.wave_fields import WaveComponent, WaveField
+from eomgen.scene.reading.values import Values
+from eomgen.scene.waves import schema as written
+from eomgen.sea_states.spectra import (
+    Jonswap,
+    PiersonMoskowitz,
+    Spectrum,
+    SpectrumTable,
+    Spreading,
+    divided,
+    frequency_and_group_velocity,
+    wave_number,
+)
+from eomgen.text import key_of
+
+#: Height over wave length from which on a wave breaks, in deep water (Miche 1944): over a bottom tanh k h of it.
+_BREAKING = 0.142
+#: By type of spectrum: the keys that it needs, and those that it may have besides.
+_KEYS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "jonswap": (("height", "period"), ("peakedness",)),
+    "pierson_moskowitz": (("wind",), ("height",)),
+    "points": (("points",), ("height",)),
+}
+_EXAMPLES = {"height": "3", "period": "9", "wind": "15", "points": "[[0.4, 0], [0.7, 2], [1.5, 0]]"}
+#: Keys that are of spectra alone.
+_OF_SPECTRA = ("components", "band", "heading", "spreading", "seed", "amplitudes")
+
+
+def no_waves(name: str) -> WaveField:
+    """Return what stands for waves that were refused, so that reading can go on to the next problem."""
+    return WaveField(name, (WaveComponent(1.0, 0.0, 1.0, 0.0, 0.0),), math.inf, 0.0, 0.0, "none")
+
+
+def read_waves(name: str, entry: written.SeaWaves, gravity: float, values: Values) -> WaveField:
+    """Return the waves of an entry; what is wrong with it is reported.
+
+    Parameters
+    ----------
+    gravity : of the scene, m/s^2
+    """
+    key, report = key_of("waves", name), values.report
+    before = len(report.found)
+    if (entry.spectrum is None) == (entry.regular is None):
+        both = "both spectrum and regular say" if entry.spectrum is not None else "neither spectrum nor regular says"
+        report.add(key, f"{both} which waves there are", 'spectrum = { type = "jonswap", height = 3, period = 9 }')
+    depth = math.inf
+    if entry.depth is not None:
+        depth = values.constant(f"{key}.depth", entry.depth)
+        if depth <= 0.0:
+            report.add(
+                f"{key}.depth", f"the depth {depth:.6g} m is not positive", "no depth for water without a bottom"
+            )
+    ramp = values.constant(f"{key}.ramp", entry.ramp)
+    if ramp < 0.0:
+        report.add(f"{key}.ramp", f"the time {ramp:.6g} s is negative", "ramp = 20")
+    level = values.constant(f"{key}.level", entry.level)
+    if not gravity > 0.0:
+        report.add(key, "waves need gravity, and the scene has none", "gravity = [0, 0, -9.81]")
+    components: Sequence[WaveComponent] = ()
+    if len(report.found) == before and not math.isnan(depth + ramp + level + gravity):
+        if entry.regular is not None:
+            components = _regular(key, entry, depth, gravity, values)
+        else:
+            components = _irregular(key, entry, depth, gravity, values)
+    if len(report.found) > before or not components:
+        return no_waves(name)
+    return WaveField(name, tuple(components), depth, level, ramp, entry.stretching)
+
+
+def _regular(key: str, entry: written.SeaWaves, depth: float, gravity: float, values: Values) -> list[WaveComponent]:
+    report, found = values.report, []
+    for word in _OF_SPECTRA:
+        if getattr(entry, word) != written.SeaWaves.model_fields[word].default:
+            report.add(f"{key}.{word}", f"{word} is of a spectrum, and these waves are told one by one", "without it")
+    if not entry.regular:
+        report.add(f"{key}.regular", "there are no waves", "regular = [{ amplitude = 1, period = 8 }]")
+    for number, wave in enumerate(entry.regular or ()):
+        place = f"{key}.regular[{number}]"
+        amplitude, period, heading, phase = (
+            values.constant(f"{place}.{word}", getattr(wave, word))
+            for word in ("amplitude", "period", "heading", "phase")
+        )
+        if amplitude < 0.0:
+            report.add(f"{place}.amplitude", f"the amplitude {amplitude:.6g} m is negative", "the phase + pi")
+        if period <= 0.0:
+            report.add(f"{place}.period", f"the period {period:.6g} s is not positive", "period = 8")
+        if not amplitude >= 0.0 or not period > 0.0 or math.isnan(heading + phase):
+            continue
+        w = 2.0 * math.pi / period
+        k = wave_number(w, depth, gravity)
+        most = 0.5 * _BREAKING * 2.0 * math.pi / k * math.tanh(min(k * depth, 700.0))
+        if amplitude > most:
+            what = f"a wave of {2.0 * math.pi / k:.4g} m breaks from an amplitude of {most:.4g} m on, and this one has"
+            report.add(f"{place}.amplitude", f"{what} {amplitude:.4g} m", "a smaller amplitude, or a longer period")
+        found.append(WaveComponent(k * math.cos(heading), k * math.sin(heading), w, amplitude, phase))
+    return found
+
+
+def _irregular(key: str, entry: written.SeaWaves, depth: float, gravity: float, values: Values) -> list[WaveComponent]:
+    report = values.report
+    assert entry.spectrum is not None  # what ``read_waves`` has seen to
+    spectrum, height = _spectrum(f"{key}.spectrum", entry.spectrum, gravity, values)
+    heading = values.constant(f"{key}.heading", entry.heading)
+    low, high = values.constants(f"{key}.band", entry.band)
+    if not 0.0 < low < high:
+        report.add(f"{key}.band", f"the band from {low:.6g} to {high:.6g} is none", "band = [0.5, 3]")
+    spreading = None
+    if entry.spreading is not None:
+        exponent = values.constant(f"{key}.spreading.exponent", entry.spreading.exponent)
+        if not exponent > 0.0:
+            report.add(f"{key}.spreading.exponent", f"the exponent {exponent:.6g} is not positive", "exponent = 10")
+        else:
+            spreading = Spreading(exponent, heading, entry.spreading.directions)
+    if spectrum is None or not 0.0 < low < high or report.concerns(f"{key}.spreading") or math.isnan(heading):
+        return []
+    try:
+        parts = divided(
+            spectrum,
+            entry.components,
+            depth=depth,
+            gravity=gravity,
+            band=(low, high),
+            spreading=spreading,
+            heading=heading,
+            height=height,
+        )
+    except UsageError as error:
+        report.add(f"{key}.band", error.problems[0].what, "a band in which the spectrum has energy")
+        return []
+    k = wave_number(spectrum.peak, depth, gravity)
+    most = _BREAKING * 2.0 * math.pi / k * math.tanh(min(k * depth, 700.0))
+    if parts.height > most:
+        what = f"at the peak waves of {2.0 * math.pi / k:.4g} m break from a height of {most:.4g} m on, and the"
+        what += f" significant height is {parts.height:.4g} m"
+        report.add(f"{key}.spectrum", what, "a smaller height, or a longer period")
+        return []
+    waves = parts.realisation(entry.seed, entry.amplitudes)
+    numbers = np.hypot(*waves.vectors.T)
+    w, _ = frequency_and_group_velocity(numbers, depth, gravity)
+    columns = (*waves.vectors.T, w, waves.amplitude, waves.phase)
+    return [WaveComponent(*row) for row in np.array(columns).T.tolist()]
+
+
+def _spectrum(
+    key: str, entry: written.SeaSpectrum, gravity: float, values: Values
+) -> tuple[Spectrum | None, float | None]:
+    """Return a spectrum, None where it is refused, and the significant height that it is scaled to."""
+    report = values.report
+    needed, allowed = _KEYS[entry.type]
+    for word in needed:
+        if getattr(entry, word) is None:
+            report.add(key, f"{entry.type} needs {word}", f"{word} = {_EXAMPLES[word]}")
+    for word in ("height", "period", "peakedness", "wind", "points"):
+        if getattr(entry, word) is not None and word not in needed and word not in allowed:
+            report.add(f"{key}.{word}", f"{entry.type} takes no {word}", " and ".join((*needed, *allowed)))
+    number: dict[str, float] = {}
+    for word in ("height", "period", "wind", "peakedness"):
+        value = getattr(entry, word)
+        if value is not None:
+            number[word] = values.constant(f"{key}.{word}", value)
+            if not number[word] > 0.0:
+                report.add(
+                    f"{key}.{word}", f"the {word} {number[word]:.6g} is not positive", _EXAMPLES.get(word, "3.3")
+                )
+    if not 1.0 <= number.get("peakedness", 1.0) <= 20.0:
+        what = f"the peakedness {number['peakedness']:.6g} is not from 1 to 20"
+        report.add(f"{key}.peakedness", what, "3.3, or 1 for a fully developed sea")
+    if report.concerns(key) or any(map(math.isnan, number.values())):
+        return None, None
+    if entry.type == "jonswap":
+        return Jonswap(number["height"], number["period"], number.get("peakedness", 3.3)), number["height"]
+    if entry.type == "pierson_moskowitz":
+        return PiersonMoskowitz(number["wind"], gravity), number.get("height")
+    points = [values.constants(f"{key}.points[{place}]", pair) for place, pair in enumerate(entry.points or ())]
+    if len(points) < 2:
+        report.add(f"{key}.points", f"a spectrum needs two points or more, not {len(points)}", _EXAMPLES["points"])
+        return None, None
+    try:
+        return SpectrumTable(*np.array(points).T), number.get("height")
+    except UsageError as error:
+        report.add(f"{key}.points", error.problems[0].what, "frequencies that increase, and no density below 0")
+        return None, None

@@ -1,0 +1,86 @@
+"""Schema of waves."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from eomgen.scene.formula.scope import FIXED_PARAMETERS
+from eomgen.scene.reading.key_metadata import Table, key, of_fixed_parameters, optional
+from eomgen.scene.reading.kinds import Description, Pair, Value
+from eomgen.scene.signals.schema import Seed
+
+#: Components of a spectrum, over frequency, where a scene does not say.
+COMPONENTS = 40
+
+
+class RegularWave(Table):
+    """One sinusoidal wave."""
+
+    amplitude: Value = key("half the height from trough to crest", unit="m", names=FIXED_PARAMETERS)
+    period: Value = key("from crest to crest at a place", unit="s", names=FIXED_PARAMETERS)
+    heading: Value = key("where it runs to, from x towards y", 0.0, unit="rad", names=FIXED_PARAMETERS)
+    phase: Value = key("at the origin at t = 0; 0 for a crest there", 0.0, unit="rad", names=FIXED_PARAMETERS)
+
+
+class SeaSpectrum(Table):
+    """A spectrum of elevations."""
+
+    type: Literal["jonswap", "pierson_moskowitz", "points"] = key("see below")
+    height: Value | None = of_fixed_parameters(
+        "significant height, four standard deviations; of `jonswap`, of others what they are scaled to", unit="m"
+    )
+    period: Value | None = of_fixed_parameters("of `jonswap`: that of the peak", unit="s")
+    peakedness: Value | None = of_fixed_parameters("of `jonswap`, 1 to 20", shown_default="3.3")
+    wind: Value | None = of_fixed_parameters("of `pierson_moskowitz`: wind at 19.5 m", unit="m/s")
+    points: Annotated[tuple[Pair, ...], Field(strict=False)] | None = of_fixed_parameters(
+        "of `points`: frequencies in rad/s and one-sided densities in m^2 s/rad, linear between them, 0 beyond",
+        kind="list of [frequency, density]",
+    )
+
+
+class Spread(Table):
+    """Directions of a spectrum: the density over angles is cos^2s of half the angle to the heading."""
+
+    exponent: Value = key("s: 10 for wind waves, 75 for swell", names=FIXED_PARAMETERS)
+    directions: Annotated[int, Field(ge=2, le=99)] = key("into how many it is divided", 9, kind="whole number, 2 to 99")
+
+
+class SeaWaves(Table):
+    """Waves, which formulas ask for elevation, slope, velocity and acceleration of the water at a place."""
+
+    spectrum: SeaSpectrum | None = optional("of an irregular sea", kind="table, below")
+    regular: Annotated[tuple[RegularWave, ...], Field(strict=False)] | None = optional(
+        "waves one by one, in place of a spectrum", kind="list of tables, below"
+    )
+    components: Annotated[int, Field(ge=1, le=2000)] = key(
+        "of a spectrum: into how many frequencies it is divided, each a constant factor above the one before",
+        COMPONENTS,
+        kind="whole number, 1 to 2000",
+    )
+    band: Pair = key(
+        "of a spectrum: lowest and highest frequency, in parts of that of its peak",
+        (0.5, 3.0),
+        names=FIXED_PARAMETERS,
+        kind="[lowest, highest]",
+    )
+    heading: Value = key(
+        "of a spectrum: where the waves run to, from x towards y", 0.0, unit="rad", names=FIXED_PARAMETERS
+    )
+    spreading: Spread | None = optional("of a spectrum: over directions", kind="table, below")
+    seed: Seed = key("of a spectrum: of amplitudes and phases", 0, kind="whole number from 0")
+    amplitudes: Literal["gaussian", "fixed"] = key(
+        "of a spectrum: at random as in a Gaussian sea, or those of its energies, with phases alone at random",
+        "gaussian",
+    )
+    depth: Value | None = of_fixed_parameters("of the water", unit="m", shown_default="no bottom")
+    level: Value = key("z of the water at rest in the world", 0.0, unit="m", names=FIXED_PARAMETERS)
+    ramp: Value = key(
+        "time from t = 0 in which the amplitudes grow to their full size", 0.0, unit="s", names=FIXED_PARAMETERS
+    )
+    stretching: Literal["wheeler", "none"] = key(
+        "where motion between still water and crest is taken: at z - elevation, shrunk to the depth, or at z itself",
+        "wheeler",
+    )
+    description: Description = key("for tables", "")

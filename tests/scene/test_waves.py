@@ -1,0 +1,431 @@
+"""Waves of scenes: what formulas get of them, their derivatives in time and along the motion, and what is refused."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+import eomgen
+from eomgen.arrays import Array
+from eomgen.errors import DescriptionError
+from eomgen.formula.evaluate import evaluate_batch
+from eomgen.formula.infix import infix
+from eomgen.formula.nodes import Formula, Symbol, WaveQuantity
+from eomgen.formula.prescribed_motion import smooth
+from eomgen.formula.recording import record
+from eomgen.formula.wave_fields import WaveField
+from eomgen.scene.formula.parser import read_formula
+from eomgen.scene.formula.scope import EVERYTHING, Names
+from eomgen.scene.load import from_data
+from eomgen.scene.scene import Scene
+from eomgen.symbolic.calculus.jets import jets, time_derivatives
+from eomgen.symbolic.calculus.partials import weighted_gradient
+from eomgen.symbolic.evaluate import evaluate
+from eomgen.symbolic.operations import InputSymbol, Op
+from eomgen.symbolic.scalar import Algebra, Scalar
+from eomgen.symbolic.tape import ONE, Tape
+from eomgen.waves import Jonswap, divided
+from tests.models.cache import shared_cache
+
+__all__ = ["shared_cache"]
+
+GRAVITY = 9.81
+SEA: dict[str, Any] = {
+    "spectrum": {"type": "jonswap", "height": 3, "period": 9},
+    "seed": 1,
+    "components": 7,
+    "depth": "30 m",
+    "level": 0.5,
+    "spreading": {"exponent": 10, "directions": 2},
+    "heading": "20 deg",
+}
+#: Of a body on the free joint: one of each quantity at places that move.
+FORMULAS = [
+    "elevation.sea(q.free[4], q.free[5])",
+    "slope.sea(q.free[4], q.free[5])[0]",
+    "slope.sea(q.free[4], q.free[5])[1]",
+    *(f"water_velocity.sea(q.free[4], q.free[5], q.free[6])[{k}]" for k in range(3)),
+    *(f"water_acceleration.sea(q.free[4], q.free[5], q.free[6])[{k}]" for k in range(3)),
+]
+
+
+def _data(sea: dict[str, Any] = SEA, **sections: Any) -> dict[str, Any]:
+    return {
+        "format": 1,
+        "name": "afloat",
+        "waves": {"sea": sea},
+        "bodies": {"float": {"mass": 1000, "inertia": {"xx": 100, "yy": 100, "zz": 100}}},
+        "joints": {"free": {"type": "free", "parent": "base", "child": "float"}},
+        "points": {"middle": {"body": "float"}},
+        "outputs": {"eta": {"formula": "elevation.sea(position.middle[0], position.middle[1])"}},
+    } | sections
+
+
+def _scene(sea: dict[str, Any] = SEA, **sections: Any) -> Scene:
+    return from_data(_data(sea, **sections))
+
+
+def _sea(**changes: Any) -> WaveField:
+    return _waves(_scene(SEA | changes))
+
+
+def _waves(scene: Scene) -> WaveField:
+    """Return the waves in the first output of a scene."""
+    quantity = scene.outputs[0].values[0]
+    assert isinstance(quantity, WaveQuantity)
+    return quantity.waves
+
+
+def _recorded(formula: Formula) -> tuple[Tape, Scalar]:
+    """Return a formula of t, and of q by index, on a tape of its own."""
+    tape = Tape()
+
+    def value(symbol: Symbol) -> Scalar:
+        return Scalar(tape, tape.input("t") if symbol.kind == "time" else tape.input("q", symbol.index))
+
+    return tape, record(Algebra(tape), formula, value)
+
+
+def _formula(text: str, sea: WaveField) -> Formula:
+    return read_formula(text, Names(waves={"sea": sea}, joints={"free": "free"}), EVERYTHING)
+
+
+def _by_potential(sea: WaveField, place: Array, t: float, *orders: tuple[int, ...]) -> list[float]:
+    """Return derivatives by x, y, z and t of Airy's potential, whose terms are A g/w cosh k(z + h)/cosh kh sin th."""
+
+    def phi(x: Any, y: Any, z: Any, time: Any) -> Any:
+        total = mpmath.mpf(0)
+        for kx, ky, w, A, phase in sea.components:
+            k = mpmath.hypot(kx, ky)
+            share = mpmath.cosh(k * (z + sea.depth)) / mpmath.cosh(k * sea.depth)
+            total += A * GRAVITY / w * share * mpmath.sin(kx * x + ky * y - w * time + phase)
+        return total
+
+    with mpmath.workdps(40):
+        return [float(mpmath.diff(phi, (*map(mpmath.mpf, place), mpmath.mpf(t)), order)) for order in orders]
+
+
+@pytest.mark.parametrize("depth", [8.0, 300.0])
+def test_quantities_are_derivatives_of_the_potential(depth: float) -> None:
+    """Velocities are its gradient, the elevation -phi_t/g at z = 0, and the slope the gradient of that."""
+    sea = _sea(depth=depth, stretching="none", level=0)
+    x, y, z, t = 3.0, -2.0, -1.7, 4.0
+    gradient = _by_potential(sea, np.array([x, y, z]), t, (1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0))
+    rates = _by_potential(sea, np.array([x, y, z]), t, (1, 0, 0, 1), (0, 1, 0, 1), (0, 0, 1, 1))
+    above = _by_potential(sea, np.array([x, y, 0.0]), t, (0, 0, 0, 1), (1, 0, 0, 1), (0, 1, 0, 1))
+    of_surface = [-value / GRAVITY for value in above]
+    found = [
+        *(sea.value("water_velocity", k, x, y, z, t) for k in range(3)),
+        *(sea.value("water_acceleration", k, x, y, z, t) for k in range(3)),
+        sea.value("elevation", 0, x, y, t),
+        *(sea.value("slope", k, x, y, t) for k in range(2)),
+    ]
+    np.testing.assert_allclose(found, [*gradient, *rates, *of_surface], rtol=0, atol=1e-12)
+
+
+def test_water_runs_along_the_bottom_and_with_the_surface() -> None:
+    sea = _sea(stretching="none")
+    places = np.linspace(0.0, 50.0, 11)
+    bottom = sea.value("water_velocity", 2, places, 1.0, sea.level - sea.depth, 2.0)
+    np.testing.assert_allclose(bottom, 0.0, rtol=0, atol=1e-15)
+    rising = (
+        sea.value("elevation", 0, places, 1.0, 2.0 + 1e-5) - sea.value("elevation", 0, places, 1.0, 2.0 - 1e-5)
+    ) / 2e-5
+    np.testing.assert_allclose(sea.value("water_velocity", 2, places, 1.0, sea.level, 2.0), rising, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("changes", [{}, {"ramp": 20}, {"stretching": "none"}, {"spreading": None, "heading": 0}])
+@pytest.mark.parametrize("text", FORMULAS)
+def test_the_tape_has_the_values(text: str, changes: dict[str, Any]) -> None:
+    sea = _sea(**changes)
+    formula = _formula(text, sea)
+    tape, recorded = _recorded(formula)
+    assert not recorded.is_zero or not changes.get("heading", 1)
+    q = np.random.default_rng(1).uniform(-5.0, 5.0, (6, 7))
+    t = np.array([-1.0, 0.0, 3.0, 12.0, 20.0, 31.0])
+    found = evaluate(tape, [recorded.ref], {"q": q, "t": t[:, None]})[:, 0]
+    values = evaluate_batch(formula, lambda symbol: t if symbol.kind == "time" else q[:, symbol.index])
+    np.testing.assert_allclose(found, np.broadcast_to(values, (6,)), rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("text", FORMULAS)
+def test_rates_along_a_motion_are_exact(text: str) -> None:
+    """To second order along x(t), y(t), z(t), by jets through the loops; against complex steps of the values, and of
+    the rates."""
+    tape, recorded = _recorded(_formula(text, _sea(ramp=20)))
+    assert sum(op is Op.MAP for op in tape.op), "waves are loops"
+    rng = np.random.default_rng(2)
+    path = rng.uniform(-1.0, 1.0, (7, 3))  # q(t) = c0 + c1 t + c2 t^2
+    motion: dict[Any, list[Any]] = {
+        InputSymbol("q", k): [tape.input("q", k), tape.constant(path[k, 1]), tape.constant(path[k, 2])]
+        for k in range(7)
+    }
+    (jet,) = jets(tape, [recorded.ref], motion | {InputSymbol("t", 0): [tape.input("t"), ONE]}, 2)
+    rates = time_derivatives(tape, jet)
+    start, step = 7.0, 1e-30
+
+    def along(ref: int, s: complex, order: int) -> complex:
+        """Return a value, or a rate, at t = start + s; q and its rates are those of the path there."""
+        q = path @ np.array([1.0, s, s * s])
+        if order == 0:
+            return complex(evaluate(tape, [ref], {"q": q, "t": np.array([start + s])})[0])
+        moved = dict(motion)
+        for k in range(7):
+            moved[InputSymbol("q", k)] = [tape.input("q", k), tape.input("qd", k)]
+        (first,) = jets(tape, [ref], moved | {InputSymbol("t", 0): [tape.input("t"), ONE]}, 1)
+        rate = path @ np.array([0.0, 1.0, 2.0 * s])
+        return complex(evaluate(tape, first[1:], {"q": q, "qd": rate, "t": np.array([start + s])})[0])
+
+    found = evaluate(tape, rates, {"q": path[:, 0], "t": start})
+    expected = [along(recorded.ref, 1j * step, order).imag / step for order in (0, 1)]
+    np.testing.assert_allclose(found[1:], expected, rtol=1e-12, atol=1e-14)
+
+
+@pytest.mark.parametrize("text", FORMULAS[3:5])
+def test_partials_by_the_place_are_exact(text: str) -> None:
+    tape, recorded = _recorded(_formula(text, _sea()))
+    inputs = [tape.input("q", k) for k in (4, 5, 6)]
+    gradient = weighted_gradient(tape, [recorded.ref], [ONE], inputs)
+    q, t = np.random.default_rng(3).uniform(-2.0, 2.0, 7), 5.0
+    steps = q + 1e-30j * np.eye(7)[4:]
+    expected = evaluate(tape, [recorded.ref], {"q": steps, "t": np.full((3, 1), t)})[:, 0].imag / 1e-30
+    np.testing.assert_allclose(evaluate(tape, gradient, {"q": q, "t": t}), expected, rtol=1e-12)
+
+
+def test_stretching_gives_a_crest_the_motion_of_the_water_at_rest() -> None:
+    wave = {"regular": [{"amplitude": 2, "period": 9}], "level": 0.5}
+    stretched, plain = (_waves(_scene(wave | {"stretching": word})) for word in ("wheeler", "none"))
+    w = 2.0 * math.pi / 9.0
+    assert stretched.value("water_velocity", 0, 0, 0, 2.5, 0.0) == pytest.approx(2.0 * w, rel=1e-14)
+    assert plain.value("water_velocity", 0, 0, 0, 2.5, 0.0) == pytest.approx(2.0 * w * math.exp(2.0 * w**2 / GRAVITY))
+    shallow = _sea(depth=5, spectrum={"type": "jonswap", "height": 1, "period": 9})
+    bottom = shallow.value("water_velocity", 2, 1.0, 2.0, shallow.level - 5.0, 3.0)
+    assert bottom == pytest.approx(0.0, abs=1e-15), "the bottom stays where it is"
+
+
+def test_a_ramp_is_three_times_differentiable_and_its_rate_is_in_the_acceleration() -> None:
+    sea = _sea(ramp=20)
+    full = _sea()
+    assert sea.value("elevation", 0, 1.0, 2.0, 0.0) == 0.0
+    assert sea.value("elevation", 0, 1.0, 2.0, 21.0) == full.value("elevation", 0, 1.0, 2.0, 21.0)
+    formula = _formula("elevation.sea(1, 2)", sea)
+    assert smooth(formula)
+    tape, recorded = _recorded(formula)
+    (jet,) = jets(tape, [recorded.ref], {InputSymbol("t", 0): [tape.input("t"), ONE]}, 3)
+    for edge in (0.0, 20.0):
+        before, after = (evaluate(tape, jet, {"t": edge + side}) for side in (-1e-9, 1e-9))
+        np.testing.assert_allclose(before, after, rtol=0, atol=1e-7)
+    grown = _sea(ramp=20, stretching="none")
+    ahead, behind = (grown.value("water_velocity", 0, 1.0, 2.0, -3.0, 9.0 + s) for s in (1e-5, -1e-5))
+    assert grown.value("water_acceleration", 0, 1.0, 2.0, -3.0, 9.0) == pytest.approx((ahead - behind) / 2e-5, abs=1e-9)
+
+
+def test_energies_of_a_divided_spectrum_are_its_integrals() -> None:
+    spectrum = Jonswap(3.0, 9.0)
+    parts = divided(spectrum, 6, band=(0.6, 2.4))
+    edges = spectrum.peak * np.geomspace(0.6, 2.4, 7)
+    for k, energy in enumerate(parts.energy):
+        bends = [spectrum.peak] if edges[k] < spectrum.peak < edges[k + 1] else None
+        whole, _ = quad(lambda w: float(spectrum.density(np.array(w))), edges[k], edges[k + 1], points=bends)
+        assert energy == pytest.approx(whole, rel=2e-4)
+        assert edges[k] < math.sqrt(GRAVITY * np.hypot(*parts.vectors[k])) < edges[k + 1]
+
+
+def test_a_sea_has_the_height_that_is_asked_for() -> None:
+    for spectrum, height in (
+        ({"type": "jonswap", "height": 3, "period": 9}, 3.0),
+        ({"type": "pierson_moskowitz", "wind": 12, "height": 2}, 2.0),
+        ({"type": "points", "points": [[0.4, 0.0], [0.7, 1.0], [1.5, 0.0]], "height": "150 cm"}, 1.5),
+    ):
+        sea = _sea(spectrum=spectrum, amplitudes="fixed", spreading=None)
+        amplitudes = np.array([component.amplitude for component in sea.components])
+        assert 4.0 * math.sqrt(0.5 * np.sum(amplitudes**2)) == pytest.approx(height, rel=1e-12)
+    assert _sea(seed=1) == _sea(seed=1)
+    assert _sea(seed=1) != _sea(seed=2)
+
+
+def test_regular_waves_run_where_they_head_to() -> None:
+    wave = {"amplitude": 1, "period": "8 s", "heading": "90 deg", "phase": 0.3}
+    (component,) = _waves(_scene({"regular": [wave], "depth": 10})).components
+    k = np.hypot(component.kx, component.ky)
+    assert component.kx == pytest.approx(0.0, abs=1e-16 * 10)
+    assert component.frequency**2 == pytest.approx(GRAVITY * k * math.tanh(10.0 * k), rel=1e-12)
+    moon = _waves(_scene({"regular": [wave]}, gravity=[0, 0, -1.62])).components[0]
+    assert moon.ky == pytest.approx((2.0 * math.pi / 8.0) ** 2 / 1.62)
+
+
+def test_a_run_takes_waves_as_the_formulas_say() -> None:
+    """Forces, outputs and the base; the acceleration of a body in water that carries it is that of the water."""
+    carried = [f"1000 * water_acceleration.sea(position.middle[0], position.middle[1], -2)[{k}]" for k in range(3)]
+    base = {"position": ["slope.sea(0, 0)[0]", 0, "elevation.sea(1, 2)"]}
+    scene = _data(
+        SEA | {"ramp": 2},
+        gravity=[0, 0, -GRAVITY],
+        base=base,
+        points={"middle": {"body": "float"}, "deck": {"body": "base", "position": [0, 0, 1]}},
+        forces={"water": {"body": "float", "force": [*carried[:2], f"{carried[2]} + 1000 * {GRAVITY}"]}},
+        outputs={
+            "eta": {"formula": "elevation.sea(position.middle[0], position.middle[1])"},
+            "u": {"formula": "water_velocity.sea(position.middle[0], position.middle[1], -2)[0]"},
+            "deck": {"position": "deck"},
+            "rising": {"velocity": "deck"},
+            "lifted": {"acceleration": "deck"},
+            "pushed": {"acceleration": "middle"},
+            "place": {"position": "middle"},
+        },
+        simulation={"duration": 1.5, "step": 0.05},
+    )
+    run = eomgen.build(from_data(scene)).simulate()
+    sea, t = _sea(ramp=2), run.t
+    x, y, _ = run.outputs["place"].T
+    np.testing.assert_allclose(run.outputs["eta"], sea.value("elevation", 0, x, y, t), rtol=0, atol=1e-13)
+    np.testing.assert_allclose(run.outputs["u"], sea.value("water_velocity", 0, x, y, -2.0, t), rtol=0, atol=1e-13)
+    water = np.stack([sea.value("water_acceleration", k, x, y, -2.0, t) for k in range(3)], axis=1)
+    np.testing.assert_allclose(run.outputs["pushed"], water, rtol=0, atol=1e-12)
+    step = 1e-4
+
+    def deck(time: Array) -> Array:
+        return np.stack(
+            [sea.value("slope", 0, 0.0, 0.0, time), 0.0 * time, 1.0 + sea.value("elevation", 0, 1.0, 2.0, time)], 1
+        )
+
+    np.testing.assert_allclose(run.outputs["deck"], deck(t), rtol=0, atol=1e-13)
+    np.testing.assert_allclose(
+        run.outputs["rising"], (deck(t + step) - deck(t - step)) / (2.0 * step), rtol=0, atol=1e-7
+    )
+    twice = (deck(t + step) - 2.0 * deck(t) + deck(t - step)) / step**2
+    np.testing.assert_allclose(run.outputs["lifted"], twice, rtol=0, atol=1e-6)
+
+
+def test_generated_loops_do_not_grow_with_the_number_of_waves(tmp_path: Path) -> None:
+    lengths = []
+    for count in (8, 80):
+        folder = tmp_path / str(count)
+        eomgen.generate(_scene(SEA | {"components": count, "spreading": None}), folder)
+        text = (folder / "afloat.c").read_text()
+        lengths.append((text.count("EG_COS") + text.count("EG_SIN"), text.count("{\n")))
+        assert "elevation of sea, wave by wave" in text
+    assert lengths[0] == lengths[1]
+
+
+def test_formulas_are_written_as_they_are_read() -> None:
+    text = "water_velocity.sea(q.free[4], 2, -1)[2] + elevation.sea(0, t)"
+    formula = _formula(text, _sea())
+    assert infix(formula, lambda symbol: 7) == text
+
+
+def test_included_waves_have_the_prefix(tmp_path: Path) -> None:
+    (tmp_path / "part.toml").write_text(
+        'format = 1\nname = "part"\n[waves.sea]\nregular = [{ amplitude = 1, period = 8 }]\n'
+        '[inputs.eta]\nformula = "elevation.sea(0, 0)"\n'
+        '[outputs.lifted]\nformula = "2 * elevation.sea(0, 0)"\n'
+    )
+    scene = from_data(_data() | {"include": {"buoy": {"file": str(tmp_path / "part.toml")}}})
+    (lifted,) = [item for item in scene.outputs if item.name == "buoy_lifted"]
+    assert infix(lifted.values[0]) == "2 * elevation.buoy_sea(0, 0)"
+
+
+REFUSED: list[tuple[dict[str, Any], str]] = [
+    ({"spectrum": None}, r"\(waves\.sea\): neither spectrum nor regular says which waves there are"),
+    ({"regular": [{"amplitude": 1, "period": 8}]}, r"both spectrum and regular say which waves there are"),
+    ({"depth": -3}, r"\(waves\.sea\.depth\): the depth -3 m is not positive; try: no depth for water without"),
+    ({"ramp": -1}, r"the time -1 s is negative"),
+    ({"components": 0}, r"waves\.sea\.components"),
+    ({"band": [2, 1]}, r"\(waves\.sea\.band\): the band from 2 to 1 is none; try: band = \[0\.5, 3\]"),
+    ({"spreading": {"exponent": 0}}, r"the exponent 0 is not positive"),
+    ({"spectrum": {"type": "jonswap", "height": 3}}, r"jonswap needs period; try: period = 9"),
+    (
+        {"spectrum": {"type": "jonswap", "height": -3, "period": 9}},
+        r"spectrum\.height\): the height -3 is not positive",
+    ),
+    ({"spectrum": {"type": "jonswap", "height": 3, "period": 9, "wind": 1}}, r"jonswap takes no wind"),
+    (
+        {"spectrum": {"type": "jonswap", "height": 3, "period": 9, "peakedness": 0.5}},
+        r"the peakedness 0\.5 is not from 1 to 20; try: 3\.3, or 1",
+    ),
+    (
+        {"spectrum": {"type": "jonswap", "height": 9, "period": 5}},
+        r"at the peak waves of 39\.03 m break from a height of 5\.541 m on, and the significant height is 9 m",
+    ),
+    ({"spectrum": {"type": "points", "points": [[1, 2]]}}, r"points\): a spectrum needs two points or more, not 1"),
+    ({"spectrum": {"type": "points", "points": [[1, 2], [2, -1]]}}, r"spectrum\.points\)"),
+    (
+        {"spectrum": {"type": "points", "points": [[1, 0], [2, 1], [9, 0]]}, "band": [0.1, 0.2]},
+        r"the spectrum is zero from 0\.2 to 0\.4 rad/s; try: a band in which the spectrum has energy",
+    ),
+]
+
+
+@pytest.mark.parametrize(("changes", "message"), REFUSED)
+def test_what_is_wrong_with_waves_is_said_once(changes: dict[str, Any], message: str) -> None:
+    sea = {key: value for key, value in (SEA | changes).items() if value is not None}
+    with pytest.raises(DescriptionError, match=message) as caught:
+        _scene(sea)
+    assert len(caught.value.problems) == 1
+
+
+REGULAR: list[tuple[dict[str, Any], str]] = [
+    ({"regular": []}, r"regular\): there are no waves"),
+    (
+        {"regular": [{"amplitude": 1, "period": 0}]},
+        r"regular\[0\]\.period\): the period 0 s is not positive; try: period = 8",
+    ),
+    ({"regular": [{"amplitude": -1, "period": 8}]}, r"the amplitude -1 m is negative; try: the phase \+ pi"),
+    (
+        {"regular": [{"amplitude": 1, "period": 8}, {"amplitude": 3, "period": 4}]},
+        r"regular\[1\]\.amplitude\): a wave of 24\.98 m breaks from an amplitude of 1\.774 m on, and this one has 3 m",
+    ),
+    (
+        {"regular": [{"amplitude": 1, "period": 8}], "seed": 3},
+        r"seed\): seed is of a spectrum, and these waves are told",
+    ),
+]
+
+
+@pytest.mark.parametrize(("sea", "message"), REGULAR)
+def test_what_is_wrong_with_regular_waves_is_said_once(sea: dict[str, Any], message: str) -> None:
+    with pytest.raises(DescriptionError, match=message) as caught:
+        _scene(sea)
+    assert len(caught.value.problems) == 1
+
+
+def test_waves_need_gravity() -> None:
+    with pytest.raises(
+        DescriptionError, match=r"waves need gravity, and the scene has none; try: gravity = \[0, 0, -9"
+    ):
+        _scene(gravity=[0, 0, 0])
+
+
+IN_FORMULAS = [
+    ("elevation.se(0, 0)", r"elevation\.se: there are no waves 'se' \(column 1\); try: sea"),
+    ("elevation.sea(0)", r"elevation\.sea\(\) takes 2 arguments, not 1 \(column 1\); try: elevation\.sea\(x, y\)"),
+    ("elevation.sea(0, 0)[0]", r"elevation\.sea has no component 0 .*; try: elevation\.sea\(x, y\)"),
+    ("elevation.sea", r"elevation\.sea is of a place, and needs arguments .*; try: elevation\.sea\(x, y\)"),
+    ("slope.sea(0, 0)", r"slope\.sea has 2 components .*; try: slope\.sea\(x, y\)\[0\]"),
+    ("slope.sea(0, 0)[2]", r"slope\.sea has no component 2 .*; try: an index from 0 to 1"),
+    ("water_velocity.sea(0, 0)[0]", r"water_velocity\.sea\(\) takes 3 arguments, not 2"),
+    ("water_velocity.sea(0, 0, nothing)[0]", r"unknown name 'nothing' \(column 26\)"),
+]
+
+
+@pytest.mark.parametrize(("text", "message"), IN_FORMULAS)
+def test_what_is_wrong_in_a_formula_is_said_where_it_stands(text: str, message: str) -> None:
+    with pytest.raises(DescriptionError, match=r"outputs\.eta\.formula.*" + message):
+        _scene(outputs={"eta": {"formula": text}})
+
+
+def test_masses_know_no_waves() -> None:
+    with pytest.raises(DescriptionError, match=r"elevation\.sea, which depends on time, cannot be used here"):
+        _scene(bodies={"float": {"mass": "1 + elevation.sea(0, 0)"}})
+
+
+def test_waves_that_nothing_asks_for_are_noted() -> None:
+    assert "the sea sea changes nothing: no formula mentions it" in _scene(outputs={}).notes
+    assert not [note for note in _scene().notes if re.search("sea .*changes nothing", note)]
