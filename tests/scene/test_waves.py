@@ -255,10 +255,20 @@ def test_regular_waves_run_where_they_head_to() -> None:
     wave = {"amplitude": 1, "period": "8 s", "heading": "90 deg", "phase": 0.3}
     (component,) = _waves(_scene({"regular": [wave], "depth": 10})).components
     k = np.hypot(component.kx, component.ky)
-    assert component.kx == pytest.approx(0.0, abs=1e-16 * 10)
+    assert component.kx == pytest.approx(0.0, abs=1e-15)
+    assert (component.amplitude, component.phase) == (1.0, 0.3)
     assert component.frequency**2 == pytest.approx(GRAVITY * k * math.tanh(10.0 * k), rel=1e-12)
     moon = _waves(_scene({"regular": [wave]}, gravity=[0, 0, -1.62])).components[0]
     assert moon.ky == pytest.approx((2.0 * math.pi / 8.0) ** 2 / 1.62)
+
+
+def test_a_fully_developed_sea_has_the_height_of_the_gravity() -> None:
+    """0.2092 U^2/g, but for what is beyond the band."""
+    sea = {"spectrum": {"type": "pierson_moskowitz", "wind": 12}, "amplitudes": "fixed", "band": [0.5, 6]}
+    for gravity in (GRAVITY, 1.62):
+        waves = _waves(_scene(sea, gravity=[0, 0, -gravity]))
+        height = 4.0 * math.sqrt(0.5 * sum(wave.amplitude**2 for wave in waves.components))
+        assert height == pytest.approx(0.2092 * 12.0**2 / gravity, rel=2e-3)
 
 
 def test_a_run_takes_waves_as_the_formulas_say() -> None:
