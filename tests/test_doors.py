@@ -336,8 +336,9 @@ ORDER: dict[str, tuple[str, ...]] = {
         "start",
     ),
     "simulation.sensitivities": (
-        "equations functionals linear_steps motion recorded_changes turning",
-        "following_start galerkin_steps",
+        "equations functionals motion routines turning",
+        "following_start galerkin_sweeps linear_steps",
+        "galerkin_steps",
         "beginning step_matrices",
         "linear_run",
         "alpha_run crossings galerkin_run",

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.lie import numeric
-from eomgen.lie.groups import group_named
+from eomgen.lie.groups import Group, group_named
 
 Array = NDArray[Any]
 
@@ -38,10 +38,9 @@ class Factor:
 def update(factors: Sequence[Factor], q: Array, theta: Array) -> Array:
     """Return q * exp(theta), quaternions scaled back to unit length; q is (..., nq), theta (..., nv)."""
     result = np.array(q, dtype=np.result_type(q, theta, float))
-    for factor in factors:
-        group = group_named(factor.group, factor.v_size)
-        part = factor.q
-        result[..., part] = numeric.update(group, q[..., part], theta[..., factor.v])
+    for group, of_q, of_v in _runs(factors):
+        first, step = q[..., of_q], theta[..., of_v]
+        result[..., of_q] = first + step if group is None else numeric.update(group, first, step)
     return result
 
 
@@ -49,33 +48,53 @@ def difference(factors: Sequence[Factor], first: Array, second: Array) -> Array:
     """Return log(first^-1 * second), (..., nv): the increment that leads from first to second."""
     batch = np.broadcast_shapes(np.shape(first)[:-1], np.shape(second)[:-1])
     result = np.zeros((*batch, sum(factor.v_size for factor in factors)), dtype=np.result_type(first, second, float))
-    for factor in factors:
-        group = group_named(factor.group, factor.v_size)
-        part = factor.q
-        step = numeric.log(group, numeric.compose(group, numeric.inverse(group, first[..., part]), second[..., part]))
-        result[..., factor.v] = step
+    for group, of_q, of_v in _runs(factors):
+        begin, end = first[..., of_q], second[..., of_q]
+        if group is None:
+            result[..., of_v] = end - begin
+        else:
+            result[..., of_v] = numeric.log(group, numeric.compose(group, numeric.inverse(group, begin), end))
     return result
 
 
 def tangent(factors: Sequence[Factor], theta: Array) -> Array:
     """Return the block diagonal T(theta), (..., nv, nv)."""
-    return _block_diagonal(factors, theta, numeric.tangent)
+    return _block_diagonal(factors, theta, 1.0, numeric.tangent)
 
 
 def bracket_matrix(factors: Sequence[Factor], v: Array) -> Array:
     """Return the block diagonal ad(v), (..., nv, nv)."""
-    return _block_diagonal(factors, v, numeric.bracket_matrix)
+    return _block_diagonal(factors, v, 0.0, numeric.bracket_matrix)
 
 
 def transport(factors: Sequence[Factor], theta: Array) -> Array:
     """Return the block diagonal Ad(exp(theta))^-1, (..., nv, nv), which transforms velocities along an increment."""
-    return _block_diagonal(factors, -theta, lambda group, x: numeric.adjoint(group, numeric.exp(group, x)))
+    return _block_diagonal(factors, -theta, 1.0, lambda group, x: numeric.adjoint(group, numeric.exp(group, x)))
 
 
-def _block_diagonal(factors: Sequence[Factor], x: Array, of_group: Any) -> Array:
+def _block_diagonal(factors: Sequence[Factor], x: Array, of_numbers: float, of_group: Any) -> Array:
+    """Return blocks of the groups; numbers have ``of_numbers`` on the diagonal."""
     size = x.shape[-1]
     result = np.zeros((*x.shape, size), dtype=np.result_type(x, float))
-    for factor in factors:
-        part = factor.v
-        result[..., part, part] = of_group(group_named(factor.group, factor.v_size), x[..., part])
+    for group, _, part in _runs(factors):
+        if group is None:
+            result.reshape(*x.shape[:-1], -1)[..., part.start * (size + 1) : part.stop * (size + 1) : size + 1] = (
+                of_numbers
+            )
+        else:
+            result[..., part, part] = of_group(group, x[..., part])
     return result
+
+
+def _runs(factors: Sequence[Factor]) -> list[tuple[Group | None, slice, slice]]:
+    """Return groups with their parts of q and v; None: numbers, of factors side by side together."""
+    found: list[tuple[Group | None, slice, slice]] = []
+    for factor in factors:
+        of_q, of_v = factor.q, factor.v
+        if factor.group != "R":
+            found.append((group_named(factor.group, factor.v_size), of_q, of_v))
+        elif found and found[-1][0] is None and found[-1][1].stop == of_q.start and found[-1][2].stop == of_v.start:
+            found[-1] = None, slice(found[-1][1].start, of_q.stop), slice(found[-1][2].start, of_v.stop)
+        else:
+            found.append((None, of_q, of_v))
+    return found

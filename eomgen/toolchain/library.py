@@ -70,7 +70,7 @@ class Library:
     companion: Callable[..., Library | None] | None = None
 
     def __init__(self, ffi: Any, lib: Any, layout: Mapping[str, Any], mode: str, file: Path) -> None:
-        self.ffi = ffi
+        self.ffi, self._interface = ffi, lib
         self.lib = with_stack(lib, int(layout.get("stack", 0)))
         self.layout = layout
         self.mode = mode
@@ -91,6 +91,10 @@ class Library:
         self._input_sizes = [tuple(function["input_sizes"]) for function in functions]
         self._output_sizes = [tuple(output["size"] for output in function["outputs"]) for function in functions]
         self.index = {function["name"]: number for number, function in enumerate(functions)}
+
+    def address(self, name: str) -> int:
+        """Return the address of a function of the interface for C that calls it, on ``layout["stack"]`` bytes."""
+        return int(self.ffi.cast("uintptr_t", self.ffi.addressof(self._interface, name)))
 
     def bind(self, function: int | str, inputs: Sequence[Array], outputs: Sequence[Array]) -> BoundCall:
         """Return a function with its arrays.

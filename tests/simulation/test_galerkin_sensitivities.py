@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.errors import UsageError
 from eomgen.scene.builder import SceneBuilder
 from eomgen.simulation.sensitivities import motion
 from eomgen.simulation.sensitivities.motion import Motion
@@ -131,13 +130,6 @@ def test_functionals_and_long_runs_from_checkpoints(monkeypatch: pytest.MonkeyPa
 @pytest.mark.slow
 def test_what_they_have_not_is_refused_by_name() -> None:
     _, model = built(tree())
-    found = model.sensitivities(0.05, STEP, by=["mass"], method="tdg2")
-    with pytest.raises(UsageError) as caught:
-        found.input_gradient("final(angle)")
-    assert str(caught.value) == (
-        "usage error: input_gradient: runs of tdg2 have derivatives and gradients here, but none by inputs at all rows;"
-        ' try: gradient, of sensitivities(..., by=["inputs.NAME[:]"])'
-    )
     assert "tdg2_adaptive chooses its steps, and where they end moves" in refusal(
         model, 0.05, STEP, method="tdg2_adaptive"
     )

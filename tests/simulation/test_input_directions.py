@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from eomgen.arrays import Array
-from eomgen.errors import UsageError
 from eomgen.model import Model
 from eomgen.simulation.sensitivities.run_sensitivities import Sensitivities
 from tests.models.cache import shared_cache
+from tests.simulation.test_following_starts import resting_controller, resting_loop, resting_tree
 from tests.simulation.test_input_gradients import driven
 from tests.simulation.test_sensitivities import STEP, TO_ROUNDING, built, loop, refusal, tree
 
@@ -68,9 +68,11 @@ def test_tangents_and_adjoints_against_differences_of_runs(method: str) -> None:
     table = found.derivatives["y"]
     expected = np.stack([table[-1, 0], table[:, 1].sum(axis=0), table[-1, 2]])
     np.testing.assert_allclose(gradients, expected, rtol=1e-11, atol=1e-13 * np.max(np.abs(expected)))
-    if method == "trapezoidal":
-        by_rows = found.input_gradient("final(y[2])")["torque"]
-        np.testing.assert_allclose(gradients[2, 1 : STEPS + 2], by_rows, rtol=1e-11, atol=1e-14)
+    for row, of in enumerate(("final(y[0])", "sum(y[1])", "final(y[2])")):
+        by_rows = found.input_gradient(of)["torque"]
+        np.testing.assert_allclose(
+            gradients[row, 1 : STEPS + 2], by_rows, rtol=1e-11, atol=1e-13 * np.max(np.abs(by_rows))
+        )
 
 
 def hold_hessian(model: Model, found: Sensitivities, of: str, options: dict[str, Any]) -> None:
@@ -122,10 +124,11 @@ def test_hessians_take_the_start_within_the_first_step_and_constraints(builder: 
 
 
 @pytest.mark.slow
-def test_rest_moves_with_the_first_value_of_an_input() -> None:
+@pytest.mark.parametrize("method", ["generalized_alpha", "tdg2"])
+def test_rest_moves_with_the_first_value_of_an_input(method: str) -> None:
     builder = tree().input("push").effort("pushed", "a", "push").simulation(start="equilibrium")
     _, model = built(builder)
-    options = {"settings": TO_ROUNDING, "inputs": {"push": 0.3 + 0.1 * np.arange(STEPS + 1.0)}}
+    options = {**options_of(method, {"push": 0.3 + 0.1 * np.arange(STEPS + 1.0)}), "initial": None}
     found = model.sensitivities(STEPS * STEP, STEP, by=["inputs.push[0]", "inputs.push[2]", "inputs.push"], **options)
 
     def run(row: int | slice, size: float) -> Array:
@@ -139,12 +142,6 @@ def test_rest_moves_with_the_first_value_of_an_input() -> None:
         expected = (64.0 * slopes[0] - 20.0 * slopes[1] + slopes[2]) / 45.0
         error = np.max(np.abs(found.derivatives["angle"][:, column] - expected))
         assert error <= 1e-8 * np.max(np.abs(expected))
-    with pytest.raises(UsageError) as caught:
-        found.input_gradient("final(angle)")
-    assert str(caught.value) == (
-        "usage error: input_gradient: the run starts at rest, which the first values of inputs move, and that is not"
-        ' taken here; try: gradient, of sensitivities(..., by=["inputs.NAME[:]"])'
-    )
     assert np.any(found._run.asked.dq[:, [0, 2]]) and not np.any(found._run.asked.dq[:, 1])
 
 
@@ -162,3 +159,32 @@ def test_names_that_are_no_samples_are_refused() -> None:
     assert "by: a name is given twice" in twice
     told = refusal(built(tree())[1], STEPS * STEP, STEP, by=["inputs.push"])
     assert told == "usage error: by: the scene has no inputs; try: parameters"
+
+
+def pushed(builder: Any) -> Any:
+    return builder().input("push").effort("pushed", "a", "push*(1 + 0.1*push)")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("builder", "method", "output"),
+    [
+        (resting_tree, "generalized_alpha", "angle"),
+        (resting_tree, "tdg1", "angle"),
+        (resting_controller, "trapezoidal", "y[1]"),
+        (resting_controller, "tdg2", "y[1]"),
+        (resting_loop, "generalized_alpha", "y[0]"),
+    ],
+)
+def test_gradients_by_rows_of_runs_from_rest_are_those_along_each_sample(
+    builder: Any, method: str, output: str
+) -> None:
+    _, model = built(pushed(builder))
+    options = {**options_of(method, {"push": 0.3 + 0.1 * np.arange(STEPS + 1.0)}), "initial": None}
+    for by in (["inputs.push[:]"], [f"v{name[1:]}" for name in model.v_names[:1]]):  # with directions that move rest
+        found = model.sensitivities(STEPS * STEP, STEP, by=by, **options)
+        by_rows = found.input_gradient(f"sum({output})")["push"]
+        if by == ["inputs.push[:]"]:
+            expected = found.gradients([f"sum({output})"])[0]
+            assert np.all(expected != 0.0)
+        np.testing.assert_allclose(by_rows, expected, rtol=1e-11, atol=1e-12 * np.max(np.abs(expected)))

@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from functools import partial
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from eomgen.errors import Problem, UsageError
@@ -109,6 +109,12 @@ _IN_LADDERS: Mapping[str, Mapping[str, Any]] = {
 }
 #: Newton's tolerances that studies compare, relative, with a hundredth of them relative to the whole motion.
 _COMPARED_TOLERANCES = (1e-8, 1e-6, 1e-4)
+
+
+@lru_cache(maxsize=64)
+def _written(number: float) -> Fraction:
+    """Return a number as the decimal that its text is."""
+    return Fraction(repr(number))
 
 
 def _differs(form: str, variant: str) -> tuple[SceneFact, ...]:
@@ -474,7 +480,7 @@ class GeneralizedAlpha(Family):
     @property
     def rho(self) -> Fraction:
         """The spectral radius as the decimal number that was written."""
-        return Fraction(repr(float(self.rho_inf)))
+        return _written(float(self.rho_inf))
 
     @property
     def alpha_m(self) -> Fraction:

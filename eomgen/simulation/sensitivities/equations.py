@@ -134,16 +134,33 @@ class Equations:
             name: np.broadcast_to(array, (count, *array.shape[array.ndim - n :])) for (name, array), n in dimensions
         }
 
-    def partials(self, values: Mapping[str, Array]) -> Partials:
-        """Return the partials of e."""
+    @property
+    def driven_by(self) -> set[str]:
+        """What e depends on besides the state and parameters: some of ``t``, ``u`` and ``base``."""
+        functions = self.model.functions
+        terms = [name for name in ("residual", "internal_rate") if name in functions]
+        return {"t", "u", "base"} & {block for name in terms for block in functions.inputs(name)}
+
+    @property
+    def outputs_accelerate(self) -> bool:
+        """Whether outputs depend on accelerations."""
+        return "a" in self.model.functions.inputs("outputs")
+
+    def residuals(self, values: Mapping[str, Array]) -> Array:
+        """Return e, (n, rows), of scenes without constraints."""
+        (r,) = self.of("residual", values).values()
+        return np.concatenate([r, -self.of("internal_rate", values)["zdot"]], axis=1) if self.nz else r
+
+    def partials(self, values: Mapping[str, Array], *, parameters: bool = True) -> Partials:
+        """Return the partials of e; those in the parameters are 0 where they are not asked for."""
         nv, nz, nl, nh, count = self.nv, self.nz, self.nl, self.holonomic, len(values["t"])
         of_residual = self.of("partials", values)
-        by_parameters = self.of("parameter_partials", values) if self.chosen else {}
+        by_parameters = self.of("parameter_partials", values) if self.chosen and parameters else {}
         P = self._parameters(by_parameters, "Rp", nv, count)
         if not nz and not nl:
             K, C, M = (of_residual[name] for name in "KCM")
             none = np.zeros((count, nv, 0))
-            return Partials(K, C, M, none, none, self._with_inputs(P, values))
+            return Partials(K, C, M, none, none, self._with_inputs(P, values) if parameters else P)
         rows = nv + nz + nh + nl
         Jq, Jv, Ja = (np.zeros((count, rows, nv), self.dtype) for _ in range(3))
         Jz, Jlam, Jp = (np.zeros((count, rows, size), self.dtype) for size in (nz, nl, len(self.chosen)))
@@ -161,7 +178,7 @@ class Equations:
             Jq[:, place], Jp[:, place] = B[:, :nh], self._parameters(by_parameters, "Phip", nh, count)
             Jq[:, rates], Jv[:, rates] = self.of("velocity_partials", values)["Z"], B
             Jp[:, rates] = self._parameters(by_parameters, "Zp", nl, count)
-        return Partials(Jq, Jv, Ja, Jz, Jlam, self._with_inputs(Jp, values))
+        return Partials(Jq, Jv, Ja, Jz, Jlam, self._with_inputs(Jp, values) if parameters else Jp)
 
     def output_partials(self, values: Mapping[str, Array]) -> tuple[Array, Array]:
         """Return partials of the outputs, (n, outputs, 3 nv + nz + nl) in q, v, vdot, z, multipliers, and (n, outputs,
@@ -241,6 +258,25 @@ class Equations:
         if not self.driven:
             return kept
         return np.concatenate([kept, np.swapaxes(values["du"], 1, 2) @ found[:, of_inputs]], axis=1)
+
+    @property
+    def second_functions(self) -> Functions:
+        """What evaluates ``second_partials``."""
+        return self._functions("second_partials")
+
+    def of_directions(self, rest: Array, values: Mapping[str, Array]) -> Array:
+        """Return derivatives in the parameters by those that ``second_partials`` has behind z, (n, size, ...)."""
+        first = self._along["lam"].start
+        chosen = self._along["p"].start - first + np.array(self.chosen, dtype=int)
+        if not self.driven:
+            return rest[:, chosen]
+        driven = np.swapaxes(values["du"], 1, 2) @ self.of_inputs(rest)
+        return np.concatenate([rest[:, chosen], driven], axis=1)
+
+    def of_inputs(self, rest: Array) -> Array:
+        """Return derivatives in the inputs by those that ``second_partials`` has behind z, (n, size, ...)."""
+        first, of_inputs = self._along["lam"].start, self._along["u"]
+        return rest[:, of_inputs.start - first : of_inputs.stop - first]
 
     def second_reactions(
         self, values: Mapping[str, Array], eta: Array, weights: Array, along: Array

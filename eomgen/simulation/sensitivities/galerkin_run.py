@@ -10,7 +10,8 @@ import numpy as np
 from eomgen.arrays import Array
 from eomgen.integrators.families.family import LinearPasses
 from eomgen.simulation.sensitivities.beginning import Directions
-from eomgen.simulation.sensitivities.galerkin_steps import GalerkinSteps
+from eomgen.simulation.sensitivities.galerkin_steps import Driven, GalerkinSteps
+from eomgen.simulation.sensitivities.galerkin_sweeps import steps_with_memory
 from eomgen.simulation.sensitivities.linear_run import By, LinearPart, LinearRun, Start
 from eomgen.simulation.sensitivities.motion import Motion, Part
 from eomgen.simulation.stepping.states import Prescribed, States
@@ -20,12 +21,8 @@ class GalerkinMotion(Motion):
     """A run whose accelerations at the starts of steps are no rows: slopes of the steps before."""
 
     def _taken(self, size: int, table: Array | None, record: Array) -> Array:
-        stepper, rows = self.stepper, len(self.stepper.input_times) - 1
-        memory = np.empty((size, self.run.model.nv))
-        for number in range(size):
-            memory[number] = stepper.state[stepper.places["vdot"]]
-            inputs = None if table is None else table[number * rows : (number + 1) * rows + 1]
-            self.check(stepper.run(1, 1, inputs, record[number : number + 1])[0])
+        status, memory = steps_with_memory(self.stepper, size, table, "vdot", record)
+        self.check(status)
         return memory
 
 
@@ -35,13 +32,13 @@ class GalerkinPart(LinearPart):
 
     Attributes
     ----------
-    by_start, by_parameters : (steps, size, size) and (steps, size, parameters), changes of (q, v, a, z) over a step
-    accelerations : (rows, nv, size + parameters), of those of the rows, which a of the steps does not enter
+    steps : between its rows
+    accelerations : (rows, nv, size + parameters), of those of the rows, which a of the steps does not enter; None where
+        no output takes them
     """
 
-    by_start: Array
-    by_parameters: Array
-    accelerations: Array
+    steps: GalerkinSteps
+    accelerations: Array | None
 
 
 class GalerkinRun(LinearRun[GalerkinPart]):
@@ -74,68 +71,54 @@ class GalerkinRun(LinearRun[GalerkinPart]):
         da = self.accelerations(blocks)[0] @ moved
         return np.concatenate([along.dq, along.dv, da, along.dz])
 
-    def of_part(self, part: Part) -> GalerkinPart:
-        (states, given), steps = self.steps_of(part)
-        by_start, by_parameters = steps.taken()
-        blocks = self.blocks(states, given)
-        return GalerkinPart(part.first, states, blocks, by_start, by_parameters, self.accelerations(blocks))
-
-    def steps_of(self, part: Part, *, recorded: bool = False) -> tuple[tuple[States, Prescribed], GalerkinSteps]:
-        """Return what rows of a part have, and its steps."""
+    def of_part(self, part: Part, *, apart: bool = False) -> GalerkinPart:
+        """Make a part of the run linear; ``apart``: with multipliers for each node, also where nodes are the same."""
         states, given = self.states(part)
-        t, step, nodes = states.t[:-1], self.run.grid.step, self.method.nodes
+        blocks = self.blocks(states, given)
         before = States(*(array[:-1] for array in states))._replace(a=part.memory)
         at_start = Prescribed(*(None if array is None else array[:-1] for array in given))
-        times = np.stack([states.t[1:] if node == nodes[-1] else t + node * step for node in nodes], axis=1)
-        at_nodes = [(self.prescribed(column), self.moved_inputs(column)) for column in times.T]
-        moved = at_start, self.moved_inputs(t)
-        of_nodes = times, at_nodes
-        steps = GalerkinSteps(self.equations, self.method, before, moved, step, of_nodes, recorded=recorded)
-        return (states, given), steps
+        t, step = states.t[:-1], self.run.grid.step
+        shares = self.method.nodes
+        times = np.concatenate([states.t[1:] if share == shares[-1] else t + share * step for share in shares])
+        steps = GalerkinSteps(
+            self.equations,
+            self.method,
+            before,
+            Driven(t, at_start, self.moved_inputs(t)),
+            Driven(times, self.prescribed(times), self.moved_inputs(times)),
+            step,
+            apart=apart,
+        )
+        accelerations = self.accelerations(blocks) if self.equations.outputs_accelerate else None
+        return GalerkinPart(part.first, states, blocks, steps, accelerations)
 
     def tangents(self, part: GalerkinPart, dp: Array, state: Array) -> Array:
-        return self.rows_of(part, dp, self.ends(part, dp, state))
-
-    def ends(self, part: GalerkinPart, dp: Array, state: Array) -> Array:
-        """Take tangents through the steps, and return those of (q, v, a, z) at their ends, (steps, size, directions);
-        a: what the next step begins with."""
-        found = np.empty((len(part.by_start), *state.shape))
-        of_parameters = part.by_parameters @ dp
-        for number in range(len(found)):
-            state[:] = part.by_start[number] @ state + of_parameters[number]
-            found[number] = state
-        return found
+        return self.rows_of(part, dp, part.steps.tangents(dp, state))
 
     def rows_of(self, part: GalerkinPart, dp: Array, ends: Array) -> Array:
-        """Return tangents of rows at the ends of steps, whose accelerations are those of their states."""
+        """Return tangents of rows by those of (q, v, a, z) at the ends of steps, (steps, size, directions), a: what the
+        next step begins with; accelerations of rows are those of their states."""
         found, nv = ends.copy(), self.equations.nv
-        moved = np.concatenate([found, np.broadcast_to(dp, (len(found), *dp.shape))], axis=1)
-        found[:, 2 * nv : 3 * nv] = part.accelerations[1:] @ moved
+        if part.accelerations is not None:
+            moved = np.concatenate([found, np.broadcast_to(dp, (len(found), *dp.shape))], axis=1)
+            found[:, 2 * nv : 3 * nv] = part.accelerations[1:] @ moved
         return found
 
     def take_back(self, part: GalerkinPart, direct: Array, state: Array, gradient: Array) -> None:
-        adjoints = self.own(part.accelerations, direct, gradient)
-        self.backwards(part, adjoints, state)
-        gradient += np.einsum("nsp,nsf->pf", part.by_parameters, adjoints)
+        adjoints = part.steps.adjoints(self.of_ends(part, direct, gradient), state)
+        gradient += part.steps.of_parameters(*adjoints)
 
-    def own(self, accelerations: Array, direct: Array, gradient: Array) -> Array:
+    def of_ends(self, part: GalerkinPart, direct: Array, gradient: Array) -> Array:
         """Return what functionals take of (q, v, a, z) at the ends of steps, a: what the next step begins with, and add
         to the derivatives in the parameters what accelerations of rows take of these."""
+        if part.accelerations is None:
+            return direct
         nv, size = self.equations.nv, direct.shape[1]
-        taken = np.swapaxes(accelerations[1:], 1, 2) @ direct[:, 2 * nv : 3 * nv]
+        taken = np.swapaxes(part.accelerations[1:], 1, 2) @ direct[:, 2 * nv : 3 * nv]
         gradient += taken[:, size:].sum(axis=0)
         own: Array = direct + taken[:, :size]
         own[:, 2 * nv : 3 * nv] = 0.0
         return own
-
-    def backwards(self, part: GalerkinPart, adjoints: Array, state: Array, of_starts: Array | None = None) -> None:
-        """Take adjoints back through the steps of a part: what functionals take of the ends of steps becomes the whole
-        adjoints there, and ``state`` that of the start; ``of_starts``: what they take of the starts of steps."""
-        for number in reversed(range(len(adjoints))):
-            adjoints[number] += state
-            state[:] = part.by_start[number].T @ adjoints[number]
-            if of_starts is not None:
-                state += of_starts[number]
 
     def accelerations(self, blocks: dict[str, Array]) -> Array:
         """Return the partials of the accelerations of rows in q, v, a (0), z and the parameters."""

@@ -3,9 +3,8 @@
 The gradient g of a functional is an analytic function of parameters, start and inputs: the steps made linear, their
 transposes, and nothing besides. So the imaginary part of g at directions moved by i h d is h H d, exact but for
 rounding, since no difference is taken (Squire and Trapp 1998; Martins, Sturdza and Alonso 2003). The run itself needs
-no complex numbers: its states move by i h times their tangents along d, which the steps made linear have. Adjoints l of
-steps J change by dl = J^T dl' + dJ^T l', where l' is known from the gradient: dJ itself is not needed, only its product
-with l', which recorded steps give for all steps at once.
+no complex numbers: its states move by i h times their tangents along d, which the steps made linear have. The adjoint
+there is that of the run by the same text in complex numbers.
 
 Derivatives in rotations are left-trivialised, and those along x and y do not commute: D_x D_y g - D_y D_x g is
 D_[x, y] g. Hessians are the mean of both orders, the second derivatives along q o exp(theta).
@@ -25,8 +24,7 @@ from eomgen.simulation.sensitivities.beginning import Directions
 from eomgen.simulation.sensitivities.equations import MovedEquations
 from eomgen.simulation.sensitivities.following_start import rest_slopes
 from eomgen.simulation.sensitivities.functionals import Weights
-from eomgen.simulation.sensitivities.galerkin_run import GalerkinPart, GalerkinRun
-from eomgen.simulation.sensitivities.linear_run import LinearPart
+from eomgen.simulation.sensitivities.galerkin_run import GalerkinRun
 from eomgen.simulation.sensitivities.motion import Part
 from eomgen.simulation.stepping.states import Prescribed, States
 
@@ -48,6 +46,21 @@ class _Tangents:
     stepped: Part
     rows: Array
     memory: Array
+
+
+@dataclass
+class _Adjoint:
+    """Adjoints of functionals on their way back, complex: state (size, functionals), parameters (parameters,
+    functionals), and of the row at the start of the part (size, functionals)."""
+
+    state: Array
+    parameters: Array
+    record: Array
+
+    @classmethod
+    def of(cls, run: GalerkinRun, count: int) -> _Adjoint:
+        sizes = len(run.state), len(run.along.dp), len(run.record)
+        return cls(*(np.zeros((size, count), complex) for size in sizes))
 
 
 class _MovedRun(GalerkinRun):
@@ -87,29 +100,20 @@ class _MovedRun(GalerkinRun):
         dq[:, followed], dz[:, followed] = np.split(slopes, [equations.nv])
         return Directions(dq, along.dv, dz, along.dp)
 
-    def changed(
-        self, tangents: _Tangents, column: int, weights: Sequence[Weights], adjoints: Array
-    ) -> tuple[Array, Array, Array, Array]:
-        """Return how what functionals take of a part changes: of the first row, of the ends and the starts of steps, of
-        parameters; with the adjoints at the ends of its steps held.
-
-        Parameters
-        ----------
-        column : of the tangents
-        adjoints : (steps, size, functionals)
-        """
+    def back(self, tangents: _Tangents, column: int, weights: Sequence[Weights], adjoint: _Adjoint) -> None:
+        """Take adjoints of functionals back through a part, moved along its tangents of a column."""
         rows, memory = (self._increment(of[..., column]) for of in (tangents.rows, tangents.memory))
         self._tangents, stepped = rows, tangents.stepped
-        part = Part(stepped.first, stepped.rows, stepped.memory + memory)
-        (states, given), steps = self.steps_of(part, recorded=True)
-        linear = LinearPart(part.first, states, self.blocks(states, given))
-        of_parameters = np.zeros((len(self.along.dp), len(weights)), complex)
-        direct = self.of_rows(linear, self.row_weights(linear, weights), of_parameters)
-        own = self.own(self.accelerations(linear.blocks), direct[1:], of_parameters)
-        of_starts, by_steps = steps.pulled(adjoints.astype(complex))
-        of_parameters += by_steps.sum(axis=0)
-        first, ends, starts, parameters = (of.imag / _TINY for of in (direct[0], own, of_starts, of_parameters))
-        return first, ends, starts, parameters
+        part = self.of_part(Part(stepped.first, stepped.rows, stepped.memory + memory))
+        direct = self.of_rows(part, self.row_weights(part, weights), adjoint.parameters)
+        self.take_back(part, direct[1:], adjoint.state, adjoint.parameters)
+        adjoint.record = direct[0]
+
+    def gradients(self, adjoint: _Adjoint) -> Array:
+        """Return gradients of functionals, (functionals, directions)."""
+        found: Array = adjoint.state.T @ self.state + adjoint.record.T @ self.record
+        found += adjoint.parameters.T @ self.along.dp
+        return found
 
     def states(self, part: Part) -> tuple[States, Prescribed]:
         real, _ = super().states(part)
@@ -155,26 +159,13 @@ def hessian_products(run: GalerkinRun, weights: Sequence[Weights], directions: A
     directions : (directions, vectors)
     """
     moved = [_MovedRun(run, direction) for direction in directions.T]
-    count, size, parameters = len(weights), len(run.state), len(run.along.dp)
-    first = np.zeros((size, count)), np.zeros((parameters, count)), np.zeros((size, count))
-    second = [tuple(np.zeros_like(of) for of in first) for _ in moved]
-    for tangents, part in _parts(run, directions):
-        direct = run.of_rows(part, run.row_weights(part, weights), first[1])
-        adjoints = run.own(part.accelerations, direct[1:], first[1])
-        run.backwards(part, adjoints, first[0])
-        first[1][:] += np.einsum("nsp,nsf->pf", part.by_parameters, adjoints)
-        first[2][:] = direct[0]
-        for column, (one, (state, of_parameters, record)) in enumerate(zip(moved, second, strict=True)):
-            record[:], ends, starts, by_parameters = one.changed(tangents, column, weights, adjoints)
-            run.backwards(part, ends, state, starts)
-            of_parameters[:] += by_parameters + np.einsum("nsp,nsf->pf", part.by_parameters, ends)
-    gradients: Array = first[0].T @ run.state + first[1].T @ run.along.dp + first[2].T @ run.record
-    columns = []
-    for one, (state, of_parameters, record) in zip(moved, second, strict=True):
-        found = state.T @ run.state + of_parameters.T @ run.along.dp + record.T @ run.record
-        columns.append(found + (first[0] + first[2]).T @ one.state.imag / _TINY)
-    brackets = _brackets(run, (first[0], first[2]), directions)
-    return gradients, np.stack(columns, axis=2) - 0.5 * brackets
+    adjoints = [_Adjoint.of(run, len(weights)) for _ in moved]
+    for tangents in _parts(run, directions):
+        for column, (one, adjoint) in enumerate(zip(moved, adjoints, strict=True)):
+            one.back(tangents, column, weights, adjoint)
+    found = np.stack([one.gradients(adjoint) for one, adjoint in zip(moved, adjoints, strict=True)], axis=2)
+    real = adjoints[0].state.real, adjoints[0].record.real
+    return found[..., 0].real, found.imag / _TINY - 0.5 * _brackets(run, real, directions)
 
 
 def _brackets(run: GalerkinRun, adjoint: tuple[Array, Array], directions: Array) -> Array:
@@ -204,18 +195,18 @@ def hessians(run: GalerkinRun, weights: Sequence[Weights]) -> tuple[Array, Array
     return first, 0.5 * (second + np.swapaxes(second, 1, 2))
 
 
-def _parts(run: GalerkinRun, directions: Array) -> Iterator[tuple[_Tangents, GalerkinPart]]:
-    """Yield the parts from the last to the first with their changes along directions, and made linear."""
+def _parts(run: GalerkinRun, directions: Array) -> Iterator[_Tangents]:
+    """Yield the parts from the last to the first with their changes along directions."""
     dp, nv = run.along.dp @ directions, run.equations.nv
     begins = [run.state @ directions]
     if run.motion.parts > 1:
         for number, part in enumerate(map(run.of_part, run.motion.forwards())):
             if number == run.motion.parts - 1:  # its tangents are taken on the way back
                 continue
-            begins.append(run.ends(part, dp, begins[-1].copy())[-1])
+            begins.append(part.steps.tangents(dp, begins[-1].copy())[-1])
     for stepped in run.motion.backwards():
         part, state = run.of_part(stepped), begins.pop()
-        ends = run.ends(part, dp, state.copy())
+        ends = part.steps.tangents(dp, state.copy())
         rows = np.concatenate([state[np.newaxis], run.rows_of(part, dp, ends)])
         memory = np.concatenate([state[np.newaxis], ends[:-1]])[:, 2 * nv : 3 * nv]
-        yield _Tangents(stepped, rows, memory), part
+        yield _Tangents(stepped, rows, memory)

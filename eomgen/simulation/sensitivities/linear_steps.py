@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,8 +11,7 @@ import numpy as np
 from eomgen.arrays import Array
 from eomgen.errors import NumericalError, Problem
 from eomgen.lie.product import Factor
-from eomgen.resources import template_folder
-from eomgen.toolchain.builder import Builder
+from eomgen.simulation.sensitivities.routines import routine
 
 _CDEF = """\
 typedef struct eg_steps {
@@ -63,13 +61,6 @@ class StepMatrices:
     Np: Array
 
 
-@functools.cache
-def _routine() -> tuple[Any, Any]:
-    """Return ``ffi`` and ``lib`` of the compiled linear steps, loaded once."""
-    source = (template_folder() / "c" / "sensitivities" / "generalized_alpha.c").read_text(encoding="utf-8")
-    return Builder().build_routine(source, _CDEF)
-
-
 class LinearSteps:
     """The compiled linearised steps of a run.
 
@@ -86,7 +77,7 @@ class LinearSteps:
         coefficients: Sequence[float],
         eta: int,
     ) -> None:
-        self._ffi, self._lib = _routine()
+        self._ffi, self._lib = routine(("generalized_alpha.c",), _CDEF)
         self._nv, self._nz, self._nl, self._nh = sizes["v"], sizes["z"], sizes["lam"], eta
         turning = [factor for factor in factors if factor.group != "R"]
         self._turn = np.array([[factor.v_start, factor.v_size] for factor in turning], dtype=np.dtype("l")).reshape(

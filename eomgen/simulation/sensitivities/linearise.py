@@ -152,8 +152,9 @@ def _linear_run(
     if isinstance(step, LinearStep):
         of_step = 32 * (model.nv + model.nz + 2 * len(model.multipliers)) ** 2
         return AlphaRun(Motion(run, stepper, state, of_step), step, start, by, rows)
-    state_size = 3 * model.nv + model.nz
-    of_step = 8 * state_size * (state_size + len(by.columns["p"]) + len(by.samples)) * (4 * len(step.nodes) + 8)
+    points = len(step.nodes) * (1 + (step.passes - 1) * (2 if step.refined else 1))
+    width = 3 * model.nv + model.nz + len(by.columns["p"]) + len(by.samples)
+    of_step = 8 * points * (model.nv + model.nz) * width
     return GalerkinRun(GalerkinMotion(run, stepper, state, of_step), step, start, by, rows)
 
 

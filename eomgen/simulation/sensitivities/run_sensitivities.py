@@ -223,7 +223,8 @@ class Sensitivities:
         """Return the derivatives of a functional in the value of each input at each row, (steps + 1,), by one adjoint.
 
         Inputs are those that the caller gives and those without a formula; between rows they are linear, which the
-        start alone sees. The derivative in a number that is given at all times is their sum.
+        start sees, and the nodes of methods in passes. The derivative in a number that is given at all times is their
+        sum.
 
         Parameters
         ----------
@@ -234,11 +235,7 @@ class Sensitivities:
         UsageError
             As of ``gradient``; scenes whose inputs all follow formulas, or have none.
         """
-        hint = 'gradient, of sensitivities(..., by=["inputs.NAME[:]"])'
-        run, (weights,) = self._implicit("input_gradient", "none by inputs at all rows", hint), self._weights([of])
-        if run.start.at_rest:
-            what = "the run starts at rest, which the first values of inputs move, and that is not taken here"
-            raise UsageError(Problem("input_gradient", what, hint))
+        run, (weights,) = self._run, self._weights([of])
         inputs = run.run.model.description.inputs
         columns = {
             item.name: number
@@ -249,20 +246,14 @@ class Sensitivities:
             what = "the scene has no inputs" if not inputs else "all inputs follow formulas of the scene"
             hint = 'inputs={"command": ...}' if not inputs else f'inputs={{"{inputs[0].name}": ...}}, to give values'
             raise UsageError(Problem("input_gradient", what, hint))
-        table = input_derivatives(run, weights)
+        assert isinstance(run, AlphaRun | GalerkinRun)  # for mypy: these are all
+        table = _finite(input_derivatives(run, weights))
         return {name: table[:, column] for name, column in columns.items()}
-
-    def _implicit(self, wanted: str, lacking: str, instead: str) -> AlphaRun:
-        """Return the run where its steps are those of generalized-alpha. Raises UsageError."""
-        if not isinstance(self._run, AlphaRun):
-            name = self._run.run.name
-            what = f"runs of {name} have derivatives and gradients here, but {lacking}"
-            raise UsageError(Problem(wanted, what, instead))
-        return self._run
 
     def _twice(self, wanted: str) -> AlphaRun | GalerkinRun:
         """Return the run where it has second derivatives. Raises UsageError."""
-        run = self._run if isinstance(self._run, GalerkinRun) else self._implicit(wanted, "no second", "tdg2")
+        run = self._run
+        assert isinstance(run, AlphaRun | GalerkinRun)  # for mypy: these are all
         if run.follows and run.start.slopes is not None:
             what = (
                 "the state that the run starts from follows from parameters, and its second derivatives are not known"

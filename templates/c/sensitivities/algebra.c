@@ -1,0 +1,247 @@
+/* Linear algebra of steps made linear: blocks of directions, factors of a step's matrix.
+ *
+ * SPDX-License-Identifier: MIT
+ * Part of eomgen; the same for all models, in front of the sweeps of each family. Golub and Van Loan, Matrix
+ * Computations (2013), chapter 3. Matrices are row-major, blocks of directions (size, directions). With EG_COMPLEX
+ * numbers are complex.
+ */
+#include <math.h>
+#include <string.h>
+
+#if defined(__GNUC__)
+#define EG_SEEN __attribute__((visibility("default")))
+#else
+#define EG_SEEN
+#endif
+
+#if defined(EG_COMPLEX)
+#include <complex.h>
+typedef double _Complex eg_number;
+#define EG_SIZE(x) (fabs(creal(x)) + fabs(cimag(x)))
+#else
+typedef double eg_number;
+#define EG_SIZE(x) fabs(x)
+#endif
+
+#if defined(__GNUC__) && !defined(EG_COMPLEX)
+#define EG_VECTORS
+#if defined(__AVX512F__)
+#define EG_WIDE 8
+#else
+#define EG_WIDE 4
+#endif
+/* Neighbouring directions side by side. */
+typedef double eg_vector __attribute__((vector_size(8 * EG_WIDE), aligned(8), may_alias));
+#endif
+
+/* Y (directions) += s times the sum of X[t step] D[t] (directions) over so many terms. Sums of four vectors stay in
+ * registers; coefficients that are 0 by the structure of the equations are passed over. */
+static void eg_accumulate(eg_number *restrict Y, eg_number s, const eg_number *restrict X, long step, long terms,
+    const eg_number *restrict D, long count)
+{
+    long k = 0, t;
+#if defined(EG_VECTORS)
+    for (; k + 4 * EG_WIDE <= count; k += 4 * EG_WIDE) {
+        eg_vector a = { 0.0 }, b = { 0.0 }, c = { 0.0 }, d = { 0.0 }, *to = (eg_vector *)(Y + k);
+        for (t = 0; t < terms; ++t) {
+            const eg_number x = X[t * step];
+            const eg_vector *from = (const eg_vector *)(D + t * count + k);
+            if (x == 0.0)
+                continue;
+            a += x * from[0];
+            b += x * from[1];
+            c += x * from[2];
+            d += x * from[3];
+        }
+        to[0] += s * a;
+        to[1] += s * b;
+        to[2] += s * c;
+        to[3] += s * d;
+    }
+    for (; k + 2 * EG_WIDE <= count; k += 2 * EG_WIDE) {
+        eg_vector a = { 0.0 }, b = { 0.0 }, *to = (eg_vector *)(Y + k);
+        for (t = 0; t < terms; ++t) {
+            const eg_number x = X[t * step];
+            const eg_vector *from = (const eg_vector *)(D + t * count + k);
+            if (x == 0.0)
+                continue;
+            a += x * from[0];
+            b += x * from[1];
+        }
+        to[0] += s * a;
+        to[1] += s * b;
+    }
+    for (; k + EG_WIDE <= count; k += EG_WIDE) {
+        eg_vector a = { 0.0 };
+        for (t = 0; t < terms; ++t)
+            if (X[t * step] != 0.0)
+                a += X[t * step] * *(const eg_vector *)(D + t * count + k);
+        *(eg_vector *)(Y + k) += s * a;
+    }
+#endif
+    for (; k < count; ++k) {
+        eg_number total = 0.0;
+        for (t = 0; t < terms; ++t)
+            total += X[t * step] * D[t * count + k];
+        Y[k] += s * total;
+    }
+}
+
+/* Y += s X (rows, columns) D, D and Y of `count` directions. */
+static void eg_add(eg_number *restrict Y, eg_number s, const eg_number *restrict X, long rows, long columns,
+    const eg_number *restrict D, long count)
+{
+    long i;
+    for (i = 0; i < rows; ++i)
+        eg_accumulate(Y + i * count, s, X + i * columns, 1, columns, D, count);
+}
+
+/* Y += s X^T D. */
+static void eg_add_transposed(eg_number *restrict Y, eg_number s, const eg_number *restrict X, long rows, long columns,
+    const eg_number *restrict D, long count)
+{
+    long i, j;
+    if (count == 1) {
+        for (i = 0; i < rows; ++i) {
+            const eg_number x = s * D[i];
+            for (j = 0; j < columns; ++j)
+                Y[j] += X[i * columns + j] * x;
+        }
+        return;
+    }
+    for (j = 0; j < columns; ++j)
+        eg_accumulate(Y + j * count, s, X + j, columns, rows, D, count);
+}
+
+/* Y += s D. */
+static void eg_add_scaled(eg_number *restrict Y, eg_number s, const eg_number *restrict D, long size)
+{
+    long i = 0;
+#if defined(EG_VECTORS)
+    for (; i + EG_WIDE <= size; i += EG_WIDE)
+        *(eg_vector *)(Y + i) += s * *(const eg_vector *)(D + i);
+#endif
+    for (; i < size; ++i)
+        Y[i] += s * D[i];
+}
+
+/* X *= s. */
+static void eg_multiply(eg_number *X, eg_number s, long count)
+{
+    long k = 0;
+#if defined(EG_VECTORS)
+    for (; k + EG_WIDE <= count; k += EG_WIDE)
+        *(eg_vector *)(X + k) *= s;
+#endif
+    for (; k < count; ++k)
+        X[k] *= s;
+}
+
+/* 1 over the largest of so many numbers; 0 where all are 0, or one is no finite number. */
+static double eg_inverse_of_largest(const eg_number *x, long step, long count)
+{
+    double largest = 0.0;
+    long i;
+    for (i = 0; i < count; ++i) {
+        const double size = EG_SIZE(x[i * step]);
+        if (!(size <= largest))
+            largest = size;
+    }
+    return largest > 0.0 && largest - largest == 0.0 ? 1.0 / largest : 0.0;
+}
+
+/* LU with partial pivoting of a matrix whose rows and columns are scaled by their largest entries; 0: singular. */
+static int eg_factor(eg_number *S, eg_number *row, eg_number *column, long *pivot, long n)
+{
+    long i, j, k;
+    for (i = 0; i < n; ++i) {
+        row[i] = eg_inverse_of_largest(S + i * n, 1, n);
+        if (row[i] == 0.0)
+            return 0;
+        eg_multiply(S + i * n, row[i], n);
+    }
+    for (j = 0; j < n; ++j) {
+        column[j] = eg_inverse_of_largest(S + j, n, n);
+        if (column[j] == 0.0)
+            return 0;
+    }
+    for (i = 0; i < n; ++i)
+        for (j = 0; j < n; ++j)
+            S[i * n + j] *= column[j];
+    for (k = 0; k < n; ++k) {
+        eg_number inverse;
+        long best = k;
+        for (i = k + 1; i < n; ++i)
+            if (EG_SIZE(S[i * n + k]) > EG_SIZE(S[best * n + k]))
+                best = i;
+        pivot[k] = best;
+        if (!(EG_SIZE(S[best * n + k]) > 0.0))
+            return 0;
+        if (best != k)
+            for (j = 0; j < n; ++j) {
+                const eg_number swap = S[k * n + j];
+                S[k * n + j] = S[best * n + j];
+                S[best * n + j] = swap;
+            }
+        inverse = 1.0 / S[k * n + k];
+        for (i = k + 1; i < n; ++i) {
+            const eg_number factor = S[i * n + k] * inverse;
+            S[i * n + k] = factor;
+            if (factor != 0.0)
+                eg_add_scaled(S + i * n + k + 1, -factor, S + k * n + k + 1, n - k - 1);
+        }
+    }
+    return 1;
+}
+
+static void eg_swap(eg_number *X, long i, long j, long count)
+{
+    long k;
+    if (i != j)
+        for (k = 0; k < count; ++k) {
+            const eg_number swap = X[i * count + k];
+            X[i * count + k] = X[j * count + k];
+            X[j * count + k] = swap;
+        }
+}
+
+static void eg_scale(eg_number *X, const eg_number *by, long n, long count)
+{
+    long i;
+    for (i = 0; i < n; ++i)
+        eg_multiply(X + i * count, by[i], count);
+}
+
+/* X := S^-1 X. */
+static void eg_solve(const eg_number *S, const eg_number *row, const eg_number *column, const long *pivot, long n,
+    eg_number *X, long count)
+{
+    long i;
+    eg_scale(X, row, n, count);
+    for (i = 0; i < n; ++i)
+        eg_swap(X, i, pivot[i], count);
+    for (i = 1; i < n; ++i)
+        eg_accumulate(X + i * count, -1.0, S + i * n, 1, i, X, count);
+    for (i = n - 1; i >= 0; --i) {
+        eg_accumulate(X + i * count, -1.0, S + i * n + i + 1, 1, n - 1 - i, X + (i + 1) * count, count);
+        eg_multiply(X + i * count, 1.0 / S[i * n + i], count);
+    }
+    eg_scale(X, column, n, count);
+}
+
+/* X := S^-T X. */
+static void eg_solve_transposed(const eg_number *S, const eg_number *row, const eg_number *column, const long *pivot,
+    long n, eg_number *X, long count)
+{
+    long i;
+    eg_scale(X, column, n, count);
+    for (i = 0; i < n; ++i) {
+        eg_accumulate(X + i * count, -1.0, S + i, n, i, X, count);
+        eg_multiply(X + i * count, 1.0 / S[i * n + i], count);
+    }
+    for (i = n - 2; i >= 0; --i)
+        eg_accumulate(X + i * count, -1.0, S + (i + 1) * n + i, n, n - 1 - i, X + (i + 1) * count, count);
+    for (i = n - 1; i >= 0; --i)
+        eg_swap(X, i, pivot[i], count);
+    eg_scale(X, row, n, count);
+}
