@@ -16,5 +16,6 @@ __all__ = [
     "substitution",
     "undefined_laws",
     "wave_fields",
+    "wave_recording",
     "words",
 ]

@@ -236,7 +236,7 @@ class Derivation:
     def partials(self) -> list[Block]:
         """Return K, C, M, (nv, nv) each: partials of the residual in q (left-trivialised), v and a."""
         nv = self.tree.nv
-        K, C, M = (differentiated_partials if self.tree.elastic else inertial_partials)(self.grouped, self.motion)
+        K, C, M = (inertial_partials if self.tree.rigid else differentiated_partials)(self.grouped, self.motion)
         seeds = configuration_directions(self.tree)
         for k in range(nv):
             seeds[InputSymbol("v", k)] = {nv + k: ONE}

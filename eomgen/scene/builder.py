@@ -28,6 +28,7 @@ if TYPE_CHECKING:
         EventKeys,
         ForceKeys,
         FrameKeys,
+        HullKeys,
         IncludeKeys,
         InputKeys,
         JointKeys,
@@ -296,6 +297,11 @@ class SceneBuilder:
         and ``rest_rotation``, the second frame's place in the first, only the preload acts on the second frame.
         """
         return self._enter("bushings", name, first=first, second=second, **keys)
+
+    @enters("hulls")
+    def hull(self, name: str, body: str, **keys: Unpack[HullKeys]) -> Self:
+        """Add a slender part of a rigid body in water: buoyancy, added mass and drag."""
+        return self._enter("hulls", name, body=body, **keys)
 
     @enters("tyres")
     def tyre(self, name: str, center: str, **keys: Unpack[TyreKeys]) -> Self:

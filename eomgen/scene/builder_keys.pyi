@@ -289,6 +289,21 @@ class BushingKeys(TypedDict, total=False):
     preload: Sequence[Value] | None
     rotational_preload: Sequence[Value] | None
 
+class HullKeys(TypedDict, total=False):
+    start: Required[Sequence[Value]]
+    end: Required[Sequence[Value]]
+    diameter: Required[Value]
+    area: Value | None
+    waves: str | None
+    level: Value | None
+    density: Value | None
+    added_mass: Value | None
+    wet: Value | None
+    drag: Value | None
+    axial_added_mass: Value | None
+    axial_drag: Value | None
+    stations: int | None
+
 class TyreKeys(TypedDict, total=False):
     radius: Required[Value]
     stiffness: Required[Value]

@@ -251,6 +251,23 @@ SCENE: dict[str, Any] = {
             "slip": {"stiffness": [15.0, 12.0], "friction": 0.9, "velocity": 0.1},
         }
     },
+    "hulls": {
+        "leg": {
+            "body": "arm",
+            "start": [0.1, 0.2, -0.9],
+            "end": [0.2, 0.1, 0.8],
+            "diameter": 0.2,
+            "area": 0.03,
+            "level": 0.1,
+            "density": 30.0,
+            "added_mass": 0.9,
+            "wet": 1.0,
+            "drag": 1.1,
+            "axial_added_mass": 0.7,
+            "axial_drag": 2.0,
+            "stations": 3,
+        }
+    },
     "forces": {"wind": {"body": "arm", "point": [0.1, 0.2, 0.3], "force": [1, 0, 0]}},
     "distributed_loads": {"wind": {"beam": "blade", "force": [1, "t", "v.hinge"], "profile": [1, -0.5]}},
     "controllers": {

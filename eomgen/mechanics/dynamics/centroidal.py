@@ -36,7 +36,7 @@ class Centroidal:
 
     def __init__(self, kinematics: Kinematics) -> None:
         self.kinematics = kinematics
-        self.tree = kinematics.tree
+        self.tree = kinematics.tree.without_water()
         self.algebra = kinematics.algebra
 
     @cached_property

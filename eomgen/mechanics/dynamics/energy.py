@@ -26,7 +26,11 @@ def kinetic_energy(algebra: Algebra, inertia: Inertia, omega: Vector, velocity: 
         values[f"v{i}"], values[f"w{i}"], values[f"d{i}"] = velocity[i], omega[i], inertia.first[i]
         for j in range(3):
             values[f"S{i}{j}"] = inertia.second[i][j]
-    return LAWS["kinetic_energy_of_rigid_body"].instantiate(algebra, values)[0]
+    (energy,) = LAWS["kinetic_energy_of_rigid_body"].instantiate(algebra, values)
+    for item in inertia.added:
+        at = plus(velocity, cross(omega, item.position))
+        energy = energy + 0.5 * dot(at, apply(item.matrix, at))
+    return energy
 
 
 def energies(tree: Tree, kinematics: Kinematics, loads: Loads, drivers: Scalar) -> dict[str, Scalar]:

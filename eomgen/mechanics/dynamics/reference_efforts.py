@@ -59,11 +59,11 @@ class ReferenceEfforts:
     def _recorded(self, reference: str) -> list[Scalar]:
         """Return the efforts for a reference by velocity component; without a name, those against gravity."""
         if not reference:
-            return [-force for force in gravity_force(self.tree, self.base.gravity)]
+            return [-force for force in gravity_force(self.tree.without_water(), self.base.gravity)]
         algebra = self.tree.algebra
         given = {("a", dof): algebra.zero for dof in range(self.tree.nv)}
         given |= self._given(self.references[reference])
-        moved = grouped(build_tree(algebra, self.scene, given=given))
+        moved = grouped(build_tree(algebra, self.scene, given=given)).without_water()
         with algebra.tape.block(f"inverse dynamics of reference {reference}"):
             return inverse_dynamics(moved, self.base, [None] * len(moved.links))
 

@@ -13,9 +13,9 @@ from eomgen.mechanics.kinematics.fields import LinkField, base_fields, total_fie
 from eomgen.mechanics.kinematics.wrenches import Wrench, carry, difference, project, summed
 from eomgen.mechanics.tree.base import BaseMotion
 from eomgen.mechanics.tree.beam_body import ElasticBody, RelativeMotion
-from eomgen.mechanics.tree.inertia import Inertia, wrench
+from eomgen.mechanics.tree.inertia import AddedMass, Inertia, wrench
 from eomgen.mechanics.tree.links import ROOT, Link, Tree
-from eomgen.symbolic.scalar import Scalar, Vector, cross, plus, scaled
+from eomgen.symbolic.scalar import Scalar, Vector, apply, cross, plus, scaled
 
 #: What coordinates need, one value per column of a link, by link.
 Rows = dict[int, list[Scalar]]
@@ -122,8 +122,12 @@ def composites(tree: Tree) -> list[Inertia]:
         link = tree.links[index]
         if link.parent != ROOT:
             with tree.algebra.tape.block(f"composite body of link {tree.links[link.parent].name}"):
-                first = link.rotation.rotate(total[index].first)
-                turned = Inertia(total[index].mass, first, link.rotation.congruence(total[index].second))
+                first, second = link.rotation.rotate(total[index].first), link.rotation.congruence(total[index].second)
+                added = tuple(
+                    AddedMass(link.rotation.rotate(item.position), link.rotation.congruence(item.matrix))
+                    for item in total[index].added
+                )
+                turned = Inertia(total[index].mass, first, second, added)
                 total[link.parent] = total[link.parent] + turned.shifted(link.position)
     return total
 
@@ -214,7 +218,11 @@ def gravity_force(tree: Tree, gravity: Vector, bodies: Sequence[Inertia] | None 
             down = link.rotation.rotate_back(gravity if link.parent == ROOT else downs[link.parent])
             downs.append(down)
             if link.elastic is None:
-                efforts[index] = project(link, (cross(bodies[index].first, down), scaled(bodies[index].mass, down)))
+                moment, force = cross(bodies[index].first, down), scaled(bodies[index].mass, down)
+                for item in bodies[index].added:
+                    weight = apply(item.matrix, down)
+                    moment, force = plus(moment, cross(item.position, weight)), plus(force, weight)
+                efforts[index] = project(link, (moment, force))
             else:
                 at_rest = link.elastic.relative_motion(rates=False, own_rates=False, accelerations=False)
                 efforts[index] = _rows_of(link.elastic, down, at_rest)

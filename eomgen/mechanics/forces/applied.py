@@ -11,6 +11,7 @@ from eomgen.mechanics.forces import (
     distributed_loads,
     efforts,
     forces,
+    hulls,
     springs,
     torsion_springs,
     tyres,
@@ -26,7 +27,7 @@ from eomgen.scene.scene import Scene
 #: forces.
 LAWS: tuple[tuple[Law, ...], tuple[Law, ...]] = (
     (springs.LAW, forces.LAW, distributed_loads.LAW),
-    (torsion_springs.LAW, bushings.LAW, tyres.LAW, efforts.LAW),
+    (torsion_springs.LAW, bushings.LAW, tyres.LAW, efforts.LAW, hulls.LAW),
 )
 #: The laws of what entries of other sections bring with them.
 STRUCTURE: tuple[Law, ...] = (cosserat_beams.LAW,)

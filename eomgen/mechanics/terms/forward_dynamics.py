@@ -23,7 +23,7 @@ def forward_blocks(derivation: Derivation) -> list[Block]:
 def forward_dynamics(derivation: Derivation) -> list[Scalar]:
     """Return vdot, (nv,), by the algorithm with the fewest operations; deep trees try articulated bodies only."""
     ways, tree, loads = [], derivation.tree, derivation.loads
-    if not (tree.following or tree.elastic):
+    if tree.rigid and not tree.following:
         ways.append(articulated_forward(derivation.grouped, derivation.motion, loads.wrenches, loads.efforts))
     if not ways or not derivation.deep:
         ways.append(_by_mass_matrix(derivation))

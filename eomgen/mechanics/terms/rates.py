@@ -50,7 +50,7 @@ def derivatives_of(derivation: Derivation, source: str, order: int) -> tuple[Blo
     if source == "forward_dynamics":
         return block, forward_rates(derivation, order)
     ways = []
-    if source == "inverse_dynamics" and not derivation.tree.elastic:
+    if source == "inverse_dynamics" and derivation.tree.rigid:
         ways.append(inverse_dynamics_rates(derivation, order))
     if not ways or any(derivation.loads.wrenches):  # jets of positions serve loads and inertia
         ways.append(_by_jets(derivation, block, order))
@@ -88,7 +88,7 @@ def forward_rates(derivation: Derivation, order: int) -> Paths:
     along its flow.
     """
     tree = derivation.tree
-    if derivation.deep and not (tree.following or tree.elastic):
+    if derivation.deep and tree.rigid and not tree.following:
         (block,) = forward_blocks(derivation)
         return motion_jets(derivation).along_flow(block.refs, order)
     M = mass_rows(derivation.grouped, derivation.composites)
@@ -96,7 +96,7 @@ def forward_rates(derivation: Derivation, order: int) -> Paths:
     along: Paths = [[] for _ in range(tree.nv)]
     for k in range(order + 1):
         given = [[*path, ZERO] for path in along]
-        rest = _by_jets(derivation, tau, k, given) if tree.elastic else inverse_dynamics_rates(derivation, k, given)
+        rest = inverse_dynamics_rates(derivation, k, given) if tree.rigid else _by_jets(derivation, tau, k, given)
         right = [-Scalar(derivation.tape, path[k]) for path in rest]
         with derivation.tape.block("substitution in the factors of the mass matrix"):
             for path, value in zip(along, solve_tree(M, right, tree.dof_parents()), strict=True):

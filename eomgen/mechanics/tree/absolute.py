@@ -9,11 +9,13 @@ into the point.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from eomgen.errors import ModelError, Problem
 from eomgen.formula.nodes import Formula
 from eomgen.formula.recording import record
 from eomgen.lie.product import Factor
+from eomgen.mechanics.tree.added_mass import added_masses
 from eomgen.mechanics.tree.coordinates import own_coordinates
 from eomgen.mechanics.tree.inertia import Inertia, inertia_about_center
 from eomgen.mechanics.tree.joints import IDENTITY, Motion, columns_of, name_rotation, pose_of
@@ -70,6 +72,7 @@ def build_absolute_tree(algebra: Algebra, scene: Scene, groups: Mapping[str, str
     for body, joint in zip(scene.bodies, scene.joints, strict=True):
         tensor = tuple(number(entry) for entry in body.inertia)
         inertia = inertia_about_center(algebra, number(body.mass), vector(body.center_of_mass), tensor)
+        inertia = replace(inertia, added=added_masses(algebra, scene, body.name, number))
         if not joint.kind.moves:
             above = mounts[joint.parent]
             orientation = multiply(above.orientation, algebra.matrix(joint.orientation))
@@ -87,8 +90,9 @@ def build_absolute_tree(algebra: Algebra, scene: Scene, groups: Mapping[str, str
     centers: list[Vector] = []
     for number_of_body, (body, total) in enumerate(zip(hosts, totals, strict=True)):
         center = scaled(algebra.one / total.mass, total.first)
-        about_center = total.shifted(negative(center)).second
-        central = cleaned(algebra, Inertia(total.mass, algebra.zero_vector, about_center))
+        about_center = total.shifted(negative(center))
+        central = replace(about_center, first=algebra.zero_vector)
+        central = cleaned(algebra, central)
         make = _pose_link if groups.get(body.name, DEFAULT_GROUP) == "SE3" else _separate_links
         links += make(algebra, body.name, 7 * number_of_body, 6 * number_of_body, central, len(links))
         turning.append(len(links) - 1)

@@ -218,11 +218,11 @@ def _with_numbers(algebra: Algebra, link: Link, row: Sequence[Scalar]) -> tuple[
         travel=travel,
         position=moved_to,
         columns=columns_of(algebra, motion, pitch),
-        inertia=_inertia(row[_INERTIA]),
+        inertia=replace(_inertia(row[_INERTIA]), added=link.inertia.added),
         rotor_inertias=tuple(row[_PITCH + 1 : _PITCH + 1 + len(link.columns)]),
         pitch=pitch,
     )
-    return made, _inertia(row[_GROUPED])
+    return made, replace(_inertia(row[_GROUPED]), added=link.inertia.added)
 
 
 def _motion_of(link: Link) -> tuple[Motion, Scalar]:

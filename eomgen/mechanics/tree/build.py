@@ -7,9 +7,10 @@ from dataclasses import replace
 
 from eomgen.formula.nodes import Formula
 from eomgen.formula.recording import record
+from eomgen.mechanics.tree.added_mass import added_masses
 from eomgen.mechanics.tree.beam_links import add_beam
 from eomgen.mechanics.tree.coordinates import Coordinates, joint_coordinates
-from eomgen.mechanics.tree.inertia import Inertia, inertia_about_center
+from eomgen.mechanics.tree.inertia import AddedMass, Inertia, inertia_about_center
 from eomgen.mechanics.tree.joints import Motion, columns_of, motions_of, name_rotation, pose_of
 from eomgen.mechanics.tree.links import (
     ROOT,
@@ -64,7 +65,8 @@ def build_tree(
     tree, links = Tree(algebra, (), mounts, parameters, factors, coordinates), list[Link]()
     for body, joint in zip(scene.bodies, scene.joints, strict=True):
         merged, turned = joint.name not in apart, joint.name in along_z
-        tree.mounts[body.name] = _add_body(tree, links, body, joint, number, merged=merged, along_z=turned)
+        added = added_masses(algebra, scene, body.name, number)
+        tree.mounts[body.name] = _add_body(tree, links, body, joint, number, added, merged=merged, along_z=turned)
         if body.beam is not None:
             tree = add_beam(replace(tree, links=tuple(links)), scene, body, joint, number)
             links = list(tree.links)
@@ -81,6 +83,7 @@ def _add_body(
     body: Body,
     joint: Joint,
     number: Callable[[Formula], Scalar],
+    added: tuple[AddedMass, ...],
     *,
     merged: bool,
     along_z: bool,
@@ -101,6 +104,7 @@ def _add_body(
     position = plus(mount.position, apply(mount.orientation, offset))
     tensor = tuple(number(entry) for entry in body.inertia)
     inertia = inertia_about_center(algebra, number(body.mass), vector(body.center_of_mass), tensor)
+    inertia = replace(inertia, added=added)
     if body.beam is not None:
         inertia = no_inertia(algebra)
     if not joint.kind.moves and not merged:

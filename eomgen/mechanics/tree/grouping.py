@@ -78,6 +78,7 @@ def _without(algebra: Algebra, inertia: Inertia, movable: Inertia) -> Inertia:
         inertia.mass - movable.mass,
         minus(inertia.first, movable.first),
         algebra.matrix([minus(present, moved) for present, moved in rows]),
+        inertia.added,
     )
 
 

@@ -12,6 +12,7 @@ from eomgen.symbolic.scalar import (
     Scalar,
     Vector,
     apply,
+    cross,
     matrix_plus,
     multiply,
     outer,
@@ -23,6 +24,20 @@ from eomgen.symbolic.scalar import (
 
 
 @dataclass(frozen=True)
+class AddedMass:
+    """What of the water moves with a place of a body: M a is the force that the acceleration a of the place takes.
+
+    Attributes
+    ----------
+    position : (3,) m
+    matrix : (3, 3) M, symmetric, kg
+    """
+
+    position: Vector
+    matrix: Matrix
+
+
+@dataclass(frozen=True)
 class Inertia:
     """Shape integrals of a rigid body about the origin of its frame, in its axes.
 
@@ -31,19 +46,25 @@ class Inertia:
     mass : int dm, kg
     first : (3,) int s dm, kg m
     second : (3, 3) int s s^T dm, kg m^2; the usual inertia tensor is tr(second) I - second
+    added : water that moves with places of the body
     """
 
     mass: Scalar
     first: Vector
     second: Matrix
+    added: tuple[AddedMass, ...] = ()
 
     def __add__(self, other: Inertia) -> Inertia:
-        return Inertia(self.mass + other.mass, plus(self.first, other.first), matrix_plus(self.second, other.second))
+        second = matrix_plus(self.second, other.second)
+        return Inertia(self.mass + other.mass, plus(self.first, other.first), second, self.added + other.added)
 
     def moved(self, R: Matrix, p: Vector) -> Inertia:
         """Return the integrals about another frame, where this frame has orientation R, (3, 3), and origin p, (3,)."""
         first = apply(R, self.first)
-        return Inertia(self.mass, first, multiply(multiply(R, self.second), transpose(R))).shifted(p)
+        added = tuple(
+            AddedMass(apply(R, item.position), multiply(multiply(R, item.matrix), transpose(R))) for item in self.added
+        )
+        return Inertia(self.mass, first, multiply(multiply(R, self.second), transpose(R)), added).shifted(p)
 
     def shifted(self, p: Vector) -> Inertia:
         """Return the integrals about a parallel frame, in which this origin is at p, (3,), m."""
@@ -51,7 +72,8 @@ class Inertia:
         d, e = self.first, first
         entry = {(i, j): self.second[i][j] + (p[i] * e[j] + p[j] * d[i]) for i in range(3) for j in range(i, 3)}
         rows = [tuple(entry[min(i, j), max(i, j)] for j in range(3)) for i in range(3)]
-        return Inertia(self.mass, first, (rows[0], rows[1], rows[2]))  # type: ignore[arg-type]  # three entries each
+        added = tuple(AddedMass(plus(item.position, p), item.matrix) for item in self.added)
+        return Inertia(self.mass, first, (rows[0], rows[1], rows[2]), added)  # type: ignore[arg-type]  # three entries each
 
 
 def inertia_about_center(algebra: Algebra, mass: Scalar, center: Vector, tensor: tuple[Scalar, ...]) -> Inertia:
@@ -67,6 +89,8 @@ def wrench(
     algebra: Algebra, inertia: Inertia, acceleration: Vector, alpha: Vector, symmetric: Matrix | None = None
 ) -> tuple[Vector, Vector]:
     """Return moment about the origin and force of the acceleration field ``acceleration + (alpha~ + symmetric) s``.
+
+    Added mass takes part as a mass does, with weight in a field that has gravity: forces of water take that away.
 
     Across an axis with equal second moments the symmetric part of the gradient cancels, and alpha does with opposite
     ones.
@@ -89,4 +113,8 @@ def wrench(
         )
         alone = {**values, f"S{k}{k}": algebra.zero, f"U{k}{j}": paired}
         results[i] = LAWS["virtual_work_of_rigid_body"].instantiate(algebra, alone)[i]
-    return (results[0], results[1], results[2]), (results[3], results[4], results[5])
+    moment, force = (results[0], results[1], results[2]), (results[3], results[4], results[5])
+    for item in inertia.added:
+        load = apply(item.matrix, plus(acceleration, apply(gradient, item.position)))
+        moment, force = plus(moment, cross(item.position, load)), plus(force, load)
+    return moment, force

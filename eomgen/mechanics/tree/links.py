@@ -126,6 +126,16 @@ class Tree:
         """Whether any link deforms."""
         return any(link.elastic is not None for link in self.links)
 
+    @property
+    def rigid(self) -> bool:
+        """Whether all inertia is that of rigid bodies: nothing deforms, and no water moves with them."""
+        return not self.elastic and not any(link.inertia.added for link in self.links)
+
+    def without_water(self) -> Tree:
+        """Return the tree without added mass."""
+        links = (replace(link, inertia=replace(link.inertia, added=())) for link in self.links)
+        return replace(self, links=tuple(links))
+
     def mount_at(self, body: str, r: Vector) -> Mount:
         """Return the mount of a body's frame at its point r; on a beam that of the station there."""
         mount, x = self.mounts[body], r[0].constant
@@ -237,4 +247,4 @@ def cleaned(algebra: Algebra, inertia: Inertia) -> Inertia:
     first_size = max(size(inertia.first), math.sqrt(second_size) * math.sqrt(abs(inertia.mass.constant or 0.0)))
     x, y, z = (tuple(snapped(entry, second_size) for entry in row) for row in inertia.second)
     d = tuple(snapped(entry, first_size) for entry in inertia.first)
-    return Inertia(inertia.mass, d, (x, y, z))  # type: ignore[arg-type]  # three entries each
+    return Inertia(inertia.mass, d, (x, y, z), inertia.added)  # type: ignore[arg-type]  # three entries each

@@ -8,6 +8,7 @@ from eomgen.scene.forces import (
     distributed_loads,
     efforts,
     forces,
+    hulls,
     springs,
     torsion_springs,
     tyres,
@@ -23,6 +24,7 @@ ELEMENTS: tuple[Row, ...] = (
     forces.ROW,
     distributed_loads.ROW,
     efforts.ROW,
+    hulls.ROW,
 )
 #: Force elements that entries of other sections bring with them.
 STRUCTURE: tuple[type[ForceElement], ...] = (cosserat_beams.CosseratBeam,)

@@ -30,7 +30,8 @@ def map_partials(
 
     One loop carries all directions. Only where that would multiply mostly zeros (no carries, and each element reached
     by few of the directions) the loop gives the local partials of each element instead, which are combined outside; or,
-    where fewer directions reach an element than it gathers numbers that they change, its derivatives along those.
+    where fewer directions reach an element than it gathers numbers that they change, its derivatives along those. What
+    elements have in common alone is combined outside, too, where it is less than the directions that change it.
     """
     loop = cast("Map", tape.maps[number])
     outer = {symbol: [signed_tangent(tangents, ref) for ref in refs] for symbol, refs in _outer(loop).items()}
@@ -41,6 +42,9 @@ def map_partials(
         local = _local_directions(loop, outer)
         if local is not None and local.count < slots:
             return _partials_along(tape, loop, outer, local, forward_partials)
+        return _combined_partials(tape, loop, outer, forward_partials)
+    shared = sum(any(column) for symbol, column in outer.items() if symbol.block == "shared")
+    if not loop.initial and not slots and shared < len(directions):
         return _combined_partials(tape, loop, outer, forward_partials)
     growth = _Growth(loop)
     seeds: dict[Ref | InputSymbol, dict[int, Ref]] = {}

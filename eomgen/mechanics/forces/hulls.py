@@ -1,0 +1,222 @@
+"""Forces of water on slender hulls: buoyancy, the pressure of waves, added mass and drag, station by station.
+
+Morison, O'Brien, Johnson and Schaaf (Petroleum Transactions 189, 1950, 149) in its relative form for members that move
+(Sarpkaya, Wave Forces on Offshore Structures, 2010, chapter 4). On a slice of volume V of which the share c is wet:
+
+    rho V c (a_w - g) + rho C_a V (a_w - a_b)_n + 1/2 rho C_d D ds c |u_n| u_n,  u = u_w - u_b,
+
+n being the part across the axis. The first term is the pressure of undisturbed water on the slice and on what is below
+it, integrated; so the pressure on flat ends is in it. The inertia of the water, rho C_a V a_b, is in the inertia matrix
+(``tree/added_mass``), with a constant wet length.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from eomgen.formula.nodes import ZERO_VECTOR
+from eomgen.formula.wave_fields import WaveField
+from eomgen.formula.wave_recording import wave_quantity
+from eomgen.mechanics.forces.cosserat_beams import LoopInputs
+from eomgen.mechanics.forces.forces import add_load
+from eomgen.mechanics.forces.loads import Law, Loads
+from eomgen.mechanics.forces.symbols import Quantities
+from eomgen.mechanics.tree.added_mass import Member, member_of
+from eomgen.scene.forces.hulls import Hull
+from eomgen.symbolic.calculus.loops import compact
+from eomgen.symbolic.map import Map, add_map
+from eomgen.symbolic.operations import Op
+from eomgen.symbolic.scalar import Algebra, Scalar, Vector, apply, cross, dot, minus, multiply, plus, scaled
+from eomgen.symbolic.tape import Tape
+
+#: Added in squares to velocities, m/s, so that drag has a derivative where nothing moves.
+_SLOW = 1e-3
+
+
+def add_hulls(loads: Loads, hulls: Sequence[Hull], quantities: Quantities) -> Sequence[Hull]:
+    """Add the forces of water on all hulls, those of a body in the same water as one loop; none are left."""
+    groups: dict[tuple[str, WaveField | None], list[Hull]] = {}
+    for item in hulls:
+        if quantities.tree.mounts[item.body].link >= 0:
+            groups.setdefault((item.body, item.waves), []).append(item)
+    for group in groups.values():
+        names = ", ".join(item.name for item in group)
+        with quantities.algebra.tape.block(f"water on {'hulls' if len(group) > 1 else 'hull'} {names}"):
+            _add_group(loads, group, quantities)
+    return ()
+
+
+def add_hull(loads: Loads, item: Hull, quantities: Quantities) -> None:
+    """Add the forces of water on a hull, and their power."""
+    add_hulls(loads, [item], quantities)
+
+
+def _add_group(loads: Loads, hulls: Sequence[Hull], quantities: Quantities) -> None:
+    """Add the forces of water on hulls of one body in the same water, about the origin of the body."""
+    algebra = quantities.algebra
+    body = hulls[0].body
+    axles = [_Axle(item, quantities) for item in hulls]
+    force, moment = _slices(axles, quantities)
+    gravity = quantities.kinematics.base.gravity_world
+    for axle in axles:
+        member, axis = axle.member, axle.axis
+        on_end = _on_the_end(axle, quantities)
+        # links' inertias weigh; what they have of water does not
+        across, along = scaled(-member.across, _across(axis, gravity)), scaled(-member.along * dot(axis, gravity), axis)
+        middle = 0.5 * member.wet
+        force = plus(force, plus(on_end, plus(across, along)))
+        moment = plus(moment, cross(axle.arm(algebra.zero), plus(on_end, along)))
+        moment = plus(moment, cross(axle.arm(middle), across))
+        loads.power = loads.power - dot(across, axle.velocity(middle)) - dot(along, axle.velocity(algebra.zero))
+        for place in member.places:
+            loads.power = loads.power + 0.5 * member.across * axle.turned(place)
+        loads.power = loads.power - member.along * axle.turned(algebra.zero)
+    add_load(loads, quantities, body, quantities.vector(ZERO_VECTOR), force, moment, own_axes=False)
+
+
+class _Axle:
+    """Where the axis of a hull is, and how it moves, in world axes.
+
+    Attributes
+    ----------
+    axis : (3,) unit vector
+    origin : (3,) of the body, m
+    """
+
+    def __init__(self, item: Hull, quantities: Quantities) -> None:
+        kinematics, tree = quantities.kinematics, quantities.tree
+        self.item = item
+        self.member: Member = member_of(quantities.algebra, item, quantities.formula)
+        mount = tree.mounts[item.body]
+        orientation = multiply(kinematics.base.orientation, kinematics.pose(mount.link)[0])
+        to_world = multiply(orientation, mount.orientation)
+        self.axis = apply(to_world, self.member.axis)
+        self.omega = apply(orientation, kinematics.inertial_twist(mount.link)[0])
+        self.origin = kinematics.position(item.body, quantities.vector(ZERO_VECTOR))
+        self._start = apply(to_world, self.member.start)
+        self._velocity = kinematics.velocity(item.body, self.member.start)
+        self._turning = cross(self.omega, self.axis)
+
+    def arm(self, place: Scalar) -> Vector:
+        """Return a place on the axis, given its distance from the start, from the origin of the body."""
+        return plus(self._start, scaled(place, self.axis))
+
+    def velocity(self, place: Scalar) -> Vector:
+        return plus(self._velocity, scaled(place, self._turning))
+
+    def turned(self, place: Scalar) -> Scalar:
+        """Return (v . d)(d . omega x v) of a place: what kinetic energy lacks of work, by mass along the axis d, for
+        water that moves along the axis does not turn with it."""
+        v = self.velocity(place)
+        return dot(v, self.axis) * dot(self.axis, cross(self.omega, v))
+
+
+def _across(axis: Vector, x: Vector) -> Vector:
+    """Return the part of a vector across an axis."""
+    return minus(x, scaled(dot(axis, x), axis))
+
+
+def _slices(axles: Sequence[_Axle], quantities: Quantities) -> tuple[Vector, Vector]:
+    """Return force and moment on all slices: one loop. Waves are loops themselves, so what they are at each slice is
+    gathered."""
+    algebra = quantities.algebra
+    kernel = Tape()
+    inner, columns = Algebra(kernel), _Columns()
+    for axle in axles:
+        member, count = axle.member, axle.item.stations
+        size = member.length * (1.0 / count)
+        for k in range(count):
+            arm = axle.arm(size * (k + 0.5))
+            here = plus(axle.origin, arm)
+            # how much of the slice moves water at rest
+            inert = _between(algebra, member.wet / size - float(k))
+            columns.add("arm", arm)
+            columns.add("z", [here[2]])
+            columns.add("axis", axle.axis)
+            columns.add("velocity", axle.velocity(size * (k + 0.5)))
+            columns.add("surface", [surface_over(quantities, axle.item, here)])
+            water, acceleration = water_at(quantities, axle.item, here)
+            columns.add("water", water)
+            columns.add("acceleration", acceleration)
+            volume = member.density * member.area * size
+            columns.add("size", [size, member.diameter, volume, volume * member.added * inert])
+            columns.add("drag", [0.5 * member.density * member.drag * member.diameter * size])
+            columns.add("gravity", quantities.kinematics.base.gravity_world)
+    inputs = LoopInputs(inner, [])
+    given = {name: [inputs.number(column) for column in found] for name, found in columns.found.items()}
+    d, velocity, water, acceleration, gravity, arm = (
+        inner.vector(given[name]) for name in ("axis", "velocity", "water", "acceleration", "gravity", "arm")
+    )
+    (z,), (surface,), (drag,) = given["z"], given["surface"], given["drag"]
+    size, diameter, volume, carried = given["size"]
+    along, across = size * d[2], diameter * diameter * (dot(d, d) - d[2] * d[2])
+    share = _between(inner, (surface - z) / inner.call(Op.SQRT, along * along + across) + 0.5)
+    past = _across(d, minus(water, velocity))
+    speed = inner.call(Op.SQRT, dot(past, past) + _SLOW**2)
+    load = plus(scaled(volume * share, minus(acceleration, gravity)), scaled(carried, _across(d, acceleration)))
+    load = plus(load, scaled(drag * share * speed, past))
+    loop = Map(
+        kernel,
+        len(columns.found["z"][0]),
+        tuple(inputs.elements),
+        tuple(inputs.shared),
+        tuple(inputs.gather),
+        sums=tuple(value.ref for value in (*load, *cross(arm, load))),
+        label="water on hulls, slice by slice",
+    )
+    found = [Scalar(algebra.tape, ref) for ref in add_map(algebra.tape, compact(loop, ())).sums]
+    return (found[0], found[1], found[2]), (found[3], found[4], found[5])
+
+
+class _Columns:
+    """Numbers of slices by name: ``found[name][k]`` has the k-th number of each slice."""
+
+    def __init__(self) -> None:
+        self.found: dict[str, list[list[Scalar]]] = {}
+
+    def add(self, name: str, values: Sequence[Scalar]) -> None:
+        for column, value in zip(self.found.setdefault(name, [[] for _ in values]), values, strict=True):
+            column.append(value)
+
+
+def _on_the_end(axle: _Axle, quantities: Quantities) -> Vector:
+    """Return the force along the axis on the start of a hull, beside the pressure of undisturbed water."""
+    algebra, item, member, axis = quantities.algebra, axle.item, axle.member, axle.axis
+    drag = quantities.formula(item.axial_drag)
+    if member.along.is_zero and drag.is_zero:
+        return algebra.zero_vector
+    here = plus(axle.origin, axle.arm(algebra.zero))
+    water, acceleration = water_at(quantities, item, here)
+    share = _between(algebra, (surface_over(quantities, item, here) - here[2]) / member.diameter + 0.5)
+    past = dot(axis, minus(water, axle.velocity(algebra.zero)))
+    speed = algebra.call(Op.SQRT, past * past + _SLOW**2)
+    return scaled(member.along * dot(axis, acceleration) + drag * share * speed * past, axis)
+
+
+def surface_over(quantities: Quantities, item: Hull, here: Vector) -> Scalar:
+    """Return z of the surface of the water at a place, m."""
+    if item.waves is None:
+        return quantities.formula(item.level)
+    time = quantities.input("t")
+    return wave_quantity(quantities.algebra, item.waves, "elevation", 0, [here[0], here[1], time]) + item.waves.level
+
+
+def water_at(quantities: Quantities, item: Hull, here: Vector) -> tuple[Vector, Vector]:
+    """Return velocity and acceleration of the water at a place, in world axes."""
+    algebra, waves = quantities.algebra, item.waves
+    if waves is None:
+        return algebra.zero_vector, algebra.zero_vector
+    at = [*here, quantities.input("t")]
+    u, a = (
+        algebra.vector([wave_quantity(algebra, waves, name, k, at) for k in range(3)])
+        for name in ("water_velocity", "water_acceleration")
+    )
+    return u, a
+
+
+def _between(algebra: Algebra, x: Scalar) -> Scalar:
+    """Return a number, 0 where it is negative, and 1 where it is larger."""
+    return algebra.call(Op.MIN, algebra.call(Op.MAX, x, algebra.zero), algebra.one)
+
+
+LAW = Law(Hull, add_hull, together=add_hulls)

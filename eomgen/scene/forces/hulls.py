@@ -1,0 +1,151 @@
+"""Slender hulls in water: columns, pontoons and braces with buoyancy, added mass and drag."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import ClassVar, Self
+
+from eomgen.formula.nodes import Formula, Number, Vector
+from eomgen.formula.wave_fields import WaveField
+from eomgen.scene.forces.element import Attach, ForceElement, Row, Site
+from eomgen.scene.formula.scope import PARAMETERS
+from eomgen.scene.reading.key_metadata import Table, key, of_parameters
+from eomgen.scene.reading.kinds import Triple, Value
+from eomgen.scene.reading.report import check_reference
+from eomgen.scene.reading.requirements import above_zero, not_below_zero
+from eomgen.system.description import BASE, WORLD
+from eomgen.text import key_of
+
+
+class HullEntry(Table):
+    """A straight slender part of a rigid body in water."""
+
+    body: str = key("of which it is a part", refers="bodies", kind="rigid body, not the base")
+    start: Triple = key(
+        "one end of its axis, in the body's frame: the lower one of a column", unit="m", names=PARAMETERS
+    )
+    end: Triple = key("the other end", unit="m", names=PARAMETERS)
+    diameter: Value = key("across its axis", unit="m", names=PARAMETERS)
+    area: Value | None = of_parameters("of its section", unit="m^2", shown_default="of the circle")
+    waves: str = key("in which it is", "", refers="waves", shown_default='`""`, water at rest')
+    level: Value = key("z of water at rest, where `waves` does not say", 0.0, unit="m", names=PARAMETERS)
+    density: Value = key("of the water", 1025.0, unit="kg/m^3", names=PARAMETERS)
+    added_mass: Value = key("coefficient of the water that it moves across its axis", 1.0, names=PARAMETERS)
+    wet: Value | None = of_parameters(
+        "length from `start` on that moves water at rest, for the added mass", unit="m", shown_default="all of it"
+    )
+    drag: Value = key("coefficient across its axis", 1.0, names=PARAMETERS)
+    axial_added_mass: Value = key("water that `start` moves along the axis", 0.0, unit="kg", names=PARAMETERS)
+    axial_drag: Value = key("force on `start` along the axis by squared velocity", 0.0, unit="kg/m", names=PARAMETERS)
+    stations: int = key("places at which water is looked at", 8, ge=1, le=200, kind="whole number, 1 to 200")
+
+
+@dataclass(frozen=True)
+class Hull(ForceElement):
+    """A straight slender part of a rigid body in water.
+
+    Attributes
+    ----------
+    area : None for that of the circle
+    waves : None for water at rest
+    wet : None for the whole length
+    """
+
+    section: ClassVar[str] = "hulls"
+
+    body: str
+    start: Vector  # body frame, formulas of parameters
+    end: Vector
+    diameter: Formula
+    area: Formula | None
+    waves: WaveField | None
+    level: Formula
+    density: Formula
+    added_mass: Formula
+    wet: Formula | None
+    drag: Formula
+    axial_added_mass: Formula
+    axial_drag: Formula
+    stations: int
+
+    def passive(self) -> None:
+        return None
+
+    def lengths(self) -> tuple[Formula, ...]:
+        return (self.diameter,)
+
+    def places(self) -> Iterator[tuple[tuple[str, ...], str, Vector]]:
+        yield ("start",), self.body, self.start
+        yield ("end",), self.body, self.end
+
+    def attached(self, at: Attach) -> Self:
+        (body, start), (_, end) = (
+            at((word,), self.body, place) for word, place in (("start", self.start), ("end", self.end))
+        )
+        return replace(self, body=body, start=start, end=end)
+
+
+def read_hull(name: str, entry: HullEntry, site: Site) -> Hull:
+    """Return a checked hull; what is wrong with it goes to the report of the site's values."""
+    key, values, report = key_of("hulls", name), site.values, site.values.report
+    if entry.body in (BASE, WORLD):
+        why = "its motion is prescribed" if entry.body == BASE else "it rests"
+        report.add(f"{key}.body", f"water moves nothing of the {entry.body}: {why}", "a body")
+    elif entry.body in site.beams:
+        what = f"{entry.body} is a beam, and a hull is a part of a rigid body"
+        report.add(f"{key}.body", what, "a distributed load by water_velocity.NAME(...) and velocity.here")
+    else:
+        check_reference(f"{key}.body", entry.body, site.bodies, "body", report)
+    waves = None
+    if entry.waves:
+        known = values.names.waves
+        if check_reference(f"{key}.waves", entry.waves, known, "waves", report):
+            waves = known[entry.waves]
+        values.mentioned.add(("waves", entry.waves))
+        if entry.level != 0.0:
+            report.add(f"{key}.level", "the level is that of the waves", f"level of [waves.{entry.waves}]")
+    start, end = (values.vector(f"{key}.{word}", getattr(entry, word), PARAMETERS) for word in ("start", "end"))
+    optional = {
+        word: None
+        if getattr(entry, word) is None
+        else values.formula(f"{key}.{word}", getattr(entry, word), PARAMETERS)
+        for word in ("area", "wet")
+    }
+    length = math.dist(*([values.value(part) for part in place] for place in (start, end)))
+    if length == 0.0:
+        report.add(f"{key}.end", "both ends are at the same place, so it has no axis", "ends that are apart")
+    wet = math.nan if optional["wet"] is None else values.value(optional["wet"])
+    if wet > length > 0.0:
+        report.add(
+            f"{key}.wet", f"{wet:.6g} m of it move water, and it is {length:.6g} m long", f"{length:.6g} or less"
+        )
+    words = ("diameter", "level", "density", "added_mass", "drag", "axial_added_mass", "axial_drag")
+    made: dict[str, Formula] = {
+        word: values.formula(f"{key}.{word}", getattr(entry, word), PARAMETERS) for word in words
+    }
+    return Hull(
+        name=name, body=entry.body, start=start, end=end, waves=waves, stations=entry.stations, **optional, **made
+    )  # fmt: skip
+
+
+def moves_water(hull: Hull) -> bool:
+    """Return whether a hull has added mass, unless its parameters say otherwise."""
+    return any(value != Number(0.0) for value in (hull.added_mass, hull.axial_added_mass))
+
+
+_BOUNDS = {
+    "start": None,
+    "end": None,
+    "level": None,
+    "diameter": above_zero("the diameter of a hull"),
+    "area": above_zero("the area of a hull"),
+    "density": above_zero("the density of water"),
+    "wet": above_zero("the length that moves water"),
+    "added_mass": not_below_zero("the coefficient of added mass"),
+    "drag": not_below_zero("the coefficient of drag"),
+    "axial_added_mass": not_below_zero("the added mass along the axis"),
+    "axial_drag": not_below_zero("the drag along the axis"),
+}
+ROW = Row(Hull, HullEntry, read_hull, _BOUNDS)

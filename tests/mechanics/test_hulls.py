@@ -1,0 +1,230 @@
+"""Slender hulls in water: against closed forms of floating and fixed columns, and added mass in all forms of M."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.arrays import Array
+from eomgen.errors import DescriptionError
+from eomgen.model import Model
+from eomgen.scene.load import from_data
+from eomgen.studies.verification.check import check
+from tests.models.cache import shared_cache
+
+__all__ = ["shared_cache"]
+
+RHO, G, D = 1025.0, 9.81, 2.0
+AREA = math.pi * D**2 / 4.0
+DRAUGHT, EXTRA = 6.0, 2000.0
+MASS = RHO * AREA * DRAUGHT
+COLUMN: dict[str, Any] = {
+    "body": "buoy",
+    "start": [0, 0, -DRAUGHT],
+    "end": [0, 0, 4],
+    "diameter": D,
+    "wet": DRAUGHT,
+    "drag": 0,
+    "axial_added_mass": EXTRA,
+    "stations": 10,
+}
+INERTIA = {"xx": 9.0 * MASS, "yy": 9.0 * MASS, "zz": MASS}
+
+
+def _data(
+    joint: dict[str, Any] | None = None,
+    waves: dict[str, Any] | None = None,
+    hulls: dict[str, Any] | None = None,
+    **more: Any,
+) -> dict[str, Any]:
+    """Return a buoy that floats at its draught; on a heave joint unless another is given."""
+    joint = {"type": "prismatic", "axis": [0, 0, 1]} if joint is None else joint
+    in_waves = {} if waves is None else {"waves": "sea"}
+    return {
+        "format": 1,
+        "name": "buoy",
+        "bodies": {"buoy": {"mass": MASS, "center_of_mass": [0, 0, -3.5], "inertia": INERTIA}},
+        "joints": {"moves": {"parent": "base", "child": "buoy", **joint}},
+        "points": {"middle": {"body": "buoy"}},
+        "hulls": {"column": COLUMN | in_waves} if hulls is None else {n: hull | in_waves for n, hull in hulls.items()},
+        "outputs": {"place": {"position": "middle"}},
+        **({} if waves is None else {"waves": {"sea": waves}}),
+        **more,
+    }
+
+
+def _model(*args: Any, **kwargs: Any) -> Model:
+    return eomgen.build(from_data(_data(*args, **kwargs)))
+
+
+def _force(model: Model, t: float = 0.0, v: Array | None = None) -> Array:
+    """Return Q at rest where the buoy was built."""
+    nv = model.nv
+    q = np.zeros(model.nq) if model.nq == nv else np.array([1.0, 0, 0, 0, 0, 0, 0])
+    return -model.inverse_dynamics(q, np.zeros(nv) if v is None else v, np.zeros(nv), t)
+
+
+def test_a_buoy_floats_at_its_draught_and_heaves_with_its_period() -> None:
+    """2 pi sqrt((m + a)/(rho g A)); the added mass is in the inertia matrix."""
+    model = _model()
+    assert model.mass(np.zeros(1))[0, 0] == pytest.approx(MASS + EXTRA, rel=1e-14)
+    assert _force(model)[0] == pytest.approx(0.0, abs=1e-8 * MASS)
+    period = 2.0 * math.pi * math.sqrt((MASS + EXTRA) / (RHO * G * AREA))
+    run = model.simulate(period, period / 400, initial={"q": [0.01], "v": [0.0]})
+    assert run.q[-1, 0] == pytest.approx(0.01, rel=1e-4)
+    assert run.q[200, 0] == pytest.approx(-0.01, rel=1e-4)
+
+
+@pytest.mark.parametrize("period", [6.0, 9.0, 60.0])
+def test_heave_in_waves_is_that_of_linear_theory(period: float) -> None:
+    """(rho g A - a w^2) exp(-k T)/(rho g A - (m + a) w^2) times the elevation, which is 1 in long waves."""
+    A, w = 1e-4, 2.0 * math.pi / period
+    k, stiffness = w**2 / G, RHO * G * AREA
+    response = (stiffness - EXTRA * w**2) * math.exp(-k * DRAUGHT) / (stiffness - (MASS + EXTRA) * w**2)
+    hulls = {"column": COLUMN | {"stations": 40}}
+    model = _model(waves={"regular": [{"amplitude": A, "period": period}]}, hulls=hulls)
+    run = model.simulate(period, period / 200, initial={"q": [response * A], "v": [0.0]})
+    np.testing.assert_allclose(run.q[:, 0] / A, response * np.cos(w * run.t), rtol=0, atol=2e-3 * abs(response))
+    assert period < 60.0 or response == pytest.approx(1.0, abs=0.03)
+
+
+def test_a_fixed_column_has_the_force_of_morison() -> None:
+    """In deep water rho (1 + C_a) A g a at the steepest slope, and rho C_d D a^2 w^2/(4 k) under a crest."""
+    a, period = 0.05, 5.0
+    w = 2.0 * math.pi / period
+    k = w**2 / G
+    waves = {"regular": [{"amplitude": a, "period": period}], "stretching": "none"}
+    column = COLUMN | {"start": [0, 0, -40], "end": [0, 0, 2], "stations": 100, "added_mass": 0.8, "wet": 40}
+    model = _model({"type": "prismatic", "axis": [1, 0, 0]}, waves, {"column": column})
+    # a quarter of a period before a crest water is pushed along x
+    inertia = _force(model, 0.75 * period)[0]
+    assert inertia == pytest.approx(RHO * 1.8 * AREA * G * a, rel=0.02)
+    dragged = _model({"type": "prismatic", "axis": [1, 0, 0]}, waves, {"column": column | {"drag": 1.3}})
+    drag = _force(dragged)[0] - _force(_model({"type": "prismatic", "axis": [1, 0, 0]}, waves, {"column": column}))[0]
+    assert drag == pytest.approx(RHO * 1.3 * D * (a * w) ** 2 / (4.0 * k), rel=0.03)
+
+
+def test_drag_is_across_the_axis_and_against_the_relative_velocity() -> None:
+    model = _model(
+        {"type": "free"}, hulls={"column": COLUMN | {"drag": 1.2, "axial_drag": 300.0, "stations": 1000 // 8}}
+    )
+    still = _force(model)
+    across = _force(model, v=np.array([0, 0, 0, 2.0, 0, 0])) - still
+    assert across[3] == pytest.approx(-0.5 * RHO * 1.2 * D * DRAUGHT * 4.0, rel=1e-3)
+    assert np.abs(across[[4, 5]]).max() < 1e-6
+    along = _force(model, v=np.array([0, 0, 0, 0, 0, 2.0])) - still
+    assert along[5] == pytest.approx(-300.0 * 4.0, rel=1e-3)
+    spun = _force(model, v=np.array([0, 0.5, 0, 0, 0, 0]))[1] - still[1]
+    assert spun < 0.0
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.3, 1.5])
+def test_a_sunk_hull_is_lifted_by_what_it_displaces(angle: float) -> None:
+    """Whatever its direction is, and at the middle of its axis."""
+    end = [3.0 * math.sin(angle), 0.0, -20.0 + 3.0 * math.cos(angle)]
+    model = _model({"type": "free"}, hulls={"column": COLUMN | {"start": [0, 0, -20], "end": end, "wet": 3}})
+    moment, force = np.split(_force(model) + _weight(model), 2)
+    lift = RHO * AREA * 3.0 * G
+    np.testing.assert_allclose(force, [0, 0, lift], rtol=0, atol=1e-7 * lift)
+    middle = 0.5 * np.array([end[0], 0.0, -20.0 + end[2]])
+    np.testing.assert_allclose(moment, np.cross(middle, [0, 0, lift]), rtol=0, atol=1e-7 * lift)
+
+
+def _weight(model: Model) -> Array:
+    """Return the weight of the buoy about its origin, to be added to Q."""
+    return np.concatenate([np.cross([0, 0, -3.5], [0, 0, MASS * G]), [0, 0, MASS * G]])
+
+
+def test_a_tilted_column_is_righted_by_its_water_plane() -> None:
+    """rho g (I + V zb) - m g zg about the middle of the water plane, the area being a point; heels are small."""
+    data = _data({"type": "revolute", "axis": [0, 1, 0]}, hulls={"column": COLUMN | {"stations": 60}})
+    model = eomgen.build(from_data(data))
+    q, small = np.array([1e-4]), np.zeros(1)
+    righting = model.inverse_dynamics(q, small, small, 0.0)[0] / 1e-4
+    volume = AREA * DRAUGHT
+    expected = RHO * G * volume * (-0.5 * DRAUGHT) - MASS * G * -3.5
+    assert righting == pytest.approx(expected, rel=2e-3)
+
+
+def test_added_mass_is_across_the_axis() -> None:
+    """By hand, of an upright column: rho C_a A T across, its moments about the origin, and what moves along."""
+    model = _model({"type": "free"})
+    M = model.mass(np.array([1.0, 0, 0, 0, 0, 0, 0]))
+    own = RHO * AREA * DRAUGHT
+    added = M - _model({"type": "free"}, hulls={"column": COLUMN | {"added_mass": 0, "axial_added_mass": 0}}).mass(
+        np.array([1.0, 0, 0, 0, 0, 0, 0])
+    )
+    np.testing.assert_allclose(np.diag(added)[3:], [own, own, EXTRA], rtol=1e-10)
+    np.testing.assert_allclose(np.diag(added)[:3], [own * DRAUGHT**2 / 3.0] * 2 + [0.0], rtol=1e-10, atol=1e-6 * own)
+    assert added[1, 3] == pytest.approx(-own * DRAUGHT / 2.0, rel=1e-10)
+
+
+HULLS = {
+    "leg": COLUMN | {"start": [1, 0.5, -5], "end": [1.5, 0.2, 3], "drag": 1.1, "axial_drag": 80, "wet": 4},
+    "pontoon": COLUMN
+    | {"start": [-3, 0.5, -5], "end": [3, 0.2, -4.5], "drag": 0.9, "stations": 3, "axial_added_mass": 0},
+}
+SEA = {
+    "spectrum": {"type": "jonswap", "height": 1, "period": 7},
+    "components": 5,
+    "depth": 40,
+    "spreading": {"exponent": 9, "directions": 2},
+}
+
+
+@pytest.mark.parametrize("coordinates", ["joint", "absolute"])
+def test_all_forms_of_a_platform_with_a_pendulum_agree(coordinates: str) -> None:
+    """Every closed form, power and derivative, by the checks of a scene."""
+    load = {
+        "bodies": {
+            "buoy": {"mass": MASS, "center_of_mass": [0.2, 0, -3.5], "inertia": INERTIA},
+            "arm": {"mass": 300, "center_of_mass": [1, 0, 0], "inertia": {"xx": 10, "yy": 400, "zz": 400}},
+        },
+        "joints": {
+            "moves": {"type": "free", "parent": "base", "child": "buoy"},
+            "hinge": {"type": "revolute", "axis": [0, 1, 0], "parent": "buoy", "child": "arm", "position": [0, 0, 5]},
+        },
+        "hulls": {name: hull | {"waves": "sea"} for name, hull in HULLS.items()}
+        | {
+            "tail": COLUMN
+            | {"body": "arm", "start": [0, 0, -1], "end": [1, 0.3, -4], "drag": 1, "wet": 2, "waves": "sea"}
+        },
+    }
+    data = _data({"type": "free"}, SEA, {}, coordinates=coordinates, simulation={"duration": 1, "step": 0.01}) | load
+    report = check(from_data(data))
+    assert report.passed, str(report)
+
+
+def test_inverse_dynamics_of_references_and_momenta_leave_water_out() -> None:
+    with_water = _model(outputs={"hold": {"formula": "gravity.moves"}})
+    state = np.zeros(1)
+    assert with_water.outputs(state, state)["hold"] == pytest.approx(MASS * G)
+
+
+REFUSED: list[tuple[dict[str, Any], str]] = [
+    ({"body": "base"}, r"\(hulls\.column\.body\): water moves nothing of the base: its motion is prescribed"),
+    ({"end": [0, 0, -DRAUGHT]}, r"end\): both ends are at the same place, so it has no axis; try: ends that are apart"),
+    ({"wet": 12}, r"wet\): 12 m of it move water, and it is 10 m long; try: 10 or less"),
+    ({"diameter": 0}, r"diameter\): the diameter of a hull is 0; try: a number above 0"),
+    ({"added_mass": -1}, r"the coefficient of added mass is -1; try: 0 or more"),
+    ({"waves": "see"}, r"waves\): there is no waves 'see'"),
+    ({"stations": 0}, r"hulls\.column\.stations"),
+]
+
+
+@pytest.mark.parametrize(("changes", "message"), REFUSED)
+def test_what_is_wrong_with_a_hull_is_said_once(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(DescriptionError, match=message) as caught:
+        from_data(_data(hulls={"column": COLUMN | changes}))
+    assert len(caught.value.problems) == 1
+
+
+def test_the_level_is_that_of_the_waves() -> None:
+    with pytest.raises(
+        DescriptionError, match=r"level\): the level is that of the waves; try: level of \[waves\.sea\]"
+    ):
+        from_data(_data(waves={"regular": [{"amplitude": 1, "period": 8}]}, hulls={"column": COLUMN | {"level": 1}}))
