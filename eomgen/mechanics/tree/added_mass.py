@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from eomgen.formula.nodes import Formula
 from eomgen.mechanics.tree.inertia import AddedMass
-from eomgen.scene.forces.hulls import Hull, moves_water
+from eomgen.scene.forces.hulls import Hull
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra, Scalar, Vector, dot, matrix_plus, minus, outer, plus, scaled
@@ -81,7 +81,7 @@ def added_masses(
     """Return the added mass of the hulls of a body, in its frame."""
     found: list[AddedMass] = []
     for hull in scene.elements:
-        if not isinstance(hull, Hull) or hull.body != body or not moves_water(hull):
+        if not isinstance(hull, Hull) or hull.body != body or not hull.moves_water:
             continue
         member = member_of(algebra, hull, number)
         along = outer(member.axis, member.axis)

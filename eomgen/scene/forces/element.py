@@ -47,6 +47,11 @@ class ForceElement:
         """Return the element without what its formulas push, which has no potential; None where nothing is left."""
         return self
 
+    @property
+    def moves_water(self) -> bool:
+        """Whether water moves with what it is on, as added mass."""
+        return False
+
     def lengths(self) -> tuple[Formula, ...]:
         """Return what it measures, m: a free length, a radius, the components of a place at rest."""
         return ()

@@ -73,6 +73,10 @@ class Hull(ForceElement):
     def passive(self) -> None:
         return None
 
+    @property
+    def moves_water(self) -> bool:
+        return any(value != Number(0.0) for value in (self.added_mass, self.axial_added_mass))
+
     def lengths(self) -> tuple[Formula, ...]:
         return (self.diameter,)
 
@@ -128,11 +132,6 @@ def read_hull(name: str, entry: HullEntry, site: Site) -> Hull:
     return Hull(
         name=name, body=entry.body, start=start, end=end, waves=waves, stations=entry.stations, **optional, **made
     )  # fmt: skip
-
-
-def moves_water(hull: Hull) -> bool:
-    """Return whether a hull has added mass, unless its parameters say otherwise."""
-    return any(value != Number(0.0) for value in (hull.added_mass, hull.axial_added_mass))
 
 
 _BOUNDS = {

@@ -136,7 +136,7 @@ def _terms(scene: Described, only: Sequence[str]) -> list[str]:
 
 def _claims(space: Space, engine: Engine, system: System, model: Model) -> list[Claim]:
     return [
-        *motion_claims(space, engine),
+        *motion_claims(space, engine, model.scene),
         *partial_claims(space, engine, system),
         *constraint_claims(space, engine),
         *packed_claims(space, engine, system),

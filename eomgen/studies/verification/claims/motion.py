@@ -10,6 +10,7 @@ import numpy as np
 
 from eomgen.compiled.coordinates import configuration_rate
 from eomgen.lie.product import Factor, bracket_matrix
+from eomgen.scene.scene import Scene
 from eomgen.studies.verification.claims.claim import Claim, Space, Value, column
 from eomgen.studies.verification.engines import Array, Blocks, Engine, spread
 
@@ -17,20 +18,26 @@ FAMILY = "separated terms and energies"
 _POSE = (Factor("SE3", "pose", 0, 7, 0, 6),)
 
 
-def motion_claims(space: Space, engine: Engine) -> list[Claim]:
-    """Return the claims of the terms that ``engine`` has."""
+def motion_claims(space: Space, engine: Engine, scene: object) -> list[Claim]:
+    """Return the claims of the terms that ``engine`` has.
+
+    Water that moves with hulls has the inertia of Morison's equation, the added mass times the acceleration of each
+    place, which no kinetic energy gives: then inertia is not asked to follow from M.
+    """
     there = set(engine.functions)
+    by_energy = not (isinstance(scene, Scene) and any(element.moves_water for element in scene.elements))
     claims: list[Claim] = []
     if {"mass", "energy"} <= there:
         claims.append(_mass(space, engine))
     if "mass" in there:
         claims.append(_definite())
-    if {"mass", "coupling"} <= there:
+    if by_energy and {"mass", "coupling"} <= there:
         claims.append(_coupling(space))
-    if {"mass", "coupling", "base_motion", "energy"} <= there:
+    if by_energy and {"mass", "coupling", "base_motion", "energy"} <= there:
         claims.append(_inertia(space, "base_motion.b", "M a + h + b by T", _by_blocks))
     if {"inverse_dynamics", "coupling", "force", "energy"} <= there and "mass" not in there:
-        claims.append(_inertia(space, "inverse_dynamics.tau", "tau + Q by T", _by_recursion))
+        if by_energy:
+            claims.append(_inertia(space, "inverse_dynamics.tau", "tau + Q by T", _by_recursion))
         claims.append(_without_acceleration(space))
     if {"mass", "coupling", "force", "inverse_dynamics"} <= there:
         claims.append(_sum_of_blocks(space))
