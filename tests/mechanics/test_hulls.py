@@ -109,9 +109,7 @@ def test_a_fixed_column_has_the_force_of_morison() -> None:
 
 
 def test_drag_is_across_the_axis_and_against_the_relative_velocity() -> None:
-    model = _model(
-        {"type": "free"}, hulls={"column": COLUMN | {"drag": 1.2, "axial_drag": 300.0, "stations": 10}}
-    )
+    model = _model({"type": "free"}, hulls={"column": COLUMN | {"drag": 1.2, "axial_drag": 300.0, "stations": 10}})
     still = _force(model)
     across = _force(model, v=np.array([0, 0, 0, 2.0, 0, 0])) - still
     assert across[3] == pytest.approx(-0.5 * RHO * 1.2 * D * DRAUGHT * 4.0, rel=1e-3)
