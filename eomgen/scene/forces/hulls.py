@@ -111,26 +111,21 @@ def read_hull(name: str, entry: HullEntry, site: Site) -> Hull:
         if entry.level != 0.0:
             report.add(f"{key}.level", "the level is that of the waves", f"level of [waves.{entry.waves}]")
     start, end = (values.vector(f"{key}.{word}", getattr(entry, word), PARAMETERS) for word in ("start", "end"))
-    optional = {
-        word: None
-        if getattr(entry, word) is None
-        else values.formula(f"{key}.{word}", getattr(entry, word), PARAMETERS)
-        for word in ("area", "wet")
-    }
+    area = values.formula(f"{key}.area", entry.area, PARAMETERS) if entry.area is not None else None
+    wet = values.formula(f"{key}.wet", entry.wet, PARAMETERS) if entry.wet is not None else None
     length = math.dist(*([values.value(part) for part in place] for place in (start, end)))
     if length == 0.0:
         report.add(f"{key}.end", "both ends are at the same place, so it has no axis", "ends that are apart")
-    wet = math.nan if optional["wet"] is None else values.value(optional["wet"])
-    if wet > length > 0.0:
-        report.add(
-            f"{key}.wet", f"{wet:.6g} m of it move water, and it is {length:.6g} m long", f"{length:.6g} or less"
-        )
+    inert = math.nan if wet is None else values.value(wet)
+    if inert > length > 0.0:
+        what = f"{inert:.6g} m of it move water, and it is {length:.6g} m long"
+        report.add(f"{key}.wet", what, f"{length:.6g} or less")
     words = ("diameter", "level", "density", "added_mass", "drag", "axial_added_mass", "axial_drag")
     made: dict[str, Formula] = {
         word: values.formula(f"{key}.{word}", getattr(entry, word), PARAMETERS) for word in words
     }
     return Hull(
-        name=name, body=entry.body, start=start, end=end, waves=waves, stations=entry.stations, **optional, **made
+        name=name, body=entry.body, start=start, end=end, waves=waves, stations=entry.stations, area=area, wet=wet, **made
     )  # fmt: skip
 
 
