@@ -125,8 +125,16 @@ def read_hull(name: str, entry: HullEntry, site: Site) -> Hull:
         word: values.formula(f"{key}.{word}", getattr(entry, word), PARAMETERS) for word in words
     }
     return Hull(
-        name=name, body=entry.body, start=start, end=end, waves=waves, stations=entry.stations, area=area, wet=wet, **made
-    )  # fmt: skip
+        name=name,
+        body=entry.body,
+        start=start,
+        end=end,
+        area=area,
+        waves=waves,
+        wet=wet,
+        stations=entry.stations,
+        **made,
+    )
 
 
 _BOUNDS = {
