@@ -4,6 +4,7 @@ __all__ = []
 #: Open to the other parts of ``mechanics`` as well.
 WITHIN = [
     "absolute",
+    "added_mass",
     "alike",
     "base",
     "beam_body",
