@@ -1,97 +1,30 @@
-"""Reading of random processes: their covariance, its modes on the window, and the formula that they are."""
+"""Reading of random processes: groups that go together, and their modes on the window."""
 
 from __future__ import annotations
 
-import functools
-import operator
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from eomgen.arrays import Array
-from eomgen.errors import Problem, UsageError
-from eomgen.formula.curves import Curve
-from eomgen.formula.evaluate import curves, evaluate_batch
-from eomgen.formula.nodes import Application, Formula, Number, Symbol
-from eomgen.random_processes import (
-    BEYOND,
-    Band,
-    Coherence,
-    Covariance,
-    CovarianceTable,
-    DampedCosine,
-    Exponential,
-    KanaiTajimi,
-    Oscillator,
-    RoadProfile,
-    SpectrumTable,
-    SquaredExponential,
-    expand,
-    expand_jointly,
-    nearest_correlation,
-    quantile_map,
-    standard_normals,
-    underlying,
-)
+from eomgen.errors import UsageError
+from eomgen.random_processes import Coherence, expand, expand_jointly, nearest_correlation
 from eomgen.random_roads import FASTEST
-from eomgen.scene.formula.namespaces import mapped
-from eomgen.scene.formula.scope import TRANSLATION
 from eomgen.scene.random import schema as written
 from eomgen.scene.random.coherence import Coherences, crossed
+from eomgen.scene.random.covariances import Covariances
 from eomgen.scene.random.mode_tables import mode_tables
+from eomgen.scene.random.process_inputs import input_of, variables_as_parameters
+from eomgen.scene.random.translations import Translations
 from eomgen.scene.reading.report import check_reference
 from eomgen.scene.reading.values import Values
 from eomgen.scene.signals.curves import Curves
-from eomgen.scene.signals.schema import Shape
 from eomgen.system.random_processes import RandomProcess, variables_of
 from eomgen.system.signals import Input, Parameter
 from eomgen.text import key_of
 
 #: An eigenvalue of a correlation matrix up to which it is taken for singular.
 _SINGULAR = 1e-12
-#: How many standard deviations from its mean a process is looked at, and at how many places.
-_FARTHEST, _PLACES = 6.0, 1201
-#: Quantiles at least.
-_FEWEST_QUANTILES = 3
-
-
-@dataclass(frozen=True)
-class _Type:
-    """What a type of process takes.
-
-    Attributes
-    ----------
-    over_time, over_distance : its keys over time, over distance; None where it is not known there
-    made : returns the covariance, given the values of the keys and the standard deviation
-    deviation : whether the standard deviation is given
-    """
-
-    over_time: tuple[str, ...] | None
-    over_distance: tuple[str, ...] | None
-    made: Callable[..., Covariance]
-    deviation: bool = True
-
-
-_TABLE = ("points",)
-TYPES: dict[str, _Type] = {
-    "squared_exponential": _Type(("correlation_time",), ("correlation_length",), SquaredExponential),
-    "exponential": _Type(("correlation_time",), ("correlation_length",), Exponential),
-    "damped_cosine": _Type(("decay", "frequency"), None, DampedCosine),
-    "oscillator": _Type(("frequency", "damping"), None, Oscillator),
-    "kanai_tajimi": _Type(("frequency", "damping"), None, KanaiTajimi),
-    "band": _Type(("band",), None, lambda s, ends: Band(s, *ends)),
-    "road": _Type(None, ("road_class",), RoadProfile, deviation=False),
-    "covariance": _Type(_TABLE, _TABLE, CovarianceTable, deviation=False),
-    "spectrum": _Type(_TABLE, _TABLE, lambda curve: SpectrumTable(curve.x, curve.y), deviation=False),
-}
-#: Keys that some types take, as they are written.
-_KEYS = {
-    **dict.fromkeys(("correlation_time", "correlation_length", "decay", "frequency", "damping", "band")),
-    "road_class": "class",
-    "points": "points or table",
-}
 
 
 class Processes:
@@ -108,8 +41,8 @@ class Processes:
     def __init__(self, values: Values, curves: Curves, duration: float) -> None:
         self.values = values
         self.report = values.report
-        self.curves = curves
         self.duration = duration
+        self._covariances, self._translations = Covariances(values, curves), Translations(values)
 
     def read(self, entries: Mapping[str, written.RandomProcess]) -> tuple[list[Input], list[Parameter]]:
         """Return processes as inputs, and the variables of those that follow no other; what cannot be made is
@@ -124,8 +57,8 @@ class Processes:
                 behind = [lag for other, lag in lags.items() if entries[other].follows in group]
                 ends = max(behind, default=0.0), min(behind, default=0.0)
                 for process in self._grouped([name, *(one for one in group if one != name)], entries, ends):
-                    variables += _variables(process)
-                    found[process.name] = _input(process, entries[process.name])
+                    variables += variables_as_parameters(process)
+                    found[process.name] = input_of(process, entries[process.name])
         for name, entry in entries.items():
             leader = found.get(entry.follows or "")
             if leader is not None and leader.random is not None and name in lags:
@@ -134,10 +67,10 @@ class Processes:
                     name=name,
                     lag=lags[name],
                     follows=leader.name,
-                    translation=self._translation(name, entry),
+                    translation=self._translations.read(name, entry),
                 )
-                self._check_map(process)
-                found[name] = _input(process, entry)
+                self._translations.check(process)
+                found[name] = input_of(process, entry)
         return [found[name] for name in entries if name in found], variables
 
     def _first(
@@ -214,10 +147,10 @@ class Processes:
             weights=(scale,) * len(own.modes),
             eigenvalues=tuple(scale**2 * value for value in own.eigenvalues),
             total=scale**2 * own.total,
-            translation=self._translation(name, entry),
+            translation=self._translations.read(name, entry),
             coherent_with=tuple(entry.coherence or {}),
         )
-        self._check_map(process)
+        self._translations.check(process)
         return process
 
     def _scale(self, first: RandomProcess, name: str, entry: written.RandomProcess) -> float:
@@ -277,10 +210,10 @@ class Processes:
                 eigenvalues=tuple(weight**2 * value for _, weight in used for value in first.eigenvalues),
                 total=scale**2 * first.total,
                 seed=entry.seed,
-                translation=self._translation(name, entry),
+                translation=self._translations.read(name, entry),
                 correlation=tuple((entry.correlation or {}).items()),
             )
-            self._check_map(process)
+            self._translations.check(process)
             made.append(process)
         return made
 
@@ -335,10 +268,10 @@ class Processes:
             self.report.add(key, "a random process needs its type, or what it follows", 'type = "squared_exponential"')
             return []
         speed, duration = self._along(key, entry)
-        covariance = self._covariance(key, name, entry, entry.type)
+        covariance = self._covariances.read(key, name, entry, entry.type)
         mean = self.values.constant(f"{key}.mean", entry.mean)
         self._check_extent(key, entry)
-        translation = self._translation(name, entry)
+        translation = self._translations.read(name, entry)
         if len(self.report.found) > before or covariance is None:
             return []
         start = min(-latest, 0.0)
@@ -347,7 +280,7 @@ class Processes:
         share = None if entry.modes is not None else written.SHARE if entry.share is None else entry.share
         try:
             if entry.covariance_of == "translated":
-                covariance = self._underlying(key, entry, covariance, translation, end - start)
+                covariance = self._translations.underlying(key, entry, covariance, translation, end - start)
             if coherences is None:
                 expansions = [expand(covariance, end - start, share=share, modes=entry.modes, repair=repair)]
             else:
@@ -383,88 +316,8 @@ class Processes:
                 f"the covariance is not positive, and the nearest one that is, {expansions[0].repaired:.2g} of its norm"
             )
             self.values.note([f"{key}: {what} from it, takes its place"])
-        self._check_map(found[0])
+        self._translations.check(found[0])
         return found
-
-    def _translation(self, name: str, entry: written.RandomProcess) -> Formula | None:
-        key = key_of("random", name)
-        if entry.quantiles is not None:
-            if entry.translation is not None:
-                self.report.add(f"{key}.quantiles", "both translation and quantiles say what the process is", "one")
-                return None
-            return self._quantiles(f"{key}.quantiles", name, entry)
-        if entry.translation is None:
-            return None
-        return self.values.formula(f"{key}.translation", entry.translation, TRANSLATION)
-
-    def _quantiles(self, key: str, name: str, entry: written.RandomProcess) -> Formula | None:
-        """Return the monotone map of a normal variable of this mean and deviation to one with these quantiles: straight
-        beyond the first and the last of them."""
-        points = [self.values.constants(f"{key}[{k}]", pair) for k, pair in enumerate(entry.quantiles or ())]
-        share, value = np.array(points, dtype=float).reshape(-1, 2).T
-        rising = len(share) >= _FEWEST_QUANTILES and np.all(np.diff(share) > 0.0) and np.all(np.diff(value) > 0.0)
-        if not rising or share[0] <= 0.0 or share[-1] >= 1.0:
-            what = "quantiles are three points or more, probabilities between 0 and 1 and values that both rise"
-            self.report.add(key, what, "quantiles = [[0.1, 2.0], [0.5, 3.0], [0.9, 5.0]]")
-            return None
-        x, y = quantile_map(share, value)
-        mean = self.values.constant(f"{key_of('random', name)}.mean", entry.mean)
-        written_value = 1.0 if entry.standard_deviation is None else entry.standard_deviation
-        deviation = self.values.constant(f"{key_of('random', name)}.standard_deviation", written_value)
-        g: Formula = Symbol("gaussian") if mean == 0.0 else Symbol("gaussian") - mean
-        return Application(Curve(f"{name} quantiles", x, y), g if deviation == 1.0 else g / deviation)
-
-    def _underlying(
-        self,
-        key: str,
-        entry: written.RandomProcess,
-        covariance: Covariance,
-        translation: Formula | None,
-        window: float,
-    ) -> Covariance:
-        """Return the covariance of g whose translation has the one that is asked for. Raises UsageError."""
-        if translation is None or entry.mean not in (0, 0.0) or entry.standard_deviation not in (None, 1, 1.0):
-            what = "covariance_of translated needs a translation or quantiles of a standard normal g"
-            raise UsageError(Problem(key, what, "translation = ..., without mean and standard_deviation"))
-        formula = translation
-        if entry.quantiles is None and curves(formula):
-            what = "covariance_of translated knows formulas and quantiles, and the translation has a curve"
-            raise UsageError(Problem(key, what, "quantiles"))
-
-        def map_of(g: Array) -> Array:
-            if isinstance(formula, Application) and isinstance(formula.curve, Curve):
-                return np.asarray(formula.curve(np.clip(g, -BEYOND, BEYOND)))
-            value = evaluate_batch(
-                formula, lambda symbol: g if symbol.kind == "gaussian" else self.values.parameters[symbol.name]
-            )
-            return np.asarray(np.broadcast_to(value, np.shape(g)))
-
-        return underlying(covariance, map_of, window)
-
-    def _check_map(self, process: RandomProcess) -> None:
-        """Report a translation that has no value where g may be; note one that turns round there."""
-        formula = process.translation
-        if formula is None or curves(formula):
-            return
-        away = np.linspace(-_FARTHEST, _FARTHEST, _PLACES)
-        g = process.mean + process.standard_deviation * away
-
-        def value_of(symbol: Symbol) -> ArrayLike:
-            return g if symbol.kind == "gaussian" else self.values.parameters[symbol.name]
-
-        value = np.broadcast_to(evaluate_batch(formula, value_of), np.shape(g))
-        key = f"{key_of('random', process.name)}.translation"
-        if not np.all(np.isfinite(value)):
-            worst = int(np.argmin(np.isfinite(value)))
-            what = f"it has no value at g = {g[worst]:.3g}, {abs(away[worst]):.2g} standard deviations from the mean"
-            self.report.add(key, what, "a formula that has one wherever a normal variable may be")
-            return
-        rises = np.diff(value) > 0.0
-        turns = np.flatnonzero(rises[1:] != rises[:-1])
-        if len(turns):
-            nearest_one = int(turns[np.argmin(np.abs(away[turns + 1]))]) + 1
-            what = f"it turns round at g = {g[nearest_one]:.3g}, {abs(away[nearest_one]):.2g} standard deviations"
-            self.values.note([f"{key}: {what} from the mean, so it is no map onto a marginal distribution"])
 
     def _along(self, key: str, entry: written.RandomProcess) -> tuple[float, float]:
         """Return speed, 0 over time, and duration of the window."""
@@ -486,127 +339,3 @@ class Processes:
         if entry.share is not None and not 0.0 < entry.share < 1.0:
             what = f"the share {entry.share:.6g} is not between 0 and 1"
             self.report.add(f"{key}.share", what, "share = 0.99")
-
-    def _covariance(self, key: str, name: str, entry: written.RandomProcess, kind: str) -> Covariance | None:
-        row = TYPES[kind]
-        over, other = ("time", "distance") if entry.speed is None else ("distance", "time")
-        wanted = row.over_time if entry.speed is None else row.over_distance
-        if wanted is None:
-            self.report.add(
-                f"{key}.type", f"{kind} is a process over {other}", "speed = 20" if over == "time" else "no speed"
-            )
-            return None
-        given = {word: getattr(entry, word) for word in _KEYS}
-        if entry.table is not None:
-            given["points"] = entry.points or ()
-        missing = [_KEYS[word] or word for word in wanted if given[word] is None]
-        if missing:
-            self.report.add(
-                key, f"{kind} over {over} needs {' and '.join(missing)}", f"{missing[0].partition(' ')[0]} = ..."
-            )
-        for word, value in given.items():
-            if value is not None and word not in wanted and not missing:
-                written_as = _KEYS[word] or word
-                what = f"{kind} over {over} takes no {written_as}"
-                self.report.add(f"{key}.{written_as.partition(' ')[0]}", what, " and ".join(wanted))
-        deviation = []
-        if row.deviation:
-            written_value = 1.0 if entry.standard_deviation is None else entry.standard_deviation
-            value = self.values.constant(f"{key}.standard_deviation", written_value)
-            if not value > 0.0:
-                what = f"the standard deviation {value:.6g} is not positive"
-                self.report.add(f"{key}.standard_deviation", what, "standard_deviation = 1")
-            deviation = [value]
-        elif entry.standard_deviation is not None:
-            what = f"{kind} says the variance itself, and takes no standard deviation"
-            self.report.add(f"{key}.standard_deviation", what, "without it")
-        if missing:
-            return None
-        before = len(self.report.found)
-        arguments = [self._argument(key, name, entry, word) for word in wanted]
-        return None if len(self.report.found) > before else row.made(*deviation, *arguments)
-
-    def _argument(self, key: str, name: str, entry: written.RandomProcess, word: str) -> object:
-        """Return the value of a key of a covariance."""
-        if word == "road_class":
-            return entry.road_class
-        if word == "points":
-            return self._points(key, name, entry)
-        place, value = f"{key}.{word}", getattr(entry, word)
-        if word == "band":
-            low, high = self.values.constants(place, value)
-            if not 0.0 <= low < high:
-                what = f"the band from {low:.6g} to {high:.6g} Hz is none"
-                self.report.add(place, what, 'band = ["0.5 Hz", "20 Hz"]')
-            return low, high
-        number = self.values.constant(place, value)
-        if not number > 0.0:
-            self.report.add(place, f"{word.replace('_', ' ')} {number:.6g} is not positive", f"{word} = 1")
-        elif word == "damping" and not number < 1.0:
-            self.report.add(place, f"the damping ratio {number:.6g} is not below 1", "damping = 0.6")
-        return number
-
-    def _points(self, key: str, name: str, entry: written.RandomProcess) -> Curve:
-        """Return the points of a covariance or a spectrum; what is wrong with them is reported."""
-        spectrum = entry.type == "spectrum"
-        shape = (
-            Shape(points=entry.points, table=entry.table, interpolation="linear", outside="hold")
-            if spectrum
-            else Shape(points=entry.points, table=entry.table, interpolation="quintic", outside="error")
-        )
-        before = len(self.report.found)
-        curve = self.curves.through_points(key, name, shape)
-        if len(self.report.found) > before:
-            return curve
-        place = f"{key}.{'points' if entry.points is not None else 'table'}"
-        if curve.start < 0.0:
-            what = f"the first {'frequency' if spectrum else 'lag'} {curve.start:.6g} is negative"
-            self.report.add(place, what, "the half from 0 on: the other is the same")
-        elif curve.start > 0.0 and not spectrum:
-            what = f"the first lag is {curve.start:.6g}, so the variance is not known"
-            self.report.add(place, what, "a first point at lag 0")
-        elif not spectrum and not curve.y[0] > 0.0:
-            self.report.add(place, f"the variance {curve.y[0]:.6g}, at lag 0, is not positive", "a larger one")
-        if spectrum and np.any(curve.y < 0.0):
-            worst = int(np.argmin(curve.y))
-            what = f"the density {curve.y[worst]:.6g} at {curve.x[worst]:.6g} is negative"
-            self.report.add(place, what, "a one-sided power spectral density")
-        elif spectrum and not np.any(curve.y > 0.0):
-            self.report.add(place, "the spectrum is zero everywhere", "a positive density somewhere")
-        return curve
-
-
-def _input(process: RandomProcess, entry: written.RandomProcess) -> Input:
-    return Input(process.name, _formula(process), entry.unit, entry.description, random=process)
-
-
-def _variables(process: RandomProcess) -> list[Parameter]:
-    """Return the parameters that are the variables of a process."""
-    names = process.own_variables
-    values = standard_normals(process.seed, len(names), process.name).tolist()
-    return [
-        Parameter(name, value, True, "1", f"standard normal variable of mode {k} of {process.name}")
-        for k, (name, value) in enumerate(zip(names, values, strict=True), 1)
-    ]
-
-
-def _formula(process: RandomProcess) -> Formula:
-    """Return a process as a formula of time and its variables."""
-    x: Formula = Symbol("time")
-    if process.speed:
-        x = process.speed * x
-    if process.lag:
-        x = x - process.lag
-    terms = [
-        (Symbol("parameter", variable) if weight == 1.0 else weight * Symbol("parameter", variable))
-        * Application(mode, x)
-        for variable, weight, mode in zip(process.variables, process.weights, process.modes, strict=True)
-    ]
-    g: Formula = functools.reduce(operator.add, terms, Number(process.mean)) if process.mean else _sum(terms)
-    if process.translation is None:
-        return g
-    return mapped(process.translation, lambda symbol: g if symbol.kind == "gaussian" else symbol)
-
-
-def _sum(terms: Sequence[Formula]) -> Formula:
-    return functools.reduce(operator.add, terms)
