@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -248,6 +249,8 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
         r"time t cannot be used here \(column 10\); try: g, parameters and",
     ),
     (FORCE | {"translation": "h**2"}, r"unknown name 'h'"),
+    (FORCE | {"translation": "2 + 0 * g"}, r"it is 2 whatever g is, so nothing is random; try: a formula of g"),
+    (FORCE | {"correlation_time": "1 m"}, r"'1 m' is a length, a time in s is expected"),
     ({"follows": "wind", "delay": 1}, r"there is no random process 'wind'"),
     (EXPONENTIAL | {"quantiles": [[0.1, 2], [0.5, 1], [0.9, 3]]}, r"quantiles are three points or more, probabilities"),
     (EXPONENTIAL | {"quantiles": [[0.1, 2], [0.5, 3]]}, r"quantiles are three points or more"),
@@ -281,7 +284,7 @@ def test_what_is_wrong_is_said_once(entry: dict[str, Any], message: str) -> None
         ({"follows": "force"}, r"it follows a process over time, and needs delay alone; try: delay = 0.1"),
         ({"follows": "force", "offset": 1}, r"it follows a process over time, and needs delay alone"),
         ({"follows": "force", "delay": 1, "seed": 3}, r"seed is that of force, which it follows; try: without it"),
-        ({"follows": "late", "delay": 1}, r"late itself follows late"),
+        ({"follows": "late", "delay": 1}, r"it follows itself; try: follows = \"force\""),
     ],
 )
 def test_followers_have_all_but_their_lag_from_the_first(follower: dict[str, Any], message: str) -> None:
@@ -414,6 +417,11 @@ def test_coherent_processes_share_variables_and_have_the_covariances_of_their_cr
         ({"v": {"coherence": {"u": -1.0}}}, r"the decay -1 of the coherence with u is not positive; try: a decay such"),
         ({"v": {"coherence": {"u": [[0, 1.2], [1, 0]]}}}, r"of rising frequencies from 0 on, between -1 and 1"),
         ({"v": {"coherence": {"u": [[0, 1]]}}}, r"the coherence with u is two points or more"),
+        ({"v": {"coherence": {"u": math.nan}}}, r"random.v.coherence.u\): a finite number is needed here, not nan$"),
+        ({"v": {"coherence": {"u": [[0, 1], [math.nan, 0]]}}}, r"coherence.u\[1\]\[0\]\): a finite number is needed"),
+        ({"v": {"coherence": {"u": [["a", 1], [1, 0]]}}}, r"coherence.u\[0\]\[0\]\): unknown name 'a'"),
+        ({"v": {"coherence": {"u": "a"}}}, r"random.v.coherence.u\): a number is needed here, not 'a'$"),
+        ({"v": {"coherence": {"v": 0.5}}}, r"it is coherent with itself; try: coherence with another process"),
         ({"v": {"coherence": {"x": 0.5}}}, r"there is no random process 'x'"),
         ({"v": {"coherence": {"u": 0.5}, "seed": 3}}, r"seed is that of u, with which it is coherent"),
         ({"v": {"coherence": {"u": 0.5}, "correlation": {"u": 0.5}}}, r"both correlation and coherence say"),
@@ -446,6 +454,7 @@ def test_coherences_that_no_processes_have_are_refused(random: dict[str, Any], m
             r" -0.8, not positive; the nearest ones that some have are 0\.98 away; try: coefficients closer to 0",
         ),
         ({"v": {"correlation": {"u": 1.0}}}, r"an eigenvalue of their matrix is 0, not positive"),
+        ({"v": {"correlation": {"v": 0.5}}}, r"it is correlated with itself; try: correlation with another process"),
         ({"v": {"correlation": {"x": 0.5}}}, r"there is no random process 'x'"),
         ({"v": {"correlation": {"w": 0.5}}, "w": {"correlation": {"v": 0.5}}}, r"one process with a type of its own"),
         ({"v": {"correlation": {"u": 0.5}, "share": 0.5}}, r"share is that of u, with which it is correlated"),

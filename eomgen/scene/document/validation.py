@@ -31,7 +31,8 @@ def read_document(data: Mapping[str, Any], report: Report) -> tuple[Document, di
     except ValidationError as error:
         broken = False
         for detail in error.errors(include_url=False):
-            location = tuple(part for part in detail["loc"] if isinstance(part, str | int))
+            parts = (part for part in detail["loc"] if isinstance(part, str | int))
+            location = tuple(part for part in parts if not str(part).startswith("#"))  # tags are no keys
             what, hint = explained(detail["type"], detail["msg"], location, detail.get("input"))
             if detail["type"] == "missing" and location[0] == "joints" and location[-1] == "child":
                 hint = child_hint(data)

@@ -15,7 +15,7 @@ from eomgen.random_processes import (
     least_eigenvalue,
 )
 from eomgen.scene.random import schema as written
-from eomgen.scene.reading.report import Report
+from eomgen.scene.reading.values import Values
 from eomgen.text import key_of
 
 #: An eigenvalue of a matrix of coherences below which no processes have them.
@@ -25,8 +25,9 @@ _NEGATIVE = -1e-9
 class Coherences:
     """Reads coherences of groups of processes and notes what is wrong with them."""
 
-    def __init__(self, report: Report) -> None:
-        self.report = report
+    def __init__(self, values: Values) -> None:
+        self.values = values
+        self.report = values.report
 
     def read(
         self, names: Sequence[str], entries: Mapping[str, written.RandomProcess]
@@ -55,7 +56,7 @@ class Coherences:
             return None
         return found
 
-    def _one(self, key: str, other: str, given: float | Sequence[Sequence[object]]) -> Coherence | None:
+    def _one(self, key: str, other: str, given: float | Sequence[Sequence[float | str]]) -> Coherence | None:
         """Return the coherence with another process: exponential of a decay, or a table."""
         if isinstance(given, int | float):
             if not given > 0.0:
@@ -63,9 +64,12 @@ class Coherences:
                 self.report.add(key, what, "a decay such as 0.5, or a correlation of the same at all frequencies")
                 return None
             return ExponentialCoherence(float(given))
-        table = np.array(given, dtype=float).reshape(-1, 2)
-        f, c = table.T
-        if len(f) < 2 or f[0] < 0.0 or np.any(np.diff(f) <= 0.0) or np.any(np.abs(c) > 1.0) or not np.isfinite(c).all():
+        before = len(self.report.found)
+        pairs = [self.values.constants(f"{key}.{other}[{k}]", pair) for k, pair in enumerate(given)]
+        if len(self.report.found) > before:
+            return None
+        f, c = np.array(pairs, dtype=float).reshape(-1, 2).T
+        if len(f) < 2 or f[0] < 0.0 or np.any(np.diff(f) <= 0.0) or np.any(np.abs(c) > 1.0):
             what = (
                 f"the coherence with {other} is two points or more, of rising frequencies from 0 on, between -1 and 1"
             )

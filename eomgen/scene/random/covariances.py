@@ -116,7 +116,8 @@ class Covariances:
             return None
         before = len(self.report.found)
         arguments = [self._argument(key, name, entry, word) for word in wanted]
-        return None if len(self.report.found) > before else row.made(*deviation, *arguments)
+        unknown = len(self.report.found) > before or any(one is None for one in arguments)
+        return None if unknown else row.made(*deviation, *arguments)
 
     def _argument(self, key: str, name: str, entry: written.RandomProcess, word: str) -> object:
         """Return the value of a key of a covariance."""
@@ -132,6 +133,8 @@ class Covariances:
                 self.report.add(place, what, 'band = ["0.5 Hz", "20 Hz"]')
             return low, high
         number = self.values.constant(place, value)
+        if np.isnan(number):  # which is reported where it is read
+            return None
         if not number > 0.0:
             self.report.add(place, f"{word.replace('_', ' ')} {number:.6g} is not positive", f"{word} = 1")
         elif word == "damping" and not number < 1.0:

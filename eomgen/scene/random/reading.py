@@ -90,6 +90,9 @@ class Processes:
         how, with_others = ("correlation", "correlated") if entry.coherence is None else ("coherence", "coherent")
         others = list(entry.correlation or entry.coherence or {})
         for other in others:
+            if other == name:
+                self.report.add(f"{key}.{how}", f"it is {with_others} with itself", f"{how} with another process")
+                return None
             if not check_reference(f"{key}.{how}", other, entries, "random process", self.report):
                 return None
 
@@ -122,7 +125,7 @@ class Processes:
                 what = f"it is correlated with {first}, with which others are coherent"
                 self.report.add(f"{key_of('random', mixed[0])}.correlation", what, "coherence for all of them")
                 return []
-            coherences = Coherences(self.report).read(names, entries)
+            coherences = Coherences(self.values).read(names, entries)
             if coherences is None:
                 return []
         made = self._leader(first, entries[first], *lag, coherences)
@@ -229,12 +232,16 @@ class Processes:
                     self.report.add(f"{key}.{word}", f"{word} is of processes that follow another", 'follows = "NAME"')
                     return None
             return 0.0
-        if not check_reference(f"{key}.follows", entry.follows, entries, "random process", self.report):
+        known = [other for other in entries if other != name or other == entry.follows] or list(entries)
+        if not check_reference(f"{key}.follows", entry.follows, known, "random process", self.report):
             return None
         leader = entries[entry.follows]
         if leader.follows is not None:
-            what = f"{entry.follows} itself follows {leader.follows}"
-            self.report.add(f"{key}.follows", what, f'follows = "{leader.follows}"')
+            own = [other for other, one in entries.items() if one.follows is None]
+            first = own[0] if leader.follows not in own and own else leader.follows
+            hint = f'follows = "{first}"' if first in own else 'type = "squared_exponential", for one of its own'
+            what = f"{entry.follows} itself follows {leader.follows}" if entry.follows != name else "it follows itself"
+            self.report.add(f"{key}.follows", what, hint)
             return None
         for word in written.OWN:
             if getattr(entry, word) != written.RandomProcess.model_fields[word].default:

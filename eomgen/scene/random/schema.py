@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Discriminator, Field, Tag
 
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, TRANSLATION
 from eomgen.scene.reading.key_metadata import ANY_UNIT, Table, key, of_fixed_parameters, optional
@@ -13,6 +13,17 @@ from eomgen.scene.signals.schema import RoadClass, Seed, TableFile
 
 #: The share of the variance that is kept where a scene does not say.
 SHARE = 0.99
+
+
+def _form(given: object) -> str:
+    """Return which of both forms of a coherence is meant, so that a mistake is said of this one alone."""
+    return "#points" if isinstance(given, list | tuple) else "#decay"
+
+
+_Coherence = Annotated[
+    Annotated[Finite, Tag("#decay")] | Annotated[tuple[Pair, ...], Field(strict=False), Tag("#points")],
+    Discriminator(_form),
+]
 
 
 class RandomProcess(Table):
@@ -38,7 +49,7 @@ class RandomProcess(Table):
         refers="random",
         kind="numbers by process",
     )
-    coherence: dict[str, Finite | Annotated[tuple[Pair, ...], Field(strict=False)]] | None = optional(
+    coherence: dict[str, _Coherence] | None = optional(
         "root of the magnitude-squared coherence with other processes over the frequency f: the decay a, s or m, of"
         " exp(-a f), or points [frequency, coherence], linear between them and 0 beyond; it has their spectrum, times"
         " the square of its own `standard_deviation` over theirs",

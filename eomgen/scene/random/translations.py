@@ -104,6 +104,9 @@ class Translations:
             what = f"it has no value at g = {g[worst]:.3g}, {abs(away[worst]):.2g} standard deviations from the mean"
             self.report.add(key, what, "a formula that has one wherever a normal variable may be")
             return
+        if not np.ptp(value) > 0.0:
+            self.report.add(key, f"it is {value[0] + 0.0:.6g} whatever g is, so nothing is random", "a formula of g")
+            return
         rises = np.diff(value) > 0.0
         turns = np.flatnonzero(rises[1:] != rises[:-1])
         if len(turns):
