@@ -9,6 +9,7 @@ import click
 from eomgen.cli.options import (
     assignments,
     debug_option,
+    derivable_stepper_options,
     in_units,
     initial_option,
     input_option,
@@ -17,7 +18,6 @@ from eomgen.cli.options import (
     profile_option,
     scene_options,
     set_option,
-    stepper_options,
 )
 from eomgen.cli.printing import building, print_json, say
 from eomgen.cli.running import read_scene
@@ -75,7 +75,7 @@ if TYPE_CHECKING:
 @click.option("--confidence", type=float, default=0.95, show_default=True, metavar="P", help="Of the intervals.")
 @click.option("--t-start", type=float, default=None, metavar="S", help="Of the runs; the first time by default.")
 @click.option("--out", "folder", default=None, metavar="DIR", help="Folder for the table, residuals and figures.")
-@stepper_options
+@derivable_stepper_options
 @input_option
 @set_option
 @initial_option

@@ -99,8 +99,27 @@ def _source_option(source: Source, option: Option) -> Callable[[Command], Comman
     return click.option(name, type=click.Choice(option.choices), default=option.default, show_default=True, help=text)
 
 
+end_option = click.option(
+    "--t-end", default=None, callback=_seconds, metavar="S", help="End of the run; the scene's by default."
+)
+#: What ``--method`` says of methods, and of those whose runs have derivatives.
+_ANY, _DERIVED = (
+    "generalized_alpha, rk4, taylor, auto ...",
+    "generalized_alpha, hht, wbz, newmark, trapezoidal, tdg1 ...",
+)
+
+
 def stepper_options(command: Command) -> Command:
     """Add the method of runs with its parameters, and the step."""
+    return _stepper_options(command, _ANY)
+
+
+def derivable_stepper_options(command: Command) -> Command:
+    """Add the method of runs that have derivatives with its parameters, and the step."""
+    return _stepper_options(command, _DERIVED)
+
+
+def _stepper_options(command: Command, methods: str) -> Command:
     for decorate in (
         click.option("--gamma", type=float, default=None, help="Of newmark; 1/2 by default, above it order 1."),
         click.option("--beta", type=float, default=None, help="Of newmark; 1/4 by default."),
@@ -113,9 +132,7 @@ def stepper_options(command: Command) -> Command:
             default=None,
             help="Spectral radius of generalized-alpha at infinite frequency, 0 to 1.",
         ),
-        click.option(
-            "--method", default=None, help="generalized_alpha, rk4, taylor, auto ...; the scene's by default."
-        ),
+        click.option("--method", default=None, help=f"{methods}; the scene's by default."),
         click.option("--step", default=None, callback=_seconds, metavar="S", help="Step size; the scene's by default."),
     ):
         command = decorate(command)
@@ -149,9 +166,7 @@ def run_options(command: Command) -> Command:
             help="Of local errors: generalized-alpha chooses its steps by it, as rk45 and taylor do.",
         ),
         stepper_options,
-        click.option(
-            "--t-end", default=None, callback=_seconds, metavar="S", help="End of the run; the scene's by default."
-        ),
+        end_option,
     ):
         command = decorate(command)
     return command

@@ -7,10 +7,22 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from eomgen.cli.options import debug_option, folder_option, json_option, run_options, scene_options
+from eomgen.cli.options import (
+    debug_option,
+    derivable_stepper_options,
+    end_option,
+    folder_option,
+    initial_option,
+    input_option,
+    json_option,
+    profile_option,
+    scene_options,
+    set_option,
+)
 from eomgen.cli.printing import building, print_json, say
 from eomgen.cli.running import read_scene
 from eomgen.cli.tables import print_table
+from eomgen.text import told_apart
 
 if TYPE_CHECKING:
     from eomgen.studies import RandomVibration
@@ -43,7 +55,12 @@ _SHOWN = (
 @click.option("--level", "levels", multiple=True, type=float, metavar="Y", help="Its first passage; may be repeated.")
 @click.option("--seed", type=int, default=0, show_default=True, metavar="N", help="Of samples.")
 @click.option("--plots/--no-plots", default=True, show_default=True, help="Draw distribution, covariance and modes.")
-@run_options
+@end_option
+@derivable_stepper_options
+@set_option
+@initial_option
+@input_option
+@profile_option
 @json_option
 @debug_option
 def random(scene: str, folder: str, plots: bool, as_json: bool, **options: Any) -> int:
@@ -57,11 +74,10 @@ def random(scene: str, folder: str, plots: bool, as_json: bool, **options: Any) 
     words = ("output", "points", "projected", "whole", "samples", "tail_samples", "pairs", "times", "levels", "seed")
     own = {name: options.pop(name) for name in words}
     thresholds = options.pop("thresholds") or None
-    del options["error_estimate"]
     described = read_scene(scene, options)
     profile = options.pop("profile")
     with building(described.name):
-        model = pipeline.built_for_run(described, options["method"], options.get("start"), profile)
+        model = pipeline.built_for_run(described, options["method"], profile=profile)
     end, step = options.pop("t_end"), options.pop("step")
     given = {name: value for name, value in options.items() if value not in (None, {}, [], ())}
     found = random_vibration(model, own.pop("output"), end, step, thresholds=thresholds, **own, **given)
@@ -84,24 +100,33 @@ def _print(found: RandomVibration) -> None:
         numeric=(1, 2, 3, 4),
     )
     names = [name for name in _SHOWN if name in found.distributions]
-    table = []
-    for k, threshold in enumerate(found.thresholds):
+    table, texts = [], told_apart(found.thresholds.tolist())
+    for k in range(len(texts)):
         cells = []
         upper = found.distributions[names[min(1, len(names) - 1)]].below[k] > 0.5
         for name in names:
             one = found.distributions[name]
             value = float(one.above[k] if upper else one.below[k])
             cells.append("-" if math.isnan(value) else f"{value:.4g}")
-        table.append((f"{threshold:.6g}", ">" if upper else "<=", *cells))
+        table.append((texts[k], ">" if upper else "<=", *cells))
     heads = ("threshold", "y is", *(name.replace("_", " ") for name in names))
     print_table("probabilities", heads, table, numeric=(0, *range(2, len(heads))))
+    if found.autocovariance:
+        order = sorted(range(len(found.times)), key=lambda k: float(found.times[k]))
+        covariances = [
+            (f"{found.times[k]:.6g}", *(f"{values[k]:.6g}" for values in found.autocovariance.values())) for k in order
+        ]
+        heads = ("at t in s", *(name.replace("_", " ") for name in found.autocovariance))
+        title = f"covariance with that at t = {found.t:.6g} s"
+        print_table(title, heads, covariances, numeric=tuple(range(len(heads))))
     if found.first_passage:
+        levels = told_apart(list(found.first_passage))
         passage = [
             (
-                f"{level:.6g}",
+                text,
                 *(f"{values[name]:.4g}" if name in values else "-" for name in ("crossing_rate", "monte_carlo")),
             )
-            for level, values in found.first_passage.items()
+            for text, values in zip(levels, found.first_passage.values(), strict=True)
         ]
         print_table(
             "first passage from below", ("level", "rate of crossings", "monte carlo"), passage, numeric=(0, 1, 2)

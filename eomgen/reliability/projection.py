@@ -18,7 +18,10 @@ def hermite_projection(response: Response, pairs: int, seed: int) -> QuadraticFo
     Averages are over ``pairs`` antithetic pairs of a scrambled Sobol sequence, so odd parts cancel.
     """
     n = response.size
-    points = qmc.MultivariateNormalQMC(np.zeros(n), rng=seed).random(pairs)
+    whole = (
+        1 << (pairs - 1).bit_length()
+    )  # the first of a power of 2, of which alone SciPy takes its sequence for balanced
+    points = qmc.MultivariateNormalQMC(np.zeros(n), rng=seed).random(whole)[:pairs]
     value, gradient, hessian = 0.0, np.zeros(n), np.zeros((n, n))
     for point in points:
         for z in (point, -point):

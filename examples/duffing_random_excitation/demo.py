@@ -24,27 +24,7 @@ FOLDER = Path(__file__).parent
 
 def scene() -> eomgen.Scene:
     """Return q'' + 0.2 q' + q + epsilon q^3 = F0 (1 + delta g)^2 with R_g(tau) = exp(-tau^2 / 2), at rest at first."""
-    builder = eomgen.SceneBuilder(
-        "duffing_random_excitation", description="Duffing's oscillator, quadratic random excitation", gravity=[0, 0, 0]
-    )
-    builder.parameter("epsilon", 0.1, tunable=True).parameter("F0", 0.5, tunable=True)
-    builder.parameter("delta", 0.3, tunable=True)
-    builder.random(
-        "force",
-        "squared_exponential",
-        correlation_time="1 s",
-        share=0.9999,
-        seed=1,
-        translation="F0 * (1 + delta * g)**2",
-        unit="N",
-    )
-    builder.body("mass", 1.0)
-    builder.joint("slider", "prismatic", "base", "mass", axis=[1, 0, 0], initial={"position": 0.488353313})
-    builder.effort("spring", joint="slider", effort="-q.slider - epsilon * q.slider**3 - 0.2 * v.slider")
-    builder.effort("excitation", joint="slider", effort="force")
-    builder.output("deflection", formula="q.slider", unit="m")
-    builder.simulation(method="trapezoidal", step=0.05, duration=15.0)
-    return builder.build()
+    return eomgen.load(FOLDER / "scene.toml")
 
 
 def main() -> None:

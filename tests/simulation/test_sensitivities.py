@@ -321,6 +321,19 @@ def test_runs_and_scenes_without_derivatives_say_why() -> None:
     found = model.sensitivities(0.1, STEP)
     with pytest.raises(UsageError, match='of: a functional is a text or weights by output, not float; try: "final'):
         found.gradient(3.0)  # type: ignore[arg-type]  # a mistake on purpose
+    with pytest.raises(UsageError, match=r"weights of angle: an array of real numbers is needed, not str"):
+        found.gradient({"angle": "a"})  # type: ignore[dict-item]  # a mistake on purpose
+    for vectors in ("a", [1j] * len(found.by), 3.0):
+        with pytest.raises(
+            UsageError, match=r"directions: (an array of real numbers is needed, not|vectors have the sha)"
+        ):
+            found.hessian_products("final(angle)", vectors)  # type: ignore[arg-type]  # a mistake on purpose
+    with pytest.raises(UsageError, match=r"of: a list is needed, not the text 'final\(angle\)'; try: \[\"final"):
+        found.gradients("final(angle)")
+    with pytest.raises(UsageError, match="of: a list of outputs is needed, not the text 'angle'"):
+        found.stationary("angle")
+    assert "by: directions are a list of names, not 3; try: by=[" in refusal(model, 0.1, STEP, by=3)
+    assert "of: outputs are a list of names, not 3; try: of=[" in refusal(model, 0.1, STEP, of=3)
     with pytest.raises(UsageError, match="by: there is nothing to take derivatives by"):
         model.sensitivities(0.1, STEP, by=[])
     single = eomgen.build(tree().build(), profile="quick", real="float")

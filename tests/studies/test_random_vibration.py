@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,9 @@ from eomgen.studies.vibration.distributions import against_samples, without
 from eomgen.studies.vibration.findings import Distribution
 from eomgen.studies.vibration.inputs import processes_of
 from eomgen.studies.vibration.over_time import first_passage
+from eomgen.studies.vibration.plots import _covariance, _modes
 from eomgen.studies.vibration.run_response import RunResponse
+from eomgen.text import told_apart
 from tests.reliability.duffing import Duffing
 
 SCENE = """
@@ -208,9 +211,9 @@ def test_the_command_prints_writes_and_draws(tmp_path: Path, capsys: pytest.Capt
         "--t-end",
         "3",
         "--covariance-at",
-        "1.5",
-        "--covariance-at",
         "3",
+        "--covariance-at",
+        "1.5",
         "--projected",
         "0.99",
         "--out",
@@ -221,6 +224,8 @@ def test_the_command_prints_writes_and_draws(tmp_path: Path, capsys: pytest.Capt
     assert "quadratic" in told.out and "adjoint runs" in told.out
     assert "tangents" in told.out and "projected" in told.out
     assert "x at t = 3 s has mean " in told.err
+    covariances = told.out.partition("covariance with that at t = 3 s")[2].partition("solutions of")[0].splitlines()
+    assert [line.split()[0] for line in covariances[2:4]] == ["1.5", "3"]
     data = json.loads((out / "random.json").read_text(encoding="utf-8"))
     rows = list(csv.DictReader((out / "distribution.csv").open(encoding="utf-8")))
     assert [float(row["threshold"]) for row in rows] == [0.2, 0.9]
@@ -252,8 +257,14 @@ def test_the_command_prints_writes_and_draws(tmp_path: Path, capsys: pytest.Capt
         ({"levels": [np.nan]}, "levels: nan is not a finite number; try: levels=[1.5]"),
         ({"times": [np.nan]}, "times: nan is not a finite number; try: times=[1.0, 2.0]"),
         ({"times": [0.333]}, "times: t = 0.333 s is no row of the run; the nearest one is at 0.35 s"),
-        ({"at": 1.01}, "at: t = 1.01 s is no whole number of steps of 0.05 s; try: at=1"),
-        ({"at": -1.0}, "at: there is no run from 0 s to t = -1 s; try: at=15, a time behind the start"),
+        ({"at": 1.01}, "at: t = 1.01 s is no whole number of steps of 0.05 s; try: at=1 (--t-end 1)"),
+        ({"at": -1.0}, "at: there is no run from 0 s to t = -1 s; try: at=15 (--t-end), a time behind the start"),
+        ({"at": 1.0, "step": 1.2}, "step: the run to t = 1 s has no whole step of 1.2 s; try: at=1.2, step=1: the end"),
+        ({"inputs": {"force": 1.0}}, "inputs: force is a random process, and the study goes over all its values; try"),
+        (
+            {"method": "auto"},
+            "method: auto chooses a method for each run, and not all of them have derivatives; try: one",
+        ),
         ({"at": 0.05, "step": 1.0}, "step: the run to t = 0.05 s has no whole step of 1 s; try: at=1, step=0.05: the"),
         ({"foo": 1}, "random_vibration: there is no argument 'foo'; try: one of output, at, step"),
         ({"threshold": [1.0]}, "random_vibration: there is no argument 'threshold'; try: thresholds"),
@@ -266,7 +277,7 @@ def test_the_command_prints_writes_and_draws(tmp_path: Path, capsys: pytest.Capt
 def test_mistakes_are_named(duffing: eomgen.Model, options: dict[str, Any], text: str) -> None:
     given = {"output": "x", "at": 1.0, "step": 0.05, "thresholds": [0.5], "points": False} | options
     with pytest.raises(UsageError) as caught:
-        random_vibration(duffing, given.pop("output"), method="trapezoidal", **given)
+        random_vibration(duffing, given.pop("output"), **{"method": "trapezoidal"} | given)
     assert text in str(caught.value)
 
 
@@ -376,6 +387,31 @@ def test_forces_that_jump_leave_samples_alone() -> None:
     found = random_vibration(far, "x", 3.0, 0.05, thresholds=[0.9], method="trapezoidal", samples=40)
     assert "form" not in found.distributions and {"second_order", "monte_carlo"} <= set(found.distributions)
     assert "most probable points are left out: forces jump near t = " in found.message
+
+
+def test_a_level_that_the_run_starts_at_or_above_is_noted(duffing: eomgen.Model) -> None:
+    found = study(duffing, points=False, thresholds=[0.5], levels=[0.2, 0.6])
+    told = "the output starts at 0.488353, not below the level 0.2, and counts as passed"
+    assert [note for note in found.notes if note.startswith("the output starts")] == [told]
+    assert found.first_passage[0.2]["crossing_rate"] == 1.0 > found.first_passage[0.6]["crossing_rate"]
+
+
+def test_numbers_of_tables_are_told_apart_and_plots_are_in_order(duffing: eomgen.Model) -> None:
+    assert told_apart([0.4883, 0.48830001, 2.0]) == ["0.4883", "0.48830001", "2"]
+    assert told_apart([1.0, 1.0]) == ["1", "1"]
+    found = study(duffing, points=False, thresholds=[0.5], times=[12.0, 3.0, 7.5])
+    (line, *_) = _covariance(found).axes[0].get_lines()
+    assert list(line.get_xdata()) == [3.0, 7.5, 12.0]
+    by_time = dict(zip(found.times.tolist(), found.autocovariance["first_order"].tolist(), strict=True))
+    assert list(line.get_ydata()) == [by_time[3.0], by_time[7.5], by_time[12.0]]
+    assert all(tick == round(tick) for tick in _modes(found).axes[0].get_xticks())
+
+
+def test_a_projection_of_any_number_of_pairs_warns_of_nothing(duffing: eomgen.Model) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = random_vibration(duffing, "x", 1.0, 0.05, method="trapezoidal", points=False, thresholds=[0.5], pairs=3)
+    assert np.isfinite(found.moments["hermite"]).all()
 
 
 def test_few_good_samples_are_no_statistics(duffing: eomgen.Model, monkeypatch: pytest.MonkeyPatch) -> None:

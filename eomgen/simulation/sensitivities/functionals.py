@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.arrays import Array
-from eomgen.compiled.arguments import check_name
+from eomgen.compiled.arguments import check_name, numbers
 from eomgen.errors import Problem, UsageError
 
 #: A text like ``final(tip)``, or weights of each row by output.
@@ -70,7 +70,7 @@ def read_functional(given: object, components: Mapping[str, Sequence[int]], size
     table = np.zeros((rows, size))
     for name, weights in given.items():
         places = _places(str(name), components)
-        array = np.asarray(weights, dtype=float)
+        array = numbers(f"weights of {name}", weights)
         shape = (rows,) if len(places) == 1 else (rows, len(places))
         if array.shape != shape or not np.all(np.isfinite(array)):
             what = f"weights of {name} have the shape {array.shape}" if array.shape != shape else f"{name} has nan"

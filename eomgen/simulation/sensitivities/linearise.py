@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -33,6 +33,7 @@ from eomgen.simulation.stepping.settings import ChosenStepper, chosen_stepper, p
 from eomgen.simulation.stepping.start_state import start_of, starts_at_equilibrium
 from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.simulation.stepping.time_grid import TimeGrid, time_grid
+from eomgen.text import shown
 
 #: Names of samples of inputs: the values of an input at all rows together, one of them, or each of them.
 _INPUTS, _SAMPLE = "inputs.", re.compile(r"inputs\.(?P<name>[^\[]+)(?:\[(?P<row>\d+|:)\])?")
@@ -43,7 +44,7 @@ _TIGHT = {"rtol": 1e-13, "atol": 1e-15}
 def newton_settings(model: CompiledModel, method: str | None) -> dict[str, float]:
     """Return settings by which Newton's iteration leaves nothing of a method's steps that counts in derivatives; none
     for methods without it. Raises UsageError for a method that there is not."""
-    name = model.library.layout["built_method"] if method is None else method
+    name = _named(model.library.layout["built_method"] if method is None else method)
     return dict(_TIGHT) if isinstance(method_named(name).linear_step, LinearStep) else {}
 
 
@@ -74,7 +75,7 @@ def sensitivities(
     every = count_of("record_every", defaults["record_every"] if record_every is None else record_every)
     p = model.evaluator.one_set(parameters, "one run for each")
     given = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma, "order": None, "tolerance": None}
-    chosen = chosen_stepper(model, method, given, None)
+    chosen = chosen_stepper(model, None if method is None else _named(method), given, None)
     linear_step = _linear_step(chosen.name, chosen.method, bool(model.nz))
     if settings is not None:  # which a method without derivatives need not know
         chosen = chosen_stepper(model, method, given, settings)
@@ -168,6 +169,9 @@ def _directions(
     places = [f"q{name[1:]}" for name in rates]
     if isinstance(by, str):
         raise UsageError(Problem("by", f"directions are a list of names, not the text {by!r}", f'by=["{by}"]'))
+    if not (by is None or isinstance(by, Iterable)):
+        what = f"directions are a list of names, not {shown(by)}"
+        raise UsageError(Problem("by", what, f'by=["{(parameters or places)[0]}"]'))
     every = parameters if by is None else list(by)
     samples = _samples(model, [name for name in every if str(name).startswith(_INPUTS)], given, steps)
     chosen = [name for name in every if not str(name).startswith(_INPUTS)]
@@ -226,6 +230,8 @@ def _outputs(model: CompiledModel, of: Sequence[str] | None) -> dict[str, list[i
         count += int(item["size"])
     if isinstance(of, str):
         raise UsageError(Problem("of", f"outputs are a list of names, not the text {of!r}", f'of=["{of}"]'))
+    if not (of is None or isinstance(of, Iterable)):
+        raise UsageError(Problem("of", f"outputs are a list of names, not {shown(of)}", 'of=["angle"]'))
     for name in of or ():
         check_name("output", name, list(places))
     if not places:
@@ -292,6 +298,14 @@ def _check_switches(model: CompiledModel, given: Collection[str], by: Sequence[s
                     f"{name} moves the instant at which a formula takes another branch, and that is not in derivatives"
                 )
                 raise UsageError(Problem("by", what, "a smooth law in its place, max(t - start, 0) for a ramp"))
+
+
+def _named(method: str) -> str:
+    """Return the name of a method. Raises UsageError for the choice of one."""
+    if method == "auto":
+        what = "auto chooses a method for each run, and not all of them have derivatives"
+        raise UsageError(Problem("method", what, _with_derivatives()))
+    return method
 
 
 def _linear_step(name: str, method: Method, internal: bool) -> LinearStep | LinearPasses:

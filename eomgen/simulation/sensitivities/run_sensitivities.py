@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.arrays import Array
 from eomgen.calls import checked_calls
+from eomgen.compiled.arguments import numbers
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.simulation.sensitivities import galerkin_second_order, second_order
 from eomgen.simulation.sensitivities.alpha_run import AlphaRun
@@ -185,6 +186,8 @@ class Sensitivities:
         UsageError
             Unknown outputs, outputs of several components.
         """
+        if isinstance(of, str):
+            raise UsageError(Problem("of", f"a list of outputs is needed, not the text {of!r}", f'["{of}"]'))
         weights = self._weights([f"final({one})" for one in of])
         if not isinstance(self._run, AlphaRun) or self._run.follows or self._run.samples:
             return None
@@ -205,9 +208,10 @@ class Sensitivities:
             As of ``hessian``; vectors of another length.
         """
         (weights,) = self._weights([of])
-        vectors = np.asarray(directions, dtype=float)
+        vectors = numbers("directions", directions)
         if vectors.ndim not in (1, 2) or len(vectors) != len(self.by) or not np.all(np.isfinite(vectors)):
-            what = f"vectors have the shape {vectors.shape}" if len(vectors) != len(self.by) else "vectors have nan"
+            fits = vectors.ndim in (1, 2) and len(vectors) == len(self.by)
+            what = "vectors have nan" if fits else f"vectors have the shape {vectors.shape}"
             raise UsageError(Problem("directions", what, f"finite numbers, ({len(self.by)},) or ({len(self.by)}, n)"))
         columns = np.ascontiguousarray(vectors.reshape(len(self.by), -1))
         run = self._twice("hessian_products")
@@ -268,6 +272,8 @@ class Sensitivities:
         return run
 
     def _weights(self, of: Sequence[Functional]) -> list[Weights]:
+        if isinstance(of, str):
+            raise UsageError(Problem("of", f"a list is needed, not the text {of!r}", f'["{of}"]'))
         if not of:
             raise UsageError(Problem("of", "there is nothing to take derivatives of", '["final(angle)"]'))
         size, rows = sum(map(len, self._components.values())), self._run.motion.steps + 1

@@ -143,6 +143,12 @@ def check_reach(layout: Mapping[str, Any], given: Mapping[str, CheckedSignal], s
         if item["input"] in given or (start >= first - rounding and end <= last + rounding):
             continue
         early = start < first - rounding
+        process, mode, _ = str(item["name"]).partition(" mode ")
+        if mode and not early:
+            what = f"the random process {process} is known up to t = {last:.9g} s, the run ends at t = {end:.9g} s"
+            raise UsageError(
+                Problem("t_end", what, f"t_end = {last:.9g}, or duration = {end:.9g} in [random.{process}]")
+            )
         what = f"the points of {item['name']} {'begin' if early else 'end'} at t = {first if early else last:.9g} s"
         what += f", the run {'begins' if early else 'ends'} at t = {start if early else end:.9g} s"
         beyond = 'outside = "hold" or "periodic"'

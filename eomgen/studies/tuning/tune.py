@@ -308,7 +308,7 @@ class _Tuning:
             grid = self.runner.grid
             found |= {"tolerance": value, "step": grid.row * grid.recorded, "record_every": 1}
         else:
-            found |= {"step": value, "record_every": max(1, round(interval / value))}
+            found |= {"step": _shortest(value), "record_every": max(1, round(interval / value))}
         return found | winner.configuration.of_scene()
 
 
@@ -331,3 +331,10 @@ def _rivals(contenders: Sequence[Contender], winner: Contender, demand: float) -
 def _next_digit(contenders: Sequence[Contender], run: Tried, demand: float) -> float:
     expected = [c.expected(0.1 * demand) for c in contenders if c.runs and any(r.error < 0.2 for r in c.runs)]
     return max(min(expected, default=0.0) / run.seconds, 1.0) if expected else 0.0
+
+
+def _shortest(value: float) -> float:
+    """Return the number of the fewest digits within rounding of a few products of a value: 0.015, not
+    0.015000000000000001."""
+    near = (float(f"{value:.{digits}g}") for digits in range(1, 17))
+    return next((one for one in near if abs(one - value) <= 4.0 * math.ulp(value)), value)

@@ -72,7 +72,7 @@ def check_samples(**counts: int) -> None:
             raise UsageError(Problem(name, what, f"{name}=1000, or 0 for none"))
 
 
-def checked_options(given: Mapping[str, Any], variables: Collection[str]) -> dict[str, Any]:
+def checked_options(given: Mapping[str, Any], variables: Collection[str], processes: Collection[str]) -> dict[str, Any]:
     """Return options of runs, which record every step: crossings, largest values and directions are looked for in rows.
 
     Raises UsageError for options that runs with derivatives do not have, for rows that are farther apart, and for
@@ -89,7 +89,13 @@ def checked_options(given: Mapping[str, Any], variables: Collection[str]) -> dic
     held = [name for name in parameters or () if name in variables]
     if held:
         what = f"{held[0]} is a variable of a random process, and the study goes over all its values"
-        raise UsageError(Problem("parameters", what, f'simulate(parameters={{"{held[0]}": ...}}), one run'))
+        hint = f'simulate(parameters={{"{held[0]}": ...}}) (eomgen simulate --set {held[0]}=...), one run'
+        raise UsageError(Problem("parameters", what, hint))
+    inputs = given.get("inputs")
+    replaced = [name for name in inputs if name in processes] if isinstance(inputs, Mapping) else []
+    if replaced:
+        what = f"{replaced[0]} is a random process, and the study goes over all its values"
+        raise UsageError(Problem("inputs", what, f'without it; simulate(inputs={{"{replaced[0]}": ...}}), one run'))
     return {**given, "record_every": 1}
 
 
@@ -116,18 +122,20 @@ def span_of(model: Model, at: float | None, step: float | None, t_start: float =
         raise UsageError(Problem("step", f"the step must be positive, not {size:.6g}", f"step={simulation.step:.6g}"))
     if not end > t_start:
         what = f"there is no run from {t_start:.6g} s to t = {end:.6g} s"
-        raise UsageError(Problem("at", what, f"at={t_start + simulation.duration:.6g}, a time behind the start"))
+        raise UsageError(
+            Problem("at", what, f"at={t_start + simulation.duration:.6g} (--t-end), a time behind the start")
+        )
     count = (end - t_start) / size
-    if round(count) < 1:
+    if count < 1.0 - _WHOLE:
         what = f"the run to t = {end:.6g} s has no whole step of {size:.6g} s"
         swapped = at is not None and step is not None
-        hint = (
-            f"at={size:.6g}, step={end:.6g}: the end comes first" if swapped else f"step={0.01 * (end - t_start):.2g}"
-        )
+        shorter = 0.01 * (end - t_start)
+        hint = f"at={size:.6g}, step={end:.6g}: the end comes first" if swapped else f"step={shorter:.2g}"
         raise UsageError(Problem("step", what, hint))
     if abs(count - round(count)) > _WHOLE * max(1.0, count):
         what = f"t = {end:.9g} s is no whole number of steps of {size:.6g} s"
-        raise UsageError(Problem("at", what, f"at={t_start + round(count) * size:.9g}"))
+        whole = t_start + round(count) * size
+        raise UsageError(Problem("at", what, f"at={whole:.9g} (--t-end {whole:.9g})"))
     return end, size
 
 

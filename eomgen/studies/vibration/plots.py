@@ -91,9 +91,10 @@ def _percent(share: float) -> str:
 def _covariance(found: Findings) -> Any:
     figure = new_figure((7.6, 3.6))
     axes = figure.subplots()
+    order = np.argsort(found.times)
     for name, values in found.autocovariance.items():
         label, colour, line, _ = _STYLES[name]
-        axes.plot(found.times, values, color=colour, linestyle=line, linewidth=1.6, label=label)
+        axes.plot(found.times[order], values[order], color=colour, linestyle=line, linewidth=1.6, label=label)
     axes.axhline(0.0, color="#888888", linewidth=0.8)
     axes.set_xlabel("time in s")
     unit = f" in ({found.unit})²" if found.unit else ""
@@ -112,6 +113,7 @@ def _modes(found: Findings) -> Any:
         values = np.array(process.eigenvalues)
         label = f"{process.name}: {len(values)} modes, {100.0 * process.captured:.6g} % of the variance"
         axes.semilogy(np.arange(1, len(values) + 1), values / values[0], marker="o", markersize=4, label=label)
+    axes.xaxis.get_major_locator().set_params(integer=True)
     axes.set_xlabel("mode")
     axes.set_ylabel("eigenvalue by the largest")
     axes.set_title("Karhunen-Loève modes of the random processes", fontsize="medium")

@@ -121,7 +121,7 @@ def random_vibration(
         thresholds = numbers_of("thresholds", thresholds, "thresholds=[0.5, 1.0]").tolist()
     _check_projection(projected, whole)
     processes, variables = processes_of(model)
-    given = checked_options(options, variables)
+    given = checked_options(options, variables, [one.name for one in processes])
     span = span_of(model, at, step, number_of("t_start", given.get("t_start", 0.0)))
     check_output(model, output)
     study = _Study(RunResponse(model, variables, output, span, given), seed)
@@ -322,6 +322,10 @@ class _Study:
             t, y, slopes = self._run
         for level, values in passage.items():
             values["crossing_rate"] = first_passage(t, y, slopes, level)
+            if y[0] >= level and not np.any(slopes[0]):
+                self.notes.append(
+                    f"the output starts at {y[0]:.6g}, not below the level {level:.6g}, and counts as passed"
+                )
         if not len(times):
             return {}
         rows = rows_at(t, times)
