@@ -44,9 +44,9 @@ STEPS: dict[str, tuple[int, tuple[float, ...]]] = {
     "omf4": (4, (1.0, 1.25, 1.5)),
 }
 PEERS: dict[str, tuple[int, int, tuple[float, ...]]] = {
-    "velocity_verlet": (1, 2, (0.06, 0.09, 0.12)),
-    "mclachlan": (2, 2, (0.25, 0.35, 0.5)),
-    "omelyan": (5, 4, (0.6, 0.8, 1.0)),
+    "velocity_verlet": (1, 2, (0.09, 0.12, 0.15)),
+    "mclachlan": (2, 2, (0.35, 0.5, 0.65)),
+    "omelyan": (5, 4, (0.8, 1.0, 1.25)),
 }
 
 PEER = """
@@ -104,7 +104,7 @@ for line in sys.stdin:
         state, (rate, made, values, spectrum) = sample(state, own)
         field = np.asarray(symbol) * np.asarray(spectrum)
         rates.append(float(rate)); steps.append(int(made))
-        watched.append(np.fft.irfftn(field, cells, norm="ortho").ravel()[::every])
+        watched.append(np.fft.irfftn(field, cells, (0, 1, 2), norm="ortho").ravel()[::every])
         power.append(np.bincount(number.ravel(), (weights * np.abs(field) ** 2).ravel(), number.max() + 1)[1:])
     np.savez(asked["file"], rates=rates, steps=steps, watched=watched, power=power)
     print(json.dumps({"seconds": time.process_time() - began}), flush=True)

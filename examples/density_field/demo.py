@@ -1,9 +1,10 @@
 """Integrators on the posterior of a density field: gradients for each accepted trajectory, and burn-in.
 
 python examples/density_field/demo.py --out out/density_field
-python examples/density_field/demo.py --cells 16,32,64,128 --trajectories 30
-python examples/density_field/demo.py --cells 16,32,64 --mean 1 --mass prior
-python examples/density_field/demo.py --cells 256 --methods leapfrog,suzuki4 --trajectories 10 --no-burn-in
+python examples/density_field/demo.py --cells 16,32,64,128 --trajectories 30 --no-sample
+python examples/density_field/demo.py --cells 16,32,64 --mean 1 --mass prior --no-burn-in --no-sample
+python examples/density_field/demo.py --cells 256 --no-burn-in --no-sample --trajectories 4 --methods leapfrog,suzuki4
+    --steps leapfrog=0.033,suzuki4=0.375
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import argparse
 import dataclasses
 import json
 import math
+import statistics
 import time
 from pathlib import Path
 from typing import Any
@@ -25,11 +27,13 @@ import numpy as np
 
 from eomgen.fields import Sampler, Samples
 from eomgen.integrators.compositions import composition_named
-from eomgen.sampling import FieldProblem, field_problem
+from eomgen.sampling import FieldProblem, FieldSamples, field_problem, sample
 from eomgen.scene.hamiltonian.field_reading import load_fields
 
 SYSTEM = Path(__file__).parent / "system" / "density_field.toml"
 CELL = 4.8828125  # Mpc/h
+#: By cells along an axis and by method.
+Costs = dict[int, dict[str, dict[str, float]]]
 #: rms energy error of a trajectory over sqrt(cells) step^order, of about 0.04 objects in a cell: where searches start.
 ERRORS = {"leapfrog": 0.2, "suzuki4": 0.0065, "minimum_norm2": 0.0022, "omf4": 4e-4, "yoshida4": 0.07}
 COLOURS = {"leapfrog": "#0072B2", "suzuki4": "#D55E00", "minimum_norm2": "#009E73", "omf4": "#CC79A7"}
@@ -55,16 +59,24 @@ def drawn(problem: FieldProblem, method: str, mass: str, step: float, count: int
     return sampler, sampler.draw(count)
 
 
-def cost(problem: FieldProblem, method: str, mass: str, trajectories: int) -> dict[str, float]:
-    """Return gradients for each accepted trajectory of 1.5 at the best step, which a pilot run finds."""
+def cost(problem: FieldProblem, method: str, mass: str, trajectories: int, fixed: float = 0.0) -> dict[str, float]:
+    """Return gradients for each accepted trajectory of 1.5: with a step, or with the best of three about the one that a
+    pilot run finds."""
     began, order = time.perf_counter(), composition_named(method).order
     step = (BEST_RMS[order] / (ERRORS[method] * math.sqrt(problem.mesh.size))) ** (1.0 / order)
-    for seed, count in ((1, max(4, trajectories // 5)), (2, max(4, trajectories // 2))):
-        sampler, samples = drawn(problem, method, mass, step, count, seed)
-        used = samples.steps[0]
-        errors = np.clip(samples.energy_errors, -20.0, 20.0)
-        rms = max(math.sqrt(float(np.mean(errors**2))), 1e-3)
-        step = min(used * min(max((BEST_RMS[order] / rms) ** (1.0 / order), 0.5), 2.0), sampler.largest_step)
+    if fixed:
+        return measured(problem, method, mass, trajectories, fixed, began)
+    sampler, samples = drawn(problem, method, mass, step, max(4, trajectories // 3), 1)
+    rms = max(math.sqrt(float(np.mean(np.clip(samples.energy_errors, -20.0, 20.0) ** 2))), 1e-3)
+    part = min(max((BEST_RMS[order] / rms) ** (1.0 / order), 0.5), 2.0)
+    step = min(float(samples.steps[0]) * part, sampler.largest_step)
+    tried = [measured(problem, method, mass, trajectories, step * part, began) for part in (0.75, 1.0, 1.25)]
+    return min(tried, key=lambda found: found["cost"]) | {"seconds": time.perf_counter() - began}
+
+
+def measured(
+    problem: FieldProblem, method: str, mass: str, trajectories: int, step: float, began: float
+) -> dict[str, float]:
     sampler, samples = drawn(problem, method, mass, step, trajectories, 3)
     taken = np.exp(-np.maximum(samples.energy_errors, 0.0))  # probabilities, which vary less than what is drawn by them
     each = float(np.mean(samples.gradients))
@@ -80,28 +92,30 @@ def cost(problem: FieldProblem, method: str, mass: str, trajectories: int) -> di
     }
 
 
-def burn_in(problem: FieldProblem, method: str, first: Any, step: float, level: float, most: int) -> int:
-    """Return gradients of a chain from a field of 0 until its potential is at the level of samples."""
-    sampler = Sampler(
-        problem.posterior, method=method, step=step, start="zero", first=first, jitter=0.2, seed=5, guard=math.inf
-    )
-    gradients = 0
-    while gradients < most:
-        found = sampler.draw(1)
-        gradients += int(found.gradients[0, 0])
-        if found.potential[0, 0] >= level:
-            return gradients
-    return most
+def burn_in(problem: FieldProblem, method: str, first: Any, step: float, level: float, most: int) -> float:
+    """Return the median over chains of the gradients from a field of 0 until the potential is at the level of
+    samples."""
+    found = []
+    for seed in range(1, 6):
+        sampler = Sampler(problem.posterior, method=method, step=step, start="zero", first=first, seed=seed, guard=1e9)
+        gradients = 0
+        while gradients < most:
+            sample = sampler.draw(1)
+            gradients += int(sample.gradients[0, 0])
+            if sample.potential[0, 0] >= level:
+                break
+        found.append(gradients)
+    return statistics.median(found)
 
 
-def fastest_burn_in(problem: FieldProblem, method: str, first: str, level: float) -> tuple[int, float]:
+def fastest_burn_in(problem: FieldProblem, method: str, first: str, level: float) -> tuple[float, float]:
     """Return the fewest gradients over steps, and the step."""
     order = composition_named(method).order
     best = (BEST_RMS[order] / (ERRORS[method] * math.sqrt(problem.mesh.size))) ** (1.0 / order)
-    found = (2500, 0.0)
-    for part in (1.4, 1.0, 0.7, 0.5, 0.35, 0.25, 0.175, 0.125, 0.09, 0.06, 0.04):
+    found = (1000.0, 0.0)
+    for part in (1.6, 1.3, 1.0, 0.75, 0.55, 0.4, 0.3, 0.2, 0.15, 0.1, 0.075, 0.055):
         step = min(part * best, 0.9 * composition_named(method).stability_limit / 1.2)
-        found = min(found, (burn_in(problem, method, first, step, level, found[0]), step))
+        found = min(found, (burn_in(problem, method, first, step, level, round(2 * found[0])), step))
     return found
 
 
@@ -111,8 +125,13 @@ def level_of(problem: FieldProblem) -> float:
     return float(samples.potential.mean() - 3.0 * samples.potential.std())
 
 
-def draw(table: dict[int, dict[str, dict[str, float]]], burnt: dict[str, tuple[int, float]], title: str) -> plt.Figure:
-    figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4), layout="constrained", width_ratios=(1.2, 1.0))
+def draw(table: Costs, burnt: dict[str, tuple[float, float]], title: str, found: FieldSamples | None) -> plt.Figure:
+    """Draw samples of the field where there are some, and below them what integrators cost."""
+    figure = plt.figure(figsize=(11, 7.2 if found else 4.0), layout="constrained")
+    rows = figure.subfigures(2 if found else 1, 1, squeeze=False)[:, 0]
+    if found:
+        draw_field(rows[0], found)
+    left, right = rows[-1].subplots(1, 2, width_ratios=(1.2, 1.0))
     sizes = sorted(table)
     for method in next(iter(table.values())):
         costs = [table[cells][method]["cost"] for cells in sizes]
@@ -122,26 +141,53 @@ def draw(table: dict[int, dict[str, dict[str, float]]], burnt: dict[str, tuple[i
     left.set_xscale("log")
     left.set_yscale("log")
     left.set_xlabel("cells")
-    left.set_ylabel("gradients for each accepted trajectory of 1.5")
+    left.set_ylabel("gradients of an accepted trajectory")
     left.set_xticks([cells**3 for cells in sizes], [f"{cells}³" for cells in sizes])
     left.minorticks_off()
-    ticks = [value for value in (2, 3, 5, 10, 20, 30, 50, 100) if left.get_ylim()[0] <= value <= left.get_ylim()[1]]
+    low, high = left.get_ylim()
+    ticks = [value for value in (2, 3, 5, 10, 20, 30, 50, 100) if low <= value <= high]
     left.set_yticks(ticks, [str(value) for value in ticks])
     left.legend(frameon=False, fontsize="small")
     left.set_title(title, loc="left", fontsize="medium")
-    names = list(burnt)
-    right.barh(names[::-1], [burnt[name][0] for name in names][::-1],
-               color=[COLOURS.get(name.split(",")[0], "#777777") for name in names][::-1], alpha=0.8)  # fmt: skip
-    for place, name in enumerate(names[::-1]):
-        right.text(burnt[name][0] * 1.05, place, str(burnt[name][0]), va="center", fontsize="small")
+    names = list(burnt)[::-1]
+    colours = [COLOURS.get(name.split(",")[0], "#777777") for name in names]
+    right.barh(names, [burnt[name][0] for name in names], color=colours, alpha=0.8)
+    for place, name in enumerate(names):
+        right.text(burnt[name][0] * 1.05, place, f"{burnt[name][0]:.0f}", va="center", fontsize="small")
     right.set_xscale("log")
     right.margins(x=0.15)
-    right.set_xlabel("gradients from a field of 0 to the level of samples")
-    right.set_title("burn-in" if names else "", loc="left", fontsize="medium")
+    right.set_xlabel("gradients, median of five chains")
+    right.set_title("burn-in from a field of 0, 32³ cells", loc="left", fontsize="medium")
     right.set_visible(bool(names))
     for axes in (left, right):
         axes.grid(alpha=0.3, linewidth=0.5)
     return figure
+
+
+def draw_field(figure: Any, found: FieldSamples) -> None:
+    """Draw a plane of the truth, of the mean and of the deviation of samples, and correlations by scale."""
+    truth, samples, length = found.problem.true_field(), found.samples, found.problem.mesh.lengths[0]
+    assert truth is not None
+    panels = figure.subplots(1, 4, width_ratios=(1.0, 1.0, 1.0, 0.9))
+    plane = truth.shape[2] // 2
+    high = float(np.quantile(np.abs(truth), 0.99))
+    for axes, values, name, colours, limits in (
+        (panels[0], truth, "log density: truth", "RdBu_r", (-high, high)),
+        (panels[1], samples.mean, "mean of samples", "RdBu_r", (-high, high)),
+        (panels[2], samples.deviation, "deviation of samples", "magma", (0.0, float(samples.deviation.max()))),
+    ):
+        image = axes.imshow(values[:, :, plane].T, origin="lower", extent=(0, length, 0, length), cmap=colours,
+                            vmin=limits[0], vmax=limits[1])  # fmt: skip
+        figure.colorbar(image, ax=axes, shrink=0.7, location="bottom")
+        axes.set_title(name, loc="left", fontsize="medium")
+        axes.set_xlabel("x (Mpc/h)")
+    panels[0].set_ylabel("y (Mpc/h)")
+    scales = found.scales()
+    panels[3].plot([one.k for one in scales], [one.correlation for one in scales], "o-", color="#0072B2", markersize=4)
+    panels[3].set_ylim(0.0, 1.0)
+    panels[3].set_xlabel("k (radians per Mpc/h)")
+    panels[3].set_title("correlation of mean and truth", loc="left", fontsize="medium")
+    panels[3].grid(alpha=0.3, linewidth=0.5)
 
 
 def main() -> None:
@@ -153,34 +199,38 @@ def main() -> None:
     arguments.add_argument("--mean", type=float, default=0.04, help="objects in a cell")
     arguments.add_argument("--mass", default="fisher", choices=["fisher", "prior"])
     arguments.add_argument("--burn-in", action=argparse.BooleanOptionalAction, default=True, help="on the 32^3 mesh")
+    arguments.add_argument("--sample", action=argparse.BooleanOptionalAction, default=True, help="the file as it is")
+    arguments.add_argument("--steps", default="", metavar="METHOD=STEP,...", help="in place of the best that is found")
     given = arguments.parse_args()
+    fixed = {name: float(step) for name, step in (pair.split("=") for pair in given.steps.split(",") if pair)}
     given.out.mkdir(parents=True, exist_ok=True)
-    table: dict[int, dict[str, dict[str, float]]] = {}
+    table: Costs = {}
     for cells in map(int, given.cells.split(",")):
         problem = problem_of(cells, given.mean)
         print(f"{cells}^3 cells: {problem.memory / 2**30:.3g} GiB at most", flush=True)
         table[cells] = {}
         for method in given.methods.split(","):
-            found = table[cells][method] = cost(problem, method, given.mass, given.trajectories)
+            found = table[cells][method] = cost(problem, method, given.mass, given.trajectories, fixed.get(method, 0.0))
             print(
                 f"  {method:14s} step {found['step']:.4f}, {found['gradients']:.1f} gradients, acceptance"
                 f" {found['acceptance']:.3f}: {found['cost']:.1f} +- {found['spread']:.1f} for each accepted"
                 f" trajectory; largest frequency {found['largest_frequency']:.2f}, {found['seconds']:.0f} s",
                 flush=True,
             )
-    burnt: dict[str, tuple[int, float]] = {}
+    burnt: dict[str, tuple[float, float]] = {}
     if given.burn_in:
         problem = problem_of(32, given.mean)
         level = level_of(problem)
         for method, first in (("leapfrog", "kick"), ("leapfrog", "drift"), ("suzuki4", "kick"), ("suzuki4", "drift"),
                               ("minimum_norm2", "drift"), ("omf4", "drift")):  # fmt: skip
             burnt[f"{method}, {first} first"] = found_in = fastest_burn_in(problem, method, first, level)
-            print(f"burn-in, {method}, {first} first: {found_in[0]} gradients, step {found_in[1]:.4f}", flush=True)
+            print(f"burn-in, {method}, {first} first: {found_in[0]:.0f} gradients, step {found_in[1]:.4f}", flush=True)
+    found_field = sample(SYSTEM, folder=given.out, progress=True) if given.sample else None
     title = f"{given.mean:g} objects in a cell, mass {given.mass}"
-    figure = draw(table, burnt, title)
-    figure.savefig(given.out / "integrators.png", dpi=120)
+    figure = draw(table, burnt, title, found_field)
+    figure.savefig(given.out / "density_field.png", dpi=120)
     (given.out / "integrators.json").write_text(json.dumps({"costs": table, "burn_in": burnt}, indent=2) + "\n")
-    print(given.out / "integrators.png")
+    print(given.out / "density_field.png")
 
 
 if __name__ == "__main__":
