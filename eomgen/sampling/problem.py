@@ -34,7 +34,7 @@ from eomgen.scene.hamiltonian.fields import DRAWN, OF_PLACES, OF_WAVES, VARIANCE
 from eomgen.text import counted, listed, nearest
 
 #: Half spectra that a trajectory and Newton's method hold at most, besides the chains.
-_SPECTRA = 14
+_SPECTRA = 9
 #: Fields that a record of samples and what is made of it hold: mean, squares, change, deviation, and one beside.
 _RECORD = 6
 Complex = NDArray[np.complex128]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import math
 import os
 import signal
 import threading
@@ -150,7 +151,8 @@ class _Run:
             start = start_fields(Path(start), self.problem, settings.chains)
         size = self.problem.mesh.size
         count = min(settings.watched, size)
-        spread = np.unique((np.arange(count) * _GOLDEN % 1.0 * size).astype(int))
+        stride = next(step for step in range(round(size * _GOLDEN), 2 * size) if math.gcd(step, size) == 1)
+        spread = np.sort(np.arange(count) * stride % size)
         return Sampler(
             self.problem.posterior,
             method=settings.method,

@@ -134,9 +134,10 @@ def draw(table: Costs, burnt: dict[str, tuple[float, float]], title: str, found:
     left, right = rows[-1].subplots(1, 2, width_ratios=(1.2, 1.0))
     sizes = sorted(table)
     for method in next(iter(table.values())):
-        costs = [table[cells][method]["cost"] for cells in sizes]
-        spread = [table[cells][method]["spread"] for cells in sizes]
-        left.errorbar([cells**3 for cells in sizes], costs, spread, fmt="o-", markersize=4, capsize=2,
+        made = [cells for cells in sizes if method in table[cells]]
+        costs = [table[cells][method]["cost"] for cells in made]
+        spread = [table[cells][method]["spread"] for cells in made]
+        left.errorbar([cells**3 for cells in made], costs, spread, fmt="o-", markersize=4, capsize=2,
                       color=COLOURS.get(method), label=method)  # fmt: skip
     left.set_xscale("log")
     left.set_yscale("log")
@@ -200,12 +201,18 @@ def main() -> None:
     arguments.add_argument("--mass", default="fisher", choices=["fisher", "prior"])
     arguments.add_argument("--burn-in", action=argparse.BooleanOptionalAction, default=True, help="on the 32^3 mesh")
     arguments.add_argument("--sample", action=argparse.BooleanOptionalAction, default=True, help="the file as it is")
+    arguments.add_argument("--draw", action="store_true", help="draw what the folder has from a run before")
     arguments.add_argument("--steps", default="", metavar="METHOD=STEP,...", help="in place of the best that is found")
     given = arguments.parse_args()
     fixed = {name: float(step) for name, step in (pair.split("=") for pair in given.steps.split(",") if pair)}
     given.out.mkdir(parents=True, exist_ok=True)
+    path = given.out / "integrators.json"
     table: Costs = {}
-    for cells in map(int, given.cells.split(",")):
+    burnt: dict[str, tuple[float, float]] = {}
+    if given.draw:
+        stored = json.loads(path.read_text())
+        table, burnt = {int(cells): row for cells, row in stored["costs"].items()}, stored["burn_in"]
+    for cells in [] if given.draw else map(int, given.cells.split(",")):
         problem = problem_of(cells, given.mean)
         print(f"{cells}^3 cells: {problem.memory / 2**30:.3g} GiB at most", flush=True)
         table[cells] = {}
@@ -217,19 +224,21 @@ def main() -> None:
                 f" trajectory; largest frequency {found['largest_frequency']:.2f}, {found['seconds']:.0f} s",
                 flush=True,
             )
-    burnt: dict[str, tuple[float, float]] = {}
-    if given.burn_in:
+            path.write_text(json.dumps({"costs": table, "burn_in": burnt}, indent=2) + "\n")
+    if given.burn_in and not given.draw:
         problem = problem_of(32, given.mean)
         level = level_of(problem)
         for method, first in (("leapfrog", "kick"), ("leapfrog", "drift"), ("suzuki4", "kick"), ("suzuki4", "drift"),
                               ("minimum_norm2", "drift"), ("omf4", "drift")):  # fmt: skip
-            burnt[f"{method}, {first} first"] = found_in = fastest_burn_in(problem, method, first, level)
-            print(f"burn-in, {method}, {first} first: {found_in[0]:.0f} gradients, step {found_in[1]:.4f}", flush=True)
-    found_field = sample(SYSTEM, folder=given.out, progress=True) if given.sample else None
-    title = f"{given.mean:g} objects in a cell, mass {given.mass}"
-    figure = draw(table, burnt, title, found_field)
+            burnt[f"{method}, {first} first"] = fewest = fastest_burn_in(problem, method, first, level)
+            print(f"burn-in, {method}, {first} first: {fewest[0]:.0f} gradients, step {fewest[1]:.4f}", flush=True)
+            path.write_text(json.dumps({"costs": table, "burn_in": burnt}, indent=2) + "\n")
+    found_field = None
+    if given.sample:
+        goes_on = (given.out / "checkpoint.npz").is_file()
+        found_field = sample(SYSTEM, folder=given.out, progress=True, resume=goes_on)
+    figure = draw(table, burnt, f"{given.mean:g} objects in a cell, mass {given.mass}", found_field)
     figure.savefig(given.out / "density_field.png", dpi=120)
-    (given.out / "integrators.json").write_text(json.dumps({"costs": table, "burn_in": burnt}, indent=2) + "\n")
     print(given.out / "density_field.png")
 
 

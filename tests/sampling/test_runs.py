@@ -140,7 +140,7 @@ def test_a_run_takes_no_more_memory_than_it_says(start: str) -> None:
         peak = tracemalloc.get_traced_memory()[1] - before
     finally:
         tracemalloc.stop()
-    assert 0.5 * made.problem.memory < peak <= made.problem.memory
+    assert 0.7 * made.problem.memory < peak <= made.problem.memory
 
 
 def test_scales_are_those_of_the_fields() -> None:
@@ -234,3 +234,11 @@ def test_ctrl_c_keeps_what_there_is(
     assert text in capsys.readouterr().err
     assert Path("out/chains.png").exists() and Path("out/checkpoint.npz").exists()
     assert main(["sample", "small.toml", "--out", "out", "--resume", "--no-plots"]) == 0
+
+
+def test_mean_and_deviation_are_those_of_all_samples() -> None:
+    made = sample(changed(), watched=240)
+    cells = made.samples.cells.reshape(-1, 240)
+    assert cells.shape[0] == 20
+    assert made.samples.mean.ravel() == pytest.approx(cells.mean(axis=0), abs=1e-13)
+    assert made.samples.deviation.ravel() == pytest.approx(cells.std(axis=0, ddof=1), abs=1e-13)
