@@ -24,7 +24,7 @@ FOLDER = Path(__file__).parent
 
 def scene() -> eomgen.Scene:
     """Return q'' + 0.2 q' + q + epsilon q^3 = F0 (1 + delta g)^2 with R_g(tau) = exp(-tau^2 / 2), at rest at first."""
-    return eomgen.load(FOLDER / "oscillator.toml")
+    return eomgen.load(FOLDER / "system" / "oscillator.toml")
 
 
 def main() -> None:
