@@ -1,0 +1,34 @@
+"""The platform of examples/moored_platform: heave by linear theory and by a run, and its figure."""
+
+from __future__ import annotations
+
+import runpy
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+DEMO = Path(__file__).parents[2] / "examples" / "moored_platform" / "demo.py"
+
+
+@pytest.mark.slow
+def test_heave_is_that_of_linear_theory() -> None:
+    periods, linear, found = runpy.run_path(str(DEMO))["heave"]()
+    np.testing.assert_allclose(found, linear, rtol=0, atol=3e-3 * linear.max())
+    long = periods >= 20.0
+    np.testing.assert_allclose(found[long], linear[long], rtol=3e-3)
+    assert linear[0] == pytest.approx(1.06, abs=0.01), "the surface carries it in long waves"
+    assert linear.argmax() == int(np.argmin(np.abs(periods - 13.33)))
+    assert linear[periods < 9.0].max() < 0.03
+
+
+@pytest.mark.slow
+def test_the_demo_draws_its_figure(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.argv", ["demo.py", "--out", str(tmp_path)])
+    runpy.run_path(str(DEMO))["main"]()
+    said = capsys.readouterr().out
+    assert "elevation 0.922 m, deck 0.165 m" in said
+    assert "the load swings up to 44.8 degrees" in said
+    assert (tmp_path / "moored_platform.png").stat().st_size > 30_000
