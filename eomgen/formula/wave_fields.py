@@ -1,4 +1,4 @@
-"""Waves of first order as functions of place and time: elevation, slope, velocity and acceleration of the water.
+"""Waves as functions of place and time: elevation, slope, velocity and acceleration of the water.
 
 A component of wave vector k, frequency w and amplitude A over water of depth h (Airy; Dean and Dalrymple, Water Wave
 Mechanics for Engineers and Scientists, 1991, chapter 3):
@@ -6,7 +6,8 @@ Mechanics for Engineers and Scientists, 1991, chapter 3):
     eta = A cos(th),  th = k.x - w t + phase,
     u = A w (k/|k|) cosh |k|(z + h)/sinh |k|h cos(th),  w = A w sinh |k|(z + h)/sinh |k|h sin(th),
 
-z from the water at rest. Accelerations are those at a place that rests, since what is carried is of second order.
+z from the water at rest. Accelerations are those at a place that rests. Bound waves of second order are components
+whose potential does not follow from the amplitude.
 """
 
 from __future__ import annotations
@@ -32,13 +33,15 @@ _DEEP = 20.0
 
 
 class WaveComponent(NamedTuple):
-    """One wave: its vector in rad/m, frequency in rad/s, amplitude in m and phase in rad."""
+    """One wave: its vector in rad/m, frequency in rad/s, amplitude in m, phase in rad, and the amplitude of its
+    potential at z = 0 in m^2/s, which is A g/w of a free wave."""
 
     kx: float
     ky: float
     frequency: float
     amplitude: float
     phase: float
+    potential: float
 
 
 @dataclass(frozen=True)
@@ -68,14 +71,14 @@ class WaveField:
     def columns(self) -> dict[str, tuple[float, ...]]:
         """Numbers of all components by name.
 
-        ``bottom`` is b = exp(-2 |k| h), so that cosh |k|(z + h)/sinh |k|h = (e + b/e)/(1 - b) with e = exp |k|z has no
-        large numbers; ``orbit`` is A w/(1 - b).
+        ``bottom`` is b = exp(-2 |k| h), so that cosh |k|(z + h)/cosh |k|h = (e + b/e)/(1 + b) with e = exp |k|z has no
+        large numbers; ``potential`` is that at z = 0 over 1 + b.
         """
-        kx, ky, w, A, phase = (np.array(column) for column in zip(*self.components, strict=True))
+        kx, ky, w, A, phase, potential = (np.array(column) for column in zip(*self.components, strict=True))
         k = np.hypot(kx, ky)
         bottom = np.where(k * self.depth > _DEEP, 0.0, np.exp(-2.0 * np.minimum(k * self.depth, _DEEP)))
         found = {"kx": kx, "ky": ky, "w": w, "A": A, "phase": phase, "k": k, "bottom": bottom}
-        found["orbit"] = A * w / (1.0 - bottom)
+        found["potential"] = potential / (1.0 + bottom)
         return {name: tuple(column.tolist()) for name, column in found.items()}
 
     def factors(self, name: str, component: int) -> tuple[float, ...]:
@@ -88,9 +91,9 @@ class WaveField:
             case "slope":
                 found = -column["A"] * column[along]
             case "water_velocity":
-                found = column["orbit"] * (column[along] / column["k"] if along else 1.0)
+                found = column["potential"] * column[along or "k"]
             case _:
-                found = column["orbit"] * column["w"] * (column[along] / column["k"] if along else -1.0)
+                found = column["potential"] * column["w"] * (column[along] if along else -column["k"])
         return tuple(found.tolist())
 
     def value(self, name: str, component: int, *arguments: ArrayLike) -> NDArray[np.float64]:

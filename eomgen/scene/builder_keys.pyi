@@ -170,6 +170,7 @@ class WavesKeys(TypedDict, total=False):
     depth: Value | None
     level: Value | None
     ramp: Value | None
+    order: str | None
     stretching: str | None
     description: str | None
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 from pathlib import Path
@@ -31,7 +32,7 @@ from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import ONE, Tape
-from eomgen.waves import Jonswap, divided
+from eomgen.waves import Components, Jonswap, Sea, divided
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]
@@ -102,7 +103,7 @@ def _by_potential(sea: WaveField, place: Array, t: float, *orders: tuple[int, ..
 
     def phi(x: Any, y: Any, z: Any, time: Any) -> Any:
         total = mpmath.mpf(0)
-        for kx, ky, w, A, phase in sea.components:
+        for kx, ky, w, A, phase, _ in sea.components:
             k = mpmath.hypot(kx, ky)
             share = mpmath.cosh(k * (z + sea.depth)) / mpmath.cosh(k * sea.depth)
             total += A * GRAVITY / w * share * mpmath.sin(kx * x + ky * y - w * time + phase)
@@ -141,7 +142,9 @@ def test_water_runs_along_the_bottom_and_with_the_surface() -> None:
     np.testing.assert_allclose(sea.value("water_velocity", 2, places, 1.0, sea.level, 2.0), rising, rtol=0, atol=1e-9)
 
 
-@pytest.mark.parametrize("changes", [{}, {"ramp": 20}, {"stretching": "none"}, {"spreading": None, "heading": 0}])
+@pytest.mark.parametrize(
+    "changes", [{}, {"ramp": 20}, {"stretching": "none"}, {"order": 2}, {"spreading": None, "heading": 0}]
+)
 @pytest.mark.parametrize("text", FORMULAS)
 def test_the_tape_has_the_values(text: str, changes: dict[str, Any]) -> None:
     sea = _sea(**changes)
@@ -225,6 +228,69 @@ def test_a_ramp_is_three_times_differentiable_and_its_rate_is_in_the_acceleratio
     grown = _sea(ramp=20, stretching="none")
     ahead, behind = (grown.value("water_velocity", 0, 1.0, 2.0, -3.0, 9.0 + s) for s in (1e-5, -1e-5))
     assert grown.value("water_acceleration", 0, 1.0, 2.0, -3.0, 9.0) == pytest.approx((ahead - behind) / 2e-5, abs=1e-9)
+
+
+#: Three free waves, by their size.
+def _three(size: float, depth: float | None, **more: Any) -> dict[str, Any]:
+    waves = [
+        {"amplitude": 1.0 * size, "period": 9, "heading": "10 deg"},
+        {"amplitude": 0.7 * size, "period": 7, "heading": "-40 deg", "phase": 1},
+        {"amplitude": 0.5 * size, "period": 6, "heading": "200 deg", "phase": 2},
+    ]
+    return {"regular": waves, "stretching": "none", "order": 2, **({} if depth is None else {"depth": depth}), **more}
+
+
+def _left_at_the_surface(sea: WaveField) -> tuple[float, float]:
+    """Return what is left of the full conditions at the surface, kinematic and, but for a constant, dynamic."""
+    x, y, t = np.random.default_rng(1).uniform(-100.0, 100.0, (3, 400))
+    kx, ky, w, A, phase, potential = np.array(sea.components).T[:, :, None]
+    angle, k = kx * x + ky * y - w * t + phase, np.hypot(kx, ky)
+    z = sea.value("elevation", 0, x, y, t)
+    np.testing.assert_allclose(z, np.sum(A * np.cos(angle), axis=0), rtol=0, atol=1e-12)
+    depth = sea.depth
+    profile = np.exp(k * z) if math.isinf(depth) else np.cosh(k * (z + depth)) / np.cosh(k * depth)
+    u, v, up = (sea.value("water_velocity", n, x, y, z, t) for n in range(3))
+    rising = np.sum(w * A * np.sin(angle), axis=0)
+    kinematic = rising + u * sea.value("slope", 0, x, y, t) + v * sea.value("slope", 1, x, y, t) - up
+    pressure = np.sum(-w * potential * profile * np.cos(angle), axis=0) + GRAVITY * z + 0.5 * (u * u + v * v + up * up)
+    return float(np.abs(kinematic).max()), float(np.ptp(pressure))
+
+
+@pytest.mark.parametrize("depth", [None, 15.0])
+def test_second_order_leaves_third_order_at_the_surface(depth: float | None) -> None:
+    for order, sizes in ((2, (0.04, 0.02, 0.01)), (1, (0.02, 0.01))):
+        left = [_left_at_the_surface(_waves(_scene(_three(size, depth, order=order)))) for size in sizes]
+        for larger, smaller in itertools.pairwise(left):
+            np.testing.assert_allclose(np.log2(np.array(larger) / smaller), order + 1.0, rtol=0, atol=0.1)
+
+
+def test_one_wave_is_that_of_stokes() -> None:
+    """k A^2 (3 - t^2)/(4 t^3) at twice the phase, t = tanh kh; in deep water it has no potential."""
+    for depth in (None, 12.0):
+        wave = {"amplitude": 0.4, "period": 8, "phase": 0.3}
+        sea = {"regular": [wave], "order": 2} | ({} if depth is None else {"depth": depth})
+        free, bound = _waves(_scene(sea)).components
+        k = math.hypot(free.kx, free.ky)
+        t = 1.0 if depth is None else math.tanh(k * depth)
+        assert bound[:3] == pytest.approx((2.0 * free.kx, 2.0 * free.ky, 2.0 * free.frequency))
+        assert bound.amplitude == pytest.approx(k * 0.16 * (3.0 - t**2) / (4.0 * t**3), rel=1e-12)
+        assert bound.phase == pytest.approx(0.6)
+        expected = 0.0
+        if depth is not None:
+            expected = 0.375 * 0.16 * free.frequency * math.cosh(2.0 * k * depth) / math.sinh(k * depth) ** 4
+        assert bound.potential == pytest.approx(expected, rel=1e-10, abs=1e-13)
+
+
+def test_places_that_rest_see_the_particles_of_second_order() -> None:
+    """But for third order: two derivations of second order that share nothing."""
+    apart = []
+    x = np.linspace(0.0, 90.0, 8)
+    for size in (0.1, 0.05):
+        field = _waves(_scene(_three(size, 20.0)))
+        free = np.array(field.components[:3])
+        sea = Sea(Components(free[:, :2], free[:, 3], free[:, 4]), 20.0)
+        apart.append(np.abs(sea.elevation(x, 3.0, 1.5) - field.value("elevation", 0, x, 3.0, 1.5)).max())
+    assert math.log2(apart[0] / apart[1]) == pytest.approx(3.0, abs=0.15)
 
 
 def test_energies_of_a_divided_spectrum_are_its_integrals() -> None:
@@ -349,6 +415,10 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ({"ramp": -1}, r"the time -1 s is negative"),
     ({"components": 0}, r"waves\.sea\.components"),
     ({"band": [2, 1]}, r"\(waves\.sea\.band\): the band from 2 to 1 is none; try: band = \[0\.5, 3\]"),
+    (
+        {"components": 60, "order": 2},
+        r"order\): 120 waves have 14400 bound waves, more than 10000; try: fewer components or directions",
+    ),
     ({"spreading": {"exponent": 0}}, r"the exponent 0 is not positive"),
     ({"spectrum": {"type": "jonswap", "height": 3}}, r"jonswap needs period; try: period = 9"),
     (
@@ -382,6 +452,10 @@ def test_what_is_wrong_with_waves_is_said_once(changes: dict[str, Any], message:
 
 
 REGULAR: list[tuple[dict[str, Any], str]] = [
+    (
+        {"regular": [{"amplitude": 1, "period": 8}, {"amplitude": 0.5, "period": 8}], "order": 2},
+        r"regular\): two waves have the same period and heading; try: one with the sum of both",
+    ),
     ({"regular": []}, r"regular\): there are no waves"),
     (
         {"regular": [{"amplitude": 1, "period": 0}]},

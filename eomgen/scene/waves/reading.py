@@ -11,6 +11,7 @@ from eomgen.errors import UsageError
 from eomgen.formula.wave_fields import WaveComponent, WaveField
 from eomgen.scene.reading.values import Values
 from eomgen.scene.waves import schema as written
+from eomgen.sea_states.bound_waves import bound_waves
 from eomgen.sea_states.spectra import (
     Jonswap,
     PiersonMoskowitz,
@@ -32,13 +33,15 @@ _KEYS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "points": (("points",), ("height",)),
 }
 _EXAMPLES = {"height": "3", "period": "9", "wind": "15", "points": "[[0.4, 0], [0.7, 2], [1.5, 0]]"}
+#: Free waves whose pairs are taken at most.
+MOST_WITH_PAIRS = 100
 #: Keys that are of spectra alone.
 _OF_SPECTRA = ("components", "band", "heading", "spreading", "seed", "amplitudes")
 
 
 def no_waves(name: str) -> WaveField:
     """Return what stands for waves that were refused, so that reading can go on to the next problem."""
-    return WaveField(name, (WaveComponent(1.0, 0.0, 1.0, 0.0, 0.0),), math.inf, 0.0, 0.0, "none")
+    return WaveField(name, (WaveComponent(1.0, 0.0, 1.0, 0.0, 0.0, 0.0),), math.inf, 0.0, 0.0, "none")
 
 
 def read_waves(name: str, entry: written.SeaWaves, gravity: float, values: Values) -> WaveField:
@@ -72,9 +75,29 @@ def read_waves(name: str, entry: written.SeaWaves, gravity: float, values: Value
             components = _regular(key, entry, depth, gravity, values)
         else:
             components = _irregular(key, entry, depth, gravity, values)
+    if entry.order == 2 and len(report.found) == before:
+        components = [*components, *_bound(key, components, depth, gravity, values)]
     if len(report.found) > before or not components:
         return no_waves(name)
     return WaveField(name, tuple(components), depth, level, ramp, entry.stretching)
+
+
+def _bound(
+    key: str, components: Sequence[WaveComponent], depth: float, gravity: float, values: Values
+) -> list[WaveComponent]:
+    """Return the waves of second order that go with free ones."""
+    if len(components) > MOST_WITH_PAIRS:
+        what = f"{len(components)} waves have {len(components) ** 2} bound waves, more than {MOST_WITH_PAIRS**2}"
+        values.report.add(f"{key}.order", what, "fewer components or directions, or order = 1")
+        return []
+    kx, ky, w, amplitude, phase, _ = np.array(components).T
+    vectors = np.stack((kx, ky), axis=1)
+    if len(np.unique(vectors, axis=0)) < len(vectors):
+        values.report.add(f"{key}.regular", "two waves have the same period and heading", "one with the sum of both")
+        return []
+    waves, frequencies, raised, phases, potentials = bound_waves(vectors, w, amplitude, phase, depth, gravity)
+    columns = (*waves.T, frequencies, raised, phases, potentials)
+    return [WaveComponent(*row) for row in np.array(columns).T.tolist()]
 
 
 def _regular(key: str, entry: written.SeaWaves, depth: float, gravity: float, values: Values) -> list[WaveComponent]:
@@ -102,7 +125,8 @@ def _regular(key: str, entry: written.SeaWaves, depth: float, gravity: float, va
         if amplitude > most:
             what = f"a wave of {2.0 * math.pi / k:.4g} m breaks from an amplitude of {most:.4g} m on, and this one has"
             report.add(f"{place}.amplitude", f"{what} {amplitude:.4g} m", "a smaller amplitude, or a longer period")
-        found.append(WaveComponent(k * math.cos(heading), k * math.sin(heading), w, amplitude, phase))
+        vector = k * math.cos(heading), k * math.sin(heading)
+        found.append(WaveComponent(*vector, w, amplitude, phase, amplitude * gravity / w))
     return found
 
 
@@ -147,7 +171,7 @@ def _irregular(key: str, entry: written.SeaWaves, depth: float, gravity: float, 
     waves = parts.realisation(entry.seed, entry.amplitudes)
     numbers = np.hypot(*waves.vectors.T)
     w, _ = frequency_and_group_velocity(numbers, depth, gravity)
-    columns = (*waves.vectors.T, w, waves.amplitude, waves.phase)
+    columns = (*waves.vectors.T, w, waves.amplitude, waves.phase, waves.amplitude * gravity / w)
     return [WaveComponent(*row) for row in np.array(columns).T.tolist()]
 
 

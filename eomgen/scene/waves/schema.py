@@ -79,6 +79,9 @@ class SeaWaves(Table):
     ramp: Value = key(
         "time from t = 0 in which the amplitudes grow to their full size", 0.0, unit="s", names=FIXED_PARAMETERS
     )
+    order: Literal[1, 2] = key(
+        "2: with the bound waves that pairs make at the sums and differences of their frequencies", 1, kind="1 or 2"
+    )
     stretching: Literal["wheeler", "none"] = key(
         "where motion between still water and crest is taken: at z - elevation, shrunk to the depth, or at z itself",
         "wheeler",
