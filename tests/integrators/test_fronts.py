@@ -46,20 +46,20 @@ def solved(fronts: Fronts, elimination: Elimination, entries: Entries, right: np
     for kind, at in zip(fronts.kind_of, fronts.table, strict=True):
         work: Mapping[str, Any] = fronts.kinds[kind]
         f = F[at[0] : at[0] + work["size"]]
-        for k, (entry, received) in enumerate(work["loads"]):
-            assert received or f[k] == 0.0
-            f[k] += S[at[1] + entry] if entry >= 0 else 0.0
-        for step in work["steps"]:
-            f[step["diagonal"]] = 1.0 / f[step["diagonal"]]
-            for upper in step["upper"]:
-                f[upper] *= f[step["diagonal"]]
-            for row in step["below"]:
-                for target, upper in row["updates"]:
-                    f[target] -= f[row["factor"]] * f[upper]
-                for target, upper in row["outside"]:
-                    front, slot = work["targets"][target]
-                    F[at[1 + 2 * front] + slot] -= f[row["factor"]] * f[upper]
-                f[row["factor"]] *= f[step["diagonal"]]
+        for row in work["rows"]:
+            for k, entry, received in row["loads"]:
+                assert received or f[k] == 0.0
+                f[k] += S[at[1] + entry] if entry >= 0 else 0.0
+            for taken in row["taken"]:
+                for target, upper in taken["updates"]:
+                    f[target] -= f[taken["slot"]] * f[upper]
+                for target, upper in taken["outside"]:
+                    front, slot = row["targets"][target]
+                    F[at[1 + 2 * front] + slot] -= f[taken["slot"]] * f[upper]
+                f[taken["slot"]] *= f[taken["pivot"]]
+            if "diagonal" in row:
+                f[row["diagonal"]] = 1.0 / f[row["diagonal"]]
+                f[row["upper"]] *= f[row["diagonal"]]
         for (front, offset), terms in work["forward"]:
             for factor, own in terms:
                 y[(at[2] if not front else at[2 + 2 * front]) + offset] -= f[factor] * y[at[2] + own]

@@ -43,10 +43,10 @@ class Fronts:
     def operations(self) -> int:
         """Multiply-subtracts that are written out."""
         return sum(
-            len(row["updates"]) + len(row["outside"])
+            len(taken["updates"]) + len(taken["outside"])
             for kind in self.kinds
-            for step in kind["steps"]
-            for row in step["below"]
+            for row in kind["rows"]
+            for taken in row["taken"]
         )
 
 
@@ -165,39 +165,25 @@ class _Front:
     def work(self, fronts: Sequence[_Front], front_of: Sequence[int]) -> dict[str, Any]:
         """Return what a front does, in numbers of its own.
 
-        ``size`` factors, ``pivots`` of them; ``loads`` [entry or -1, whether others subtracted something before] of
-        each; ``steps`` pivot by pivot: ``diagonal``, ``upper`` factors, the ``columns`` [front, offset] that both are
-        in, and ``below`` for each row its factor and what it ``updates`` (factor, by which of ``upper``)
-        and ``outside`` (number in ``targets``); ``targets`` [front reached, factor there];
+        ``size`` factors, ``pivots`` of them; ``rows``, those of the pivots first, with what is ``taken`` from each: the
+        factor in ``slot``, by the ``pivot``, which ``updates`` (factor, by which of an upper row) and goes ``outside``
+        (number in ``targets``); ``loads`` [factor, entry or -1, whether others subtracted something before]; rows of
+        pivots have their ``diagonal``, ``upper`` factors and the ``columns`` [front, offset] that both are in; others
+        have ``targets`` [front reached, factor there];
         for right sides ``forward`` [[front, offset], [[factor, own position], ...]] of each row and ``backward`` [own
         position, diagonal or -1 where the right side stays zero, [[factor, [front, offset]], ...]].
         """
-        entry = {index: k for k, index in enumerate(self.read)}
-        target = {index: k for k, index in enumerate(self.targets)}
-        steps = []
+        below: dict[int, list[int]] = {pivot: [] for pivot in self.pivots}
         for pivot in self.pivots:
-            rows = []
             for row in self.below[pivot]:
-                updated = [((row, k), self.number[pivot, k]) for k in self.upper[pivot]]
-                rows.append(
-                    {
-                        "factor": self.number[row, pivot],
-                        "updates": [[self.number[index], by] for index, by in updated if index in self.number],
-                        "outside": [[target[index], by] for index, by in updated if index not in self.number],
-                    }
-                )
-            upper = [self.number[pivot, k] for k in self.upper[pivot]]
-            columns = [list(self.local[k]) for k in (pivot, *self.upper[pivot])]
-            steps.append({"diagonal": self.number[pivot, pivot], "upper": upper, "columns": columns, "below": rows})
-        targets = [(front_of[min(index)], index) for index in self.targets]
+                below.setdefault(row, []).append(pivot)
+        entry = {index: k for k, index in enumerate(self.read)}
         return {
             "size": len(self.own),
             "pivots": len(self.pivots),
             "entries": len(self.read),
             "reached": len(self.reached),
-            "loads": [[entry.get(index, -1), index in self.received] for index in self.own],
-            "steps": steps,
-            "targets": [[self.reached.index(front) + 1, fronts[front].number[index]] for front, index in targets],
+            "rows": [self._row(row, below[row], entry, fronts, front_of) for row in sorted(below)],
             "forward": self._forward(),
             "backward": [
                 [
@@ -207,6 +193,43 @@ class _Front:
                 ]
                 for pivot in reversed(self.pivots)
             ],
+        }
+
+    def _row(
+        self,
+        row: int,
+        earlier: Sequence[int],
+        entry: Mapping[MatrixIndex, int],
+        fronts: Sequence[_Front],
+        front_of: Sequence[int],
+    ) -> dict[str, Any]:
+        """Return what is done with a row, from which the rows of ``earlier`` pivots are taken."""
+        own = row in self.pivots
+        upper = [(row, k) for k in (row, *self.upper[row])] if own else []
+        outside = {index: k for k, index in enumerate(index for index in self.targets if index[0] == row)}
+        taken = []
+        for pivot in earlier:
+            by = [((row, k), self.number[pivot, k]) for k in self.upper[pivot]]
+            taken.append(
+                {
+                    "slot": self.number[row, pivot],
+                    "pivot": self.number[pivot, pivot],
+                    "updates": [[self.number[index], slot] for index, slot in by if index in self.number],
+                    "outside": [[outside[index], slot] for index, slot in by if index not in self.number],
+                }
+            )
+        loaded = [*((row, pivot) for pivot in earlier), *upper]
+        made = {
+            "loads": [[self.number[index], entry.get(index, -1), index in self.received] for index in loaded],
+            "taken": taken,
+        }
+        if own:
+            columns = [list(self.local[k]) for _, k in upper]
+            slots = [self.number[index] for index in upper]
+            return made | {"diagonal": slots[0], "upper": slots[1:], "columns": columns, "targets": []}
+        targets = [(front_of[min(index)], index) for index in outside]
+        return made | {
+            "targets": [[self.reached.index(front) + 1, fronts[front].number[index]] for front, index in targets]
         }
 
     def _forward(self) -> list[Any]:

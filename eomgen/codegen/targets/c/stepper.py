@@ -228,12 +228,14 @@ def _elimination(program: StepperProgram) -> dict[str, Any]:
         return {"unrolled": in_parts(made), "substitution": {"text": text, "solution": solution}}
     kinds = []
     for kind in data.get("kinds", ()):
-        steps = []
-        for step in kind["steps"]:
-            units = [f" * {_front_place(local)}" if solver["inertia"] else "" for local in step["columns"]]
-            test = is_large(step["diagonal"], units[0], list(zip(step["upper"], units[1:], strict=True)))
-            steps.append({**step, "is_large": test})
-        kinds.append({**kind, "steps": steps})
+        rows = []
+        for row in kind["rows"]:
+            test_of_pivot = ""
+            if "diagonal" in row:
+                units = [f" * {_front_place(local)}" if solver["inertia"] else "" for local in row["columns"]]
+                test_of_pivot = is_large(row["diagonal"], units[0], list(zip(row["upper"], units[1:], strict=True)))
+            rows.append({**row, "is_large": test_of_pivot})
+        kinds.append({**kind, "parts": in_parts(rows)})
     return {"kinds": kinds}
 
 
@@ -254,7 +256,8 @@ def in_parts(rows: Sequence[Mapping[str, Any]]) -> list[list[Mapping[str, Any]]]
 
 def _statements(row: Mapping[str, Any]) -> int:
     """Return how many statements eliminate a row."""
-    return len(row["loads"]) + len(row["upper"]) + sum(1 + len(taken["updates"]) for taken in row["taken"])
+    updates = sum(1 + len(taken["updates"]) + len(taken.get("outside", ())) for taken in row["taken"])
+    return len(row["loads"]) + len(row.get("upper", ())) + updates
 
 
 def _forward_with_sources(
