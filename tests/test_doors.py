@@ -389,9 +389,9 @@ ORDER: dict[str, tuple[str, ...]] = {
     ),
     "sampling": ("problem", "result", "plots run"),
     "waves": (
-        "derivation derived",
+        "derivation derived motion",
         "pairs",
-        "profiles routines",
+        "limits profiles routines",
         "sea",
         "radar statistics stepping",
     ),

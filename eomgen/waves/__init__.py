@@ -14,10 +14,11 @@ from eomgen.sea_states.spectra import (
     divided,
     wave_number,
 )
+from eomgen.waves.motion import BoundWaves, Motion, Surface
 from eomgen.waves.pairs import WaveNumber, gravity_waves
 from eomgen.waves.profiles import Profile
 from eomgen.waves.radar import Radar, SpecularPoints, specular_points
-from eomgen.waves.sea import BoundWaves, Motion, Sea, Surface
+from eomgen.waves.sea import Sea
 from eomgen.waves.statistics import SeaStatistics, statistics_of
 from eomgen.waves.stepping import Ramp, SteppedSea
 

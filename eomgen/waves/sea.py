@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import copy
 import math
-import warnings
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -15,81 +13,17 @@ from eomgen.arrays import Array
 from eomgen.calls import checked_calls
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.sea_states.components import STANDARD_GRAVITY, Components
-from eomgen.waves.pairs import COLUMNS, ENTRIES, OWN, Case, Dispersion, gravity_waves
+from eomgen.waves.limits import check_points, check_sea, warn_of_shallow_water
+from eomgen.waves.motion import BoundWaves, Complex, Motion, Surface
+from eomgen.waves.pairs import COLUMNS, OWN, Case, Dispersion, gravity_waves
 from eomgen.waves.profiles import Profile, harmonics, multiples
 from eomgen.waves.routines import Routines, Waves, geometry_of, kinematics_of, routines
 
-Complex = NDArray[np.complex128]
-#: Bytes of the table of pairs at most.
-MOST_MEMORY = 2_000_000_000
 #: Labels that are found for points on the water are off by this part of the shortest wave length at most.
 CLOSE = 1e-10
 _ROUNDS = 60
 #: Labels above the surface are taken so far, in parts of 1 over the highest wave number: differences by c at it.
 HIGHEST = 0.1
-#: A / (k^2 h^3) from which on second order is not enough.
-MOST_URSELL = 0.1
-
-
-@dataclass(frozen=True)
-class Motion:
-    """Particles at one time.
-
-    Attributes
-    ----------
-    position, velocity, acceleration : (points, 3) arrays in m, m/s, m/s^2
-        z upwards from the mean level of the water at rest.
-    pressure : (points,) array, m^2/s^2
-        Above that of the air, divided by the density.
-    """
-
-    position: Array
-    velocity: Array
-    acceleration: Array
-    pressure: Array
-
-
-@dataclass(frozen=True)
-class Surface:
-    """The surface at labels, at one time.
-
-    Attributes
-    ----------
-    position : (points, 3) array, m
-    slope : (points, 2) array
-        Of the elevation along x and y; infinite where the surface is upright.
-    curvature : (points,) array, 1/m
-        Mean curvature, half the sum of the principal ones, negative at crests.
-    jacobian : (points,) array
-        Of the map from labels to x and y; negative where the surface is folded over.
-    """
-
-    position: Array
-    slope: Array
-    curvature: Array
-    jacobian: Array
-
-
-@dataclass(frozen=True)
-class BoundWaves:
-    """What pairs of components make at the surface, as complex amplitudes at the label 0 and one time.
-
-    Attributes
-    ----------
-    members : for each group of pairs (i, sign of i, j, sign of j)
-        Components and how their wave vectors are added; the groups are one behind the other below.
-    potential, rate : of the velocity potential of second order, m^2/s, and its rate
-    x, y : displacements along the plane, m
-    drift : (2,) array, m
-        Where all particles have drifted to.
-    """
-
-    members: tuple[tuple[NDArray[np.int64], int, NDArray[np.int64], int], ...]
-    potential: Complex
-    rate: Complex
-    x: Complex
-    y: Complex
-    drift: Array
 
 
 @checked_calls("Sea(Components(vectors, amplitude, phase), depth)")
@@ -123,7 +57,7 @@ class Sea:
         gravity: float = STANDARD_GRAVITY,
         dispersion: Dispersion = gravity_waves,
     ) -> None:
-        _check(components, depth, order, gravity)
+        check_sea(components, depth, order, gravity)
         self.depth, self.order, self.gravity = float(depth), order, float(gravity)
         self.dispersion = dispersion
         vectors = np.asarray(components.vectors, dtype=float)
@@ -141,7 +75,8 @@ class Sea:
         columns = columns[:, order_of]
         self.frequency = columns[COLUMNS.index("w")]
         self.current, self.restoring = self._current_and_restoring(columns)
-        self._warn_of_shallow_water()
+        if order == 2:
+            warn_of_shallow_water(self.vectors, self.amplitude, self.depth)
 
     @classmethod
     def of_one_wave(
@@ -356,7 +291,7 @@ class Sea:
         UsageError
             Other wave vectors.
         """
-        _check(components, self.depth, self.order, self.gravity)
+        check_sea(components, self.depth, self.order, self.gravity)
         vectors = np.asarray(components.vectors, dtype=float)
         if vectors.shape != self.vectors.shape or np.any(vectors[self._order] != self.vectors):
             raise UsageError(Problem("Sea.with_waves", "the wave vectors are others", "a Sea of its own"))
@@ -423,7 +358,7 @@ class Sea:
             The surface is folded there, or the search finds no particle.
         """
         wanted = np.asarray(points, dtype=float)
-        _check_points("Sea: points", wanted)
+        check_points("Sea: points", wanted)
         labels = wanted - (self.current + self._drift) * time
         scale = 2.0 * math.pi / np.hypot(*self.vectors.T).max()
         off = self.motion(labels, time).position[:, :2] - wanted
@@ -472,71 +407,12 @@ class Sea:
         found = getattr(self.at(np.column_stack((x.ravel(), y.ravel())), time), what)
         return np.asarray(found).reshape(*x.shape, 3)
 
-    def _warn_of_shallow_water(self) -> None:
-        if not math.isfinite(self.depth) or self.order == 1 or not np.any(self.amplitude):
-            return
-        k = float(np.hypot(*self.vectors[np.argmax(self.amplitude)]))
-        ursell = math.sqrt(float(np.sum(self.amplitude**2))) / (k**2 * self.depth**3)
-        if ursell > MOST_URSELL:
-            warnings.warn(
-                f"Sea: A / (k^2 h^3) = {ursell:.3g} for the largest wave, k = {k:.4g} rad/m; an expansion of second"
-                f" order holds below {MOST_URSELL:g}. Lower waves or deeper water",
-                RuntimeWarning,
-                stacklevel=3,
-            )
-
     def _own_labels(self, labels: ArrayLike) -> Array:
         """Return labels along and across the waves' direction, (2, points)."""
-        _check_points("Sea: labels", labels)
+        check_points("Sea: labels", labels)
         return np.ascontiguousarray((np.asarray(labels, dtype=float) @ self._axes).T)
 
     def _vectors(self, row: dict[str, Array], kind: str) -> Array:
         along, up = row[f"{kind}x"], row[f"{kind}z"]
         across = row[f"{kind}y"] if self.spread else np.zeros_like(along)
         return np.column_stack((np.column_stack((along, across)) @ self._axes.T, up))
-
-
-def _check_points(where: str, points: ArrayLike) -> None:
-    """Raise UsageError for what are no points of the plane."""
-    found = np.asarray(points, dtype=float)
-    if found.ndim != 2 or found.shape[1] != 2 or not np.all(np.isfinite(found)):
-        finite = "" if np.all(np.isfinite(found)) else ", with what is no finite number"
-        what = f"an array of shape {found.shape}{finite}"
-        raise UsageError(Problem(where, what, "finite numbers of shape (points, 2)"))
-
-
-def _check(components: Components, depth: float, order: int, gravity: float) -> None:
-    """Raise UsageError for what cannot be a sea."""
-    vectors, amplitude, phase = (np.asarray(x, dtype=float) for x in vars(components).values())
-    where = "Sea: components"
-    if vectors.ndim != 2 or vectors.shape[1] != 2 or not len(vectors):
-        raise UsageError(Problem(where, f"wave vectors have the shape {vectors.shape}", "(n, 2), at least one"))
-    if amplitude.shape != (len(vectors),) or phase.shape != (len(vectors),):
-        what = f"{len(vectors)} wave vectors have amplitudes of shape {amplitude.shape} and phases of {phase.shape}"
-        raise UsageError(Problem(where, what, f"({len(vectors)},) each"))
-    if not all(np.all(np.isfinite(x)) for x in (vectors, amplitude, phase)):
-        raise UsageError(Problem(where, "a wave vector, an amplitude or a phase is no finite number"))
-    if np.any(amplitude < 0.0):
-        raise UsageError(Problem(where, f"the amplitude {amplitude.min():.6g} m is negative", "the phase + pi"))
-    if order not in (1, 2):
-        raise UsageError(Problem("Sea: order", f"there is no order {order}", "1 or 2"))
-    if not gravity > 0.0 or not math.isfinite(gravity):
-        raise UsageError(Problem("Sea: gravity", f"{gravity:.6g} m/s^2 is not above 0", f"{STANDARD_GRAVITY}"))
-    if not depth > 0.0:
-        raise UsageError(Problem("Sea: depth", f"{depth:.6g} m is not above 0", "math.inf for water without a bottom"))
-    k = np.hypot(*vectors.T)
-    if not np.all(k > 0.0):
-        number = int(np.argmin(k))
-        what = f"component {number} has the wave vector (0, 0), which is a change of the water's level and no wave"
-        raise UsageError(Problem(where, what, "components with a wave number above 0"))
-    if len(np.unique(vectors, axis=0)) < len(vectors):
-        raise UsageError(Problem(where, "two components have the same wave vector", "one with the sum of both"))
-    steep = k * amplitude / np.tanh(np.minimum(k * depth, 700.0))
-    if np.any(steep >= 1.0):
-        number = int(np.argmax(steep))
-        what = f"component {number} has k A coth(k h) = {steep[number]:.4g}; from 1 on a wave crosses itself"
-        raise UsageError(Problem(where, what, f"an amplitude below {amplitude[number] / steep[number]:.4g} m"))
-    if order == 2 and 4.0 * len(k) ** 2 * len(ENTRIES) > MOST_MEMORY:
-        what = f"{len(k)} components have {len(k) * (len(k) - 1) // 2} pairs, whose table takes"
-        need = 4.0 * len(k) ** 2 * len(ENTRIES) / 1e9
-        raise UsageError(Problem(where, f"{what} {need:.3g} GB", "fewer components, or order = 1"))

@@ -71,7 +71,9 @@ def test_calls_that_cannot_be_taken(call: Callable[[Sea], Any], text: str) -> No
 def test_pairs_that_do_not_fit_memory_are_refused_before_they_are_made() -> None:
     k = np.linspace(0.01, 1.0, 20_000)
     many = Components(np.column_stack((k, np.zeros_like(k))), np.full(len(k), 1e-4), np.zeros(len(k)))
-    with pytest.raises(UsageError, match=r"20000 components have 199990000 pairs, whose table takes 17.6 GB"):
+    with pytest.raises(
+        UsageError, match=r"20000 components have 199990000 pairs, whose table takes 17.6 GB; try: .* or a SteppedSea"
+    ):
         Sea(many)
 
 
