@@ -358,8 +358,12 @@ def test_a_run_takes_waves_as_the_formulas_say() -> None:
         },
         simulation={"duration": 1.5, "step": 0.05},
     )
-    run = eomgen.build(from_data(scene)).simulate()
+    model = eomgen.build(from_data(scene))
+    run = model.simulate()
     sea, t = _sea(ramp=2), run.t
+    forces = model.inverse_dynamics(run.q, run.v, 0.0 * run.v, t)  # in lanes
+    alone = [model.inverse_dynamics(q, v, 0.0 * v, now) for q, v, now in zip(run.q[:5], run.v[:5], t[:5], strict=True)]
+    np.testing.assert_allclose(forces[:5], alone, rtol=0, atol=1e-12 * np.abs(forces).max())
     x, y, _ = run.outputs["place"].T
     np.testing.assert_allclose(run.outputs["eta"], sea.value("elevation", 0, x, y, t), rtol=0, atol=1e-13)
     np.testing.assert_allclose(run.outputs["u"], sea.value("water_velocity", 0, x, y, -2.0, t), rtol=0, atol=1e-13)
@@ -485,6 +489,13 @@ def test_waves_need_gravity() -> None:
         DescriptionError, match=r"waves need gravity, and the scene has none; try: gravity = \[0, 0, -9"
     ):
         _scene(gravity=[0, 0, 0])
+
+
+def test_waves_keep_the_gravity_of_the_defaults() -> None:
+    known = {"g": {"value": GRAVITY, "tunable": True}}
+    note = "waves have the gravity of the default parameters, whatever it is in a run"
+    assert note in _scene(parameters=known, gravity=[0, 0, "-g"]).notes
+    assert note not in _scene(parameters={"g": GRAVITY}, gravity=[0, 0, "-g"]).notes
 
 
 IN_FORMULAS = [

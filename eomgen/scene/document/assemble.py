@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from eomgen.formula.curves import AnyCurve
+from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula
 from eomgen.formula.wave_fields import WaveField
 from eomgen.scene import scene
@@ -246,7 +247,10 @@ class _Assembler:
         if document.waves:
             # by a reader whose problems, notes and requirements are those of the key itself, when it is read
             aside = self.reader(Report(self.report.file, self.report.lines))
-            down = [aside.value(part) for part in aside.vector("gravity", document.gravity, PARAMETERS)]
+            gravity = aside.vector("gravity", document.gravity, PARAMETERS)
+            down = [aside.value(part) for part in gravity]
+            if any(self.names.parameters.get(symbol.name) for part in gravity for symbol in symbols(part)):
+                self.values.note(["waves have the gravity of the default parameters, whatever it is in a run"])
             for name, entry in document.waves.items():
                 self.wave_table[name] = read_waves(name, entry, math.hypot(*down), self.values)
         self.wave_table |= {name: no_waves(name) for name in sorted(refused)}
