@@ -135,6 +135,22 @@ class Functions:
         if companion is not None and companion.library is None:
             companion.of_sample = max(1, threads) * (time.perf_counter() - began) / count
 
+    def fastest(self, name: str, blocks: Mapping[str, Array], count: int) -> Library:
+        """Return the library by which samples of a function take least, for C that calls it: the model's own, or
+        its companion in lanes.
+
+        Parameters
+        ----------
+        blocks : as of a call, of some of the samples
+        count : of all of them
+        """
+        companion = Lanes.of(self.library).expect(name, max(1, int(self._layouts[name]["operations"])), count, chosen())
+        if companion is None:
+            return self.library
+        sizes = [math.prod(shape) for shape in self._shapes[name]]
+        inputs = [np.ascontiguousarray(blocks[block], float) for block in self.inputs(name)]
+        return Lanes.of(self.library).judged(companion, name, inputs, sizes, chosen()) or self.library
+
     def _single(self, name: str, arrays: list[Array]) -> tuple[Array, ...]:
         """Evaluate one sample: what a caller's inner loop does, so without the bookkeeping of batches."""
         ffi, doubles, pointers, longs = self._types

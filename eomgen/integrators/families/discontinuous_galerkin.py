@@ -38,7 +38,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from eomgen.integrators.families.family import (
@@ -188,18 +188,7 @@ class DiscontinuousGalerkin(OneFactorization):
 
     @property
     def linear_step(self) -> LinearPasses:
-        found = self.operators
-        return LinearPasses(
-            float(self.gamma),
-            self.passes,
-            self.refined,
-            [float(node) for node in found.nodes],
-            numbers(product(found.modes, found.first)),
-            numbers(product(found.modes, found.integration)),
-            numbers(found.modes),
-            numbers(found.values),
-            numbers(found.derivative),
-        )
+        return _linear_passes(self)
 
     def work(self, system: System, method: Mapping[str, Any]) -> tuple[Work, ...]:
         from eomgen.integrators.step_work import (  # noqa: PLC0415
@@ -272,6 +261,22 @@ def _work_of_turns(tangents: Sequence[Mapping[str, Any]], times: int) -> tuple[W
 def numbers(matrix: list[list[Fraction]]) -> list[list[float]]:
     """Return a matrix as JSON."""
     return [[float(x) for x in row] for row in matrix]
+
+
+@lru_cache(maxsize=16)
+def _linear_passes(method: DiscontinuousGalerkin) -> LinearPasses:
+    found = method.operators
+    return LinearPasses(
+        float(method.gamma),
+        method.passes,
+        method.refined,
+        [float(node) for node in found.nodes],
+        numbers(product(found.modes, found.first)),
+        numbers(product(found.modes, found.integration)),
+        numbers(found.modes),
+        numbers(found.values),
+        numbers(found.derivative),
+    )
 
 
 def _square_root(x: Fraction) -> Fraction:

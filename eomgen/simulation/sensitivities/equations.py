@@ -264,6 +264,17 @@ class Equations:
         """What evaluates ``second_partials``."""
         return self._functions("second_partials")
 
+    def along_directions(self, dp: Array, values: Mapping[str, Array]) -> Array:
+        """Return what directions (parameters, n) change behind z of what ``second_partials`` moves along, (1, size, n),
+        or (rows, size, n) where inputs move."""
+        first = self._along["lam"].start
+        found = np.zeros((len(values["t"]) if self.driven else 1, self._along["u"].stop - first, dp.shape[1]))
+        of_parameters, driven = np.split(dp, [len(self.chosen)])
+        found[:, self._along["p"].start - first + np.array(self.chosen, dtype=int)] = of_parameters
+        if self.driven:
+            self.of_inputs(found)[:] = values["du"] @ driven
+        return found
+
     def of_directions(self, rest: Array, values: Mapping[str, Array]) -> Array:
         """Return derivatives in the parameters by those that ``second_partials`` has behind z, (n, size, ...)."""
         first = self._along["lam"].start

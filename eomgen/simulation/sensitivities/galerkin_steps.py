@@ -6,7 +6,7 @@ so its derivatives are those of the passes themselves. Each correction solves, w
     M d_v + gain (K T s + C d_v + R_z d_z) = b,   d_z - gain dF/d(q, v, z) . d = b_z,   s = b_theta + gain d_v,
 
 whose left side is e' x for x = (gain T s, gain d_v, d_v, gain d_z) in (q, v, a, z). It changes by e''[x, .] with the
-start, which ``second_partials`` gives: for tangents as matrices, row by row, for adjoints contracted with multipliers.
+start, which ``second_partials`` gives: for tangents row by row, for adjoints contracted with multipliers.
 The equations are evaluated at the nodes of all steps side by side, one pass behind the other; what is between them and
 the sweeps are C (``galerkin_sweeps``). Increments may be imaginary: all of it is analytic.
 """
@@ -185,8 +185,7 @@ class GalerkinSteps:
         (steps, size, directions)
         """
         assert len(self.P)
-        self.sweeps.linear(second=self._second())
-        return self.sweeps.tangents(dp, state)
+        return self.sweeps.tangents(dp, self.equations.along_directions(dp, self.values), state, self._curvature)
 
     def adjoints(self, direct: Array, state: Array) -> tuple[Array, Array]:
         """Take adjoints back through the steps: ``state`` (size, functionals) becomes that of their start.
@@ -203,7 +202,7 @@ class GalerkinSteps:
             What second derivatives at the starts take of parameters and inputs, as ``second_partials`` has them.
         """
         assert len(self.P)
-        return self.sweeps.adjoints(direct, state, Curvature(self.equations.second_functions, self.values))
+        return self.sweeps.adjoints(direct, state, self._curvature)
 
     def of_parameters(self, multipliers: Array, rest: Array) -> Array:
         """Return the derivatives in the parameters of what ``adjoints`` gave, (parameters, functionals)."""
@@ -214,24 +213,9 @@ class GalerkinSteps:
         )
         return found
 
-    def _second(self) -> Array:
-        """Return how e' along pairs changes with the start, (pairs, n, rows, size + parameters).
-
-        ``second_partials`` has how gradients change along it; on groups the two are apart by a bracket of increments.
-        """
-        equations, along, n, rows = self.equations, self.sweeps.along, self.steps, self.nv + self.nz
-        width = along.shape[2]
-        multipliers = np.repeat(-np.eye(rows), n, axis=0)
-        values = {name: array if name == "p" else np.concatenate([array] * rows) for name, array in self.values.items()}
-        found = np.empty((len(along), n, rows, width + equations.parameters), equations.dtype)
-        changes = np.zeros((rows, n, width + equations.parameters, 1), equations.dtype)
-        for pair, xi in enumerate(along):
-            changes[:, :, :width, 0] = xi
-            bent = equations.second_partials(values, multipliers, changes.reshape(rows * n, -1, 1))
-            found[pair] = np.swapaxes(bent.reshape(rows, n, -1), 0, 1)
-        if self.turning:
-            found[:, :, :, : self.nv] -= self.Jq @ product.bracket_matrix(self.factors, along[:, :, : self.nv])
-        return found
+    @property
+    def _curvature(self) -> Curvature:
+        return Curvature(self.equations.second_functions, self.values)
 
     # -- rotations -----------------------------------------------------------------------------------------------------
 

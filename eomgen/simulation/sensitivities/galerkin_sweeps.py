@@ -51,7 +51,6 @@ typedef struct eg_passes {
     const double *rate, *rate_along;
     const double *T0_along;
     const double *along;
-    const double *second;
     const double *brackets;
 } eg_passes;
 int eomgen_passes_run(void *run, const double *parameters, const double *settings, double *state, double *workspace,
@@ -63,7 +62,8 @@ void eomgen_passes_refine(const eg_passes *g, double *missing, double *accelerat
 void eomgen_passes_correct(const eg_passes *g, long pass, const double *f, const double *rates, double *theta,
     double *w, double *y, double *along, double *before, double *room);
 long eomgen_passes_tangent_room(const eg_passes *g);
-void eomgen_passes_tangents(const eg_passes *g, const double *dp, double *state, double *ends, double *room);
+long eomgen_passes_tangents(const eg_passes *g, const eg_curvature *by, const double *dp, const double *rest,
+    long rest_of_step, double *state, double *ends, double *room);
 long eomgen_passes_adjoint_room(const eg_passes *g);
 long eomgen_passes_adjoints(const eg_passes *g, const eg_curvature *by, const double *direct, double *state,
     double *multipliers, double *rest, double *room);
@@ -181,18 +181,27 @@ class GalerkinSweeps:
         for name, array in matrices.items():
             self._point(name, array)
 
-    def tangents(self, dp: Array, state: Array) -> Array:
+    def tangents(self, dp: Array, rest: Array, state: Array, curvature: Curvature) -> Array:
         """Take tangents through the steps: ``state`` (size, directions) becomes that of their end.
+
+        Parameters
+        ----------
+        rest : (1 or steps, size, directions)
+            What second derivatives at the starts move with behind z: multipliers of constraints, parameters, inputs.
 
         Returns
         -------
         (steps, size, directions)
         """
         self._given.directions = state.shape[1]
+        by, kept, stack = self._curvature(curvature, self.pairs * self.rows)
         ends = np.empty((self._steps, *state.shape), self.dtype)
         room = self._room(self._lib.eomgen_passes_tangent_room(self._given))
-        dp = np.ascontiguousarray(dp, self.dtype)
-        self._lib.eomgen_passes_tangents(self._given, *map(self._doubles, (dp, state, ends)), room)
+        of_parameters, of_rest = (np.ascontiguousarray(array, self.dtype) for array in (dp, rest))
+        of_step = of_rest[0].size if len(of_rest) > 1 else 0
+        given = self._given, by, self._doubles(of_parameters), self._doubles(of_rest), of_step
+        self._call("eomgen_passes_tangents", stack, *given, self._doubles(state), self._doubles(ends), room)
+        del kept  # arrays that C had pointers to
         return ends
 
     def adjoints(self, direct: Array, state: Array, curvature: Curvature) -> tuple[Array, Array]:
@@ -210,33 +219,42 @@ class GalerkinSweeps:
         """
         count = state.shape[1]
         self._given.directions = count
-        by, kept, stack = self._curvature(curvature)
+        by, kept, stack = self._curvature(curvature, count * min(self.pairs, self.rows))
         multipliers = np.zeros((self.points, self._steps, self.rows, count), self.dtype)
         rest = np.empty((self._steps, int(by.moved) - self.width, count), self.dtype)
         room = self._room(self._lib.eomgen_passes_adjoint_room(self._given))
         direct = np.ascontiguousarray(direct, self.dtype)
         arrays = map(self._doubles, (direct, state, multipliers, rest))
-        done = with_stack(self._lib, stack).eomgen_passes_adjoints(self._given, by, *arrays, room)
+        self._call("eomgen_passes_adjoints", stack, self._given, by, *arrays, room)
         del kept  # arrays that C had pointers to
-        if done != self._steps:
-            raise MemoryError("the compiled model could not allocate memory for its arguments")
         return multipliers, rest
 
-    def _curvature(self, curvature: Curvature) -> tuple[Any, Any, int]:
-        """Return the structure of C, what it points to, and the stack that its function needs."""
+    def _call(self, name: str, stack: int, *arguments: Any) -> None:
+        if getattr(with_stack(self._lib, stack), name)(*arguments) != self._steps:
+            raise MemoryError("the compiled model could not allocate memory for its arguments")
+
+    def _curvature(self, curvature: Curvature, of_step: int) -> tuple[Any, Any, int]:
+        """Return the structure of C, what it points to, and the stack that its function needs.
+
+        Parameters
+        ----------
+        of_step : samples
+        """
         functions, ffi, width = curvature.functions, self._ffi, 2 if self._in_complex else 1
-        library, names = functions.library, functions.inputs("second_partials")
+        names = functions.inputs("second_partials")
         arrays = {
             name: np.ascontiguousarray(array, self.dtype) for name, array in curvature.values.items() if name in names
         }
         weighted, moved = functions.sizes["weights"], functions.sizes["direction"]
         samples = {"weights": weighted, "direction": moved}
+        some = {"weights": np.ones((self._steps, weighted)), "direction": np.ones((self._steps, moved))}
+        library = functions.fastest("second_partials", {**arrays, **some}, of_step * self._steps)
         pointers = [self._doubles(arrays[name]) if name in arrays else ffi.NULL for name in names]
-        of_step = [width * arrays[name].size // self._steps if name in arrays and name != "p" else 0 for name in names]
+        moves = [width * arrays[name].size // self._steps if name in arrays and name != "p" else 0 for name in names]
         kept = (
-            *(arrays, ffi.new("double *[]", pointers), ffi.new("long[]", of_step)),
+            *(arrays, ffi.new("double *[]", pointers), ffi.new("long[]", moves)),
             ffi.new("long[]", [width * samples.get(name, 0) for name in names]),
-            self._room(self.rows * (weighted + 2 * moved + 1)),
+            self._room(max(of_step, self.rows) * (weighted + 2 * moved) + self.rows),
         )
         given = {
             **{"call": ffi.cast("void *", library.address("eomgen_call")), "inputs": len(names)},

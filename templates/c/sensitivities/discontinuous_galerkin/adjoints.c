@@ -38,42 +38,15 @@ static void eg_pull_pair(const eg_passes *g, long pair, long k, eg_number *x, eg
     memcpy(d, room, (size_t)block * sizeof *d);
 }
 
-/* Takes - multipliers . e''[xi, .] of a sample, for one functional, into its column of state and rest. */
-static void eg_bend(const eg_passes *g, const eg_curvature *by, long k, const eg_number *multipliers,
-    const eg_number *xi, const eg_number *gradient, long functional, eg_number *state, eg_number *rest)
-{
-    const long nv = g->nv, n = eg_rows(g), width = eg_width(g), count = g->directions;
-    const eg_number *Jq = g->Jq0 + k * n * nv;
-    const double *bracket = g->brackets;
-    long i, f, r, c;
-    for (i = 0; i < width; ++i)
-        state[i * count + functional] += gradient[i];
-    for (i = width; i < by->moved; ++i)
-        rest[(i - width) * count + functional] += gradient[i];
-    for (f = 0; f < g->turns; ++f) { /* e'' is along increments of the start, gradients are left-trivialised */
-        const long first = g->turn[2 * f], size = g->turn[2 * f + 1];
-        for (r = 0; r < size; ++r) {
-            eg_number force = 0.0;
-            for (i = 0; i < n; ++i)
-                force += Jq[i * nv + first + r] * multipliers[i];
-            for (c = 0; c < size; ++c)
-                for (i = 0; i < size; ++i)
-                    state[(first + i) * count + functional] += xi[first + c] * bracket[(c * size + r) * size + i]
-                        * force;
-        }
-        bracket += size * size * size;
-    }
-}
-
 /* Takes what multipliers of the pairs of a step, (pairs, rows, functionals), make of how e' changes with its start:
  * pair by pair, or row by row of e where that is less. Returns a status of the call. */
 static int eg_bend_step(const eg_passes *g, const eg_curvature *by, long k, const eg_number *multipliers,
     eg_number *state, eg_number *rest)
 {
-    const long n = eg_rows(g), width = eg_width(g), count = g->directions;
+    const long nv = g->nv, n = eg_rows(g), width = eg_width(g), count = g->directions;
     const long pairs = eg_first_pair(g, g->passes), samples = pairs < n ? pairs : n;
     eg_number *weights = by->room, *moved = weights + samples * by->weighted, *found = moved + samples * by->moved,
-        *unit = found + samples * by->moved;
+        *own = found + samples * by->moved;
     double *results[1];
     long functional, pair, s, i;
     results[0] = (double *)found;
@@ -81,25 +54,36 @@ static int eg_bend_step(const eg_passes *g, const eg_curvature *by, long k, cons
     by->input[by->direction] = (const double *)moved;
     for (functional = 0; functional < count; ++functional) {
         memset(weights, 0, (size_t)(samples * (by->weighted + by->moved)) * sizeof *weights);
-        for (s = 0; s < samples; ++s)
-            for (i = 0; i < n; ++i) {
-                const eg_number own = samples == n ? (i == s ? 1.0 : 0.0) : multipliers[(s * n + i) * count + functional];
-                weights[s * by->weighted + i] = i < g->nv ? -own : own; /* e has minus the rates */
-            }
         for (pair = 0; pair < pairs; ++pair) {
             const eg_number *xi = g->along + (pair * g->steps + k) * width;
             if (samples < n)
                 memcpy(moved + pair * by->moved, xi, (size_t)width * sizeof *moved);
             else
                 for (s = 0; s < n; ++s)
-                    eg_add_scaled(moved + s * by->moved, 1.0 * multipliers[(pair * n + s) * count + functional], xi, width);
+                    eg_add_scaled(moved + s * by->moved, multipliers[(pair * n + s) * count + functional], xi, width);
+        }
+        for (s = 0; s < samples; ++s) {
+            for (i = 0; i < n; ++i)
+                own[i] = samples < n ? multipliers[(s * n + i) * count + functional] : i == s ? 1.0 : 0.0;
+            eg_weigh(g, -1.0, own, weights + s * by->weighted);
         }
         if (by->call(by->function, samples, by->input, by->strides, results))
             return 1;
         for (s = 0; s < samples; ++s) {
-            for (i = 0; i < n; ++i)
-                unit[i] = i < g->nv ? -weights[s * by->weighted + i] : weights[s * by->weighted + i];
-            eg_bend(g, by, k, unit, moved + s * by->moved, found + s * by->moved, functional, state, rest);
+            const eg_number *gradient = found + s * by->moved;
+            for (i = 0; i < width; ++i)
+                state[i * count + functional] += gradient[i];
+            for (i = width; i < by->moved; ++i)
+                rest[(i - width) * count + functional] += gradient[i];
+            if (!g->turns)
+                continue;
+            memset(own, 0, (size_t)nv * sizeof *own);
+            for (i = 0; i < n; ++i) {
+                const eg_number multiplier = samples < n ? multipliers[(s * n + i) * count + functional]
+                    : i == s ? 1.0 : 0.0;
+                eg_add_scaled(own, multiplier, g->Jq0 + (k * n + i) * nv, nv);
+            }
+            eg_add_brackets(g, 1.0, own, moved + s * by->moved, state + functional, count);
         }
     }
     return 0;
@@ -129,12 +113,10 @@ EG_SEEN long eomgen_passes_adjoints(const eg_passes *g, const eg_curvature *by, 
         *sum = of_pairs + pairs * all, *gone = sum + all, *turned = gone + block, *dq = turned + block,
         *dv = dq + block, *da = dv + block, *dz = da + block, *temporary = dz + small;
     long k, pass, node, mode, i;
-    for (i = 0; i < by->inputs; ++i)
-        by->input[i] += by->of_step[i] * g->steps;
+    eg_move_inputs(by, g->steps);
     for (k = g->steps - 1; k >= 0; --k) {
         const long end = (g->passes - 1) * m * g->steps + k;
-        for (i = 0; i < by->inputs; ++i)
-            by->input[i] -= by->of_step[i];
+        eg_move_inputs(by, -1);
         eg_add_scaled(state, 1.0, direct + k * width * count, width * count);
         /* the end of the step */
         memset(theta, 0, (size_t)(m * (2 * block + small)) * sizeof *theta);

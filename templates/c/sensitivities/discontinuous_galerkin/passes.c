@@ -17,15 +17,16 @@
  * and x_j,z. Behind it theta_i += sum V_ij d_j, w and y in the same way by x_j. In the first pass B is left out, a_i
  * is 0, and nodes differ in time alone.
  *
- * How e'(x_0) changes along xi, e''[xi, .], is had in two ways: a caller hands it over as matrices, of which tangents
- * are products, or adjoints ask for it contracted with their multipliers. Pairs are such xi in the order in which they
+ * How e'(x_0) changes along xi, e''[xi, .], a function of the model says: to tangents row by row, to adjoints contracted
+ * with their multipliers. Pairs are such xi in the order in which they
  * occur: of a refined pass those of S x for each node, then (0, 0, x_v, 0), and in each pass those of the modes.
  *
  * Arrays are (number, steps, size, directions), number a node, mode, pair or point; points are where e is evaluated: of
  * the first pass, then in each later one the nodes, and these again where it is refined.
  */
 
-/* Second derivatives of the equations at the starts of steps, by a function of the model for a batch of samples. */
+/* Second derivatives of the equations at the starts of steps, by a function of the model for a batch of samples: changes
+ * of gradients of weights . (residual, rates) along directions. */
 typedef struct eg_curvature {
     int (*call)(int function, long count, const double *const *inputs, const long *strides, double *const *outputs);
     int function;
@@ -35,7 +36,7 @@ typedef struct eg_curvature {
     const long *strides;     /* doubles of a sample, 0 but for weights and direction */
     long weights, direction; /* numbers of these blocks */
     long weighted, moved;    /* their sizes; those of direction are q, v, a, z, then parameters and inputs */
-    eg_number *room;         /* (rows, weighted + 2 moved + 1) */
+    eg_number *room;         /* (samples, weighted + 2 moved) and rows: samples are pairs of tangents times rows */
 } eg_curvature;
 
 /* What a caller hands over. */
@@ -58,7 +59,6 @@ typedef struct eg_passes {
     const eg_number *rate, *rate_along;        /* T^-1 there but the end, and its partials times v_i */
     const eg_number *T0_along;                 /* of pairs: partials of T(g v) u in v; 0 of those without T */
     const eg_number *along;                    /* pairs, (pairs, steps, 3 nv + nz) */
-    const eg_number *second;                   /* e''[xi, .], (pairs, steps, rows, 3 nv + nz + np); of tangents */
     const double *brackets;                    /* of rotating factors: ad of unit velocities, one behind the other */
 } eg_passes;
 
@@ -165,6 +165,40 @@ EG_SEEN int eomgen_passes_run(int (*run)(const double *parameters, const double 
             return status;
     }
     return 0;
+}
+
+/* Inputs of a function of the model become those of another step, so many ahead. */
+static void eg_move_inputs(const eg_curvature *by, long steps)
+{
+    long i;
+    for (i = 0; i < by->inputs; ++i)
+        by->input[i] += by->of_step[i] * steps;
+}
+
+/* Weights (rows) of a sample that picks the sum of multipliers times e, which has minus the rates. */
+static void eg_weigh(const eg_passes *g, double sign, const eg_number *multipliers, eg_number *weights)
+{
+    long i;
+    for (i = 0; i < eg_rows(g); ++i)
+        weights[i] = i < g->nv ? sign * multipliers[i] : -sign * multipliers[i];
+}
+
+/* gradient (3 nv + nz) += s times force (nv), Jq_0 times a row of multipliers, times ad of xi in q: e'' is along increments
+ * of the start, gradients are left-trivialised. */
+static void eg_add_brackets(const eg_passes *g, double s, const eg_number *force, const eg_number *xi,
+    eg_number *gradient, long step)
+{
+    const double *bracket = g->brackets;
+    long f, c, r, i;
+    for (f = 0; f < g->turns; ++f) {
+        const long first = g->turn[2 * f], size = g->turn[2 * f + 1];
+        for (c = 0; c < size; ++c)
+            for (r = 0; r < size; ++r)
+                for (i = 0; i < size; ++i)
+                    gradient[(first + i) * step] += s * xi[first + c] * bracket[(c * size + r) * size + i]
+                        * force[first + r];
+        bracket += size * size * size;
+    }
 }
 
 /* -- the passes again ------------------------------------------------------------------------------------------------ */

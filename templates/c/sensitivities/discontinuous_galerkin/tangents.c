@@ -22,16 +22,51 @@ static void eg_add_equations(const eg_passes *g, long point, long k, long rows, 
     eg_add(Y, s, g->P + at * g->np, rows, g->np, dp, count);
 }
 
-/* Y -= e''[xi, .] of a pair along (state, dp), in its first rows. */
-static void eg_take_second(const eg_passes *g, long pair, long k, long rows, const eg_number *state,
-    const eg_number *dp, eg_number *Y)
+/* e''[xi, .] of all pairs of a step, (pairs, rows, moved), or NULL where a function of the model failed. */
+static const eg_number *eg_second(const eg_passes *g, const eg_curvature *by, long k)
 {
-    const long width = eg_width(g), all = width + g->np, count = g->directions;
-    const eg_number *X = g->second + (pair * g->steps + k) * eg_rows(g) * all;
+    const long n = eg_rows(g), width = eg_width(g), pairs = eg_first_pair(g, g->passes);
+    eg_number *weights = by->room, *moved = weights + pairs * n * by->weighted, *found = moved + pairs * n * by->moved,
+        *unit = found + pairs * n * by->moved;
+    double *results[1];
+    long pair, r;
+    results[0] = (double *)found;
+    by->input[by->weights] = (const double *)weights;
+    by->input[by->direction] = (const double *)moved;
+    memset(weights, 0, (size_t)(pairs * n * (by->weighted + by->moved) ) * sizeof *weights);
+    memset(unit, 0, (size_t)n * sizeof *unit);
+    for (pair = 0; pair < pairs; ++pair)
+        for (r = 0; r < n; ++r) {
+            unit[r] = 1.0;
+            eg_weigh(g, 1.0, unit, weights + (pair * n + r) * by->weighted);
+            unit[r] = 0.0;
+            memcpy(moved + (pair * n + r) * by->moved, g->along + (pair * g->steps + k) * width,
+                (size_t)width * sizeof *moved);
+        }
+    if (by->call(by->function, pairs * n, by->input, by->strides, results))
+        return NULL;
+    for (pair = 0; g->turns && pair < pairs; ++pair)
+        for (r = 0; r < n; ++r)
+            eg_add_brackets(g, -1.0, g->Jq0 + (k * n + r) * g->nv, moved + (pair * n + r) * by->moved,
+                found + (pair * n + r) * by->moved, 1);
+    return found;
+}
+
+/* What a step begins with along the directions: (q, v, a, z) and, behind z, what e'' moves with, (moved - width, ...). */
+typedef struct eg_begun {
+    const eg_number *second, *state, *rest;
+    long moved;
+} eg_begun;
+
+/* Y -= e''[xi, .] of a pair along what the step begins with, in its first rows. */
+static void eg_take_second(const eg_passes *g, long pair, long rows, eg_begun begun, eg_number *Y)
+{
+    const long width = eg_width(g), count = g->directions;
+    const eg_number *X = begun.second + pair * eg_rows(g) * begun.moved;
     long i;
     for (i = 0; i < rows; ++i) {
-        eg_accumulate(Y + i * count, -1.0, X + i * all, 1, width, state, count);
-        eg_accumulate(Y + i * count, -1.0, X + i * all + width, 1, g->np, dp, count);
+        eg_accumulate(Y + i * count, -1.0, X + i * begun.moved, 1, width, begun.state, count);
+        eg_accumulate(Y + i * count, -1.0, X + i * begun.moved + width, 1, begun.moved - width, begun.rest, count);
     }
 }
 
@@ -54,10 +89,12 @@ EG_SEEN long eomgen_passes_tangent_room(const eg_passes *g)
     return ((5 * g->nodes + 7) * nv + (2 * g->nodes + 3) * n + (g->nodes + 1) * g->nz) * g->directions;
 }
 
-/* Tangents through the steps. state, in and out, (3 nv + nz, directions): dq, dv, da, dz; dp (np, directions). ends, of
- * each step: the state at its end. */
-EG_SEEN void eomgen_passes_tangents(const eg_passes *g, const eg_number *dp, eg_number *state, eg_number *ends,
-    eg_number *room)
+/* Tangents through the steps. state, in and out, (3 nv + nz, directions): dq, dv, da, dz; dp (np, directions). rest, of
+ * each step, or of all where rest_of_step is 0: what e'' at its start moves with behind z, (moved - (3 nv + nz),
+ * directions). ends, of each step: the state at its end. Returns the number of steps, or -1 where a function of the model
+ * failed. */
+EG_SEEN long eomgen_passes_tangents(const eg_passes *g, const eg_curvature *by, const eg_number *dp,
+    const eg_number *rest, long rest_of_step, eg_number *state, eg_number *ends, eg_number *room)
 {
     const long nv = g->nv, nz = g->nz, n = eg_rows(g), m = g->nodes, width = eg_width(g), count = g->directions;
     const long block = nv * count, small = nz * count, all = n * count, turning = eg_turning(g);
@@ -69,6 +106,10 @@ EG_SEEN void eomgen_passes_tangents(const eg_passes *g, const eg_number *dp, eg_
     long k, pass, node, mode, i;
     for (k = 0; k < g->steps; ++k) {
         const eg_number *T0 = g->T0 + k * turning;
+        const eg_begun begun = { eg_second(g, by, k), state, rest + k * rest_of_step, by->moved };
+        if (!begun.second)
+            return -1;
+        eg_move_inputs(by, 1);
         memset(theta, 0, (size_t)(m * (2 * block + small)) * sizeof *theta);
         for (pass = 0; pass < g->passes; ++pass) {
             const double *integral = pass ? g->integral : g->first_integral;
@@ -107,13 +148,13 @@ EG_SEEN void eomgen_passes_tangents(const eg_passes *g, const eg_number *dp, eg_
                 memset(X, 0, (size_t)all * sizeof *X);
                 eg_add_equations(g, point + node, k, nv, 1.0, moved, dp, X);
                 eg_turn_pair(g, pair + node, k, NULL, v, u, X);
-                eg_take_second(g, pair + node, k, n, state, dp, X);
+                eg_take_second(g, pair + node, n, begun, X);
                 eg_solve_step(g, k, X, count);
                 eg_add_scaled(da, -1.0, X, block);
                 eg_add_equations(g, point + m + node, k, n, -1.0, moved, dp, own);
                 eg_add(own, -1.0, g->Ja0 + k * n * nv, nv, nv, X, count);
                 memset(extra, 0, (size_t)all * sizeof *extra);
-                eg_take_second(g, pair + m + node, k, nv, state, dp, extra);
+                eg_take_second(g, pair + m + node, nv, begun, extra);
                 eg_add_scaled(own, 1.0, extra, block);
             }
             memset(right, 0, (size_t)(2 * all) * sizeof *right);
@@ -135,7 +176,7 @@ EG_SEEN void eomgen_passes_tangents(const eg_passes *g, const eg_number *dp, eg_
                 eg_add(own, -1.0, g->Ja0 + k * n * nv, n, nv, sum, count);
                 eg_add_scaled(own + block, -1.0, sum + block, small);
                 eg_turn_pair(g, modes + mode, k, u, v, own_d, own);
-                eg_take_second(g, modes + mode, k, n, state, dp, own);
+                eg_take_second(g, modes + mode, n, begun, own);
                 eg_solve_step(g, k, own, count);
                 eg_add_tangent(g, own_d, g->gain, T0, 0, own, count);
                 eg_add_scaled(gone, 1.0, own_d, block);
@@ -163,4 +204,5 @@ EG_SEEN void eomgen_passes_tangents(const eg_passes *g, const eg_number *dp, eg_
         memcpy(ends, state, (size_t)(width * count) * sizeof *ends);
         ends += width * count;
     }
+    return g->steps;
 }
