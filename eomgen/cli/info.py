@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from eomgen.cli.fields import show as show_fields
 from eomgen.cli.hamiltonian import show
 from eomgen.cli.options import debug_option, json_option, scene_options, terms_option
 from eomgen.cli.printing import console, print_json
@@ -44,10 +45,13 @@ def info(
 ) -> None:
     """Show degrees of freedom, groups, kept and dropped terms, and exact operation counts of a SCENE."""
     from eomgen.mechanics.savings import savings  # noqa: PLC0415  # SymPy comes with it
-    from eomgen.pipeline.hamiltonians import hamiltonian_of  # noqa: PLC0415
+    from eomgen.pipeline.hamiltonians import field_system_of, hamiltonian_of  # noqa: PLC0415
     from eomgen.pipeline.pipeline import derive, load_scene  # noqa: PLC0415
     from eomgen.pipeline.step_operations import joined_coordinates, operations_of_step  # noqa: PLC0415
 
+    if (fields := field_system_of(scene)) is not None:
+        show_fields(fields, method, as_json=as_json)
+        return
     if (
         hamiltonian := hamiltonian_of(scene, {**reading, "terms": terms, "base_parameters": base_parameters})
     ) is not None:

@@ -19,11 +19,14 @@ from eomgen.system.selection import Selection
 
 if TYPE_CHECKING:
     from eomgen.hamiltonian.model import HamiltonianModel
+    from eomgen.scene.hamiltonian.fields import FieldSystem
     from eomgen.system.system import System
 
 #: Where a file says what it is, above its tables.
 _KIND = re.compile(r"^\s*kind\s*=\s*[\"']hamiltonian[\"']", re.MULTILINE)
 _TABLE = re.compile(r"^\s*\[", re.MULTILINE)
+#: Where it says that it is of fields.
+_MESH = re.compile(r"^\s*(\[\s*mesh\s*\]|mesh\s*[.=])", re.MULTILINE)
 #: What is looked at of a file, bytes.
 _HEAD = 20_000
 
@@ -43,16 +46,36 @@ HAMILTONIANS = FrontEnd("hamiltonian", Hamiltonian, _describe, _derive)
 
 def says_hamiltonian(path: str | os.PathLike[str]) -> bool:
     """Return whether a file says that it holds a Hamiltonian system; what cannot be read does not."""
-    file = Path(path)
-    if file.suffix.lower() != ".toml":
-        return False
-    try:
-        with file.expanduser().open("rb") as stream:
-            head = stream.read(_HEAD).decode("utf-8", "replace")
-    except (OSError, ValueError, RuntimeError):
-        return False
+    head = _head(path)
     table = _TABLE.search(head)
     return _KIND.search(head[: table.start()] if table else head) is not None
+
+
+def _head(path: str | os.PathLike[str]) -> str:
+    """Return the beginning of a TOML file; nothing of what cannot be read."""
+    file = Path(path)
+    if file.suffix.lower() != ".toml":
+        return ""
+    try:
+        with file.expanduser().open("rb") as stream:
+            return stream.read(_HEAD).decode("utf-8", "replace")
+    except (OSError, ValueError, RuntimeError):
+        return ""
+
+
+def field_system_of(path: str | os.PathLike[str]) -> FieldSystem | None:
+    """Return the system of fields on a mesh that a file describes; None where it describes anything else.
+
+    Raises
+    ------
+    DescriptionError
+        With everything that is wrong with its content.
+    """
+    if not says_hamiltonian(path) or not _MESH.search(_head(path)):
+        return None
+    from eomgen.scene.hamiltonian.field_reading import load_fields  # noqa: PLC0415  # most scenes are mechanical
+
+    return load_fields(path)
 
 
 def hamiltonian_of(described: object, options: Mapping[str, Any] | None = None) -> Hamiltonian | None:

@@ -83,8 +83,8 @@ def field_problem(system: FieldSystem, chains: int = 0) -> FieldProblem:
     DescriptionError, FileError
         A file of data or of a power spectrum that cannot be taken.
     """
+    memory = memory_of(system, chains)
     mesh = Mesh(system.cells, system.lengths)
-    memory = _memory(system, mesh, chains or system.sampling.chains)
     made = _Making(system, mesh)
     for item in system.data:
         if item.kind not in DRAWN:
@@ -115,12 +115,20 @@ def field_problem(system: FieldSystem, chains: int = 0) -> FieldProblem:
     return FieldProblem(system, posterior, made.operators, truth, memory, digest.hexdigest())
 
 
-def _memory(system: FieldSystem, mesh: Mesh, chains: int) -> int:
-    """Return the bytes of a run. Raises ModelError where there is less memory."""
+def memory_of(system: FieldSystem, chains: int = 0) -> int:
+    """Return the bytes that sampling takes at most, with so many chains; 0: as many as the file says. Nothing is made.
+
+    Raises
+    ------
+    ModelError
+        The machine has less memory.
+    """
+    chains = chains or system.sampling.chains
     filters = sum(2 if item.kind == "difference" else 1 for item in system.operators)  # twice half a field each
     masks = sum(2 for item in system.operators if item.kind == "mask")
     fields = 2 * len(system.fields) + 2 * len(system.data) + filters + masks + _RECORD + 2 * (system.truth is not None)
     with _at(system, "mesh.cells"):
+        mesh = Mesh(system.cells, system.lengths)
         return mesh.require_memory(_SPECTRA + chains, fields, f"sampling with {counted(chains, 'chain')}")
 
 

@@ -242,3 +242,23 @@ def test_mean_and_deviation_are_those_of_all_samples() -> None:
     assert cells.shape[0] == 20
     assert made.samples.mean.ravel() == pytest.approx(cells.mean(axis=0), abs=1e-13)
     assert made.samples.deviation.ravel() == pytest.approx(cells.std(axis=0, ddof=1), abs=1e-13)
+
+
+def test_info_shows_a_system_of_fields(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("small.toml").write_text(FILE, encoding="utf-8")
+    assert main(["info", "small.toml", "--method", "suzuki4", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["operators"] == {"s": "power"} and told["data"] == {"counts": "poisson"}
+    assert told["transforms_per_gradient"] == 2 and told["fields"] == ["s"]
+    assert told["method"]["gradients"] == 5 and told["method"]["order"] == 4
+    assert told["wave_numbers"] == pytest.approx([2 * np.pi / 40, np.pi / 5])
+    assert told["memory"] == sample("small.toml", samples=1, warm_up=0).problem.memory
+    assert main(["info", "small.toml"]) == 0
+    shown = capsys.readouterr().out
+    assert "8 x 8 cells of 5 x 5" in shown and "energy of a cell" in shown and "minimum_norm2, order 2" in shown
+    Path("large.toml").write_text(FILE.replace("[8, 8]", "[10000000, 10000000]"), encoding="utf-8")
+    assert main(["info", "large.toml"]) == 4
+    assert "large.toml:5 (mesh.cells): sampling with 2 chains on 10000000 x 10000000 cells" in capsys.readouterr().err

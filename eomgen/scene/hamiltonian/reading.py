@@ -24,7 +24,7 @@ from eomgen.scene.sources.toml import toml_data
 from eomgen.text import NAME_RULE, is_legal, shown
 
 #: What there is for systems of fields, for messages.
-OF_FIELDS = "eomgen sample, or eomgen.sampling.sample(...)"
+OF_FIELDS = "eomgen sample or info, or eomgen.sampling.sample(...)"
 #: Sections whose entries may repeat.
 SECTIONS = ("parameters", "coordinates", "hamiltonian", "outputs")
 _KEYS = ("format", "kind", "name", "description", *SECTIONS, "repeat", "simulation")
