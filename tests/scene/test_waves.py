@@ -524,3 +524,42 @@ def test_masses_know_no_waves() -> None:
 def test_waves_that_nothing_asks_for_are_noted() -> None:
     assert "the sea sea changes nothing: no formula mentions it" in _scene(outputs={}).notes
     assert not [note for note in _scene().notes if re.search("sea .*changes nothing", note)]
+
+
+@pytest.mark.slow
+def test_waves_push_the_nodes_of_a_mooring_line() -> None:
+    """By the power of a load that has the water's velocity at each node, weighted by the trapezoidal rule."""
+    force = [f"500 * water_velocity.sea(position.here[0], position.here[1], position.here[2])[{k}]" for k in range(3)]
+    nodes = {f"node{k}": {"body": "line", "position": [7.5 * k, 0, 0]} for k in range(5)}
+    swell = {"regular": [{"amplitude": 2, "period": 9, "heading": 0.5}], "depth": 50}
+    section = {"shape": "circle", "diameter": 0.05, "density": 7800, "elastic_modulus": 2e11, "poisson_ratio": 0.3}
+    scene = {
+        "format": 1,
+        "name": "mooring",
+        "waves": {"sea": swell},
+        "beams": {"line": {"model": "cosserat", "length": 30, "section": section, "elements": 4}},
+        "joints": {
+            "anchor": {
+                "type": "spherical",
+                "parent": "base",
+                "child": "line",
+                "position": [1, 2, -40],
+                "rotation": [{"axis": [0, 1, 0], "angle": -1.2}],
+            }
+        },
+        "points": nodes,
+        "distributed_loads": {"drag": {"beam": "line", "force": force}},
+        "outputs": {
+            "power": {"formula": "energy.power"},
+            **{f"x_{name}": {"position": name} for name in nodes},
+            **{f"v_{name}": {"velocity": name} for name in nodes},
+        },
+    }
+    model = eomgen.build(from_data(scene))
+    q, v = model.initial_q, np.random.default_rng(4).uniform(-1.0, 1.0, model.nv)
+    found = model.outputs(q, v, t=3.0)
+    waves, power = _waves(_scene(swell)), 0.0
+    for k, name in enumerate(nodes):
+        u = np.array([waves.value("water_velocity", n, *found[f"x_{name}"], 3.0) for n in range(3)])
+        power += (3.75 if k in (0, 4) else 7.5) * 500.0 * float(u @ found[f"v_{name}"])
+    assert found["power"] == pytest.approx(power, rel=1e-12)
