@@ -13,6 +13,8 @@ from typing import Any
 NAME_LENGTH = 64
 NAME_RULE = f"up to {NAME_LENGTH} ASCII letters, digits and underscores, no digit first"
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,63}")
+#: A name, or names joined by dots, with numbers of components: ``q.drive``, ``output.tip[2]``.
+_PATH = re.compile(r"[A-Za-z_]\w{0,63}(\.\w{1,64}|\[\d{1,6}\])*", re.ASCII)
 _SHOWN = 48
 _LISTED = 8
 _COMPARED = 300  # a hint is not worth more time
@@ -61,7 +63,7 @@ def key_of(*parts: str | int) -> str:
 
 def listed(names: Iterable[str]) -> str:
     """Return names separated by commas, shortened after the eighth."""
-    every = [name if is_legal(name) else shown(name) for name in names]
+    every = [name if _PATH.fullmatch(name) else shown(name) for name in names]
     more = f" and {len(every) - _LISTED} more" if len(every) > _LISTED else ""
     return ", ".join(every[:_LISTED]) + more
 
@@ -73,7 +75,7 @@ def counted(count: int, singular: str, plural: str = "") -> str:
 
 def nearest(name: str, known: Iterable[str]) -> str:
     """Return a hint: the known names closest to ``name``, or what names there are."""
-    every = [candidate for candidate in itertools.islice(known, _COMPARED) if is_legal(candidate)]
+    every = [candidate for candidate in itertools.islice(known, _COMPARED) if _PATH.fullmatch(candidate)]
     close = difflib.get_close_matches(name[:NAME_LENGTH], every, n=3, cutoff=0.6)
     if close:
         return " or ".join(close)

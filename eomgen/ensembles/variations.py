@@ -88,7 +88,8 @@ def find_variation(model: CompiledModel, name: str, where: str = "vary") -> Vari
         raise UsageError(Problem(f"{where} {name}", f"the parameter {name} is fixed in the code", hint))
     every = [*model.parameters, *model.inputs, *of_states, *laws_that_vary(model)]
     what = f"there is no parameter, input or initial state {shown(name)}"
-    raise UsageError(Problem(where, what, nearest(name, every)))
+    none = "NAME = { value = ..., tunable = true } in the scene's [parameters]: nothing of this scene varies yet"
+    raise UsageError(Problem(where, what, nearest(name, every) or none))
 
 
 def read_varied(

@@ -271,6 +271,7 @@ def test_a_failed_sample_is_kept_with_its_reason(cart: eomgen.Model, tmp_path: P
             {"vary": {"masss": "normal(1, 0.1)"}},
             "there is no parameter, input or initial state 'masss'; try: mass",
         ),
+        ({"vary": {"q.rale": "normal(1, 0.1)"}}, "there is no parameter, input or initial state 'q.rale'; try: q.rail"),
         ({"vary": {"mass": 1.0}}, "vary mass: a distribution is needed, not float"),
         ({"vary": VARY, "design": "sobl"}, "design: there is no design 'sobl'; try: sobol"),
         ({"vary": VARY, "samples": 0}, "samples must be a whole number from 1 on, not 0"),
