@@ -337,7 +337,7 @@ ORDER: dict[str, tuple[str, ...]] = {
         "start",
     ),
     "simulation.sensitivities": (
-        "equations functionals motion routines turning",
+        "equations functionals motion routines turning undefined_derivatives",
         "following_start galerkin_sweeps linear_steps",
         "galerkin_steps",
         "beginning step_matrices",

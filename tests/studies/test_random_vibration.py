@@ -317,6 +317,10 @@ def test_outputs_without_spread_are_named() -> None:
     assert "does not depend on the random processes" in found.message
     assert found.distributions["second_order"].below[0] == found.distributions["monte_carlo"].below[0] == 1.0
     assert np.isnan(found.moments["monte_carlo"][2]) and np.isnan(found.moments["second_order"][2])
+    assert "though samples differ" not in found.message
+    kinked = built(text.replace('"3"', '"abs(q.slide - 0.48835331272856514)"'))
+    with pytest.raises(UsageError, match="output: about the mean the output has neither slope nor bend, though sam"):
+        random_vibration(kinked, "fixed", 1.0, 0.1, method="trapezoidal")
     far = random_vibration(model, "far", 1.0, 0.1, thresholds=[1e9 + 0.6], method="trapezoidal")
     assert "of its mean: rounding of runs leaves few of its digits" in far.message
 

@@ -21,6 +21,7 @@ from eomgen.studies.tuning.demand import Demand
 from eomgen.studies.tuning.judge import KNOWN, Judge
 from eomgen.studies.tuning.nearby_conditions import conditions
 from eomgen.studies.tuning.scene_text import with_settings
+from eomgen.studies.tuning.tune import _shortest
 from eomgen.studies.work_precision.axes import candidates
 from eomgen.studies.work_precision.formulations import formulations
 from eomgen.studies.work_precision.running import Grid, Runner
@@ -441,3 +442,8 @@ def test_the_command_writes_the_scene(path: Path, tmp_path: Path, capsys: pytest
     assert "--real-time soon: this is no time; try: --real-time 1ms" in capsys.readouterr().err
     assert main(["tune", *arguments, "--out", str(tmp_path / "tuned.json")]) == 2
     assert "a scene is written as a .toml file; try: --out tuned.toml" in capsys.readouterr().err
+
+
+def test_steps_are_written_in_the_digits_that_they_have() -> None:
+    assert 3.0 * 0.005 != 0.015 == _shortest(3.0 * 0.005)
+    assert [_shortest(value) for value in (0.01 / 3.0, 1e-3, 2.5e-7)] == [0.01 / 3.0, 1e-3, 2.5e-7]

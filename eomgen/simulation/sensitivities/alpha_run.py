@@ -15,6 +15,7 @@ from eomgen.simulation.sensitivities.linear_run import By, LinearPart, LinearRun
 from eomgen.simulation.sensitivities.linear_steps import LinearSteps, StepMatrices
 from eomgen.simulation.sensitivities.motion import Motion, Part
 from eomgen.simulation.sensitivities.step_matrices import step_matrices
+from eomgen.simulation.sensitivities.undefined_derivatives import undefined_derivatives
 from eomgen.simulation.stepping.states import Prescribed
 
 
@@ -85,6 +86,10 @@ class AlphaRun(LinearRun[AlphaPart]):
         blocks = self.blocks(states, given)
         behind = {name: array if name == "p" else array[1:] for name, array in blocks.items()}
         partials = self.equations.partials(behind)
+        rows = np.isfinite(partials.Jq).all(axis=(1, 2)) & np.isfinite(partials.Jv).all(axis=(1, 2))
+        if not rows.all():
+            t = float(states.t[1:][int(np.argmin(rows))])
+            raise undefined_derivatives(self.run.model, f"at t = {t:.6g} s")
         matrices, eta = step_matrices(
             self.equations, partials, states, given, part.memory, self.coefficients, self.inverse_inertia
         )

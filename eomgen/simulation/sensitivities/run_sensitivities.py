@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from eomgen.arrays import Array
 from eomgen.calls import checked_calls
 from eomgen.compiled.arguments import numbers
-from eomgen.errors import NumericalError, Problem, UsageError
+from eomgen.errors import Problem, UsageError
 from eomgen.simulation.sensitivities import galerkin_second_order, second_order
 from eomgen.simulation.sensitivities.alpha_run import AlphaRun
 from eomgen.simulation.sensitivities.functionals import Functional, Weights, read_functional
@@ -20,6 +20,7 @@ from eomgen.simulation.sensitivities.galerkin_run import GalerkinRun
 from eomgen.simulation.sensitivities.input_derivatives import input_derivatives
 from eomgen.simulation.sensitivities.linear_run import LinearRun
 from eomgen.simulation.sensitivities.stationary_run import StationaryRun
+from eomgen.simulation.sensitivities.undefined_derivatives import undefined_derivatives
 
 
 @checked_calls("model.sensitivities(...), which makes one", wrt="by")
@@ -92,7 +93,7 @@ class Sensitivities:
             by_state = run.products(Y, record if whole else record[chosen])
             derivatives.append(by_state + np.tensordot(Yp, run.along.dp[: equations.parameters], 1))
             record = found[-1:]
-        return _finite(np.concatenate(derivatives))
+        return self._finite(np.concatenate(derivatives))
 
     def _by_output(self, table: Array) -> dict[str, Array]:
         return {
@@ -125,14 +126,14 @@ class Sensitivities:
         if isinstance(run, AlphaRun):
             known = second_order.gradients(run, weights)
             self._known = (tuple(of), known) if all(isinstance(one, str) for one in of) else None
-            return _finite(known.values)
+            return self._finite(known.values)
         state = np.zeros((len(run.state), len(weights)))
         of_parameters = np.zeros((len(run.along.dp), len(weights)))
         direct = np.zeros((1, len(run.record), len(weights)))
         for part in map(run.of_part, run.motion.backwards()):
             direct = run.of_rows(part, run.row_weights(part, weights), of_parameters)
             run.take_back(part, direct[1:], state, of_parameters)
-        return _finite(state.T @ run.state + direct[0].T @ run.record + of_parameters.T @ run.along.dp)
+        return self._finite(state.T @ run.state + direct[0].T @ run.record + of_parameters.T @ run.along.dp)
 
     # -- second derivatives --------------------------------------------------------------------------------------------
 
@@ -169,7 +170,7 @@ class Sensitivities:
         else:
             known = self._known[1] if self._known is not None and self._known[0] == tuple(of) else None
             slopes, bends = second_order.hessians(run, self._weights(of), known)
-        return _finite(slopes), _finite(bends)
+        return self._finite(slopes), self._finite(bends)
 
     @property
     def keeps_adjoints(self) -> bool:
@@ -219,7 +220,7 @@ class Sensitivities:
             found = galerkin_second_order.hessian_products(run, [weights], columns)[1][0]
         else:
             found = second_order.hessian_products(run, weights, columns)
-        return _finite(found.reshape(vectors.shape))
+        return self._finite(found.reshape(vectors.shape))
 
     # -- inputs -------------------------------------------------------------------------------------------------------
 
@@ -251,7 +252,7 @@ class Sensitivities:
             hint = 'inputs={"command": ...}' if not inputs else f'inputs={{"{inputs[0].name}": ...}}, to give values'
             raise UsageError(Problem("input_gradient", what, hint))
         assert isinstance(run, AlphaRun | GalerkinRun)  # for mypy: these are all
-        table = _finite(input_derivatives(run, weights))
+        table = self._finite(input_derivatives(run, weights))
         return {name: table[:, column] for name, column in columns.items()}
 
     def _twice(self, wanted: str) -> AlphaRun | GalerkinRun:
@@ -271,6 +272,12 @@ class Sensitivities:
             )
         return run
 
+    def _finite(self, found: Array) -> Array:
+        """Return derivatives as they are. Raises NumericalError where they are no numbers."""
+        if not np.isfinite(found).all():
+            raise undefined_derivatives(self._run.run.model, "somewhere in the run")
+        return found
+
     def _weights(self, of: Sequence[Functional]) -> list[Weights]:
         if isinstance(of, str):
             raise UsageError(Problem("of", f"a list is needed, not the text {of!r}", f'["{of}"]'))
@@ -278,15 +285,6 @@ class Sensitivities:
             raise UsageError(Problem("of", "there is nothing to take derivatives of", '["final(angle)"]'))
         size, rows = sum(map(len, self._components.values())), self._run.motion.steps + 1
         return [read_functional(one, self._components, size, rows) for one in of]
-
-
-def _finite(found: Array) -> Array:
-    """Return derivatives as they are. Raises NumericalError where they are no numbers."""
-    if not np.isfinite(found).all():
-        what = "derivatives are no finite numbers: somewhere in the run a formula has none (a root, a logarithm or a"
-        what += " power at zero)"
-        raise NumericalError(Problem("sensitivities", what, "eomgen check, which names formulas that are not smooth"))
-    return found
 
 
 def _counted(outputs: Mapping[str, Sequence[int]]) -> dict[str, list[int]]:

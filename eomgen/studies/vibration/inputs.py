@@ -154,26 +154,35 @@ def check_output(model: Model, output: str) -> None:
         raise UsageError(Problem("output", f"{output!r} is no single component of {name}", hint))
 
 
-def thresholds_of(mean: float, deviation: float, given: Sequence[float] | None, *, needs_spread: bool) -> Array:
+def thresholds_of(
+    mean: float, deviation: float, given: Sequence[float] | None, *, needs_spread: bool, varies: bool
+) -> Array:
     """Return the thresholds. Raises UsageError where the output has no spread.
 
     Parameters
     ----------
     mean, deviation : of the output
     needs_spread : whether an output without spread is refused, in any case where no thresholds are given
+    varies : whether samples differ
     """
     if (needs_spread or given is None) and not deviation > 0.0:
-        what = "to second order about the mean the output does not depend on the random processes at this time"
-        raise UsageError(Problem("output", what, "another output, a later time; samples alone: points=False"))
+        hint = "another output, a later time; samples alone: thresholds=[...], points=False (--threshold, --no-points)"
+        raise UsageError(Problem("output", _without_spread(varies=varies), hint))
     if given is None:
         return mean + deviation * special.ndtri(np.array(SHARES))
     return np.array(given)
 
 
-def doubts_of_spread(mean: float, deviation: float) -> list[str]:
+def _without_spread(*, varies: bool) -> str:
+    if varies:
+        return "about the mean the output has neither slope nor bend, though samples differ: a kink, as of abs at 0"
+    return "to second order about the mean the output does not depend on the random processes at this time"
+
+
+def doubts_of_spread(mean: float, deviation: float, *, varies: bool) -> list[str]:
     """Return a note on an output that is constant, or nearly so."""
     if not deviation > 0.0:
-        return ["to second order about the mean the output does not depend on the random processes at this time"]
+        return [_without_spread(varies=varies)]
     if deviation < _FAINT * abs(mean):
         part = deviation / abs(mean)
         return [f"the output's standard deviation is {part:.1g} of its mean: rounding of runs leaves few of its digits"]

@@ -133,8 +133,9 @@ def random_vibration(
     form = forms.get("second_order", forms.get("projected"))
     best = forms.get("hermite", form)
     mean, deviation = study.sampled_spread(samples) if best is None else (best.mean, best.standard_deviation)
-    wanted = thresholds_of(mean, deviation, thresholds, needs_spread=points)
-    study.notes += doubts_of_spread(mean, deviation)
+    varies = deviation > 0.0 or study.varies()
+    wanted = thresholds_of(mean, deviation, thresholds, needs_spread=points, varies=varies)
+    study.notes += doubts_of_spread(mean, deviation, varies=varies)
     study.distributions = {name: of_form(one, wanted) for name, one in forms.items()}
     study.moments = {name: moments_of(one) for name, one in forms.items()}
     indices = study.about_points(wanted, tail_samples, samples) if points else np.full(len(wanted), np.nan)
@@ -217,6 +218,13 @@ class _Study:
             with self._counted("hermite"):
                 forms["hermite"] = hermite_projection(self._expanded, pairs, self.seed)
         return forms
+
+    def varies(self) -> bool:
+        """Return whether a few samples differ."""
+        points = np.random.default_rng(self.seed + 1).standard_normal((_TRIED, self.response.size))
+        y = self.response.values(points)
+        known = y[np.isfinite(y)]
+        return len(known) > 0 and bool(np.ptp(known) > 0.0)
 
     def check_form(self, form: QuadraticForm) -> None:
         """Note where the form about the mean is far from what a few samples are."""
