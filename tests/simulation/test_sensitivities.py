@@ -310,9 +310,9 @@ def test_derivatives_that_are_no_numbers_are_told() -> None:
     with pytest.raises(NumericalError) as caught:
         _ = model.sensitivities(0.1, STEP).derivatives
     assert str(caught.value) == (
-        "numerical error: sensitivities: derivatives are no finite numbers somewhere in the run: a formula has none there,"
-        " of the forces perhaps abs(v.slide) ** 0.5; try: a formula that is smooth there, sqrt(x**2 + 1e-6) for abs(x);"
-        " eomgen check names those that are not"
+        "numerical error: sensitivities: derivatives are no finite numbers somewhere in the run: a formula has none"
+        " there, of the forces perhaps abs(v.slide) ** 0.5; try: a formula that is smooth there, sqrt(x**2 + 1e-6) for"
+        " abs(x); eomgen check names those that are not"
     )
 
 

@@ -445,5 +445,6 @@ def test_the_command_writes_the_scene(path: Path, tmp_path: Path, capsys: pytest
 
 
 def test_steps_are_written_in_the_digits_that_they_have() -> None:
-    assert 3.0 * 0.005 != 0.015 == _shortest(3.0 * 0.005)
-    assert [_shortest(value) for value in (0.01 / 3.0, 1e-3, 2.5e-7)] == [0.01 / 3.0, 1e-3, 2.5e-7]
+    assert _shortest(0.015000000000000001) == _shortest(0.1 * 0.15) == 0.015
+    assert _shortest(1e-3) == 1e-3
+    assert _shortest(0.01 / 3.0) == pytest.approx(0.01 / 3.0, rel=2e-16, abs=0.0)
