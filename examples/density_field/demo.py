@@ -125,7 +125,7 @@ def level_of(problem: FieldProblem) -> float:
     return float(samples.potential.mean() - 3.0 * samples.potential.std())
 
 
-def draw(table: Costs, burnt: dict[str, tuple[float, float]], title: str, found: FieldSamples | None) -> plt.Figure:
+def draw(table: Costs, burnt: dict[str, tuple[float, float]], given: Any, found: FieldSamples | None) -> plt.Figure:
     """Draw samples of the field where there are some, and below them what integrators cost."""
     figure = plt.figure(figsize=(11, 7.2 if found else 4.0), layout="constrained")
     rows = figure.subfigures(2 if found else 1, 1, squeeze=False)[:, 0]
@@ -149,7 +149,7 @@ def draw(table: Costs, burnt: dict[str, tuple[float, float]], title: str, found:
     ticks = [value for value in (2, 3, 5, 10, 20, 30, 50, 100) if low <= value <= high]
     left.set_yticks(ticks, [str(value) for value in ticks])
     left.legend(frameon=False, fontsize="small")
-    left.set_title(title, loc="left", fontsize="medium")
+    left.set_title(f"{given.mean:g} objects in a cell, mass {given.mass}", loc="left", fontsize="medium")
     names = list(burnt)[::-1]
     colours = [COLOURS.get(name.split(",")[0], "#777777") for name in names]
     right.barh(names, [burnt[name][0] for name in names], color=colours, alpha=0.8)
@@ -158,7 +158,7 @@ def draw(table: Costs, burnt: dict[str, tuple[float, float]], title: str, found:
     right.set_xscale("log")
     right.margins(x=0.15)
     right.set_xlabel("gradients, median of five chains")
-    right.set_title("burn-in from a field of 0, 32³ cells", loc="left", fontsize="medium")
+    right.set_title(f"burn-in from a field of 0, {given.burn_in_cells}³ cells", loc="left", fontsize="medium")
     right.set_visible(bool(names))
     for axes in (left, right):
         axes.grid(alpha=0.3, linewidth=0.5)
@@ -199,7 +199,8 @@ def main() -> None:
     arguments.add_argument("--trajectories", type=int, default=40, help="of each method on each mesh")
     arguments.add_argument("--mean", type=float, default=0.04, help="objects in a cell")
     arguments.add_argument("--mass", default="fisher", choices=["fisher", "prior"])
-    arguments.add_argument("--burn-in", action=argparse.BooleanOptionalAction, default=True, help="on the 32^3 mesh")
+    arguments.add_argument("--burn-in", action=argparse.BooleanOptionalAction, default=True, help="compare it, too")
+    arguments.add_argument("--burn-in-cells", type=int, default=32, help="along each axis, of its mesh")
     arguments.add_argument("--sample", action=argparse.BooleanOptionalAction, default=True, help="the file as it is")
     arguments.add_argument("--draw", action="store_true", help="draw what the folder has from a run before")
     arguments.add_argument("--steps", default="", metavar="METHOD=STEP,...", help="in place of the best that is found")
@@ -226,7 +227,7 @@ def main() -> None:
             )
             path.write_text(json.dumps({"costs": table, "burn_in": burnt}, indent=2) + "\n")
     if given.burn_in and not given.draw:
-        problem = problem_of(32, given.mean)
+        problem = problem_of(given.burn_in_cells, given.mean)
         level = level_of(problem)
         for method, first in (("leapfrog", "kick"), ("leapfrog", "drift"), ("suzuki4", "kick"), ("suzuki4", "drift"),
                               ("minimum_norm2", "drift"), ("omf4", "drift")):  # fmt: skip
@@ -237,7 +238,7 @@ def main() -> None:
     if given.sample:
         goes_on = (given.out / "checkpoint.npz").is_file()
         found_field = sample(SYSTEM, folder=given.out, progress=True, resume=goes_on)
-    figure = draw(table, burnt, f"{given.mean:g} objects in a cell, mass {given.mass}", found_field)
+    figure = draw(table, burnt, given, found_field)
     figure.savefig(given.out / "density_field.png", dpi=120)
     print(given.out / "density_field.png")
 
