@@ -68,6 +68,24 @@ pair = { formula = ["q.slide", "v.slide"] }
 aside = { formula = "far * t" }
 bent = { formula = "(far + gain) * t + far * gain * t**2 / (1 + t)" }
 """
+ROD = """
+[bodies.link]
+mass = 0.5
+inertia = [1e-2, 1e-2, 1e-2]
+
+[joints.hinge]
+type = "revolute"
+parent = "a"
+child = "link"
+axis = [0, 1, 0]
+
+[constraints.rod]
+type = "distance"
+first = { body = "link", position = [0, 0, -0.5] }
+second = { body = "base", position = [0.4, 0, -0.6] }
+length = 0.4
+
+"""
 TRUE = {"mass_a": 1.0, "mass_b": 2.0, "stiffness": 30.0, "damping": 1.0}
 NOISE = 1e-3
 
@@ -499,6 +517,16 @@ def test_starts_of_absolute_bodies_follow_what_is_unknown(slider: eomgen.Model) 
         UsageError, match=r"states: the scene's initial state follows from parameters, and v\.a\[3\] cannot"
     ):
         found_by(model, data(), "stiffness", states=["v.a[3]"])
+
+
+def test_the_file_of_a_loop_is_read(tmp_path: Path) -> None:
+    """Its multipliers are columns, too, and neither outputs nor mistakes."""
+    text = SCENE.replace("[efforts.spring]", ROD + "[efforts.spring]").replace('"push - ', '"')
+    loop = built_for_run(load_toml(text))
+    loop.simulate(1.0, 0.01, parameters={"stiffness": 28.0}, error_estimate=False).save(tmp_path / "run.csv")
+    assert "rod: distance" in (tmp_path / "run.csv").read_text(encoding="utf-8").partition("\n")[0]
+    found = found_by(loop, tmp_path / "run.csv", "stiffness", "damping", outputs=["x"], step=0.01)
+    assert found["stiffness"].value == pytest.approx(28.0, rel=1e-6)
 
 
 def test_a_solution_and_a_number_are_no_tables(slider: eomgen.Model) -> None:

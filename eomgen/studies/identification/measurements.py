@@ -181,7 +181,7 @@ def _wanted(chosen: Sequence[str], known: Sequence[str]) -> list[str]:
 def _of_solution(model: Model, column: str) -> bool:
     """Return whether a column is one of a solution that is no output: a state, an energy, a multiplier."""
     states = (*model.q_names, *model.v_names, *model.z_names, *(f"a{name[1:]}" for name in model.v_names))
-    return column in states or column.startswith(("energy.", "multipliers"))
+    return column in (*states, *model.multipliers) or column.startswith(("energy.", "multipliers"))
 
 
 def check_missing(missing: str) -> None:
