@@ -177,7 +177,8 @@ def _chains(found: FieldSamples) -> Any:
         middle.set_xlabel("error of the energy of a trajectory")
         middle.legend(frameon=False, fontsize="x-small", loc="upper right")
     middle.set_yticks([])
-    middle.set_title(f"acceptance {samples.acceptance:.3f}" if count else "no samples", loc="left", fontsize="medium")
+    middle.set_visible(bool(count))
+    middle.set_title(f"acceptance {samples.acceptance:.3f}" if count else "", loc="left", fontsize="medium")
     r_hats = found.r_hats()
     r_hats = r_hats[np.isfinite(r_hats)]
     if r_hats.size:

@@ -18,6 +18,8 @@ from eomgen.text import counted, json_text
 
 #: Samples of a chain from which on chains are held against one another.
 ENOUGH = 4
+#: Samples of a chain from which on a split R-hat above so much is said.
+DOUBTED, DOUBTFUL = 50, 1.3
 #: Columns of what is kept of each trajectory.
 TRAJECTORY = ("dH", "accepted", "gradients", "U")
 
@@ -93,9 +95,18 @@ class FieldSamples:
         before = counted(self.warm_up.shape[1], "trajectory", "trajectories")
         whole = f"{made} of each of {counted(chains, 'chain')} after {before}"
         if not self.interrupted:
-            return f"{whole} of warm-up"
+            return f"{whole} of warm-up{self.doubt}"
         missing = f"of {self.settings.samples}" if self.warm_up.shape[1] >= self.settings.warm_up else "in the warm-up"
         return f"interrupted: {whole} of warm-up, {missing}; --resume goes on to the same bits"
+
+    @property
+    def doubt(self) -> str:
+        """What is said of chains that do not agree; nothing where they do, or are too short to tell."""
+        worst = float(np.nanmax(self.r_hats())) if self.count >= DOUBTED else 0.0
+        if not worst > DOUBTFUL:
+            return ""
+        hint = "more samples, a longer duration, or another mass"
+        return f"; chains do not agree yet: split R-hat is {worst:.3g} in a cell; try: {hint}"
 
     @property
     def calibration(self) -> tuple[float, float] | None:

@@ -262,3 +262,17 @@ def test_info_shows_a_system_of_fields(
     Path("large.toml").write_text(FILE.replace("[8, 8]", "[10000000, 10000000]"), encoding="utf-8")
     assert main(["info", "large.toml"]) == 4
     assert "large.toml:5 (mesh.cells): sampling with 2 chains on 10000000 x 10000000 cells" in capsys.readouterr().err
+
+
+def test_chains_that_do_not_agree_are_said_to() -> None:
+    """A third of a line is not seen, and a mass that is of the rest is too heavy there; that of the prior is not."""
+    data = changed(
+        mesh={"cells": 256, "length": 256.0},
+        operators={"s": {"power": "20*exp(-(6*k)**2)"}},
+        data={"seen": "1 if x < 180 else 0", "counts": {"poisson": "seen*2*exp(s)"}},
+        cell={"energy": "seen*2*exp(s) - counts*s"},
+    )
+    apart = sample(data, samples=80, warm_up=50, watched=256)
+    assert "chains do not agree yet: split R-hat is " in apart.message and apart.r_hats().max() > 1.3
+    together = sample(data, samples=80, warm_up=50, watched=256, mass="prior")
+    assert together.message.endswith("of warm-up") and together.r_hats().max() < 1.3
