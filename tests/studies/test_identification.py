@@ -483,6 +483,7 @@ def test_starts_at_rest_follow_what_is_unknown() -> None:
     text = SCENE.replace("duration = 4 }", 'duration = 4, start = "equilibrium" }').replace(
         "push - sqrt", "3 + t - sqrt"
     )
+    text = text.replace("initial = { position = 0.1 }", "initial = { position = 0.05 }")  # where rest is looked for
     resting = built_for_run(load_toml(text))
     t = np.linspace(0.0, 4.0, 201)
     decay, rate, slope = 1.0 / 6.0, np.sqrt(10.0 - 1.0 / 36.0), 1.0 / 30.0
