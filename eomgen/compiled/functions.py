@@ -148,7 +148,10 @@ class Functions:
         if companion is None:
             return self.library
         sizes = [math.prod(shape) for shape in self._shapes[name]]
-        inputs = [np.ascontiguousarray(blocks[block], float) for block in self.inputs(name)]
+        inputs = [
+            np.ascontiguousarray(blocks[block][:, np.newaxis] if block == "t" else blocks[block], float)
+            for block in self.inputs(name)
+        ]
         return Lanes.of(self.library).judged(companion, name, inputs, sizes, chosen()) or self.library
 
     def _single(self, name: str, arrays: list[Array]) -> tuple[Array, ...]:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import eomgen
+from eomgen.compiled.lanes import Lanes
 from eomgen.scene.builder import SceneBuilder
 from eomgen.simulation.sensitivities import motion
 from eomgen.simulation.sensitivities.motion import Motion
@@ -141,3 +142,19 @@ def test_a_model_that_is_built_for_the_method_has_them_too() -> None:
     own, other = (eomgen.build(described, method=method, profile="quick") for method in ("tdg1", "trapezoidal"))
     found, expected = (one.sensitivities(0.1, STEP, method="tdg1").gradient("final(angle)") for one in (own, other))
     np.testing.assert_allclose(list(found.values()), list(expected.values()), rtol=1e-12)
+
+
+@pytest.mark.slow
+def test_sweeps_in_lanes_have_the_same_bits(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a scene whose base moves by time: a gradient by pairs, tangents by rows."""
+    by = ["length", "shake", "q.a[0]", "v.f[3]"]
+    found = []
+    for choice in ("off", "now"):
+        monkeypatch.setenv("EOMGEN_LANES", choice)
+        _, model = built(turning())
+        one = model.sensitivities(20 * STEP, STEP, by=by, method="tdg1", initial=TURNED)
+        found.append([one.gradients(["final(y[0])", "mean(y[1])"]), one.derivatives["y"]])
+    companion = Lanes.of(one._run.equations.second_functions.library)._found["second_partials"]
+    assert companion.judged and not companion.refused
+    for one, other in zip(*found, strict=True):
+        np.testing.assert_array_equal(one, other)
