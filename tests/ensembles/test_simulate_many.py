@@ -109,6 +109,7 @@ def test_ctrl_c_within_a_reduction_leaves_it_whole(
     options = {"vary": VARY, "samples": 60, "seed": 1}
     straight = bits(cart.simulate_many(**options))
     products, calls = Reduction._merge_products, []
+    usual = signal.signal(signal.SIGINT, signal.default_int_handler)  # shells have those in the background ignore it
 
     def interrupted(self: Reduction, *moments: np.ndarray) -> None:
         calls.append(len(moments))
@@ -117,7 +118,10 @@ def test_ctrl_c_within_a_reduction_leaves_it_whole(
         products(self, *moments)
 
     monkeypatch.setattr(Reduction, "_merge_products", interrupted)
-    part = cart.simulate_many(**options, folder=tmp_path / "out")
+    try:
+        part = cart.simulate_many(**options, folder=tmp_path / "out")
+    finally:
+        signal.signal(signal.SIGINT, usual)
     assert part.interrupted and part.reduction.count.max() == part.done < 60
     again = cart.simulate_many(**options, folder=tmp_path / "out", resume=True)
     assert again.done == 60 and bits(again) == straight

@@ -61,7 +61,7 @@ def test_what_cannot_be_drawn_is_named() -> None:
     with pytest.raises(eomgen.UsageError, match=r"plot: the solution has no curve 'q\.hing'; try: q\.hinge"):
         run.plot("q.hing")
     figure, axis = pyplot.subplots()
-    wrong = r"plot: axes: 1 axes are given for 2 panels: 'q\.hinge', 'v\.hinge'; try: axes for 2 panels"
+    wrong = r"plot: axes: 1 axes are given for 2 panels: q\.hinge, v\.hinge; try: axes for 2 panels"
     with pytest.raises(eomgen.UsageError, match=wrong):
         run.plot("coordinates", "velocities", axes=axis)
     with pytest.raises(eomgen.UsageError, match=r"plot: axes: axes of matplotlib are needed, not Figure"):
